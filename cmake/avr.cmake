@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT
+# avr-gcc as a toolchain. The part (AVR_MCU) comes from the board's preset.
+set(CMAKE_SYSTEM_NAME Generic-ELF)
+set(CMAKE_SYSTEM_PROCESSOR avr)
+
+set(CMAKE_C_COMPILER avr-gcc)
+set(CMAKE_ASM_COMPILER avr-gcc)
+
+# A test program cannot be linked before the part's start-up code is known: try a library instead,
+# and tell the trial project the part.
+set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
+set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES AVR_MCU)
+
+set(CMAKE_C_FLAGS_INIT "-mmcu=${AVR_MCU} -DF_CPU=16000000UL")
+set(CMAKE_ASM_FLAGS_INIT "-mmcu=${AVR_MCU} -DF_CPU=16000000UL")
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-Wl,--gc-sections")
+
+# Programs come from the machine, headers and libraries only from the toolchain.
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+# Formatting and static analysis as tests (label `lint`), by the versions that tools/setup installs
+# (tools/requirements-dev.txt), and the target `format`, which puts the formatting right.
+set(bin "${CMAKE_SOURCE_DIR}/build/venv/bin")
+foreach(tool IN ITEMS clang-format clang-tidy cppcheck lizard ruff)
+    string(MAKE_C_IDENTIFIER "PIXSTEP_${tool}" variable)
+    find_program(${variable} ${tool} HINTS "${bin}" NO_DEFAULT_PATH)
+    if(NOT ${variable})
+        message(STATUS "lint: no ${tool} (tools/setup installs it): no lint tests this time")
+        unset(${variable} CACHE)
+        return()
+    endif()
+endforeach()
+
+file(
+    GLOB_RECURSE sources CONFIGURE_DEPENDS
+    "${CMAKE_SOURCE_DIR}/firmware/*.[ch]" "${CMAKE_SOURCE_DIR}/host_tests/*.[ch]"
+    "${CMAKE_SOURCE_DIR}/sim/*.[ch]" "${CMAKE_SOURCE_DIR}/tools/native/*.[ch]"
+)
+
+function(lint name)
+    add_test(NAME lint.${name} COMMAND ${ARGN} WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}")
+    set_tests_properties(lint.${name} PROPERTIES LABELS lint TIMEOUT 900)
+endfunction()
+
+set(tidy "${PIXSTEP_PYTHON}" "${CMAKE_SOURCE_DIR}/tools/checks/tidy.py" "${PIXSTEP_clang_tidy}")
+lint(format "${PIXSTEP_clang_format}" --dry-run -Werror ${sources})
+lint(tidy.host ${tidy} "${CMAKE_BINARY_DIR}" firmware host_tests sim tools/native)
+lint(tidy.avr ${tidy} "${PIXSTEP_MEGA_BUILD}" firmware)
+lint(
+    cppcheck "${PIXSTEP_cppcheck}" "--project=${PIXSTEP_MEGA_BUILD}/compile_commands.json"
+    --platform=avr8 --enable=warning,style,performance,portability --inline-suppr
+    --suppress=missingIncludeSystem --error-exitcode=1 --quiet
+    "--file-filter=${CMAKE_SOURCE_DIR}/firmware/*"
+)
+lint(complexity "${PIXSTEP_lizard}" -C 10 -L 60 -w -l c -l python firmware sim host_tests/fakes
+     tools/native tools/src tools/checks
+)
+lint(ruff "${PIXSTEP_ruff}" check --no-cache .)
+lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check .)
+
+# Read where its settings are (pyproject.toml).
+set_tests_properties(
+    lint.ruff lint.ruff-format PROPERTIES WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}/tools"
+)
+
+# clang-tidy already works on every core.
+set_tests_properties(lint.tidy.host lint.tidy.avr PROPERTIES PROCESSORS 2)
+
+add_custom_target(
+    format
+    COMMAND "${PIXSTEP_clang_format}" -i ${sources}
+    COMMAND "${CMAKE_COMMAND}" -E chdir tools "${PIXSTEP_ruff}" format --no-cache .
+    WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+)
+add_custom_target(
+    lint
+    COMMAND "${CMAKE_CTEST_COMMAND}" --test-dir "${CMAKE_BINARY_DIR}" -L lint --output-on-failure
+    USES_TERMINAL
+)

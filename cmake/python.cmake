@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: MIT
+# The Python tests, one ctest entry a file (label `python`), run by the clone's own environment.
+file(GLOB files CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/tools/tests/test_*.py")
+foreach(file IN LISTS files)
+    get_filename_component(name "${file}" NAME_WE)
+    string(REGEX REPLACE "^test_" "py." name "${name}")
+    add_test(
+        NAME ${name}
+        COMMAND "${PIXSTEP_PYTHON}" -m pytest -q -p no:cacheprovider -c tools/pyproject.toml
+                "${file}"
+        WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+    )
+    set_tests_properties(${name} PROPERTIES LABELS python TIMEOUT 600)
+endforeach()

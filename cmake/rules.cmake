@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: MIT
+# The project's rules as tests (label `rules`): who may include whom, what must not be in an image,
+# how large it may be, how plain the text is, whether a generated table still says what the source
+# says. All but the last need nothing but Python's own library.
+find_program(PIXSTEP_PYTHON NAMES python3 HINTS "${CMAKE_SOURCE_DIR}/build/venv/bin" REQUIRED)
+
+# rule(<name> <program> <argument>...): a test `rules.<name>` that runs a program from the root.
+function(rule name)
+    add_test(NAME rules.${name} COMMAND ${ARGN} WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}")
+    set_tests_properties(rules.${name} PROPERTIES LABELS rules TIMEOUT 120)
+endfunction()
+
+set(checks "${CMAKE_SOURCE_DIR}/tools/checks")
+rule(layers "${PIXSTEP_PYTHON}" "${checks}/layers.py")
+rule(imports "${PIXSTEP_PYTHON}" "${checks}/imports.py")
+rule(protocol "${PIXSTEP_PYTHON}" -m pixstep docs protocol --check docs/PROTOCOL.md)
+rule(wiring "${PIXSTEP_PYTHON}" -m pixstep docs wiring --check docs/WIRING.md)
+rule(text "${PIXSTEP_PYTHON}" "${checks}/text.py")
+rule(
+    symbols "${PIXSTEP_PYTHON}" "${checks}/symbols.py" "${PIXSTEP_UNO_IMAGE}"
+    "${PIXSTEP_MEGA_IMAGE}"
+)
+rule(
+    sizes "${PIXSTEP_PYTHON}" "${checks}/sizes.py" "uno=${PIXSTEP_UNO_IMAGE}"
+    "mega=${PIXSTEP_MEGA_IMAGE}"
+)

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// What the host may ask of the machine, each for a mask of axes: all of them or none.
+#include "app/machine.h"
+#include "app/start.h"      // start_now
+#include "hal/clock.h"      // clock_now_4us
+#include "hal/step_timer.h" // step_timer_*
+
+typedef bool (*axis_test)(const struct axis *axis);
+typedef void (*axis_action)(uint8_t axis);
+
+static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
+{
+    if (mask == 0 || (mask >> CONFIG_AXES) != 0) {
+        return false;
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if ((mask & (1u << i)) != 0 && !possible(&machine.axes[i])) {
+            return false;
+        }
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if ((mask & (1u << i)) != 0) {
+            action(i);
+        }
+    }
+    return true;
+}
+
+static bool always(const struct axis *axis)
+{
+    (void)axis;
+    return true;
+}
+
+static bool armable(const struct axis *axis)
+{
+    return axis->state == AXIS_LOADED && machine.fault.code == FAULT_none;
+}
+
+static void arm(uint8_t i)
+{
+    struct axis *axis = &machine.axes[i];
+    bool clocked = axis_waits_for_edge(axis);
+
+    if (!axis_arm(axis, &machine.period, machine.settings.backlash_policy == 0)) {
+        return;
+    }
+    if (clocked) {
+        // Patience for the pixel clock begins now, unless edges are being seen.
+        if (machine.clocked == 0 && !machine_clock_present()) {
+            machine.edge_seen_4us = clock_now_4us();
+        }
+        machine.clocked = (uint8_t)(machine.clocked | (1u << i));
+    } else {
+        start_now(i);
+    }
+}
+
+static bool resting(const struct axis *axis)
+{
+    return axis->state != AXIS_RUNNING && axis->state != AXIS_FAULT;
+}
+
+// Forget the queued lines of an axis that does not move.
+static void discard(uint8_t i)
+{
+    machine.starting = (uint8_t)(machine.starting & ~(1u << i));
+    machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
+    axis_discard(&machine.axes[i], step_timer_settle(i));
+}
+
+static void stop(uint8_t i)
+{
+    struct axis *axis = &machine.axes[i];
+
+    if (axis->state == AXIS_RUNNING) {
+        step_timer_empty(i);
+        axis->in_line = false;
+        axis->state = AXIS_EMPTY;
+        machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
+        machine.stopping = (uint8_t)(machine.stopping | (1u << i));
+    } else if (axis->state != AXIS_FAULT) {
+        discard(i);
+    }
+}
+
+static void enable(uint8_t i)
+{
+    step_timer_enable(i, true);
+}
+
+static void disable(uint8_t i)
+{
+    step_timer_enable(i, false);
+}
+
+// Timers and ledgers agree again; positions are kept.
+static void restart_time(void)
+{
+    step_timer_start();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        axis_discard(&machine.axes[i], 0);
+        ledger_restart(&machine.axes[i].ledger, STEP_IDLE_TICKS);
+    }
+    machine.watch.following = false;
+    machine.time_lost = false;
+}
+
+static bool clear_fault(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (step_timer_state(i) == STEP_ENGINE_IN_LINE) {
+            return false;
+        }
+    }
+    if (machine.time_lost) {
+        restart_time();
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (machine.axes[i].state == AXIS_FAULT) {
+            axis_discard(&machine.axes[i], step_timer_settle(i));
+        }
+    }
+    machine.fault = (struct fault_record){.code = FAULT_none};
+    return true;
+}
+
+bool machine_do(enum machine_command command, uint8_t mask)
+{
+    switch (command) {
+    case COMMAND_NONE:
+        return true;
+    case COMMAND_ARM:
+        return for_axes(mask, armable, arm);
+    case COMMAND_DISARM:
+    case COMMAND_DISCARD:
+        return for_axes(mask, resting, discard);
+    case COMMAND_STOP:
+        return for_axes(mask, always, stop);
+    case COMMAND_CLEAR_FAULT:
+        return clear_fault();
+    case COMMAND_ENABLE:
+        return for_axes(mask, always, enable);
+    case COMMAND_DISABLE:
+        return for_axes(mask, resting, disable);
+    default:
+        return false;
+    }
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+#include "app/machine.h"
+
+#include "app/start.h"       // start_on_edge, start_poll
+#include "base/require.h"    // require_failed
+#include "hal/clock.h"       // clock_now_4us
+#include "hal/cpu.h"         // cpu_section
+#include "hal/pixel_clock.h" // pixel_clock_take
+#include "hal/step_timer.h"  // step_timer_*
+
+// Steps decoded in one round; a round must stay short beside a serial frame's silence.
+#define DECODE_BUDGET 16u
+#define TICKS_PER_US (CONFIG_TIMER_HZ / 1000000uL)
+// Room for the commands of a reversal on top of the driver's own times, ticks.
+#define TURN_MARGIN_TICKS 512uL
+
+struct machine machine;
+
+static uint8_t axis_bit(uint8_t axis)
+{
+    return (uint8_t)(1u << axis);
+}
+
+void machine_init(void)
+{
+    settings_defaults(&machine.settings);
+    step_timer_start();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        axis_init(&machine.axes[i], step_timer_ring(i), machine.slots[i], CONFIG_QUEUE_ENTRIES,
+                  STEP_IDLE_TICKS);
+    }
+    machine_apply_settings();
+}
+
+void machine_apply_settings(void)
+{
+    const struct settings *settings = &machine.settings;
+    uint16_t turn_us = settings->dir_setup_us > settings->dir_hold_us ? settings->dir_setup_us
+                                                                      : settings->dir_hold_us;
+
+    (void)pixel_period_set(&machine.period, CONFIG_TIMER_HZ, settings->pixel_hz_num,
+                           settings->pixel_hz_den);
+    machine.limits = (struct line_limits){
+        .pixel_ticks = machine.period.whole_ticks,
+        .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
+        // The direction changes in the middle of the interval.
+        .reversal_min_ticks = 2uL * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS),
+        .max_acceleration = settings->max_acceleration,
+    };
+}
+
+bool machine_moving(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (machine.axes[i].state == AXIS_ARMED || machine.axes[i].state == AXIS_RUNNING) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// 1.5 pixel periods in units of 4 us.
+static uint32_t clock_patience_4us(void)
+{
+    return machine.period.whole_ticks / 64u * 3u / 2u + 1u;
+}
+
+bool machine_clock_present(void)
+{
+    return machine.watch.edges != 0
+           && clock_now_4us() - machine.edge_seen_4us <= clock_patience_4us();
+}
+
+static void halt_axis(uint8_t i, enum axis_state state)
+{
+    if (machine.axes[i].state == AXIS_ARMED || machine.axes[i].state == AXIS_RUNNING) {
+        step_timer_empty(i);
+        machine.axes[i].in_line = false;
+        machine.axes[i].state = (uint8_t)state;
+    }
+    machine.starting &= (uint8_t)~axis_bit(i);
+    machine.clocked &= (uint8_t)~axis_bit(i);
+}
+
+void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
+{
+    struct fault_record *fault = &machine.fault;
+
+    if (fault->code == FAULT_none) {
+        fault->code = (uint8_t)code;
+        fault->axis = axis;
+        fault->argument = argument;
+        fault->pixel = machine.axes[axis].ledger.pixel + 1u;
+    }
+    fault->mask |= (uint16_t)(1uL << (uint8_t)code);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        halt_axis(i, AXIS_FAULT);
+    }
+}
+
+void require_failed(uint16_t line)
+{
+    machine_fault(FAULT_internal, 0, line);
+}
+
+static void line_finished(struct axis *axis)
+{
+    axis->lines_done++;
+    if (axis->whole_lines != 0) {
+        axis->state = AXIS_LOADED;
+    } else {
+        axis->state = run_queue_fill(&axis->queue) != 0 ? AXIS_LOADING : AXIS_DONE;
+    }
+}
+
+// What became of a running axis since the last round.
+static void supervise(uint8_t i)
+{
+    struct axis *axis = &machine.axes[i];
+
+    if (step_timer_take_underrun(i)) {
+        axis->underruns++;
+        machine.time_lost = true;
+        machine_fault(FAULT_underrun, i, axis->underruns);
+    }
+    if (axis->state == AXIS_RUNNING) {
+        if (step_timer_state(i) == STEP_ENGINE_HALTED) {
+            machine_fault(axis->dry ? FAULT_starved : FAULT_decoder_late, i, 0);
+        } else if (!axis->in_line && axis_ring_fill(axis) == 0
+                   && step_timer_state(i) == STEP_ENGINE_IDLE) {
+            machine.clocked &= (uint8_t)~axis_bit(i);
+            line_finished(axis);
+        }
+    }
+    if ((machine.stopping & axis_bit(i)) != 0 && step_timer_state(i) != STEP_ENGINE_IN_LINE) {
+        machine.stopping &= (uint8_t)~axis_bit(i);
+        axis_discard(axis, step_timer_settle(i));
+    }
+}
+
+static void follow(uint8_t i)
+{
+    struct engine_sample sample = step_timer_sample(i);
+
+    // A capture that waits may be older than this sample: its own sample comes first.
+    if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
+        return;
+    }
+    ledger_follow(&machine.axes[i].ledger, &machine.axes[i].feed, sample);
+    supervise(i);
+}
+
+static void take_capture(void)
+{
+    struct axis *axis = &machine.axes[CONFIG_PIXEL_CLOCK_AXIS];
+    struct pixel_capture capture;
+    uint32_t pixel = 0;
+    bool lost = false;
+
+    if (!pixel_clock_take(&capture, &lost)) {
+        return;
+    }
+    ledger_follow(&axis->ledger, &axis->feed, capture.sample);
+    uint32_t edge_ticks = ledger_period_start(&axis->ledger, capture.back) + capture.ticks
+                          - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    machine.edge_seen_4us = clock_now_4us();
+    if (clock_watch_edge(&machine.watch, edge_ticks, &pixel)) {
+        for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+            ledger_note_edge_error(&machine.axes[i].ledger, pixel, machine.watch.error_ticks);
+        }
+    }
+    if (lost && machine.clocked != 0) {
+        machine_fault(FAULT_clock_edge_lost, CONFIG_PIXEL_CLOCK_AXIS, 0);
+        return;
+    }
+    start_on_edge(edge_ticks);
+}
+
+static void watch_clock(void)
+{
+    if (machine.clocked != 0 && clock_now_4us() - machine.edge_seen_4us > clock_patience_4us()) {
+        uint8_t axis = 0;
+        while ((machine.clocked & axis_bit(axis)) == 0) {
+            axis++;
+        }
+        machine_fault(FAULT_pixel_clock_missing, axis, 0);
+    }
+}
+
+// The axis nearest to starving is served first.
+static void decode_neediest(void)
+{
+    uint8_t neediest = CONFIG_AXES;
+    uint8_t least = 0xFF;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        uint8_t fill = axis_ring_fill(&machine.axes[i]);
+        if (fill < least && !axis_decoded(&machine.axes[i])) {
+            least = fill;
+            neediest = i;
+        }
+    }
+    if (neediest != CONFIG_AXES) {
+        struct axis *axis = &machine.axes[neediest];
+        cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
+        axis_decode(axis, &machine.period, machine.settings.backlash_policy == 0, DECODE_BUDGET);
+    }
+}
+
+void machine_poll(void)
+{
+    cpu_section(CPU_SECTION_LEDGER);
+    take_capture();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        follow(i);
+    }
+    cpu_section(CPU_SECTION_OTHER);
+    start_poll();
+    watch_clock();
+    decode_neediest();
+    cpu_section(CPU_SECTION_IDLE);
+}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// The board as a whole: its axes, the pixel clock that starts them, and the policy for faults.
+// Main loop only.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app/settings.h"       // struct settings
+#include "base/names.h"         // enum fault
+#include "config.h"             // CONFIG_AXES
+#include "motion/axis.h"        // struct axis
+#include "motion/clock_watch.h" // struct clock_watch
+
+enum machine_command {
+    COMMAND_NONE = 0,
+    COMMAND_ARM = 1,
+    COMMAND_DISARM = 2,
+    COMMAND_STOP = 3,
+    COMMAND_CLEAR_FAULT = 4,
+    COMMAND_DISCARD = 5,
+    COMMAND_ENABLE = 6,
+    COMMAND_DISABLE = 7,
+};
+
+struct fault_record {
+    uint8_t code; // enum fault, the first since the last clear
+    uint8_t axis;
+    uint16_t argument;
+    uint16_t mask; // bit n: fault n happened
+    uint32_t pixel;
+};
+
+struct machine {
+    struct axis axes[CONFIG_AXES];
+    struct run slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
+    struct settings settings;
+    struct pixel_period period;
+    struct line_limits limits;
+    struct clock_watch watch;
+    struct fault_record fault;
+    uint8_t starting;     // bit n: axis n has a line zero and waits for its release
+    uint8_t clocked;      // bit n: axis n needs the pixel clock
+    uint8_t stopping;     // bit n: axis n was told to stop; forget its lines when it rests
+    bool time_lost;       // an underrun left the timers out of step with the ledgers
+    uint32_t edge_seen_4us; // when the last clock edge was handled
+};
+
+extern struct machine machine;
+
+void machine_init(void);
+
+// One round: short, never waits. Call again and again.
+void machine_poll(void);
+
+// False when the command is not possible for every axis in the mask; then nothing is done.
+bool machine_do(enum machine_command command, uint8_t mask);
+
+// After a change of machine.settings.
+void machine_apply_settings(void);
+
+bool machine_moving(void); // any axis armed or running
+bool machine_clock_present(void);
+
+// Latch a fault and stop every axis.
+void machine_fault(enum fault code, uint8_t axis, uint16_t argument);

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "app/serial.h"
+
+#include <stdbool.h>
+
+#include "app/machine.h" // machine.settings
+#include "config.h"      // CONFIG_SILENCE_4US
+#include "hal/clock.h"   // clock_now_4us
+#include "hal/uart.h"    // uart_*
+#include "wire/frame.h"  // struct frame
+
+// Receives into the frame, turns it into the reply in place, sends it from there.
+static struct frame frame;
+static struct server_counters counters;
+static uint16_t overruns;
+static uint32_t last_byte_4us;
+static bool serve_pending; // a request is complete; the reply waits for silence
+static bool replying;
+
+void serial_start(uint8_t address)
+{
+    if (address != 0) {
+        machine.settings.unit_address = address;
+    }
+    uart_start();
+    frame_reset(&frame);
+}
+
+const struct server_counters *serial_counters(void)
+{
+    return &counters;
+}
+
+uint16_t serial_overruns(void)
+{
+    return overruns;
+}
+
+static void take_status(enum frame_status status)
+{
+    if (status == FRAME_READY) {
+        serve_pending = true;
+    } else if (status == FRAME_BAD) {
+        counters.crc_errors++;
+    }
+}
+
+// Bytes that arrive while a request is being served belong to nobody.
+static void receive(void)
+{
+    uint8_t byte = 0;
+
+    while (uart_take(&byte)) {
+        last_byte_4us = clock_now_4us();
+        if (!serve_pending && !replying) {
+            take_status(frame_byte(&frame, byte, (uint8_t)machine.settings.unit_address));
+        }
+    }
+}
+
+static void serve(void)
+{
+    uint16_t length = server_serve(&frame, &counters);
+
+    serve_pending = false;
+    if (length != 0) {
+        uart_send(frame.bytes, length);
+        replying = true;
+    } else {
+        frame_reset(&frame);
+    }
+}
+
+void serial_poll(void)
+{
+    overruns = (uint16_t)(overruns + uart_take_overruns());
+    receive();
+    if (replying) {
+        if (uart_sending()) {
+            return;
+        }
+        replying = false;
+        frame_reset(&frame);
+        last_byte_4us = clock_now_4us();
+    }
+    if (clock_now_4us() - last_byte_4us < CONFIG_SILENCE_4US) {
+        return;
+    }
+    if (!serve_pending) {
+        take_status(frame_silence(&frame, (uint8_t)machine.settings.unit_address));
+    }
+    if (serve_pending) {
+        serve();
+    }
+}

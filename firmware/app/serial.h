@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// The serial line's side of the Modbus server: frames in, silence, replies out. Main loop only.
+#pragma once
+
+#include <stdint.h>
+
+#include "wire/server.h" // struct server_counters
+
+// address: 0 keeps the address setting, else overrides it (the board's strap).
+void serial_start(uint8_t address);
+void serial_poll(void);
+
+const struct server_counters *serial_counters(void);
+uint16_t serial_overruns(void);

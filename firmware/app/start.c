@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "app/start.h"
+
+#include "app/machine.h"    // machine
+#include "hal/step_timer.h" // step_timer_release
+
+// Between the newest loaded period and line zero there must be room for one more idle period
+// while the main loop is busy elsewhere, and for the direction set-up time.
+#define START_MIN_TICKS 20000L
+// A delay shorter than this can no longer be loaded in time behind the commands before it.
+#define RELEASE_MIN_TICKS 1000L
+// The delay is one period: release as soon as it fits, with a margin.
+#define RELEASE_MAX_TICKS 60000L
+
+// Ticks from the newest loaded period to the first period of the line.
+static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
+{
+    return (int32_t)(zero_ticks - STEP_TIMER_EDGE_TICKS + axis->feed.lead_in_ticks
+                     - axis->ledger.loaded_ticks);
+}
+
+static bool waits(uint8_t i)
+{
+    uint8_t bit = (uint8_t)(1u << i);
+
+    return machine.axes[i].state == AXIS_ARMED && (machine.clocked & bit) != 0
+           && (machine.starting & bit) == 0;
+}
+
+// The same zero for every waiting axis, or they would not run in step.
+static uint32_t common_zero(uint32_t edge_ticks)
+{
+    uint32_t zero = edge_ticks + machine.period.whole_ticks;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        while (waits(i) && ticks_to_start(&machine.axes[i], zero) < START_MIN_TICKS) {
+            zero += machine.period.whole_ticks;
+        }
+    }
+    return zero;
+}
+
+void start_on_edge(uint32_t edge_ticks)
+{
+    uint32_t zero = common_zero(edge_ticks);
+    bool any = false;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits(i)) {
+            machine.axes[i].zero_ticks = zero;
+            machine.starting = (uint8_t)(machine.starting | (1u << i));
+            any = true;
+        }
+    }
+    if (any) {
+        clock_watch_follow(&machine.watch, &machine.period, zero);
+    }
+}
+
+void start_now(uint8_t axis)
+{
+    struct axis *starter = &machine.axes[axis];
+
+    starter->zero_ticks = starter->ledger.loaded_ticks + 2uL * START_MIN_TICKS;
+    machine.starting = (uint8_t)(machine.starting | (1u << axis));
+}
+
+static void release(uint8_t i)
+{
+    struct axis *axis = &machine.axes[i];
+    int32_t delay = ticks_to_start(axis, axis->zero_ticks);
+
+    if (delay > RELEASE_MAX_TICKS) {
+        return;
+    }
+    if (delay < RELEASE_MIN_TICKS) {
+        machine_fault(FAULT_start_late, i, 0);
+        return;
+    }
+    if (step_timer_release(i, &axis->feed, (uint32_t)delay, axis->ledger.idle_seen)) {
+        machine.starting = (uint8_t)(machine.starting & ~(1u << i));
+        axis->state = AXIS_RUNNING;
+    }
+}
+
+void start_poll(void)
+{
+    for (uint8_t i = 0; machine.starting != 0 && i < CONFIG_AXES; i++) {
+        if ((machine.starting & (1u << i)) != 0) {
+            release(i);
+        }
+    }
+}

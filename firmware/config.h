@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Compile-time choices of the firmware: default, unit, range. Settings that a host may change are
+// in core/wire/registers.def instead.
+#pragma once
+
+// Version, reported by function 17 and input register 1.
+#define CONFIG_VERSION_MAJOR 0
+#define CONFIG_VERSION_MINOR 1
+
+// Timer ticks a second; prescaler 1, so the CPU clock.
+#define CONFIG_TIMER_HZ 16000000uL
+
+// Serial line, baud; 8 data bits, even parity, 1 stop bit.
+#define CONFIG_BAUD 115200uL
+
+// Silence that ends a frame and that a reply waits for, in units of 4 us. Above 19200 baud the
+// standard fixes it at 1750 us.
+#define CONFIG_SILENCE_4US 438u
+
+// STEP is low for this many ticks from the start of each period, then rises; at least 3.
+#define CONFIG_PULSE_LOW_TICKS 31u
+
+// Axes, queue and shortest interval of each board. The interval must be longer than everything
+// that can keep the step interrupt waiting, or a double overflow could pass unseen: the step
+// handlers of the other axes, the pixel clock capture and one serial interrupt.
+#if defined(CONFIG_BOARD_UNO)
+#define CONFIG_BOARD_NAME "uno"
+#define CONFIG_BOARD_ID 1
+#define CONFIG_AXES 1
+#define CONFIG_PIXEL_CLOCK_AXIS 0
+#define CONFIG_QUEUE_ENTRIES 64 // runs and marks per axis; a power of two up to 128
+#define CONFIG_MIN_INTERVAL_TICKS 256u
+#elif defined(CONFIG_BOARD_MEGA)
+#define CONFIG_BOARD_NAME "mega"
+#define CONFIG_BOARD_ID 2
+#define CONFIG_AXES 4
+#define CONFIG_PIXEL_CLOCK_AXIS 3
+#define CONFIG_QUEUE_ENTRIES 128
+#define CONFIG_MIN_INTERVAL_TICKS 400u
+#else
+#error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
+#endif
+
+#if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
+#error "CONFIG_QUEUE_ENTRIES must be a power of two up to 128: the queue's indices are 8 bits"
+#endif

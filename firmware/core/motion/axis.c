@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include "motion/axis.h"
+
+void axis_init(struct axis *axis, struct step_ring *ring, struct run *slots, uint8_t slot_count,
+               uint16_t first_period_ticks)
+{
+    *axis = (struct axis){.state = AXIS_EMPTY};
+    run_queue_init(&axis->queue, slots, slot_count);
+    line_check_reset(&axis->check);
+    feed_reset(&axis->feed, ring, 0);
+    ledger_reset(&axis->ledger, ring, first_period_ticks);
+}
+
+static struct run run_from_bytes(const uint8_t *bytes)
+{
+    return (struct run){
+        .count = (int16_t)(((uint16_t)bytes[0] << 8) | bytes[1]),
+        .repeat = (uint16_t)(((uint16_t)bytes[2] << 8) | bytes[3]),
+    };
+}
+
+// True when every entry is possible after what is queued; the check then stands behind the block.
+static bool check_block(struct axis *axis, const struct line_limits *limits,
+                        const uint8_t *entries, uint8_t count, uint8_t *whole_lines)
+{
+    struct line_check check = axis->check;
+
+    for (uint8_t i = 0; i < count; i++) {
+        enum line_error error = line_check_entry(&check, limits, run_from_bytes(&entries[4u * i]));
+        if (error != LINE_none) {
+            axis->line_error = (uint8_t)error;
+            axis->line_error_pixel = check.error_pixel;
+            return false;
+        }
+        if (check.phase == LINE_CHECK_OUTSIDE) {
+            (*whole_lines)++;
+        }
+    }
+    axis->check = check;
+    axis->line_warning = check.warning;
+    return true;
+}
+
+// A line longer than the memory may start when most of the memory is full.
+static void update_loaded(struct axis *axis)
+{
+    if (axis->state > AXIS_LOADED && axis->state != AXIS_DONE) {
+        return;
+    }
+    if (axis->whole_lines != 0 || run_queue_free(&axis->queue) <= axis->queue.mask / 4u) {
+        axis->state = AXIS_LOADED;
+    } else if (run_queue_fill(&axis->queue) != 0) {
+        axis->state = AXIS_LOADING;
+    }
+}
+
+enum block_result axis_queue_block(struct axis *axis, const struct line_limits *limits,
+                                   uint16_t block, const uint8_t *entries, uint8_t count)
+{
+    uint8_t whole_lines = 0;
+
+    if (block == (uint16_t)(axis->next_block - 1u)) {
+        return BLOCK_REPEATED;
+    }
+    if (block != axis->next_block) {
+        return BLOCK_WRONG;
+    }
+    if (axis->state >= AXIS_REFUSED) {
+        return BLOCK_REFUSED;
+    }
+    if (run_queue_free(&axis->queue) < count) {
+        return BLOCK_FULL;
+    }
+    if (!check_block(axis, limits, entries, count, &whole_lines)) {
+        // A line that already moves runs dry and says so; one at rest never starts.
+        if (axis->state != AXIS_RUNNING) {
+            axis->state = AXIS_REFUSED;
+        }
+        return BLOCK_REFUSED;
+    }
+    for (uint8_t i = 0; i < count; i++) {
+        (void)run_queue_push(&axis->queue, run_from_bytes(&entries[4u * i]));
+    }
+    axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
+    axis->next_block++;
+    axis->dry = false;
+    update_loaded(axis);
+    return BLOCK_TAKEN;
+}
+
+bool axis_waits_for_edge(const struct axis *axis)
+{
+    struct run mark;
+
+    return run_queue_peek(&axis->queue, 0, &mark) && ((uint16_t)mark.count & RUN_START_WAIT) != 0;
+}
+
+static bool start_queued(const struct axis *axis)
+{
+    struct run mark;
+
+    return run_queue_peek(&axis->queue, 0, &mark) && mark.repeat == 0
+           && ((uint16_t)mark.count & RUN_MARK_KIND) == RUN_MARK_START
+           && run_queue_fill(&axis->queue) > 1u;
+}
+
+static void begin_line(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+{
+    struct run mark = {0};
+
+    (void)run_queue_peek(&axis->queue, 0, &mark);
+    bool negative = ((uint16_t)mark.count & RUN_START_NEGATIVE) != 0;
+    bool reverses = !axis->direction_known || negative != axis->feed.negative;
+
+    line_begin(&axis->line, period, &axis->queue, always_take_up || reverses);
+    axis->in_line = true;
+    axis->walking = false;
+    axis->edge_due = false;
+    axis->dry = false;
+    feed_mark_here(&axis->feed, true, 0);
+}
+
+bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+{
+    if (axis->state != AXIS_LOADED || !start_queued(axis)) {
+        return false;
+    }
+    feed_hold(&axis->feed);
+    begin_line(axis, period, always_take_up);
+    axis->state = AXIS_ARMED;
+    return true;
+}
+
+void axis_discard(struct axis *axis, uint8_t ring_slot)
+{
+    run_queue_clear(&axis->queue);
+    line_check_reset(&axis->check);
+    axis->whole_lines = 0;
+    axis->in_line = false;
+    axis->walking = false;
+    axis->dry = false;
+    feed_reset(&axis->feed, axis->feed.ring, ring_slot);
+    axis->feed.negative = axis->ledger.negative;
+    ledger_skip_to(&axis->ledger, ring_slot);
+    axis->state = AXIS_EMPTY;
+}
+
+// The line is decoded to its end. A queued line that does not wait for the clock follows at once.
+static void finish_line(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+{
+    if (axis->whole_lines != 0) {
+        axis->whole_lines--;
+    }
+    axis->direction_known = true;
+    if (start_queued(axis) && !axis_waits_for_edge(axis)) {
+        axis->lines_done++;
+        begin_line(axis, period, always_take_up);
+        return;
+    }
+    feed_end(&axis->feed);
+    axis->in_line = false;
+}
+
+static void begin_piece(struct axis *axis)
+{
+    const struct piece *piece = &axis->piece;
+
+    if (piece->steps == 0) {
+        feed_quiet(&axis->feed, piece->ticks);
+        axis->edge_due = piece->has_edge;
+        return;
+    }
+    if (piece->has_edge && piece->edge_steps == 0) {
+        feed_mark_here(&axis->feed, false, piece->edge_position);
+    }
+    walk_start(&axis->walk, piece);
+    axis->walking = true;
+}
+
+// False when nothing can be decoded now.
+static bool next_piece(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+{
+    if (feed_marks_full(&axis->feed)) {
+        return false;
+    }
+    switch (line_next(&axis->line, &axis->piece)) {
+    case LINE_PIECE:
+        begin_piece(axis);
+        return true;
+    case LINE_OVER:
+        finish_line(axis, period, always_take_up);
+        return true;
+    case LINE_DRY:
+    default:
+        axis->dry = true;
+        return false;
+    }
+}
+
+static inline void decode_step(struct axis *axis)
+{
+    uint32_t ticks = walk_next(&axis->walk);
+
+    feed_step(&axis->feed, ticks, axis->piece.negative);
+    axis->edge_due = axis->walk.at_edge;
+    axis->walking = !walk_done(&axis->walk);
+}
+
+bool axis_decoded(const struct axis *axis)
+{
+    return !axis->in_line || axis->dry || feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST
+           || (!axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed));
+}
+
+void axis_decode(struct axis *axis, const struct pixel_period *period, bool always_take_up,
+                 uint8_t budget)
+{
+    for (; budget != 0 && axis->in_line; budget--) {
+        if (feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST) {
+            return;
+        }
+        if (feed_busy(&axis->feed)) {
+            feed_pump(&axis->feed);
+        } else if (axis->edge_due) {
+            feed_mark_here(&axis->feed, false, axis->piece.edge_position);
+            axis->edge_due = false;
+        } else if (axis->walking) {
+            decode_step(axis);
+        } else if (!next_piece(axis, period, always_take_up)) {
+            return;
+        }
+    }
+}

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "motion/clock_watch.h"
+
+void clock_watch_follow(struct clock_watch *watch, const struct pixel_period *period,
+                        uint32_t zero_ticks)
+{
+    watch->following = true;
+    watch->next_ticks = zero_ticks;
+    watch->pixel = 0;
+    watch->error_ticks = 0;
+    watch->error_max_ticks = 0;
+    pixel_grid_start(&watch->grid, period, 1);
+}
+
+static int16_t saturate(int32_t value)
+{
+    if (value > INT16_MAX) {
+        return INT16_MAX;
+    }
+    return value < -INT16_MAX ? (int16_t)-INT16_MAX : (int16_t)value;
+}
+
+static void plan_next(struct clock_watch *watch)
+{
+    watch->next_ticks += pixel_grid_advance(&watch->grid);
+    watch->pixel++;
+}
+
+bool clock_watch_edge(struct clock_watch *watch, uint32_t edge_ticks, uint32_t *pixel)
+{
+    int32_t half_period = (int32_t)(watch->grid.whole_ticks / 2u);
+
+    watch->edges++;
+    if (!watch->following || (int32_t)(edge_ticks - watch->next_ticks) < -half_period) {
+        return false;
+    }
+    // Edges that never came are passed over, so that one gap does not shift all later ones.
+    while ((int32_t)(edge_ticks - watch->next_ticks) > half_period) {
+        plan_next(watch);
+    }
+    watch->error_ticks = saturate((int32_t)(edge_ticks - watch->next_ticks));
+    uint16_t size = (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
+    if (size > watch->error_max_ticks) {
+        watch->error_max_ticks = size;
+    }
+    *pixel = watch->pixel;
+    plan_next(watch);
+    return true;
+}

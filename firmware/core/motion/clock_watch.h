@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Compares pixel clock edges with the places a running line has planned for them. Time is in
+// ticks since the timers started and wraps.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/pixel_period.h" // struct pixel_grid
+
+struct clock_watch {
+    bool following;        // a line gives the reference
+    uint32_t edges;        // seen since reset
+    uint32_t next_ticks;   // planned place of the next edge
+    uint32_t pixel;        // number of that edge in the line, 0 = line zero
+    int16_t error_ticks;   // of the last edge
+    uint16_t error_max_ticks;
+    struct pixel_grid grid;
+};
+
+// A line begins at zero_ticks.
+void clock_watch_follow(struct clock_watch *watch, const struct pixel_period *period,
+                        uint32_t zero_ticks);
+
+// An edge at this time. True when it belongs to a line; *pixel is then its number and
+// watch->error_ticks how late it came.
+bool clock_watch_edge(struct clock_watch *watch, uint32_t edge_ticks, uint32_t *pixel);

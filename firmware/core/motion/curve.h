@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// Steps under constant acceleration inside one piece of T ticks: start speed v0 (steps a piece),
+// n steps, half-acceleration h = n - v0. Step k falls at the smallest whole tick t with
+//
+//     v0*T*t + h*t*t >= k*T*T                                   (spec 1.5, in integers)
+//
+// No square root and, in the fast case, no division: from step k to k+1 with interval d
+//
+//     residual' = residual + d*(slope + h*(d-1)) - T*T          slope = v0*T + h*(2t+1)
+//
+// is 0 <= residual' < last difference for exactly one d, found by extrapolating the last two
+// intervals and correcting by single ticks. The residual is known to be small, so it is kept
+// modulo 2^40, which is exact while it is. Where extrapolation is poor (slow steps, the first two of a piece) Newton's method on the exact value
+// takes over; those intervals are long enough to pay for it.
+#pragma once
+
+#include <stdint.h>
+
+// A 40-bit two's complement number: high * 256 + low.
+struct wide {
+    int32_t high;
+    uint8_t low;
+};
+
+struct curve {
+    struct wide residual; // position beyond the last step, in 1/T^2 steps
+    struct wide slope;    // increase of the residual over the next tick
+    struct wide step;     // T * T modulo 2^40
+    uint64_t step_exact;  // T * T
+    int16_t half_acceleration;
+    uint16_t last_ticks;   // last interval, 0: unknown or too long to extrapolate from
+    uint16_t before_ticks; // the one before it
+    uint16_t fast_limit_ticks; // intervals up to this one are safe modulo 2^40
+    uint32_t guess_ticks;      // where Newton's method starts
+};
+
+// ticks T: 1..2^24-1; start_speed v0 and steps n: 0..32767, 2n >= v0. Main loop only: it divides.
+void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint16_t steps);
+
+// Ticks to the next step. For steps 1..n-1; the caller forces step n to the end of the piece.
+uint32_t curve_next(struct curve *curve);

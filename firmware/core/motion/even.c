@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#include "motion/even.h"
+
+void even_start(struct even *even, uint32_t ticks, uint16_t steps)
+{
+    even->base_ticks = ticks / steps;
+    even->remainder = (uint16_t)(ticks - even->base_ticks * steps);
+    even->steps = steps;
+    // Starting at n - 1 instead of 0 turns the floor of the accumulated fraction into its ceiling.
+    even->sum = (uint16_t)(steps - 1u);
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "motion/feed.h"
+
+#include "base/require.h" // REQUIRE
+
+// A long interval is cut into periods of this length; the last piece is then at least
+// STEP_PERIOD_MAX_TICKS - CHUNK_TICKS long, which leaves time for the commands around it.
+#define CHUNK_TICKS 0x8000u
+// The first interval of a line is merged into the delay before it up to this length.
+#define MERGE_MAX_TICKS 0x7000u
+
+void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head)
+{
+    *feed = (struct feed){.ring = ring, .head = head, .negative = feed->negative};
+    ring->high[head] = STEP_HIGH_EMPTY;
+}
+
+uint8_t feed_space(const struct feed *feed, uint8_t retired)
+{
+    return (uint8_t)(STEP_RING_CAPACITY - (uint8_t)(feed->head - retired));
+}
+
+// The sentinel first, the high byte last: the interrupt sees the old end or the new one.
+static inline void put(struct feed *feed, uint8_t high, uint8_t low)
+{
+    struct step_ring *ring = feed->ring;
+    uint8_t slot = feed->head;
+    uint8_t next = (uint8_t)(slot + 1u);
+
+    ring->high[next] = STEP_HIGH_EMPTY;
+    ring->low[slot] = low;
+    ring->high[slot] = high;
+    feed->head = next;
+}
+
+static inline void put_period(struct feed *feed, uint16_t ticks)
+{
+    uint16_t top = (uint16_t)(ticks - 1u);
+
+    put(feed, (uint8_t)(top >> 8), (uint8_t)top);
+}
+
+static void put_command(struct feed *feed, enum step_command command)
+{
+    put(feed, STEP_HIGH_COMMAND, (uint8_t)command);
+}
+
+static void place_marks(struct feed *feed)
+{
+    while (feed->mark_placed != feed->mark_head) {
+        feed->marks[feed->mark_placed & (FEED_MARKS - 1u)].slot = feed->head;
+        feed->mark_placed++;
+    }
+}
+
+// One period; the marks that waited for the lead's period can be placed behind it.
+static void put_chunk(struct feed *feed, uint16_t ticks)
+{
+    if (feed->pulse != feed->lead) {
+        put_command(feed, feed->lead ? STEP_COMMAND_PULSE : STEP_COMMAND_QUIET);
+        feed->pulse = feed->lead;
+    }
+    put_period(feed, ticks);
+    feed->lead = false;
+    feed->pending_ticks -= ticks;
+    feed->merge = false;
+    place_marks(feed);
+}
+
+void feed_hold(struct feed *feed)
+{
+    feed->held = true;
+    feed->merge = true;
+    feed->lead_in_ticks = 0;
+    feed->held_slot = feed->head;
+    // The held slot keeps its empty mark: everything behind it is invisible to the interrupt.
+    feed->head = (uint8_t)(feed->head + 2u);
+    feed->ring->high[feed->head] = STEP_HIGH_EMPTY;
+}
+
+void feed_release(struct feed *feed, uint32_t delay_ticks)
+{
+    struct step_ring *ring = feed->ring;
+    uint16_t top = (uint16_t)(delay_ticks - 1u);
+
+    REQUIRE(feed->held && delay_ticks != 0 && delay_ticks <= STEP_PERIOD_MAX_TICKS);
+    uint8_t delay_slot = (uint8_t)(feed->held_slot + 1u);
+
+    ring->low[delay_slot] = (uint8_t)top;
+    ring->high[delay_slot] = (uint8_t)(top >> 8);
+    ring->low[feed->held_slot] = STEP_COMMAND_BEGIN;
+    ring->high[feed->held_slot] = STEP_HIGH_COMMAND;
+    feed->held = false;
+    feed->merge = false;
+}
+
+// The direction changes in the middle of the interval, inside a period that does not pulse.
+static void turn(struct feed *feed)
+{
+    if (feed->lead) {
+        put_chunk(feed, (uint16_t)(feed->pending_ticks / 2u));
+    }
+    if (feed->pending_ticks != 0) {
+        put_chunk(feed, (uint16_t)feed->pending_ticks);
+    }
+    put_command(feed, feed->due_negative ? STEP_COMMAND_NEGATIVE : STEP_COMMAND_POSITIVE);
+    feed->negative = feed->due_negative;
+}
+
+static void merge_first_interval(struct feed *feed)
+{
+    if (feed->merge && feed->pending_ticks <= MERGE_MAX_TICKS) {
+        feed->lead_in_ticks = feed->pending_ticks;
+        feed->pending_ticks = 0;
+    }
+    feed->merge = false;
+}
+
+void feed_pump(struct feed *feed)
+{
+    if (feed->pending_ticks > STEP_PERIOD_MAX_TICKS) {
+        put_chunk(feed, CHUNK_TICKS);
+        return;
+    }
+    if (!feed->step_due) {
+        return;
+    }
+    merge_first_interval(feed);
+    if (feed->due_negative != feed->negative) {
+        turn(feed);
+    } else if (feed->pending_ticks != 0) {
+        put_chunk(feed, (uint16_t)feed->pending_ticks);
+    }
+    place_marks(feed);
+    feed->lead = true;
+    feed->step_due = false;
+}
+
+void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative)
+{
+    if (feed->lead && feed->pulse && feed->pending_ticks == 0 && negative == feed->negative
+        && interval_ticks <= STEP_PERIOD_MAX_TICKS) {
+        put_period(feed, (uint16_t)interval_ticks);
+        if (feed->mark_placed != feed->mark_head) {
+            place_marks(feed);
+        }
+        return;
+    }
+    REQUIRE(!feed_busy(feed));
+    feed->pending_ticks += interval_ticks;
+    feed->step_due = true;
+    feed->due_negative = negative;
+    feed_pump(feed);
+}
+
+void feed_quiet(struct feed *feed, uint32_t ticks)
+{
+    feed->pending_ticks += ticks;
+    feed_pump(feed);
+}
+
+void feed_mark_here(struct feed *feed, bool line_start, int32_t position)
+{
+    struct feed_mark *mark = &feed->marks[feed->mark_head & (FEED_MARKS - 1u)];
+
+    mark->line_start = line_start;
+    mark->position = position;
+    feed->mark_head++;
+    if (!feed->lead) {
+        place_marks(feed);
+    }
+}
+
+void feed_end(struct feed *feed)
+{
+    REQUIRE(!feed_busy(feed));
+    if (feed->lead || feed->pending_ticks != 0) {
+        // The last step needs a period of its own to stand in, however little time is left.
+        if (feed->pending_ticks < STEP_IDLE_TICKS) {
+            feed->pending_ticks = STEP_IDLE_TICKS;
+        }
+        put_chunk(feed, (uint16_t)feed->pending_ticks);
+    }
+    place_marks(feed);
+    put_command(feed, STEP_COMMAND_END);
+    feed->pulse = false;
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// The writer's side of the step ring: intervals in, timer periods and commands out.
+//
+// A period begins with its STEP edge, so an interval's periods carry the edge of the step that
+// came BEFORE it (the lead); the step at its end is carried by the next interval's first period.
+//
+//     steps      s1          s2                            s3
+//     intervals  |---- d2 ---|------------- d3 ------------|---
+//     periods    |P    d2    |P  32768  |Q     the rest    |P       P pulses, Q does not
+//
+// A line that waits for the pixel clock is decoded ahead behind a held slot: the ring looks empty
+// to the interrupt until feed_release() fills that slot and the delay behind it.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/step_ring.h" // struct step_ring
+
+// Pixel edges (and line starts) that can be decoded ahead, a power of two.
+#define FEED_MARKS 16u
+
+// A place in the stream of entries, for the ledger that follows the interrupt.
+struct feed_mark {
+    uint8_t slot;      // reached when the ledger has passed this slot
+    bool line_start;   // count from here; else a pixel edge
+    int32_t position;  // expected signed steps of the line at a pixel edge
+};
+
+struct feed {
+    struct step_ring *ring;
+    uint8_t head;        // next slot to write
+    bool pulse;          // what the entries written so far leave behind: pulsing,
+    bool negative;       //   and direction
+    bool lead;           // the next period begins with a STEP edge
+    bool step_due;       // pending_ticks ends with a step
+    bool due_negative;   // its direction
+    bool held;           // the front of the line is not released yet
+    bool merge;          // the next interval may be merged into the delay before the line
+    uint8_t held_slot;
+    uint32_t lead_in_ticks; // part of the first interval that the delay must cover
+    uint32_t pending_ticks; // time decoded but not written
+    struct feed_mark marks[FEED_MARKS];
+    uint8_t mark_head;   // next to write (free running)
+    uint8_t mark_placed; // marks before this one have their slot
+    uint8_t mark_tail;   // next for the ledger
+};
+
+void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head);
+
+// Entries that fit; `retired` is the first slot the ledger still needs.
+uint8_t feed_space(const struct feed *feed, uint8_t retired);
+
+// Most entries that one call of the functions below writes.
+#define FEED_BURST 8u
+
+// Reserve the held front; the line's intervals follow.
+void feed_hold(struct feed *feed);
+
+// Publish the held front so that the line begins after delay_ticks (<= STEP_PERIOD_MAX_TICKS,
+// including lead_in_ticks). Call with the step interrupt unable to load another idle period.
+void feed_release(struct feed *feed, uint32_t delay_ticks);
+
+// Time that passes, then a step. Only when !feed_busy().
+void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
+
+// Time that passes without a step at its end. Only when !feed_busy().
+void feed_quiet(struct feed *feed, uint32_t ticks);
+
+// Write what is pending, as far as FEED_BURST entries go; call while feed_busy() and space lasts.
+void feed_pump(struct feed *feed);
+
+static inline bool feed_busy(const struct feed *feed)
+{
+    return feed->step_due || feed->pending_ticks > STEP_PERIOD_MAX_TICKS;
+}
+
+static inline bool feed_marks_full(const struct feed *feed)
+{
+    return (uint8_t)(feed->mark_head - feed->mark_tail) >= FEED_MARKS - 1u;
+}
+
+// A pixel edge or a line start, after everything fed so far.
+void feed_mark_here(struct feed *feed, bool line_start, int32_t position);
+
+// The line is over and nothing follows it without a gap. Only when !feed_busy().
+void feed_end(struct feed *feed);

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// Follows the step interrupt through the ring and keeps what it did: time, position, pixel edges.
+// Position is what was handed to the timer, never what was only queued; a step counts when its
+// period is loaded, at most one period before its edge.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/feed.h" // marks
+
+// Pixels whose records are kept, oldest overwritten.
+#define LEDGER_RECORDS 10u
+
+struct pixel_record {
+    uint16_t pixel;           // low 16 bits of the number, 1 = end of the line's first pixel
+    int16_t edge_error_ticks; // clock edge minus planned edge
+    int32_t expected_steps;   // of the line, signed
+    int32_t actual_steps;
+};
+
+struct ledger {
+    struct step_ring *ring;
+    uint8_t retired;      // first slot not yet accounted for
+    bool pulse;
+    bool negative;
+    uint16_t idle_seen;   // idle periods accounted for
+    uint16_t lengths[3];  // of the last three periods in ticks, newest first
+    uint32_t loaded_ticks; // end of the newest loaded period, since the timers started (wraps)
+    int32_t position_steps; // since reset, signed
+    int32_t line_origin;  // position where the line began
+    uint32_t pixel;       // edges passed in the line
+    struct pixel_record records[LEDGER_RECORDS];
+    uint8_t record_next;  // slot for the next record
+    uint8_t record_count;
+};
+
+// What the interrupt has done so far, sampled together.
+struct engine_sample {
+    uint8_t tail;
+    uint16_t idle_count;
+};
+
+// first_period_ticks: length of the two periods that are settled when the timers start (the
+// interrupt at the end of the first one loads the third).
+void ledger_reset(struct ledger *ledger, struct step_ring *ring, uint16_t first_period_ticks);
+
+// The timers were started anew: time begins again, position and records stay.
+void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
+
+// Account for everything up to the sample. Marks are taken from the feed. Main loop only.
+void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample);
+
+// Start of a period relative to the newest loaded one: 0 that one itself, 1 the one before, 2.
+uint32_t ledger_period_start(const struct ledger *ledger, uint8_t back);
+
+// The clock edge that ends a pixel was seen so many ticks after its planned place.
+void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);
+
+// The ring was emptied by force: nothing before `slot` will be loaded any more.
+void ledger_skip_to(struct ledger *ledger, uint8_t slot);

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "motion/line.h"
+
+void line_begin(struct line *line, const struct pixel_period *period, struct run_queue *queue,
+                bool take_up)
+{
+    struct run mark = {0};
+    struct run parameter = {0};
+
+    (void)run_queue_pop(queue, &mark);
+    (void)run_queue_pop(queue, &parameter);
+    *line = (struct line){
+        .period = period,
+        .queue = queue,
+        .smooth = ((uint16_t)mark.count & RUN_START_SMOOTH) != 0,
+        .negative = ((uint16_t)mark.count & RUN_START_NEGATIVE) != 0,
+        .fresh = true,
+        .backlash_steps = take_up ? (uint16_t)parameter.count : 0,
+        .line_speed = parameter.repeat,
+    };
+    line->shifted = line->backlash_steps != 0;
+    pixel_grid_start(&line->edges, period, 1);
+    line->to_edge_ticks = pixel_grid_advance(&line->edges);
+    if (line->shifted) {
+        pixel_grid_start(&line->pieces, period, line->line_speed);
+    }
+}
+
+// The next pixel edge lies in this piece, after edge_steps of its steps.
+static void place_edge(struct line *line, struct piece *piece, uint16_t edge_steps)
+{
+    piece->has_edge = true;
+    piece->edge_steps = edge_steps;
+    piece->edge_ticks = line->to_edge_ticks;
+    piece->edge_position = line->position + (piece->negative ? -(int32_t)edge_steps : edge_steps);
+    line->to_edge_ticks = pixel_grid_advance(&line->edges) - (piece->ticks - piece->edge_ticks);
+}
+
+static void count_steps(struct line *line, const struct piece *piece)
+{
+    line->position += piece->negative ? -(int32_t)piece->steps : piece->steps;
+}
+
+// The non-pulsing start of the leading zero pixel. False when backlash = line speed: no wait.
+static bool delay_piece(struct line *line, struct piece *piece)
+{
+    uint32_t ticks = pixel_grid_shift(&line->pieces, line->period, line->backlash_steps,
+                                      line->line_speed);
+
+    *piece = (struct piece){.ticks = ticks, .negative = line->negative};
+    line->to_edge_ticks -= ticks;
+    line->run.repeat--;
+    return ticks != 0;
+}
+
+// The backlash steps, at line speed up to the next pixel edge.
+static void take_up_piece(struct line *line, struct piece *piece)
+{
+    *piece = (struct piece){
+        .ticks = line->to_edge_ticks,
+        .steps = line->backlash_steps,
+        .negative = line->negative,
+    };
+    line->shifted = false;
+    place_edge(line, piece, piece->steps);
+    count_steps(line, piece);
+}
+
+// Steps made when a fraction backlash/line_speed of a shifted pixel has passed: the floor of
+// v0*f + h*f*f in exact arithmetic.
+static uint16_t steps_at_edge(const struct line *line, uint16_t steps)
+{
+    int64_t half = (int64_t)steps - line->speed;
+    int64_t fraction = line->backlash_steps;
+    int64_t whole = line->line_speed;
+
+    return (uint16_t)((line->speed * fraction * whole + half * fraction * fraction)
+                      / (whole * whole));
+}
+
+static void pixel_piece(struct line *line, struct piece *piece)
+{
+    int16_t count = line->run.count;
+    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
+
+    *piece = (struct piece){
+        .ticks = line->shifted ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks,
+        .steps = steps,
+        .start_speed = line->speed,
+        .curved = line->smooth && steps != line->speed,
+        .negative = line->smooth ? line->negative : count < 0,
+    };
+    place_edge(line, piece, line->shifted ? steps_at_edge(line, steps) : steps);
+    count_steps(line, piece);
+    if (line->smooth) {
+        line->speed = (uint16_t)(2u * steps - line->speed);
+    }
+    line->run.repeat--;
+}
+
+enum line_status line_next(struct line *line, struct piece *piece)
+{
+    if (line->shifted && !line->fresh && line->speed == line->line_speed) {
+        take_up_piece(line, piece);
+        return LINE_PIECE;
+    }
+    if (line->run.repeat == 0) {
+        if (!run_queue_pop(line->queue, &line->run)) {
+            return LINE_DRY;
+        }
+        if (line->run.repeat == 0) {
+            return LINE_OVER;
+        }
+    }
+    bool first = line->fresh;
+    line->fresh = false;
+    if (first && line->shifted) {
+        return delay_piece(line, piece) ? LINE_PIECE : line_next(line, piece);
+    }
+    pixel_piece(line, piece);
+    return LINE_PIECE;
+}

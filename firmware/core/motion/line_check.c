@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "motion/line_check.h"
+
+// The curve decoder multiplies speeds by piece lengths in 40 bits and takes 2 * count.
+#define COUNT_MAX 16383
+
+void line_check_reset(struct line_check *check)
+{
+    *check = (struct line_check){.phase = LINE_CHECK_OUTSIDE};
+}
+
+static enum line_error start(struct line_check *check, struct run entry)
+{
+    uint16_t word = (uint16_t)entry.count;
+
+    if (entry.repeat != 0 || (word & RUN_MARK_KIND) != RUN_MARK_START
+        || (word & (uint16_t) ~(RUN_START_KNOWN | RUN_START_WAIT)) != 0) {
+        return LINE_malformed;
+    }
+    line_check_reset(check);
+    check->smooth = (word & RUN_START_SMOOTH) != 0;
+    check->phase = LINE_CHECK_PARAMETER;
+    return LINE_none;
+}
+
+static enum line_error parameter(struct line_check *check, struct run entry)
+{
+    check->backlash_steps = (uint16_t)entry.count;
+    check->line_speed = entry.repeat;
+    check->phase = LINE_CHECK_RUNS;
+    if (check->backlash_steps == 0) {
+        return LINE_none;
+    }
+    if (!check->smooth) {
+        return LINE_backlash_plain;
+    }
+    if (check->line_speed > 2 * COUNT_MAX) {
+        return LINE_out_of_range;
+    }
+    if ((check->line_speed & 1u) != 0) {
+        return LINE_odd_speed;
+    }
+    return check->backlash_steps > check->line_speed ? LINE_backlash_over_speed : LINE_none;
+}
+
+// The end mark.
+static enum line_error end(struct line_check *check, struct run entry)
+{
+    if ((uint16_t)entry.count != RUN_MARK_END) {
+        return LINE_malformed;
+    }
+    if (check->smooth && check->speed != 0) {
+        return LINE_ends_moving;
+    }
+    if (check->backlash_steps != 0 && !check->reached) {
+        return LINE_speed_not_reached;
+    }
+    check->phase = LINE_CHECK_OUTSIDE;
+    return LINE_none;
+}
+
+static bool too_fast(uint32_t speed, uint32_t interval_ticks, uint32_t pixel_ticks)
+{
+    return (uint64_t)speed * interval_ticks > pixel_ticks;
+}
+
+static void warn(struct line_check *check, enum line_error warning)
+{
+    if (check->warning == LINE_none) {
+        check->warning = (uint8_t)warning;
+        check->warning_pixel = check->pixel + 1u;
+    }
+}
+
+static enum line_error plain_run(struct line_check *check, const struct line_limits *limits,
+                                 struct run entry)
+{
+    uint16_t steps = (uint16_t)(entry.count < 0 ? -entry.count : entry.count);
+    bool turns = (entry.count < 0) != (check->last_count < 0) && entry.count != 0
+                 && check->last_count != 0;
+
+    if (too_fast(steps, limits->min_interval_ticks, limits->pixel_ticks)) {
+        return LINE_too_fast;
+    }
+    if (turns && too_fast(steps, limits->reversal_min_ticks, limits->pixel_ticks)) {
+        return LINE_reversal_too_fast;
+    }
+    return LINE_none;
+}
+
+// Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
+static enum line_error equal_counts(struct line_check *check, uint16_t amplitude, uint16_t steps)
+{
+    uint16_t allowed = steps / 100u > 2u ? (uint16_t)(steps / 100u) : 2u;
+
+    if (amplitude > allowed) {
+        return LINE_oscillates;
+    }
+    warn(check, LINE_ripple);
+    return LINE_none;
+}
+
+static enum line_error acceleration(struct line_check *check, const struct line_limits *limits,
+                                    int32_t value)
+{
+    int32_t change = value - check->acceleration;
+
+    if (limits->max_acceleration != 0
+        && (value < 0 ? -value : value) > (int32_t)limits->max_acceleration) {
+        return LINE_acceleration;
+    }
+    if (limits->jerk_warning != 0
+        && (change < 0 ? -change : change) > (int32_t)limits->jerk_warning) {
+        warn(check, LINE_jerk);
+    }
+    check->acceleration = value;
+    return LINE_none;
+}
+
+// Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
+static enum line_error smooth_speed(struct line_check *check, const struct line_limits *limits,
+                                    struct run entry, int32_t end_speed)
+{
+    int32_t top = end_speed > check->speed ? end_speed : check->speed;
+    enum line_error error = acceleration(check, limits, end_speed - check->speed);
+
+    if (error != LINE_none) {
+        return error;
+    }
+    if (too_fast((uint32_t)top, limits->min_interval_ticks, limits->pixel_ticks)) {
+        return LINE_too_fast;
+    }
+    if (check->backlash_steps != 0) {
+        if (check->pixel == 0 && entry.count != 0) {
+            return LINE_backlash_no_room;
+        }
+        if (top > check->line_speed) {
+            return LINE_speed_not_reached;
+        }
+        check->reached = check->reached || top == check->line_speed;
+    }
+    return LINE_none;
+}
+
+static enum line_error smooth_run(struct line_check *check, const struct line_limits *limits,
+                                  struct run entry)
+{
+    int32_t end_speed = 2 * (int32_t)entry.count - check->speed;
+    int32_t excess = (int32_t)check->speed - entry.count;
+
+    if (entry.count < 0) {
+        return LINE_negative_count;
+    }
+    if (entry.count == 0 && check->speed != 0) {
+        return LINE_zero_while_moving;
+    }
+    if (end_speed < 0) {
+        return LINE_reverses_inside_pixel;
+    }
+    bool equal = entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
+    if (excess != 0 && equal) {
+        enum line_error error = equal_counts(check, (uint16_t)(excess < 0 ? -excess : excess),
+                                             (uint16_t)entry.count);
+        if (error != LINE_none) {
+            return error;
+        }
+    }
+    enum line_error error = smooth_speed(check, limits, entry, end_speed);
+    if (error == LINE_none && (entry.repeat & 1u) != 0) {
+        check->speed = (uint16_t)end_speed;
+    }
+    return error;
+}
+
+static enum line_error run(struct line_check *check, const struct line_limits *limits,
+                           struct run entry)
+{
+    if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
+        return LINE_out_of_range;
+    }
+    enum line_error error = check->smooth ? smooth_run(check, limits, entry)
+                                          : plain_run(check, limits, entry);
+    if (error == LINE_none) {
+        check->last_count = entry.count;
+        check->pixel += entry.repeat;
+    }
+    return error;
+}
+
+enum line_error line_check_entry(struct line_check *check, const struct line_limits *limits,
+                                 struct run entry)
+{
+    enum line_error error;
+
+    if (check->phase == LINE_CHECK_OUTSIDE) {
+        error = start(check, entry);
+    } else if (check->phase == LINE_CHECK_PARAMETER) {
+        error = parameter(check, entry);
+    } else if (entry.repeat == 0) {
+        error = end(check, entry);
+    } else {
+        error = run(check, limits, entry);
+    }
+    if (error != LINE_none) {
+        check->error_pixel = check->pixel + 1u;
+    }
+    return error;
+}

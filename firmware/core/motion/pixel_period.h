@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// The exact pixel period and the tick grid it makes. P = timer_hz * den / num ticks is generally
+// not an integer; boundaries fall at floor(k * P) for ever, with no drift, because the remainder
+// is carried as an integer.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PIXEL_PERIOD_MIN_TICKS 1024u
+#define PIXEL_PERIOD_MAX_TICKS 0xFFFFFFu // 24 bits: down to 1 Hz at 16 MHz
+
+struct pixel_period {
+    uint32_t whole_ticks; // floor(P)
+    uint32_t remainder;   // P = whole + remainder / divisor
+    uint32_t divisor;
+};
+
+// pixel_hz = num / den. False (and unchanged) when a term is 0 or P is outside the limits above.
+bool pixel_period_set(struct pixel_period *period, uint32_t timer_hz, uint32_t num, uint32_t den);
+
+// A walk along multiples of P from any rational start: the fraction is kept over divisor * scale.
+struct pixel_grid {
+    uint32_t whole_ticks;
+    uint64_t step;    // remainder * scale
+    uint64_t divisor; // divisor * scale
+    uint64_t sum;     // fraction of the present place, 0..divisor-1
+};
+
+// Grid at 0; scale 1..32767.
+void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period, uint16_t scale);
+
+// Ticks (floor to floor) from the present place to the one P further.
+uint32_t pixel_grid_advance(struct pixel_grid *grid);
+
+// Advance a fresh grid of scale `line_speed` by P * (line_speed - backlash) / line_speed.
+uint32_t pixel_grid_shift(struct pixel_grid *grid, const struct pixel_period *period,
+                          uint16_t backlash_steps, uint16_t line_speed);

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// How a line travels and waits: as runs and marks. A run is `repeat` pixels of `count` steps each.
+// An entry with repeat 0 is a mark, its count a mark word; a start mark is followed by one
+// parameter entry.
+//
+//     start   (word, 0) (backlash_steps, line_speed)    word: kind, flags below
+//     runs    (count, repeat) ...
+//     end     (RUN_MARK_END, 0)
+#pragma once
+
+#include <stdint.h>
+
+#define RUN_MARK_KIND 0x000Fu
+#define RUN_MARK_START 0x0001u
+#define RUN_MARK_END 0x0002u
+#define RUN_START_SMOOTH 0x0010u   // constant acceleration inside a pixel; else constant speed
+#define RUN_START_WAIT 0x0020u     // zero is one period after a pixel clock edge; else chained
+#define RUN_START_NEGATIVE 0x0040u // a smooth line that runs in negative direction
+#define RUN_START_KNOWN 0x0071u    // every bit of a start mark that has a meaning, less WAIT
+
+struct run {
+    int16_t count;   // steps in each pixel, signed for plain lines
+    uint16_t repeat; // pixels; 0 makes the entry a mark
+};

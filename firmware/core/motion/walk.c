@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "motion/walk.h"
+
+#define NO_EDGE 0xFFFFu
+
+// Special steps: the two around the edge, the one after them (it sees their shift), the last.
+static uint16_t next_special(const struct walk *walk)
+{
+    uint16_t next = walk->count;
+
+    if (walk->edge_steps != NO_EDGE) {
+        for (uint8_t after = 0; after < 3; after++) {
+            uint16_t candidate = (uint16_t)(walk->edge_steps + after);
+            if (candidate > walk->index && candidate < next) {
+                next = candidate;
+                break;
+            }
+        }
+    }
+    return next;
+}
+
+void walk_start(struct walk *walk, const struct piece *piece)
+{
+    walk->curved = piece->curved;
+    walk->at_edge = false;
+    walk->index = 0;
+    walk->count = piece->steps;
+    walk->edge_steps = piece->has_edge ? piece->edge_steps : NO_EDGE;
+    walk->edge_ticks = piece->edge_ticks;
+    walk->end_ticks = piece->ticks;
+    walk->exact_ticks = 0;
+    walk->made_ticks = 0;
+    walk->last_special = next_special(walk);
+    walk->until = walk->last_special;
+    if (piece->curved) {
+        curve_start(&walk->steps.curve, piece->ticks, piece->start_speed, piece->steps);
+    } else {
+        even_start(&walk->steps.even, piece->ticks, piece->steps);
+    }
+}
+
+static uint32_t place_special(struct walk *walk)
+{
+    uint32_t tick = walk->exact_ticks;
+
+    if (walk->index == walk->count) {
+        tick = walk->end_ticks;
+    } else if (walk->index == walk->edge_steps && tick > walk->edge_ticks) {
+        tick = walk->edge_ticks;
+    } else if (walk->index == (uint16_t)(walk->edge_steps + 1u) && tick <= walk->edge_ticks) {
+        tick = walk->edge_ticks + 1u;
+    }
+    return tick;
+}
+
+static uint32_t special(struct walk *walk)
+{
+    walk->index = walk->last_special;
+    uint32_t tick = place_special(walk);
+    uint32_t interval = tick - walk->made_ticks;
+
+    walk->made_ticks = tick;
+    walk->at_edge = walk->index == walk->edge_steps;
+    if (walk->index < walk->count) {
+        walk->last_special = next_special(walk);
+        walk->until = (uint16_t)(walk->last_special - walk->index);
+    }
+    return interval;
+}
+
+uint32_t walk_next(struct walk *walk)
+{
+    uint32_t ticks = 0;
+
+    walk->until--;
+    if (walk->until != 0) {
+        ticks = walk->curved ? curve_next(&walk->steps.curve) : even_next(&walk->steps.even);
+        walk->exact_ticks += ticks;
+        walk->made_ticks += ticks;
+        walk->at_edge = false;
+        return ticks;
+    }
+    if ((uint16_t)(walk->count - walk->last_special) != 0) {
+        walk->exact_ticks += walk->curved ? curve_next(&walk->steps.curve)
+                                          : even_next(&walk->steps.even);
+    }
+    return special(walk);
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Walks through a piece step by step and keeps two promises at whole ticks: the last step falls
+// exactly on the end of the piece, and a step lies at or before the piece's pixel edge in ticks
+// if and only if it does in exact arithmetic.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/curve.h" // struct curve
+#include "motion/even.h"  // struct even
+#include "motion/line.h"  // struct piece
+
+struct walk {
+    union {
+        struct curve curve;
+        struct even even;
+    } steps;
+    bool curved;
+    bool at_edge;         // the step just returned is the last one before the pixel edge
+    uint16_t index;       // steps returned so far, up to date only at special steps
+    uint16_t until;       // steps to the next special one
+    uint16_t last_special;
+    uint16_t count;       // steps of the piece
+    uint16_t edge_steps;  // 0xFFFF: no edge inside
+    uint32_t edge_ticks;
+    uint32_t end_ticks;
+    uint32_t exact_ticks; // where the last step would fall without the promises
+    uint32_t made_ticks;  // where it was put
+};
+
+// piece->steps must not be 0.
+void walk_start(struct walk *walk, const struct piece *piece);
+
+// Ticks from the last step (or the start of the piece) to the next. Call piece->steps times.
+uint32_t walk_next(struct walk *walk);
+
+// True when every step of the piece has been returned.
+static inline bool walk_done(const struct walk *walk)
+{
+    return walk->until == 0;
+}

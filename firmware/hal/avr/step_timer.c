@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+// The 16-bit timers in fast PWM mode 15 (spec 6.2): TOP is OCRnA, STEP is OCnB inverting.
+#include "hal/step_timer.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <stddef.h> // offsetof
+#include <util/atomic.h>
+
+#include "config.h"           // CONFIG_*
+#include "hal/avr/board.h"    // BOARD_FILE
+#include "hal/avr/pins.h"     // pins_write_direction
+#include "hal/avr/step_isr.h" // what the assembly half needs
+
+// Above every TOP: no match, STEP stays low.
+#define QUIET_TICKS 0xFFFFu
+
+_Static_assert(sizeof(struct step_engine) == STEP_ISR_ENGINE_SIZE, "known to step_isr.S");
+_Static_assert(offsetof(struct step_engine, tail) == STEP_ISR_TAIL, "known to step_isr.S");
+_Static_assert(offsetof(struct step_engine, state) == STEP_ISR_STATE, "known to step_isr.S");
+_Static_assert(offsetof(struct step_engine, idle_count) == STEP_ISR_IDLE_COUNT,
+               "known to step_isr.S");
+_Static_assert(sizeof(struct step_ring) == STEP_ISR_RING_SIZE, "known to step_isr.S");
+_Static_assert(offsetof(struct step_ring, high) == STEP_ISR_HIGH_OFFSET, "known to step_isr.S");
+_Static_assert(STEP_ENGINE_IN_LINE == 1, "known to step_isr.S");
+_Static_assert(STEP_HIGH_COMMAND == 0xFE, "known to step_isr.S");
+
+struct step_engine step_engines[CONFIG_AXES];
+// On a 256-byte boundary: the linker puts this section first in RAM.
+struct step_ring step_rings[CONFIG_AXES] __attribute__((section(".step_rings,\"aw\",@nobits;")));
+
+static volatile uint8_t late_axes; // bit n: axis n came too late
+
+struct step_ring *step_timer_ring(uint8_t axis)
+{
+    return &step_rings[axis];
+}
+
+// A command, or the end of the entries: the rare cases of the interrupt. Interrupts off.
+// Budget: 300 cycles. The entries around a command are long enough for it (feed.c).
+#define COMMAND_HANDLER(axis, timer)                                                      \
+    void step_isr_command_##axis(void);                                                   \
+    void step_isr_command_##axis(void)                                                    \
+    {                                                                                     \
+        struct step_load load = step_engine_next(&step_engines[axis], &step_rings[axis]); \
+        OCR##timer##B = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;                \
+        OCR##timer##A = load.top_ticks;                                                   \
+        if (load.turned) {                                                                \
+            pins_write_direction((axis), step_engines[axis].negative);                    \
+        }                                                                                 \
+    }
+// The next period began before its successor was loaded, so the step after it would be late: take
+// the pin from the timer before that edge. Interrupts off.
+#define LATE_HANDLER(axis, timer)                                                         \
+    void step_isr_late_##axis(void);                                                      \
+    void step_isr_late_##axis(void)                                                       \
+    {                                                                                     \
+        TCCR##timer##A = (uint8_t)(_BV(WGM##timer##1) | _BV(WGM##timer##0));              \
+        TIMSK##timer &= (uint8_t)~_BV(TOIE##timer);                                       \
+        step_engines[axis].state = STEP_ENGINE_HALTED;                                    \
+        late_axes |= (uint8_t)(1u << (axis));                                             \
+    }
+#define BOARD_PIN(signal, axis, port, bit, header_pin)
+#define BOARD_AXIS(axis, timer) COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+
+// Compare registers are not buffered in mode 0: load them there, then enter mode 15, stopped.
+#define PREPARE(timer)                                                                    \
+    do {                                                                                  \
+        TCCR##timer##B = 0;                                                               \
+        TCCR##timer##A = 0;                                                               \
+        OCR##timer##A = STEP_IDLE_TICKS - 1u;                                             \
+        OCR##timer##B = QUIET_TICKS;                                                      \
+        TCCR##timer##A =                                                                  \
+            (uint8_t)(_BV(COM##timer##B1) | _BV(COM##timer##B0) | _BV(WGM##timer##1)      \
+                      | _BV(WGM##timer##0));                                              \
+        TCCR##timer##B = STOPPED_MODE_15;                                                 \
+        TIFR##timer = 0xFF;                                                               \
+        TIMSK##timer = (uint8_t)_BV(TOIE##timer);                                         \
+    } while (0);
+#define STOPPED_MODE_15 ((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(ICES1)))
+#define RUNNING_MODE_15 ((uint8_t)(STOPPED_MODE_15 | _BV(CS10)))
+
+// One store after the other, two cycles apart; each timer starts that much further on.
+#define START_CYCLES 2u
+#if defined(CONFIG_BOARD_UNO)
+static void start_in_phase(void)
+{
+    TCNT1 = 0;
+    TIMSK1 |= (uint8_t)_BV(ICIE1);
+    TCCR1B = RUNNING_MODE_15;
+}
+#else
+static void start_in_phase(void)
+{
+    TCNT1 = 0;
+    TCNT3 = START_CYCLES;
+    TCNT4 = 2u * START_CYCLES;
+    TCNT5 = 3u * START_CYCLES;
+    TIMSK5 |= (uint8_t)_BV(ICIE5);
+    __asm__ volatile("sts %[t1], %[run]\n\t"
+                     "sts %[t3], %[run]\n\t"
+                     "sts %[t4], %[run]\n\t"
+                     "sts %[t5], %[run]\n\t"
+                     :
+                     : [run] "r"(RUNNING_MODE_15), [t1] "n"(_SFR_MEM_ADDR(TCCR1B)),
+                       [t3] "n"(_SFR_MEM_ADDR(TCCR3B)), [t4] "n"(_SFR_MEM_ADDR(TCCR4B)),
+                       [t5] "n"(_SFR_MEM_ADDR(TCCR5B)));
+}
+#endif
+
+void step_timer_start(void)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        for (uint8_t axis = 0; axis < CONFIG_AXES; axis++) {
+            bool negative = step_engines[axis].negative;
+            step_engine_reset(&step_engines[axis], &step_rings[axis]);
+            step_engines[axis].negative = negative;
+        }
+        late_axes = 0;
+#define BOARD_AXIS(axis, timer) PREPARE(timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+        start_in_phase();
+    }
+}
+
+struct engine_sample step_timer_sample(uint8_t axis)
+{
+    struct engine_sample sample = {0, 0};
+
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        sample.tail = step_engines[axis].tail;
+        sample.idle_count = step_engines[axis].idle_count;
+    }
+    return sample;
+}
+
+enum step_engine_state step_timer_state(uint8_t axis)
+{
+    return (enum step_engine_state)step_engines[axis].state;
+}
+
+bool step_timer_release(uint8_t axis, struct feed *feed, uint32_t delay_ticks,
+                        uint16_t idle_count)
+{
+    bool released = false;
+
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        if (step_engines[axis].idle_count == idle_count) {
+            feed_release(feed, delay_ticks);
+            released = true;
+        }
+    }
+    return released;
+}
+
+void step_timer_empty(uint8_t axis)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        step_rings[axis].high[step_engines[axis].tail] = STEP_HIGH_EMPTY;
+    }
+}
+
+uint8_t step_timer_settle(uint8_t axis)
+{
+    uint8_t slot = 0;
+
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        slot = step_engines[axis].tail;
+        step_rings[axis].high[slot] = STEP_HIGH_EMPTY;
+        step_engines[axis].state = STEP_ENGINE_IDLE;
+    }
+    return slot;
+}
+
+bool step_timer_take_underrun(uint8_t axis)
+{
+    uint8_t bit = (uint8_t)(1u << axis);
+    bool late = (late_axes & bit) != 0;
+
+    if (late) {
+        ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+        {
+            late_axes &= (uint8_t)~bit;
+        }
+    }
+    return late;
+}
+
+void step_timer_enable(uint8_t axis, bool on)
+{
+    pins_write_enable(axis, on);
+}

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// USART 0: 8E1. Interrupt handlers only move one byte.
+#include "hal/uart.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <util/atomic.h>
+
+#include "config.h"       // CONFIG_BAUD
+#include "hal/avr/pins.h" // pins_write_rs485
+
+// The main loop may be away for 64 characters, 6.1 ms at 115200 baud 8E1.
+#define RECEIVE_SLOTS 64u
+#define UBRR_VALUE ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
+
+static volatile uint8_t received[RECEIVE_SLOTS];
+static volatile uint8_t receive_head; // written by the interrupt (free running)
+static volatile uint8_t receive_tail; // written by the main loop
+static volatile uint8_t overruns;
+
+static const uint8_t *volatile send_next;
+static volatile uint16_t send_left;
+static volatile bool sending;
+
+#if defined(USART_RX_vect)
+#define RECEIVE_VECTOR USART_RX_vect
+#define EMPTY_VECTOR USART_UDRE_vect
+#define COMPLETE_VECTOR USART_TX_vect
+#else
+#define RECEIVE_VECTOR USART0_RX_vect
+#define EMPTY_VECTOR USART0_UDRE_vect
+#define COMPLETE_VECTOR USART0_TX_vect
+#endif
+
+void uart_start(void)
+{
+    UBRR0 = (uint16_t)UBRR_VALUE;
+    UCSR0A = (uint8_t)_BV(U2X0);
+    UCSR0C = (uint8_t)(_BV(UPM01) | _BV(UCSZ01) | _BV(UCSZ00));
+    UCSR0B = (uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0));
+}
+
+// Budget: 80 cycles, once a character (1528 cycles at 115200 baud).
+ISR(RECEIVE_VECTOR)
+{
+    uint8_t status = UCSR0A;
+    uint8_t byte = UDR0;
+    uint8_t head = receive_head;
+
+    // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails.
+    if ((status & (_BV(FE0) | _BV(UPE0))) != 0) {
+        return;
+    }
+    if ((status & _BV(DOR0)) != 0 || (uint8_t)(head - receive_tail) == RECEIVE_SLOTS) {
+        overruns++;
+        return;
+    }
+    received[head & (RECEIVE_SLOTS - 1u)] = byte;
+    receive_head = (uint8_t)(head + 1u);
+}
+
+// Budget: 80 cycles, once a character.
+ISR(EMPTY_VECTOR)
+{
+    const uint8_t *next = send_next;
+    uint16_t left = (uint16_t)(send_left - 1u);
+
+    UDR0 = *next;
+    send_next = next + 1;
+    send_left = left;
+    if (left == 0) {
+        UCSR0B = (uint8_t)(_BV(RXCIE0) | _BV(TXCIE0) | _BV(RXEN0) | _BV(TXEN0));
+    }
+}
+
+// Budget: 80 cycles, once a reply.
+ISR(COMPLETE_VECTOR)
+{
+    UCSR0B = (uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0));
+    pins_write_rs485(false);
+    sending = false;
+}
+
+bool uart_take(uint8_t *byte)
+{
+    uint8_t tail = receive_tail;
+
+    if (tail == receive_head) {
+        return false;
+    }
+    *byte = received[tail & (RECEIVE_SLOTS - 1u)];
+    receive_tail = (uint8_t)(tail + 1u);
+    return true;
+}
+
+uint8_t uart_take_overruns(void)
+{
+    uint8_t count = 0;
+
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        count = overruns;
+        overruns = 0;
+    }
+    return count;
+}
+
+void uart_send(const uint8_t *bytes, uint16_t length)
+{
+    pins_write_rs485(true);
+    send_next = bytes;
+    send_left = length;
+    sending = true;
+    // Clear a stale transmit-complete flag (write one), then let the handler send.
+    UCSR0A = (uint8_t)(_BV(TXC0) | _BV(U2X0));
+    UCSR0B = (uint8_t)(_BV(RXCIE0) | _BV(UDRIE0) | _BV(RXEN0) | _BV(TXEN0));
+}
+
+bool uart_sending(void)
+{
+    return sending;
+}

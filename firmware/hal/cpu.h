@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// The processor itself.
+#pragma once
+
+#include <stdint.h>
+
+void cpu_start_interrupts(void);
+
+// Bits as in input register reset_cause.
+uint8_t cpu_reset_cause(void);
+
+// Address strap read once at reset: 0 none, else the unit address.
+uint8_t cpu_address_strap(void);
+
+// Sections of the main loop, for cycle accounting by who watches the processor.
+enum cpu_section {
+    CPU_SECTION_IDLE = 0,
+    CPU_SECTION_SMOOTH = 1,
+    CPU_SECTION_PLAIN = 2,
+    CPU_SECTION_LEDGER = 3,
+    CPU_SECTION_SERIAL = 4,
+    CPU_SECTION_OTHER = 5,
+};
+void cpu_section(enum cpu_section section);

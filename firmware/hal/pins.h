@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: MIT
+// The board's digital pins as a whole.
+#pragma once
+
+// Directions and levels of every pin: STEP low, drivers off, inputs pulled up. Call first.
+void pins_start(void);

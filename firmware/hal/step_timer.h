@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// One timer per axis that turns ring entries into STEP edges. The edges are made by the compare
+// hardware; the interrupt behind this contract only loads the next period. Called from the main
+// loop, interrupts on, unless said otherwise.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/feed.h"        // struct feed
+#include "motion/ledger.h"      // struct engine_sample
+#include "motion/step_engine.h" // enum step_engine_state
+
+// From the start of a period to its STEP edge, ticks.
+#define STEP_TIMER_EDGE_TICKS (CONFIG_PULSE_LOW_TICKS + 1u)
+
+// Reset every ring and start all timers in phase, idle, STEP low. Also after a fault that lost the
+// time base (underrun).
+void step_timer_start(void);
+
+struct step_ring *step_timer_ring(uint8_t axis);
+
+// What the interrupt has consumed, as of one instant.
+struct engine_sample step_timer_sample(uint8_t axis);
+enum step_engine_state step_timer_state(uint8_t axis);
+
+// Publish the held front of a line, unless an idle period was loaded since idle_count: then false
+// and nothing done.
+bool step_timer_release(uint8_t axis, struct feed *feed, uint32_t delay_ticks,
+                        uint16_t idle_count);
+
+// Empty the ring behind the entry being loaded: no STEP edge after at most one more period. The
+// engine then halts by itself if it was in a line.
+void step_timer_empty(uint8_t axis);
+
+// After step_timer_empty() or a halt: the slot at which the writer continues; engine idle again.
+uint8_t step_timer_settle(uint8_t axis);
+
+// True once after an interrupt that came too late; the STEP output is off since.
+bool step_timer_take_underrun(uint8_t axis);
+
+// Driver enable outputs.
+void step_timer_enable(uint8_t axis, bool on);

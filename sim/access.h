@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// When, to the cycle, does an instruction touch an I/O register? simavr calls the register's
+// callbacks with avr->cycle still at the instruction's first cycle.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <sim_avr.h>
+
+// The instruction that runs now (avr->pc stays on it until it has ended).
+static inline uint16_t access_opcode(const avr_t *avr)
+{
+    return (uint16_t)(avr->flash[avr->pc] | (avr->flash[avr->pc + 1U] << 8));
+}
+
+// The cycle in which the running instruction reads or writes. IN, OUT, SBIC and SBIS do it in their
+// first cycle; LDS, STS, LD and ST, SBI and CBI take two and do it in the second.
+static inline uint64_t access_cycle(const avr_t *avr)
+{
+    uint16_t opcode = access_opcode(avr);
+    bool in_or_out = (opcode & 0xF000U) == 0xB000U;
+    bool skip_on_bit = (opcode & 0xFD00U) == 0x9900U;
+
+    return avr->cycle + ((in_or_out || skip_on_bit) ? 0U : 1U);
+}
+
+// The value that a write really carries to a register of write-1-to-clear flags. The part's SBI
+// writes its one bit only and CBI writes none, while simavr reads, changes and writes all eight.
+static inline uint8_t access_flags_written(const avr_t *avr, uint8_t value)
+{
+    uint16_t opcode = access_opcode(avr);
+
+    if ((opcode & 0xFF00U) == 0x9A00U) {
+        return (uint8_t)(1U << (opcode & 7U));
+    }
+    return ((opcode & 0xFF00U) == 0x9800U) ? 0 : value;
+}
+
+// Takes a register's callbacks over from simavr's own module; NULL leaves plain memory.
+static inline void access_take(avr_t *avr,
+                               avr_io_addr_t address,
+                               avr_io_read_t read,
+                               avr_io_write_t write,
+                               void *param)
+{
+    avr_io_addr_t io = (avr_io_addr_t)AVR_DATA_TO_IO(address);
+
+    avr->io[io].r.c = read;
+    avr->io[io].r.param = param;
+    avr->io[io].w.c = write;
+    avr->io[io].w.param = param;
+}

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// One simulated board: the part with our models of timers and UART in it, its pins wired to the
+// signals of firmware/hal/boards/<name>.def, its axes' mechanics.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <sim_avr.h>
+
+#include "board_pins.h"
+#include "edges.h"
+#include "irq_stats.h"
+#include "line.h"
+#include "pixel_clock.h"
+#include "plant.h"
+#include "stack.h"
+#include "timer16.h"
+#include "uart.h"
+
+#define BOARD_TIMERS 4
+#define BOARD_PORTS  12 // 'A' to 'L'
+#define BOARD_PULSES 64 // pixel pulses handed over ahead of time; a power of two
+#define BOARD_ERROR  256
+
+struct board_axis {
+    bool step, dir, enable; // levels
+    uint64_t steps_rising;
+    int64_t steps_signed; // DIR low counts up
+    struct plant plant;
+};
+
+struct board {
+    int index;
+    const struct board_kind *kind;
+    avr_t *avr;
+    avr_io_t reset_hook; // hears of every reset of the part
+    struct edges *edges;
+    char error[BOARD_ERROR]; // not empty: the board has stopped for this reason
+
+    struct timer16 timer[BOARD_TIMERS];
+    int timers;
+    struct timer16_hooks timer_hooks;
+    struct uart uart;
+    struct uart_hooks uart_hooks;
+    struct irq_stats stats;
+    struct stack_watch stack;
+
+    struct {
+        uint8_t port, ddr;                 // as last written
+        uint8_t driven_mask, driven_level; // from outside
+    } pins[BOARD_PORTS];
+    struct board_axis axis[BOARD_AXES];
+
+    struct pixel_pulse pulse[BOARD_PULSES];
+    unsigned pulse_first, pulse_last;
+    bool pulse_high;
+
+    uint64_t sleep_cycles;
+    uint64_t quantum_end;
+    uint8_t strap; // GPIOR2 after a reset
+};
+
+// Loads an image into a new board. The board must stay where it is in memory. On failure returns
+// false with a one-line reason in board->error.
+bool board_open(struct board *board,
+                int index,
+                const char *kind_name,
+                const char *image_path,
+                struct line *line,
+                struct edges *edges);
+
+// The mechanics of one axis; its switches drive their pins from now on.
+void board_set_plant(struct board *board, unsigned axis, const struct plant_settings *settings);
+
+// Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or has
+// stopped. True while it goes on.
+bool board_run(struct board *board, uint64_t cycle);
+
+// The program has ended by itself: sleep with interrupts off.
+bool board_is_done(const struct board *board);
+
+// Drives an input pin from outside at this cycle.
+void board_drive_pin(struct board *board, char port, unsigned bit, bool level, uint64_t cycle);
+
+// A pixel pulse to come. False if the board's queue is full.
+bool board_add_pulse(struct board *board, const struct pixel_pulse *pulse);
+
+void board_close(struct board *board);
+
+// ---- between the files of the board ----
+
+// Stops the board with this error.
+void board_refuse(void *board, const char *text);
+
+// Tells simavr when the next pixel pulse is due (board_run.c).
+void board_schedule_pulse(struct board *board);
+
+// Follows the ports that carry outputs (board_outputs.c).
+void board_watch_outputs(struct board *board);
+
+// An output compare changed a pin's level or connection (board_outputs.c).
+void board_compare_output(void *board, struct timer16 *timer, int channel, uint64_t cycle);
+
+// The driver of the serial line is on (board_outputs.c).
+bool board_may_send(void *board);

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// What leaves a board: STEP, DIR, ENABLE and the serial driver, with exact cycles. A pin that its
+// program does not drive counts as low.
+
+#include "board.h"
+
+#include <avr_ioport.h>
+
+#include "access.h"
+
+#define STEP_CHANNEL 1 // STEP is OCnB
+
+static unsigned port_index(char port)
+{
+    return (unsigned)(port - 'A');
+}
+
+static bool port_level(const struct board *b, const struct board_pin *pin)
+{
+    unsigned port = port_index(pin->port);
+
+    return ((b->pins[port].port & b->pins[port].ddr) >> pin->bit & 1U) != 0;
+}
+
+static struct timer16 *axis_timer(struct board *b, unsigned axis)
+{
+    for (int i = 0; i < b->timers; i++) {
+        if (b->timer[i].name == b->kind->axis_timer[axis]) {
+            return &b->timer[i];
+        }
+    }
+    return NULL;
+}
+
+static bool step_level(struct board *b, const struct board_pin *pin)
+{
+    const struct timer16 *timer = axis_timer(b, pin->axis);
+    bool driven = (b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) != 0;
+
+    if (timer == NULL || timer16_com(timer, STEP_CHANNEL) == 0) {
+        return port_level(b, pin);
+    }
+    return driven && timer->oc_level[STEP_CHANNEL];
+}
+
+static void add_edge(struct board *b,
+                     unsigned axis,
+                     enum edge_signal signal,
+                     bool level,
+                     uint64_t cycle)
+{
+    struct edge edge = {
+        .cycle = cycle,
+        .board = (uint8_t)b->index,
+        .axis = (uint8_t)axis,
+        .signal = (uint8_t)signal,
+        .level = level ? 1 : 0,
+    };
+
+    edges_add(b->edges, &edge);
+}
+
+static void drive_switch(struct board *b,
+                         unsigned axis,
+                         enum board_signal signal,
+                         enum plant_switch which,
+                         uint64_t cycle)
+{
+    const struct board_pin *pin = board_kind_pin(b->kind, signal, axis);
+    const struct plant *plant = &b->axis[axis].plant;
+
+    if (pin != NULL) {
+        bool level = plant->closed[which] == plant->settings.active_high;
+
+        board_drive_pin(b, pin->port, pin->bit, level, cycle);
+    }
+}
+
+static void drive_switches(struct board *b, unsigned axis, uint64_t cycle)
+{
+    const struct plant_settings *s = &b->axis[axis].plant.settings;
+
+    if (s->has_home) {
+        drive_switch(b, axis, SIGNAL_HOME, PLANT_HOME, cycle);
+    }
+    if (s->has_travel) {
+        drive_switch(b, axis, SIGNAL_LIMIT_MINUS, PLANT_LIMIT_MINUS, cycle);
+        drive_switch(b, axis, SIGNAL_LIMIT_PLUS, PLANT_LIMIT_PLUS, cycle);
+    }
+}
+
+void board_set_plant(struct board *b, unsigned axis, const struct plant_settings *settings)
+{
+    plant_init(&b->axis[axis].plant, settings);
+    drive_switches(b, axis, b->avr->cycle);
+}
+
+static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle)
+{
+    struct board_axis *a = &b->axis[axis];
+    int direction = a->dir ? -1 : 1;
+
+    a->step = level;
+    add_edge(b, axis, EDGE_STEP, level, cycle);
+    if (level) {
+        a->steps_rising++;
+        a->steps_signed += direction;
+        if (plant_step(&a->plant, direction)) {
+            drive_switches(b, axis, cycle);
+        }
+    }
+}
+
+void board_compare_output(void *board, struct timer16 *timer, int channel, uint64_t cycle)
+{
+    struct board *b = board;
+
+    if (channel != STEP_CHANNEL) {
+        return;
+    }
+    for (unsigned axis = 0; axis < (unsigned)b->kind->axes; axis++) {
+        const struct board_pin *pin = board_kind_pin(b->kind, SIGNAL_STEP, axis);
+
+        if (pin != NULL && b->kind->axis_timer[axis] == timer->name) {
+            bool level = step_level(b, pin);
+
+            if (level != b->axis[axis].step) {
+                step_edge(b, axis, level, cycle);
+            }
+        }
+    }
+}
+
+bool board_may_send(void *board)
+{
+    const struct board *b = board;
+    const struct board_pin *pin = board_kind_pin(b->kind, SIGNAL_RS485_DE, 0);
+
+    // A program that leaves the pin alone talks over the board's USB bridge, which is always on.
+    if (pin == NULL || (b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) == 0) {
+        return true;
+    }
+    return port_level(b, pin);
+}
+
+static void follow(struct board *b, const struct board_pin *pin, uint64_t cycle)
+{
+    struct board_axis *a = &b->axis[pin->axis];
+
+    if (pin->signal == SIGNAL_STEP) {
+        bool level = step_level(b, pin);
+
+        if (level != a->step) {
+            step_edge(b, pin->axis, level, cycle);
+        }
+    } else if (pin->signal == SIGNAL_DIR && port_level(b, pin) != a->dir) {
+        a->dir = !a->dir;
+        add_edge(b, pin->axis, EDGE_DIR, a->dir, cycle);
+    } else if (pin->signal == SIGNAL_ENABLE && port_level(b, pin) != a->enable) {
+        a->enable = !a->enable;
+        add_edge(b, pin->axis, EDGE_ENABLE, a->enable, cycle);
+    } else if (pin->signal == SIGNAL_RS485_DE && !board_may_send(b)) {
+        uart_driver_off(&b->uart, cycle);
+    }
+}
+
+// DIR before STEP would matter only if one write moved both; the pins are looked at in table order.
+static void follow_port(struct board *b, unsigned port)
+{
+    uint64_t cycle = access_cycle(b->avr) + 1;
+
+    for (int i = 0; i < b->timers; i++) {
+        timer16_sync(&b->timer[i], cycle); // edges of before this write come first
+    }
+    for (size_t i = 0; i < b->kind->pin_count; i++) {
+        if (port_index(b->kind->pins[i].port) == port) {
+            follow(b, &b->kind->pins[i], cycle);
+        }
+    }
+}
+
+static void on_port(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    struct board *b = param;
+
+    b->pins[irq->irq].port = (uint8_t)value;
+    follow_port(b, irq->irq);
+}
+
+static void on_ddr(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    struct board *b = param;
+
+    b->pins[irq->irq].ddr = (uint8_t)value;
+    follow_port(b, irq->irq);
+}
+
+void board_watch_outputs(struct board *b)
+{
+    for (unsigned port = 0; port < BOARD_PORTS; port++) {
+        uint32_t which = AVR_IOCTL_IOPORT_GETIRQ((uint32_t)'A' + port);
+        avr_irq_t *written = avr_io_getirq(b->avr, which, IOPORT_IRQ_REG_PORT);
+        avr_irq_t *turned = avr_io_getirq(b->avr, which, IOPORT_IRQ_DIRECTION_ALL);
+
+        if (written != NULL && turned != NULL) {
+            written->irq = turned->irq = port; // how the notify knows its port
+            avr_irq_register_notify(written, on_port, b);
+            avr_irq_register_notify(turned, on_ddr, b);
+        }
+    }
+}

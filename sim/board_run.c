@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "board_run.h"
+
+#include <stdio.h>
+
+#include <sim_core.h>
+
+#include "board.h"
+
+#define STATE_AFTER_SEI  (-2) // simavr's interrupt_state right after the I bit was set
+#define STATE_ONE_PASSED (-1)
+
+// Cycles that simavr may run without coming back: each instruction comes back, so that no CLI goes
+// unseen. Measured: a fifth slower than running freely from event to event.
+#define RUN_LIMIT 1U
+
+static avr_cycle_count_t on_quantum_end(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    (void)avr;
+    (void)when;
+    (void)param;
+    return 0; // it only had to end the stretch of instructions
+}
+
+static avr_cycle_count_t on_pulse(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    struct board *b = param;
+
+    (void)when;
+    while (b->pulse_first != b->pulse_last) {
+        const struct pixel_pulse *pulse = &b->pulse[b->pulse_first % BOARD_PULSES];
+        uint64_t due = b->pulse_high ? pulse->fall : pulse->rise;
+        const struct board_pin *in = board_kind_pin(b->kind, SIGNAL_PIXEL_CLOCK, 0);
+        const struct board_pin *copy = board_kind_pin(b->kind, SIGNAL_PIXEL_CLOCK_COPY, 0);
+
+        if (due > avr->cycle) {
+            return due;
+        }
+        b->pulse_high = !b->pulse_high;
+        b->pulse_first += b->pulse_high ? 0 : 1;
+        board_drive_pin(b, in->port, in->bit, b->pulse_high, due);
+        if (copy != NULL) {
+            board_drive_pin(b, copy->port, copy->bit, b->pulse_high, due);
+        }
+    }
+    return 0;
+}
+
+void board_schedule_pulse(struct board *b)
+{
+    const struct pixel_pulse *pulse = &b->pulse[b->pulse_first % BOARD_PULSES];
+    uint64_t due = b->pulse_high ? pulse->fall : pulse->rise;
+
+    if (b->pulse_first != b->pulse_last) {
+        avr_cycle_timer_register(
+            b->avr, (due > b->avr->cycle) ? due - b->avr->cycle : 0, on_pulse, b);
+    }
+}
+
+bool board_add_pulse(struct board *b, const struct pixel_pulse *pulse)
+{
+    if (b->pulse_last - b->pulse_first >= BOARD_PULSES) {
+        return false;
+    }
+    b->pulse[b->pulse_last++ % BOARD_PULSES] = *pulse;
+    if (b->pulse_last - b->pulse_first == 1) {
+        board_schedule_pulse(b);
+    }
+    if (b->index == 0) {
+        edges_add(b->edges,
+                  &(struct edge){.cycle = pulse->rise, .signal = EDGE_CLOCK, .level = 1});
+        edges_add(b->edges,
+                  &(struct edge){.cycle = pulse->fall, .signal = EDGE_CLOCK, .level = 0});
+    }
+    return true;
+}
+
+// Registered events are in order; the quantum's end is always among them.
+static bool event_is_due(const avr_t *avr)
+{
+    return avr->cycle_timers.timer != NULL && avr->cycle_timers.timer->when <= avr->cycle;
+}
+
+// True when an interrupt may be served after the instruction that has just ended.
+static bool may_serve(avr_t *avr)
+{
+    if (avr->interrupt_state == STATE_AFTER_SEI) {
+        avr->interrupt_state = STATE_ONE_PASSED;
+        return false;
+    }
+    if (avr->interrupt_state == STATE_ONE_PASSED) {
+        avr->interrupt_state = avr_has_pending_interrupts(avr) ? 1 : 0;
+    }
+    return avr->interrupt_state > 0 && avr->sreg[S_I] != 0;
+}
+
+static void serve(struct board *b)
+{
+    avr_t *avr = b->avr;
+
+    // Entries whose flag has been cleared since are passed over until one is served.
+    do {
+        avr_service_interrupts(avr);
+    } while (avr->interrupt_state > 0 && avr->sreg[S_I] != 0);
+    if (avr->sreg[S_I] == 0) {
+        if (event_is_due(avr)) { // it fell into the cycles of the response
+            (void)avr_cycle_timer_process(avr);
+        }
+        uart_levels(&b->uart);
+    }
+}
+
+// To the very cycle of the next event.
+static void sleep_on(struct board *b)
+{
+    avr_t *avr = b->avr;
+    avr_cycle_count_t idle_cycles;
+
+    if (avr->sreg[S_I] == 0) {
+        avr->state = cpu_Done; // nothing can wake it: the program's way to end
+        return;
+    }
+    idle_cycles = avr_cycle_timer_process(avr);
+    if (avr->state != cpu_Sleeping) {
+        return; // woken by what was due just now
+    }
+    avr->cycle += idle_cycles;
+    b->sleep_cycles += idle_cycles;
+    b->stats.woken = true;
+}
+
+void board_slice(avr_t *avr)
+{
+    struct board *b = avr->custom.data;
+    avr_flashaddr_t next_pc = avr->pc;
+
+    if (avr->state == cpu_Running) {
+        b->stats.woken = false;
+        next_pc = avr_run_one(avr);
+    }
+    if (event_is_due(avr)) {
+        (void)avr_cycle_timer_process(avr);
+    }
+    avr->pc = next_pc;
+    if (avr->state == cpu_Sleeping) {
+        sleep_on(b);
+    }
+    if (avr->state == cpu_Running && may_serve(avr)) {
+        serve(b);
+    }
+    irq_stats_interrupts_off(&b->stats, avr->sreg[S_I] == 0);
+}
+
+static bool alive(const struct board *b)
+{
+    return b->avr->state == cpu_Running || b->avr->state == cpu_Sleeping;
+}
+
+bool board_is_done(const struct board *b)
+{
+    return b->avr->state == cpu_Done;
+}
+
+// A watchdog reset sets simavr's cycle count back to 0; the boards' common time goes on.
+static void keep_time(struct board *b, uint64_t before)
+{
+    if (b->avr->cycle < before) {
+        b->avr->cycle = before;
+    }
+}
+
+bool board_run(struct board *b, uint64_t cycle)
+{
+    avr_t *avr = b->avr;
+
+    avr->run_cycle_limit = avr->run_cycle_count = RUN_LIMIT;
+    if (avr->cycle < cycle) {
+        avr_cycle_timer_register(avr, cycle - avr->cycle, on_quantum_end, b);
+    }
+    while (alive(b) && avr->cycle < cycle) {
+        uint64_t before = avr->cycle;
+
+        avr->run(avr);
+        keep_time(b, before);
+    }
+    if (avr->state == cpu_Crashed && b->error[0] == '\0') {
+        board_refuse(b, "the program crashed (invalid instruction or address)");
+    }
+    return alive(b);
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The run loop in the place of simavr's, which (1.6) wrongly
+//  * lets two instructions pass after SEI and RETI before an interrupt; the part lets one,
+//  * oversleeps every event by one cycle, and really sleeps on the PC,
+//  * does not shorten its run up to the next event by the cycles of an interrupt's response,
+//  * spends a whole instruction's chance of service on each flag cleared while it waited.
+#pragma once
+
+#include <sim_avr.h>
+
+// One stretch of instructions up to the next event, the event, and an interrupt if one is due.
+void board_slice(avr_t *avr);

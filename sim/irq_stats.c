@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "irq_stats.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include <avr_timer.h>
+#include <avr_uart.h>
+
+static void name_vector(
+    struct irq_stats *s, uint8_t vector, const char *unit, char which, const char *what)
+{
+    if (vector != 0 && vector < IRQ_VECTORS) {
+        struct irq_vector_stats *v = &s->vector[vector];
+
+        (void)snprintf(v->name, sizeof v->name, "%s%c_%s", unit, which, what);
+    }
+}
+
+static void name_timer(struct irq_stats *s, const avr_timer_t *timer)
+{
+    name_vector(s, timer->overflow.vector, "TIMER", timer->name, "OVF");
+    name_vector(s, timer->icr.vector, "TIMER", timer->name, "CAPT");
+    name_vector(s, timer->comp[0].interrupt.vector, "TIMER", timer->name, "COMPA");
+    name_vector(s, timer->comp[1].interrupt.vector, "TIMER", timer->name, "COMPB");
+    name_vector(s, timer->comp[2].interrupt.vector, "TIMER", timer->name, "COMPC");
+}
+
+static void name_uart(struct irq_stats *s, const avr_uart_t *uart)
+{
+    name_vector(s, uart->rxc.vector, "USART", uart->name, "RX");
+    name_vector(s, uart->udrc.vector, "USART", uart->name, "UDRE");
+    name_vector(s, uart->txc.vector, "USART", uart->name, "TX");
+}
+
+static void name_vectors(struct irq_stats *s)
+{
+    for (int i = 0; i < IRQ_VECTORS; i++) {
+        (void)snprintf(s->vector[i].name, sizeof s->vector[i].name, "VECTOR_%d", i);
+    }
+    for (const avr_io_t *io = s->avr->io_port; io != NULL; io = io->next) {
+        if (strcmp(io->kind, "timer") == 0) {
+            name_timer(s, (const avr_timer_t *)(const void *)io);
+        } else if (strcmp(io->kind, "uart") == 0) {
+            name_uart(s, (const avr_uart_t *)(const void *)io);
+        }
+    }
+}
+
+void irq_stats_flag(struct irq_stats *s, uint8_t vector, uint64_t cycle)
+{
+    if (vector < IRQ_VECTORS) {
+        s->vector[vector].flag_cycle = cycle;
+        s->vector[vector].flagged = true;
+    }
+}
+
+static void on_pending(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    struct irq_stats *s = param;
+    uint8_t vector = (uint8_t)(irq->irq >> 8);
+
+    // A model that knows the exact cycle has said so just before.
+    if (value != 0 && vector < IRQ_VECTORS && !s->vector[vector].flagged) {
+        irq_stats_flag(s, vector, s->avr->cycle);
+    }
+}
+
+static void service(struct irq_stats *s, uint8_t vector)
+{
+    struct irq_vector_stats *v = &s->vector[vector];
+    uint64_t start = s->avr->cycle;
+
+    if (v->flagged && start > v->flag_cycle && start - v->flag_cycle > v->latency_max) {
+        v->latency_max = (uint32_t)(start - v->flag_cycle);
+    }
+    v->flagged = false;
+    if (s->depth < IRQ_NESTING) {
+        s->running[s->depth].vector = vector;
+        s->running[s->depth].start = start;
+        s->running[s->depth].nested = 0;
+    }
+    s->depth++;
+    s->avr->cycle += (s->avr->address_size > 2) ? IRQ_RESPONSE_22_BIT_PC
+                                                : IRQ_RESPONSE_16_BIT_PC;
+    if (s->woken) {
+        s->avr->cycle += IRQ_RESPONSE_FROM_SLEEP;
+        s->woken = false;
+    }
+}
+
+static void account(struct irq_vector_stats *v, uint32_t cycles)
+{
+    if (v->count == 0 || cycles < v->cycles_min) {
+        v->cycles_min = cycles;
+    }
+    if (cycles > v->cycles_max) {
+        v->cycles_max = cycles;
+    }
+    v->cycles_sum += cycles;
+    v->count++;
+}
+
+// RETI: takes 4 cycles (5 with a 22-bit program counter) and is at its first one now.
+static void end_handler(struct irq_stats *s)
+{
+    uint64_t end = s->avr->cycle + s->avr->address_size + 2U;
+    uint64_t all;
+
+    if (s->depth == 0 || --s->depth >= IRQ_NESTING) {
+        return;
+    }
+    all = end - s->running[s->depth].start;
+    account(&s->vector[s->running[s->depth].vector],
+            (uint32_t)(all - s->running[s->depth].nested));
+    if (s->depth > 0) {
+        s->running[s->depth - 1].nested += all;
+    } else {
+        s->interrupt_cycles += all;
+    }
+}
+
+static void on_running(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    struct irq_stats *s = param;
+
+    if (value != 0) {
+        service(s, (uint8_t)(irq->irq >> 8) & (IRQ_VECTORS - 1));
+    } else {
+        end_handler(s);
+    }
+}
+
+void irq_stats_attach(struct irq_stats *s, avr_t *avr)
+{
+    avr_int_table_t *table = &avr->interrupts;
+
+    s->avr = avr;
+    name_vectors(s);
+    for (int i = 0; i < table->vector_count; i++) {
+        avr_int_vector_t *vector = table->vector[i];
+
+        // The vector's number in the IRQ's own number: how the notify knows whom it hears.
+        for (int j = 0; j < AVR_INT_IRQ_COUNT; j++) {
+            vector->irq[j].irq = (uint32_t)vector->vector << 8 | (uint32_t)j;
+        }
+        avr_irq_register_notify(&vector->irq[AVR_INT_IRQ_PENDING], on_pending, s);
+        avr_irq_register_notify(&vector->irq[AVR_INT_IRQ_RUNNING], on_running, s);
+    }
+}
+
+void irq_stats_reset(struct irq_stats *s)
+{
+    s->depth = 0;
+    s->woken = false;
+    s->section = 0;
+    s->section_since = s->avr->cycle;
+    s->section_interrupts_since = s->interrupt_cycles;
+    s->off = true;
+    s->off_since = s->avr->cycle;
+    for (int i = 0; i < IRQ_VECTORS; i++) {
+        s->vector[i].flagged = false;
+    }
+}
+
+void irq_stats_section(struct irq_stats *s, unsigned section, uint64_t cycle)
+{
+    uint64_t interrupts = s->interrupt_cycles - s->section_interrupts_since;
+    uint64_t all = cycle - s->section_since;
+
+    s->section_cycles[s->section] += (all > interrupts) ? all - interrupts : 0;
+    s->section = (section < IRQ_SECTIONS) ? section : IRQ_SECTIONS - 1;
+    s->section_since = cycle;
+    s->section_interrupts_since = s->interrupt_cycles;
+}

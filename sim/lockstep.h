@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The bench: one to four boards, one serial line, one pixel clock, one time. Boards run one after the
+// other in quanta shorter than the shortest serial frame, so that each hears the others in time.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "board.h"
+#include "edges.h"
+#include "line.h"
+#include "pixel_clock.h"
+#include "vcd.h"
+
+struct bench {
+    struct board board[LINE_BOARDS];
+    int boards;
+    struct line line;
+    struct pixel_clock clock;
+    struct edges edges;
+    struct vcd vcd;
+    bool has_vcd;
+    uint64_t cycle;         // every board has reached it
+    double wall_started_s;
+};
+
+// Runs everything up to this cycle. False when a board has stopped (its error says why, or it is
+// done); the others stand at the end of that quantum.
+bool bench_run(struct bench *bench, uint64_t cycle);
+
+// The longest step that bench_run may be asked for when someone watches the line: later than this
+// many cycles after its start no frame stays unheard.
+uint32_t bench_quantum(const struct bench *bench);
+
+// The first error of a board, NULL if none has one.
+const char *bench_error(const struct bench *bench);
+
+// Seconds of a steady clock.
+double bench_wall_s(void);

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// pixstep-sim: boards, serial line, pixel clock and mechanics, simulated to the cycle.
+// Exit status: 0 fine, 1 a board stopped on an error, 2 wrong use; with --unit the image's verdict.
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "control.h"
+#include "lockstep.h"
+#include "options.h"
+#include "pty.h"
+#include "stats.h"
+#include "unit.h"
+
+#define CYCLES_PER_MS     16000U
+#define PROGRESS_EVERY_MS 5000U
+
+static struct bench bench; // boards are large and must not move
+static volatile sig_atomic_t interrupted;
+
+static void on_signal(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+static bool cannot_write(const char *path)
+{
+    (void)fprintf(stderr, "pixstep-sim: %s: %s\n", path, strerror(errno));
+    return false;
+}
+
+static bool open_boards(const struct options *o)
+{
+    for (int i = 0; i < o->boards; i++) {
+        struct board *b = &bench.board[i];
+
+        if (!board_open(
+                b, i, o->board_name[i], o->board_image[i], &bench.line, &bench.edges)) {
+            (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
+            return false;
+        }
+        bench.boards++;
+        for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
+            if (o->plant[i][axis].present) {
+                board_set_plant(b, axis, &o->plant[i][axis]);
+            }
+        }
+    }
+    return true;
+}
+
+static bool open_outputs(const struct options *o)
+{
+    const char *names[LINE_BOARDS] = {0};
+    int axes[LINE_BOARDS] = {0};
+
+    for (int i = 0; i < o->boards; i++) {
+        names[i] = o->board_name[i];
+        axes[i] = board_kind_by_name(o->board_name[i])->axes;
+    }
+    if (o->vcd_path != NULL) {
+        if (!vcd_open(&bench.vcd, o->vcd_path, o->boards, names, axes)) {
+            return cannot_write(o->vcd_path);
+        }
+        bench.has_vcd = true;
+    }
+    if (!edges_open(&bench.edges, o->edges_path, bench.has_vcd ? &bench.vcd : NULL)) {
+        return cannot_write(o->edges_path);
+    }
+    if (!pixel_clock_open(&bench.clock, &o->clock, o->clock_log_path)) {
+        return cannot_write(o->clock_log_path);
+    }
+    return true;
+}
+
+static int run_ms(uint64_t ms)
+{
+    bool alive = true;
+
+    for (uint64_t done = 0; alive && done < ms && !interrupted;) {
+        uint64_t step = (ms - done < PROGRESS_EVERY_MS) ? ms - done : PROGRESS_EVERY_MS;
+
+        alive = bench_run(&bench, bench.cycle + step * CYCLES_PER_MS);
+        done += step;
+        if (done < ms && isatty(STDERR_FILENO) != 0) {
+            (void)fprintf(stderr,
+                          "pixstep-sim: %llu of %llu ms\n",
+                          (unsigned long long)done,
+                          (unsigned long long)ms);
+        }
+    }
+    stats_write(stdout, &bench);
+    (void)putchar('\n');
+    return alive ? 0 : 1;
+}
+
+static int run(const struct options *o)
+{
+    switch (o->mode) {
+    case MODE_CONTROL:
+        return control_serve(&bench);
+    case MODE_PTY:
+        return pty_serve(&bench, &interrupted);
+    case MODE_UNIT:
+        return unit_run(&bench, o->unit_limit_ms);
+    case MODE_RUN_MS:
+    case MODE_NONE:
+    default:
+        return run_ms(o->run_ms);
+    }
+}
+
+static int close_all(const struct options *o, int status)
+{
+    const char *error = bench_error(&bench);
+
+    if (!edges_close(&bench.edges)) {
+        (void)cannot_write(o->edges_path);
+        status = (status == 0) ? 1 : status;
+    }
+    if (bench.has_vcd && !vcd_close(&bench.vcd, bench.cycle)) {
+        (void)cannot_write(o->vcd_path);
+        status = (status == 0) ? 1 : status;
+    }
+    pixel_clock_close(&bench.clock);
+    if (error != NULL) {
+        (void)fprintf(stderr, "pixstep-sim: %s\n", error);
+    }
+    for (int i = 0; i < bench.boards; i++) {
+        board_close(&bench.board[i]);
+    }
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    struct options options;
+
+    options_read(&options, argc, argv);
+    line_init(&bench.line);
+    if (!open_outputs(&options) || !open_boards(&options)) {
+        return 2;
+    }
+    (void)signal(SIGINT, on_signal);
+    (void)signal(SIGTERM, on_signal);
+    bench.wall_started_s = bench_wall_s();
+    return close_all(&options, run(&options));
+}

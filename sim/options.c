@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "options.h"
+
+#include <errno.h>
+#include <getopt.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define DEFAULT_START_MS      10.0
+#define DEFAULT_UNIT_LIMIT_MS 600000U
+#define PPM_MOST              1e5
+#define HZ_MOST               60000U
+#define JITTER_MOST_NS        10000000U
+
+static const char manual[] =
+    "usage: pixstep-sim --board NAME=IMAGE.elf [--board ...] [options] MODE\n"
+    "Runs one to four simulated boards, exact to the cycle, on one serial line and one pixel clock.\n"
+    "\n"
+    "  --board NAME=IMAGE     a board (uno or mega) and its firmware; board i answers as unit i + 1\n"
+    "  --plant B.A:KNOBS      mechanics of board B's axis A, knobs in steps, any of\n"
+    "                         play=40,travel=-100..9000,over=50,home=0,hyst=8,start=0,active=low\n"
+    "pixel clock:\n"
+    "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
+    "  --pixel-ppm X          frequency error\n"
+    "  --pixel-jitter-ns J    each edge is off by at most J\n"
+    "  --pixel-start-ms M     first rising edge (default 10)\n"
+    "  --seed S               of everything random (default 1)\n"
+    "output:\n"
+    "  --edges FILE           every STEP, DIR and ENABLE edge: cycle,board,axis,signal,level\n"
+    "  --clock-log FILE       every rising edge of the pixel clock\n"
+    "  --vcd FILE             waveforms for GTKWave\n"
+    "mode, one of:\n"
+    "  --control              commands on standard input, answers on standard output\n"
+    "  --pty                  the serial line as a pseudo terminal, in real time\n"
+    "  --run-ms N             so long, then statistics (JSON) on standard output\n"
+    "  --unit                 a test image: its text, and GPIOR0 as exit status\n"
+    "  --unit-limit-ms N      give a test image up after so long (default 600000)\n";
+
+__attribute__((noreturn, format(printf, 1, 2))) static void fail(const char *format, ...)
+{
+    va_list arguments;
+
+    va_start(arguments, format);
+    (void)fputs("pixstep-sim: ", stderr);
+    (void)vfprintf(stderr, format, arguments);
+    (void)fputc('\n', stderr);
+    va_end(arguments);
+    exit(2);
+}
+
+static uint64_t whole(const char *option, const char *text, uint64_t least, uint64_t most)
+{
+    char *end;
+    unsigned long long value;
+
+    errno = 0;
+    value = strtoull(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end != '\0' || errno != 0 || value < least ||
+        value > most) {
+        fail("%s '%s': a whole number from %llu to %llu is wanted",
+             option,
+             text,
+             (unsigned long long)least,
+             (unsigned long long)most);
+    }
+    return value;
+}
+
+static double real(const char *option, const char *text, double least, double most)
+{
+    char *end;
+    double value = strtod(text, &end);
+
+    if (end == text || *end != '\0' || !(value >= least && value <= most)) {
+        fail("%s '%s': a number from %g to %g is wanted", option, text, least, most);
+    }
+    return value;
+}
+
+static void read_board(struct options *o, char *text)
+{
+    char *equals = strchr(text, '=');
+
+    if (equals == NULL || equals == text || equals[1] == '\0') {
+        fail("--board '%s': NAME=IMAGE.elf is wanted", text);
+    }
+    if (o->boards == LINE_BOARDS) {
+        fail("--board: at most %d boards", LINE_BOARDS);
+    }
+    *equals = '\0';
+    if (board_kind_by_name(text) == NULL) {
+        fail("--board: unknown board '%s': one of %s", text, board_kind_names());
+    }
+    o->board_name[o->boards] = text;
+    o->board_image[o->boards] = equals + 1;
+    o->boards++;
+}
+
+static void read_hz(struct options *o, char *text)
+{
+    char *slash = strchr(text, '/');
+
+    o->clock.hz_den = 1;
+    if (slash != NULL) {
+        *slash = '\0';
+        o->clock.hz_den = (uint32_t)whole("--pixel-hz", slash + 1, 1, UINT32_MAX);
+    }
+    o->clock.hz_num = (uint32_t)whole("--pixel-hz", text, 1, UINT32_MAX);
+    if (o->clock.hz_num / o->clock.hz_den > HZ_MOST) {
+        fail("--pixel-hz %u/%u: at most %u Hz", o->clock.hz_num, o->clock.hz_den, HZ_MOST);
+    }
+}
+
+static void read_plant(struct options *o, char *text)
+{
+    const char *wrong;
+    unsigned board;
+    unsigned axis;
+    int used = 0;
+
+    if (sscanf(text, "%1u.%1u:%n", &board, &axis, &used) != 2 || used == 0 ||
+        board >= LINE_BOARDS || axis >= BOARD_AXES) {
+        fail("--plant '%s': BOARD.AXIS:KNOBS is wanted, as in 0.1:play=40", text);
+    }
+    wrong = plant_parse(&o->plant[board][axis], text + used);
+    if (wrong != NULL) {
+        fail("--plant %u.%u: cannot make sense of '%s'", board, axis, wrong);
+    }
+}
+
+static void set_mode(struct options *o, enum run_mode mode)
+{
+    if (o->mode != MODE_NONE) {
+        fail("only one of --control, --pty, --run-ms and --unit");
+    }
+    o->mode = mode;
+}
+
+enum option_id {
+    OPTION_BOARD = 1000,
+    OPTION_PLANT,
+    OPTION_HZ,
+    OPTION_PPM,
+    OPTION_JITTER,
+    OPTION_START,
+    OPTION_SEED,
+    OPTION_EDGES,
+    OPTION_CLOCK_LOG,
+    OPTION_VCD,
+    OPTION_CONTROL,
+    OPTION_PTY,
+    OPTION_RUN_MS,
+    OPTION_UNIT,
+    OPTION_UNIT_LIMIT,
+    OPTION_HELP,
+};
+
+static const struct option table[] = {
+    {"board", required_argument, NULL, OPTION_BOARD},
+    {"plant", required_argument, NULL, OPTION_PLANT},
+    {"pixel-hz", required_argument, NULL, OPTION_HZ},
+    {"pixel-ppm", required_argument, NULL, OPTION_PPM},
+    {"pixel-jitter-ns", required_argument, NULL, OPTION_JITTER},
+    {"pixel-start-ms", required_argument, NULL, OPTION_START},
+    {"seed", required_argument, NULL, OPTION_SEED},
+    {"edges", required_argument, NULL, OPTION_EDGES},
+    {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
+    {"vcd", required_argument, NULL, OPTION_VCD},
+    {"control", no_argument, NULL, OPTION_CONTROL},
+    {"pty", no_argument, NULL, OPTION_PTY},
+    {"run-ms", required_argument, NULL, OPTION_RUN_MS},
+    {"unit", no_argument, NULL, OPTION_UNIT},
+    {"unit-limit-ms", required_argument, NULL, OPTION_UNIT_LIMIT},
+    {"help", no_argument, NULL, OPTION_HELP},
+    {NULL, 0, NULL, 0},
+};
+
+static void take_clock(struct options *o, int id, char *value)
+{
+    switch (id) {
+    case OPTION_HZ:
+        read_hz(o, value);
+        break;
+    case OPTION_PPM:
+        o->clock.ppm = real("--pixel-ppm", value, -PPM_MOST, PPM_MOST);
+        break;
+    case OPTION_JITTER:
+        o->clock.jitter_ns = (uint32_t)whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
+        break;
+    case OPTION_START:
+        o->clock.start_ms = real("--pixel-start-ms", value, 0.01, 1e9);
+        break;
+    default:
+        o->clock.seed = whole("--seed", value, 0, UINT64_MAX);
+        break;
+    }
+}
+
+static void take_mode(struct options *o, int id, const char *value)
+{
+    switch (id) {
+    case OPTION_CONTROL:
+        set_mode(o, MODE_CONTROL);
+        break;
+    case OPTION_PTY:
+        set_mode(o, MODE_PTY);
+        break;
+    case OPTION_UNIT:
+        set_mode(o, MODE_UNIT);
+        break;
+    case OPTION_UNIT_LIMIT:
+        o->unit_limit_ms = whole("--unit-limit-ms", value, 1, UINT32_MAX);
+        break;
+    default:
+        set_mode(o, MODE_RUN_MS);
+        o->run_ms = whole("--run-ms", value, 1, UINT32_MAX);
+        break;
+    }
+}
+
+static void take(struct options *o, int id, char *value)
+{
+    switch (id) {
+    case OPTION_BOARD:
+        read_board(o, value);
+        break;
+    case OPTION_PLANT:
+        read_plant(o, value);
+        break;
+    case OPTION_EDGES:
+        o->edges_path = value;
+        break;
+    case OPTION_CLOCK_LOG:
+        o->clock_log_path = value;
+        break;
+    case OPTION_VCD:
+        o->vcd_path = value;
+        break;
+    case OPTION_HELP:
+        (void)fputs(manual, stdout);
+        exit(0);
+    case '?':
+        exit(2); // getopt has said what is wrong
+    default:
+        if (id >= OPTION_CONTROL) {
+            take_mode(o, id, value);
+        } else {
+            take_clock(o, id, value);
+        }
+        break;
+    }
+}
+
+static void check_plants(const struct options *o)
+{
+    for (int board = 0; board < LINE_BOARDS; board++) {
+        int axes = (board < o->boards) ? board_kind_by_name(o->board_name[board])->axes : 0;
+
+        for (int axis = axes; axis < BOARD_AXES; axis++) {
+            if (o->plant[board][axis].present) {
+                fail("--plant %d.%d: there is no such axis", board, axis);
+            }
+        }
+    }
+}
+
+void options_read(struct options *o, int argc, char **argv)
+{
+    int id;
+
+    memset(o, 0, sizeof *o);
+    o->clock.start_ms = DEFAULT_START_MS;
+    o->clock.seed = 1;
+    o->unit_limit_ms = DEFAULT_UNIT_LIMIT_MS;
+    argv[0] = (char[]){"pixstep-sim"}; // for getopt's own messages
+    while ((id = getopt_long(argc, argv, "", table, NULL)) != -1) {
+        take(o, id, optarg);
+    }
+    if (optind < argc) {
+        fail("'%s' is not an option (--help lists them)", argv[optind]);
+    }
+    if (o->boards == 0) {
+        fail("no board: --board NAME=IMAGE.elf (--help explains)");
+    }
+    if (o->mode == MODE_NONE) {
+        fail("no mode: one of --control, --pty, --run-ms N and --unit (--help explains)");
+    }
+    check_plants(o);
+}

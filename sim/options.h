@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The command line.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "board_pins.h"
+#include "line.h"
+#include "pixel_clock.h"
+#include "plant.h"
+
+enum run_mode { MODE_NONE, MODE_CONTROL, MODE_PTY, MODE_RUN_MS, MODE_UNIT };
+
+struct options {
+    int boards;
+    char *board_name[LINE_BOARDS];
+    char *board_image[LINE_BOARDS];
+    struct plant_settings plant[LINE_BOARDS][BOARD_AXES];
+    struct pixel_clock_settings clock;
+    const char *edges_path, *clock_log_path, *vcd_path;
+    enum run_mode mode;
+    uint64_t run_ms, unit_limit_ms;
+    bool stats; // print the statistics at the end of --run-ms
+};
+
+// Reads the command line. On an error prints one line and exits with status 2; --help prints the
+// manual and exits with status 0. Changes the arguments' text.
+void options_read(struct options *options, int argc, char **argv);

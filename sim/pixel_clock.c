@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "pixel_clock.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#define CPU_HZ            16000000U
+#define CYCLES_PER_MS     16000.0
+#define HIGH_MAX_CYCLES   799U // with the one that every pulse has, 50 us
+#define GAP_CYCLES        2U   // low at least so long, whatever the jitter
+#define PPM_SCALE         1000000000000LL // 1 ppm = 10^6 of it: the error to a millionth of a ppm
+#define PPM_UNITS         1e6
+#define NS_PER_16_CYCLES  1000
+
+// xorshift64*: reproducible everywhere, good enough for jitter.
+static uint64_t next_random(struct pixel_clock *c)
+{
+    c->random ^= c->random >> 12;
+    c->random ^= c->random << 25;
+    c->random ^= c->random >> 27;
+    return c->random * 0x2545F4914F6CDD1DU;
+}
+
+static int64_t jitter_cycles(struct pixel_clock *c)
+{
+    int64_t most = (int64_t)c->settings.jitter_ns * 16 / NS_PER_16_CYCLES;
+
+    if (most == 0) {
+        return 0;
+    }
+    return (int64_t)(next_random(c) % (uint64_t)(2 * most + 1)) - most;
+}
+
+static void set_period(struct pixel_clock *c)
+{
+    int64_t scaled = PPM_SCALE + llround(c->settings.ppm * PPM_UNITS);
+
+    c->num = (pixel_wide)CPU_HZ * c->settings.hz_den * (uint64_t)PPM_SCALE;
+    c->den = (pixel_wide)c->settings.hz_num * (uint64_t)scaled;
+}
+
+void pixel_clock_set_ppm(struct pixel_clock *c, double ppm)
+{
+    c->settings.ppm = ppm;
+    if (c->settings.hz_num != 0) {
+        set_period(c);
+        c->rest = 0;
+    }
+}
+
+bool pixel_clock_open(struct pixel_clock *c,
+                      const struct pixel_clock_settings *settings,
+                      const char *log_path)
+{
+    memset(c, 0, sizeof *c);
+    c->settings = *settings;
+    c->on = true;
+    c->random = settings->seed * 0x9E3779B97F4A7C15U + 1;
+    c->ideal = (uint64_t)llround(settings->start_ms * CYCLES_PER_MS);
+    if (settings->hz_num != 0) {
+        set_period(c);
+    }
+    if (log_path != NULL) {
+        c->log = fopen(log_path, "w");
+        if (c->log == NULL) {
+            return false;
+        }
+        (void)fputs("cycle\n", c->log);
+    }
+    return true;
+}
+
+static void advance(struct pixel_clock *c)
+{
+    pixel_wide sum = c->num + c->rest;
+
+    c->ideal += (uint64_t)(sum / c->den);
+    c->rest = sum % c->den;
+}
+
+static void make_next(struct pixel_clock *c)
+{
+    int64_t rise = (int64_t)c->ideal + jitter_cycles(c);
+    int64_t soonest = (int64_t)(c->last_fall + GAP_CYCLES);
+    uint64_t high = (uint64_t)(c->num / c->den) / 4;
+
+    if (high > HIGH_MAX_CYCLES) {
+        high = HIGH_MAX_CYCLES;
+    }
+    c->next.rise = (uint64_t)((rise > soonest) ? rise : soonest);
+    c->next.fall = c->next.rise + high + 1;
+    c->last_fall = c->next.fall;
+    c->next_valid = true;
+    advance(c);
+}
+
+// True if the pulse reaches the line: it is neither switched off nor dropped.
+static bool emitted(struct pixel_clock *c)
+{
+    if (c->drop > 0) {
+        c->drop--;
+        return false;
+    }
+    return c->on;
+}
+
+bool pixel_clock_next(struct pixel_clock *c, uint64_t before, struct pixel_pulse *pulse)
+{
+    if (c->settings.hz_num == 0) {
+        return false;
+    }
+    for (;;) {
+        if (!c->next_valid) {
+            make_next(c);
+        }
+        if (c->next.rise >= before) {
+            return false;
+        }
+        c->next_valid = false;
+        if (emitted(c)) {
+            *pulse = c->next;
+            if (c->log != NULL) {
+                (void)fprintf(c->log, "%" PRIu64 "\n", pulse->rise);
+            }
+            return true;
+        }
+    }
+}
+
+void pixel_clock_close(struct pixel_clock *c)
+{
+    if (c->log != NULL) {
+        (void)fclose(c->log);
+        c->log = NULL;
+    }
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "pty.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <termios.h>
+#include <time.h>
+#include <unistd.h>
+
+#define SLICE_CYCLES 16000U // 1 ms: how finely bytes are passed on and time is kept
+#define CPU_HZ       16000000.0
+#define CHUNK        256
+
+static int open_pty(void)
+{
+    int master = posix_openpt(O_RDWR | O_NOCTTY);
+    struct termios raw;
+    int slave;
+
+    if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0) {
+        return -1;
+    }
+    // Held open here too: otherwise reads fail as long as no client has it open.
+    slave = open(ptsname(master), O_RDWR | O_NOCTTY);
+    if (slave < 0 || tcgetattr(slave, &raw) != 0) {
+        return -1;
+    }
+    cfmakeraw(&raw);
+    (void)tcsetattr(slave, TCSANOW, &raw);
+    (void)fcntl(master, F_SETFL, O_NONBLOCK);
+    return master;
+}
+
+static void pass_in(struct bench *bench, int master)
+{
+    uint8_t bytes[CHUNK];
+    ssize_t count = read(master, bytes, sizeof bytes);
+
+    if (count > 0) {
+        (void)line_master_send(&bench->line, bytes, (size_t)count, bench->cycle);
+    }
+}
+
+static void pass_out(struct bench *bench, int master)
+{
+    uint64_t end;
+    int byte;
+
+    while ((byte = line_master_receive(&bench->line, bench->cycle, &end)) >= 0) {
+        uint8_t one = (uint8_t)byte;
+
+        (void)!write(master, &one, 1); // a full terminal loses bytes, as a real one does
+    }
+}
+
+static void keep_pace(const struct bench *bench, double started_s)
+{
+    double ahead_s = (double)bench->cycle / CPU_HZ - (bench_wall_s() - started_s);
+
+    if (ahead_s > 0.0) {
+        struct timespec pause = {.tv_sec = (time_t)ahead_s};
+
+        pause.tv_nsec = (long)((ahead_s - (double)pause.tv_sec) * 1e9);
+        (void)nanosleep(&pause, NULL);
+    }
+}
+
+int pty_serve(struct bench *bench, const volatile int *stop)
+{
+    int master = open_pty();
+    double started_s = bench_wall_s() - (double)bench->cycle / CPU_HZ;
+    bool alive = true;
+
+    if (master < 0) {
+        (void)fprintf(stderr, "pixstep-sim: no pseudo terminal: %s\n", strerror(errno));
+        return 2;
+    }
+    (void)printf("%s\n", ptsname(master));
+    (void)fflush(stdout);
+    while (alive && !*stop) {
+        pass_in(bench, master);
+        alive = bench_run(bench, bench->cycle + SLICE_CYCLES);
+        pass_out(bench, master);
+        keep_pace(bench, started_s);
+    }
+    (void)close(master);
+    return alive ? 0 : 1;
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "stats.h"
+
+#include <inttypes.h>
+
+#define CPU_HZ 16000000.0
+
+static void write_handlers(FILE *out, const struct irq_stats *s)
+{
+    const char *comma = "";
+
+    for (int i = 0; i < IRQ_VECTORS; i++) {
+        const struct irq_vector_stats *v = &s->vector[i];
+
+        if (v->count == 0) {
+            continue;
+        }
+        (void)fprintf(out,
+                      "%s{\"vector\":%d,\"name\":\"%s\",\"count\":%u,\"cycles_min\":%u,"
+                      "\"cycles_mean\":%.2f,\"cycles_max\":%u,\"latency_max\":%u}",
+                      comma,
+                      i,
+                      v->name,
+                      v->count,
+                      v->cycles_min,
+                      (double)v->cycles_sum / v->count,
+                      v->cycles_max,
+                      v->latency_max);
+        comma = ",";
+    }
+}
+
+static void write_sections(FILE *out, struct board *b)
+{
+    struct irq_stats *s = &b->stats;
+
+    irq_stats_section(s, s->section, b->avr->cycle); // up to now
+    for (int i = 0; i < IRQ_SECTIONS; i++) {
+        (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_cycles[i]);
+    }
+}
+
+static void write_axes(FILE *out, const struct board *b)
+{
+    for (int i = 0; i < b->kind->axes; i++) {
+        (void)fprintf(out,
+                      "%s{\"steps_rising\":%" PRIu64 ",\"steps_signed\":%" PRId64 "}",
+                      (i == 0) ? "" : ",",
+                      b->axis[i].steps_rising,
+                      b->axis[i].steps_signed);
+    }
+}
+
+static void write_board(FILE *out, struct board *b)
+{
+    (void)fprintf(out, "{\"name\":\"%s\",\"handlers\":[", b->kind->name);
+    write_handlers(out, &b->stats);
+    (void)fprintf(
+        out, "],\"interrupt_cycles\":%" PRIu64 ",\"sections\":[", b->stats.interrupt_cycles);
+    write_sections(out, b);
+    (void)fprintf(out,
+                  "],\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"
+                  "\"stack_used_bytes\":%u,\"axes\":[",
+                  b->sleep_cycles,
+                  stack_free_bytes(&b->stack, b->avr),
+                  stack_used_bytes(&b->stack, b->avr));
+    write_axes(out, b);
+    (void)fprintf(out, "],\"interrupts_off_max_cycles\":%" PRIu64 "}", b->stats.off_max);
+}
+
+void stats_write(FILE *out, struct bench *bench)
+{
+    double wall_s = bench_wall_s() - bench->wall_started_s;
+    double simulated_s = (double)bench->cycle / CPU_HZ;
+
+    (void)fprintf(out,
+                  "{\"cycle\":%" PRIu64 ",\"wall_s\":%.3f,\"realtime_factor\":%.2f,"
+                  "\"corrupted_frames\":%" PRIu64 ",\"boards\":[",
+                  bench->cycle,
+                  wall_s,
+                  (wall_s > 0.0) ? simulated_s / wall_s : 0.0,
+                  bench->line.corrupted_frames);
+    for (int i = 0; i < bench->boards; i++) {
+        if (i > 0) {
+            (void)fputc(',', out);
+        }
+        write_board(out, &bench->board[i]);
+    }
+    (void)fputs("]}", out);
+}

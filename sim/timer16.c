@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The counting half of the 16-bit timer model: what happens in which cycle.
+
+#include "timer16.h"
+
+#include <stdio.h>
+
+#include <sim_regbit.h>
+
+#include "access.h"
+
+#define MODE_NORMAL        0
+#define MODE_FAST_PWM_OCRA 15
+#define COUNT_MAX          0xFFFFU
+
+// Data sheet: the smallest TOP is 3 ("the minimum resolution allowed is 2-bit").
+#define TOP_MIN 3
+
+#define CLOCK_BITS     0x07U // CSn2:0 in TCCRnB
+#define CLOCK_STOPPED  0
+#define CLOCK_UNSCALED 1
+#define ICES_BIT       0x40U
+#define ICNC_BIT       0x80U
+
+enum { COM_PORT = 0, COM_TOGGLE = 1, COM_CLEAR = 2, COM_SET = 3 };
+
+static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param);
+
+static void refuse(const struct timer16 *t, const char *what)
+{
+    char text[200];
+
+    (void)snprintf(text, sizeof text, "timer %c: %s", t->name, what);
+    t->hooks->refuse(t->hooks->board, text);
+}
+
+unsigned timer16_com(const struct timer16 *t, int channel)
+{
+    return (unsigned)(t->tccra >> (6 - 2 * channel)) & 3U;
+}
+
+unsigned timer16_mode(const struct timer16 *t)
+{
+    return (t->tccra & 3U) | ((unsigned)(t->tccrb >> 1) & 0xCU);
+}
+
+static uint16_t top_of(const struct timer16 *t)
+{
+    return (timer16_mode(t) == MODE_FAST_PWM_OCRA) ? t->ocr[0] : COUNT_MAX;
+}
+
+uint16_t timer16_count(const struct timer16 *t, uint64_t cycle)
+{
+    return t->counting ? (uint16_t)(cycle - t->bottom) : t->frozen;
+}
+
+static uint64_t earliest(uint64_t a, uint64_t b)
+{
+    return (a < b) ? a : b;
+}
+
+static void set_flag(struct timer16 *t, avr_int_vector_t *vector, uint64_t cycle)
+{
+    if (vector->vector != 0 && avr_regbit_get(t->avr, vector->raised) == 0) {
+        t->hooks->flag(t->hooks->board, vector->vector, cycle);
+        (void)avr_raise_interrupt(t->avr, vector);
+    }
+}
+
+static void set_output(struct timer16 *t, int channel, bool level, uint64_t cycle)
+{
+    if (t->oc_level[channel] != level) {
+        t->oc_level[channel] = level;
+        t->hooks->output(t->hooks->board, t, channel, cycle);
+    }
+}
+
+static void happen_match(struct timer16 *t, int channel)
+{
+    uint64_t cycle = t->match_due[channel];
+    unsigned com = timer16_com(t, channel);
+
+    t->match_due[channel] = TIMER16_NEVER;
+    set_flag(t, &t->part->comp[channel].interrupt, cycle);
+    if (com != COM_PORT && cycle != t->bottom_due) { // at BOTTOM, BOTTOM decides
+        set_output(t, channel, com == COM_SET, cycle);
+    }
+}
+
+// First cycle in which TCNT equals the compare register, not before `from`: effect one cycle later.
+static void plan_match(struct timer16 *t, int channel, uint64_t from)
+{
+    uint64_t match = t->bottom + t->ocr[channel];
+    bool reached = t->ocr[channel] <= top_of(t) && match >= from;
+
+    t->match_due[channel] = (t->counting && reached) ? match + 1 : TIMER16_NEVER;
+}
+
+static void check_top(const struct timer16 *t)
+{
+    char text[160];
+
+    if (timer16_mode(t) == MODE_FAST_PWM_OCRA && t->ocr[0] < TOP_MIN) {
+        (void)snprintf(text,
+                       sizeof text,
+                       "OCR%cA is %u at BOTTOM, mode 15 needs at least %d (to load it before the "
+                       "start, write it in mode 0)",
+                       t->name,
+                       (unsigned)t->ocr[0],
+                       TOP_MIN);
+        refuse(t, text);
+    }
+}
+
+static void load_buffers(struct timer16 *t, uint64_t cycle)
+{
+    for (int i = 0; i < TIMER16_CHANNELS; i++) {
+        t->ocr[i] = t->ocr_buffer[i];
+        if (timer16_com(t, i) != COM_PORT) {
+            set_output(t, i, timer16_com(t, i) == COM_CLEAR, cycle);
+        }
+    }
+    check_top(t);
+}
+
+static void happen_bottom(struct timer16 *t)
+{
+    t->bottom = t->bottom_due;
+    if (timer16_mode(t) == MODE_FAST_PWM_OCRA) {
+        load_buffers(t, t->bottom);
+    }
+    for (int i = 0; i < TIMER16_CHANNELS; i++) {
+        plan_match(t, i, t->bottom);
+    }
+    t->bottom_due = t->bottom + top_of(t) + 1U;
+    set_flag(t, &t->part->overflow, t->bottom);
+}
+
+static void happen_capture(struct timer16 *t)
+{
+    uint64_t cycle = t->capture_due;
+
+    t->capture_due = TIMER16_NEVER;
+    t->icr = timer16_count(t, cycle);
+    set_flag(t, &t->part->icr, cycle);
+}
+
+static uint64_t next_match(const struct timer16 *t)
+{
+    uint64_t due = earliest(t->match_due[0], t->match_due[1]);
+
+    return earliest(due, t->match_due[2]);
+}
+
+void timer16_sync(struct timer16 *t, uint64_t cycle)
+{
+    for (;;) {
+        uint64_t match = next_match(t);
+        uint64_t count = earliest(match, t->bottom_due);
+        uint64_t due = earliest(count, t->capture_due);
+
+        if (due > cycle) {
+            return;
+        }
+        if (due == match) {
+            for (int i = 0; i < TIMER16_CHANNELS; i++) {
+                if (t->match_due[i] == due) {
+                    happen_match(t, i);
+                }
+            }
+        } else if (due == t->bottom_due) {
+            happen_bottom(t); // before a capture in the same cycle, which then reads 0
+        } else {
+            happen_capture(t);
+        }
+    }
+}
+
+// A match that neither drives a pin nor interrupts can wait for the next sync.
+static bool match_matters(const struct timer16 *t, int channel)
+{
+    return timer16_com(t, channel) != COM_PORT ||
+           avr_regbit_get(t->avr, t->part->comp[channel].interrupt.enable) != 0;
+}
+
+static uint64_t next_due(const struct timer16 *t)
+{
+    uint64_t due = earliest(t->bottom_due, t->capture_due);
+
+    for (int i = 0; i < TIMER16_CHANNELS; i++) {
+        if (t->match_due[i] < due && match_matters(t, i)) {
+            due = t->match_due[i];
+        }
+    }
+    return due;
+}
+
+static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    struct timer16 *t = param;
+    uint64_t due;
+
+    (void)when;
+    t->delivering = true;
+    timer16_sync(t, avr->cycle);
+    t->delivering = false;
+    due = next_due(t);
+    return (due == TIMER16_NEVER) ? 0 : due;
+}
+
+void timer16_schedule(struct timer16 *t)
+{
+    uint64_t due = next_due(t);
+
+    if (t->delivering) {
+        return;
+    }
+    if (due == TIMER16_NEVER) {
+        avr_cycle_timer_cancel(t->avr, on_due, t);
+    } else {
+        avr_cycle_timer_register(
+            t->avr, (due > t->avr->cycle) ? due - t->avr->cycle : 0, on_due, t);
+    }
+}
+
+static void plan_all(struct timer16 *t, uint64_t from)
+{
+    for (int i = 0; i < TIMER16_CHANNELS; i++) {
+        plan_match(t, i, from);
+    }
+    t->bottom_due = t->counting ? t->bottom + top_of(t) + 1U : TIMER16_NEVER;
+    timer16_schedule(t);
+}
+
+void timer16_set_count(struct timer16 *t, uint16_t count, uint64_t cycle)
+{
+    if (t->counting && timer16_mode(t) == MODE_FAST_PWM_OCRA && count >= t->ocr[0]) {
+        refuse(t, "TCNT written to TOP or above while counting");
+    }
+    t->frozen = count;
+    t->bottom = cycle - count;
+    plan_all(t, cycle + 1); // a match in the clock after the write is blocked
+}
+
+// True if the timer may count as it is set up now; otherwise refuses by name.
+static bool may_count(const struct timer16 *t)
+{
+    char text[160];
+    unsigned mode = timer16_mode(t);
+
+    if (mode != MODE_NORMAL && mode != MODE_FAST_PWM_OCRA) {
+        (void)snprintf(text, sizeof text, "waveform mode %u is not modelled (0 and 15 are)", mode);
+        refuse(t, text);
+        return false;
+    }
+    for (int i = 0; i < TIMER16_CHANNELS; i++) {
+        unsigned com = timer16_com(t, i);
+        bool fine = com == COM_PORT || (mode == MODE_FAST_PWM_OCRA && com != COM_TOGGLE);
+
+        if (!fine) {
+            (void)snprintf(text,
+                           sizeof text,
+                           "COM%c%c = %u in waveform mode %u is not modelled",
+                           t->name,
+                           'A' + i,
+                           com,
+                           mode);
+            refuse(t, text);
+            return false;
+        }
+    }
+    check_top(t);
+    return true;
+}
+
+static void start_or_stop(struct timer16 *t, uint64_t cycle)
+{
+    bool clocked = (t->tccrb & CLOCK_BITS) == CLOCK_UNSCALED && !t->held;
+
+    if (clocked && may_count(t) && !t->counting) {
+        t->counting = true;
+        t->bottom = cycle - t->frozen;
+    } else if (!clocked && t->counting) {
+        t->frozen = timer16_count(t, cycle);
+        t->counting = false;
+    }
+    plan_all(t, cycle);
+}
+
+void timer16_control_changed(struct timer16 *t, uint64_t cycle)
+{
+    unsigned clock = t->tccrb & CLOCK_BITS;
+    char text[160];
+
+    if (clock != CLOCK_STOPPED && clock != CLOCK_UNSCALED) {
+        (void)snprintf(text,
+                       sizeof text,
+                       "clock select %u is not modelled (0 stopped and 1 unscaled are)",
+                       clock);
+        refuse(t, text);
+    }
+    start_or_stop(t, cycle);
+}
+
+void timer16_compare_changed(struct timer16 *t, int channel, uint64_t cycle)
+{
+    plan_match(t, channel, cycle);
+    timer16_schedule(t);
+}
+
+void timer16_hold(struct timer16 *t, bool held, uint64_t cycle)
+{
+    if (t->held != held) {
+        timer16_sync(t, cycle);
+        t->held = held;
+        start_or_stop(t, cycle);
+    }
+}
+
+void timer16_icp(struct timer16 *t, bool level, uint64_t cycle)
+{
+    bool rising_wanted = (t->tccrb & ICES_BIT) != 0;
+    bool edge = level != t->icp_level && level == rising_wanted;
+
+    t->icp_level = level;
+    if (edge) {
+        t->capture_due = cycle + TIMER16_ICP_SYNC_CYCLES;
+        if ((t->tccrb & ICNC_BIT) != 0) {
+            t->capture_due += TIMER16_NOISE_CANCELER_CYCLES;
+        }
+        timer16_schedule(t);
+    }
+}
+
+void timer16_reset(struct timer16 *t)
+{
+    t->tccra = t->tccrb = t->temp = 0;
+    t->icr = t->frozen = 0;
+    t->held = t->counting = t->delivering = false;
+    t->bottom_due = t->capture_due = TIMER16_NEVER;
+    for (int i = 0; i < TIMER16_CHANNELS; i++) {
+        t->ocr[i] = t->ocr_buffer[i] = 0;
+        t->oc_level[i] = false;
+        t->match_due[i] = TIMER16_NEVER;
+    }
+}
+
+bool timer16_is_16_bit(const avr_timer_t *part)
+{
+    return part->r_tcnth != 0;
+}
+
+void timer16_attach(struct timer16 *t,
+                    avr_t *avr,
+                    avr_timer_t *part,
+                    const struct timer16_hooks *hooks)
+{
+    t->avr = avr;
+    t->part = part;
+    t->hooks = hooks;
+    t->name = part->name;
+    t->icp_level = false;
+    timer16_reset(t);
+    timer16_take_registers(t);
+}

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// Exact model of the AVR's 16-bit timers, in the place of simavr's. Counts are arithmetic, never
+// counted: TCNT(c) = c - bottom, so that every effect has its exact cycle however late simavr gets to
+// it (it delivers events at the ends of instructions).
+//
+//   cycle     bottom                  bottom+OCRnx    +1                  bottom+TOP   +1 = next bottom
+//   TCNT      0       1       2  ...  OCRnx           OCRnx+1        ...  TOP          0
+//   effects   buffers load,                           OCFnx set,                       TOVn set, and
+//             OCnx set or cleared                     OCnx changes                     so on
+//
+// Rules, from the ATmega328P and ATmega2560 data sheets (16-bit Timer/Counter):
+//  * mode 15 (fast PWM, TOP = OCRnA): TOVn is set in the step from TOP to BOTTOM; OCRnx is double-
+//    buffered and loads at BOTTOM; a write in the very cycle of that step is one period late.
+//  * a compare output changes one timer clock after its match; at BOTTOM, BOTTOM wins: OCRnx = TOP
+//    holds an inverting output low. OCRnx above TOP never matches.
+//  * reading OCRnx gives the buffer in PWM modes; OCRnx reads go past TEMP, TCNTn and ICRn reads and
+//    all 16-bit writes go through the timer's one TEMP.
+//  * a write to TCNTn blocks a compare match in the next timer clock.
+// Modelled: modes 0 and 15, prescaler 1 or stopped. Everything else is refused by name when the timer
+// would count with it; nothing is guessed.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <avr_timer.h>
+#include <sim_avr.h>
+
+#define TIMER16_CHANNELS 3
+#define TIMER16_NEVER    UINT64_MAX
+
+// From an edge on ICPn to ICRn and ICFn. The data sheet gives the synchronizer and edge detector 2.5
+// to 3.5 cycles from the edge to its effect; an edge exactly on a clock edge takes 3.
+#define TIMER16_ICP_SYNC_CYCLES 3
+
+// "When enabled, the input capture is delayed by four oscillator cycles" (noise canceler, ICNCn).
+#define TIMER16_NOISE_CANCELER_CYCLES 4
+
+struct timer16;
+
+// What the timer tells its board.
+struct timer16_hooks {
+    void *board;
+    // OCnx (channel 0 = A) has a new level, or was (dis)connected, at this cycle.
+    void (*output)(void *board, struct timer16 *timer, int channel, uint64_t cycle);
+    // An interrupt flag was set (or a waiting one enabled) at this cycle, just before it is raised.
+    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
+    // The firmware asks for what is not modelled: stop the run with this text.
+    void (*refuse)(void *board, const char *text);
+};
+
+struct timer16 {
+    avr_t *avr;
+    avr_timer_t *part; // register addresses and vectors, from simavr's description of the part
+    const struct timer16_hooks *hooks;
+    char name; // '1', '3', '4' or '5'
+
+    uint8_t tccra, tccrb, temp;
+    uint16_t icr;
+    uint16_t ocr[TIMER16_CHANNELS];        // what the comparator sees
+    uint16_t ocr_buffer[TIMER16_CHANNELS]; // what the program sees
+    bool oc_level[TIMER16_CHANNELS];       // the compare output, whether or not it is connected
+
+    bool held;       // by GTCCR: counts only when released
+    bool counting;   // clock selected and not held
+    uint16_t frozen; // TCNT while not counting
+    uint64_t bottom; // cycle of TCNT = 0 while counting
+    bool icp_level;
+    bool delivering; // inside the cycle timer's callback: the return value reschedules
+
+    // Cycles at which these take effect; TIMER16_NEVER when not due.
+    uint64_t match_due[TIMER16_CHANNELS];
+    uint64_t bottom_due;
+    uint64_t capture_due;
+};
+
+// True for a timer of the part that has 16 bits.
+bool timer16_is_16_bit(const avr_timer_t *part);
+
+// Puts the model in place of simavr's timer. Call once, between the part's init and its first reset.
+void timer16_attach(struct timer16 *timer,
+                    avr_t *avr,
+                    avr_timer_t *part,
+                    const struct timer16_hooks *hooks);
+
+// Back to the state after a reset (registers 0, stopped).
+void timer16_reset(struct timer16 *timer);
+
+// Everything that takes effect up to and including this cycle happens now, in order.
+void timer16_sync(struct timer16 *timer, uint64_t cycle);
+
+// Tells simavr when the timer next needs attention. After anything that may make an event sooner.
+void timer16_schedule(struct timer16 *timer);
+
+// GTCCR: from this cycle on all timers stand still (held) or count again.
+void timer16_hold(struct timer16 *timer, bool held, uint64_t cycle);
+
+// The level on ICPn changed at this cycle, which may not be earlier than the last sync less
+// TIMER16_ICP_SYNC_CYCLES.
+void timer16_icp(struct timer16 *timer, bool level, uint64_t cycle);
+
+// COMnx1:0 (0 = the pin follows PORT).
+unsigned timer16_com(const struct timer16 *timer, int channel);
+
+// Waveform mode number, WGMn3:0.
+unsigned timer16_mode(const struct timer16 *timer);
+
+// ---- between timer16.c (counting) and timer16_registers.c (the program's view) ----
+
+// TCNT in this cycle; the timer must have been synced to it.
+uint16_t timer16_count(const struct timer16 *timer, uint64_t cycle);
+
+// Puts the counter at `count` in this cycle and computes the matches anew.
+void timer16_set_count(struct timer16 *timer, uint16_t count, uint64_t cycle);
+
+// The control registers changed: from this cycle on they rule.
+void timer16_control_changed(struct timer16 *timer, uint64_t cycle);
+
+// A compare register changed outside PWM modes (no buffer): from this cycle on it is compared.
+void timer16_compare_changed(struct timer16 *timer, int channel, uint64_t cycle);
+
+// Installs the register callbacks.
+void timer16_take_registers(struct timer16 *timer);

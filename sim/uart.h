@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and the
+// frame format; double-buffered transmitter; receiver with two buffered characters and one waiting in
+// the shift register, so that an overrun happens when the part's would. Interrupts on RXC0 and UDRE0
+// are levels, as on the part: they come again until their cause is gone.
+//
+// Not modelled: synchronous modes and multi-processor mode (refused), and the up to one bit time by
+// which the part's transmitter waits for its free-running bit clock (a frame starts at once).
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <avr_uart.h>
+#include <sim_avr.h>
+
+struct line;
+struct line_frame;
+
+#define UART_INCOMING 1024 // frames already on the line that end in the future; a power of two
+#define UART_FIFO     3    // two buffered characters and the shift register
+
+struct uart_char {
+    uint8_t data;
+    uint8_t errors; // FE0 and UPE0 as in UCSR0A
+};
+
+struct uart_hooks {
+    void *board;
+    void (*refuse)(void *board, const char *text);
+    // May this board's driver put its frames on the line now (RS-485 driver enable)?
+    bool (*may_send)(void *board);
+    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
+};
+
+struct uart {
+    avr_t *avr;
+    avr_uart_t *part;
+    const struct uart_hooks *hooks;
+    struct line *line;
+    int index; // this board on the line
+
+    bool shifting, waiting; // a frame is on its way out; one more waits in UDR0
+    uint8_t waiting_data;
+    uint64_t shift_end;
+    struct line_frame *outgoing; // the frame on its way, NULL if it never reached the line
+
+    struct uart_char fifo[UART_FIFO];
+    int fifo_count;
+    bool overrun;
+    uint8_t rx_last;
+
+    struct line_frame *incoming[UART_INCOMING];
+    unsigned incoming_first, incoming_last;
+};
+
+// Cycles of one bit, and bits of one frame (start, data, parity, stop), as the registers stand.
+uint32_t uart_bit_cycles(const struct uart *uart);
+uint32_t uart_frame_bits(const struct uart *uart);
+
+// Bits of a frame that come before its stop bits, as the registers stand.
+uint32_t uart_bits_before_stop(const struct uart *uart);
+
+// The transmitter is on.
+bool uart_can_send(const struct uart *uart);
+
+void uart_attach(struct uart *uart,
+                 avr_t *avr,
+                 struct line *line,
+                 int index,
+                 const struct uart_hooks *hooks);
+void uart_reset(struct uart *uart);
+
+// A frame has started on the line; it ends at a later cycle than this board has reached.
+void uart_hear(struct uart *uart, struct line_frame *frame);
+
+// The level interrupts: raises what is due. The run loop calls it after every service.
+void uart_levels(struct uart *uart);
+
+// The driver was switched off at this cycle: a frame on its way is cut.
+void uart_driver_off(struct uart *uart, uint64_t cycle);

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "unit.h"
+
+#define GPIOR0        0x3EU // data address, the same on all boards
+#define CYCLES_PER_MS 16000U
+#define SLICE_CYCLES  16000U
+
+static void print_text(struct bench *bench, uint64_t up_to)
+{
+    uint64_t end;
+    int byte;
+
+    while ((byte = line_master_receive(&bench->line, up_to, &end)) >= 0) {
+        (void)putchar(byte);
+    }
+}
+
+int unit_run(struct bench *bench, uint64_t limit_ms)
+{
+    const struct board *board = &bench->board[0];
+    bool alive = true;
+
+    while (alive && bench->cycle < limit_ms * CYCLES_PER_MS) {
+        alive = bench_run(bench, bench->cycle + SLICE_CYCLES);
+        print_text(bench, bench->cycle);
+    }
+    print_text(bench, UINT64_MAX); // a frame that the end cut short counts
+    (void)fflush(stdout);
+    if (board_is_done(board)) {
+        return board->avr->data[GPIOR0];
+    }
+    if (alive) {
+        (void)fprintf(stderr,
+                      "pixstep-sim: no verdict within %llu ms of simulated time\n",
+                      (unsigned long long)limit_ms);
+    }
+    return UNIT_NO_VERDICT;
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// Waveforms for GTKWave: one scope a board with STEP, DIR and ENABLE of its axes, and the pixel clock.
+// A cycle is 62.5 ns; VCD knows only powers of ten, so the time scale is 100 ps and a cycle 625 units.
+#pragma once
+
+#include <stdbool.h>
+
+#include "edges.h"
+
+#define VCD_BOARDS 4
+#define VCD_AXES   4
+
+struct vcd {
+    FILE *file;
+    uint64_t cycle; // of the last time stamp
+    char id[VCD_BOARDS][VCD_AXES][EDGE_SIGNALS];
+    char clock_id;
+};
+
+// Opens the file and writes its header. False with errno set if it cannot be written.
+bool vcd_open(struct vcd *vcd,
+              const char *path,
+              int boards,
+              const char *const board_names[],
+              const int axes[]);
+void vcd_edge(struct vcd *vcd, const struct edge *edge);
+void vcd_flush(struct vcd *vcd);
+bool vcd_close(struct vcd *vcd, uint64_t end_cycle);

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: MIT
+"""Rule: who may include whom. The table below is the architecture; everything else is checked.
+
+Also: every quoted include is found, none goes round in a circle, and in the firmware an include of
+another folder's header says what it is for (`#include "hal/uart.h" // uart_put`).
+"""
+
+import re
+from pathlib import Path
+
+from common import ROOT, finish, repository_files
+
+FREESTANDING = {"limits.h", "stdbool.h", "stddef.h", "stdint.h", "string.h"}
+AVR = {"avr/*", "util/*"}
+HOSTED = {"*"}
+
+# What the step interrupt and the main loop hand each other: the contracts are written in it.
+STEP_TYPES = {
+    "firmware/core/motion/feed.h",
+    "firmware/core/motion/ledger.h",
+    "firmware/core/motion/step_engine.h",
+    "firmware/core/motion/step_ring.h",
+}
+
+# Folder: (folders whose headers it may include, besides its own; system headers it may include).
+# The longest matching folder decides. A single header may stand where a folder would be too much.
+LAYERS: dict[str, tuple[set[str], set[str]]] = {
+    "firmware/core": ({"firmware/core"}, FREESTANDING),
+    "firmware/core/base": ({"firmware/core/motion/line_errors.def"}, FREESTANDING),
+    "firmware/core/motion": ({"firmware/core/base"}, FREESTANDING),
+    "firmware/core/wire": ({"firmware/core/base"}, FREESTANDING),
+    "firmware/hal": (STEP_TYPES, FREESTANDING),
+    "firmware/hal/boards": (set(), set()),
+    "firmware/hal/avr": (
+        {"firmware/config.h", "firmware/hal", "firmware/core/base", *STEP_TYPES},
+        FREESTANDING | AVR,
+    ),
+    "firmware/app": ({"firmware/config.h", "firmware/core", "firmware/hal"}, FREESTANDING),
+    "host_tests": ({"firmware/core", "firmware/hal", "firmware/app", "unity"}, HOSTED),
+    "sim": ({"firmware/hal/boards", "firmware/core/base"}, HOSTED),
+    "tools/native": ({"firmware/core"}, HOSTED),
+}
+
+# Nobody reaches into these from outside, whatever the table says of the folder above.
+PRIVATE = {"firmware/hal/avr"}
+
+# Folders that an include path may start from.
+SEARCHED = ["firmware/core", "firmware", "host_tests", "sim"]
+
+# A firmware file only one compiler reads, and headers that only that compiler has.
+EXTERNAL = {"unity.h": "unity/unity.h"}
+
+INCLUDE = re.compile(r'^\s*#\s*include\s+(?P<open>["<])(?P<name>[^">]+)[">](?P<rest>.*)$')
+
+
+def layer_of(path: str) -> str | None:
+    """The longest row of the table that the path lies under."""
+    fitting = [layer for layer in LAYERS if path.startswith(layer + "/")]
+    return max(fitting, key=len, default=None)
+
+
+def within(path: str, places: set[str]) -> bool:
+    """Whether the path is one of the places or lies under one."""
+    return any(path == place or path.startswith(place + "/") for place in places)
+
+
+def system_header_allowed(name: str, allowed: set[str]) -> bool:
+    """Whether <name> is in the list; 'avr/*' stands for a folder and '*' for everything."""
+    folder = name.split("/")[0] + "/*" if "/" in name else name
+    return "*" in allowed or name in allowed or folder in allowed
+
+
+def find_header(name: str, includer: Path) -> str | None:
+    """Repository path of a quoted include, looked for as the compiler does."""
+    if name in EXTERNAL:
+        return EXTERNAL[name]
+    for folder in [includer.parent, *(ROOT / start for start in SEARCHED)]:
+        candidate = (folder / name).resolve()
+        if candidate.is_file() and candidate.is_relative_to(ROOT):
+            return candidate.relative_to(ROOT).as_posix()
+    return None
+
+
+def private_to_others(target: str, path: str) -> bool:
+    """Whether the target lies in a private folder and the includer does not."""
+    return any(within(target, {room}) and not within(path, {room}) for room in PRIVATE)
+
+
+def needs_purpose(path: str, target: str) -> bool:
+    """Whether an include must say what it is for: not its own header, a neighbour or a table."""
+    own, other = Path(path), Path(target)
+    return own.parent != other.parent and own.stem != other.stem and other.suffix != ".def"
+
+
+def check_quoted(path: str, target: str | None, name: str, rest: str) -> list[str]:
+    """Complaints about one quoted include of a file in the table."""
+    if target is None:
+        return [f'includes "{name}", which is in no known folder']
+    layer = layer_of(path)
+    allowed = LAYERS[layer][0] | {layer} if layer else set()
+    complaints = []
+    if not within(target, allowed) or private_to_others(target, path):
+        complaints.append(f"{layer} must not include {target}")
+    if path.startswith("firmware/") and needs_purpose(path, target) and "//" not in rest:
+        complaints.append(f'the include of "{name}" does not say what it is for')
+    return complaints
+
+
+def check_file(file: Path) -> tuple[list[str], list[str]]:
+    """Problems of one file, and the repository files that it includes."""
+    path = file.relative_to(ROOT).as_posix()
+    layer = layer_of(path)
+    problems: list[str] = []
+    targets: list[str] = []
+    for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
+        match = INCLUDE.match(line)
+        if not match:
+            continue
+        name, complaints = match["name"], []
+        if match["open"] == '"':
+            target = find_header(name, file)
+            complaints = check_quoted(path, target, name, match["rest"])
+            if target:
+                targets.append(target)
+        elif not system_header_allowed(name, LAYERS[layer][1]):
+            complaints = [f"{layer} must not include <{name}>"]
+        problems += [f"{path}:{number}: {complaint}" for complaint in complaints]
+    return problems, targets
+
+
+def find_circles(graph: dict[str, list[str]]) -> list[str]:
+    """Every circle of includes, named once, from a depth-first walk."""
+    circles: list[str] = []
+    state: dict[str, str] = {}
+
+    def walk(node: str, trail: list[str]) -> None:
+        state[node] = "open"
+        for target in graph.get(node, []):
+            if state.get(target) == "open":
+                circle = [*trail[trail.index(target) :], target]
+                circles.append("circle of includes: " + " -> ".join(circle))
+            elif target not in state:
+                walk(target, [*trail, target])
+        state[node] = "closed"
+
+    for start in sorted(graph):
+        if start not in state:
+            walk(start, [start])
+    return circles
+
+
+def main() -> None:
+    """Check every C file that a row of the table covers."""
+    problems: list[str] = []
+    graph: dict[str, list[str]] = {}
+    for file in repository_files():
+        path = file.relative_to(ROOT).as_posix()
+        if file.suffix in {".c", ".h", ".def", ".S"} and layer_of(path):
+            found, graph[path] = check_file(file)
+            problems += found
+    finish("layers", f"{len(graph)} C files", problems + find_circles(graph))
+
+
+if __name__ == "__main__":
+    main()

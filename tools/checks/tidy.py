@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""clang-tidy over a compile database, several files at a time.
+
+    tidy.py CLANG_TIDY BUILD_DIR FOLDER...   only files under these folders of the repository
+
+A database of avr-gcc is read with the AVR's own types (int has 16 bits) and avr-libc's headers.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from common import ROOT, finish
+
+# Flags of gcc that clang does not know; without this, each would be an error of its own.
+QUIET = ["--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-unused-command-line-argument"]
+
+# What avr-libc's own macros (ISR) use.
+QUIET_AVR = [
+    "--extra-arg=-Wno-unknown-attributes",
+    "--extra-arg=-Wno-variadic-macro-arguments-omitted",
+]
+
+
+def avr_headers() -> str:
+    """avr-libc's headers, next to where avr-gcc keeps the part's own."""
+    found = subprocess.run(
+        ["avr-gcc", "-print-file-name=../../../avr/include"],
+        capture_output=True,
+        check=True,
+        text=True,
+    )
+    candidate = Path(found.stdout.strip())
+    return str(candidate.resolve() if candidate.is_dir() else Path("/usr/lib/avr/include"))
+
+
+def part_definition(arguments: str) -> list[str]:
+    """The macro by which avr-libc knows the part: -mmcu is not clang's to understand everywhere."""
+    for word in arguments.split():
+        if word.startswith("-mmcu=atmega"):
+            return [f"--extra-arg=-D__AVR_ATmega{word.removeprefix('-mmcu=atmega').upper()}__"]
+    return []
+
+
+def flags_for(command: str) -> list[str]:
+    """Extra arguments for one entry of the database."""
+    if "avr-gcc" not in command.split()[0]:
+        return QUIET
+    return [
+        *QUIET,
+        *QUIET_AVR,
+        "--extra-arg=--target=avr",
+        "--extra-arg=-nostdlibinc",
+        f"--extra-arg=-isystem{avr_headers()}",
+        *part_definition(command),
+    ]
+
+
+def check(tidy: str, build: Path, entry: dict[str, str]) -> list[str]:
+    """Findings of one file."""
+    command = [tidy, "--quiet", "-p", str(build), *flags_for(entry["command"]), entry["file"]]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode == 0:
+        return []
+    return [done.stdout.strip() or done.stderr.strip()]
+
+
+def main() -> None:
+    """Run clang-tidy over what the arguments choose."""
+    tidy, build, folders = sys.argv[1], Path(sys.argv[2]), sys.argv[3:]
+    wanted = tuple(f"{ROOT / folder}{os.sep}" for folder in folders)
+    database = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    entries = {
+        entry["file"]: entry
+        for entry in database
+        if entry["file"].startswith(wanted) and entry["file"].endswith(".c")
+    }
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = pool.map(lambda entry: check(tidy, build, entry), entries.values())
+        problems = [finding for found in results for finding in found]
+    finish("clang-tidy", f"{len(entries)} files of {build.name}", problems)
+
+
+if __name__ == "__main__":
+    main()

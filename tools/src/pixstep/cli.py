@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: MIT
+"""The `pixstep` command. Exit status: 0 fine, 1 failed or warnings, 2 refused."""
+
+import click
+
+from pixstep import __version__, cli_docs, cli_line, cli_sim
+from pixstep.cli_options import Group
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="pixstep")
+def main() -> None:
+    """Line files to exact STEP edges: make, check, plan, simulate, prove."""
+
+
+for command in (*cli_line.COMMANDS, *cli_sim.COMMANDS, *cli_docs.COMMANDS):
+    main.add_command(command)

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep line make`, `pixstep line check`, `pixstep ticks`: from a profile to planned edges."""
+
+import json
+import time
+from fractions import Fraction
+
+import click
+
+from pixstep import atomic, files, linecheck, planner, profile
+from pixstep.cli_options import (
+    DECODE,
+    FILE,
+    HZ,
+    backlash_option,
+    load_line,
+    pixel_hz_option,
+    raw_option,
+    say,
+)
+from pixstep.errors import UserError
+from pixstep.rational import TIMER_HZ, period_ticks
+
+
+@click.group()
+def line() -> None:
+    """Make and check line files."""
+
+
+@line.command("make")
+@click.option("--profile", "prn", type=FILE, required=True, help="Acceleration profile, PRN.")
+@click.option("--speed", type=int, required=True, help="Constant speed, steps/pixel (even).")
+@click.option("--pixels", type=int, required=True, help="Length of the whole line, pixels.")
+@pixel_hz_option
+@backlash_option
+@click.option("--lead-in", type=int, default=0, help="Constant pixels before the image.")
+@click.option("--plain", is_flag=True, help="For a plain motor: each entry is a count.")
+@click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
+@click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
+@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
+def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, name, output):
+    """Make a line from an acceleration profile: up, constant speed, down."""
+    speeds, notes = files.read_prn(prn, lenient=lenient)
+    say(notes)
+    request = profile.LineRequest(speed, pixels, backlash, lead_in, plain)
+    made = profile.generate(speeds, request, str(prn))
+    files.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
+    steps = sum(made.counts) + backlash
+    rate = float(speed * pixel_hz)
+    click.echo(
+        f"{output}: {len(made.counts)} pixels, {made.accelerating_pixels} accelerating, image from "
+        f"pixel {made.image_pixel}, {steps} steps with backlash {backlash}, "
+        f"{rate:g} steps/s at {float(pixel_hz):g} Hz"
+    )
+
+
+@line.command("check")
+@click.argument("csv", type=FILE)
+@click.option("--decode", type=DECODE, required=True)
+@backlash_option
+@raw_option
+@click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
+@click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
+@click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
+@click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
+@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.pass_context
+def line_check(ctx, csv, decode, backlash, raw, pixel_hz, min_interval, as_json, **limits):
+    """Check a line: exit status 0 fine, 1 warnings, 2 refused."""
+    checked = load_line(csv, decode, backlash, raw=raw)
+    bounds = linecheck.Limits(
+        max_speed=limits["max_speed"],
+        max_acceleration=limits["max_acceleration"],
+        jerk_warning=limits["jerk_warn"],
+        min_interval_ticks=min_interval,
+        period_ticks=period_ticks(pixel_hz) if pixel_hz else None,
+    )
+    found = linecheck.check(checked, bounds)
+    status = linecheck.exit_status(found)
+    verdict = ("fine", "warnings", "refused")[status]
+    if as_json:
+        report = {
+            "file": str(csv),
+            "decode": decode,
+            "backlash": backlash,
+            "verdict": verdict,
+            "pixels": checked.pixels,
+            "steps": checked.total_steps,
+            "line_speed": checked.line_speed if status < 2 else None,
+            "findings": linecheck.as_json(found),
+        }
+        click.echo(json.dumps(report, indent=2))
+    else:
+        for item in found:
+            click.echo(f"{csv}: pixel {item.pixel}: {item.severity} {item.name}: {item.message}")
+        click.echo(f"{csv}: {verdict}: {checked.pixels} pixels, {checked.total_steps} steps")
+    ctx.exit(status)
+
+
+@click.command()
+@click.argument("csv", type=FILE)
+@click.option("--decode", type=DECODE, required=True)
+@pixel_hz_option
+@backlash_option
+@raw_option
+@click.option("--timer-hz", type=click.IntRange(1), default=TIMER_HZ, show_default=True)
+@click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
+@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
+def ticks(csv, decode, pixel_hz, backlash, raw, timer_hz, pixels, output):
+    """Plan the edges of a line with the native build of the firmware's core."""
+    planned = planner.plan(
+        load_line(csv, decode, backlash, raw=raw), pixel_hz, timer_hz=timer_hz, pixels=pixels
+    )
+    say(planned.warnings)
+    atomic.write_text(output, planned.csv)
+    rows = planned.csv.count("\n") - 1
+    click.echo(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
+
+
+def _header(name: str | None, lead_in: int, hz: Fraction) -> files.ProfileHeader | None:
+    """Return a header stamped now, if one is wanted."""
+    if name is None:
+        return None
+    if len(name) > 20:
+        raise UserError(f"header name {name!r} is longer than 20 characters")
+    frequency = f"{float(hz):.10g}"
+    return files.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)
+
+
+COMMANDS = (line, ticks)

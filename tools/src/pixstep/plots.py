@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: MIT
+"""Plots of a run: motion against the ideal, edge errors, expected against actual positions."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pixstep import atomic, exact
+from pixstep.edges import AxisEdges
+from pixstep.line import Line
+from pixstep.rational import TIMER_HZ
+from pixstep.report import PixelRow
+
+_INK = "#22303c"
+_FAINT = "#8795a1"
+_IDEAL = "#f2a541"
+_MADE = "#1f6f8b"
+_BOARD = "#c8553d"
+_BAND = "#e8f1f2"
+
+_STYLE = {
+    "figure.dpi": 110,
+    "savefig.dpi": 140,
+    "font.size": 10,
+    "axes.edgecolor": _FAINT,
+    "axes.labelcolor": _INK,
+    "axes.titlecolor": _INK,
+    "axes.titlesize": 11,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#dfe5ea",
+    "grid.linewidth": 0.6,
+    "xtick.color": _INK,
+    "ytick.color": _INK,
+    "legend.frameon": False,
+}
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What the plots of one axis need; ticks are counted from line zero."""
+
+    line: Line
+    period: Fraction
+    zero: int
+    edges: AxisEdges
+    pixels: list[PixelRow]
+    title: str
+
+    @property
+    def made_px(self) -> np.ndarray:
+        """Times of the rising STEP edges in pixel periods."""
+        return (self.edges.rising - self.zero) / float(self.period)
+
+    @property
+    def ideal_px(self) -> np.ndarray:
+        """Exact instants in pixel periods, for as many steps as were made."""
+        return exact.instants(self.line, self.period)[: len(self.edges.rising)] / float(self.period)
+
+
+def draw(trace: Trace, folder: Path, prefix: str = "") -> list[Path]:
+    """Write motion, edge-error and positions as PNG into `folder`; return their paths."""
+    paths = []
+    for name, make in (
+        ("motion", _motion),
+        ("edge-error", _edge_error),
+        ("positions", _positions),
+    ):
+        path = folder / f"{prefix}{name}.png"
+        with mpl.rc_context(_STYLE):
+            figure = make(trace)
+            atomic.write_with(path, figure.savefig)
+            plt.close(figure)
+        paths.append(path)
+    return paths
+
+
+def _figure(trace: Trace, rows: int, title: str, height: float = 7.2, **options) -> tuple:
+    figure, axes = plt.subplots(
+        rows, 1, figsize=(11, height), layout="constrained", squeeze=False, **options
+    )
+    figure.suptitle(f"{title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=_INK)
+    figure.text(0.012, 0.948, trace.title, fontsize=9.5, color=_FAINT, va="top")
+    return figure, [row[0] for row in axes]
+
+
+def _ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners of the ideal speed: times in pixels, steps per second."""
+    hz = TIMER_HZ / float(trace.period)
+    times, speeds = [], []
+    shift = trace.line.backlash / trace.line.line_speed if trace.line.shifted_pixels else 0.0
+    for piece in exact.pieces(trace.line):
+        begin = float(piece.begin)
+        inserted = trace.line.shifted_pixels == piece.pixel and piece.begin.denominator != 1
+        last = inserted and piece.accel == 0 and piece.begin == piece.pixel - Fraction(shift)
+        length = shift if last else 1.0
+        end_speed = piece.speed + (piece.accel if length == 1.0 else 0)
+        times += [begin, begin + length]
+        speeds += [piece.direction * piece.speed * hz, piece.direction * end_speed * hz]
+    return np.array(times), np.array(speeds)
+
+
+def _motion(trace: Trace) -> Figure:
+    """Velocity and position of the edges over the ideal."""
+    figure, (speed, position) = _figure(
+        trace, 2, "Motion: every STEP edge over the ideal", sharex=True
+    )
+    made = trace.made_px
+    signs = trace.edges.directions()
+    times, speeds = _ideal_speed(trace)
+    speed.plot(times, speeds / 1000, color=_IDEAL, lw=5, alpha=0.55, label="ideal")
+    if len(made) > 1:
+        rate = signs[1:] / np.diff(made) * TIMER_HZ / float(trace.period) / 1000
+        middle = (made[1:] + made[:-1]) / 2
+        keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
+        speed.plot(
+            middle[keep], rate[keep], ",", color=_MADE, label="1 / interval of the board's edges"
+        )
+        speed.plot([], [], ".", color=_MADE)
+    _legend(speed, "upper right", [(_IDEAL, 5, "ideal"), (_MADE, 1.5, "board: 1 / interval")])
+    speed.set_ylabel("speed, 1000 steps/s")
+    speed.set_title("Velocity")
+    ideal = trace.ideal_px
+    count = np.cumsum(signs)
+    position.plot(ideal, count[: len(ideal)] / 1000, color=_IDEAL, lw=5, alpha=0.55)
+    position.plot(made, count / 1000, color=_MADE, lw=1.2)
+    position.set_ylabel("position, 1000 steps")
+    position.set_xlabel("pixels after line zero")
+    position.set_title("Position")
+    _legend(position, "upper left", [(_IDEAL, 5, "ideal"), (_MADE, 1.5, "board")])
+    _take_up_note(speed, trace)
+    speed.set_xlim(-0.3, trace.line.pixels + 0.3)
+    return figure
+
+
+def _take_up_note(axes: Axes, trace: Trace) -> None:
+    """Mark where the backlash is taken up."""
+    if not trace.line.shifted_pixels:
+        return
+    end = trace.line.shifted_pixels
+    begin = end - trace.line.backlash / trace.line.line_speed
+    axes.axvspan(begin, end, color=_BOARD, alpha=0.25, lw=0)
+    axes.annotate(
+        f"{trace.line.backlash} steps of backlash",
+        xy=((begin + end) / 2, 0.4 * axes.get_ylim()[1]),
+        xytext=(end + 1.2, 0.3 * axes.get_ylim()[1]),
+        arrowprops={"arrowstyle": "-", "color": _BOARD},
+        color=_BOARD,
+        va="center",
+    )
+
+
+def _edge_error(trace: Trace) -> Figure:
+    """Error of every edge over time, and its distribution."""
+    figure, (over, spread) = _figure(
+        trace, 2, "Edge error: edge minus exact instant", gridspec_kw={"height_ratios": [2, 1]}
+    )
+    made = trace.made_px[: len(trace.ideal_px)]
+    errors = (made - trace.ideal_px) * float(trace.period)
+    over.axhspan(-1, 1, color=_BAND, zorder=0)
+    for bound in (-1, 1):
+        over.axhline(bound, color=_BOARD, lw=0.8, ls=(0, (4, 3)))
+    size = 2.0 if len(errors) > 3000 else 6.0
+    over.plot(made, errors, ".", ms=size, color=_MADE, alpha=0.5, mew=0, rasterized=True)
+    ends = [done - 1 for _, done in exact.edge_ends(trace.line) if done <= len(errors)]
+    over.plot(made[ends], errors[ends], "o", ms=3.5, color=_IDEAL, mec="white", mew=0.3)
+    top = max(1.25, 1.1 * float(np.max(np.abs(errors), initial=0)))
+    over.set_ylim(-top, top)
+    over.set_xlim(-0.3, trace.line.pixels + 0.3)
+    over.set_ylabel("timer ticks (62.5 ns)")
+    over.set_xlabel("pixels after line zero")
+    rms = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
+    worst = float(np.max(np.abs(errors), initial=0))
+    over.set_title(
+        f"worst {worst:.3f} ticks, rms {rms:.3f} ticks = {rms / TIMER_HZ * 1e9:.1f} ns over "
+        f"{len(errors)} steps"
+    )
+    handles = [(_MADE, 3, "step"), (_IDEAL, 4, "last step of a pixel"), (_BOARD, 1, "one tick")]
+    _legend(over, "upper right", handles, columns=3)
+    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=_MADE, alpha=0.85)
+    spread.set_xlabel("error, ticks")
+    spread.set_ylabel("steps")
+    spread.set_title("Distribution")
+    return figure
+
+
+def _positions(trace: Trace) -> Figure:
+    """The board's expected positions and the counted ones at every pixel edge."""
+    figure, (table, difference) = _figure(
+        trace, 2, "Positions at the pixel edges", sharex=True,
+        gridspec_kw={"height_ratios": [2, 1]},
+    )  # fmt: skip
+    pixel = np.array([row.pixel for row in trace.pixels])
+    reference = np.array(exact.expected_positions(trace.line))
+    expected = np.array([_number(row.expected_steps) for row in trace.pixels])
+    actual = np.array([_number(row.actual_steps) for row in trace.pixels])
+    table.plot(pixel, reference / 1000, color=_IDEAL, lw=5, alpha=0.55)
+    table.plot(pixel, expected / 1000, "o", ms=6, mfc="none", mec=_BOARD, mew=1.1)
+    table.plot(pixel, actual / 1000, ".", ms=4.5, color=_MADE)
+    table.set_ylabel("1000 steps")
+    table.set_title("Steps made at the end of each pixel")
+    names = ("reference", "expected by the board", "counted STEP edges")
+    _legend(table, "upper left", list(zip((_IDEAL, _BOARD, _MADE), (5, 2, 3), names, strict=True)))
+    difference.axhline(0, color=_FAINT, lw=0.8)
+    difference.plot(pixel, expected - reference, "o", ms=6, mfc="none", mec=_BOARD, mew=1.1)
+    difference.plot(pixel, actual - reference, ".", ms=4.5, color=_MADE)
+    worst = float(np.nanmax(np.abs(np.concatenate([expected, actual]) - np.tile(reference, 2))))
+    difference.set_ylim(-max(1.5, 1.2 * worst), max(1.5, 1.2 * worst))
+    difference.set_ylabel("steps off the reference")
+    difference.set_xlabel("pixel")
+    same = int(np.sum((expected == reference) & (actual == reference)))
+    difference.set_title(f"{same} of {len(pixel)} pixels equal")
+    return figure
+
+
+def _number(value: int | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _legend(axes: Axes, where: str, entries: list[tuple], columns: int = 1) -> None:
+    """Draw a legend with solid handles, whatever the marks are."""
+    handles = [
+        mpl.lines.Line2D([], [], color=colour, lw=width, solid_capstyle="round", label=label)
+        for colour, width, label in entries
+    ]
+    axes.legend(handles=handles, loc=where, ncols=columns, labelcolor=_INK)

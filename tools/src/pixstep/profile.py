@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""From an acceleration profile (speeds at pixel ends) to the counts of a whole line."""
+
+import itertools
+from dataclasses import dataclass
+
+from pixstep.errors import UserError
+
+MAX_SPEED = 16_382  # steps/pixel: the largest even speed that the board takes as a count
+
+
+@dataclass(frozen=True)
+class LineRequest:
+    """What a line shall be: speeds in steps/pixel, lengths in pixels, backlash in steps."""
+
+    speed: int
+    pixels: int
+    backlash: int = 0
+    lead_in: int = 0
+    plain: bool = False
+
+
+@dataclass(frozen=True)
+class GeneratedLine:
+    """The counts of a line and where its parts are."""
+
+    counts: list[int]
+    accelerating_pixels: int
+    image_pixel: int  # 1-based file pixel where the image starts, after the lead-in
+
+
+def acceleration_counts(speeds: list[int], speed: int, source: str = "profile") -> list[int]:
+    """Return the counts of the accelerating pixels of a smooth motor from rest to `speed`.
+
+    `speeds` are even, above 0 and non-decreasing speeds at the ends of successive pixels. The
+    last pixel is partial: it ends exactly at `speed`. Raises UserError naming the entry for an
+    odd, zero or falling speed, an odd `speed` (with the nearest legal ones) and a profile that
+    tops out below it.
+    """
+    _check_speeds(speeds, source)
+    if speed % 2:
+        legal = [str(value) for value in (speed - 1, speed + 1) if 0 < value <= MAX_SPEED]
+        raise UserError(
+            f"speed {speed} is odd: every boundary speed of a smooth line is even, "
+            f"nearest legal {' and '.join(legal)}"
+        )
+    if not speeds or speeds[-1] < speed:
+        last = speeds[-1] if speeds else 0
+        raise UserError(f"{source}: profile tops out at {last} below {speed}")
+    ends = [value for value in speeds if value < speed] + [speed]
+    starts = [0, *ends[:-1]]
+    return [(start + end) // 2 for start, end in zip(starts, ends, strict=True)]
+
+
+def plain_counts(speeds: list[int], speed: int, source: str = "profile") -> list[int]:
+    """Return the accelerating counts of a plain motor: each entry is a speed and a count."""
+    if any(later < earlier for earlier, later in itertools.pairwise(speeds)):
+        raise UserError(f"{source}: the speeds must not fall")
+    if not speeds or speeds[-1] < speed:
+        last = speeds[-1] if speeds else 0
+        raise UserError(f"{source}: profile tops out at {last} below {speed}")
+    return [value for value in speeds if value < speed]
+
+
+def generate(speeds: list[int], request: LineRequest, source: str = "profile") -> GeneratedLine:
+    """Return the line of `request.pixels` pixels: accelerate, hold the speed, the same reversed.
+
+    With backlash the line starts and ends with a zero pixel. Raises UserError for a request out
+    of range or too short, then naming the minimum length.
+    """
+    _check_request(request)
+    make = plain_counts if request.plain else acceleration_counts
+    ramp = make(speeds, request.speed, source)
+    zero = [0] if request.backlash else []
+    minimum = 2 * len(ramp) + request.lead_in + 1 + 2 * len(zero)
+    if request.pixels < minimum:
+        raise UserError(
+            f"{request.pixels} pixels are too few: acceleration, lead-in {request.lead_in}, one "
+            f"image pixel and deceleration need at least {minimum}"
+        )
+    constant = request.pixels - 2 * len(ramp) - 2 * len(zero)
+    counts = [*zero, *ramp, *([request.speed] * constant), *reversed(ramp), *zero]
+    image = len(zero) + len(ramp) + request.lead_in + 1
+    return GeneratedLine(counts, len(ramp), image)
+
+
+def _check_speeds(speeds: list[int], source: str) -> None:
+    """Refuse a smooth profile with an odd, zero or falling speed, naming the record."""
+    previous = 0
+    for number, value in enumerate(speeds, 1):
+        if value <= 0:
+            raise UserError(f"{source}:{number}: speed {value} must be above 0")
+        if value % 2:
+            raise UserError(
+                f"{source}:{number}: speed {value} is odd, nearest legal {value - 1} and "
+                f"{value + 1}"
+            )
+        if value < previous:
+            raise UserError(f"{source}:{number}: speed falls from {previous} to {value}")
+        previous = value
+
+
+def _check_request(request: LineRequest) -> None:
+    """Refuse a request out of range."""
+    if not 1 <= request.speed <= MAX_SPEED + 1:
+        raise UserError(f"speed {request.speed} is outside 1..{MAX_SPEED} steps/pixel")
+    if request.lead_in < 0:
+        raise UserError(f"lead-in {request.lead_in} must not be negative")
+    if request.backlash < 0:
+        raise UserError(f"backlash {request.backlash}: a positive figure only")
+    if request.backlash and request.plain:
+        raise UserError(f"backlash {request.backlash}: only a smooth line takes up backlash")
+    if request.backlash > request.speed:
+        raise UserError(
+            f"backlash {request.backlash} does not fit one pixel at speed {request.speed}"
+        )

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+"""Pixel frequencies are carried exactly: 29.97 is 2997/100, 30000/1001 is itself."""
+
+import re
+from fractions import Fraction
+
+from pixstep.errors import UserError
+
+TIMER_HZ = 16_000_000
+_DECIMAL = re.compile(r"\d{1,10}(\.\d{1,9})?")
+_FRACTION = re.compile(r"\d{1,10}/\d{1,10}")
+_U32_MAX = 0xFFFFFFFF
+
+
+def parse_hz(text: str) -> Fraction:
+    """Return the frequency written as a decimal or a fraction, exactly, in Hz.
+
+    Both numerator and denominator of the reduced fraction must fit 32 bits, as the board takes
+    them so. Raises UserError naming the text otherwise, or if the frequency is not above zero.
+    """
+    text = text.strip()
+    if not (_DECIMAL.fullmatch(text) or _FRACTION.fullmatch(text)):
+        raise UserError(f"pixel frequency {text!r}: expected Hz as 30, 29.97 or 30000/1001")
+    numerator, _, denominator = text.partition("/")
+    if denominator and int(denominator) == 0:
+        raise UserError(f"pixel frequency {text!r}: the denominator is zero")
+    hz = Fraction(numerator) / Fraction(denominator or 1)
+    if hz <= 0:
+        raise UserError(f"pixel frequency {text!r}: must be above 0 Hz")
+    if hz.numerator > _U32_MAX or hz.denominator > _U32_MAX:
+        raise UserError(f"pixel frequency {text!r}: needs more than 32 bits")
+    return hz
+
+
+def hz_text(hz: Fraction) -> str:
+    """Return the exact `N/D` text that the native programs read."""
+    return f"{hz.numerator}/{hz.denominator}"
+
+
+def period_ticks(hz: Fraction, timer_hz: int = TIMER_HZ) -> Fraction:
+    """Return the exact pixel period in timer ticks."""
+    return Fraction(timer_hz) / hz
+
+
+def edge_tick(pixel: int, period: Fraction) -> int:
+    """Return B_k = floor(k * P), the tick of the end edge of pixel k after line zero."""
+    return pixel * period.numerator // period.denominator

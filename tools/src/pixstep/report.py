@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""The outputs of a run: pixels.csv, summary.json and the page a person reads."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from pixstep import atomic
+
+PIXELS_HEADER = "board,axis,pixel,edge_cycle,expected_steps,actual_steps"
+
+
+@dataclass(frozen=True)
+class PixelRow:
+    """One row of pixels.csv; a value that the run did not give is None."""
+
+    board: int
+    axis: int
+    pixel: int
+    edge_cycle: int | None
+    expected_steps: int | None
+    actual_steps: int | None
+
+    def text(self) -> str:
+        """Return the row; an unknown value is empty."""
+        values = (self.board, self.axis, self.pixel)
+        values += (self.edge_cycle, self.expected_steps, self.actual_steps)
+        return ",".join("" if value is None else str(value) for value in values)
+
+
+def write_pixels(path: Path, rows: list[PixelRow]) -> None:
+    """Write pixels.csv."""
+    atomic.write_text(path, "\n".join([PIXELS_HEADER, *(row.text() for row in rows)]) + "\n")
+
+
+def print_page(console: Console, summary: dict) -> None:
+    """Print the one-page verdict of a run."""
+    colour = "bold green" if summary["verdict"] == "pass" else "bold red"
+    console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
+    for reason in summary["reasons"]:
+        console.print(f"  {reason}", style="red", markup=False, highlight=False)
+    console.print(_axes_table(summary))
+    if summary.get("handlers"):
+        console.print(_handlers_table(summary))
+    console.print(_footer(summary), highlight=False)
+
+
+def _headline(summary: dict) -> str:
+    parts = [f"{summary['board']}, {summary['decode']} decoding, {summary['pixel_hz']} Hz"]
+    if summary.get("pixel_ppm"):
+        parts.append(f"pixel clock {summary['pixel_ppm']:+g} ppm")
+    if summary.get("serial_load"):
+        parts.append(f"serial line saturated ({summary['requests']['load']} requests)")
+    return ", ".join(parts)
+
+
+def _axes_table(summary: dict) -> Table:
+    table = Table(title="Axes", title_justify="left")
+    for name in (
+        "axis", "steps", "edge error max", "rms", "rate error", "last steps on edge",
+        "positions equal", "underruns",
+    ):  # fmt: skip
+        table.add_column(name, justify="right")
+    for axis in summary["axes"]:
+        on = axis["last_steps_on_edge"]
+        table.add_row(
+            str(axis["axis"]),
+            f"{axis['steps']} of {axis['expected_steps']}",
+            f"{axis['max_edge_error_ticks']:.3f} ticks",
+            f"{1000 * axis['rms_edge_error_us']:.1f} ns",
+            f"{axis['rate_error_ppm']:g} ppm",
+            f"{on} of {on + axis['last_steps_off_edge']}",
+            f"{axis['pixels_equal']} of {axis['pixels']}",
+            str(axis["underruns"]),
+        )
+    return table
+
+
+def _handlers_table(summary: dict) -> Table:
+    table = Table(title="Interrupt handlers, cycles", title_justify="left")
+    for name in ("handler", "count", "min", "mean", "max", "latest start"):
+        table.add_column(name, justify="left" if name == "handler" else "right")
+    for row in summary["handlers"]:
+        table.add_row(
+            row["name"],
+            str(row["count"]),
+            str(row["cycles_min"]),
+            f"{row['cycles_mean']:.1f}",
+            str(row["cycles_max"]),
+            str(row.get("latency_max", "")),
+        )
+    return table
+
+
+def _footer(summary: dict) -> str:
+    lines = []
+    if summary.get("line_zero_cycle") is not None:
+        lines.append(
+            f"line zero at cycle {summary['line_zero_cycle']}, one pixel period after the clock "
+            f"edge at {summary['clock_edge_cycle']}"
+        )
+    if summary.get("cpu_share") is not None:
+        lines.append(
+            f"CPU share {100 * summary['cpu_share']:.1f} % while moving "
+            f"({100 * summary['interrupt_share']:.1f} % in interrupts), "
+            f"stack free {summary['stack_free_bytes']} bytes, "
+            f"{summary['realtime_factor']:.2f} times real time"
+        )
+    return "\n".join(lines)

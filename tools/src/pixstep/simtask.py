@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""One simulated run from lines to files on disk: run, judge, write, plot."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from pixstep import atomic, report
+from pixstep.judge import Judgement, judge
+from pixstep.rational import hz_text
+from pixstep.simrun import Job, RunResult, run_job
+
+
+def simulate(
+    job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
+) -> Judgement:
+    """Run a job and write edges.csv, clock.csv, pixels.csv, summary.json (and plots) to `out`."""
+    result = run_job(job, out, progress or (lambda _: None))
+    judged = judge(result)
+    report.write_pixels(out / "pixels.csv", judged.pixels)
+    atomic.write_json(out / "summary.json", judged.summary)
+    if plots:
+        judged.summary["plots"] = [str(path) for path in draw_plots(result, judged, out)]
+    return judged
+
+
+def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
+    """Draw the plots of every axis that moved; return their paths."""
+    from pixstep import plots  # matplotlib takes a second to load
+
+    job = result.job
+    paths = []
+    for found in judged.axes:
+        if found.line_zero_cycle is None or found.errors_ticks is None:
+            continue
+        line = job.lines[found.axis]
+        trace = plots.Trace(
+            line=line,
+            period=job.period,
+            zero=found.line_zero_cycle,
+            edges=result.edges.axis(0, found.axis),
+            pixels=[row for row in judged.pixels if row.axis == found.axis],
+            title=_title(job, found.axis),
+        )
+        prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
+        paths += plots.draw(trace, out, prefix)
+    return paths
+
+
+def _title(job: Job, axis: int) -> str:
+    line = job.lines[axis]
+    hz = hz_text(job.pixel_hz).removesuffix("/1")
+    return (
+        f"{job.board} axis {axis}, {line.decode} decoding, {line.pixels} pixels at {hz} Hz, "
+        f"{line.total_steps} steps, backlash {line.backlash}"
+    )

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""The host's line check: each named error, and the oscillation detector with its repairs."""
+
+from fractions import Fraction
+
+import pytest
+
+from pixstep.line import PLAIN, Line
+from pixstep.linecheck import Limits, check, exit_status, propose_repair
+from worked import worked_line
+
+
+def names(counts, limits=None, **kwargs):
+    return [(item.name, item.pixel) for item in check(Line(tuple(counts), **kwargs), limits)]
+
+
+@pytest.mark.parametrize("backlash", [0, 1, 250, 1000])
+def test_worked_example_is_fine(backlash):
+    assert check(worked_line(backlash)) == []
+
+
+@pytest.mark.parametrize(
+    ("counts", "error"),
+    [
+        ([4, 4], None),
+        ([4, 12], ("ends_moving", 2)),
+        ([4, 3], ("reverses_inside_pixel", 2)),
+        ([4, 0], ("zero_while_moving", 2)),
+        ([4, -4], ("negative_count", 2)),
+        ([40000], ("out_of_range", 1)),
+        ([16384], ("out_of_range", 1)),
+        ([16383, 16383], ("oscillates", 1)),
+    ],
+)
+def test_named_errors(counts, error):
+    found = names(counts)
+    assert (error in found) if error else ("oscillates", 1) in found
+
+
+@pytest.mark.parametrize(
+    ("counts", "backlash", "error"),
+    [
+        ([0, 4, 8, 4, 0], 9, ("backlash_over_speed", 0)),
+        ([4, 8, 4], 4, ("backlash_no_room", 1)),
+        ([0, 4, 8, 4, 0], 8, None),
+    ],
+)
+def test_backlash(counts, backlash, error):
+    assert names(counts, backlash=backlash) == ([error] if error else [])
+
+
+def test_backlash_on_a_plain_line():
+    assert names([0, 5, 0], decode=PLAIN, backlash=1) == [("backlash_plain", 0)]
+
+
+def test_hazard_of_constant_counts_from_rest():
+    (found,) = [f for f in check(Line((10, 10, 10, 10))) if f.name == "oscillates"]
+    assert (found.pixel, found.amplitude, found.severity) == (1, 10, "error")
+    assert found.repair == [5]
+
+
+@pytest.mark.parametrize("head", [[5], [2, 7]])
+def test_repaired_lines_are_fine(head):
+    line = [*head, 10, 10, *reversed(head)]
+    assert names(line) == []
+
+
+def test_small_oscillation_is_a_warning():
+    # entered at 1002: the amplitude 2 is no more than max(2, 1 %)
+    found = check(Line((501, 1000, 1000, 501)))
+    assert [(f.name, f.severity, f.pixel, f.amplitude) for f in found] == [
+        ("ripple", "warning", 2, 2)
+    ]
+    assert exit_status(found) == 1
+
+
+def test_odd_constant_cannot_be_repaired():
+    (found,) = [f for f in check(Line((5, 11, 11))) if f.pixel == 2]
+    assert found.repair == [] and "use 10 or 12" in found.message
+
+
+@pytest.mark.parametrize(
+    ("entry", "count", "limit", "repair"),
+    [
+        (0, 10, None, [5]),
+        (0, 10, 6, [2, 7]),
+        (0, 1000, None, [500]),
+        (20, 10, None, [15]),
+        (0, 11, None, []),
+    ],
+)
+def test_repair_reaches_the_count(entry, count, limit, repair):
+    assert propose_repair(entry, count, limit) == repair
+    speed = entry
+    for value in repair:
+        if limit:
+            assert abs(2 * (value - speed)) <= limit
+        speed = 2 * value - speed
+    assert speed == (count if repair else entry)
+
+
+def test_limits():
+    limits = Limits(max_speed=20, max_acceleration=16)
+
+    assert ("too_fast", 2) in names([8, 20, 20, 8], limits)
+    assert ("acceleration", 1) in names([10, 20, 10], limits)
+
+
+def test_jerk_warning():
+    found = names([4, 12, 41, 41, 12, 4], Limits(jerk_warning=20))
+    assert ("jerk", 3) in found
+
+
+def test_rate_limit():
+    limits = Limits(min_interval_ticks=100, period_ticks=Fraction(16_000_000, 30))
+    assert ("too_fast", 1) in names([6000], limits, decode=PLAIN)
+    assert names([5000], limits, decode=PLAIN) == []

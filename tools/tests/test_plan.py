@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: MIT
+"""The firmware's core, built natively, against the independent reference: the property test."""
+
+import random
+from fractions import Fraction
+
+import pytest
+from worked import EXPECTED, worked_line
+
+from pixstep import exact, planner
+from pixstep.errors import UserError
+from pixstep.line import PLAIN, SMOOTH, Line
+from pixstep.linecheck import check, refused
+from pixstep.randomlines import PIXEL_HZ, Bounds, Case, case
+from pixstep.rational import edge_tick, period_ticks
+
+pytestmark = pytest.mark.usefixtures("plan_program")
+
+
+def judge(tested: Case) -> None:
+    """Require the planned ticks and table of a case to be right in exact arithmetic."""
+    line, period = tested.line, tested.period
+    ticks = planner.plan(line, tested.pixel_hz).columns()[:, 1].tolist()
+    assert len(ticks) == line.total_steps
+    for step, (tick, (_, when)) in enumerate(
+        zip(ticks, exact.exact_instants(line, period), strict=True), 1
+    ):
+        assert when.strictly_within_one(tick), f"step {step}: tick {tick}, exact {float(when)}"
+    for pixel, done in exact.edge_ends(line):
+        assert ticks[done - 1] == edge_tick(pixel, period), f"last step of pixel {pixel}"
+    rows = planner.plan(line, tested.pixel_hz, pixels=True).columns()
+    assert rows[:, 0].tolist() == list(range(1, line.pixels + 1))
+    assert rows[:, 1].tolist() == [edge_tick(k, period) for k in range(1, line.pixels + 1)]
+    assert rows[:, 2].tolist() == exact.brute_force_positions(line, period)
+
+
+@pytest.mark.parametrize("decode", [SMOOTH, PLAIN])
+@pytest.mark.parametrize("seed", range(5))
+def test_random_lines(lines_option, decode, seed):
+    rng = random.Random(f"{seed} {decode} plan")
+    for _ in range(max(1, lines_option // 5)):
+        judge(case(rng, decode, Bounds(max_pixels=12)))
+
+
+@pytest.mark.parametrize("hz", PIXEL_HZ)
+@pytest.mark.parametrize("backlash", [0, 1, 250, 999, 1000])
+def test_worked_example(hz, backlash):
+    judge(Case(worked_line(backlash, pixels=34), hz))
+
+
+@pytest.mark.parametrize("backlash", sorted(EXPECTED))
+def test_worked_example_table(backlash):
+    rows = planner.plan(worked_line(backlash), Fraction(30), pixels=True).columns()
+    assert rows[:17, 2].tolist() == EXPECTED[backlash]
+
+
+def test_other_timer_frequency():
+    line = Line((4, 12, 12, 4)[:2] + (16, 12, 4))
+    ticks = planner.plan(line, Fraction(30), timer_hz=8_000_000).columns()[:, 1].tolist()
+    period = period_ticks(Fraction(30), 8_000_000)
+    assert ticks[-1] == edge_tick(5, period)
+
+
+def test_long_constant_line_does_not_drift():
+    line = Line((500,) * 130, PLAIN)
+    judge(Case(line, Fraction(30000, 1001)))
+
+
+HAZARDS = [
+    ([10, 10, 10], {}, "oscillates"),
+    ([4, 3], {}, "reverses_inside_pixel"),
+    ([4, 0], {}, "zero_while_moving"),
+    ([4, 12], {}, "ends_moving"),
+    ([4, -4], {}, "negative_count"),
+    ([16384], {}, "out_of_range"),
+    ([0, 4, 8, 4, 0], {"backlash": 9}, "backlash_over_speed"),
+    ([4, 8, 4], {"backlash": 4}, "backlash_no_room"),
+    ([0, 4, 0], {"decode": PLAIN, "backlash": 4}, "backlash_plain"),
+]
+
+
+@pytest.mark.parametrize(("counts", "options", "name"), HAZARDS)
+def test_core_and_host_refuse_alike(counts, options, name):
+    line = Line(tuple(counts), **options)
+    found = check(line)
+    assert refused(found) and name in [item.name for item in found]
+    with pytest.raises(planner.LineRefusedError, match=f"line refused: {name} at pixel"):
+        planner.plan(line, Fraction(30))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_core_and_host_agree_on_random_counts(seed):
+    """Counts near the legal ones, so that both outcomes are common."""
+    rng = random.Random(seed)
+    agreed = {True: 0, False: 0}
+    for _ in range(40):
+        tested = case(rng, SMOOTH, Bounds(max_pixels=10, min_pixels=3))
+        counts = list(tested.line.counts)
+        if rng.random() < 0.7:
+            counts[rng.randrange(len(counts))] += rng.choice((-2, -1, 1, 2))
+        line = Line(tuple(counts), backlash=tested.line.backlash)
+        host = refused(check(line))
+        try:
+            planner.plan(line, tested.pixel_hz)
+            core = False
+        except planner.LineRefusedError as error:
+            core = True
+            assert host, f"{counts}: only the core refuses: {error}"
+        assert host == core, f"{counts}: only the host refuses: {check(line)}"
+        agreed[host] += 1
+    assert all(agreed.values()), agreed
+
+
+def test_ripple_is_a_warning_of_both():
+    line = Line((501, 1000, 1000, 501))
+    assert [item.name for item in check(line)] == ["ripple"]
+    warnings = planner.plan(line, Fraction(30)).warnings
+    assert len(warnings) == 1 and "warning: ripple at pixel 2" in warnings[0]
+
+
+def test_a_frequency_that_the_board_cannot_do_is_one_line():
+    with pytest.raises(UserError, match="pixstep-plan: .*1024 to 16777215"):
+        planner.plan(Line((4, 4)), Fraction(1, 100))
