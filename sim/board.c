@@ -11,6 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include <avr_extint.h>
 #include <avr_ioport.h>
 #include <sim_elf.h>
 
@@ -90,6 +91,11 @@ static void on_reset(avr_io_t *io)
     irq_stats_reset(&b->stats);
     for (int i = 0; i < BOARD_PORTS; i++) {
         b->pins[i].port = b->pins[i].ddr = 0;
+    }
+    for (uint8_t i = 0; i < EXTINT_COUNT; i++) {
+        // Or simavr polls every external interrupt pin that is low in every cycle (at reset all are
+        // level-triggered, enabled or not), at a fifth of the speed.
+        avr_extint_set_strict_lvl_trig(b->avr, i, 0);
     }
     b->avr->data[GPIOR2] = b->strap;
     board_schedule_pulse(b); // the reset has emptied simavr's list of events

@@ -159,6 +159,7 @@ void irq_stats_reset(struct irq_stats *s)
     s->section_since = s->avr->cycle;
     s->section_interrupts_since = s->interrupt_cycles;
     s->off = true;
+    s->started = false;
     s->off_since = s->avr->cycle;
     for (int i = 0; i < IRQ_VECTORS; i++) {
         s->vector[i].flagged = false;
@@ -174,4 +175,27 @@ void irq_stats_section(struct irq_stats *s, unsigned section, uint64_t cycle)
     s->section = (section < IRQ_SECTIONS) ? section : IRQ_SECTIONS - 1;
     s->section_since = cycle;
     s->section_interrupts_since = s->interrupt_cycles;
+}
+
+// What waited for the end of start-up waited for no handler: latencies count from here.
+static void start(struct irq_stats *s)
+{
+    s->started = true;
+    for (int i = 0; i < IRQ_VECTORS; i++) {
+        s->vector[i].flag_cycle = s->avr->cycle;
+    }
+}
+
+void irq_stats_i_bit(struct irq_stats *s, bool off)
+{
+    uint64_t cycle = s->avr->cycle;
+
+    if (off) {
+        s->off_since = cycle;
+    } else if (!s->started) {
+        start(s);
+    } else if (cycle - s->off_since > s->off_max) {
+        s->off_max = cycle - s->off_since;
+    }
+    s->off = off;
 }

@@ -50,7 +50,7 @@ struct irq_stats {
     uint64_t section_since, section_interrupts_since;
 
     uint64_t off_since; // interrupts are off since this cycle
-    bool off;
+    bool off, started; // started: the program has enabled interrupts, its start-up is over
     uint64_t off_max;
 };
 
@@ -66,17 +66,13 @@ void irq_stats_flag(struct irq_stats *stats, uint8_t vector, uint64_t cycle);
 // GPIOR1 was written (section id), or the run ends here: closes the account of the section so far.
 void irq_stats_section(struct irq_stats *stats, unsigned section, uint64_t cycle);
 
+// The I bit changed at avr->cycle.
+void irq_stats_i_bit(struct irq_stats *stats, bool off);
+
 // Called between instructions by the run loop, with the state of the I bit.
 static inline void irq_stats_interrupts_off(struct irq_stats *stats, bool off)
 {
     if (off != stats->off) {
-        uint64_t cycle = stats->avr->cycle;
-
-        if (off) {
-            stats->off_since = cycle;
-        } else if (cycle - stats->off_since > stats->off_max) {
-            stats->off_max = cycle - stats->off_since;
-        }
-        stats->off = off;
+        irq_stats_i_bit(stats, off);
     }
 }

@@ -362,6 +362,8 @@ void timer16_attach(struct timer16 *t,
     t->hooks = hooks;
     t->name = part->name;
     t->icp_level = false;
+    // simavr's own input capture keeps quiet where ICRn is TOP: else each edge would interrupt twice.
+    part->mode.top = avr_timer_wgm_reg_icr;
     timer16_reset(t);
     timer16_take_registers(t);
 }

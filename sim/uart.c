@@ -101,8 +101,6 @@ void uart_levels(struct uart *u)
 
 // ---- transmitter ----
 
-static avr_cycle_count_t on_sent(avr_t *avr, avr_cycle_count_t when, void *param);
-
 static void start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 {
     uint32_t bit = uart_bit_cycles(u);
@@ -120,43 +118,21 @@ static void start_frame(struct uart *u, uint8_t data, uint64_t cycle)
     u->outgoing = u->hooks->may_send(u->hooks->board) ? line_start(u->line, &frame) : NULL;
 }
 
-static avr_cycle_count_t on_sent(avr_t *avr, avr_cycle_count_t when, void *param)
+// The frame on its way has ended: the waiting one follows at once, or transmission is complete.
+static void happen_sent(struct uart *u)
 {
-    struct uart *u = param;
     uint64_t end = u->shift_end;
 
-    (void)when;
     u->shifting = false;
     u->outgoing = NULL;
     if (u->waiting) {
         u->waiting = false;
         start_frame(u, u->waiting_data, end);
         levels_at(u, end);
-        return u->shift_end;
-    }
-    if ((avr->data[u->part->r_ucsra] & TXC) == 0) {
+    } else if ((u->avr->data[u->part->r_ucsra] & TXC) == 0) {
         u->hooks->flag(u->hooks->board, u->part->txc.vector, end);
-        (void)avr_raise_interrupt(avr, &u->part->txc);
+        (void)avr_raise_interrupt(u->avr, &u->part->txc);
     }
-    return 0;
-}
-
-static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
-{
-    struct uart *u = param;
-
-    (void)address;
-    if ((ucsrb(u) & TXEN) == 0 || u->waiting) {
-        return; // the part ignores it: transmitter off, or UDRE0 not set
-    }
-    if (u->shifting) {
-        u->waiting = true;
-        u->waiting_data = value;
-        uart_levels(u);
-        return;
-    }
-    start_frame(u, value, access_cycle(avr) + 1);
-    avr_cycle_timer_register(avr, u->shift_end - avr->cycle, on_sent, u);
 }
 
 void uart_driver_off(struct uart *u, uint64_t cycle)
@@ -204,56 +180,111 @@ static void receive(struct uart *u, const struct line_frame *frame)
     u->fifo[u->fifo_count++] = heard;
 }
 
-static void schedule_incoming(struct uart *u);
-
-static avr_cycle_count_t on_incoming(avr_t *avr, avr_cycle_count_t when, void *param)
+static void happen_heard(struct uart *u, uint64_t cycle)
 {
-    struct uart *u = param;
+    const struct line_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
 
-    (void)when;
-    while (u->incoming_first != u->incoming_last) {
-        const struct line_frame *frame = u->incoming[u->incoming_first % UART_INCOMING];
-        uint64_t due = frame_heard_at(u, frame);
-
-        if (due > avr->cycle) {
-            return due;
-        }
-        u->incoming_first++;
-        receive(u, frame);
-        levels_at(u, due);
-    }
-    return 0;
+    receive(u, frame);
+    levels_at(u, cycle);
 }
 
-static void schedule_incoming(struct uart *u)
+// ---- time ----
+
+static uint64_t sent_due(const struct uart *u)
 {
-    const struct line_frame *frame;
+    return u->shifting ? u->shift_end : UINT64_MAX;
+}
+
+static uint64_t heard_due(const struct uart *u)
+{
+    return (u->incoming_first == u->incoming_last)
+               ? UINT64_MAX
+               : frame_heard_at(u, u->incoming[u->incoming_first % UART_INCOMING]);
+}
+
+static void sync_to(struct uart *u, uint64_t cycle)
+{
+    for (;;) {
+        uint64_t sent = sent_due(u);
+        uint64_t heard = heard_due(u);
+
+        if (sent > cycle && heard > cycle) {
+            return;
+        }
+        if (sent <= heard) {
+            happen_sent(u);
+        } else {
+            happen_heard(u, heard);
+        }
+    }
+}
+
+static uint64_t next_due(const struct uart *u)
+{
+    uint64_t sent = sent_due(u);
+    uint64_t heard = heard_due(u);
+
+    return (sent < heard) ? sent : heard;
+}
+
+static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    struct uart *u = param;
     uint64_t due;
 
-    if (u->incoming_first == u->incoming_last) {
-        avr_cycle_timer_cancel(u->avr, on_incoming, u);
-        return;
+    (void)when;
+    sync_to(u, avr->cycle);
+    due = next_due(u);
+    return (due == UINT64_MAX) ? 0 : due;
+}
+
+static void schedule(struct uart *u)
+{
+    uint64_t due = next_due(u);
+
+    if (due == UINT64_MAX) {
+        avr_cycle_timer_cancel(u->avr, on_due, u);
+    } else {
+        avr_cycle_timer_register(
+            u->avr, (due > u->avr->cycle) ? due - u->avr->cycle : 0, on_due, u);
     }
-    frame = u->incoming[u->incoming_first % UART_INCOMING];
-    due = frame_heard_at(u, frame);
-    avr_cycle_timer_register(
-        u->avr, (due > u->avr->cycle) ? due - u->avr->cycle : 0, on_incoming, u);
 }
 
 void uart_hear(struct uart *u, struct line_frame *frame)
 {
     if (u->incoming_last - u->incoming_first < UART_INCOMING) {
         u->incoming[u->incoming_last++ % UART_INCOMING] = frame;
-        schedule_incoming(u);
+        schedule(u);
     }
+}
+
+// ---- the program's view ----
+
+static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    struct uart *u = param;
+
+    (void)address;
+    sync_to(u, access_cycle(avr));
+    if ((ucsrb(u) & TXEN) == 0 || u->waiting) {
+        return; // the part ignores it: transmitter off, or UDRE0 not set
+    }
+    if (u->shifting) {
+        u->waiting = true;
+        u->waiting_data = value;
+        uart_levels(u);
+        return;
+    }
+    start_frame(u, value, access_cycle(avr) + 1);
+    schedule(u);
 }
 
 static uint8_t read_udr(avr_t *avr, avr_io_addr_t address, void *param)
 {
     struct uart *u = param;
 
-    (void)avr;
     (void)address;
+    sync_to(u, access_cycle(avr));
     if (u->fifo_count > 0) {
         u->rx_last = u->fifo[0].data;
         u->fifo_count--;
@@ -264,13 +295,13 @@ static uint8_t read_udr(avr_t *avr, avr_io_addr_t address, void *param)
     return u->rx_last;
 }
 
-// ---- control registers ----
-
 static uint8_t read_ucsra(avr_t *avr, avr_io_addr_t address, void *param)
 {
-    const struct uart *u = param;
-    uint8_t kept = avr->data[address] & (TXC | U2X | MPCM);
+    struct uart *u = param;
+    uint8_t kept;
 
+    sync_to(u, access_cycle(avr));
+    kept = avr->data[address] & (TXC | U2X | MPCM);
     if (u->fifo_count > 0) {
         kept |= (uint8_t)(RXC | u->fifo[0].errors);
     }
@@ -284,11 +315,12 @@ static void write_ucsra(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     if ((value & MPCM) != 0) {
         u->hooks->refuse(u->hooks->board, "UART 0: multi-processor mode is not modelled");
     }
+    sync_to(u, access_cycle(avr));
     if ((value & TXC) != 0) {
         avr_clear_interrupt(avr, &u->part->txc);
     }
     avr->data[address] = (uint8_t)((avr->data[address] & TXC) | (value & U2X));
-    schedule_incoming(u); // the speed may have changed
+    schedule(u); // the speed may have changed
 }
 
 static void write_ucsrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
@@ -319,13 +351,13 @@ static void write_ucsrc(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
         u->hooks->refuse(u->hooks->board, "UART 0: synchronous modes are not modelled");
     }
     avr->data[address] = value;
-    schedule_incoming(u);
+    schedule(u);
 }
 
 static void write_ubrr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     avr->data[address] = value;
-    schedule_incoming(param);
+    schedule(param);
 }
 
 // ---- set-up ----
@@ -340,7 +372,7 @@ void uart_reset(struct uart *u)
     u->avr->data[u->part->r_ucsra] = 0;
     u->avr->data[u->part->r_ucsrb] = 0;
     u->avr->data[u->part->r_ucsrc] = 0x06; // the part's initial value: 8 data bits
-    schedule_incoming(u);
+    schedule(u);
 }
 
 static avr_uart_t *find_part(avr_t *avr)

@@ -9,7 +9,7 @@
 #include "hal/step_timer.h"  // step_timer_*
 
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
-#define DECODE_BUDGET 16u
+#define DECODE_BUDGET 48u
 #define TICKS_PER_US (CONFIG_TIMER_HZ / 1000000uL)
 // Room for the commands of a reversal on top of the driver's own times, ticks.
 #define TURN_MARGIN_TICKS 512uL
@@ -24,7 +24,6 @@ static uint8_t axis_bit(uint8_t axis)
 void machine_init(void)
 {
     settings_defaults(&machine.settings);
-    step_timer_start();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         axis_init(&machine.axes[i], step_timer_ring(i), machine.slots[i], CONFIG_QUEUE_ENTRIES,
                   STEP_IDLE_TICKS);
@@ -113,7 +112,20 @@ static void line_finished(struct axis *axis)
     }
 }
 
-// What became of a running axis since the last round.
+// A running axis that halted or came to the end of its line.
+static void supervise_running(uint8_t i)
+{
+    struct axis *axis = &machine.axes[i];
+
+    if (step_timer_state(i) == STEP_ENGINE_HALTED) {
+        machine_fault(axis->dry ? FAULT_starved : FAULT_decoder_late, i, 0);
+    } else if (!axis->in_line && axis_ring_fill(axis) == 0
+               && step_timer_state(i) == STEP_ENGINE_IDLE) {
+        machine.clocked &= (uint8_t)~axis_bit(i);
+        line_finished(axis);
+    }
+}
+
 static void supervise(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
@@ -124,13 +136,7 @@ static void supervise(uint8_t i)
         machine_fault(FAULT_underrun, i, axis->underruns);
     }
     if (axis->state == AXIS_RUNNING) {
-        if (step_timer_state(i) == STEP_ENGINE_HALTED) {
-            machine_fault(axis->dry ? FAULT_starved : FAULT_decoder_late, i, 0);
-        } else if (!axis->in_line && axis_ring_fill(axis) == 0
-                   && step_timer_state(i) == STEP_ENGINE_IDLE) {
-            machine.clocked &= (uint8_t)~axis_bit(i);
-            line_finished(axis);
-        }
+        supervise_running(i);
     }
     if ((machine.stopping & axis_bit(i)) != 0 && step_timer_state(i) != STEP_ENGINE_IN_LINE) {
         machine.stopping &= (uint8_t)~axis_bit(i);
@@ -140,13 +146,16 @@ static void supervise(uint8_t i)
 
 static void follow(uint8_t i)
 {
+    struct axis *axis = &machine.axes[i];
     struct engine_sample sample = step_timer_sample(i);
 
     // A capture that waits may be older than this sample: its own sample comes first.
     if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
         return;
     }
-    ledger_follow(&machine.axes[i].ledger, &machine.axes[i].feed, sample);
+    if (sample.tail != axis->ledger.retired || sample.idle_count != axis->ledger.idle_seen) {
+        ledger_follow(&axis->ledger, &axis->feed, sample);
+    }
     supervise(i);
 }
 

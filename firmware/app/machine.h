@@ -48,6 +48,7 @@ struct machine {
 
 extern struct machine machine;
 
+// Interrupts off; step_timer_start() must follow, and interrupts on before an idle period is over.
 void machine_init(void);
 
 // One round: short, never waits. Call again and again.

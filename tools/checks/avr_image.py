@@ -18,10 +18,17 @@ CALLS = {"call", "rcall"}
 INDIRECT = {"icall", "eicall", "ijmp", "eijmp"}
 ENDS = {"ret", "reti", "jmp", "rjmp", "ijmp", "eijmp"}
 
-# Jumps through a register, but only back into the switch statement that asked for it.
-SWITCH_HELPERS = {"__tablejump2__", "__tablejump__"}
-# Would hide pushes from the count.
+# libgcc's prologue for its large functions: entered where the registers to be saved begin, two
+# bytes an instruction, with the frame's size in r27:r26; it then jumps back into the function.
 SHARED_PROLOGUE = "__prologue_saves__"
+SHARED_PROLOGUE_PUSHES = 18
+FRAME_SIZE = {"r26": 1, "r27": 256}
+
+# The linker's jumps in low flash to functions whose address is used.
+TRAMPOLINES = "__trampolines_start"
+
+# They jump through a register, but only back into the function that asked for it.
+HELPERS = {"__tablejump2__", "__tablejump__", SHARED_PROLOGUE}
 
 
 class ImageError(Exception):
@@ -106,6 +113,7 @@ class Reader:
         self.current: Function | None = None
         self.last_operation = "ret"
         self.pointer_copied = False  # Y holds a copy of the stack pointer, its frame not yet taken
+        self.constants: dict[str, int] = {}  # what ldi last put into a register of FRAME_SIZE
 
     def line(self, line: str) -> None:
         """One line: a function's head, an instruction or neither."""
@@ -115,7 +123,7 @@ class Reader:
             return
         step = INSTRUCTION.match(line)
         if step and self.current:
-            rest = step["rest"] or ""
+            rest = (step["rest"] or "").strip()
             self.note_flow(self.current, step["op"], rest)
             self.note_stack(self.current, step["op"], rest)
             self.last_operation = step["op"]
@@ -131,13 +139,14 @@ class Reader:
         """Where control may go from one instruction."""
         target = TARGET.search(rest)
         if operation in INDIRECT:
-            function.indirect = function.name not in SWITCH_HELPERS
+            function.indirect = function.name not in HELPERS
         elif target and operation in CALLS and not CALL_NEXT.match(rest):
             function.calls.add(target["name"])
+        elif target and operation in ENDS and target["name"] == SHARED_PROLOGUE:
+            function.pushes += SHARED_PROLOGUE_PUSHES - int(target["offset"] or "0", 16) // 2
+            function.frame += sum(w * self.constants.get(r, 0) for r, w in FRAME_SIZE.items())
         elif target and not target["offset"] and target["name"] != function.name:
             function.jumps.add(target["name"])
-        if target and target["name"] == SHARED_PROLOGUE:
-            raise ImageError(f"{function.name} shares its prologue (-mcall-prologues)")
 
     def note_stack(self, function: Function, operation: str, rest: str) -> None:
         """What one instruction takes from the stack."""
@@ -151,6 +160,8 @@ class Reader:
             self.pointer_copied = True
         elif operation == "out" and rest.startswith("0x3d"):
             self.pointer_copied = False
+        elif operation == "ldi" and rest[:3] in FRAME_SIZE:
+            self.constants[rest[:3]] = int(rest.split(";")[0].split(",")[1], 0)
         elif self.pointer_copied:
             function.frame += frame_part(operation, rest)
 
@@ -163,6 +174,23 @@ def frame_part(operation: str, rest: str) -> int:
     return factor * (int(value, 0) & 0xFF) if factor else 0
 
 
+def called_by_pointer(functions: dict[str, Function], typed: set[str]) -> set[str]:
+    """C functions that nobody calls by name and that are still in the image: their address is used.
+
+    One that is called both by name and through a pointer is seen only on parts with large flash,
+    where the linker gives each function whose address is used a jump in low flash.
+    """
+    low = functions.get(TRAMPOLINES, Function(TRAMPOLINES)).jumps
+    named = {
+        name
+        for function in functions.values()
+        if function.name != TRAMPOLINES
+        for name in function.calls | function.jumps
+    }
+    alone = {name for name in typed - named if name != "main" and not name.startswith("__")}
+    return alone | (low & typed)
+
+
 def read_image(elf: Path, objdump: str = "avr-objdump") -> Image:
     """Disassemble an ELF file and note every function in it."""
     reader = Reader()
@@ -172,5 +200,9 @@ def read_image(elf: Path, objdump: str = "avr-objdump") -> Image:
         raise ImageError(f"{elf}: no code in it")
     symbols = run([objdump, "-f", "-t", str(elf)])
     typed = {line.split()[-1] for line in symbols.splitlines() if re.search(r" F \.text", line)}
+    pointers = called_by_pointer(reader.functions, typed)
+    for function in reader.functions.values():
+        if function.indirect:
+            function.calls |= pointers
     # Parts with more than 128 KB of flash ("avr:6") have return addresses of three bytes.
     return Image(reader.functions, typed, 3 if "architecture: avr:6" in symbols else 2)

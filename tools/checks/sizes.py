@@ -9,6 +9,7 @@ deepest interrupt handler (all of them, as far as handlers let others in).
 """
 
 import json
+import re
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -32,8 +33,16 @@ LIMITS = {
     "mega": Limits(flash=262_144 - 8_192, ram=8_192, reserve=1_024),
 }
 
-FLASH_SECTIONS = {".text", ".data"}
-RAM_SECTIONS = {".data", ".bss", ".noinit"}
+# avr-gcc's one address space: flash from 0, RAM and EEPROM far above.
+RAM_AT = 0x800000
+EEPROM_AT = 0x810000
+RAM_START = {"uno": 0x800100, "mega": 0x800200}
+
+SECTION = re.compile(
+    r"^\s*\d+ (?P<name>\S+)\s+(?P<size>[0-9a-f]{8})\s+(?P<run>[0-9a-f]{8})\s+"
+    r"(?P<load>[0-9a-f]{8})\s+\S+\s+\S+\s+(?P<flags>.*)$",
+    re.MULTILINE,
+)
 
 
 @dataclass(frozen=True)
@@ -47,17 +56,24 @@ class Size:
     stack_path: list[str]
 
 
-def section_bytes(elf: Path) -> dict[str, int]:
-    """Sizes of the ELF file's sections by name."""
-    rows = (line.split() for line in run(["avr-size", "-A", str(elf)]).splitlines())
-    return {row[0]: int(row[1]) for row in rows if len(row) == 3 and row[1].isdigit()}
+def memory_bytes(board: str, elf: Path) -> tuple[int, int]:
+    """Flash and RAM up to the last byte in use: gaps that alignment leaves count."""
+    flash_end, ram_end = 0, RAM_START[board]
+    for section in SECTION.finditer(run(["avr-objdump", "-h", "-w", str(elf)])):
+        size, runs, load = (int(section[part], 16) for part in ("size", "run", "load"))
+        if "ALLOC" not in section["flags"] or size == 0:
+            continue
+        if RAM_AT <= runs < EEPROM_AT:
+            ram_end = max(ram_end, runs + size)
+        if "LOAD" in section["flags"] and load < RAM_AT:
+            flash_end = max(flash_end, load + size)
+        elif "LOAD" in section["flags"] and load < EEPROM_AT:
+            raise ImageError(f"section {section['name']} would be loaded into RAM (at {load:#x})")
+    return flash_end, ram_end - RAM_START[board]
 
 
 def worst_stack(image: Image) -> tuple[int, list[str]]:
     """Worst stack in bytes, and the functions on the path."""
-    for name in sorted(image.reachable("main")):
-        if image.functions[name].indirect:
-            raise ImageError(f"{name} calls through a pointer: its stack cannot be counted")
     total, path = image.deepest("main")
     total += image.return_bytes
     nesting, alone = [], [(0, [])]
@@ -73,9 +89,7 @@ def worst_stack(image: Image) -> tuple[int, list[str]]:
 
 def measure(board: str, elf: Path) -> Size:
     """All numbers of one image."""
-    sections = section_bytes(elf)
-    flash = sum(sections.get(name, 0) for name in FLASH_SECTIONS)
-    static_ram = sum(sections.get(name, 0) for name in RAM_SECTIONS)
+    flash, static_ram = memory_bytes(board, elf)
     stack, path = worst_stack(read_image(elf))
     return Size(flash, static_ram, stack, LIMITS[board].ram - static_ram - stack, path)
 

@@ -17,7 +17,7 @@ FLOAT = re.compile(
     r"^__(f\w+[sd]f\w*|(add|sub|mul|div|cmp|eq|ne|lt|le|gt|ge|neg|unord)[sd]f\d?"
     r"|fp_\w+|float\w*[sd]f|fix\w*[sd]f\w*)$"
 )
-DIVISION = re.compile(r"^__u?(div|mod|divmod)[qhpsd]i\d?$")
+DIVISION = re.compile(r"^__u?(div|mod|divmod)[qhpsd]i\d?(_u?moddi3)?$")
 
 ANYWHERE = [(HEAP, "the heap"), (FLOAT, "floating point")]
 IN_HANDLERS = [(DIVISION, "a software division")]

@@ -16,8 +16,8 @@ LICENCE = "SPDX-License-Identifier: MIT"
 # Data and generated files keep the form that their readers and writers give them.
 EXEMPT_SUFFIXES = {".png", ".PRN", ".csv", ".vcd", ".gz"}
 EXEMPT_FILES = {"sim/crosscheck/package-lock.json"}
-# Prose and generated tables may have longer lines.
-LONG_LINES = {".md"}
+# Prose and tables may have longer lines.
+LONG_LINES = {".md", ".def"}
 
 # Words are put together here, so that this file does not find itself.
 UNFINISHED = re.compile(r"\b(?:TO" + r"DO|FIX" + r"ME|XX" + r"X)\b")

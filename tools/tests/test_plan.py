@@ -5,7 +5,6 @@ import random
 from fractions import Fraction
 
 import pytest
-from worked import EXPECTED, worked_line
 
 from pixstep import exact, planner
 from pixstep.errors import UserError
@@ -13,6 +12,7 @@ from pixstep.line import PLAIN, SMOOTH, Line
 from pixstep.linecheck import check, refused
 from pixstep.randomlines import PIXEL_HZ, Bounds, Case, case
 from pixstep.rational import edge_tick, period_ticks
+from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("plan_program")
 
@@ -55,7 +55,7 @@ def test_worked_example_table(backlash):
 
 
 def test_other_timer_frequency():
-    line = Line((4, 12, 12, 4)[:2] + (16, 12, 4))
+    line = Line((4, 12, 16, 12, 4))
     ticks = planner.plan(line, Fraction(30), timer_hz=8_000_000).columns()[:, 1].tolist()
     period = period_ticks(Fraction(30), 8_000_000)
     assert ticks[-1] == edge_tick(5, period)
@@ -119,5 +119,5 @@ def test_ripple_is_a_warning_of_both():
 
 
 def test_a_frequency_that_the_board_cannot_do_is_one_line():
-    with pytest.raises(UserError, match="pixstep-plan: .*1024 to 16777215"):
+    with pytest.raises(UserError, match=r"pixstep-plan: .*1024 to 16777215"):
         planner.plan(Line((4, 4)), Fraction(1, 100))

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/axis.h"
 
+// A round of decoding must stay short: the serial line and line starts wait for it.
+#define SLOW_STEP_COST 12u
+
 void axis_init(struct axis *axis, struct step_ring *ring, struct run *slots, uint8_t slot_count,
                uint16_t first_period_ticks)
 {
@@ -197,37 +200,112 @@ static bool next_piece(struct axis *axis, const struct pixel_period *period, boo
     }
 }
 
-static inline void decode_step(struct axis *axis)
-{
-    uint32_t ticks = walk_next(&axis->walk);
-
-    feed_step(&axis->feed, ticks, axis->piece.negative);
-    axis->edge_due = axis->walk.at_edge;
-    axis->walking = !walk_done(&axis->walk);
-}
-
 bool axis_decoded(const struct axis *axis)
 {
     return !axis->in_line || axis->dry || feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST
            || (!axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed));
 }
 
+// Ordinary steps, evenly spaced: a whole burst with everything in registers.
+static uint32_t burst_even(struct axis *axis, uint8_t count)
+{
+    struct step_ring *ring = axis->feed.ring;
+    struct even even = axis->walk.steps.even;
+    uint8_t slot = axis->feed.head;
+    uint32_t sum = 0;
+
+    for (; count != 0; count--) {
+        uint32_t ticks = even_next(&even);
+        sum += ticks;
+        slot = feed_burst_put(ring, slot, (uint16_t)ticks);
+    }
+    axis->walk.steps.even.sum = even.sum;
+    axis->feed.head = slot;
+    return sum;
+}
+
+// Ordinary steps of a curve, up to `count`, as long as the fast path finds them.
+static uint32_t burst_curve(struct axis *axis, uint8_t *count)
+{
+    struct step_ring *ring = axis->feed.ring;
+    uint8_t slot = axis->feed.head;
+    uint8_t first = slot;
+    uint8_t end = (uint8_t)(slot + *count);
+    uint32_t sum = 0;
+
+    while (slot != end) {
+        uint16_t ticks = curve_next_fast(&axis->walk.steps.curve);
+        if (ticks == 0) {
+            break;
+        }
+        sum += ticks;
+        slot = feed_burst_put(ring, slot, ticks);
+    }
+    axis->feed.head = slot;
+    *count = (uint8_t)(slot - first);
+    return sum;
+}
+
+// As many ordinary steps as budget, space and the walk allow; the number taken.
+static uint8_t decode_burst(struct axis *axis, uint8_t budget)
+{
+    uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
+    uint16_t steps = walk_burst(&axis->walk);
+    uint8_t count = room < budget ? room : budget;
+    uint32_t ticks = 0;
+
+    if (steps < count) {
+        count = (uint8_t)steps;
+    }
+    if (count == 0 || !feed_plain(&axis->feed, axis->piece.negative)) {
+        return 0;
+    }
+    if (axis->walk.curved) {
+        ticks = burst_curve(axis, &count);
+    } else if (axis->walk.steps.even.base_ticks < STEP_PERIOD_MAX_TICKS) {
+        ticks = burst_even(axis, count);
+    } else {
+        return 0;
+    }
+    walk_skip(&axis->walk, count, ticks);
+    return count;
+}
+
+// One step, special or ordinary. Returns what it cost of a round's budget: long intervals of a
+// curve come from the decoder's slow path.
+static uint8_t decode_step(struct axis *axis)
+{
+    uint32_t ticks = walk_next(&axis->walk);
+
+    feed_step(&axis->feed, ticks, axis->piece.negative);
+    axis->edge_due = axis->walk.at_edge;
+    axis->walking = !walk_done(&axis->walk);
+    return axis->walk.curved ? SLOW_STEP_COST : 1u;
+}
+
+static uint8_t decode_steps(struct axis *axis, uint8_t budget)
+{
+    uint8_t cost = decode_burst(axis, budget);
+
+    return cost != 0 ? cost : decode_step(axis);
+}
+
 void axis_decode(struct axis *axis, const struct pixel_period *period, bool always_take_up,
                  uint8_t budget)
 {
-    for (; budget != 0 && axis->in_line; budget--) {
-        if (feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST) {
-            return;
-        }
+    while (budget != 0 && axis->in_line
+           && feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST) {
+        uint8_t cost = 1;
         if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);
         } else if (axis->edge_due) {
             feed_mark_here(&axis->feed, false, axis->piece.edge_position);
             axis->edge_due = false;
         } else if (axis->walking) {
-            decode_step(axis);
+            cost = decode_steps(axis, budget);
         } else if (!next_piece(axis, period, always_take_up)) {
             return;
         }
+        budget = budget > cost ? (uint8_t)(budget - cost) : 0;
     }
 }

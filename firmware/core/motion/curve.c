@@ -3,6 +3,8 @@
 
 #include <stdbool.h>
 
+#include "base/multiply.h" // multiply_*
+
 // Beyond this many single-tick corrections the exact path is cheaper.
 #define CORRECTIONS_MAX 3u
 
@@ -40,7 +42,7 @@ static inline struct wide wide_from_int32(int32_t value)
 static inline struct wide wide_times(struct wide a, uint16_t factor)
 {
     uint32_t low = (uint32_t)a.low * factor;
-    uint32_t high = (uint32_t)a.high * factor + (low >> 8);
+    uint32_t high = multiply_u32_u16((uint32_t)a.high, factor) + (low >> 8);
 
     return (struct wide){.high = (int32_t)high, .low = (uint8_t)low};
 }
@@ -59,31 +61,51 @@ static uint16_t root_u32(uint32_t value)
     return root;
 }
 
-// An extrapolated interval d at speed v misses by 3 (aT)^2 / v^4 residual units; that must stay
-// below 2^38, and with v = T / d it does up to d = 512 sqrt(T / a). Above speed * T = 2^37 three
-// corrections would no longer fit 40 bits: no extrapolation there (over 8192 steps/s at 1 Hz).
-static uint16_t fast_limit(uint32_t ticks, uint16_t acceleration, uint16_t top_speed)
+// An extrapolated interval d at speed v misses by 3 (aT)^2 / v^4 residual units. That must stay
+// below half the modulus: with v = T / d it is below 2^38 up to d = 512 sqrt(T / a), below 2^30 up
+// to d = 128 sqrt(T / a). Above speed * T = 2^37 three corrections would no longer fit 40 bits:
+// no extrapolation there (over 8192 steps/s at 1 Hz).
+static uint16_t fast_limit(uint32_t ticks, uint16_t acceleration, uint64_t top_slope)
 {
-    if (((uint64_t)top_speed * ticks) >> 37 != 0) {
+    if (top_slope >> 37 != 0) {
         return 0;
     }
-    uint32_t limit = acceleration == 0 ? 0x7FFFu : 512uL * root_u32(ticks / acceleration);
+    uint32_t factor = top_slope >> 29 != 0 ? 512uL : 128uL;
+    uint32_t limit = acceleration == 0 ? 0x7FFFu : factor * root_u32(ticks / acceleration);
 
     return limit > 0x7FFFu ? 0x7FFFu : (uint16_t)limit;
+}
+
+// The state behind the exact residual and slope.
+static void set_state(struct curve *curve, int64_t residual, int64_t slope)
+{
+    if (curve->is_narrow) {
+        curve->state.narrow.residual = (int32_t)residual;
+        curve->state.narrow.slope = (int32_t)slope;
+    } else {
+        curve->state.wide.residual = wide_from(residual);
+        curve->state.wide.slope = wide_from(slope);
+    }
 }
 
 void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint16_t steps)
 {
     int16_t half = (int16_t)(steps - start_speed);
     uint16_t acceleration = (uint16_t)(2u * (uint16_t)(half < 0 ? -half : half));
+    uint16_t top_speed = half < 0 ? start_speed : (uint16_t)((int16_t)steps + half);
+    uint64_t top_slope = (uint64_t)top_speed * ticks;
+    uint64_t step = (uint64_t)ticks * ticks;
 
+    curve->is_narrow = top_slope >> 29 == 0;
     curve->half_acceleration = half;
-    curve->step_exact = (uint64_t)ticks * ticks;
-    curve->step = wide_from((int64_t)curve->step_exact);
-    curve->residual = wide_from(0);
-    curve->slope = wide_from((int64_t)((uint64_t)start_speed * ticks) + half);
-    curve->fast_limit_ticks = fast_limit(ticks, acceleration,
-                                         half < 0 ? start_speed : (uint16_t)((int16_t)steps + half));
+    curve->piece_ticks = ticks;
+    if (curve->is_narrow) {
+        curve->state.narrow.step = (uint32_t)step;
+    } else {
+        curve->state.wide.step = wide_from((int64_t)step);
+    }
+    set_state(curve, 0, (int64_t)((uint64_t)start_speed * ticks) + half);
+    curve->fast_limit_ticks = fast_limit(ticks, acceleration, top_slope);
     curve->last_ticks = 0;
     curve->before_ticks = 0;
     // Speeding up, the root lies left of this guess, slowing down right of it: on both sides
@@ -109,11 +131,13 @@ static uint32_t at_least_one(uint32_t ticks)
 // Exact interval by Newton's method from guess_ticks, and the state after it.
 static uint32_t solve(struct curve *curve)
 {
-    int64_t slope = wide_to(curve->slope);
+    int64_t slope = curve->is_narrow ? curve->state.narrow.slope : wide_to(curve->state.wide.slope);
+    int64_t start =
+        curve->is_narrow ? curve->state.narrow.residual : wide_to(curve->state.wide.residual);
     int32_t half = curve->half_acceleration;
-    int64_t start = wide_to(curve->residual) - (int64_t)curve->step_exact;
     uint32_t ticks = at_least_one(curve->guess_ticks);
 
+    start -= (int64_t)((uint64_t)curve->piece_ticks * curve->piece_ticks);
     for (;;) {
         int64_t bend = (int64_t)half * ((int32_t)ticks - 1);
         int64_t value = start + (int64_t)ticks * (slope + bend);
@@ -126,34 +150,59 @@ static uint32_t solve(struct curve *curve)
         } else if (value >= difference && ticks > 1) {
             ticks -= at_least_one(quotient((uint64_t)value, (uint64_t)difference));
         } else {
-            curve->residual = wide_from(value);
-            curve->slope = wide_from(difference + 2 * half);
+            set_state(curve, value, difference + 2 * half);
             return ticks;
         }
     }
 }
 
-// Remember an interval for extrapolation; 0 stands for one that is too long for it.
-static void remember(struct curve *curve, uint32_t ticks)
+// The fast case modulo 2^32: false (and nothing changed) when the guess is further off than a few
+// ticks. Sums wrap on purpose, hence unsigned.
+static inline bool fit_narrow(struct curve *curve, uint16_t *interval)
 {
-    curve->before_ticks = curve->last_ticks;
-    curve->last_ticks = ticks <= curve->fast_limit_ticks ? (uint16_t)ticks : 0;
-    curve->guess_ticks = ticks;
+    struct curve_narrow *state = &curve->state.narrow;
+    uint16_t ticks = *interval;
+    int16_t half = curve->half_acceleration;
+    uint32_t bend = multiply_s16_s16(half, (int16_t)(ticks - 1u));
+    uint32_t sum = (uint32_t)state->slope + bend;
+    uint32_t value = (uint32_t)state->residual + multiply_u32_u16(sum, ticks) - state->step;
+    uint32_t difference = sum + bend; // value(ticks) - value(ticks - 1)
+    uint32_t twice_half = (uint32_t)(2 * (int32_t)half);
+
+    for (uint8_t left = CORRECTIONS_MAX;; left--) {
+        if ((int32_t)value < 0) {
+            difference += twice_half;
+            value += difference;
+            ticks++;
+        } else {
+            uint32_t less = value - difference;
+            if ((int32_t)less < 0 || ticks <= 1u) {
+                break;
+            }
+            value = less;
+            difference -= twice_half;
+            ticks--;
+        }
+        if (left == 0) {
+            return false;
+        }
+    }
+    state->residual = (int32_t)value;
+    state->slope = (int32_t)(difference + twice_half);
+    *interval = ticks;
+    return true;
 }
 
-// The fast case: false (and nothing changed) when the guess is further off than a few ticks.
-static bool extrapolate(struct curve *curve)
+// The same modulo 2^40.
+static bool fit_wide(struct curve *curve, uint16_t *interval)
 {
-    uint16_t ticks = (uint16_t)(2u * curve->last_ticks - curve->before_ticks);
-
-    if (curve->before_ticks == 0 || curve->last_ticks == 0 || ticks == 0 || ticks > 0x7FFFu) {
-        return false;
-    }
-    int32_t bend = (int32_t)curve->half_acceleration * (int16_t)(ticks - 1u);
-    struct wide bent = wide_from_int32(bend);
-    struct wide sum = wide_add(curve->slope, bent);
-    struct wide value = wide_sub(wide_add(curve->residual, wide_times(sum, ticks)), curve->step);
-    struct wide difference = wide_add(sum, bent); // value(ticks) - value(ticks - 1)
+    struct curve_wide *state = &curve->state.wide;
+    uint16_t ticks = *interval;
+    struct wide bend =
+        wide_from_int32((int32_t)multiply_s16_s16(curve->half_acceleration, (int16_t)(ticks - 1u)));
+    struct wide sum = wide_add(state->slope, bend);
+    struct wide value = wide_sub(wide_add(state->residual, wide_times(sum, ticks)), state->step);
+    struct wide difference = wide_add(sum, bend);
     struct wide twice_half = wide_from_int32(2 * (int32_t)curve->half_acceleration);
 
     for (uint8_t left = CORRECTIONS_MAX;; left--) {
@@ -174,21 +223,40 @@ static bool extrapolate(struct curve *curve)
             return false;
         }
     }
-    curve->residual = value;
-    curve->slope = wide_add(difference, twice_half);
-    curve->before_ticks = curve->last_ticks;
-    curve->last_ticks = ticks <= curve->fast_limit_ticks ? ticks : 0;
-    curve->guess_ticks = ticks;
+    state->residual = value;
+    state->slope = wide_add(difference, twice_half);
+    *interval = ticks;
     return true;
+}
+
+uint16_t curve_next_fast(struct curve *curve)
+{
+    uint16_t last = curve->last_ticks;
+    uint16_t before = curve->before_ticks;
+    uint16_t ticks = (uint16_t)(2u * last - before);
+
+    if (before == 0 || last == 0 || ticks == 0 || ticks > 0x7FFFu
+        || !(curve->is_narrow ? fit_narrow(curve, &ticks) : fit_wide(curve, &ticks))) {
+        return 0;
+    }
+    curve->before_ticks = last;
+    curve->last_ticks = ticks <= curve->fast_limit_ticks ? ticks : 0;
+    return ticks;
 }
 
 uint32_t curve_next(struct curve *curve)
 {
-    if (extrapolate(curve)) {
-        return curve->guess_ticks;
-    }
-    uint32_t ticks = solve(curve);
+    uint16_t last = curve->last_ticks;
+    uint32_t ticks = curve_next_fast(curve);
 
-    remember(curve, ticks);
+    if (ticks == 0) {
+        if (last != 0) {
+            curve->guess_ticks = last;
+        }
+        ticks = solve(curve);
+        curve->before_ticks = last;
+        curve->last_ticks = ticks <= curve->fast_limit_ticks ? (uint16_t)ticks : 0;
+        curve->guess_ticks = ticks;
+    }
     return ticks;
 }

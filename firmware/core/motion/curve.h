@@ -10,10 +10,12 @@
 //
 // is 0 <= residual' < last difference for exactly one d, found by extrapolating the last two
 // intervals and correcting by single ticks. The residual is known to be small, so it is kept
-// modulo 2^40, which is exact while it is. Where extrapolation is poor (slow steps, the first two of a piece) Newton's method on the exact value
-// takes over; those intervals are long enough to pay for it.
+// modulo 2^32 while speed * T < 2^29, else modulo 2^40: exact while it is. Where extrapolation is
+// poor (slow steps, the first two of a piece) Newton's method on the exact value takes over; those
+// intervals are long enough to pay for it.
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 // A 40-bit two's complement number: high * 256 + low.
@@ -22,16 +24,31 @@ struct wide {
     uint8_t low;
 };
 
+// position beyond the last step in 1/T^2 steps; its increase over the next tick; T * T
+struct curve_narrow {
+    int32_t residual;
+    int32_t slope;
+    uint32_t step; // modulo 2^32
+};
+
+struct curve_wide {
+    struct wide residual;
+    struct wide slope;
+    struct wide step; // modulo 2^40
+};
+
 struct curve {
-    struct wide residual; // position beyond the last step, in 1/T^2 steps
-    struct wide slope;    // increase of the residual over the next tick
-    struct wide step;     // T * T modulo 2^40
-    uint64_t step_exact;  // T * T
+    union {
+        struct curve_narrow narrow;
+        struct curve_wide wide;
+    } state;
+    bool is_narrow;
     int16_t half_acceleration;
-    uint16_t last_ticks;   // last interval, 0: unknown or too long to extrapolate from
-    uint16_t before_ticks; // the one before it
-    uint16_t fast_limit_ticks; // intervals up to this one are safe modulo 2^40
+    uint16_t last_ticks;       // last interval, 0: unknown or too long to extrapolate from
+    uint16_t before_ticks;     // the one before it
+    uint16_t fast_limit_ticks; // intervals up to this one are safe in the modulus
     uint32_t guess_ticks;      // where Newton's method starts
+    uint32_t piece_ticks;      // T
 };
 
 // ticks T: 1..2^24-1; start_speed v0 and steps n: 0..32767, 2n >= v0. Main loop only: it divides.
@@ -39,3 +56,6 @@ void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint
 
 // Ticks to the next step. For steps 1..n-1; the caller forces step n to the end of the piece.
 uint32_t curve_next(struct curve *curve);
+
+// The same where extrapolation is good enough; else 0, and nothing has changed.
+uint16_t curve_next_fast(struct curve *curve);

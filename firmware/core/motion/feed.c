@@ -20,29 +20,15 @@ uint8_t feed_space(const struct feed *feed, uint8_t retired)
     return (uint8_t)(STEP_RING_CAPACITY - (uint8_t)(feed->head - retired));
 }
 
-// The sentinel first, the high byte last: the interrupt sees the old end or the new one.
-static inline void put(struct feed *feed, uint8_t high, uint8_t low)
-{
-    struct step_ring *ring = feed->ring;
-    uint8_t slot = feed->head;
-    uint8_t next = (uint8_t)(slot + 1u);
-
-    ring->high[next] = STEP_HIGH_EMPTY;
-    ring->low[slot] = low;
-    ring->high[slot] = high;
-    feed->head = next;
-}
-
 static inline void put_period(struct feed *feed, uint16_t ticks)
 {
-    uint16_t top = (uint16_t)(ticks - 1u);
-
-    put(feed, (uint8_t)(top >> 8), (uint8_t)top);
+    feed->head = feed_burst_put(feed->ring, feed->head, ticks);
 }
 
 static void put_command(struct feed *feed, enum step_command command)
 {
-    put(feed, STEP_HIGH_COMMAND, (uint8_t)command);
+    // A command is stored like a period whose high byte says so.
+    put_period(feed, (uint16_t)(((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command) + 1u));
 }
 
 static void place_marks(struct feed *feed)
@@ -138,14 +124,6 @@ void feed_pump(struct feed *feed)
 
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative)
 {
-    if (feed->lead && feed->pulse && feed->pending_ticks == 0 && negative == feed->negative
-        && interval_ticks <= STEP_PERIOD_MAX_TICKS) {
-        put_period(feed, (uint16_t)interval_ticks);
-        if (feed->mark_placed != feed->mark_head) {
-            place_marks(feed);
-        }
-        return;
-    }
     REQUIRE(!feed_busy(feed));
     feed->pending_ticks += interval_ticks;
     feed->step_due = true;

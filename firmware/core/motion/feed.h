@@ -64,6 +64,27 @@ void feed_release(struct feed *feed, uint32_t delay_ticks);
 // Time that passes, then a step. Only when !feed_busy().
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 
+// True when steps in this direction need nothing but one period each; feed_burst_put() may then be
+// called feed_space() times instead of feed_step(), for intervals up to STEP_PERIOD_MAX_TICKS.
+static inline bool feed_plain(const struct feed *feed, bool negative)
+{
+    return feed->lead && feed->pulse && feed->pending_ticks == 0 && negative == feed->negative
+           && feed->mark_placed == feed->mark_head;
+}
+
+// The sentinel first, the high byte last: the interrupt sees the old end or the new one. Returns
+// the next slot; feed->head is the caller's to update.
+static inline uint8_t feed_burst_put(struct step_ring *ring, uint8_t slot, uint16_t ticks)
+{
+    uint16_t top = (uint16_t)(ticks - 1u);
+    uint8_t next = (uint8_t)(slot + 1u);
+
+    ring->high[next] = STEP_HIGH_EMPTY;
+    ring->low[slot] = (uint8_t)top;
+    ring->high[slot] = (uint8_t)(top >> 8);
+    return next;
+}
+
 // Time that passes without a step at its end. Only when !feed_busy().
 void feed_quiet(struct feed *feed, uint32_t ticks);
 

@@ -104,30 +104,61 @@ static void obey(struct ledger *ledger, uint8_t command)
     }
 }
 
-static void take_entry(struct ledger *ledger)
+// Periods up to a command or the given slot: the frequent case, in registers.
+static void take_periods(struct ledger *ledger, uint8_t stop)
 {
-    uint8_t high = ledger->ring->high[ledger->retired];
-    uint8_t low = ledger->ring->low[ledger->retired];
+    const struct step_ring *ring = ledger->ring;
+    uint32_t loaded = ledger->loaded_ticks;
+    uint16_t newest = ledger->lengths[0];
+    uint16_t second = ledger->lengths[1];
+    uint16_t third = ledger->lengths[2];
+    uint8_t slot = ledger->retired;
+    uint8_t first = slot;
 
-    ledger->retired++;
-    if (high == STEP_HIGH_COMMAND) {
-        obey(ledger, low);
-        return;
+    for (; slot != stop; slot++) {
+        uint8_t high = ring->high[slot];
+        if (high == STEP_HIGH_COMMAND) {
+            break;
+        }
+        third = second;
+        second = newest;
+        newest = (uint16_t)((uint16_t)(((uint16_t)high << 8) | ring->low[slot]) + 1u);
+        loaded += newest;
     }
-    add_period(ledger, (uint16_t)((uint16_t)(((uint16_t)high << 8) | low) + 1u));
+    uint8_t count = (uint8_t)(slot - first);
+    ledger->loaded_ticks = loaded;
+    ledger->lengths[0] = newest;
+    ledger->lengths[1] = second;
+    ledger->lengths[2] = third;
+    ledger->retired = slot;
     if (ledger->pulse) {
-        ledger->position_steps += ledger->negative ? -1 : 1;
+        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
     }
+}
+
+// The next mark's slot if it comes before the given one, else that one.
+static uint8_t next_stop(const struct ledger *ledger, const struct feed *feed, uint8_t tail)
+{
+    if (feed->mark_tail == feed->mark_placed) {
+        return tail;
+    }
+    uint8_t slot = feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot;
+    bool sooner = (uint8_t)(slot - ledger->retired) < (uint8_t)(tail - ledger->retired);
+
+    return sooner ? slot : tail;
 }
 
 void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
 {
     pass_marks(ledger, feed);
     while (ledger->retired != sample.tail) {
-        take_entry(ledger);
-        if (feed->mark_tail != feed->mark_placed) {
-            pass_marks(ledger, feed);
+        uint8_t stop = next_stop(ledger, feed, sample.tail);
+        take_periods(ledger, stop);
+        if (ledger->retired != stop) {
+            obey(ledger, ledger->ring->low[ledger->retired]);
+            ledger->retired++;
         }
+        pass_marks(ledger, feed);
     }
     // Idle periods come after the entries: they are loaded only when the ring is empty, and a new
     // line is released only after a ledger_follow() that saw every idle period before it.

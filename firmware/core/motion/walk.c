@@ -30,7 +30,7 @@ void walk_start(struct walk *walk, const struct piece *piece)
     walk->edge_ticks = piece->edge_ticks;
     walk->end_ticks = piece->ticks;
     walk->exact_ticks = 0;
-    walk->made_ticks = 0;
+    walk->skew_ticks = 0;
     walk->last_special = next_special(walk);
     walk->until = walk->last_special;
     if (piece->curved) {
@@ -54,13 +54,13 @@ static uint32_t place_special(struct walk *walk)
     return tick;
 }
 
-static uint32_t special(struct walk *walk)
+static uint32_t special(struct walk *walk, uint32_t before_ticks)
 {
     walk->index = walk->last_special;
     uint32_t tick = place_special(walk);
-    uint32_t interval = tick - walk->made_ticks;
+    uint32_t interval = tick - before_ticks - (uint32_t)walk->skew_ticks;
 
-    walk->made_ticks = tick;
+    walk->skew_ticks = (int32_t)(tick - walk->exact_ticks);
     walk->at_edge = walk->index == walk->edge_steps;
     if (walk->index < walk->count) {
         walk->last_special = next_special(walk);
@@ -71,19 +71,18 @@ static uint32_t special(struct walk *walk)
 
 uint32_t walk_next(struct walk *walk)
 {
+    uint32_t before_ticks = walk->exact_ticks;
     uint32_t ticks = 0;
 
     walk->until--;
-    if (walk->until != 0) {
+    // The very last step is at the end of the piece, whatever the decoder would say.
+    if (walk->until != 0 || walk->last_special != walk->count) {
         ticks = walk->curved ? curve_next(&walk->steps.curve) : even_next(&walk->steps.even);
-        walk->exact_ticks += ticks;
-        walk->made_ticks += ticks;
+        walk->exact_ticks = before_ticks + ticks;
+    }
+    if (walk->until != 0) {
         walk->at_edge = false;
         return ticks;
     }
-    if ((uint16_t)(walk->count - walk->last_special) != 0) {
-        walk->exact_ticks += walk->curved ? curve_next(&walk->steps.curve)
-                                          : even_next(&walk->steps.even);
-    }
-    return special(walk);
+    return special(walk, before_ticks);
 }

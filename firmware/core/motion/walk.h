@@ -26,7 +26,7 @@ struct walk {
     uint32_t edge_ticks;
     uint32_t end_ticks;
     uint32_t exact_ticks; // where the last step would fall without the promises
-    uint32_t made_ticks;  // where it was put
+    int32_t skew_ticks;   // where it was put, minus that
 };
 
 // piece->steps must not be 0.
@@ -34,6 +34,19 @@ void walk_start(struct walk *walk, const struct piece *piece);
 
 // Ticks from the last step (or the start of the piece) to the next. Call piece->steps times.
 uint32_t walk_next(struct walk *walk);
+
+// Steps that may be taken straight from walk->steps: none of them is special.
+static inline uint16_t walk_burst(const struct walk *walk)
+{
+    return (uint16_t)(walk->until - 1u);
+}
+
+// `count` steps of together `ticks` were taken straight from walk->steps.
+static inline void walk_skip(struct walk *walk, uint8_t count, uint32_t ticks)
+{
+    walk->until = (uint16_t)(walk->until - count);
+    walk->exact_ticks += ticks;
+}
 
 // True when every step of the piece has been returned.
 static inline bool walk_done(const struct walk *walk)

@@ -104,9 +104,10 @@ def campaign_command(ctx, board, output, **options):
     with progress.shown(f"{board} campaign") as show:
         outcome = campaign.run(plan, show)
     for row in outcome["results"]:
+        worst = report.ticks_text(row["max_edge_error_ticks"])
         click.echo(
             f"{board} {row['decode']}: {row['passed']} of {row['lines']} lines pass, "
-            f"{row['steps']} steps, worst edge error {row['max_edge_error_ticks']:.3f} ticks, "
+            f"{row['steps']} steps, worst edge error {worst} ticks, "
             f"worst rms {1000 * row['max_rms_edge_error_us']:.1f} ns"
         )
         for failure in row["failures"]:

@@ -18,7 +18,7 @@ from pixstep import atomic, exact
 from pixstep.edges import AxisEdges
 from pixstep.line import Line
 from pixstep.rational import TIMER_HZ
-from pixstep.report import PixelRow
+from pixstep.report import PixelRow, ticks_text
 
 _INK = "#22303c"
 _FAINT = "#8795a1"
@@ -125,11 +125,10 @@ def _motion(trace: Trace) -> Figure:
         rate = signs[1:] / np.diff(made) * TIMER_HZ / float(trace.period) / 1000
         middle = (made[1:] + made[:-1]) / 2
         keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
-        speed.plot(
-            middle[keep], rate[keep], ",", color=_MADE, label="1 / interval of the board's edges"
-        )
-        speed.plot([], [], ".", color=_MADE)
-    _legend(speed, "upper right", [(_IDEAL, 5, "ideal"), (_MADE, 1.5, "board: 1 / interval")])
+        speed.plot(middle[keep], rate[keep], ".", ms=1.6, mew=0, color=_MADE)
+        _magnify(speed, trace, (times, speeds / 1000), (middle[keep], rate[keep]))
+    handles = [_line(_IDEAL, 5, "ideal"), _line(_MADE, 1.5, "board: 1 / interval")]
+    _legend(speed, "upper right", handles)
     speed.set_ylabel("speed, 1000 steps/s")
     speed.set_title("Velocity")
     ideal = trace.ideal_px
@@ -139,10 +138,30 @@ def _motion(trace: Trace) -> Figure:
     position.set_ylabel("position, 1000 steps")
     position.set_xlabel("pixels after line zero")
     position.set_title("Position")
-    _legend(position, "upper left", [(_IDEAL, 5, "ideal"), (_MADE, 1.5, "board")])
+    _legend(position, "upper left", [_line(_IDEAL, 5, "ideal"), _line(_MADE, 1.5, "board")])
     _take_up_note(speed, trace)
     speed.set_xlim(-0.3, trace.line.pixels + 0.3)
     return figure
+
+
+def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
+    """Draw the start of a smooth acceleration larger, where single steps can be seen."""
+    line = trace.line
+    if not line.smooth or line.line_speed == 0:
+        return
+    flat = next((k for k, v in enumerate(line.speeds) if 5 * v >= line.line_speed), 0)
+    ends = [k for k in range(flat, line.pixels) if line.speeds[k + 1] < line.speeds[k]]
+    if flat < 4 or not ends or ends[0] - flat < 12:
+        return
+    inset = axes.inset_axes([flat + 0.3 * (ends[0] - flat), 0.14 * axes.get_ylim()[1],
+                             0.55 * (ends[0] - flat), 0.62 * axes.get_ylim()[1]],
+                            transform=axes.transData)  # fmt: skip
+    inset.plot(*ideal, color=_IDEAL, lw=5, alpha=0.55)
+    inset.plot(*made, "o", ms=2.2, mew=0, color=_MADE)
+    inset.set_xlim(0.5, flat + 0.2)
+    inset.set_ylim(0, 1.05 * line.speeds[flat] * TIMER_HZ / float(trace.period) / 1000)
+    inset.set_title("start, every dot one step", fontsize=9, weight="normal")
+    inset.tick_params(labelsize=8)
 
 
 def _take_up_note(axes: Axes, trace: Trace) -> None:
@@ -154,11 +173,12 @@ def _take_up_note(axes: Axes, trace: Trace) -> None:
     axes.axvspan(begin, end, color=_BOARD, alpha=0.25, lw=0)
     axes.annotate(
         f"{trace.line.backlash} steps of backlash",
-        xy=((begin + end) / 2, 0.4 * axes.get_ylim()[1]),
-        xytext=(end + 1.2, 0.3 * axes.get_ylim()[1]),
+        xy=(begin, 0.9 * axes.get_ylim()[1]),
+        xytext=(begin - 2.2, 0.9 * axes.get_ylim()[1]),
         arrowprops={"arrowstyle": "-", "color": _BOARD},
         color=_BOARD,
         va="center",
+        ha="right",
     )
 
 
@@ -184,10 +204,14 @@ def _edge_error(trace: Trace) -> Figure:
     rms = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
     worst = float(np.max(np.abs(errors), initial=0))
     over.set_title(
-        f"worst {worst:.3f} ticks, rms {rms:.3f} ticks = {rms / TIMER_HZ * 1e9:.1f} ns over "
-        f"{len(errors)} steps"
+        f"worst {ticks_text(worst)} ticks, rms {rms:.3f} ticks = {rms / TIMER_HZ * 1e9:.1f} ns "
+        f"over {len(errors)} steps"
     )
-    handles = [(_MADE, 3, "step"), (_IDEAL, 4, "last step of a pixel"), (_BOARD, 1, "one tick")]
+    handles = [
+        _dot(_MADE, 4, "step"),
+        _dot(_IDEAL, 5, "last step of a pixel"),
+        _line(_BOARD, 1, "one tick"),
+    ]
     _legend(over, "upper right", handles, columns=3)
     spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=_MADE, alpha=0.85)
     spread.set_xlabel("error, ticks")
@@ -211,8 +235,12 @@ def _positions(trace: Trace) -> Figure:
     table.plot(pixel, actual / 1000, ".", ms=4.5, color=_MADE)
     table.set_ylabel("1000 steps")
     table.set_title("Steps made at the end of each pixel")
-    names = ("reference", "expected by the board", "counted STEP edges")
-    _legend(table, "upper left", list(zip((_IDEAL, _BOARD, _MADE), (5, 2, 3), names, strict=True)))
+    handles = [
+        _line(_IDEAL, 5, "reference"),
+        _dot(_BOARD, 6, "expected by the board", hollow=True),
+        _dot(_MADE, 3, "counted STEP edges"),
+    ]
+    _legend(table, "upper left", handles)
     difference.axhline(0, color=_FAINT, lw=0.8)
     difference.plot(pixel, expected - reference, "o", ms=6, mfc="none", mec=_BOARD, mew=1.1)
     difference.plot(pixel, actual - reference, ".", ms=4.5, color=_MADE)
@@ -229,10 +257,18 @@ def _number(value: int | None) -> float:
     return float("nan") if value is None else float(value)
 
 
-def _legend(axes: Axes, where: str, entries: list[tuple], columns: int = 1) -> None:
-    """Draw a legend with solid handles, whatever the marks are."""
-    handles = [
-        mpl.lines.Line2D([], [], color=colour, lw=width, solid_capstyle="round", label=label)
-        for colour, width, label in entries
-    ]
+def _line(colour: str, width: float, label: str) -> mpl.lines.Line2D:
+    """Return a legend entry drawn as a line."""
+    faint = 0.55 if colour == _IDEAL else 1.0
+    return mpl.lines.Line2D([], [], color=colour, lw=width, alpha=faint, label=label)
+
+
+def _dot(colour: str, size: float, label: str, *, hollow: bool = False) -> mpl.lines.Line2D:
+    """Return a legend entry drawn as a dot."""
+    fill = "none" if hollow else colour
+    return mpl.lines.Line2D([], [], ls="", marker="o", ms=size, mfc=fill, mec=colour, label=label)
+
+
+def _legend(axes: Axes, where: str, handles: list[mpl.lines.Line2D], columns: int = 1) -> None:
+    """Draw a legend."""
     axes.legend(handles=handles, loc=where, ncols=columns, labelcolor=_INK)

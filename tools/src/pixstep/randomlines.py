@@ -64,7 +64,7 @@ def plain_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
     bounds = bounds or Bounds()
     hz = rng.choice(PIXEL_HZ)
     top = max_speed(period_ticks(hz), bounds)
-    slow = max(1, int(period_ticks(hz) / bounds.reversal_ticks))
+    slow = max(1, min(top, int(period_ticks(hz) / bounds.reversal_ticks)))
     sign = 1
     counts: list[int] = []
     for _ in range(rng.randint(bounds.min_pixels, bounds.max_pixels)):

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The outputs of a run: pixels.csv, summary.json and the page a person reads."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -28,6 +30,11 @@ class PixelRow:
         values = (self.board, self.axis, self.pixel)
         values += (self.edge_cycle, self.expected_steps, self.actual_steps)
         return ",".join("" if value is None else str(value) for value in values)
+
+
+def ticks_text(value: float) -> str:
+    """Return an error in ticks to three places, rounded down: only a real 1 reads as 1.000."""
+    return f"{math.floor(value * 1000) / 1000:.3f}"
 
 
 def write_pixels(path: Path, rows: list[PixelRow]) -> None:
@@ -57,31 +64,30 @@ def _headline(summary: dict) -> str:
 
 
 def _axes_table(summary: dict) -> Table:
-    table = Table(title="Axes", title_justify="left")
-    for name in (
-        "axis", "steps", "edge error max", "rms", "rate error", "last steps on edge",
-        "positions equal", "underruns",
-    ):  # fmt: skip
-        table.add_column(name, justify="right")
+    table = _table("axis", "steps", "max ticks", "rms ns", "ppm", "on edge", "positions", "late")
     for axis in summary["axes"]:
-        on = axis["last_steps_on_edge"]
+        ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
         table.add_row(
             str(axis["axis"]),
-            f"{axis['steps']} of {axis['expected_steps']}",
-            f"{axis['max_edge_error_ticks']:.3f} ticks",
-            f"{1000 * axis['rms_edge_error_us']:.1f} ns",
-            f"{axis['rate_error_ppm']:g} ppm",
-            f"{on} of {on + axis['last_steps_off_edge']}",
-            f"{axis['pixels_equal']} of {axis['pixels']}",
+            f"{axis['steps']}/{axis['expected_steps']}",
+            ticks_text(axis["max_edge_error_ticks"]),
+            f"{1000 * axis['rms_edge_error_us']:.1f}",
+            f"{axis['rate_error_ppm']:.3f}",
+            f"{axis['last_steps_on_edge']}/{ends}",
+            f"{axis['pixels_equal']}/{axis['pixels']}",
             str(axis["underruns"]),
         )
+    table.caption = (
+        "edge minus exact instant (max, rms), rate error, last steps of pixels on their edge, "
+        "pixels whose expected and counted positions equal the reference, underruns"
+    )
+    table.caption_justify = "left"
     return table
 
 
 def _handlers_table(summary: dict) -> Table:
-    table = Table(title="Interrupt handlers, cycles", title_justify="left")
-    for name in ("handler", "count", "min", "mean", "max", "latest start"):
-        table.add_column(name, justify="left" if name == "handler" else "right")
+    table = _table("interrupt", "count", "min", "mean", "max cycles", "latest start")
+    table.columns[0].justify = "left"
     for row in summary["handlers"]:
         table.add_row(
             row["name"],
@@ -91,6 +97,13 @@ def _handlers_table(summary: dict) -> Table:
             str(row["cycles_max"]),
             str(row.get("latency_max", "")),
         )
+    return table
+
+
+def _table(*names: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in names:
+        table.add_column(name, justify="right", no_wrap=True)
     return table
 
 

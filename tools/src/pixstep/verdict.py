@@ -87,12 +87,14 @@ def judge_axis(
     _judge_pulses(verdict, edges)
     if len(rising) != line.total_steps:
         verdict.reasons.append(f"{len(rising)} steps instead of {line.total_steps}")
-    zero = find_zero(line, period, rising)
-    verdict.line_zero_cycle = zero
-    if zero is None:
-        return verdict
     count = min(len(rising), line.total_steps)
+    if count == 0:
+        return verdict
     ideal = exact.instants(line, period)[:count]
+    zero = find_zero(line, period, rising)
+    if zero is None:  # stopped before the first step that falls on an edge
+        zero = round(float(np.median(rising[:count] - ideal)))
+    verdict.line_zero_cycle = zero
     verdict.errors_ticks = (rising[:count] - zero) - ideal
     _judge_errors(verdict, line, period, rising[:count] - zero)
     _judge_rates(verdict, ideal, rising[:count])

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""The 16-bit timer model against numbers reckoned by hand from the data sheet."""
+
+import unittest
+
+from harness import (
+    GPIOR2,
+    Session,
+    SimTest,
+    differences,
+    falling,
+    image,
+    read_edges,
+    rising,
+)
+
+BOARDS = ("uno", "mega")
+AXIS_OF_CAPTURE = {"uno": 0, "mega": 3}
+
+OCF1B, OCF1A, TOV1 = 4, 2, 1
+
+
+class Intervals(SimTest):
+    """images/intervals.c: 400, 401, ... ticks, then quiet, then OCR1B = TOP, then 600."""
+
+    def check(self, board):
+        edges = self.run_edges(image(board, "intervals"), 160_000)
+        up, down = rising(edges), falling(edges)
+        # The compare values before mode 15 make the first period; the handler in it loads the second
+        # after next: 400 twice, then one more tick each.
+        self.assertEqual(differences(up)[:100], [400, *range(400, 499)])
+        # A pulse lasts from 32 cycles after BOTTOM to the next BOTTOM.
+        lengths = [b - a for a, b in zip(up, down[1:], strict=False)]
+        self.assertEqual(lengths[:100], [t - 32 for t in [400, *range(400, 499)]])
+        # Quiet: the last period of 499 ticks, then 8 of 1000 and 8 of 800 without any edge.
+        self.assertEqual(differences(up)[100], 499 + 8 * 1000 + 8 * 800)
+        self.assertEqual(set(differences(up)[101:]), {600})
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+class Registers(unittest.TestCase):
+    """images/registers.c, experiment by experiment."""
+
+    EXPECTED = {
+        0: 0x0034,  # reading TCNT1L (TCNT1 = 0) has put 0 in TEMP's place of 0x12
+        1: 0x5678,  # reading OCR1A has left TEMP alone
+        2: 1,  # sts: in force at a + 1; lds begins there and reads at a + 2, TCNT = 1
+        3: 2,
+        4: 0,  # in at a + 1 + 99: TCNT = 99 = TOP, the flag comes with the step to 0
+        5: TOV1,
+        6: 0x1234,
+        # The sts begins 97 cycles after a + 1 and writes at TCNT = 98, in force at 99: loaded at BOTTOM.
+        # It ends at TCNT = 99; 149 nops later the lds begins at 248 - 100 and reads one later.
+        7: 149,
+        # One later it is in force only in the step to BOTTOM itself: this period has 100 ticks again,
+        # at whose end 200 is loaded: 99 + 2 + 149 + ... = 250 in all, less 2 periods.
+        8: 50,
+        9: TOV1 | OCF1A,
+        10: TOV1,
+        11: 0,
+        12: OCF1B,
+        13: 0,
+        14: OCF1B,
+        15: 0,
+        # Counting from a + 1 through 48 nops and the sts that stops it (in force two cycles later):
+        # 50. Then 9 nops and the lds's second cycle: 10 more.
+        16: 60,
+        17: 0x600D,
+    }
+
+    def check(self, board):
+        with Session(image(board, "registers")) as sim:
+            self.assertEqual(sim.run(20_000), "ok 20000")
+            results = sim.results(18)
+        self.assertEqual(dict(enumerate(results)), self.EXPECTED)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+class Capture(SimTest):
+    """images/capture.c: what ICRn holds is the count three cycles after the edge."""
+
+    def check(self, board, hz, count):
+        clock_log = self.folder / "clock.csv"
+        options = ["--pixel-hz", hz, "--clock-log", str(clock_log), "--pixel-start-ms", "10"]
+        edges_path = self.folder / "edges.csv"
+        options += ["--edges", str(edges_path), "--pixel-jitter-ns", "2000"]
+        with Session(image(board, "capture"), options=options) as sim:
+            sim.run(16_000_000)
+            results = sim.results(1 + count)
+        self.assertGreaterEqual(results[0], count)
+        bottom = rising(read_edges(edges_path), axis=AXIS_OF_CAPTURE[board])[0] - 32
+        clock = [int(line) for line in clock_log.read_text().split()[1:]]
+        expected = [(edge + 3 - bottom) % 10_000 for edge in clock[:count]]
+        self.assertEqual(results[1:], expected)
+
+    def test_uno(self):
+        self.check("uno", "997/10", 60)
+
+    def test_mega(self):
+        self.check("mega", "997/10", 60)
+
+
+class Together(SimTest):
+    """images/together.c: GTCCR starts, holds and releases all timers at one instant."""
+
+    def check(self, board, axes):
+        edges = self.run_edges(image(board, "together"), 200_000)
+        first = rising(edges, axis=0)
+        self.assertGreater(len(first), 100)
+        gaps = differences(first)
+        # 40 periods of 1000, one made longer by the hold, and 1000 again.
+        self.assertEqual(set(gaps[:39]), {1000})
+        self.assertEqual(len([gap for gap in gaps if gap != 1000]), 1)
+        for axis in range(1, axes):
+            self.assertEqual(rising(edges, axis=axis), first)
+            self.assertEqual(falling(edges, axis=axis), falling(edges, axis=0))
+
+    def test_uno(self):
+        self.check("uno", 1)
+
+    def test_mega(self):
+        self.check("mega", 4)
+
+
+class Refused(unittest.TestCase):
+    """images/refused.c: what is not modelled stops the run with its name."""
+
+    CASES = {
+        1: "timer 1: waveform mode 14 is not modelled",
+        2: "timer 1: clock select 2 is not modelled",
+        3: "timer 1: COM1B = 1 in waveform mode 15 is not modelled",
+        4: "timer 1: OCR1A is 2 at BOTTOM",
+        5: "timer 1: force compare is not modelled",
+        6: "UART 0: synchronous modes are not modelled",
+        7: "timer 1: TCNT written to TOP or above while counting",
+        8: "timer 1: OCR1A is 0 at BOTTOM",
+    }
+
+    def test_each(self):
+        for case, text in self.CASES.items():
+            with self.subTest(case=case), Session(image("uno", "refused")) as sim:
+                self.assertEqual(sim.ask(f"poke 0 {GPIOR2} {case:02x}"), "ok")
+                answer = sim.run(10_000)
+                self.assertTrue(answer.startswith(f"error board 0 (uno): {text}"), answer)
+                # It has stopped for good.
+                self.assertTrue(sim.run(1).startswith("error "))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""The real images in the simulator: every edge and every position of whole lines.
+
+`pixstep campaign --lines 200 --board mega` runs the long form of the random set.
+"""
+
+from fractions import Fraction
+
+import pytest
+
+from pixstep import campaign
+from pixstep.line import PLAIN, SMOOTH, Line
+from pixstep.randomlines import rate_case
+from pixstep.simrun import Job
+from pixstep.simtask import simulate
+from worked import EXPECTED, worked_line
+
+pytestmark = pytest.mark.usefixtures("simulator")
+HZ = Fraction(30)
+BOARDS = ("uno", "mega")
+
+
+def passed(judged):
+    assert judged.summary["reasons"] == []
+    assert judged.passed
+    return judged
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("backlash", sorted(EXPECTED))
+def test_worked_example(tmp_path, board, backlash):
+    line = worked_line(backlash, pixels=34)
+    judged = passed(simulate(Job(board, {0: line}, HZ), tmp_path))
+    assert [row.expected_steps for row in judged.pixels[:17]] == EXPECTED[backlash]
+    assert judged.summary["axes"][0]["last_steps_off_edge"] == 0
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("decode", [SMOOTH, PLAIN])
+def test_random_lines(lines_option, board, decode):
+    plan = campaign.Plan(board, lines=max(2, lines_option // 5), decodes=(decode,))
+    outcome = campaign.run(plan)
+    assert outcome["results"][0]["failures"] == []
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_serial_load_changes_no_edge(tmp_path, board):
+    line = worked_line(250, pixels=34)
+    passed(simulate(Job(board, {0: line}, HZ), tmp_path / "quiet"))
+    judged = passed(simulate(Job(board, {0: line}, HZ, serial_load=True), tmp_path / "loaded"))
+    assert judged.summary["requests"]["load"] > 50
+    quiet = (tmp_path / "quiet" / "edges.csv").read_bytes()
+    assert (tmp_path / "loaded" / "edges.csv").read_bytes() == quiet
+
+
+@pytest.mark.parametrize("rate", [10_000, 20_000, 30_000])
+def test_constant_rate_is_exact(tmp_path, rate):
+    tested = rate_case(rate, 60_000)
+    judged = passed(simulate(Job("uno", {0: tested.line}, tested.pixel_hz), tmp_path))
+    (axis,) = judged.summary["axes"]
+    assert axis["steps"] == 60_000
+    assert axis["rate_error_ppm"] == 0
+    assert axis["max_interval_error_ticks"] <= 0.67
+
+
+def test_four_axes_run_four_lines_at_once(tmp_path):
+    smooth = worked_line(250, pixels=34)
+    lines = {
+        0: smooth,
+        1: Line((5, 40, 200, 200, 30, 0, -30, -200, -7, 0, 3, 3), PLAIN),
+        2: Line((4, 12, 20, 28, 32, 28, 20, 12, 4), negative=True),
+        3: Line((0, 100, 200, 200, 100, 0), backlash=200),
+    }
+    judged = passed(simulate(Job("mega", lines, HZ), tmp_path))
+    assert len(judged.axes) == 4
+
+
+@pytest.mark.parametrize("ppm", [-80.0, 80.0])
+def test_clock_error_moves_no_edge(tmp_path, ppm):
+    line = worked_line(0, pixels=32)
+    passed(simulate(Job("uno", {0: line}, HZ, pixel_ppm=ppm), tmp_path))
+
+
+def test_rational_frequency(tmp_path):
+    line = worked_line(250, pixels=34)
+    passed(simulate(Job("uno", {0: line}, Fraction(30000, 1001)), tmp_path))
+
+
+def test_line_longer_than_the_queue_is_streamed(tmp_path):
+    counts = [n + 40 * (n % 2) for n in range(60, 260)]
+    passed(simulate(Job("uno", {0: Line(tuple(counts), PLAIN)}, HZ), tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        (Line((10, 10, 10, 10)), "oscillates"),
+        (Line((4, 3)), "reverses_inside_pixel"),
+        (Line((4, 12)), "ends_moving"),
+        (Line((0, 4, 8, 4, 0), backlash=9), "backlash_over_speed"),
+        (Line((4, 8, 4), backlash=4), "backlash_no_room"),
+        (Line((0, 9000, 0), PLAIN), "too_fast"),
+    ],
+)
+def test_refused_line_moves_nothing(tmp_path, line, name):
+    judged = simulate(Job("uno", {0: line}, HZ), tmp_path)
+    assert judged.summary["verdict"] == "refused"
+    assert judged.summary["refusal"]["name"] == name
+    assert judged.summary["refusal"]["step_edges"] == 0
