@@ -28,7 +28,7 @@
 #define CONFIG_BOARD_ID 1
 #define CONFIG_AXES 1
 #define CONFIG_PIXEL_CLOCK_AXIS 0
-#define CONFIG_QUEUE_ENTRIES 64 // runs and marks per axis; a power of two up to 128
+#define CONFIG_QUEUE_ENTRIES 32 // runs and marks per axis; a power of two up to 128
 #define CONFIG_MIN_INTERVAL_TICKS 256u
 #elif defined(CONFIG_BOARD_MEGA)
 #define CONFIG_BOARD_NAME "mega"

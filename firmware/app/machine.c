@@ -10,6 +10,8 @@
 
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
 #define DECODE_BUDGET 48u
+// While an axis waits for its release, a moment of a few milliseconds that must not be missed.
+#define DECODE_BUDGET_STARTING 12u
 #define TICKS_PER_US (CONFIG_TIMER_HZ / 1000000uL)
 // Room for the commands of a reversal on top of the driver's own times, ticks.
 #define TURN_MARGIN_TICKS 512uL
@@ -144,7 +146,7 @@ static void supervise(uint8_t i)
     }
 }
 
-static void follow(uint8_t i)
+void machine_follow(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
     struct engine_sample sample = step_timer_sample(i);
@@ -156,7 +158,6 @@ static void follow(uint8_t i)
     if (sample.tail != axis->ledger.retired || sample.idle_count != axis->ledger.idle_seen) {
         ledger_follow(&axis->ledger, &axis->feed, sample);
     }
-    supervise(i);
 }
 
 static void take_capture(void)
@@ -212,7 +213,8 @@ static void decode_neediest(void)
     if (neediest != CONFIG_AXES) {
         struct axis *axis = &machine.axes[neediest];
         cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
-        axis_decode(axis, &machine.period, machine.settings.backlash_policy == 0, DECODE_BUDGET);
+        axis_decode(axis, &machine.period, machine.settings.backlash_policy == 0,
+                    machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
     }
 }
 
@@ -221,7 +223,8 @@ void machine_poll(void)
     cpu_section(CPU_SECTION_LEDGER);
     take_capture();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        follow(i);
+        machine_follow(i);
+        supervise(i);
     }
     cpu_section(CPU_SECTION_OTHER);
     start_poll();

@@ -60,6 +60,9 @@ bool machine_do(enum machine_command command, uint8_t mask);
 // After a change of machine.settings.
 void machine_apply_settings(void);
 
+// Bring an axis's ledger up to what its interrupt has done by now.
+void machine_follow(uint8_t axis);
+
 bool machine_moving(void); // any axis armed or running
 bool machine_clock_present(void);
 

@@ -68,6 +68,8 @@ void start_now(uint8_t axis)
 static void release(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
+
+    machine_follow(i);
     int32_t delay = ticks_to_start(axis, axis->zero_ticks);
 
     if (delay > RELEASE_MAX_TICKS) {

@@ -7,7 +7,7 @@
 //  * GTCCR: timers are not held while TSM is set;
 //  * an interrupt response of 2 cycles: the part takes 4;
 //  * one due event an instruction: all that are due are served here;
-//  * a write to UCSR0B loses a received byte that waits to be read.
+//  * a write to UCSR0A clears UDRE0 and RXC0, and one to UCSR0B loses a received byte that waits.
 //
 // Left as they are: pin changes of a timer are seen at the ends of instructions (they are snapped
 // to the match by the timer's own count), and in fast PWM an OCR1B above TOP makes a pulse of no
@@ -34,6 +34,8 @@ const UCSR0B = 0xc1;
 const CAPTURE_RISING = 0x40; // ICES1
 const CAPTURE_CANCELER = 0x80; // ICNC1
 const RECEIVED = 0x80; // RXC0
+const SENT = 0x40; // TXC0
+const SEND_READY = 0x20; // UDRE0
 
 // From an edge on ICP1 to ICR1: 2.5 to 3.5 cycles by the data sheet.
 const CAPTURE_CYCLES = 3;
@@ -69,7 +71,7 @@ class Uno {
         this.lastTop = 0;
         this.mendTimerHold();
         this.mendTimerFlags();
-        this.mendReceiver();
+        this.mendSerialFlags();
         this.watch(outputs);
     }
 
@@ -173,16 +175,24 @@ class Uno {
         };
     }
 
-    mendReceiver() {
+    mendSerialFlags() {
         const cpu = this.cpu;
-        const write = cpu.writeHooks[UCSR0B];
+        const writeStatus = cpu.writeHooks[UCSR0A];
+        cpu.writeHooks[UCSR0A] = (value, old, address, mask) => {
+            // Only SENT can be cleared by a write, with a one.
+            const kept = cpu.data[UCSR0A] & (RECEIVED | SEND_READY | (SENT & ~value));
+            writeStatus(value, old, address, mask);
+            cpu.data[UCSR0A] |= kept;
+            return true;
+        };
+        const writeControl = cpu.writeHooks[UCSR0B];
         cpu.writeHooks[UCSR0B] = (value, old, address, mask) => {
             const waiting = cpu.data[UCSR0A] & RECEIVED;
-            const done = write(value, old, address, mask);
+            writeControl(value, old, address, mask);
             if (waiting) {
                 cpu.setInterruptFlag(this.usart.RXC);
             }
-            return done;
+            return true;
         };
     }
 

@@ -18,7 +18,7 @@
 #include "motion/step_ring.h" // struct step_ring
 
 // Pixel edges (and line starts) that can be decoded ahead, a power of two.
-#define FEED_MARKS 16u
+#define FEED_MARKS 8u
 
 // A place in the stream of entries, for the ledger that follows the interrupt.
 struct feed_mark {

@@ -150,7 +150,9 @@ static uint8_t next_stop(const struct ledger *ledger, const struct feed *feed, u
 
 void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
 {
-    pass_marks(ledger, feed);
+    if (feed->mark_tail != feed->mark_placed) {
+        pass_marks(ledger, feed);
+    }
     while (ledger->retired != sample.tail) {
         uint8_t stop = next_stop(ledger, feed, sample.tail);
         take_periods(ledger, stop);
@@ -158,7 +160,9 @@ void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sampl
             obey(ledger, ledger->ring->low[ledger->retired]);
             ledger->retired++;
         }
-        pass_marks(ledger, feed);
+        if (feed->mark_tail != feed->mark_placed) {
+            pass_marks(ledger, feed);
+        }
     }
     // Idle periods come after the entries: they are loaded only when the ring is empty, and a new
     // line is released only after a ledger_follow() that saw every idle period before it.

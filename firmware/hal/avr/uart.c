@@ -9,8 +9,8 @@
 #include "config.h"       // CONFIG_BAUD
 #include "hal/avr/pins.h" // pins_write_rs485
 
-// The main loop may be away for 64 characters, 6.1 ms at 115200 baud 8E1.
-#define RECEIVE_SLOTS 64u
+// The main loop may be away for 32 characters, 3 ms at 115200 baud 8E1.
+#define RECEIVE_SLOTS 32u
 #define UBRR_VALUE ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
 
 static volatile uint8_t received[RECEIVE_SLOTS];

@@ -7,7 +7,7 @@ from itertools import cycle, islice
 from pixstep import registers as regs
 from pixstep.client import Board, BoardError, Upload
 
-_BURST = 8  # requests between two polls of the run
+_BURST = 4  # requests between two polls of the run
 _MAX_READ = 125  # registers in one read
 
 

@@ -164,21 +164,22 @@ class _Run:
     def follow(self) -> None:
         """Poll until every axis is done, streaming, reading records, loading the line if asked."""
         load = SerialLoad(self.board, self.axes, self.uploads) if self.job.serial_load else None
-        deadline = self.simulator.cycle + int((self.job.pixels + 8) * self.job.period)
-        pause = min(int(4 * self.job.period), _POLL_LIMIT_CYCLES)
+        period = self.job.period
+        deadline = self.simulator.cycle + int((self.job.pixels + 10) * period) + _POLL_LIMIT_CYCLES
         while True:
-            for upload in self.uploads.values():
-                upload.push()
+            next_poll = self.simulator.cycle + min(int(4 * period), _POLL_LIMIT_CYCLES)
             states = self._poll()
             if all(state in ("done", "fault", "refused") for state in states):
                 break
             if self.simulator.cycle > deadline:
                 self.result.trouble.append(f"not done in time: axes are {', '.join(states)}")
                 break
+            for upload in self.uploads.values():
+                upload.push()
             if load:
                 load.some()
-            else:
-                self.simulator.run(pause)
+            elif next_poll > self.simulator.cycle:
+                self.simulator.run(next_poll - self.simulator.cycle)
         if load:
             self.result.requests["load"] = load.sent
             self.result.requests["load_exceptions"] = load.exceptions

@@ -93,7 +93,11 @@ def judge_axis(
     ideal = exact.instants(line, period)[:count]
     zero = find_zero(line, period, rising)
     if zero is None:  # stopped before the first step that falls on an edge
-        zero = round(float(np.median(rising[:count] - ideal)))
+        middle = round(float(np.median(rising[:count] - ideal)))
+        zero = min(
+            (middle - 1, middle, middle + 1),
+            key=lambda candidate: float(np.max(np.abs(rising[:count] - candidate - ideal))),
+        )
     verdict.line_zero_cycle = zero
     verdict.errors_ticks = (rising[:count] - zero) - ideal
     _judge_errors(verdict, line, period, rising[:count] - zero)

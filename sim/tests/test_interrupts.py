@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""Interrupts: response, wake-up, the instruction in between, and the statistics of handlers."""
+
+import json
+import unittest
+
+from harness import Session, image
+
+# Data sheet: response 4 cycles, 5 with a 22-bit program counter; RETI the same; JMP 3.
+RESPONSE = {"uno": 4, "mega": 5}
+JMP = 3
+FROM_SLEEP = 4
+
+
+class Interrupts(unittest.TestCase):
+    """images/interrupts.c"""
+
+    def check(self, board):
+        with Session(image(board, "interrupts")) as sim:
+            self.assertEqual(sim.run(60_000), "ok 60000")
+            results = sim.results(5)
+            stats = json.loads(sim.ask("stats"))["boards"][0]
+        # OCR1A = 100: the flag is set when TCNT becomes 101, at the end of a nop (or asleep). The
+        # handler's lds reads in its second cycle.
+        first_read = 101 + RESPONSE[board] + JMP + 1
+        self.assertEqual(results[0], first_read)
+        self.assertEqual(results[1], first_read + FROM_SLEEP)
+        # "The instruction following SEI will be executed before any pending interrupts", and so is
+        # one instruction after RETI.
+        self.assertEqual(results[2], 1)
+        self.assertEqual(results[3], 2)
+        self.assertEqual(results[4], 0x600D)
+        handler = next(h for h in stats["handlers"] if h["name"] == "TIMER1_COMPB")
+        cycles = RESPONSE[board] + JMP + 10 + RESPONSE[board]
+        self.assertEqual(handler["count"], 21)
+        self.assertEqual((handler["cycles_min"], handler["cycles_max"]), (cycles, cycles))
+        # 1000 nops and the out that ends the section; the handler served in it does not count.
+        self.assertEqual(stats["sections"][3], 1001)
+        # From one sei to the last cli: about the time of known_length() at most.
+        self.assertGreater(stats["interrupts_off_max_cycles"], 0)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+if __name__ == "__main__":
+    unittest.main()

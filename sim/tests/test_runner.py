@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: MIT
+"""The runner itself: command line, control protocol, pixel clock, plant, files, verdicts."""
+
+import json
+import subprocess
+import unittest
+from fractions import Fraction
+from pathlib import Path
+
+from harness import SIM, Session, SimTest, differences, image, read_edges, rising
+
+
+def call(*arguments):
+    return subprocess.run([SIM, *arguments], capture_output=True, text=True, timeout=60)
+
+
+class CommandLine(unittest.TestCase):
+    def refused(self, *arguments):
+        """The one line that a wrong command line gets."""
+        result = call(*arguments)
+        self.assertEqual(result.returncode, 2, result)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        self.assertTrue(result.stderr.startswith("pixstep-sim: "), result.stderr)
+        return result.stderr
+
+    def test_help(self):
+        result = call("--help")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("--control", result.stdout)
+
+    def test_errors(self):
+        good = image("uno", "echo")
+        self.assertIn("no board", self.refused("--control"))
+        self.assertIn("no mode", self.refused("--board", good))
+        self.assertIn("unknown board 'duo'", self.refused("--board", "duo=x.elf", "--control"))
+        self.assertIn("no such image", self.refused("--board", "uno=/nowhere.elf", "--control"))
+        self.assertIn("not an AVR ELF", self.refused("--board", f"uno={__file__}", "--control"))
+        self.assertIn("--run-ms 'x'", self.refused("--board", good, "--run-ms", "x"))
+        self.assertIn(
+            "--pixel-hz '0'", self.refused("--board", good, "--control", "--pixel-hz", "0")
+        )
+        self.assertIn("only one of", self.refused("--board", good, "--control", "--pty"))
+        self.assertIn(
+            "'ploy'",
+            self.refused("--board", good, "--control", "--plant", "0.0:ploy=1"),
+        )
+        self.assertIn(
+            "no such axis",
+            self.refused("--board", good, "--control", "--plant", "0.1:play=1"),
+        )
+        self.assertIn(
+            "/nowhere/x", self.refused("--board", good, "--control", "--edges", "/nowhere/x")
+        )
+        self.assertIn("unrecognized", self.refused("--borad", good))
+
+
+class Control(unittest.TestCase):
+    def test_errors_leave_the_session_alive(self):
+        with Session(image("uno", "echo")) as sim:
+            for command in ("jump", "run", "run x", "tx 0", "tx 0g", "steps 1 0", "steps 0 1"):
+                self.assertTrue(sim.ask(command).startswith("error "), command)
+            self.assertEqual(sim.ask("run 1000"), "ok 1000")
+            self.assertEqual(sim.ask("poke 0 0x500 12ab"), "ok")
+            self.assertEqual(sim.ask("peek 0 0x500 2"), "mem 12ab")
+            self.assertEqual(sim.ask("clock drop 3"), "ok")
+            self.assertEqual(sim.ask("quit"), "ok")
+            self.assertEqual(sim.process.wait(timeout=10), 0)
+
+    def test_stats(self):
+        with Session(image("mega", "intervals")) as sim:
+            sim.run(1_600_000)
+            stats = json.loads(sim.ask("stats"))
+            steps = sim.ask("steps 0 0")
+            counts = sim.ask("counts 0 0")
+        board = stats["boards"][0]
+        self.assertEqual(stats["cycle"], 1_600_000)
+        self.assertEqual(board["name"], "mega")
+        rising_steps = board["axes"][0]["steps_rising"]
+        self.assertEqual(counts, f"counts {rising_steps}")
+        self.assertEqual(steps, f"steps {rising_steps} 1600000")
+        # main() and the handler together use some 20 of the Mega's 8192 bytes.
+        self.assertLess(board["stack_used_bytes"], 40)
+        self.assertGreater(board["stack_free_bytes"], 8000)
+
+
+class PixelClock(SimTest):
+    def clock(self, *options, commands=("run 32000000",)):
+        log = self.folder / "clock.csv"
+        with Session(
+            image("uno", "echo"), options=["--clock-log", str(log), *options]
+        ) as sim:
+            for command in commands:
+                self.assertTrue(sim.ask(command).startswith("ok"), command)
+        return [int(line) for line in log.read_text().split()[1:]]
+
+    def test_exact_period(self):
+        edges = self.clock("--pixel-hz", "30000/1001", "--pixel-start-ms", "5")
+        period = Fraction(16_000_000 * 1001, 30_000)
+        expected = [int(80_000 + k * period) for k in range(len(edges))]
+        self.assertEqual(edges, expected)
+        self.assertEqual(len(edges), 60)
+
+    def test_ppm(self):
+        edges = self.clock("--pixel-hz", "1000", "--pixel-ppm", "-100")
+        period = Fraction(16_000) / (1 - Fraction(100, 1_000_000))
+        self.assertEqual(edges, [int(160_000 + k * period) for k in range(len(edges))])
+
+    def test_jitter_is_bounded_and_repeatable(self):
+        options = ["--pixel-hz", "100", "--pixel-jitter-ns", "5000", "--seed", "7"]
+        edges = self.clock(*options)
+        off = [edge - (160_000 + 160_000 * k) for k, edge in enumerate(edges)]
+        self.assertLessEqual(max(off), 80)
+        self.assertGreaterEqual(min(off), -80)
+        self.assertGreater(len(set(off)), 20)
+        self.assertEqual(self.clock(*options), edges)
+
+    def test_drop_and_off(self):
+        commands = ["run 200000", "clock drop 2", "run 500000", "clock off", "run 500000"]
+        commands += ["clock on", "run 300000"]
+        edges = self.clock("--pixel-hz", "100", commands=commands)
+        # Pulses at 160000 k: 2 and 3 dropped, 5, 6 and 7 off; run to 1500000.
+        self.assertEqual(edges, [160_000 * k for k in (1, 4, 8, 9)])
+
+
+class Plant(SimTest):
+    def test_play_and_home(self):
+        options = ["--plant", "0.0:play=40,home=100,hyst=8,start=60"]
+        with Session(image("uno", "intervals"), options=options) as sim:
+            sim.run(16_000)
+            steps = int(sim.ask("counts 0 0").split()[1])
+            motor, load = map(int, sim.ask("plant 0 0").split()[1:])
+            self.assertEqual((motor, load), (60 + steps, 60 + steps))
+            pind = int(sim.ask("peek 0 0x29 1").split()[1], 16)
+            self.assertEqual(pind >> 6 & 1, 1 if load < 100 else 0)  # HOME = PD6, to ground
+            sim.run(160_000)
+            sim.ask("poke 0 0x2b 10")  # PORTD: has no effect on the wire (no write by the program)
+            self.assertEqual(int(sim.ask("peek 0 0x29 1").split()[1], 16) >> 6 & 1, 0)
+
+    def test_hard_stop(self):
+        options = ["--plant", "0.0:travel=-10..50,over=5"]
+        with Session(image("uno", "intervals"), options=options) as sim:
+            sim.run(160_000)
+            self.assertEqual(sim.ask("plant 0 0"), "plant 55 55")
+
+
+class Files(SimTest):
+    def test_vcd_and_edges_agree(self):
+        vcd = self.folder / "waves.vcd"
+        edges = self.folder / "edges.csv"
+        options = ["--vcd", str(vcd), "--edges", str(edges), "--pixel-hz", "100"]
+        boards = [image("uno", "intervals"), image("mega", "intervals")]
+        with Session(*boards, options=options) as sim:
+            sim.run(200_000)
+            self.assertEqual(sim.ask("flush"), "ok")
+        rows = read_edges(edges)
+        self.assertEqual([r[0] for r in rows], sorted(r[0] for r in rows))
+        self.assertEqual({r[1] for r in rows}, {0, 1})
+        text = vcd.read_text()
+        self.assertIn("$timescale 100 ps $end", text)
+        step = next(
+            line.split()[3] for line in text.splitlines() if line.endswith("STEP0 $end")
+        )
+        at, seen = 0, []
+        for line in text.split("$dumpvars")[1].splitlines():
+            if line.startswith("#"):
+                at = int(line[1:])
+            elif line == f"1{step}":
+                seen.append(at / 625)
+        self.assertEqual(seen, rising(rows, board=0))
+
+
+class Verdict(unittest.TestCase):
+    def test_failures_are_the_exit_status(self):
+        for board in ("uno", "mega"):
+            result = call("--unit", "--board", image(board, "verdict"))
+            self.assertEqual((result.returncode, result.stdout), (3, "three failures\n"))
+
+    def test_no_end_is_a_failure(self):
+        result = call("--unit", "--unit-limit-ms", "20", "--board", image("uno", "intervals"))
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("no verdict within 20 ms", result.stderr)
+
+
+class Pty(unittest.TestCase):
+    def test_answers_a_client(self):
+        command = [SIM, "--pty", "--board", image("uno", "echo")]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        try:
+            name = process.stdout.readline().strip()
+            with Path(name).open("r+b", buffering=0) as port:
+                port.write(b"\x01\x41")
+                answer = b""
+                while len(answer) < 2:
+                    answer += port.read(2 - len(answer))
+            self.assertEqual(answer, b"\x01\x42")
+        finally:
+            process.terminate()
+            process.wait(timeout=10)
+            process.stdout.close()
+
+
+class Speed(unittest.TestCase):
+    def test_faster_than_real_time(self):
+        result = call("--board", image("uno", "intervals"), "--run-ms", "2000")
+        self.assertEqual(result.returncode, 0)
+        self.assertGreater(json.loads(result.stdout)["realtime_factor"], 1.0)
+        self.assertEqual(differences([1, 3]), [2])
+
+
+if __name__ == "__main__":
+    unittest.main()
