@@ -110,7 +110,9 @@ static void attach_timers(struct board *b)
 
         if (strcmp(io->kind, "timer") == 0 && timer16_is_16_bit(part) &&
             b->timers < BOARD_TIMERS) {
-            timer16_attach(&b->timer[b->timers++], b->avr, part, &b->timer_hooks);
+            timer16_attach(&b->timer[b->timers], b->avr, part, &b->timer_hooks);
+            board_find_icp(b, b->timers);
+            b->timers++;
         }
     }
 }
@@ -234,35 +236,6 @@ bool board_open(struct board *b,
     stack_paint(&b->stack, b->avr);
     line->uart[line->boards++] = &b->uart;
     return true;
-}
-
-void board_drive_pin(struct board *b, char port, unsigned bit, bool level, uint64_t cycle)
-{
-    unsigned index = (unsigned)(port - 'A');
-    uint8_t mask = (uint8_t)(1U << bit);
-    avr_ioport_external_t external = {.name = (unsigned char)port & 0x7FU};
-    avr_irq_t *pin =
-        avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ((uint32_t)port), (int)bit);
-
-    if (pin == NULL || index >= BOARD_PORTS) {
-        return;
-    }
-    b->pins[index].driven_mask |= mask;
-    b->pins[index].driven_level =
-        (uint8_t)((b->pins[index].driven_level & ~mask) | (level ? mask : 0));
-    // Without this, simavr forgets the level at the program's next write to the port.
-    external.mask = b->pins[index].driven_mask;
-    external.value = b->pins[index].driven_level;
-    (void)avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL((uint32_t)port), &external);
-    avr_raise_irq(pin, level ? 1 : 0);
-    for (int i = 0; i < b->timers; i++) {
-        avr_ioport_getirq_t wanted = {.bit = b->timer[i].part->icp};
-
-        if (avr_ioctl(b->avr, AVR_IOCTL_IOPORT_GETIRQ_REGBIT, &wanted) > 0 &&
-            wanted.irq[0] == pin) {
-            timer16_icp(&b->timer[i], level, cycle);
-        }
-    }
 }
 
 void board_close(struct board *b)

@@ -42,6 +42,10 @@ struct board {
 
     struct timer16 timer[BOARD_TIMERS];
     int timers;
+    struct {
+        char port;
+        uint8_t bit;
+    } icp[BOARD_TIMERS]; // input capture pin of each timer
     struct timer16_hooks timer_hooks;
     struct uart uart;
     struct uart_hooks uart_hooks;
@@ -95,7 +99,13 @@ void board_close(struct board *board);
 // Stops the board with this error.
 void board_refuse(void *board, const char *text);
 
-// Tells simavr when the next pixel pulse is due (board_run.c).
+// The input capture pins of this port may have changed level (board_inputs.c).
+void board_follow_icp(struct board *board, unsigned port, uint64_t cycle);
+
+// Finds the input capture pin of a timer (board_inputs.c).
+void board_find_icp(struct board *board, int timer);
+
+// Tells simavr when the next pixel pulse is due (board_inputs.c).
 void board_schedule_pulse(struct board *board);
 
 // Follows the ports that carry outputs (board_outputs.c).

@@ -179,6 +179,7 @@ static void follow_port(struct board *b, unsigned port)
             follow(b, &b->kind->pins[i], cycle);
         }
     }
+    board_follow_icp(b, port, cycle);
 }
 
 static void on_port(struct avr_irq_t *irq, uint32_t value, void *param)

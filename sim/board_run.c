@@ -24,59 +24,6 @@ static avr_cycle_count_t on_quantum_end(avr_t *avr, avr_cycle_count_t when, void
     return 0; // it only had to end the stretch of instructions
 }
 
-static avr_cycle_count_t on_pulse(avr_t *avr, avr_cycle_count_t when, void *param)
-{
-    struct board *b = param;
-
-    (void)when;
-    while (b->pulse_first != b->pulse_last) {
-        const struct pixel_pulse *pulse = &b->pulse[b->pulse_first % BOARD_PULSES];
-        uint64_t due = b->pulse_high ? pulse->fall : pulse->rise;
-        const struct board_pin *in = board_kind_pin(b->kind, SIGNAL_PIXEL_CLOCK, 0);
-        const struct board_pin *copy = board_kind_pin(b->kind, SIGNAL_PIXEL_CLOCK_COPY, 0);
-
-        if (due > avr->cycle) {
-            return due;
-        }
-        b->pulse_high = !b->pulse_high;
-        b->pulse_first += b->pulse_high ? 0 : 1;
-        board_drive_pin(b, in->port, in->bit, b->pulse_high, due);
-        if (copy != NULL) {
-            board_drive_pin(b, copy->port, copy->bit, b->pulse_high, due);
-        }
-    }
-    return 0;
-}
-
-void board_schedule_pulse(struct board *b)
-{
-    const struct pixel_pulse *pulse = &b->pulse[b->pulse_first % BOARD_PULSES];
-    uint64_t due = b->pulse_high ? pulse->fall : pulse->rise;
-
-    if (b->pulse_first != b->pulse_last) {
-        avr_cycle_timer_register(
-            b->avr, (due > b->avr->cycle) ? due - b->avr->cycle : 0, on_pulse, b);
-    }
-}
-
-bool board_add_pulse(struct board *b, const struct pixel_pulse *pulse)
-{
-    if (b->pulse_last - b->pulse_first >= BOARD_PULSES) {
-        return false;
-    }
-    b->pulse[b->pulse_last++ % BOARD_PULSES] = *pulse;
-    if (b->pulse_last - b->pulse_first == 1) {
-        board_schedule_pulse(b);
-    }
-    if (b->index == 0) {
-        edges_add(b->edges,
-                  &(struct edge){.cycle = pulse->rise, .signal = EDGE_CLOCK, .level = 1});
-        edges_add(b->edges,
-                  &(struct edge){.cycle = pulse->fall, .signal = EDGE_CLOCK, .level = 0});
-    }
-    return true;
-}
-
 // Registered events are in order; the quantum's end is always among them.
 static bool event_is_due(const avr_t *avr)
 {

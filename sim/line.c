@@ -16,7 +16,9 @@ static void collide(struct line *line, struct line_frame *frame)
 {
     for (unsigned back = 1; back <= RECENT && back <= line->next_frame; back++) {
         struct line_frame *other = &line->frame[(line->next_frame - back) % LINE_FRAMES];
-        bool overlap = other->end > frame->start && other->start < frame->end;
+        // The stop bit is the idle level: a start bit over it still comes through.
+        uint64_t busy_until = other->end - other->bit_cycles_x1000 / 1000;
+        bool overlap = busy_until > frame->start && other->start < frame->end;
 
         if (other->sender != frame->sender && overlap) {
             other->corrupted = frame->corrupted = true;

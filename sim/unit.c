@@ -27,6 +27,9 @@ int unit_run(struct bench *bench, uint64_t limit_ms)
         print_text(bench, bench->cycle);
     }
     print_text(bench, UINT64_MAX); // a frame that the end cut short counts
+    if (board->uart.waiting) {
+        (void)putchar(board->uart.waiting_data);
+    }
     (void)fflush(stdout);
     if (board_is_done(board)) {
         return board->avr->data[GPIOR0];

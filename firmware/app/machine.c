@@ -12,9 +12,9 @@
 #define DECODE_BUDGET 48u
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
-#define TICKS_PER_US (CONFIG_TIMER_HZ / 1000000uL)
+#define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 // Room for the commands of a reversal on top of the driver's own times, ticks.
-#define TURN_MARGIN_TICKS 512uL
+#define TURN_MARGIN_TICKS ((uint32_t)512)
 
 struct machine machine;
 
@@ -45,7 +45,7 @@ void machine_apply_settings(void)
         .pixel_ticks = machine.period.whole_ticks,
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
         // The direction changes in the middle of the interval.
-        .reversal_min_ticks = 2uL * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS),
+        .reversal_min_ticks = 2u * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS),
         .max_acceleration = settings->max_acceleration,
     };
 }

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/require.h"
 #include "motion/axis.h"
 
 #define QUEUE_SLOTS 128u

@@ -4,11 +4,15 @@
 `pixstep campaign --lines 200 --board mega` runs the long form of the random set.
 """
 
+import io
+import json
 from fractions import Fraction
 
 import pytest
+from rich.console import Console
 
-from pixstep import campaign
+from pixstep import boards, campaign, demo, planner, timing
+from pixstep.edges import read_edges
 from pixstep.line import PLAIN, SMOOTH, Line
 from pixstep.randomlines import rate_case
 from pixstep.simrun import Job
@@ -107,3 +111,26 @@ def test_refused_line_moves_nothing(tmp_path, line, name):
     assert judged.summary["verdict"] == "refused"
     assert judged.summary["refusal"]["name"] == name
     assert judged.summary["refusal"]["step_edges"] == 0
+
+
+def test_demo(tmp_path):
+    console = Console(file=io.StringIO(), width=100)
+    assert demo.run(console, tmp_path), console.file.getvalue()
+    made = {path.name for path in tmp_path.iterdir()}
+    assert made >= {"line.csv", "ticks.csv", "edges.csv", "pixels.csv", "summary.json", "run.vcd"}
+    assert len([name for name in made if name.endswith(".png")]) == 3
+
+
+def test_planned_ticks_are_the_boards_edges(tmp_path):
+    line = worked_line(250, pixels=34)
+    simulate(Job("uno", {0: line}, HZ), tmp_path)
+    zero = json.loads((tmp_path / "summary.json").read_text())["line_zero_cycle"]
+    made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero
+    assert made.tolist() == planner.plan(line, HZ).columns()[:, 1].tolist()
+
+
+def test_sizes_leave_room_for_the_stack():
+    for board in BOARDS:
+        measured = timing.size(board)
+        assert measured["flash_bytes"] < boards.FLASH_BYTES[board]
+        assert measured["ram_bytes"] < boards.RAM_BYTES[board]

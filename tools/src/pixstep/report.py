@@ -116,9 +116,9 @@ def _footer(summary: dict) -> str:
         )
     if summary.get("cpu_share") is not None:
         lines.append(
-            f"CPU share {100 * summary['cpu_share']:.1f} % while moving "
-            f"({100 * summary['interrupt_share']:.1f} % in interrupts), "
-            f"stack free {summary['stack_free_bytes']} bytes, "
-            f"{summary['realtime_factor']:.2f} times real time"
+            f"CPU share {100 * summary['cpu_share']:.1f} % while moving: "
+            f"{100 * summary['interrupt_share']:.1f} % interrupts, the rest decoding\n"
+            f"stack free {summary['stack_free_bytes']} bytes; simulated "
+            f"{summary['realtime_factor']:.2f} times as fast as real time"
         )
     return "\n".join(lines)

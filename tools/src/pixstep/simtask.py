@@ -9,11 +9,24 @@ from pixstep.judge import Judgement, judge
 from pixstep.rational import hz_text
 from pixstep.simrun import Job, RunResult, run_job
 
+# What a run may leave in its folder; an earlier run's must not pass for this one's.
+OUTPUTS = ("edges.csv", "clock.csv", "pixels.csv", "summary.json", "run.vcd")
+_PLOTS = ("motion.png", "edge-error.png", "positions.png")
+
+
+def _forget(out: Path) -> None:
+    """Remove the outputs of an earlier run."""
+    stale = [out / name for name in OUTPUTS]
+    stale += [path for name in _PLOTS for path in out.glob(f"*{name}")]
+    for path in stale:
+        path.unlink(missing_ok=True)
+
 
 def simulate(
     job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
 ) -> Judgement:
     """Run a job and write edges.csv, clock.csv, pixels.csv, summary.json (and plots) to `out`."""
+    _forget(out)
     result = run_job(job, out, progress or (lambda _: None))
     judged = judge(result)
     report.write_pixels(out / "pixels.csv", judged.pixels)

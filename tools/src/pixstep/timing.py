@@ -10,6 +10,7 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 from pixstep import boards, files, natives, profile
@@ -88,7 +89,9 @@ def highest_rate(board: str, decode: str, axes: int) -> int:
 def clean(board: str, decode: str, axes: int, steps_per_s: int) -> bool:
     """True if every edge of `axes` simultaneous lines at this rate passes the verdict."""
     count = int(Fraction(steps_per_s) / _HZ) // 2 * 2
-    line = _constant(decode, count)
+    if count < 20:
+        return True
+    line = _sustained(decode, count)
     return _run(board, dict.fromkeys(range(axes), line), _HZ).passed
 
 
@@ -149,12 +152,17 @@ def _example(decode: str) -> Line:
     return Line(tuple(made.counts), decode, request.backlash)
 
 
-def _constant(decode: str, count: int) -> Line:
-    """Return a line of constant rate; a smooth one ramps up and down in one pixel each."""
-    body = (count,) * _RATE_PIXELS
+def _sustained(decode: str, count: int) -> Line:
+    """Return a line at one rate: plain counts, or smooth pixels that all accelerate a little.
+
+    The smooth boundary speeds go count, count - 2d, count - d and again, d being about 2 %, so
+    that no pixel takes the easier path of constant speed and no two counts are equal.
+    """
     if decode == PLAIN:
-        return Line(body, PLAIN)
-    return Line((count // 2, *body, count // 2), SMOOTH)
+        return Line((count,) * _RATE_PIXELS, PLAIN)
+    d = 2 * max(1, count // 100)
+    speeds = [0, *([count, count - 2 * d, count - d] * (_RATE_PIXELS // 3)), count, 0]
+    return Line(tuple((a + b) // 2 for a, b in pairwise(speeds)), SMOOTH)
 
 
 def _run(
