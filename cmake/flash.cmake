@@ -11,7 +11,7 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
     set(image pixstep-${PIXSTEP_BOARD})
     add_custom_target(
         flash
-        COMMAND "${CMAKE_COMMAND}" "-DIMAGE=$<TARGET_FILE:${image}>" -DBOARD=${PIXSTEP_BOARD}
+        COMMAND "${CMAKE_COMMAND}" "-DIMAGE=$<TARGET_FILE_DIR:${image}>/${image}.hex" -DBOARD=${PIXSTEP_BOARD}
                 "-DPORT=${PIXSTEP_PORT}" -P "${CMAKE_CURRENT_LIST_FILE}"
         DEPENDS ${image}
         USES_TERMINAL VERBATIM
@@ -48,7 +48,7 @@ if(NOT AVRDUDE)
 endif()
 message(STATUS "flash: ${IMAGE} to the ${BOARD} on ${PORT}")
 execute_process(
-    COMMAND "${AVRDUDE}" ${${BOARD}} -P "${PORT}" -D -U "flash:w:${IMAGE}:e" RESULT_VARIABLE failed
+    COMMAND "${AVRDUDE}" ${${BOARD}} -P "${PORT}" -D -U "flash:w:${IMAGE}:i" RESULT_VARIABLE failed
 )
 if(failed)
     message(FATAL_ERROR "flash: avrdude failed (exit status ${failed})")

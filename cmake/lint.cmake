@@ -35,8 +35,8 @@ lint(
 )
 # Python has its own limits, in tools/pyproject.toml.
 lint(complexity "${PIXSTEP_lizard}" -C 10 -L 60 -w -l c firmware sim tools/native)
-lint(ruff "${PIXSTEP_ruff}" check --no-cache .)
-lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check .)
+lint(ruff "${PIXSTEP_ruff}" check --no-cache --config pyproject.toml . ../sim)
+lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check --config pyproject.toml . ../sim)
 
 # Read where its settings are (pyproject.toml).
 set_tests_properties(
@@ -49,7 +49,8 @@ set_tests_properties(lint.tidy.host lint.tidy.avr PROPERTIES PROCESSORS 2)
 add_custom_target(
     format
     COMMAND "${PIXSTEP_clang_format}" -i ${sources}
-    COMMAND "${CMAKE_COMMAND}" -E chdir tools "${PIXSTEP_ruff}" format --no-cache .
+    COMMAND "${CMAKE_COMMAND}" -E chdir tools "${PIXSTEP_ruff}" format --no-cache
+            --config pyproject.toml . ../sim
     WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
 )
 add_custom_target(

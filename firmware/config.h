@@ -21,22 +21,31 @@
 #define CONFIG_PULSE_LOW_TICKS 31u
 
 // Axes, queue and shortest interval of each board. The interval must be longer than everything
-// that can keep the step interrupt waiting, or a double overflow could pass unseen: the step
-// handlers of the other axes, the pixel clock capture and one serial interrupt.
+// that can keep the step interrupt waiting at once, or a second overflow could pass unseen. Cycles
+// (uno, mega); the simulator measures the longest wait under load (`pixstep sim`, latest start):
+//
+//     interrupts off in the main loop              80   80
+//     interrupt response                            4    5
+//     step handlers of the other axes               -  150
+//     pixel clock capture                         102  104
+//     coarse clock                                 62   64
+//     entry or exit of one serial handler          45   45
+//                                                 ---  ---
+//                                                 293  448
 #if defined(CONFIG_BOARD_UNO)
 #define CONFIG_BOARD_NAME "uno"
 #define CONFIG_BOARD_ID 1
 #define CONFIG_AXES 1
 #define CONFIG_PIXEL_CLOCK_AXIS 0
 #define CONFIG_QUEUE_ENTRIES 32 // runs and marks per axis; a power of two up to 128
-#define CONFIG_MIN_INTERVAL_TICKS 256u
+#define CONFIG_MIN_INTERVAL_TICKS 320u
 #elif defined(CONFIG_BOARD_MEGA)
 #define CONFIG_BOARD_NAME "mega"
 #define CONFIG_BOARD_ID 2
 #define CONFIG_AXES 4
 #define CONFIG_PIXEL_CLOCK_AXIS 3
 #define CONFIG_QUEUE_ENTRIES 128
-#define CONFIG_MIN_INTERVAL_TICKS 400u
+#define CONFIG_MIN_INTERVAL_TICKS 464u
 #else
 #error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
 #endif

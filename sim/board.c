@@ -18,15 +18,17 @@
 #include "access.h"
 #include "board_run.h" // board_slice
 
-#define CPU_HZ       16000000U
-#define GTCCR        0x43U // data addresses, the same on both parts
-#define GTCCR_TSM    0x80U
-#define GTCCR_SYNC   0x01U // PSRSYNC: the prescaler of timers 0, 1, 3, 4, 5
-#define GPIOR1       0x4AU
-#define GPIOR2       0x4BU
-#define GTCCR_MASK   0x83U
+#define CPU_HZ     16000000U
+#define GTCCR      0x43U // data addresses, the same on both parts
+#define GTCCR_TSM  0x80U
+#define GTCCR_SYNC 0x01U // PSRSYNC: the prescaler of timers 0, 1, 3, 4, 5
+#define GPIOR1     0x4AU
+#define GPIOR2     0x4BU
+#define GTCCR_MASK 0x83U
 
-static void set_error(struct board *b, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static void set_error(struct board *b,
+                                                            const char *format,
+                                                            ...)
 {
     va_list arguments;
 
@@ -89,13 +91,11 @@ static void on_reset(avr_io_t *io)
     }
     uart_reset(&b->uart);
     irq_stats_reset(&b->stats);
-    for (int i = 0; i < BOARD_PORTS; i++) {
-        b->pins[i].port = b->pins[i].ddr = 0;
-    }
-    for (uint8_t i = 0; i < EXTINT_COUNT; i++) {
+    board_release_outputs(b);
+    for (int i = 0; i < EXTINT_COUNT; i++) {
         // Or simavr polls every external interrupt pin that is low in every cycle (at reset all are
         // level-triggered, enabled or not), at a fifth of the speed.
-        avr_extint_set_strict_lvl_trig(b->avr, i, 0);
+        avr_extint_set_strict_lvl_trig(b->avr, (uint8_t)i, 0);
     }
     b->avr->data[GPIOR2] = b->strap;
     board_schedule_pulse(b); // the reset has emptied simavr's list of events
@@ -103,8 +103,10 @@ static void on_reset(avr_io_t *io)
 
 static void attach_timers(struct board *b)
 {
-    b->timer_hooks = (struct timer16_hooks){
-        .board = b, .output = board_compare_output, .flag = on_flag, .refuse = board_refuse};
+    b->timer_hooks = (struct timer16_hooks){.board = b,
+                                            .output = board_compare_output,
+                                            .flag = on_flag,
+                                            .refuse = board_refuse};
     for (avr_io_t *io = b->avr->io_port; io != NULL; io = io->next) {
         avr_timer_t *part = (avr_timer_t *)(void *)io;
 
@@ -154,7 +156,10 @@ static void init_with_models(avr_t *avr)
     append_reset_hook(b);
 }
 
-static void log_errors_only(avr_t *avr, const int level, const char *format, va_list arguments)
+__attribute__((format(printf, 3, 0))) static void log_errors_only(avr_t *avr,
+                                                                  const int level,
+                                                                  const char *format,
+                                                                  va_list arguments)
 {
     (void)avr;
     if (level == LOG_ERROR) {

@@ -77,17 +77,20 @@ bool board_open(struct board *board,
                 struct edges *edges);
 
 // The mechanics of one axis; its switches drive their pins from now on.
-void board_set_plant(struct board *board, unsigned axis, const struct plant_settings *settings);
+void board_set_plant(struct board *board,
+                     unsigned axis,
+                     const struct plant_settings *settings);
 
-// Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or has
-// stopped. True while it goes on.
+// Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or
+// has stopped. True while it goes on.
 bool board_run(struct board *board, uint64_t cycle);
 
 // The program has ended by itself: sleep with interrupts off.
 bool board_is_done(const struct board *board);
 
 // Drives an input pin from outside at this cycle.
-void board_drive_pin(struct board *board, char port, unsigned bit, bool level, uint64_t cycle);
+void board_drive_pin(
+    struct board *board, char port, unsigned bit, bool level, uint64_t cycle);
 
 // A pixel pulse to come. False if the board's queue is full.
 bool board_add_pulse(struct board *board, const struct pixel_pulse *pulse);
@@ -111,8 +114,15 @@ void board_schedule_pulse(struct board *board);
 // Follows the ports that carry outputs (board_outputs.c).
 void board_watch_outputs(struct board *board);
 
+// A reset has made all pins inputs. simavr does not say so, and would keep the program's first
+// write to itself if it repeats the last one before the reset (board_outputs.c).
+void board_release_outputs(struct board *board);
+
 // An output compare changed a pin's level or connection (board_outputs.c).
-void board_compare_output(void *board, struct timer16 *timer, int channel, uint64_t cycle);
+void board_compare_output(void *board,
+                          struct timer16 *timer,
+                          int channel,
+                          uint64_t cycle);
 
 // The driver of the serial line is on (board_outputs.c).
 bool board_may_send(void *board);

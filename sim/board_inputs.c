@@ -75,7 +75,8 @@ static avr_cycle_count_t on_pulse(avr_t *avr, avr_cycle_count_t when, void *para
         const struct pixel_pulse *pulse = &b->pulse[b->pulse_first % BOARD_PULSES];
         uint64_t due = b->pulse_high ? pulse->fall : pulse->rise;
         const struct board_pin *in = board_kind_pin(b->kind, SIGNAL_PIXEL_CLOCK, 0);
-        const struct board_pin *copy = board_kind_pin(b->kind, SIGNAL_PIXEL_CLOCK_COPY, 0);
+        const struct board_pin *copy =
+            board_kind_pin(b->kind, SIGNAL_PIXEL_CLOCK_COPY, 0);
 
         if (due > avr->cycle) {
             return due;

@@ -45,11 +45,8 @@ static bool step_level(struct board *b, const struct board_pin *pin)
     return driven && timer->oc_level[STEP_CHANNEL];
 }
 
-static void add_edge(struct board *b,
-                     unsigned axis,
-                     enum edge_signal signal,
-                     bool level,
-                     uint64_t cycle)
+static void add_edge(
+    struct board *b, unsigned axis, enum edge_signal signal, bool level, uint64_t cycle)
 {
     struct edge edge = {
         .cycle = cycle,
@@ -91,7 +88,9 @@ static void drive_switches(struct board *b, unsigned axis, uint64_t cycle)
     }
 }
 
-void board_set_plant(struct board *b, unsigned axis, const struct plant_settings *settings)
+void board_set_plant(struct board *b,
+                     unsigned axis,
+                     const struct plant_settings *settings)
 {
     plant_init(&b->axis[axis].plant, settings);
     drive_switches(b, axis, b->avr->cycle);
@@ -196,6 +195,20 @@ static void on_ddr(struct avr_irq_t *irq, uint32_t value, void *param)
 
     b->pins[irq->irq].ddr = (uint8_t)value;
     follow_port(b, irq->irq);
+}
+
+void board_release_outputs(struct board *b)
+{
+    for (unsigned port = 0; port < BOARD_PORTS; port++) {
+        uint32_t which = AVR_IOCTL_IOPORT_GETIRQ((uint32_t)'A' + port);
+        avr_irq_t *written = avr_io_getirq(b->avr, which, IOPORT_IRQ_REG_PORT);
+        avr_irq_t *turned = avr_io_getirq(b->avr, which, IOPORT_IRQ_DIRECTION_ALL);
+
+        if (written != NULL && turned != NULL) {
+            avr_raise_irq(turned, 0);
+            avr_raise_irq(written, 0);
+        }
+    }
 }
 
 void board_watch_outputs(struct board *b)

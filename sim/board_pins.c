@@ -7,7 +7,8 @@
 
 // A board's table is read twice, once for its pins and once for its axes.
 #define BOARD_AXIS(axis, timer)
-#define BOARD_PIN(signal, axis, port, bit, header_pin) {SIGNAL_##signal, (axis), #port[0], (bit)},
+#define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
+    {SIGNAL_##signal, (axis), #port[0], (bit)},
 static const struct board_pin uno_pins[] = {
 #include "hal/boards/uno.def"
 };
@@ -32,7 +33,10 @@ static const char mega_timers[BOARD_AXES] = {
 
 static struct board_kind kinds[] = {
     {.name = "uno", .mcu = "atmega328p", .pins = uno_pins, .pin_count = COUNT(uno_pins)},
-    {.name = "mega", .mcu = "atmega2560", .pins = mega_pins, .pin_count = COUNT(mega_pins)},
+    {.name = "mega",
+     .mcu = "atmega2560",
+     .pins = mega_pins,
+     .pin_count = COUNT(mega_pins)},
 };
 static const char *const timers[] = {uno_timers, mega_timers};
 

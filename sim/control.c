@@ -14,6 +14,7 @@
 #define WORDS_MAX      6
 #define BYTES_MAX      (1U << 16)
 #define TIMEOUT_CYCLES 1600000U // 100 ms
+#define PPM_LIMIT      1e5
 
 struct control {
     struct bench *bench;
@@ -140,32 +141,39 @@ static void do_tx(struct control *c)
     }
 }
 
+static bool set_ppm(struct pixel_clock *clock, const char *value)
+{
+    char *end;
+    double ppm = strtod(value, &end);
+
+    if (end == value || *end != '\0' || !(ppm > -PPM_LIMIT && ppm < PPM_LIMIT)) {
+        answer("error '%s' is not a frequency error in ppm", value);
+        return false;
+    }
+    pixel_clock_set_ppm(clock, ppm);
+    return true;
+}
+
 static void do_clock(struct control *c)
 {
     struct pixel_clock *clock = &c->bench->clock;
     const char *what = c->word[1];
     const char *value = (c->words > 2) ? c->word[2] : "";
-    char *end;
+    bool done = true;
 
     if (strcmp(what, "on") == 0 || strcmp(what, "off") == 0) {
         clock->on = strcmp(what, "on") == 0;
     } else if (strcmp(what, "drop") == 0) {
-        if (!number(value, UINT64_MAX / 2, &clock->drop)) {
-            return;
-        }
+        done = number(value, UINT64_MAX / 2, &clock->drop);
     } else if (strcmp(what, "ppm") == 0) {
-        double ppm = strtod(value, &end);
-
-        if (end == value || *end != '\0' || !(ppm > -1e5 && ppm < 1e5)) {
-            answer("error '%s' is not a frequency error in ppm", value);
-            return;
-        }
-        pixel_clock_set_ppm(clock, ppm);
+        done = set_ppm(clock, value);
     } else {
         answer("error clock '%s': on, off, drop N or ppm X", what);
-        return;
+        done = false;
     }
-    answer("ok");
+    if (done) {
+        answer("ok");
+    }
 }
 
 static void do_steps(struct control *c)

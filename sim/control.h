@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The control protocol: one command a line in, one line out. Simulated time advances only by `run` and
-// `tx`, so that a run is the same every time. A command that cannot be done answers `error <text>`.
+// The control protocol: one command a line in, one line out. Simulated time advances only by
+// `run` and `tx`, so that a run is the same every time. A command that cannot be done answers
+// `error <text>`.
 //
 //   run CYCLES              ok CYCLE            run so far on; CYCLE = now
 //   tx HEX [TIMEOUT]        rx HEX CYCLE        send, then run until 1750 us of silence after the

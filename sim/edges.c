@@ -10,6 +10,7 @@
 #include "vcd.h" // vcd_edge
 
 #define FILE_BUFFER (1U << 18)
+#define FIRST_ROOM  1024U
 
 const char *edge_signal_name(unsigned signal)
 {
@@ -33,6 +34,19 @@ bool edges_open(struct edges *e, const char *csv_path, struct vcd *vcd)
     return true;
 }
 
+static void grow(struct edges *e)
+{
+    size_t room = (e->room == 0) ? FIRST_ROOM : e->room * 2;
+    struct edge *waiting = realloc(e->waiting, room * sizeof *waiting);
+
+    if (waiting == NULL) {
+        (void)fputs("pixstep-sim: out of memory\n", stderr);
+        abort();
+    }
+    e->waiting = waiting;
+    e->room = room;
+}
+
 void edges_add(struct edges *e, const struct edge *edge)
 {
     size_t at = e->count;
@@ -41,12 +55,7 @@ void edges_add(struct edges *e, const struct edge *edge)
         return;
     }
     if (e->count == e->room) {
-        e->room = (e->room == 0) ? 1024 : e->room * 2;
-        e->waiting = realloc(e->waiting, e->room * sizeof *e->waiting);
-        if (e->waiting == NULL) {
-            (void)fputs("pixstep-sim: out of memory\n", stderr);
-            abort();
-        }
+        grow(e);
     }
     // Nearly always the newest: a board's own edges come almost in order.
     while (at > 0 && e->waiting[at - 1].cycle > edge->cycle) {

@@ -25,7 +25,8 @@ bool exchange(struct bench *bench,
     while (bench->cycle < deadline || line_busy(line, bench->cycle)) {
         uint64_t next = bench->cycle + bench_quantum(bench);
 
-        if (!bench_run(bench, (next < deadline || bench->cycle >= deadline) ? next : deadline)) {
+        if (!bench_run(bench,
+                       (next < deadline || bench->cycle >= deadline) ? next : deadline)) {
             return false;
         }
         while ((byte = line_master_receive(line, bench->cycle, &end)) >= 0) {

@@ -6,9 +6,9 @@
 
 #include "lockstep.h"
 
-// Sends the bytes and runs until 1750 us of silence after the answer, or until `timeout` cycles after
-// the request without one. True unless a board stopped; *received bytes are in answer (which may be
-// the same array as the request).
+// Sends the bytes and runs until 1750 us of silence after the answer, or until `timeout` cycles
+// after the request without one. True unless a board stopped; *received bytes are in answer
+// (which may be the same array as the request).
 bool exchange(struct bench *bench,
               const uint8_t *request,
               size_t count,

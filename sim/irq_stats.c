@@ -83,8 +83,8 @@ static void service(struct irq_stats *s, uint8_t vector)
         s->running[s->depth].nested = 0;
     }
     s->depth++;
-    s->avr->cycle += (s->avr->address_size > 2) ? IRQ_RESPONSE_22_BIT_PC
-                                                : IRQ_RESPONSE_16_BIT_PC;
+    s->avr->cycle +=
+        (s->avr->address_size > 2) ? IRQ_RESPONSE_22_BIT_PC : IRQ_RESPONSE_16_BIT_PC;
     if (s->woken) {
         s->avr->cycle += IRQ_RESPONSE_FROM_SLEEP;
         s->woken = false;
@@ -109,7 +109,11 @@ static void end_handler(struct irq_stats *s)
     uint64_t end = s->avr->cycle + s->avr->address_size + 2U;
     uint64_t all;
 
-    if (s->depth == 0 || --s->depth >= IRQ_NESTING) {
+    if (s->depth == 0) {
+        return;
+    }
+    s->depth--;
+    if (s->depth >= IRQ_NESTING) {
         return;
     }
     all = end - s->running[s->depth].start;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// What interrupts cost: adds the response cycles that simavr leaves out, measures every handler, and
-// shares the main program's cycles out to its sections (GPIOR1).
+// What interrupts cost: adds the response cycles that simavr leaves out, measures every handler,
+// and shares the main program's cycles out to its sections (GPIOR1).
 //
 //   flag set      service: the running instruction has ended
 //     |<-latency->|<-response->|<-jmp->|<- handler ... reti ->|
-//                 |<------------- cycles of the handler ----->|   less those of handlers nested in it
+//                 |<------------ cycles of the handler ------>|  less those of nested handlers
 #pragma once
 
 #include <stdbool.h>
@@ -50,7 +50,8 @@ struct irq_stats {
     uint64_t section_since, section_interrupts_since;
 
     uint64_t off_since; // interrupts are off since this cycle
-    bool off, started; // started: the program has enabled interrupts, its start-up is over
+    bool off,
+        started; // started: the program has enabled interrupts, its start-up is over
     uint64_t off_max;
 };
 

@@ -12,15 +12,19 @@ void line_init(struct line *line)
     memset(line, 0, sizeof *line);
 }
 
+// The stop bit is the idle level: a start bit over it still comes through.
+static uint64_t busy_until(const struct line_frame *frame)
+{
+    return frame->end - frame->bit_cycles_x1000 / 1000;
+}
+
 static void collide(struct line *line, struct line_frame *frame)
 {
     for (unsigned back = 1; back <= RECENT && back <= line->next_frame; back++) {
         struct line_frame *other = &line->frame[(line->next_frame - back) % LINE_FRAMES];
-        // The stop bit is the idle level: a start bit over it still comes through.
-        uint64_t busy_until = other->end - other->bit_cycles_x1000 / 1000;
-        bool overlap = busy_until > frame->start && other->start < frame->end;
 
-        if (other->sender != frame->sender && overlap) {
+        if (other->sender != frame->sender && busy_until(other) > frame->start &&
+            busy_until(frame) > other->start) {
             other->corrupted = frame->corrupted = true;
             line->corrupted_frames++;
         }
@@ -60,7 +64,7 @@ uint64_t line_master_send(struct line *line,
             .bit_cycles_x1000 = (uint32_t)((uint64_t)LINE_CPU_HZ * 1000 / LINE_BAUD),
             .sender = LINE_MASTER,
             .data = bytes[i],
-            .bits = LINE_BITS,
+            .format = LINE_FORMAT,
         };
 
         (void)line_start(line, &frame);

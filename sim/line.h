@@ -12,20 +12,22 @@
 
 #include "uart.h"
 
-#define LINE_BOARDS  4
-#define LINE_MASTER  (-1)
-#define LINE_FRAMES  4096 // remembered; a power of two
-#define LINE_CPU_HZ  16000000U
-#define LINE_BAUD    115200U
-#define LINE_BITS    11U // of the master: 8 data bits, even parity, one stop bit
-#define LINE_SILENCE 28000U // 1750 us: Modbus RTU's end of a frame at this speed, in cycles
+#define LINE_BOARDS 4
+#define LINE_MASTER (-1)
+#define LINE_FRAMES 4096 // remembered; a power of two
+#define LINE_CPU_HZ 16000000U
+#define LINE_BAUD   115200U
+#define LINE_BITS   11U   // of the master: 8 data bits, even parity, one stop bit
+#define LINE_FORMAT 0x26U // the same in UCSR0C
+#define LINE_SILENCE                                                                     \
+    28000U // 1750 us: Modbus RTU's end of a frame at this speed, in cycles
 
 struct line_frame {
     uint64_t start, end;
     uint32_t bit_cycles_x1000;
     int sender;
     uint8_t data;
-    uint8_t bits;   // whole frame: start, data, parity, stop
+    uint8_t format; // parity and data bits, as in UCSR0C
     bool corrupted; // by a collision, or cut off
 };
 
@@ -46,7 +48,8 @@ void line_init(struct line *line);
 // Puts a frame on the line and tells everyone else; collisions spoil both.
 struct line_frame *line_start(struct line *line, const struct line_frame *frame);
 
-// The master sends bytes back to back (115200 8E1), not before `cycle`. Returns the end of the last.
+// The master sends bytes back to back (115200 8E1), not before `cycle`. Returns the end of the
+// last.
 uint64_t line_master_send(struct line *line,
                           const uint8_t *bytes,
                           size_t count,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The bench: one to four boards, one serial line, one pixel clock, one time. Boards run one after the
-// other in quanta shorter than the shortest serial frame, so that each hears the others in time.
+// The bench: one to four boards, one serial line, one pixel clock, one time. Boards run one after
+// the other in quanta shorter than the shortest serial frame, so that each hears the others in
+// time.
 #pragma once
 
 #include <stdbool.h>
@@ -23,7 +24,7 @@ struct bench {
     struct edges edges;
     struct vcd vcd;
     bool has_vcd;
-    uint64_t cycle;         // every board has reached it
+    uint64_t cycle; // every board has reached it
     double wall_started_s;
 };
 

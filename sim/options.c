@@ -18,11 +18,14 @@
 
 static const char manual[] =
     "usage: pixstep-sim --board NAME=IMAGE.elf [--board ...] [options] MODE\n"
-    "Runs one to four simulated boards, exact to the cycle, on one serial line and one pixel clock.\n"
+    "Runs one to four simulated boards, exact to the cycle, on one serial line and one "
+    "pixel clock.\n"
     "\n"
-    "  --board NAME=IMAGE     a board (uno or mega) and its firmware; board i answers as unit i + 1\n"
+    "  --board NAME=IMAGE     a board (uno or mega) and its firmware; board i answers as "
+    "unit i + 1\n"
     "  --plant B.A:KNOBS      mechanics of board B's axis A, knobs in steps, any of\n"
-    "                         play=40,travel=-100..9000,over=50,home=0,hyst=8,start=0,active=low\n"
+    "                         "
+    "play=40,travel=-100..9000,over=50,home=0,hyst=8,start=0,active=low\n"
     "pixel clock:\n"
     "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
     "  --pixel-ppm X          frequency error\n"
@@ -30,7 +33,8 @@ static const char manual[] =
     "  --pixel-start-ms M     first rising edge (default 10)\n"
     "  --seed S               of everything random (default 1)\n"
     "output:\n"
-    "  --edges FILE           every STEP, DIR and ENABLE edge: cycle,board,axis,signal,level\n"
+    "  --edges FILE           every STEP, DIR and ENABLE edge: "
+    "cycle,board,axis,signal,level\n"
     "  --clock-log FILE       every rising edge of the pixel clock\n"
     "  --vcd FILE             waveforms for GTKWave\n"
     "mode, one of:\n"
@@ -111,22 +115,23 @@ static void read_hz(struct options *o, char *text)
     }
     o->clock.hz_num = (uint32_t)whole("--pixel-hz", text, 1, UINT32_MAX);
     if (o->clock.hz_num / o->clock.hz_den > HZ_MOST) {
-        fail("--pixel-hz %u/%u: at most %u Hz", o->clock.hz_num, o->clock.hz_den, HZ_MOST);
+        fail(
+            "--pixel-hz %u/%u: at most %u Hz", o->clock.hz_num, o->clock.hz_den, HZ_MOST);
     }
 }
 
 static void read_plant(struct options *o, char *text)
 {
     const char *wrong;
-    unsigned board;
-    unsigned axis;
-    int used = 0;
+    unsigned board = (unsigned)(unsigned char)text[0] - '0';
+    unsigned axis = (board < LINE_BOARDS && text[1] == '.')
+                        ? (unsigned)(unsigned char)text[2] - '0'
+                        : BOARD_AXES;
 
-    if (sscanf(text, "%1u.%1u:%n", &board, &axis, &used) != 2 || used == 0 ||
-        board >= LINE_BOARDS || axis >= BOARD_AXES) {
+    if (axis >= BOARD_AXES || text[3] != ':') {
         fail("--plant '%s': BOARD.AXIS:KNOBS is wanted, as in 0.1:play=40", text);
     }
-    wrong = plant_parse(&o->plant[board][axis], text + used);
+    wrong = plant_parse(&o->plant[board][axis], text + strlen("0.0:"));
     if (wrong != NULL) {
         fail("--plant %u.%u: cannot make sense of '%s'", board, axis, wrong);
     }
@@ -189,7 +194,8 @@ static void take_clock(struct options *o, int id, char *value)
         o->clock.ppm = real("--pixel-ppm", value, -PPM_MOST, PPM_MOST);
         break;
     case OPTION_JITTER:
-        o->clock.jitter_ns = (uint32_t)whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
+        o->clock.jitter_ns =
+            (uint32_t)whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
         break;
     case OPTION_START:
         o->clock.start_ms = real("--pixel-start-ms", value, 0.01, 1e9);
@@ -258,7 +264,8 @@ static void take(struct options *o, int id, char *value)
 static void check_plants(const struct options *o)
 {
     for (int board = 0; board < LINE_BOARDS; board++) {
-        int axes = (board < o->boards) ? board_kind_by_name(o->board_name[board])->axes : 0;
+        int axes =
+            (board < o->boards) ? board_kind_by_name(o->board_name[board])->axes : 0;
 
         for (int axis = axes; axis < BOARD_AXES; axis++) {
             if (o->plant[board][axis].present) {

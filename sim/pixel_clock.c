@@ -7,13 +7,13 @@
 #include <math.h>
 #include <string.h>
 
-#define CPU_HZ            16000000U
-#define CYCLES_PER_MS     16000.0
-#define HIGH_MAX_CYCLES   799U // with the one that every pulse has, 50 us
-#define GAP_CYCLES        2U   // low at least so long, whatever the jitter
-#define PPM_SCALE         1000000000000LL // 1 ppm = 10^6 of it: the error to a millionth of a ppm
-#define PPM_UNITS         1e6
-#define NS_PER_16_CYCLES  1000
+#define CPU_HZ          16000000U
+#define CYCLES_PER_MS   16000.0
+#define HIGH_MAX_CYCLES 799U      // with the one that every pulse has, 50 us
+#define GAP_CYCLES      2U        // low at least so long, whatever the jitter
+#define PPM_SCALE 1000000000000LL // 1 ppm = 10^6 of it: the error to a millionth of a ppm
+#define PPM_UNITS 1e6
+#define NS_PER_16_CYCLES 1000
 
 // xorshift64*: reproducible everywhere, good enough for jitter.
 static uint64_t next_random(struct pixel_clock *c)

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The pixel-clock source: an exact rational frequency, off by so many ppm, with jitter and drop-outs.
-// Pulses keep to an ideal time line without drift; each one's rising edge is rounded down to a cycle
-// and then displaced by its own jitter. High for a quarter of the period, 50 us at most.
+// The pixel-clock source: an exact rational frequency, off by so many ppm, with jitter and
+// drop-outs. Pulses keep to an ideal time line without drift; each one's rising edge is rounded
+// down to a cycle and then displaced by its own jitter. High for a quarter of the period, 50 us
+// at most.
 #pragma once
 
 #include <stdbool.h>
@@ -26,12 +27,12 @@ struct pixel_pulse {
 
 struct pixel_clock {
     struct pixel_clock_settings settings;
-    FILE *log;             // one rising edge a line; NULL for none
-    uint64_t ideal;        // next pulse: whole cycles
-    pixel_wide rest;       // and the fraction, in units of 1 / den
-    pixel_wide num, den;   // the period is num / den cycles
+    FILE *log;           // one rising edge a line; NULL for none
+    uint64_t ideal;      // next pulse: whole cycles
+    pixel_wide rest;     // and the fraction, in units of 1 / den
+    pixel_wide num, den; // the period is num / den cycles
     uint64_t random, last_fall;
-    uint64_t drop;         // so many pulses are still to be left out
+    uint64_t drop; // so many pulses are still to be left out
     bool on, next_valid;
     struct pixel_pulse next;
 };
@@ -42,7 +43,9 @@ bool pixel_clock_open(struct pixel_clock *clock,
                       const char *log_path);
 
 // The next pulse if it rises before this cycle; it is then over and done with (and in the log).
-bool pixel_clock_next(struct pixel_clock *clock, uint64_t before, struct pixel_pulse *pulse);
+bool pixel_clock_next(struct pixel_clock *clock,
+                      uint64_t before,
+                      struct pixel_pulse *pulse);
 
 // Another frequency error from the next pulse on.
 void pixel_clock_set_ppm(struct pixel_clock *clock, double ppm);

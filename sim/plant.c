@@ -92,30 +92,43 @@ static bool range(char *text, int64_t *low, int64_t *high)
     return number(text, low) && number(dots + 2, high) && *low < *high;
 }
 
-static bool knob(struct plant_settings *s, const char *name, char *value)
+static bool not_negative(const char *text, int64_t *value)
 {
-    if (strcmp(name, "play") == 0) {
-        return number(value, &s->play) && s->play >= 0;
-    }
+    return number(text, value) && *value >= 0;
+}
+
+static bool switch_knob(struct plant_settings *s, const char *name, char *value)
+{
     if (strcmp(name, "travel") == 0) {
         s->has_travel = true;
         return range(value, &s->travel_min, &s->travel_max);
-    }
-    if (strcmp(name, "over") == 0) {
-        return number(value, &s->over) && s->over >= 0;
     }
     if (strcmp(name, "home") == 0) {
         s->has_home = true;
         return number(value, &s->home);
     }
+    if (strcmp(name, "active") == 0) {
+        s->active_high = strcmp(value, "high") == 0;
+        return s->active_high || strcmp(value, "low") == 0;
+    }
+    return false;
+}
+
+static bool knob(struct plant_settings *s, const char *name, char *value)
+{
+    if (strcmp(name, "play") == 0) {
+        return not_negative(value, &s->play);
+    }
+    if (strcmp(name, "over") == 0) {
+        return not_negative(value, &s->over);
+    }
     if (strcmp(name, "hyst") == 0) {
-        return number(value, &s->home_hysteresis) && s->home_hysteresis >= 0;
+        return not_negative(value, &s->home_hysteresis);
     }
     if (strcmp(name, "start") == 0) {
         return number(value, &s->start);
     }
-    s->active_high = strcmp(value, "high") == 0;
-    return strcmp(name, "active") == 0 && (s->active_high || strcmp(value, "low") == 0);
+    return switch_knob(s, name, value);
 }
 
 const char *plant_parse(struct plant_settings *s, char *text)

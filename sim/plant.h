@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The mechanics of one axis: motor steps move a load through play, between hard stops, past limit and
-// home switches. All lengths in steps.
+// The mechanics of one axis: motor steps move a load through play, between hard stops, past limit
+// and home switches. All lengths in steps.
 //
 //   hard stop   limit-            home (closed above it)             limit+   hard stop
 //   ----|----------|------------------|-----------------------------------|----------|----
@@ -13,15 +13,15 @@
 #include <stdint.h>
 
 struct plant_settings {
-    bool present;        // --plant was given for this axis: its switches drive their pins
-    int64_t play;        // between motor and load
+    bool present; // --plant was given for this axis: its switches drive their pins
+    int64_t play; // between motor and load
     bool has_travel;
     int64_t travel_min, travel_max; // limit switches close at and beyond these
-    int64_t over;        // from a limit to its hard stop; steps beyond it are lost
+    int64_t over; // from a limit to its hard stop; steps beyond it are lost
     bool has_home;
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    int64_t start;       // where motor and load are at reset
-    bool active_high;    // a closed switch reads 1 (default: 0, to ground, with the pull-up)
+    int64_t start;                 // where motor and load are at reset
+    bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
 };
 
 enum plant_switch { PLANT_HOME, PLANT_LIMIT_MINUS, PLANT_LIMIT_PLUS, PLANT_SWITCHES };

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The serial line as a pseudo terminal, paced to real time: any Modbus client can talk to the boards.
+// The serial line as a pseudo terminal, paced to real time: any Modbus client can talk to the
+// boards.
 #pragma once
 
 #include "lockstep.h"
 
-// Prints the terminal's name and serves it until a board stops or *stop becomes non-zero. Returns the
-// exit status.
+// Prints the terminal's name and serves it until a board stops or *stop becomes non-zero. Returns
+// the exit status.
 int pty_serve(struct bench *bench, const volatile int *stop);

@@ -76,7 +76,8 @@ bool stack_find(struct stack_watch *watch, const char *elf_path, const avr_t *av
 
 void stack_paint(const struct stack_watch *watch, avr_t *avr)
 {
-    memset(&avr->data[watch->bottom], (int)PAINT, (size_t)(watch->top - watch->bottom) + 1);
+    memset(
+        &avr->data[watch->bottom], (int)PAINT, (size_t)(watch->top - watch->bottom) + 1);
 }
 
 uint32_t stack_free_bytes(const struct stack_watch *watch, const avr_t *avr)

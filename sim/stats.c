@@ -57,8 +57,9 @@ static void write_board(FILE *out, struct board *b)
 {
     (void)fprintf(out, "{\"name\":\"%s\",\"handlers\":[", b->kind->name);
     write_handlers(out, &b->stats);
-    (void)fprintf(
-        out, "],\"interrupt_cycles\":%" PRIu64 ",\"sections\":[", b->stats.interrupt_cycles);
+    (void)fprintf(out,
+                  "],\"interrupt_cycles\":%" PRIu64 ",\"sections\":[",
+                  b->stats.interrupt_cycles);
     write_sections(out, b);
     (void)fprintf(out,
                   "],\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"

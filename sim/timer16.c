@@ -89,6 +89,15 @@ static void happen_match(struct timer16 *t, int channel)
     }
 }
 
+static void happen_matches(struct timer16 *t, uint64_t cycle)
+{
+    for (int i = 0; i < TIMER16_CHANNELS; i++) {
+        if (t->match_due[i] == cycle) {
+            happen_match(t, i);
+        }
+    }
+}
+
 // First cycle in which TCNT equals the compare register, not before `from`: effect one cycle later.
 static void plan_match(struct timer16 *t, int channel, uint64_t from)
 {
@@ -103,13 +112,14 @@ static void check_top(const struct timer16 *t)
     char text[160];
 
     if (timer16_mode(t) == MODE_FAST_PWM_OCRA && t->ocr[0] < TOP_MIN) {
-        (void)snprintf(text,
-                       sizeof text,
-                       "OCR%cA is %u at BOTTOM, mode 15 needs at least %d (to load it before the "
-                       "start, write it in mode 0)",
-                       t->name,
-                       (unsigned)t->ocr[0],
-                       TOP_MIN);
+        (void)snprintf(
+            text,
+            sizeof text,
+            "OCR%cA is %u at BOTTOM, mode 15 needs at least %d (to load it before the "
+            "start, write it in mode 0)",
+            t->name,
+            (unsigned)t->ocr[0],
+            TOP_MIN);
         refuse(t, text);
     }
 }
@@ -165,11 +175,7 @@ void timer16_sync(struct timer16 *t, uint64_t cycle)
             return;
         }
         if (due == match) {
-            for (int i = 0; i < TIMER16_CHANNELS; i++) {
-                if (t->match_due[i] == due) {
-                    happen_match(t, i);
-                }
-            }
+            happen_matches(t, due);
         } else if (due == t->bottom_due) {
             happen_bottom(t); // before a capture in the same cycle, which then reads 0
         } else {
@@ -251,7 +257,8 @@ static bool may_count(const struct timer16 *t)
     unsigned mode = timer16_mode(t);
 
     if (mode != MODE_NORMAL && mode != MODE_FAST_PWM_OCRA) {
-        (void)snprintf(text, sizeof text, "waveform mode %u is not modelled (0 and 15 are)", mode);
+        (void)snprintf(
+            text, sizeof text, "waveform mode %u is not modelled (0 and 15 are)", mode);
         refuse(t, text);
         return false;
     }
@@ -362,7 +369,8 @@ void timer16_attach(struct timer16 *t,
     t->hooks = hooks;
     t->name = part->name;
     t->icp_level = false;
-    // simavr's own input capture keeps quiet where ICRn is TOP: else each edge would interrupt twice.
+    // simavr's own input capture keeps quiet where ICRn is TOP: else each edge would interrupt
+    // twice.
     part->mode.top = avr_timer_wgm_reg_icr;
     timer16_reset(t);
     timer16_take_registers(t);

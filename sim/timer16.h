@@ -2,24 +2,24 @@
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Exact model of the AVR's 16-bit timers, in the place of simavr's. Counts are arithmetic, never
-// counted: TCNT(c) = c - bottom, so that every effect has its exact cycle however late simavr gets to
-// it (it delivers events at the ends of instructions).
+// counted: TCNT(c) = c - bottom, so that every effect has its exact cycle however late simavr
+// gets to it (it delivers events at the ends of instructions).
 //
-//   cycle     bottom                  bottom+OCRnx    +1                  bottom+TOP   +1 = next bottom
-//   TCNT      0       1       2  ...  OCRnx           OCRnx+1        ...  TOP          0
-//   effects   buffers load,                           OCFnx set,                       TOVn set, and
-//             OCnx set or cleared                     OCnx changes                     so on
+//   cycle     bottom             bottom+OCRnx   +1              bottom+TOP   next bottom
+//   TCNT      0       1     ...  OCRnx          OCRnx+1    ...  TOP          0
+//   effects   buffers load,                     OCFnx set,                   TOVn set,
+//             OCnx at BOTTOM                    OCnx changes                 and so on
 //
 // Rules, from the ATmega328P and ATmega2560 data sheets (16-bit Timer/Counter):
 //  * mode 15 (fast PWM, TOP = OCRnA): TOVn is set in the step from TOP to BOTTOM; OCRnx is double-
 //    buffered and loads at BOTTOM; a write in the very cycle of that step is one period late.
 //  * a compare output changes one timer clock after its match; at BOTTOM, BOTTOM wins: OCRnx = TOP
 //    holds an inverting output low. OCRnx above TOP never matches.
-//  * reading OCRnx gives the buffer in PWM modes; OCRnx reads go past TEMP, TCNTn and ICRn reads and
-//    all 16-bit writes go through the timer's one TEMP.
+//  * reading OCRnx gives the buffer in PWM modes; OCRnx reads go past TEMP, TCNTn and ICRn reads
+//    and all 16-bit writes go through the timer's one TEMP.
 //  * a write to TCNTn blocks a compare match in the next timer clock.
-// Modelled: modes 0 and 15, prescaler 1 or stopped. Everything else is refused by name when the timer
-// would count with it; nothing is guessed.
+// Modelled: modes 0 and 15, prescaler 1 or stopped. Everything else is refused by name when the
+// timer would count with it; nothing is guessed.
 #pragma once
 
 #include <stdbool.h>
@@ -31,8 +31,8 @@
 #define TIMER16_CHANNELS 3
 #define TIMER16_NEVER    UINT64_MAX
 
-// From an edge on ICPn to ICRn and ICFn. The data sheet gives the synchronizer and edge detector 2.5
-// to 3.5 cycles from the edge to its effect; an edge exactly on a clock edge takes 3.
+// From an edge on ICPn to ICRn and ICFn. The data sheet gives the synchronizer and edge detector
+// 2.5 to 3.5 cycles from the edge to its effect; an edge exactly on a clock edge takes 3.
 #define TIMER16_ICP_SYNC_CYCLES 3
 
 // "When enabled, the input capture is delayed by four oscillator cycles" (noise canceler, ICNCn).
@@ -53,7 +53,8 @@ struct timer16_hooks {
 
 struct timer16 {
     avr_t *avr;
-    avr_timer_t *part; // register addresses and vectors, from simavr's description of the part
+    avr_timer_t
+        *part; // register addresses and vectors, from simavr's description of the part
     const struct timer16_hooks *hooks;
     char name; // '1', '3', '4' or '5'
 
@@ -61,7 +62,7 @@ struct timer16 {
     uint16_t icr;
     uint16_t ocr[TIMER16_CHANNELS];        // what the comparator sees
     uint16_t ocr_buffer[TIMER16_CHANNELS]; // what the program sees
-    bool oc_level[TIMER16_CHANNELS];       // the compare output, whether or not it is connected
+    bool oc_level[TIMER16_CHANNELS]; // the compare output, whether or not it is connected
 
     bool held;       // by GTCCR: counts only when released
     bool counting;   // clock selected and not held
@@ -79,7 +80,8 @@ struct timer16 {
 // True for a timer of the part that has 16 bits.
 bool timer16_is_16_bit(const avr_timer_t *part);
 
-// Puts the model in place of simavr's timer. Call once, between the part's init and its first reset.
+// Puts the model in place of simavr's timer. Call once, between the part's init and its first
+// reset.
 void timer16_attach(struct timer16 *timer,
                     avr_t *avr,
                     avr_timer_t *part,

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The program's view of a 16-bit timer: 16-bit access through TEMP, the flags, the control registers.
+// The program's view of a 16-bit timer: 16-bit access through TEMP, the flags, the control
+// registers.
 //
-// An access in cycle a: reads see everything up to a; writes take effect from a + 1 on, after what
-// happens in that very step (a buffer written in the last cycle of a period is loaded a period later).
+// An access in cycle a: reads see everything up to a; writes take effect from a + 1 on, after
+// what happens in that very step (a buffer written in the last cycle of a period is loaded a
+// period later).
 
 #include "timer16.h"
 
@@ -79,7 +81,8 @@ static void write_tccrc(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
 
     avr->data[address] = 0; // reads as zero
     if ((value & FORCE_COMPARE_BITS) != 0) {
-        (void)snprintf(text, sizeof text, "timer %c: force compare is not modelled", t->name);
+        (void)snprintf(
+            text, sizeof text, "timer %c: force compare is not modelled", t->name);
         t->hooks->refuse(t->hooks->board, text);
     }
 }

@@ -3,75 +3,39 @@
 
 #include "uart.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include <sim_regbit.h>
 
-#include "access.h"
 #include "line.h"
-
-// Bits of UCSR0A.
-#define RXC  0x80U
-#define TXC  0x40U
-#define UDRE 0x20U
-#define FE   0x10U
-#define DOR  0x08U
-#define UPE  0x04U
-#define U2X  0x02U
-#define MPCM 0x01U
-// Bits of UCSR0B.
-#define RXCIE 0x80U
-#define TXCIE 0x40U
-#define UDRIE 0x20U
-#define RXEN  0x10U
-#define TXEN  0x08U
-#define UCSZ2 0x04U
-// Bits of UCSR0C.
-#define UMSEL 0xC0U
-#define UPM   0x30U
-#define USBS  0x08U
-
-#define FIFO_BUFFERED 2 // the third place is the shift register
+#include "uart_bits.h"
 
 // A receiver that samples in the middle of bits loses step beyond about 4.5 % over 11 bits.
 #define SPEED_TOLERANCE_PER_MILLE 45
 
-static uint8_t ucsrb(const struct uart *u)
-{
-    return u->avr->data[u->part->r_ucsrb];
-}
-
-static uint8_t ucsrc(const struct uart *u)
-{
-    return u->avr->data[u->part->r_ucsrc];
-}
-
 uint32_t uart_bit_cycles(const struct uart *u)
 {
     const uint8_t *data = u->avr->data;
-    uint32_t divisor = data[u->part->ubrrl.reg] | ((data[u->part->ubrrh.reg] & 0xFU) << 8);
+    uint32_t divisor =
+        data[u->part->ubrrl.reg] | ((data[u->part->ubrrh.reg] & 0xFU) << 8);
 
     return (divisor + 1) * ((data[u->part->r_ucsra] & U2X) != 0 ? 8 : 16);
 }
 
 uint32_t uart_bits_before_stop(const struct uart *u)
 {
-    uint32_t data_bits = 5 + ((ucsrc(u) >> 1) & 3U);
-    uint32_t parity_bits = (ucsrc(u) & UPM) != 0 ? 1 : 0;
+    uint32_t data_bits = 5 + ((uart_ucsrc(u) >> 1) & 3U);
+    uint32_t parity_bits = (uart_ucsrc(u) & UPM) != 0 ? 1 : 0;
 
     return 1 + data_bits + parity_bits;
 }
 
 uint32_t uart_frame_bits(const struct uart *u)
 {
-    return uart_bits_before_stop(u) + ((ucsrc(u) & USBS) != 0 ? 2 : 1);
+    return uart_bits_before_stop(u) + ((uart_ucsrc(u) & USBS) != 0 ? 2 : 1);
 }
 
 bool uart_can_send(const struct uart *u)
 {
-    return (ucsrb(u) & TXEN) != 0;
+    return (uart_ucsrb(u) & TXEN) != 0;
 }
 
 // ---- interrupts ----
@@ -101,7 +65,7 @@ void uart_levels(struct uart *u)
 
 // ---- transmitter ----
 
-static void start_frame(struct uart *u, uint8_t data, uint64_t cycle)
+void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 {
     uint32_t bit = uart_bit_cycles(u);
     struct line_frame frame = {
@@ -110,12 +74,13 @@ static void start_frame(struct uart *u, uint8_t data, uint64_t cycle)
         .bit_cycles_x1000 = bit * 1000,
         .sender = u->index,
         .data = data,
-        .bits = (uint8_t)uart_frame_bits(u),
+        .format = uart_ucsrc(u) & FORMAT,
     };
 
     u->shifting = true;
     u->shift_end = frame.end;
-    u->outgoing = u->hooks->may_send(u->hooks->board) ? line_start(u->line, &frame) : NULL;
+    u->outgoing =
+        u->hooks->may_send(u->hooks->board) ? line_start(u->line, &frame) : NULL;
 }
 
 // The frame on its way has ended: the waiting one follows at once, or transmission is complete.
@@ -127,7 +92,7 @@ static void happen_sent(struct uart *u)
     u->outgoing = NULL;
     if (u->waiting) {
         u->waiting = false;
-        start_frame(u, u->waiting_data, end);
+        uart_start_frame(u, u->waiting_data, end);
         levels_at(u, end);
     } else if ((u->avr->data[u->part->r_ucsra] & TXC) == 0) {
         u->hooks->flag(u->hooks->board, u->part->txc.vector, end);
@@ -164,14 +129,16 @@ static bool speed_fits(const struct uart *u, const struct line_frame *frame)
 static void receive(struct uart *u, const struct line_frame *frame)
 {
     struct uart_char heard = {.data = frame->data, .errors = 0};
-    bool fits = speed_fits(u, frame) && frame->bits == uart_frame_bits(u);
+    unsigned other = frame->format ^ (uart_ucsrc(u) & FORMAT);
 
-    if ((ucsrb(u) & RXEN) == 0) {
+    if ((uart_ucsrb(u) & RXEN) == 0) {
         return;
     }
-    if (frame->corrupted || !fits) {
+    if (frame->corrupted || !speed_fits(u, frame) || (other & UCSZ) != 0) {
         heard.data = (uint8_t)~frame->data;
         heard.errors = FE;
+    } else if (other != 0) {
+        heard.errors = UPE;
     }
     if (u->fifo_count == UART_FIFO) { // the character in the shift register is run over
         u->overrun = true;
@@ -202,7 +169,7 @@ static uint64_t heard_due(const struct uart *u)
                : frame_heard_at(u, u->incoming[u->incoming_first % UART_INCOMING]);
 }
 
-static void sync_to(struct uart *u, uint64_t cycle)
+void uart_sync(struct uart *u, uint64_t cycle)
 {
     for (;;) {
         uint64_t sent = sent_due(u);
@@ -233,12 +200,12 @@ static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
     uint64_t due;
 
     (void)when;
-    sync_to(u, avr->cycle);
+    uart_sync(u, avr->cycle);
     due = next_due(u);
     return (due == UINT64_MAX) ? 0 : due;
 }
 
-static void schedule(struct uart *u)
+void uart_schedule(struct uart *u)
 {
     uint64_t due = next_due(u);
 
@@ -254,158 +221,6 @@ void uart_hear(struct uart *u, struct line_frame *frame)
 {
     if (u->incoming_last - u->incoming_first < UART_INCOMING) {
         u->incoming[u->incoming_last++ % UART_INCOMING] = frame;
-        schedule(u);
+        uart_schedule(u);
     }
-}
-
-// ---- the program's view ----
-
-static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
-{
-    struct uart *u = param;
-
-    (void)address;
-    sync_to(u, access_cycle(avr));
-    if ((ucsrb(u) & TXEN) == 0 || u->waiting) {
-        return; // the part ignores it: transmitter off, or UDRE0 not set
-    }
-    if (u->shifting) {
-        u->waiting = true;
-        u->waiting_data = value;
-        uart_levels(u);
-        return;
-    }
-    start_frame(u, value, access_cycle(avr) + 1);
-    schedule(u);
-}
-
-static uint8_t read_udr(avr_t *avr, avr_io_addr_t address, void *param)
-{
-    struct uart *u = param;
-
-    (void)address;
-    sync_to(u, access_cycle(avr));
-    if (u->fifo_count > 0) {
-        u->rx_last = u->fifo[0].data;
-        u->fifo_count--;
-        memmove(&u->fifo[0], &u->fifo[1], (size_t)u->fifo_count * sizeof u->fifo[0]);
-        u->overrun = false;
-        uart_levels(u);
-    }
-    return u->rx_last;
-}
-
-static uint8_t read_ucsra(avr_t *avr, avr_io_addr_t address, void *param)
-{
-    struct uart *u = param;
-    uint8_t kept;
-
-    sync_to(u, access_cycle(avr));
-    kept = avr->data[address] & (TXC | U2X | MPCM);
-    if (u->fifo_count > 0) {
-        kept |= (uint8_t)(RXC | u->fifo[0].errors);
-    }
-    return (uint8_t)(kept | (u->waiting ? 0U : UDRE) | (u->overrun ? DOR : 0U));
-}
-
-static void write_ucsra(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
-{
-    struct uart *u = param;
-
-    if ((value & MPCM) != 0) {
-        u->hooks->refuse(u->hooks->board, "UART 0: multi-processor mode is not modelled");
-    }
-    sync_to(u, access_cycle(avr));
-    if ((value & TXC) != 0) {
-        avr_clear_interrupt(avr, &u->part->txc);
-    }
-    avr->data[address] = (uint8_t)((avr->data[address] & TXC) | (value & U2X));
-    schedule(u); // the speed may have changed
-}
-
-static void write_ucsrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
-{
-    struct uart *u = param;
-
-    avr->data[address] = value;
-    if ((value & UCSZ2) != 0) {
-        u->hooks->refuse(u->hooks->board, "UART 0: 9 data bits are not modelled");
-    }
-    if ((value & RXEN) == 0) {
-        u->fifo_count = 0; // "disabling the receiver will flush the receive buffer"
-        u->overrun = false;
-    }
-    uart_levels(u);
-    if ((value & TXCIE) == 0) {
-        u->part->txc.pending = 0;
-    } else if ((avr->data[u->part->r_ucsra] & TXC) != 0) {
-        (void)avr_raise_interrupt(avr, &u->part->txc);
-    }
-}
-
-static void write_ucsrc(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
-{
-    struct uart *u = param;
-
-    if ((value & UMSEL) != 0) {
-        u->hooks->refuse(u->hooks->board, "UART 0: synchronous modes are not modelled");
-    }
-    avr->data[address] = value;
-    schedule(u);
-}
-
-static void write_ubrr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
-{
-    avr->data[address] = value;
-    schedule(param);
-}
-
-// ---- set-up ----
-
-void uart_reset(struct uart *u)
-{
-    u->shifting = u->waiting = false;
-    u->outgoing = NULL;
-    u->fifo_count = 0;
-    u->overrun = false;
-    u->rx_last = 0;
-    u->avr->data[u->part->r_ucsra] = 0;
-    u->avr->data[u->part->r_ucsrb] = 0;
-    u->avr->data[u->part->r_ucsrc] = 0x06; // the part's initial value: 8 data bits
-    schedule(u);
-}
-
-static avr_uart_t *find_part(avr_t *avr)
-{
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        avr_uart_t *part = (avr_uart_t *)(void *)io;
-
-        if (strcmp(io->kind, "uart") == 0 && part->name == '0') {
-            return part;
-        }
-    }
-    (void)fputs("pixstep-sim: simavr's part has no UART 0\n", stderr);
-    abort();
-}
-
-void uart_attach(struct uart *u,
-                 avr_t *avr,
-                 struct line *line,
-                 int index,
-                 const struct uart_hooks *hooks)
-{
-    avr_uart_t *part = find_part(avr);
-
-    u->avr = avr;
-    u->part = part;
-    u->hooks = hooks;
-    u->line = line;
-    u->index = index;
-    u->incoming_first = u->incoming_last = 0;
-    access_take(avr, part->r_udr, read_udr, write_udr, u);
-    access_take(avr, part->r_ucsra, read_ucsra, write_ucsra, u);
-    access_take(avr, part->r_ucsrb, NULL, write_ucsrb, u);
-    access_take(avr, part->r_ucsrc, NULL, write_ucsrc, u);
-    access_take(avr, part->ubrrl.reg, NULL, write_ubrr, u);
-    access_take(avr, part->ubrrh.reg, NULL, write_ubrr, u);
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and the
-// frame format; double-buffered transmitter; receiver with two buffered characters and one waiting in
-// the shift register, so that an overrun happens when the part's would. Interrupts on RXC0 and UDRE0
-// are levels, as on the part: they come again until their cause is gone.
+// Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and
+// the frame format; double-buffered transmitter; receiver with two buffered characters and one
+// waiting in the shift register, so that an overrun happens when the part's would. Interrupts on
+// RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone.
 //
 // Not modelled: synchronous modes and multi-processor mode (refused), and the up to one bit time by
 // which the part's transmitter waits for its free-running bit clock (a frame starts at once).
@@ -19,8 +19,9 @@
 struct line;
 struct line_frame;
 
-#define UART_INCOMING 1024 // frames already on the line that end in the future; a power of two
-#define UART_FIFO     3    // two buffered characters and the shift register
+#define UART_INCOMING                                                                    \
+    1024            // frames already on the line that end in the future; a power of two
+#define UART_FIFO 3 // two buffered characters and the shift register
 
 struct uart_char {
     uint8_t data;
@@ -45,7 +46,8 @@ struct uart {
     bool shifting, waiting; // a frame is on its way out; one more waits in UDR0
     uint8_t waiting_data;
     uint64_t shift_end;
-    struct line_frame *outgoing; // the frame on its way, NULL if it never reached the line
+    struct line_frame
+        *outgoing; // the frame on its way, NULL if it never reached the line
 
     struct uart_char fifo[UART_FIFO];
     int fifo_count;

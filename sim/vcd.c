@@ -9,7 +9,8 @@
 #define UNITS_PER_CYCLE 625U
 #define FIRST_ID        '!' // identifiers are printable characters; 49 are needed at most
 
-static void declare_board(struct vcd *v, int board, const char *name, int axes, char *next_id)
+static void declare_board(
+    struct vcd *v, int board, const char *name, int axes, char *next_id)
 {
     (void)fprintf(v->file, "$scope module board%d_%s $end\n", board, name);
     for (int axis = 0; axis < axes; axis++) {

@@ -71,19 +71,22 @@ static void serve(void)
     }
 }
 
-void serial_poll(void)
+// Looked at before new bytes are: the next request may follow before this round was reached.
+static void finish_reply(void)
 {
-    overruns = (uint16_t)(overruns + uart_take_overruns());
-    receive();
-    if (replying) {
-        if (uart_sending()) {
-            return;
-        }
+    if (replying && !uart_sending()) {
         replying = false;
         frame_reset(&frame);
         last_byte_4us = clock_now_4us();
     }
-    if (clock_now_4us() - last_byte_4us < CONFIG_SILENCE_4US) {
+}
+
+void serial_poll(void)
+{
+    overruns = (uint16_t)(overruns + uart_take_overruns());
+    finish_reply();
+    receive();
+    if (replying || clock_now_4us() - last_byte_4us < CONFIG_SILENCE_4US) {
         return;
     }
     if (!serve_pending) {

@@ -2,6 +2,7 @@
 """Runs the simulator on the test images: a session of its control protocol, or one run."""
 
 import csv
+import itertools
 import os
 import subprocess
 import tempfile
@@ -58,7 +59,7 @@ class Session:
 
 def read_edges(path):
     """Rows (cycle, board, axis, signal, level) of an edges file."""
-    with open(path, newline="") as file:
+    with Path(path).open(newline="") as file:
         rows = csv.DictReader(file)
         return [
             (int(r["cycle"]), int(r["board"]), int(r["axis"]), r["signal"], int(r["level"]))
@@ -75,7 +76,7 @@ def falling(edges, axis=0, board=0):
 
 
 def differences(cycles):
-    return [b - a for a, b in zip(cycles, cycles[1:], strict=False)]
+    return [b - a for a, b in itertools.pairwise(cycles)]
 
 
 class SimTest(unittest.TestCase):

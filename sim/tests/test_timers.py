@@ -26,8 +26,8 @@ class Intervals(SimTest):
     def check(self, board):
         edges = self.run_edges(image(board, "intervals"), 160_000)
         up, down = rising(edges), falling(edges)
-        # The compare values before mode 15 make the first period; the handler in it loads the second
-        # after next: 400 twice, then one more tick each.
+        # The compare values of before mode 15 make the first period; the handler served at its end
+        # loads the one after next: 400 twice, then one more tick each.
         self.assertEqual(differences(up)[:100], [400, *range(400, 499)])
         # A pulse lasts from 32 cycles after BOTTOM to the next BOTTOM.
         lengths = [b - a for a, b in zip(up, down, strict=False)]
@@ -43,41 +43,43 @@ class Intervals(SimTest):
         self.check("mega")
 
 
+# By number of experiment.
+REGISTERS = {
+    0: 0x0034,  # reading TCNT1L (TCNT1 = 0) has put 0 in TEMP's place of 0x12
+    1: 0x5678,  # reading OCR1A has left TEMP alone
+    2: 1,  # sts: in force at a + 1; lds begins there and reads at a + 2, TCNT = 1
+    3: 2,
+    4: 0,  # in at a + 1 + 99: TCNT = 99 = TOP, the flag comes with the step to 0
+    5: TOV1,
+    6: 0x1234,
+    # The sts begins 97 cycles after a + 1 and writes at TCNT = 98, in force at 99: loaded at
+    # BOTTOM. It ends at TCNT = 99; 149 nops on, the lds begins at 248 - 100 and reads one later.
+    7: 149,
+    # One later it is in force only in the step to BOTTOM itself: a second period of 100 ticks, at
+    # whose end 200 is loaded. 98 + 2 + 149 + 1 = 250 cycles in all, less 2 periods.
+    8: 50,
+    9: TOV1 | OCF1A,
+    10: TOV1,
+    11: 0,
+    12: OCF1B,
+    13: 0,
+    14: OCF1B,
+    15: 0,
+    # Counting from a + 1 through 48 nops and the sts that stops it (in force two cycles later):
+    # 50. Then 9 nops and the lds's second cycle: 10 more.
+    16: 60,
+    17: 0x600D,
+}
+
+
 class Registers(unittest.TestCase):
     """images/registers.c, experiment by experiment."""
-
-    EXPECTED = {
-        0: 0x0034,  # reading TCNT1L (TCNT1 = 0) has put 0 in TEMP's place of 0x12
-        1: 0x5678,  # reading OCR1A has left TEMP alone
-        2: 1,  # sts: in force at a + 1; lds begins there and reads at a + 2, TCNT = 1
-        3: 2,
-        4: 0,  # in at a + 1 + 99: TCNT = 99 = TOP, the flag comes with the step to 0
-        5: TOV1,
-        6: 0x1234,
-        # The sts begins 97 cycles after a + 1 and writes at TCNT = 98, in force at 99: loaded at BOTTOM.
-        # It ends at TCNT = 99; 149 nops later the lds begins at 248 - 100 and reads one later.
-        7: 149,
-        # One later it is in force only in the step to BOTTOM itself: this period has 100 ticks again,
-        # at whose end 200 is loaded: 99 + 2 + 149 + ... = 250 in all, less 2 periods.
-        8: 50,
-        9: TOV1 | OCF1A,
-        10: TOV1,
-        11: 0,
-        12: OCF1B,
-        13: 0,
-        14: OCF1B,
-        15: 0,
-        # Counting from a + 1 through 48 nops and the sts that stops it (in force two cycles later):
-        # 50. Then 9 nops and the lds's second cycle: 10 more.
-        16: 60,
-        17: 0x600D,
-    }
 
     def check(self, board):
         with Session(image(board, "registers")) as sim:
             self.assertEqual(sim.run(20_000), "ok 20000")
             results = sim.results(18)
-        self.assertEqual(dict(enumerate(results)), self.EXPECTED)
+        self.assertEqual(dict(enumerate(results)), REGISTERS)
 
     def test_uno(self):
         self.check("uno")
@@ -132,22 +134,23 @@ class Together(SimTest):
         self.check("mega", 4)
 
 
+REFUSALS = {
+    1: "timer 1: waveform mode 14 is not modelled",
+    2: "timer 1: clock select 2 is not modelled",
+    3: "timer 1: COM1B = 1 in waveform mode 15 is not modelled",
+    4: "timer 1: OCR1A is 2 at BOTTOM",
+    5: "timer 1: force compare is not modelled",
+    6: "UART 0: synchronous modes are not modelled",
+    7: "timer 1: TCNT written to TOP or above while counting",
+    8: "timer 1: OCR1A is 0 at BOTTOM",
+}
+
+
 class Refused(unittest.TestCase):
     """images/refused.c: what is not modelled stops the run with its name."""
 
-    CASES = {
-        1: "timer 1: waveform mode 14 is not modelled",
-        2: "timer 1: clock select 2 is not modelled",
-        3: "timer 1: COM1B = 1 in waveform mode 15 is not modelled",
-        4: "timer 1: OCR1A is 2 at BOTTOM",
-        5: "timer 1: force compare is not modelled",
-        6: "UART 0: synchronous modes are not modelled",
-        7: "timer 1: TCNT written to TOP or above while counting",
-        8: "timer 1: OCR1A is 0 at BOTTOM",
-    }
-
     def test_each(self):
-        for case, text in self.CASES.items():
+        for case, text in REFUSALS.items():
             with self.subTest(case=case), Session(image("uno", "refused")) as sim:
                 self.assertEqual(sim.ask(f"poke 0 {GPIOR2} {case:02x}"), "ok")
                 answer = sim.run(10_000)

@@ -27,8 +27,8 @@ class Registers(unittest.TestCase):
             sim.ask("poke 0 0x60a 02")
             sim.run(2_000)
             after = sim.results(15)
-        # sts writes UDR0 in its second cycle a; the frame starts at a + 1 and ends 1496 later. With N
-        # nops between them the lds reads at a + 2 + N.
+        # sts writes UDR0 in its second cycle a; the frame starts at a + 1 and ends 1496 later. With
+        # N nops between them the lds reads at a + 2 + N.
         self.assertEqual(before[0], 0)  # N = 1494: one cycle too early
         self.assertEqual(before[1], TXC)  # N = 1495
         self.assertEqual(before[2], UDRE)

@@ -5,14 +5,20 @@ The stack is counted from the code itself, the same for every compiler version: 
 taken from the stack pointer, return addresses, and what the deepest callee takes on top.
 """
 
+import bisect
 import re
 import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 
-FUNCTION = re.compile(r"^[0-9a-f]+ <(?P<name>[^>]+)>:$")
-INSTRUCTION = re.compile(r"^\s*[0-9a-f]+:\t(?:[0-9a-f]{2} )+\s*\t(?P<op>\S+)(?:\s+(?P<rest>.*))?$")
-TARGET = re.compile(r"<(?P<name>[^+>]+)(?P<offset>\+0x[0-9a-f]+)?>")
+SYMBOL = re.compile(
+    r"^(?P<address>[0-9a-f]{8}) (?P<flags>.{7}) \.text\s+[0-9a-f]+ (?:\.\w+ )?(?P<name>\S+)$"
+)
+INSTRUCTION = re.compile(
+    r"^\s*(?P<address>[0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t(?P<op>\S+)(?:\s+(?P<rest>.*))?$"
+)
+TARGET = re.compile(r"\b0x(?P<address>[0-9a-f]+) <")
+LOCAL_LABEL = re.compile(r"\.|L\d")
 CALL_NEXT = re.compile(r"^\.\+0\b")  # a call of the next instruction: a short way to take stack
 CALLS = {"call", "rcall"}
 INDIRECT = {"icall", "eicall", "ijmp", "eijmp"}
@@ -23,6 +29,9 @@ ENDS = {"ret", "reti", "jmp", "rjmp", "ijmp", "eijmp"}
 SHARED_PROLOGUE = "__prologue_saves__"
 SHARED_PROLOGUE_PUSHES = 18
 FRAME_SIZE = {"r26": 1, "r27": 256}
+
+# Stands for every table in flash.
+DATA = "(data)"
 
 # The linker's jumps in low flash to functions whose address is used.
 TRAMPOLINES = "__trampolines_start"
@@ -104,11 +113,42 @@ def run(command: list[str]) -> str:
     return done.stdout
 
 
+class Symbols:
+    """Which function an address of the code lies in. Compilers' local labels do not count.
+
+    Of several names at one address a C function's wins, then a name that is not a weak alias.
+    """
+
+    def __init__(self, table: str) -> None:
+        """Read the output of objdump -t."""
+        best: dict[int, tuple[bool, bool, str]] = {}
+        for match in filter(None, map(SYMBOL.match, table.splitlines())):
+            address, flags = int(match["address"], 16), match["flags"]
+            if not LOCAL_LABEL.match(match["name"]):
+                # Tables in flash are code to the disassembler: their one name keeps them apart.
+                name = DATA if "O" in flags else match["name"]
+                rank = ("F" in flags, "w" not in flags, name)
+                best[address] = max(best.get(address, rank), rank)
+        self.starts = sorted(best)
+        self.names = [best[start][-1] for start in self.starts]
+        self.typed = {name for is_function, _, name in best.values() if is_function}
+
+    def at(self, address: int) -> str:
+        """Name of the function around an address."""
+        index = bisect.bisect_right(self.starts, address) - 1
+        return self.names[index] if index >= 0 else DATA
+
+    def offset(self, address: int) -> int:
+        """Bytes from the start of that function."""
+        return address - self.starts[max(0, bisect.bisect_right(self.starts, address) - 1)]
+
+
 class Reader:
     """Walks the lines of a disassembly and fills in the functions."""
 
-    def __init__(self) -> None:
+    def __init__(self, symbols: Symbols) -> None:
         """Start with no function open."""
+        self.symbols = symbols
         self.functions: dict[str, Function] = {}
         self.current: Function | None = None
         self.last_operation = "ret"
@@ -116,17 +156,20 @@ class Reader:
         self.constants: dict[str, int] = {}  # what ldi last put into a register of FRAME_SIZE
 
     def line(self, line: str) -> None:
-        """One line: a function's head, an instruction or neither."""
-        head = FUNCTION.match(line)
-        if head:
-            self.open_function(head["name"])
-            return
+        """Take in one line if it is an instruction of a function."""
         step = INSTRUCTION.match(line)
-        if step and self.current:
-            rest = (step["rest"] or "").strip()
-            self.note_flow(self.current, step["op"], rest)
-            self.note_stack(self.current, step["op"], rest)
-            self.last_operation = step["op"]
+        if not step:
+            return
+        name = self.symbols.at(int(step["address"], 16))
+        if name == DATA:
+            return
+        if self.current is None or self.current.name != name:
+            self.open_function(name)
+        function = self.functions[name]
+        rest = (step["rest"] or "").strip()
+        self.note_flow(function, step["op"], rest)
+        self.note_stack(function, step["op"], rest)
+        self.last_operation = step["op"]
 
     def open_function(self, name: str) -> None:
         """A new function; code that does not end may run on into it."""
@@ -137,16 +180,24 @@ class Reader:
 
     def note_flow(self, function: Function, operation: str, rest: str) -> None:
         """Where control may go from one instruction."""
-        target = TARGET.search(rest)
         if operation in INDIRECT:
             function.indirect = function.name not in HELPERS
-        elif target and operation in CALLS and not CALL_NEXT.match(rest):
-            function.calls.add(target["name"])
-        elif target and operation in ENDS and target["name"] == SHARED_PROLOGUE:
-            function.pushes += SHARED_PROLOGUE_PUSHES - int(target["offset"] or "0", 16) // 2
+        match = TARGET.search(rest)
+        if match is None or CALL_NEXT.match(rest):
+            return
+        address = int(match["address"], 16)
+        target = self.symbols.at(address)
+        if target == SHARED_PROLOGUE and operation in ENDS:
+            function.pushes += SHARED_PROLOGUE_PUSHES - self.symbols.offset(address) // 2
             function.frame += sum(w * self.constants.get(r, 0) for r, w in FRAME_SIZE.items())
-        elif target and not target["offset"] and target["name"] != function.name:
-            function.jumps.add(target["name"])
+        elif operation in CALLS:
+            function.calls.add(target)
+        elif target != function.name and not self.is_switch_case(function, address):
+            function.jumps.add(target)
+
+    def is_switch_case(self, function: Function, address: int) -> bool:
+        """Whether this is the linker's low jump to a label of a switch, not to a function."""
+        return function.name == TRAMPOLINES and self.symbols.offset(address) > 0
 
     def note_stack(self, function: Function, operation: str, rest: str) -> None:
         """What one instruction takes from the stack."""
@@ -156,12 +207,12 @@ class Reader:
             function.frame += 3
         elif operation == "sei":
             function.opens_interrupts = True
-        elif operation == "in" and rest.startswith("r28, 0x3d"):
-            self.pointer_copied = True
-        elif operation == "out" and rest.startswith("0x3d"):
-            self.pointer_copied = False
         elif operation == "ldi" and rest[:3] in FRAME_SIZE:
             self.constants[rest[:3]] = int(rest.split(";")[0].split(",")[1], 0)
+        elif (operation, rest[:9]) == ("in", "r28, 0x3d"):
+            self.pointer_copied = True
+        elif (operation, rest[:4]) == ("out", "0x3d"):
+            self.pointer_copied = False
         elif self.pointer_copied:
             function.frame += frame_part(operation, rest)
 
@@ -193,16 +244,16 @@ def called_by_pointer(functions: dict[str, Function], typed: set[str]) -> set[st
 
 def read_image(elf: Path, objdump: str = "avr-objdump") -> Image:
     """Disassemble an ELF file and note every function in it."""
-    reader = Reader()
+    about = run([objdump, "-f", "-t", str(elf)])
+    symbols = Symbols(about)
+    reader = Reader(symbols)
     for line in run([objdump, "-d", "-w", str(elf)]).splitlines():
         reader.line(line)
     if not reader.functions:
         raise ImageError(f"{elf}: no code in it")
-    symbols = run([objdump, "-f", "-t", str(elf)])
-    typed = {line.split()[-1] for line in symbols.splitlines() if re.search(r" F \.text", line)}
-    pointers = called_by_pointer(reader.functions, typed)
+    pointers = called_by_pointer(reader.functions, symbols.typed)
     for function in reader.functions.values():
         if function.indirect:
             function.calls |= pointers
     # Parts with more than 128 KB of flash ("avr:6") have return addresses of three bytes.
-    return Image(reader.functions, typed, 3 if "architecture: avr:6" in symbols else 2)
+    return Image(reader.functions, symbols.typed, 3 if "architecture: avr:6" in about else 2)

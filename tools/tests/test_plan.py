@@ -39,7 +39,7 @@ def judge(tested: Case) -> None:
 def test_random_lines(lines_option, decode, seed):
     rng = random.Random(f"{seed} {decode} plan")
     for _ in range(max(1, lines_option // 5)):
-        judge(case(rng, decode, Bounds(max_pixels=12)))
+        judge(case(rng, decode, Bounds(min_interval_ticks=100, max_pixels=12)))
 
 
 @pytest.mark.parametrize("hz", PIXEL_HZ)

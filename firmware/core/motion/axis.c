@@ -3,6 +3,8 @@
 
 // A round of decoding must stay short: the serial line and line starts wait for it.
 #define SLOW_STEP_COST 12u
+// Intervals of a curve that are decoded together; they pass over the stack.
+#define CURVE_BATCH 16u
 
 void axis_init(struct axis *axis, struct step_ring *ring, struct run *slots, uint8_t slot_count,
                uint16_t first_period_ticks)
@@ -224,25 +226,21 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
     return sum;
 }
 
-// Ordinary steps of a curve, up to `count`, as long as the fast path finds them.
+// Ordinary steps of a curve, up to `count`, as long as the decoder's fast path finds them.
 static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
     struct step_ring *ring = axis->feed.ring;
+    uint16_t intervals[CURVE_BATCH];
     uint8_t slot = axis->feed.head;
-    uint8_t first = slot;
-    uint8_t end = (uint8_t)(slot + *count);
+    uint8_t wanted = *count < CURVE_BATCH ? *count : CURVE_BATCH;
     uint32_t sum = 0;
 
-    while (slot != end) {
-        uint16_t ticks = curve_next_fast(&axis->walk.steps.curve);
-        if (ticks == 0) {
-            break;
-        }
-        sum += ticks;
-        slot = feed_burst_put(ring, slot, ticks);
+    *count = curve_batch(&axis->walk.steps.curve, intervals, wanted);
+    for (uint8_t i = 0; i < *count; i++) {
+        sum += intervals[i];
+        slot = feed_burst_put(ring, slot, intervals[i]);
     }
     axis->feed.head = slot;
-    *count = (uint8_t)(slot - first);
     return sum;
 }
 

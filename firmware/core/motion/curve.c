@@ -5,8 +5,12 @@
 
 #include "base/multiply.h" // multiply_*
 
-// Beyond this many single-tick corrections the exact path is cheaper.
+// Beyond this many single-tick corrections a division is cheaper; after so many divisions the exact
+// path.
 #define CORRECTIONS_MAX 3u
+#define APPROACHES_MAX 2u
+
+#define COLD __attribute__((noinline))
 
 static struct wide wide_from(int64_t value)
 {
@@ -88,6 +92,18 @@ static void set_state(struct curve *curve, int64_t residual, int64_t slope)
     }
 }
 
+// An interval taken as unchanged misses by a * d^2 residual units. Where that is small enough, the
+// interval at start speed stands for the two that extrapolation needs.
+static void start_extrapolation(struct curve *curve, uint16_t acceleration)
+{
+    uint32_t limit = curve->is_narrow ? root_u32(0x40000000uL / (acceleration | 1u))
+                                      : 512uL * root_u32(0x00100000uL / (acceleration | 1u));
+    bool good = curve->guess_ticks <= limit && curve->guess_ticks <= curve->fast_limit_ticks;
+
+    curve->last_ticks = good ? (uint16_t)curve->guess_ticks : 0;
+    curve->before_ticks = curve->last_ticks;
+}
+
 void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint16_t steps)
 {
     int16_t half = (int16_t)(steps - start_speed);
@@ -106,11 +122,16 @@ void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint
     }
     set_state(curve, 0, (int64_t)((uint64_t)start_speed * ticks) + half);
     curve->fast_limit_ticks = fast_limit(ticks, acceleration, top_slope);
-    curve->last_ticks = 0;
-    curve->before_ticks = 0;
     // Speeding up, the root lies left of this guess, slowing down right of it: on both sides
     // Newton's method approaches it without crossing.
     curve->guess_ticks = start_speed == 0 ? ticks : ticks / start_speed;
+    // From step to step the interval changes by a*T/v^3 ticks. Below one that is less than the
+    // rounding to whole ticks, and repeating the last interval misses less than extending the change.
+    uint16_t low_speed = half < 0 ? (uint16_t)((int16_t)steps + half) : start_speed;
+    curve->is_flat = (uint64_t)acceleration * ticks < (uint64_t)low_speed * low_speed * low_speed;
+    curve->older_ticks = 0;
+    curve->first_solved = false;
+    start_extrapolation(curve, acceleration);
 }
 
 // numerator / denominator, both positive, rounded down or a little lower.
@@ -128,14 +149,14 @@ static uint32_t at_least_one(uint32_t ticks)
     return ticks == 0 ? 1u : ticks;
 }
 
-// Exact interval by Newton's method from guess_ticks, and the state after it.
-static uint32_t solve(struct curve *curve)
+// Exact interval by Newton's method, and the state after it.
+static COLD uint32_t solve(struct curve *curve, uint32_t guess_ticks)
 {
     int64_t slope = curve->is_narrow ? curve->state.narrow.slope : wide_to(curve->state.wide.slope);
     int64_t start =
         curve->is_narrow ? curve->state.narrow.residual : wide_to(curve->state.wide.residual);
     int32_t half = curve->half_acceleration;
-    uint32_t ticks = at_least_one(curve->guess_ticks);
+    uint32_t ticks = at_least_one(guess_ticks);
 
     start -= (int64_t)((uint64_t)curve->piece_ticks * curve->piece_ticks);
     for (;;) {
@@ -156,107 +177,272 @@ static uint32_t solve(struct curve *curve)
     }
 }
 
-// The fast case modulo 2^32: false (and nothing changed) when the guess is further off than a few
-// ticks. Sums wrap on purpose, hence unsigned.
-static inline bool fit_narrow(struct curve *curve, uint16_t *interval)
-{
-    struct curve_narrow *state = &curve->state.narrow;
-    uint16_t ticks = *interval;
-    int16_t half = curve->half_acceleration;
-    uint32_t bend = multiply_s16_s16(half, (int16_t)(ticks - 1u));
-    uint32_t sum = (uint32_t)state->slope + bend;
-    uint32_t value = (uint32_t)state->residual + multiply_u32_u16(sum, ticks) - state->step;
-    uint32_t difference = sum + bend; // value(ticks) - value(ticks - 1)
-    uint32_t twice_half = (uint32_t)(2 * (int32_t)half);
+// The fast case modulo 2^32. Sums wrap on purpose, hence unsigned.
+struct narrow_fit {
+    uint32_t value;      // residual after `ticks`
+    uint32_t difference; // value(ticks) - value(ticks - 1)
+    uint16_t ticks;
+};
 
+static inline void evaluate_narrow(const struct curve *curve, struct narrow_fit *fit)
+{
+    const struct curve_narrow *state = &curve->state.narrow;
+    uint32_t bend = multiply_s16_s16(curve->half_acceleration, (int16_t)(fit->ticks - 1u));
+    uint32_t sum = (uint32_t)state->slope + bend;
+
+    fit->value = (uint32_t)state->residual + multiply_u32_u16(sum, fit->ticks) - state->step;
+    fit->difference = sum + bend;
+}
+
+// Correct by single ticks; false when the guess is further off than a few.
+static inline bool settle_narrow(struct narrow_fit *fit, uint32_t twice_half)
+{
     for (uint8_t left = CORRECTIONS_MAX;; left--) {
-        if ((int32_t)value < 0) {
-            difference += twice_half;
-            value += difference;
-            ticks++;
+        if ((int32_t)fit->value < 0) {
+            fit->difference += twice_half;
+            fit->value += fit->difference;
+            fit->ticks++;
         } else {
-            uint32_t less = value - difference;
-            if ((int32_t)less < 0 || ticks <= 1u) {
-                break;
+            uint32_t less = fit->value - fit->difference;
+            if ((int32_t)less < 0 || fit->ticks <= 1u) {
+                return true;
             }
-            value = less;
-            difference -= twice_half;
-            ticks--;
+            fit->value = less;
+            fit->difference -= twice_half;
+            fit->ticks--;
         }
         if (left == 0) {
             return false;
         }
+    }
+}
+
+// Further off: by the quotient. False when that leads nowhere.
+static bool approach(uint16_t *ticks, int32_t value, int32_t difference)
+{
+    if (difference <= 0) {
+        return false;
+    }
+    int32_t wanted = (int32_t)*ticks - value / difference;
+
+    if (wanted < 1 || wanted > 0x7FFF) {
+        return false;
+    }
+    *ticks = (uint16_t)wanted;
+    return true;
+}
+
+// Returns the interval, 0 when the guess cannot be mended and nothing has changed.
+static COLD uint16_t fit_narrow_far(struct curve *curve, uint16_t guess)
+{
+    uint32_t twice_half = (uint32_t)(2 * (int32_t)curve->half_acceleration);
+    struct narrow_fit fit = {.ticks = guess};
+
+    evaluate_narrow(curve, &fit);
+    for (uint8_t left = APPROACHES_MAX; !settle_narrow(&fit, twice_half); left--) {
+        if (left == 0 || !approach(&fit.ticks, (int32_t)fit.value, (int32_t)fit.difference)) {
+            return 0;
+        }
+        evaluate_narrow(curve, &fit);
+    }
+    curve->state.narrow.residual = (int32_t)fit.value;
+    curve->state.narrow.slope = (int32_t)(fit.difference + twice_half);
+    return fit.ticks;
+}
+
+// The ordinary step: right at once or after a tick of correction. `state` is the caller's copy of
+// the curve's, so that a batch of steps keeps it in registers; 0: further off, state unchanged.
+static inline uint16_t fit_narrow(struct curve_narrow *state, int16_t half, uint16_t ticks)
+{
+    uint32_t twice_half = (uint32_t)(2 * (int32_t)half);
+    uint32_t bend = multiply_s16_s16(half, (int16_t)(ticks - 1u));
+    uint32_t difference = (uint32_t)state->slope + bend;
+    uint32_t value = multiply_u32_u16(difference, ticks);
+
+    value += (uint32_t)state->residual;
+    value -= state->step;
+    difference += bend;
+    for (uint8_t left = CORRECTIONS_MAX; (int32_t)value < 0; left--) {
+        if (left == 0) {
+            return 0;
+        }
+        difference += twice_half;
+        value += difference;
+        ticks++;
+    }
+    for (uint8_t left = CORRECTIONS_MAX; (int32_t)(value - difference) >= 0; left--) {
+        if (left == 0 || ticks == 1u) {
+            return 0;
+        }
+        value -= difference;
+        difference -= twice_half;
+        ticks--;
     }
     state->residual = (int32_t)value;
     state->slope = (int32_t)(difference + twice_half);
-    *interval = ticks;
-    return true;
+    return ticks;
 }
 
 // The same modulo 2^40.
-static bool fit_wide(struct curve *curve, uint16_t *interval)
-{
-    struct curve_wide *state = &curve->state.wide;
-    uint16_t ticks = *interval;
-    struct wide bend =
-        wide_from_int32((int32_t)multiply_s16_s16(curve->half_acceleration, (int16_t)(ticks - 1u)));
-    struct wide sum = wide_add(state->slope, bend);
-    struct wide value = wide_sub(wide_add(state->residual, wide_times(sum, ticks)), state->step);
-    struct wide difference = wide_add(sum, bend);
-    struct wide twice_half = wide_from_int32(2 * (int32_t)curve->half_acceleration);
+struct wide_fit {
+    struct wide value;
+    struct wide difference;
+    uint16_t ticks;
+};
 
+static void evaluate_wide(const struct curve *curve, struct wide_fit *fit)
+{
+    const struct curve_wide *state = &curve->state.wide;
+    struct wide bend = wide_from_int32(
+        (int32_t)multiply_s16_s16(curve->half_acceleration, (int16_t)(fit->ticks - 1u)));
+    struct wide sum = wide_add(state->slope, bend);
+
+    fit->value = wide_sub(wide_add(state->residual, wide_times(sum, fit->ticks)), state->step);
+    fit->difference = wide_add(sum, bend);
+}
+
+static bool settle_wide(struct wide_fit *fit, struct wide twice_half)
+{
     for (uint8_t left = CORRECTIONS_MAX;; left--) {
-        if (value.high < 0) {
-            difference = wide_add(difference, twice_half);
-            value = wide_add(value, difference);
-            ticks++;
+        if (fit->value.high < 0) {
+            fit->difference = wide_add(fit->difference, twice_half);
+            fit->value = wide_add(fit->value, fit->difference);
+            fit->ticks++;
         } else {
-            struct wide less = wide_sub(value, difference);
-            if (less.high < 0 || ticks <= 1u) {
-                break;
+            struct wide less = wide_sub(fit->value, fit->difference);
+            if (less.high < 0 || fit->ticks <= 1u) {
+                return true;
             }
-            value = less;
-            difference = wide_sub(difference, twice_half);
-            ticks--;
+            fit->value = less;
+            fit->difference = wide_sub(fit->difference, twice_half);
+            fit->ticks--;
         }
         if (left == 0) {
             return false;
         }
     }
-    state->residual = value;
-    state->slope = wide_add(difference, twice_half);
-    *interval = ticks;
-    return true;
 }
 
-uint16_t curve_next_fast(struct curve *curve)
+static COLD uint16_t fit_wide(struct curve *curve, uint16_t guess)
+{
+    struct wide twice_half = wide_from_int32(2 * (int32_t)curve->half_acceleration);
+    struct wide_fit fit = {.ticks = guess};
+
+    evaluate_wide(curve, &fit);
+    for (uint8_t left = APPROACHES_MAX; !settle_wide(&fit, twice_half); left--) {
+        if (left == 0 || !approach(&fit.ticks, fit.value.high, fit.difference.high)) {
+            return 0;
+        }
+        evaluate_wide(curve, &fit);
+    }
+    curve->state.wide.residual = fit.value;
+    curve->state.wide.slope = wide_add(fit.difference, twice_half);
+    return fit.ticks;
+}
+
+// The next interval, from the last two. 0: nothing to extrapolate from, or no sense in it.
+static inline uint16_t extrapolate(const struct curve *curve)
 {
     uint16_t last = curve->last_ticks;
-    uint16_t before = curve->before_ticks;
-    uint16_t ticks = (uint16_t)(2u * last - before);
+    uint16_t ticks = (uint16_t)(2u * last - curve->before_ticks);
 
-    if (before == 0 || last == 0 || ticks == 0 || ticks > 0x7FFFu
-        || !(curve->is_narrow ? fit_narrow(curve, &ticks) : fit_wide(curve, &ticks))) {
-        return 0;
+    if (curve->is_flat) {
+        return last;
     }
-    curve->before_ticks = last;
+    return last == 0 || curve->before_ticks == 0 || ticks > 0x7FFFu ? 0 : ticks;
+}
+
+static void remember(struct curve *curve, uint16_t ticks)
+{
+    curve->before_ticks = curve->last_ticks;
     curve->last_ticks = ticks <= curve->fast_limit_ticks ? ticks : 0;
+}
+
+// One extrapolated step; 0 when it cannot be, and nothing has changed.
+static COLD uint16_t next_extrapolated(struct curve *curve)
+{
+    uint16_t ticks = extrapolate(curve);
+
+    if (ticks != 0) {
+        ticks = curve->is_narrow ? fit_narrow_far(curve, ticks) : fit_wide(curve, ticks);
+    }
+    if (ticks != 0) {
+        remember(curve, ticks);
+    }
     return ticks;
+}
+
+// Ordinary steps of a narrow curve, up to the first that is not.
+static uint8_t batch_narrow(struct curve *curve, uint16_t *intervals, uint8_t count)
+{
+    struct curve_narrow state = curve->state.narrow;
+    int16_t half = curve->half_acceleration;
+    uint8_t made = 0;
+
+    for (; made != count; made++) {
+        uint16_t ticks = extrapolate(curve);
+        if (ticks == 0) {
+            break;
+        }
+        ticks = fit_narrow(&state, half, ticks);
+        if (ticks == 0) {
+            break;
+        }
+        remember(curve, ticks);
+        intervals[made] = ticks;
+    }
+    curve->state.narrow = state;
+    return made;
+}
+
+uint8_t curve_batch(struct curve *curve, uint16_t *intervals, uint8_t count)
+{
+    uint8_t made = 0;
+
+    while (made != count) {
+        if (curve->is_narrow) {
+            made = (uint8_t)(made + batch_narrow(curve, &intervals[made], (uint8_t)(count - made)));
+            if (made == count) {
+                break;
+            }
+        }
+        uint16_t ticks = next_extrapolated(curve);
+        if (ticks == 0) {
+            break;
+        }
+        intervals[made] = ticks;
+        made++;
+    }
+    return made;
+}
+
+// Where Newton's method starts: extrapolated, when there is something to extrapolate from.
+static uint32_t newton_guess(const struct curve *curve)
+{
+    uint32_t guess = 2u * curve->guess_ticks - curve->older_ticks;
+
+    if (curve->older_ticks == 0 || guess == 0 || guess > curve->piece_ticks) {
+        return curve->guess_ticks;
+    }
+    return guess;
 }
 
 uint32_t curve_next(struct curve *curve)
 {
     uint16_t last = curve->last_ticks;
-    uint32_t ticks = curve_next_fast(curve);
+    uint32_t ticks = next_extrapolated(curve);
 
     if (ticks == 0) {
         if (last != 0) {
             curve->guess_ticks = last;
+            curve->older_ticks = curve->before_ticks;
         }
-        ticks = solve(curve);
+        ticks = solve(curve, newton_guess(curve));
         curve->before_ticks = last;
         curve->last_ticks = ticks <= curve->fast_limit_ticks ? (uint16_t)ticks : 0;
+        curve->older_ticks = curve->first_solved ? curve->guess_ticks : 0;
         curve->guess_ticks = ticks;
+        curve->first_solved = true;
     }
     return ticks;
 }

@@ -43,11 +43,14 @@ struct curve {
         struct curve_wide wide;
     } state;
     bool is_narrow;
+    bool is_flat;
     int16_t half_acceleration;
     uint16_t last_ticks;       // last interval, 0: unknown or too long to extrapolate from
     uint16_t before_ticks;     // the one before it
     uint16_t fast_limit_ticks; // intervals up to this one are safe in the modulus
-    uint32_t guess_ticks;      // where Newton's method starts
+    bool first_solved;
+    uint32_t guess_ticks;      // for Newton's method: the last interval,
+    uint32_t older_ticks;      //   and the one before it, 0: unknown
     uint32_t piece_ticks;      // T
 };
 
@@ -57,5 +60,6 @@ void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint
 // Ticks to the next step. For steps 1..n-1; the caller forces step n to the end of the piece.
 uint32_t curve_next(struct curve *curve);
 
-// The same where extrapolation is good enough; else 0, and nothing has changed.
-uint16_t curve_next_fast(struct curve *curve);
+// Up to `count` intervals at once, as long as extrapolation is good enough; returns how many (0:
+// curve_next() must make the next one).
+uint8_t curve_batch(struct curve *curve, uint16_t *intervals, uint8_t count);

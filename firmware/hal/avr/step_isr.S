@@ -60,7 +60,20 @@
     pop r0
 .endm
 
-.macro step_handler axis, vector, top_low, top_high, flags, flag
+; The rare cases take some hundred cycles: the other axes are served meanwhile, this timer's own
+; interrupts are not. The C function comes back with interrupts off.
+.macro call_c_nested function, mask
+    lds r24, \mask
+    push r24
+    clr r24
+    sts \mask, r24
+    sei
+    call_c \function
+    pop r24
+    sts \mask, r24
+.endm
+
+.macro step_handler axis, vector, top_low, top_high, flags, flag, mask
     .global \vector
     .type \vector, @function
 \vector:
@@ -101,7 +114,7 @@
     sts step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_IDLE_COUNT + 1, r31
     rjmp 1b
 
-3:  call_c step_isr_command_\axis
+3:  call_c_nested step_isr_command_\axis, \mask
     rjmp 1b
 
 4:  call_c step_isr_late_\axis
@@ -115,7 +128,7 @@
 
 .text
 #define HANDLER(axis, timer)                                                              \
-    step_handler axis, TIMER##timer##_OVF_vect, OCR##timer##AL, OCR##timer##AH, TIFR##timer, TOV##timer
+    step_handler axis, TIMER##timer##_OVF_vect, OCR##timer##AL, OCR##timer##AH, TIFR##timer, TOV##timer, TIMSK##timer
 #define BOARD_AXIS(axis, timer) HANDLER(axis, timer)
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
 #include BOARD_FILE

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Input capture in mode 15, TOP = 9999: a STEP edge every period (so that the test knows BOTTOM), and
-// every captured count in RESULT[1...]. RESULT[0] counts them; TOV1 pending at the capture in bit 15.
+// Input capture in mode 15, TOP = 9999: a STEP edge every period (so that the test knows BOTTOM),
+// and every captured count in RESULT[1...]. RESULT[0] counts them; TOV1 pending at the capture in
+// bit 15.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A board on the shared line: takes frames of two bytes, address and value, and answers one that has
-// its own address (GPIOR2 at reset, 0 stands for 1) with address and value + 1. 115200 baud 8E1.
+// A board on the shared line: takes frames of two bytes, address and value, and answers one that
+// has its own address (GPIOR2 at reset, 0 stands for 1) with address and value + 1. 115200 baud
+// 8E1.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an interrupt costs and when it comes, measured by timer 1 from inside. Reckoning and expected
-// values in test_interrupts.py.
+// What an interrupt costs and when it comes, measured by timer 1 from inside. Reckoning and
+// expected values in test_interrupts.py.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -72,7 +72,7 @@ static void response(void)
     TIMSK1 = (uint8_t)(1U << OCIE1A);
     __asm__ volatile("sei\n\t"
                      "sts %[tccrb], %[on]\n\t" NOPS(150) "cli\n\t"
-                     "mov %[seen], r24\n\t"
+                                                         "mov %[seen], r24\n\t"
                      : [seen] "=r"(seen)
                      : [on] "r"(STARTED), [tccrb] "n"(_SFR_MEM_ADDR(TCCR1B))
                      : "r24");
@@ -92,8 +92,8 @@ static void response(void)
     RESULT[1] = seen;
 }
 
-// 2: instructions between SEI and the interrupt that waits for it. 3: between the RETI of one and the
-// next, which waits too (ICF1 is served first, then TOV1).
+// 2: instructions between SEI and the interrupt that waits for it. 3: between the RETI of one and
+// the next, which waits too (ICF1 is served first, then TOV1).
 static void one_instruction(void)
 {
     uint8_t first;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Mode 15 on timer 1 as the step generator uses it: periods of 400, 401, ... 499 ticks with pulses,
-// then eight quiet ones, then eight with OCR1B = TOP (which must not pulse), then 600 ticks for ever.
+// Mode 15 on timer 1 as the step generator uses it: periods of 400, 401, ... 499 ticks with
+// pulses, then eight quiet ones, then eight with OCR1B = TOP (which must not pulse), then 600
+// ticks for ever.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>

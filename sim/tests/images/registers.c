@@ -2,9 +2,9 @@
 // What a program sees of a 16-bit timer, at known cycles. Each RESULT[] word is one experiment; the
 // expected values and their reckoning are in test_timers.py, by the same numbers.
 //
-// Reckoning: `sts` takes two cycles and writes in its second (a); from a + 1 on the write is in force.
-// A timer started by it has TCNT = 0 in cycle a + 1, which is the first cycle of the next instruction.
-// `lds` also takes two and reads in its second, `in` takes one.
+// Reckoning: `sts` takes two cycles and writes in its second (a); from a + 1 on the write is in
+// force. A timer started by it has TCNT = 0 in cycle a + 1, which is the first cycle of the next
+// instruction. `lds` also takes two and reads in its second, `in` takes one.
 
 #include <avr/io.h>
 
@@ -14,9 +14,9 @@
 #define STARTED     ((uint8_t)(1U << CS10))
 #define STARTED_15  ((uint8_t)((1U << WGM13) | (1U << WGM12) | (1U << CS10)))
 #define MODE_15_A   ((uint8_t)((1U << WGM11) | (1U << WGM10)))
-#define REGISTERS                                                                          \
-    [tccrb] "n"(_SFR_MEM_ADDR(TCCR1B)), [tcnt] "n"(_SFR_MEM_ADDR(TCNT1L)),                 \
-        [tcnth] "n"(_SFR_MEM_ADDR(TCNT1H)), [tifr] "I"(_SFR_IO_ADDR(TIFR1)),               \
+#define REGISTERS                                                                        \
+    [tccrb] "n"(_SFR_MEM_ADDR(TCCR1B)), [tcnt] "n"(_SFR_MEM_ADDR(TCNT1L)),               \
+        [tcnth] "n"(_SFR_MEM_ADDR(TCNT1H)), [tifr] "I"(_SFR_IO_ADDR(TIFR1)),             \
         [ocral] "n"(_SFR_MEM_ADDR(OCR1AL)), [tov] "I"(TOV1), [ocfb] "I"(OCF1B)
 
 static void stop(void)
@@ -104,8 +104,8 @@ static void buffer(void)
     OCR1A = 99;
     OCR1AH = 0;
     TCCR1A = MODE_15_A;
-    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(97) "sts %[ocral], %[top]\n\t" NOPS(149)
-                     "lds %[low], %[tcnt]\n\t"
+    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(97) "sts %[ocral], %[top]\n\t" NOPS(
+                         149) "lds %[low], %[tcnt]\n\t"
                      : [low] "=&r"(low)
                      : [on] "r"(STARTED_15), [top] "r"((uint8_t)199), REGISTERS);
     RESULT[7] = low;
@@ -113,8 +113,8 @@ static void buffer(void)
     OCR1A = 99;
     OCR1AH = 0;
     TCCR1A = MODE_15_A;
-    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(98) "sts %[ocral], %[top]\n\t" NOPS(149)
-                     "lds %[low], %[tcnt]\n\t"
+    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(98) "sts %[ocral], %[top]\n\t" NOPS(
+                         149) "lds %[low], %[tcnt]\n\t"
                      : [low] "=&r"(low)
                      : [on] "r"(STARTED_15), [top] "r"((uint8_t)199), REGISTERS);
     RESULT[8] = low;
@@ -191,10 +191,11 @@ static void stop_and_go(void)
     uint8_t low;
 
     stop();
-    __asm__ volatile("sts %[tccrb], %[on]\n\t" NOPS(48) "sts %[tccrb], __zero_reg__\n\t" NOPS(500)
-                     "sts %[tccrb], %[on]\n\t" NOPS(9) "lds %[low], %[tcnt]\n\t"
-                     : [low] "=r"(low)
-                     : [on] "r"(STARTED), REGISTERS);
+    __asm__ volatile(
+        "sts %[tccrb], %[on]\n\t" NOPS(48) "sts %[tccrb], __zero_reg__\n\t" NOPS(
+            500) "sts %[tccrb], %[on]\n\t" NOPS(9) "lds %[low], %[tcnt]\n\t"
+        : [low] "=r"(low)
+        : [on] "r"(STARTED), REGISTERS);
     RESULT[16] = low;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// All timers of the board set up while GTCCR holds them, then released by one write: periods of 1000
-// ticks that must stay in phase. After 40 periods of timer 1 they are held for a while, and go on.
+// All timers of the board set up while GTCCR holds them, then released by one write: periods of
+// 1000 ticks that must stay in phase. After 40 periods of timer 1 they are held for a while, and
+// go on.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -9,12 +10,12 @@
 #define MODE_B ((uint8_t)((3U << 3) | 1U))             // WGMn3:2 = 3, prescaler 1
 #define HOLD   ((uint8_t)((1U << TSM) | (1U << PSRSYNC)))
 
-#define SET_UP(n)                                                                          \
-    do {                                                                                   \
-        OCR##n##A = 999;                                                                   \
-        OCR##n##B = 31;                                                                    \
-        TCCR##n##A = MODE_A;                                                               \
-        TCCR##n##B = MODE_B;                                                               \
+#define SET_UP(n)                                                                        \
+    do {                                                                                 \
+        OCR##n##A = 999;                                                                 \
+        OCR##n##B = 31;                                                                  \
+        TCCR##n##A = MODE_A;                                                             \
+        TCCR##n##B = MODE_B;                                                             \
     } while (0)
 
 static volatile uint8_t periods;

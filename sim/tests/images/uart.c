@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The UART at known cycles: see test_uart.py for the reckoning. 117647 baud (136 cycles a bit), 8E1.
+// The UART at known cycles: see test_uart.py for the reckoning. 117647 baud (136 cycles a bit),
+// 8E1.
 
 #include <avr/io.h>
 

@@ -20,7 +20,7 @@ class Plan:
     lines: int
     decodes: tuple[str, ...] = ("smooth", "plain")
     seed: int = 1
-    min_interval_ticks: int = 420
+    min_interval_ticks: int = 533
     axes: int = 1
     serial_load: bool = False
 

@@ -85,7 +85,7 @@ def demo_command(ctx, out, serial_load):
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, help="Default: both.")
 @click.option("--seed", type=int, default=1, show_default=True)
-@click.option("--min-interval", type=click.IntRange(1), default=420, show_default=True)
+@click.option("--min-interval", type=click.IntRange(1), default=533, show_default=True)
 @click.option("--axes", type=click.IntRange(1, 4), default=1, help="Lines at once, one an axis.")
 @click.option("--serial-load", is_flag=True)
 @click.option("-o", "--output", type=FILE, help="JSON file to write.")

@@ -66,8 +66,8 @@ class Trace:
 
     @property
     def ideal_px(self) -> np.ndarray:
-        """Exact instants in pixel periods, for as many steps as were made."""
-        return exact.instants(self.line, self.period)[: len(self.edges.rising)] / float(self.period)
+        """Exact instants of all steps of the line in pixel periods."""
+        return exact.instants(self.line, self.period) / float(self.period)
 
 
 def draw(trace: Trace, folder: Path, prefix: str = "") -> list[Path]:
@@ -133,7 +133,8 @@ def _motion(trace: Trace) -> Figure:
     speed.set_title("Velocity")
     ideal = trace.ideal_px
     count = np.cumsum(signs)
-    position.plot(ideal, count[: len(ideal)] / 1000, color=_IDEAL, lw=5, alpha=0.55)
+    wanted = np.cumsum(exact.directions(trace.line))
+    position.plot(ideal, wanted / 1000, color=_IDEAL, lw=5, alpha=0.55)
     position.plot(made, count / 1000, color=_MADE, lw=1.2)
     position.set_ylabel("position, 1000 steps")
     position.set_xlabel("pixels after line zero")
@@ -187,8 +188,9 @@ def _edge_error(trace: Trace) -> Figure:
     figure, (over, spread) = _figure(
         trace, 2, "Edge error: edge minus exact instant", gridspec_kw={"height_ratios": [2, 1]}
     )
-    made = trace.made_px[: len(trace.ideal_px)]
-    errors = (made - trace.ideal_px) * float(trace.period)
+    ideal = trace.ideal_px[: len(trace.made_px)]
+    made = trace.made_px[: len(ideal)]
+    errors = (made - ideal) * float(trace.period)
     over.axhspan(-1, 1, color=_BAND, zorder=0)
     for bound in (-1, 1):
         over.axhline(bound, color=_BOARD, lw=0.8, ls=(0, (4, 3)))

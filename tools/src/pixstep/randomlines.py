@@ -38,7 +38,7 @@ class Case:
 class Bounds:
     """What the random lines may need: the shortest interval in ticks, lengths in pixels."""
 
-    min_interval_ticks: int = 420
+    min_interval_ticks: int = 533  # 30 kHz, the rate of the worked example
     min_pixels: int = 6
     max_pixels: int = 24
     reversal_ticks: int = 2400  # plain lines reverse only between steps at least this far apart

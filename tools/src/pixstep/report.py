@@ -60,6 +60,8 @@ def _headline(summary: dict) -> str:
         parts.append(f"pixel clock {summary['pixel_ppm']:+g} ppm")
     if summary.get("serial_load"):
         parts.append(f"serial line saturated ({summary['requests']['load']} requests)")
+    if summary["requests"].get("without_reply"):
+        parts.append(f"{summary['requests']['without_reply']} requests without a reply, repeated")
     return ", ".join(parts)
 
 

@@ -190,6 +190,7 @@ class _Run:
         self.simulator.run(int(SETTLE_PIXELS * self.job.period))
         self.result.stats = self.simulator.stats()
         self.result.requests["all"] = self.modbus.requests
+        self.result.requests["without_reply"] = self.modbus.lost
 
     def _poll(self) -> list[str]:
         """Read the states and the new records of all axes."""

@@ -5,10 +5,12 @@ import logging
 
 from pymodbus.client import ModbusSerialClient
 
+from pixstep.rational import TIMER_HZ
 from pixstep.simctl import Simulator
 
 BAUD = 115_200
 PARITY = "E"
+REPLY_CYCLES = TIMER_HZ // 40  # 25 ms: how long a simulated master waits for the first byte
 
 # The client tells of every lost reply itself; the library's own lines would only repeat it.
 logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
@@ -31,6 +33,7 @@ class SimClient(ModbusSerialClient):
         self._simulator = simulator
         self._reply = b""
         self.requests = 0
+        self.lost = 0
 
     @property
     def connected(self) -> bool:
@@ -52,7 +55,8 @@ class SimClient(ModbusSerialClient):
         """Send a frame and keep its reply for `recv`."""
         del addr
         self.requests += 1
-        self._reply = self._simulator.transmit(request)
+        self._reply = self._simulator.transmit(request, REPLY_CYCLES)
+        self.lost += not self._reply
         return len(request)
 
     def recv(self, size: int | None) -> bytes:

@@ -61,7 +61,7 @@ class AxisVerdict:
             "line_zero_cycle": self.line_zero_cycle,
             "max_edge_error_ticks": round(self.max_edge_error_ticks, 6),
             "rms_edge_error_us": round(self.rms_edge_error_us, 6),
-            "rate_error_ppm": round(self.rate_error_ppm, 4) + 0.0,
+            "rate_error_ppm": round(self.rate_error_ppm, 3) + 0.0,
             "max_interval_error_ticks": round(self.max_interval_error_ticks, 6),
             "last_steps_on_edge": self.last_steps_on_edge,
             "last_steps_off_edge": self.last_steps_off_edge,

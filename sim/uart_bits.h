@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// Bits of the UART's registers, and what uart.c (time) and uart_registers.c (the program's view)
+// share.
+#pragma once
+
+#include "uart.h"
+
+// Bits of UCSR0A.
+#define RXC  0x80U
+#define TXC  0x40U
+#define UDRE 0x20U
+#define FE   0x10U
+#define DOR  0x08U
+#define UPE  0x04U
+#define U2X  0x02U
+#define MPCM 0x01U
+// Bits of UCSR0B.
+#define RXCIE 0x80U
+#define TXCIE 0x40U
+#define UDRIE 0x20U
+#define RXEN  0x10U
+#define TXEN  0x08U
+#define UCSZ2 0x04U
+// Bits of UCSR0C.
+#define UMSEL  0xC0U
+#define UPM    0x30U
+#define USBS   0x08U
+#define UCSZ   0x06U
+#define FORMAT (UPM | UCSZ) // what sender and receiver must agree on
+
+static inline uint8_t uart_ucsrb(const struct uart *u)
+{
+    return u->avr->data[u->part->r_ucsrb];
+}
+
+static inline uint8_t uart_ucsrc(const struct uart *u)
+{
+    return u->avr->data[u->part->r_ucsrc];
+}
+
+// Everything that takes effect up to and including this cycle happens now, in order.
+void uart_sync(struct uart *u, uint64_t cycle);
+
+// Tells simavr when the UART next needs attention.
+void uart_schedule(struct uart *u);
+
+// A frame leaves now; the transmitter was idle.
+void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle);
