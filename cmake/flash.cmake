@@ -11,8 +11,8 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
     set(image pixstep-${PIXSTEP_BOARD})
     add_custom_target(
         flash
-        COMMAND "${CMAKE_COMMAND}" "-DIMAGE=$<TARGET_FILE_DIR:${image}>/${image}.hex" -DBOARD=${PIXSTEP_BOARD}
-                "-DPORT=${PIXSTEP_PORT}" -P "${CMAKE_CURRENT_LIST_FILE}"
+        COMMAND "${CMAKE_COMMAND}" "-DIMAGE=$<TARGET_FILE_DIR:${image}>/${image}.hex"
+                -DBOARD=${PIXSTEP_BOARD} "-DPORT=${PIXSTEP_PORT}" -P "${CMAKE_CURRENT_LIST_FILE}"
         DEPENDS ${image}
         USES_TERMINAL VERBATIM
     )

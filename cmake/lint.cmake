@@ -30,8 +30,8 @@ lint(tidy.avr ${tidy} "${PIXSTEP_MEGA_BUILD}" firmware)
 lint(
     cppcheck "${PIXSTEP_cppcheck}" "--project=${PIXSTEP_MEGA_BUILD}/compile_commands.json"
     --platform=avr8 --enable=warning,style,performance,portability --inline-suppr
-    --suppress=missingIncludeSystem --suppress=unknownMacro:*/hal/boards/* --error-exitcode=1 --quiet
-    "--file-filter=${CMAKE_SOURCE_DIR}/firmware/*"
+    --suppress=missingIncludeSystem --suppress=unknownMacro:*/hal/boards/* --error-exitcode=1
+    --quiet "--file-filter=${CMAKE_SOURCE_DIR}/firmware/*"
 )
 # Python has its own limits, in tools/pyproject.toml.
 lint(complexity "${PIXSTEP_lizard}" -C 10 -L 60 -w -l c firmware sim tools/native)

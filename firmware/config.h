@@ -32,6 +32,10 @@
 //     entry or exit of one serial handler          45   45
 //                                                 ---  ---
 //                                                 293  448
+// Shortest interval in pixels whose acceleration needs 40-bit arithmetic (curve_is_wide(): speed
+// times pixel period above 2^29), ticks: what the decoder keeps up with for one axis.
+#define CONFIG_WIDE_MIN_INTERVAL_TICKS 1280u
+
 #if defined(CONFIG_BOARD_UNO)
 #define CONFIG_BOARD_NAME "uno"
 #define CONFIG_BOARD_ID 1

@@ -50,6 +50,8 @@ static uint16_t board_register(uint16_t address)
         return cpu_reset_cause();
     case REG_INPUT_min_interval_ticks:
         return CONFIG_MIN_INTERVAL_TICKS;
+    case REG_INPUT_wide_min_interval_ticks:
+        return CONFIG_WIDE_MIN_INTERVAL_TICKS;
     case REG_INPUT_pixel_period_ticks:
     case REG_INPUT_pixel_period_ticks + 1:
         return half(machine.period.whole_ticks, address != REG_INPUT_pixel_period_ticks);
@@ -197,7 +199,7 @@ bool data_input_mapped(uint16_t address, uint16_t count)
 {
     uint32_t end = (uint32_t)address + count;
 
-    return inside(address, end, 0, REG_INPUT_min_interval_ticks + 1)
+    return inside(address, end, 0, REG_INPUT_wide_min_interval_ticks + 1)
            || inside(address, end, REG_AXIS_BASE, AXIS_END)
            || inside(address, end, REG_RECORD_BASE, RECORD_END);
 }

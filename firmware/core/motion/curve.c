@@ -12,6 +12,11 @@
 
 #define COLD __attribute__((noinline))
 
+// Modulo 2^32 a guess may miss by four ticks of this slope,
+#define NARROW_SLOPE_MAX 0x20000000uL
+// and by two of this one when values from 0xA0000000 on are taken as negative.
+#define FLAT_SLOPE_MAX 850000000uL
+
 static struct wide wide_from(int64_t value)
 {
     return (struct wide){.high = (int32_t)(value >> 8), .low = (uint8_t)value};
@@ -69,12 +74,12 @@ static uint16_t root_u32(uint32_t value)
 // below half the modulus: with v = T / d it is below 2^38 up to d = 512 sqrt(T / a), below 2^30 up
 // to d = 128 sqrt(T / a). Above speed * T = 2^37 three corrections would no longer fit 40 bits:
 // no extrapolation there (over 8192 steps/s at 1 Hz).
-static uint16_t fast_limit(uint32_t ticks, uint16_t acceleration, uint64_t top_slope)
+static uint16_t fast_limit(uint32_t ticks, uint16_t acceleration, uint64_t slope, bool narrow)
 {
-    if (top_slope >> 37 != 0) {
+    if (slope >> 37 != 0) {
         return 0;
     }
-    uint32_t factor = top_slope >> 29 != 0 ? 512uL : 128uL;
+    uint32_t factor = narrow ? 128uL : 512uL;
     uint32_t limit = acceleration == 0 ? 0x7FFFu : factor * root_u32(ticks / acceleration);
 
     return limit > 0x7FFFu ? 0x7FFFu : (uint16_t)limit;
@@ -104,31 +109,59 @@ static void start_extrapolation(struct curve *curve, uint16_t acceleration)
     curve->before_ticks = curve->last_ticks;
 }
 
+static uint16_t end_speed(uint16_t start_speed, uint16_t steps)
+{
+    return (uint16_t)(2u * steps - start_speed);
+}
+
+static uint64_t top_slope(uint32_t ticks, uint16_t start_speed, uint16_t steps)
+{
+    uint16_t end = end_speed(start_speed, steps);
+
+    return (uint64_t)(end > start_speed ? end : start_speed) * ticks;
+}
+
+// From step to step the interval changes by a*T/v^3 ticks. Below one that is less than the rounding
+// to whole ticks, and repeating the last interval misses less than extending the change.
+static bool is_flat(uint32_t ticks, uint16_t start_speed, uint16_t steps)
+{
+    uint16_t end = end_speed(start_speed, steps);
+    uint16_t low = end < start_speed ? end : start_speed;
+    uint16_t acceleration = end < start_speed ? (uint16_t)(start_speed - end)
+                                              : (uint16_t)(end - start_speed);
+
+    return (uint64_t)acceleration * ticks < (uint64_t)low * low * low;
+}
+
+bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps)
+{
+    uint64_t slope = top_slope(ticks, start_speed, steps);
+
+    return slope >= NARROW_SLOPE_MAX
+           && (slope >= FLAT_SLOPE_MAX || !is_flat(ticks, start_speed, steps));
+}
+
 void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint16_t steps)
 {
     int16_t half = (int16_t)(steps - start_speed);
     uint16_t acceleration = (uint16_t)(2u * (uint16_t)(half < 0 ? -half : half));
-    uint16_t top_speed = half < 0 ? start_speed : (uint16_t)((int16_t)steps + half);
-    uint64_t top_slope = (uint64_t)top_speed * ticks;
     uint64_t step = (uint64_t)ticks * ticks;
 
-    curve->is_narrow = top_slope >> 29 == 0;
     curve->half_acceleration = half;
     curve->piece_ticks = ticks;
+    curve->is_flat = is_flat(ticks, start_speed, steps);
+    curve->is_narrow = !curve_is_wide(ticks, start_speed, steps);
     if (curve->is_narrow) {
         curve->state.narrow.step = (uint32_t)step;
+        curve->state.narrow.negative_from = curve->is_flat ? 0xA0000000uL : 0x80000000uL;
     } else {
         curve->state.wide.step = wide_from((int64_t)step);
     }
     set_state(curve, 0, (int64_t)((uint64_t)start_speed * ticks) + half);
-    curve->fast_limit_ticks = fast_limit(ticks, acceleration, top_slope);
+    curve->fast_limit_ticks = fast_limit(ticks, acceleration, top_slope(ticks, start_speed, steps), curve->is_narrow);
     // Speeding up, the root lies left of this guess, slowing down right of it: on both sides
     // Newton's method approaches it without crossing.
     curve->guess_ticks = start_speed == 0 ? ticks : ticks / start_speed;
-    // From step to step the interval changes by a*T/v^3 ticks. Below one that is less than the
-    // rounding to whole ticks, and repeating the last interval misses less than extending the change.
-    uint16_t low_speed = half < 0 ? (uint16_t)((int16_t)steps + half) : start_speed;
-    curve->is_flat = (uint64_t)acceleration * ticks < (uint64_t)low_speed * low_speed * low_speed;
     curve->older_ticks = 0;
     curve->first_solved = false;
     start_extrapolation(curve, acceleration);
@@ -177,7 +210,8 @@ static COLD uint32_t solve(struct curve *curve, uint32_t guess_ticks)
     }
 }
 
-// The fast case modulo 2^32. Sums wrap on purpose, hence unsigned.
+// The fast case modulo 2^32. Sums wrap on purpose, hence unsigned; what counts as negative is the
+// curve's (see curve_narrow).
 struct narrow_fit {
     uint32_t value;      // residual after `ticks`
     uint32_t difference; // value(ticks) - value(ticks - 1)
@@ -195,16 +229,17 @@ static inline void evaluate_narrow(const struct curve *curve, struct narrow_fit 
 }
 
 // Correct by single ticks; false when the guess is further off than a few.
-static inline bool settle_narrow(struct narrow_fit *fit, uint32_t twice_half)
+static inline bool settle_narrow(struct narrow_fit *fit, uint32_t twice_half,
+                                 uint32_t negative_from)
 {
     for (uint8_t left = CORRECTIONS_MAX;; left--) {
-        if ((int32_t)fit->value < 0) {
+        if (fit->value >= negative_from) {
             fit->difference += twice_half;
             fit->value += fit->difference;
             fit->ticks++;
         } else {
             uint32_t less = fit->value - fit->difference;
-            if ((int32_t)less < 0 || fit->ticks <= 1u) {
+            if (less >= negative_from || fit->ticks <= 1u) {
                 return true;
             }
             fit->value = less;
@@ -239,7 +274,7 @@ static COLD uint16_t fit_narrow_far(struct curve *curve, uint16_t guess)
     struct narrow_fit fit = {.ticks = guess};
 
     evaluate_narrow(curve, &fit);
-    for (uint8_t left = APPROACHES_MAX; !settle_narrow(&fit, twice_half); left--) {
+    for (uint8_t left = APPROACHES_MAX; !settle_narrow(&fit, twice_half, curve->state.narrow.negative_from); left--) {
         if (left == 0 || !approach(&fit.ticks, (int32_t)fit.value, (int32_t)fit.difference)) {
             return 0;
         }
@@ -262,7 +297,7 @@ static inline uint16_t fit_narrow(struct curve_narrow *state, int16_t half, uint
     value += (uint32_t)state->residual;
     value -= state->step;
     difference += bend;
-    for (uint8_t left = CORRECTIONS_MAX; (int32_t)value < 0; left--) {
+    for (uint8_t left = CORRECTIONS_MAX; value >= state->negative_from; left--) {
         if (left == 0) {
             return 0;
         }
@@ -270,7 +305,7 @@ static inline uint16_t fit_narrow(struct curve_narrow *state, int16_t half, uint
         value += difference;
         ticks++;
     }
-    for (uint8_t left = CORRECTIONS_MAX; (int32_t)(value - difference) >= 0; left--) {
+    for (uint8_t left = CORRECTIONS_MAX; (uint32_t)(value - difference) < state->negative_from; left--) {
         if (left == 0 || ticks == 1u) {
             return 0;
         }

@@ -10,7 +10,8 @@
 //
 // is 0 <= residual' < last difference for exactly one d, found by extrapolating the last two
 // intervals and correcting by single ticks. The residual is known to be small, so it is kept
-// modulo 2^32 while speed * T < 2^29, else modulo 2^40: exact while it is. Where extrapolation is
+// modulo 2^32 while speed * T < 2^29 (nearly 2^30 where the interval
+// hardly changes), else modulo 2^40: exact while it is. Where extrapolation is
 // poor (slow steps, the first two of a piece) Newton's method on the exact value takes over; those
 // intervals are long enough to pay for it.
 #pragma once
@@ -28,7 +29,8 @@ struct wide {
 struct curve_narrow {
     int32_t residual;
     int32_t slope;
-    uint32_t step; // modulo 2^32
+    uint32_t step;          // modulo 2^32
+    uint32_t negative_from; // values from here on stand for negative ones
 };
 
 struct curve_wide {
@@ -53,6 +55,10 @@ struct curve {
     uint32_t older_ticks;      //   and the one before it, 0: unknown
     uint32_t piece_ticks;      // T
 };
+
+// Such a piece needs the 40-bit arithmetic, which costs nearly twice as much a step. Arguments as
+// for curve_start().
+bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps);
 
 // ticks T: 1..2^24-1; start_speed v0 and steps n: 0..32767, 2n >= v0. Main loop only: it divides.
 void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint16_t steps);

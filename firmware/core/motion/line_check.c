@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
+#include "motion/curve.h" // curve_is_wide
+
 // The curve decoder multiplies speeds by piece lengths in 40 bits and takes 2 * count.
 #define COUNT_MAX 16383
 
@@ -117,6 +119,16 @@ static enum line_error acceleration(struct line_check *check, const struct line_
     return LINE_none;
 }
 
+static uint16_t min_interval(const struct line_check *check, const struct line_limits *limits,
+                             struct run entry)
+{
+    bool curved = entry.count != (int16_t)check->speed;
+
+    return curved && curve_is_wide(limits->pixel_ticks, check->speed, (uint16_t)entry.count)
+               ? limits->wide_min_interval_ticks
+               : limits->min_interval_ticks;
+}
+
 // Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
 static enum line_error smooth_speed(struct line_check *check, const struct line_limits *limits,
                                     struct run entry, int32_t end_speed)
@@ -127,7 +139,7 @@ static enum line_error smooth_speed(struct line_check *check, const struct line_
     if (error != LINE_none) {
         return error;
     }
-    if (too_fast((uint32_t)top, limits->min_interval_ticks, limits->pixel_ticks)) {
+    if (too_fast((uint32_t)top, min_interval(check, limits, entry), limits->pixel_ticks)) {
         return LINE_too_fast;
     }
     if (check->backlash_steps != 0) {

@@ -28,6 +28,7 @@ class Limits:
     max_acceleration: int | None = None
     jerk_warning: int | None = None
     min_interval_ticks: int | None = None
+    wide_min_interval_ticks: int | None = None  # in pixels that need 40-bit arithmetic
     period_ticks: Fraction | None = None
 
 
@@ -99,6 +100,7 @@ def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
             return
         acceleration = following - speed
         yield from _limit_findings(pixel, acceleration, following, limits)
+        yield from _wide_findings(pixel, speed, following, limits)
         jump = 0 if previous is None else abs(acceleration - previous)
         if limits.jerk_warning is not None and jump > limits.jerk_warning:
             yield Finding("jerk", WARNING, pixel, f"the acceleration changes by {jump}")
@@ -144,6 +146,32 @@ def _rate_findings(pixel: int, speed: int, limits: Limits) -> Iterator[Finding]:
         text = (
             f"speed {speed} needs a step every {float(interval):.1f} ticks, "
             f"the board makes one every {limits.min_interval_ticks}"
+        )
+        yield Finding("too_fast", ERROR, pixel, text)
+
+
+def needs_wide_arithmetic(start: int, end: int, period_ticks: Fraction) -> bool:
+    """Return whether the board decodes this pixel with 40 bits, which takes twice as long.
+
+    Speeds in steps/pixel; the rule of curve_is_wide() in firmware/core/motion/curve.c.
+    """
+    ticks = int(period_ticks)
+    slope = max(start, end) * ticks
+    flat = abs(end - start) * ticks < min(start, end) ** 3
+    return start != end and slope >= 2**29 and (slope >= 850_000_000 or not flat)
+
+
+def _wide_findings(pixel: int, start: int, end: int, limits: Limits) -> Iterator[Finding]:
+    """Yield an error if a pixel that is slow to decode is too fast for that."""
+    if not (limits.wide_min_interval_ticks and limits.period_ticks):
+        return
+    top = max(start, end)
+    if top * limits.wide_min_interval_ticks <= int(limits.period_ticks):
+        return
+    if needs_wide_arithmetic(start, end, limits.period_ticks):
+        text = (
+            f"accelerating between speeds {start} and {end} in so long a pixel, the board makes "
+            f"one step every {limits.wide_min_interval_ticks} ticks at most"
         )
         yield Finding("too_fast", ERROR, pixel, text)
 

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "fakes/axis_bench.h"
+
+#include "fakes/worked_example.h" // worked_entry
+
+#define TIMER_HZ 16000000uL
+#define BUDGET 64u
+
+struct axis_bench bench;
+
+void bench_open(uint32_t hz_num, uint32_t hz_den)
+{
+    bench = (struct axis_bench){.now_ticks = 2uL * STEP_IDLE_TICKS, .always_take_up = true};
+    (void)pixel_period_set(&bench.period, TIMER_HZ, hz_num, hz_den);
+    bench.limits = (struct line_limits){
+        .pixel_ticks = bench.period.whole_ticks,
+        .min_interval_ticks = 64,
+        .reversal_min_ticks = 1664,
+    };
+    step_engine_reset(&bench.engine, &bench.ring);
+    axis_init(&bench.axis, &bench.ring, bench.slots, BENCH_SLOTS, STEP_IDLE_TICKS);
+}
+
+enum block_result bench_queue(int16_t count, uint16_t repeat)
+{
+    uint16_t word = (uint16_t)count;
+    uint8_t bytes[4] = {
+        (uint8_t)(word >> 8),
+        (uint8_t)word,
+        (uint8_t)(repeat >> 8),
+        (uint8_t)repeat,
+    };
+
+    return axis_queue_block(&bench.axis, &bench.limits, bench.axis.next_block, bytes, 1);
+}
+
+bool bench_queue_worked_example(uint16_t backlash_steps)
+{
+    struct run entry;
+
+    for (uint8_t i = 0; worked_entry(backlash_steps, i, &entry); i++) {
+        if (bench_queue(entry.count, entry.repeat) != BLOCK_TAKEN) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool bench_start_line(void)
+{
+    struct axis *axis = &bench.axis;
+
+    if (!axis_arm(axis, &bench.period, bench.always_take_up)) {
+        return false;
+    }
+    while (!axis_decoded(axis)) {
+        axis_decode(axis, &bench.period, bench.always_take_up, BUDGET);
+    }
+    bench.zero_ticks = bench.now_ticks + BENCH_DELAY_TICKS;
+    feed_release(&axis->feed, axis->feed.lead_in_ticks + BENCH_DELAY_TICKS);
+    axis->state = AXIS_RUNNING;
+    return true;
+}
+
+struct step_load bench_period(void)
+{
+    struct step_load load;
+
+    axis_decode(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
+    load = step_engine_next(&bench.engine, &bench.ring);
+    struct engine_sample sample = {bench.engine.tail, bench.engine.idle_count};
+    ledger_follow(&bench.axis.ledger, &bench.axis.feed, sample);
+    if (load.pulse) {
+        bench.steps += bench.engine.negative ? -1 : 1;
+    }
+    bench.now_ticks += (uint32_t)load.top_ticks + 1u;
+    return load;
+}
+
+bool bench_finish_line(void)
+{
+    struct axis *axis = &bench.axis;
+
+    if (axis->state != AXIS_RUNNING || axis->in_line || axis_ring_fill(axis) != 0
+        || bench.engine.state != STEP_ENGINE_IDLE) {
+        return false;
+    }
+    axis->lines_done++;
+    axis->state = axis->whole_lines != 0 ? AXIS_LOADED : AXIS_DONE;
+    return true;
+}

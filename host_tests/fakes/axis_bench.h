@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// One axis of core with a virtual step interrupt behind its ring, advanced period by period.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/axis.h"         // struct axis
+#include "motion/pixel_period.h" // struct pixel_period
+#include "motion/step_engine.h"  // struct step_load
+
+#define BENCH_SLOTS 128u
+#define BENCH_DELAY_TICKS 1000u
+
+struct axis_bench {
+    struct axis axis;
+    struct run slots[BENCH_SLOTS];
+    struct step_ring ring;
+    struct step_engine engine;
+    struct pixel_period period;
+    struct line_limits limits;
+    uint32_t now_ticks;  // start of the period that is loaded next
+    uint32_t zero_ticks; // line zero of the line released last
+    int32_t steps;       // signed STEP edges so far
+    bool always_take_up;
+};
+
+extern struct axis_bench bench;
+
+// A fresh axis at this pixel frequency, 16 MHz timers.
+void bench_open(uint32_t hz_num, uint32_t hz_den);
+
+// A block of one entry with the block number that is due.
+enum block_result bench_queue(int16_t count, uint16_t repeat);
+
+// The worked example's entries; true when every one was taken.
+bool bench_queue_worked_example(uint16_t backlash_steps);
+
+// Arm, decode ahead, publish: line zero is BENCH_DELAY_TICKS after the next period's start.
+bool bench_start_line(void);
+
+// Decode, load one period, follow it with the ledger.
+struct step_load bench_period(void);
+
+// The state changes that the application makes at a line's end; true when there was one.
+bool bench_finish_line(void);

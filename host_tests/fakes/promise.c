@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#include "fakes/promise.h"
+
+#include "base/require.h" // require_failed
+
+uint16_t promise_broken;
+
+void require_failed(uint16_t line)
+{
+    promise_broken = line;
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "fakes/worked_example.h"
+
+#define CONSTANT_PX 2u
+
+static const int16_t ramp[WORKED_RAMP_PX] = {
+    4, 12, 20, 28, 35, 41, 86, 150, 214, 320, 448, 576, 704, 832, 948,
+};
+
+// Spec 1.8, row B=0; with B=1000 the same up to pixel 15.
+static const int16_t whole_positions[WORKED_ANCHORS_PX] = {
+    4, 16, 36, 64, 99, 140, 226, 376, 590, 910, 1358, 1934, 2638, 3470, 4418, 5418, 6418,
+};
+
+// Spec 1.8, row B=250.
+static const int16_t quarter_positions[WORKED_ANCHORS_PX] = {
+    0, 6, 20, 42, 72, 108, 153, 259, 421, 658, 1010, 1490, 2098, 2834, 3697, 4668, 5668,
+};
+
+static uint8_t lead(uint16_t backlash_steps)
+{
+    return backlash_steps != 0 ? 1 : 0;
+}
+
+uint16_t worked_pixels(uint16_t backlash_steps)
+{
+    return (uint16_t)(2u * WORKED_RAMP_PX + CONSTANT_PX + 2u * lead(backlash_steps));
+}
+
+// Runs between the marks; a zero pixel before and after when there is backlash.
+static bool worked_run(uint16_t backlash_steps, uint8_t index, struct run *entry)
+{
+    uint8_t zeros = lead(backlash_steps);
+
+    *entry = (struct run){.count = 0, .repeat = 1};
+    if (zeros != 0 && index == 0) {
+        return true;
+    }
+    index = (uint8_t)(index - zeros);
+    if (index < WORKED_RAMP_PX) {
+        entry->count = ramp[index];
+    } else if (index == WORKED_RAMP_PX) {
+        *entry = (struct run){.count = WORKED_SPEED, .repeat = CONSTANT_PX};
+    } else if (index <= 2u * WORKED_RAMP_PX) {
+        entry->count = ramp[2u * WORKED_RAMP_PX - index];
+    } else {
+        return zeros != 0 && index == 2u * WORKED_RAMP_PX + 1u;
+    }
+    return true;
+}
+
+bool worked_entry(uint16_t backlash_steps, uint8_t index, struct run *entry)
+{
+    uint8_t runs = (uint8_t)(2u * WORKED_RAMP_PX + 1u + 2u * lead(backlash_steps));
+
+    if (index == 0) {
+        *entry = (struct run){RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT, 0};
+        return true;
+    }
+    if (index == 1) {
+        *entry = (struct run){(int16_t)backlash_steps, backlash_steps != 0 ? WORKED_SPEED : 0};
+        return true;
+    }
+    if (index == runs + 2u) {
+        *entry = (struct run){RUN_MARK_END, 0};
+        return true;
+    }
+    return index < runs + 2u && worked_run(backlash_steps, (uint8_t)(index - 2u), entry);
+}
+
+int32_t worked_position(uint16_t backlash_steps, uint16_t pixel)
+{
+    const int16_t *anchors = backlash_steps == 250 ? quarter_positions : whole_positions;
+    uint16_t first_fall = (uint16_t)(worked_pixels(backlash_steps) - lead(backlash_steps)
+                                     - WORKED_RAMP_PX + 1u);
+    int32_t position = 0;
+
+    if (pixel <= WORKED_ANCHORS_PX) {
+        return anchors[pixel - 1u];
+    }
+    position = anchors[WORKED_ANCHORS_PX - 1u];
+    for (uint16_t k = WORKED_ANCHORS_PX + 1u; k <= pixel; k++) {
+        if (k < first_fall) {
+            position += (int32_t)WORKED_SPEED;
+        } else if (k < first_fall + WORKED_RAMP_PX) {
+            position += ramp[WORKED_RAMP_PX - 1u - (k - first_fall)];
+        }
+    }
+    return position;
+}

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: MIT
+// One axis from blocks to STEP edges: the worked example complete, and the queue's rules.
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fakes/axis_bench.h"
+#include "fakes/promise.h"
+#include "fakes/worked_example.h"
+#include "unity.h"
+
+#define PLAIN_MARK ((int16_t)(RUN_MARK_START | RUN_START_WAIT))
+#define CHAINED_MARK ((int16_t)RUN_MARK_START)
+
+// Pixel edges of the line, from its zero: what the virtual interrupt's steps are counted against.
+static struct pixel_grid grid;
+static uint32_t edge_ticks;
+static uint16_t edge;           // number of that edge
+static int32_t steps_at_zero;
+
+void setUp(void)
+{
+    promise_broken = 0;
+    bench_open(30, 1);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
+}
+
+static void watch_edges(void)
+{
+    pixel_grid_start(&grid, &bench.period, 1);
+    edge_ticks = bench.zero_ticks + pixel_grid_advance(&grid);
+    edge = 1;
+    steps_at_zero = bench.steps;
+}
+
+// One period; when its STEP edge lies behind pixel edges, *position is what these saw.
+static bool step_passed_edge(int32_t *position)
+{
+    uint32_t start_ticks = bench.now_ticks;
+
+    *position = bench.steps - steps_at_zero;
+    return bench_period().pulse && (int32_t)(start_ticks - edge_ticks) > 0;
+}
+
+static void next_edge(void)
+{
+    edge_ticks += pixel_grid_advance(&grid);
+    edge++;
+}
+
+static void check_newest_record(uint16_t backlash)
+{
+    const struct ledger *ledger = &bench.axis.ledger;
+    uint8_t newest = ledger->record_next == 0 ? LEDGER_RECORDS : ledger->record_next;
+    const struct pixel_record *record = &ledger->records[newest - 1u];
+
+    TEST_ASSERT_EQUAL_UINT16(ledger->pixel, record->pixel);
+    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record->pixel), record->expected_steps);
+    TEST_ASSERT_EQUAL_INT32(record->expected_steps, record->actual_steps);
+}
+
+static void run_worked_example(uint16_t backlash)
+{
+    uint32_t pixel = 0;
+    int32_t position = 0;
+
+    TEST_ASSERT_TRUE(bench_start_line());
+    watch_edges();
+    while (!bench_finish_line()) {
+        while (step_passed_edge(&position) || (int32_t)(bench.now_ticks - edge_ticks) > 700000L) {
+            TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edge), position);
+            next_edge();
+            break;
+        }
+        if (bench.axis.ledger.pixel != pixel) {
+            pixel = bench.axis.ledger.pixel;
+            check_newest_record(backlash);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(worked_pixels(backlash), pixel);
+}
+
+static void check_worked_example(uint16_t backlash)
+{
+    TEST_ASSERT_TRUE(bench_queue_worked_example(backlash));
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    run_worked_example(backlash);
+    TEST_ASSERT_EQUAL_INT32(10836L + backlash, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(bench.steps, bench.axis.ledger.position_steps);
+    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
+    TEST_ASSERT_EQUAL_UINT16(1, bench.axis.lines_done);
+}
+
+static void worked_example(void)
+{
+    check_worked_example(0);
+}
+
+static void worked_example_with_backlash_of_a_quarter(void)
+{
+    check_worked_example(250);
+}
+
+static void worked_example_with_backlash_of_a_pixel(void)
+{
+    check_worked_example(1000);
+}
+
+static void backlash_only_after_a_reversal(void)
+{
+    bench.always_take_up = false;
+    TEST_ASSERT_TRUE(bench_queue_worked_example(250));
+    TEST_ASSERT_TRUE(bench_queue_worked_example(250));
+    run_worked_example(250);
+    TEST_ASSERT_EQUAL_INT32(11086, bench.steps);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_TRUE(bench_start_line());
+    while (!bench_finish_line()) {
+        (void)bench_period();
+    }
+    TEST_ASSERT_EQUAL_INT32(11086 + 10836, bench.steps);
+}
+
+static enum block_result queue_block(uint16_t block)
+{
+    static const uint8_t entries[] = {0x00, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 1, 0, 2, 0, 0};
+
+    return axis_queue_block(&bench.axis, &bench.limits, block, entries, 4);
+}
+
+static void block_numbers(void)
+{
+    TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(1));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
+    TEST_ASSERT_EQUAL(BLOCK_REPEATED, queue_block(0));
+    TEST_ASSERT_EQUAL_UINT8(4, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(2));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(1));
+    TEST_ASSERT_EQUAL_UINT16(2, bench.axis.next_block);
+    TEST_ASSERT_EQUAL_UINT8(2, bench.axis.whole_lines);
+}
+
+static void block_numbers_wrap(void)
+{
+    bench.axis.next_block = 0xFFFF;
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0xFFFF));
+    TEST_ASSERT_EQUAL(BLOCK_REPEATED, queue_block(0xFFFF));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
+}
+
+static void full_queue_takes_all_or_nothing(void)
+{
+    for (uint16_t i = 0; i < BENCH_SLOTS / 4u - 1u; i++) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(i));
+    }
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(PLAIN_MARK, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(1, 1));
+    TEST_ASSERT_EQUAL(BLOCK_FULL, queue_block(bench.axis.next_block));
+    TEST_ASSERT_EQUAL_UINT8(1, run_queue_free(&bench.axis.queue));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_FULL, bench_queue(PLAIN_MARK, 0));
+}
+
+static void refused_line_stays_out(void)
+{
+    // Start, parameter, 10 x 3 pixels from rest: oscillates at its first pixel.
+    static const uint8_t entries[] = {0x00, 0x31, 0, 0, 0, 0, 0, 0, 0, 10, 0, 3};
+
+    TEST_ASSERT_EQUAL(BLOCK_REFUSED,
+                      axis_queue_block(&bench.axis, &bench.limits, 0, entries, 3));
+    TEST_ASSERT_EQUAL(AXIS_REFUSED, bench.axis.state);
+    TEST_ASSERT_EQUAL(LINE_oscillates, bench.axis.line_error);
+    TEST_ASSERT_EQUAL_UINT32(1, bench.axis.line_error_pixel);
+    TEST_ASSERT_EQUAL_UINT8(0, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL(BLOCK_REFUSED, queue_block(0));
+    TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
+    axis_discard(&bench.axis, bench.engine.tail);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.state);
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+}
+
+static void states_while_loading(void)
+{
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.state);
+    (void)bench_queue(PLAIN_MARK, 0);
+    TEST_ASSERT_EQUAL(AXIS_LOADING, bench.axis.state);
+    TEST_ASSERT_TRUE(axis_waits_for_edge(&bench.axis));
+    (void)bench_queue(0, 0);
+    (void)bench_queue(3, 2);
+    TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
+    (void)bench_queue(RUN_MARK_END, 0);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
+    TEST_ASSERT_EQUAL(AXIS_ARMED, bench.axis.state);
+}
+
+static void run_out(void)
+{
+    while (!bench_finish_line()) {
+        (void)bench_period();
+        TEST_ASSERT_NOT_EQUAL(STEP_ENGINE_HALTED, bench.engine.state);
+    }
+}
+
+static void plain_line_with_reversals(void)
+{
+    static const int16_t counts[] = {300, -300, 0, 120, -7, 1, -1, 300};
+    static const int32_t positions[] = {300, 0, 0, 120, 113, 114, 113, 413};
+
+    (void)bench_queue(PLAIN_MARK, 0);
+    (void)bench_queue(0, 0);
+    for (uint8_t i = 0; i < 8; i++) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+    }
+    (void)bench_queue(RUN_MARK_END, 0);
+    TEST_ASSERT_TRUE(bench_start_line());
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(413, bench.steps);
+    TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.record_count);
+    for (uint8_t i = 0; i < 8; i++) {
+        TEST_ASSERT_EQUAL_INT32(positions[i], bench.axis.ledger.records[i].expected_steps);
+        TEST_ASSERT_EQUAL_INT32(positions[i], bench.axis.ledger.records[i].actual_steps);
+    }
+}
+
+static void queue_plain(int16_t mark, int16_t count, uint16_t pixels)
+{
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(mark, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(count, pixels));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+}
+
+// The chained line's zero is the end of the one before: no gap in the step times.
+static void chained_lines(void)
+{
+    uint32_t last_step_ticks = 0;
+
+    bench_open(1000, 1);
+    queue_plain(PLAIN_MARK, 10, 3);
+    queue_plain(CHAINED_MARK, 10, 2);
+    queue_plain(CHAINED_MARK, -10, 4);
+    TEST_ASSERT_TRUE(bench_start_line());
+    while (!bench_finish_line()) {
+        uint32_t start_ticks = bench.now_ticks;
+        if (bench_period().pulse) {
+            last_step_ticks = start_ticks;
+        }
+    }
+    TEST_ASSERT_EQUAL_INT32(10, bench.steps);
+    TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 9u * 16000uL, last_step_ticks);
+    TEST_ASSERT_EQUAL_UINT16(3, bench.axis.lines_done);
+    TEST_ASSERT_EQUAL_INT32(-40, bench.axis.ledger.records[3].actual_steps);
+    TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
+    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
+}
+
+static void waiting_line_is_not_chained(void)
+{
+    bench_open(1000, 1);
+    queue_plain(PLAIN_MARK, 10, 1);
+    queue_plain(PLAIN_MARK, 10, 1);
+    TEST_ASSERT_TRUE(bench_start_line());
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(10, bench.steps);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_TRUE(bench_start_line());
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(20, bench.steps);
+}
+
+// A line longer than the memory may be armed when most of the memory is full.
+static void queue_long_start(void)
+{
+    bench_open(1000, 1);
+    (void)bench_queue(PLAIN_MARK, 0);
+    (void)bench_queue(0, 0);
+    for (uint8_t i = 0; i < 95; i++) {
+        TEST_ASSERT_EQUAL(AXIS_LOADING, bench.axis.state);
+        (void)bench_queue((int16_t)(1 + (i & 1)), 1);
+    }
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_TRUE(bench_start_line());
+}
+
+static void starving_halts_dry(void)
+{
+    queue_long_start();
+    while (bench.engine.state != STEP_ENGINE_HALTED) {
+        (void)bench_period();
+        TEST_ASSERT_FALSE(bench_finish_line());
+    }
+    TEST_ASSERT_TRUE(bench.axis.dry);
+    // The last decoded step is the next interval's to carry: it was never made.
+    TEST_ASSERT_EQUAL_INT32(141, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(141, bench.axis.ledger.position_steps);
+}
+
+static void streamed_line_goes_on(void)
+{
+    uint16_t queued = 95;
+    int32_t wanted = 142;
+
+    queue_long_start();
+    while (!bench_finish_line()) {
+        if (queued < 400 && run_queue_free(&bench.axis.queue) > 20) {
+            TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(3, 1));
+            queued++;
+            wanted += 3;
+        } else if (queued == 400) {
+            TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+            queued++;
+        }
+        (void)bench_period();
+    }
+    TEST_ASSERT_EQUAL_INT32(wanted, bench.steps);
+    TEST_ASSERT_EQUAL_UINT32(400, bench.axis.ledger.pixel);
+}
+
+static void refusal_in_a_running_line_lets_it_run_dry(void)
+{
+    queue_long_start();
+    TEST_ASSERT_EQUAL(BLOCK_REFUSED, bench_queue(20000, 1));
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, bench.axis.state);
+    TEST_ASSERT_EQUAL(LINE_out_of_range, bench.axis.line_error);
+    TEST_ASSERT_EQUAL_UINT32(96, bench.axis.line_error_pixel);
+}
+
+static void discard_forgets_an_armed_line(void)
+{
+    queue_plain(PLAIN_MARK, 10, 3);
+    TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
+    axis_decode(&bench.axis, &bench.period, true, 64);
+    axis_discard(&bench.axis, bench.engine.tail);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.state);
+    for (uint8_t i = 0; i < 20; i++) {
+        TEST_ASSERT_FALSE(bench_period().pulse);
+    }
+    queue_plain(PLAIN_MARK, 4, 2);
+    TEST_ASSERT_TRUE(bench_start_line());
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(8, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(8, bench.axis.ledger.position_steps);
+}
+
+static void warning_is_reported(void)
+{
+    (void)bench_queue(PLAIN_MARK | (int16_t)RUN_START_SMOOTH, 0);
+    (void)bench_queue(0, 0);
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(1, 4));
+    TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(worked_example);
+    RUN_TEST(worked_example_with_backlash_of_a_quarter);
+    RUN_TEST(worked_example_with_backlash_of_a_pixel);
+    RUN_TEST(backlash_only_after_a_reversal);
+    RUN_TEST(block_numbers);
+    RUN_TEST(block_numbers_wrap);
+    RUN_TEST(full_queue_takes_all_or_nothing);
+    RUN_TEST(refused_line_stays_out);
+    RUN_TEST(states_while_loading);
+    RUN_TEST(plain_line_with_reversals);
+    RUN_TEST(chained_lines);
+    RUN_TEST(waiting_line_is_not_chained);
+    RUN_TEST(starving_halts_dry);
+    RUN_TEST(streamed_line_goes_on);
+    RUN_TEST(refusal_in_a_running_line_lets_it_run_dry);
+    RUN_TEST(discard_forgets_an_armed_line);
+    RUN_TEST(warning_is_reported);
+    return UNITY_END();
+}

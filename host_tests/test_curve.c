@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+// Steps under constant acceleration: the anchors of spec 1.5 and the inequality that defines a
+// step's tick.
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fakes/chance.h"
+#include "motion/curve.h"
+#include "unity.h"
+
+// A piece costs the simulated board about a second when all its 16383 steps are computed.
+#ifdef __AVR__
+#define RANDOM_PIECES 60u
+#else
+#define RANDOM_PIECES 3000u
+#endif
+#define ANCHOR_TICKS 1000000uL
+
+void setUp(void)
+{
+    chance_seed(0x5EED0003uL);
+}
+
+void tearDown(void)
+{
+}
+
+static void check_anchors(uint16_t start_speed, const uint32_t *places, uint16_t steps)
+{
+    struct curve curve;
+    uint32_t at = 0;
+
+    curve_start(&curve, ANCHOR_TICKS, start_speed, steps);
+    for (uint16_t k = 0; k + 1u < steps; k++) {
+        at += curve_next(&curve);
+        TEST_ASSERT_EQUAL_UINT32(places[k], at);
+    }
+}
+
+static void anchors_from_rest(void)
+{
+    static const uint32_t places[] = {500000, 707107, 866026};
+
+    check_anchors(0, places, 4);
+}
+
+static void anchors_to_rest(void)
+{
+    static const uint32_t places[] = {133975, 292894, 500000};
+
+    check_anchors(8, places, 4);
+}
+
+static void anchors_of_the_second_pixel(void)
+{
+    static const uint32_t places[] = {
+        118034, 224745, 322876, 414214, 500000, 581139, 658313, 732051, 802776, 870829, 936492,
+    };
+
+    check_anchors(8, places, 12);
+}
+
+// v0*T*t + h*t*t in 1/T^2 steps.
+static int64_t travel(uint32_t ticks, uint16_t speed, uint16_t steps, uint32_t at)
+{
+    int64_t slope = (int64_t)speed * (int64_t)ticks;
+    int64_t half = (int64_t)steps - speed;
+
+    return (int64_t)at * (slope + half * (int64_t)at);
+}
+
+static bool is_smallest(uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t k, uint32_t at)
+{
+    int64_t wanted = (int64_t)ticks * (int64_t)ticks * k;
+
+    return travel(ticks, speed, steps, at) >= wanted
+           && travel(ticks, speed, steps, at - 1u) < wanted;
+}
+
+// Every `stride`-th step is compared; all of them stand in the sum.
+static void check_piece(uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t stride)
+{
+    struct curve curve;
+    uint32_t at = 0;
+    uint16_t left = stride;
+
+    curve_start(&curve, ticks, speed, steps);
+    for (uint16_t k = 1; k < steps; k++) {
+        at += curve_next(&curve);
+        left--;
+        if (left == 0 || k + 1u == steps) {
+            left = stride;
+            TEST_ASSERT_TRUE(is_smallest(ticks, speed, steps, k, at));
+        }
+    }
+}
+
+static void ramp_of_the_worked_example(void)
+{
+    static const uint16_t counts[] = {
+        4, 12, 20, 28, 35, 41, 86, 150, 214, 320, 448, 576, 704, 832, 948,
+    };
+    uint16_t speed = 0;
+
+    for (uint8_t i = 0; i < 15; i++) {
+        check_piece(533333uL + (i & 1u), speed, counts[i], 3);
+        speed = (uint16_t)(2u * counts[i] - speed);
+    }
+    TEST_ASSERT_EQUAL_UINT16(1000, speed);
+}
+
+static void last_pixel_to_rest(void)
+{
+    check_piece(533333uL, 8, 4, 1);
+    check_piece(533333uL, 128, 64, 1);
+    check_piece(533333uL, 2000, 1000, 7);
+}
+
+static void short_pieces(void)
+{
+    check_piece(1024, 0, 3, 1);
+    check_piece(1024, 2, 1, 1);
+    check_piece(1024, 6, 3, 1);
+    check_piece(1024, 4, 9, 1);
+    check_piece(2000, 0, 50, 1);
+}
+
+static void longest_piece(void)
+{
+    check_piece(0xFFFFFFuL, 0, 1, 1);
+    check_piece(0xFFFFFFuL, 0, 100, 1);
+    check_piece(0xFFFFFFuL, 200, 100, 1);
+    check_piece(0xFFFFFFuL, 16000, 16383, 251);
+    check_piece(0xFFFFFFuL, 0, 16383, 251);
+    check_piece(0xFFFFFFuL, 32766, 16383, 251);
+}
+
+// Around 2^29 = top speed * T, where the residual's width changes.
+static void narrow_meets_wide(void)
+{
+    struct curve curve;
+
+    curve_start(&curve, 524288uL, 1000, 1011);
+    TEST_ASSERT_TRUE(curve.is_narrow);
+    curve_start(&curve, 524288uL, 1000, 1012);
+    TEST_ASSERT_FALSE(curve.is_narrow);
+    check_piece(524288uL, 1000, 1011, 5);
+    check_piece(524288uL, 1000, 1012, 5);
+    check_piece(524288uL, 1024, 800, 5);
+    check_piece(524288uL, 1023, 800, 5);
+}
+
+// No step in less than 60 ticks at the faster end.
+static uint16_t random_steps(uint32_t ticks)
+{
+    uint32_t top = ticks / 120u;
+
+    top = top > 3000u ? 3000u : top;
+    if ((chance() & 3u) != 0 && top > 200u) {
+        top = 200;
+    }
+    return (uint16_t)chance_between(1, top);
+}
+
+static void random_pieces(void)
+{
+    for (uint16_t i = 0; i < RANDOM_PIECES; i++) {
+        uint32_t ticks = (i & 1u) != 0 ? chance_between(1024, 40000uL)
+                                       : chance_between(100000uL, 0xFFFFFFuL);
+        uint16_t steps = random_steps(ticks);
+        uint16_t speed = (uint16_t)chance_between(0, 2uL * steps);
+        check_piece(ticks, speed, steps, steps > 200u ? 13 : 1);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(anchors_from_rest);
+    RUN_TEST(anchors_to_rest);
+    RUN_TEST(anchors_of_the_second_pixel);
+    RUN_TEST(ramp_of_the_worked_example);
+    RUN_TEST(last_pixel_to_rest);
+    RUN_TEST(short_pieces);
+    RUN_TEST(longest_piece);
+    RUN_TEST(narrow_meets_wide);
+    RUN_TEST(random_pieces);
+    return UNITY_END();
+}

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: MIT
+// Intervals in, timer periods out: where STEP edges and direction changes fall when the virtual
+// step interrupt consumes the ring.
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fakes/chance.h"
+#include "fakes/promise.h"
+#include "motion/feed.h"
+#include "motion/step_engine.h"
+#include "unity.h"
+
+#define DELAY_TICKS 2000u
+// What feed.c promises for a period beside a command that it cut itself.
+#define CUT_MIN_TICKS (STEP_PERIOD_MAX_TICKS - 0x8000u)
+#define STEPS_MAX 80u
+
+static struct step_ring ring;
+static struct step_engine engine;
+static struct feed feed;
+static uint32_t now_ticks;    // start of the period that is loaded next
+static uint32_t before_ticks; // start of the period loaded last,
+static bool before_pulse;     //   and whether it pulses
+static uint32_t edge_ticks[STEPS_MAX]; // STEP edges, from the first period on
+static uint32_t turn_ticks[STEPS_MAX]; // direction changes
+static uint8_t edges;
+static uint8_t turns;
+
+void setUp(void)
+{
+    chance_seed(0x5EED0004uL);
+    promise_broken = 0;
+    feed.negative = false;
+    engine.negative = false;
+    step_engine_reset(&engine, &ring);
+    feed_reset(&feed, &ring, 0);
+    now_ticks = STEP_IDLE_TICKS;
+    before_ticks = 0;
+    before_pulse = false;
+    edges = 0;
+    turns = 0;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
+}
+
+// The interrupt runs at the start of the period loaded before: there the direction changes.
+static uint32_t load_period(void)
+{
+    struct step_load load = step_engine_next(&engine, &ring);
+    uint32_t length_ticks = (uint32_t)load.top_ticks + 1u;
+
+    if (load.turned) {
+        TEST_ASSERT_FALSE(before_pulse);
+        turn_ticks[turns] = before_ticks;
+        turns++;
+    }
+    if (load.pulse) {
+        edge_ticks[edges] = now_ticks;
+        edges++;
+    }
+    before_ticks = now_ticks;
+    before_pulse = load.pulse;
+    now_ticks += length_ticks;
+    return length_ticks;
+}
+
+static void consume(void)
+{
+    while (engine.tail != feed.head) {
+        TEST_ASSERT_TRUE(load_period() <= STEP_PERIOD_MAX_TICKS);
+    }
+}
+
+static void pump(void)
+{
+    while (feed_busy(&feed)) {
+        feed_pump(&feed);
+    }
+}
+
+static void step(uint32_t ticks, bool negative)
+{
+    feed_step(&feed, ticks, negative);
+    pump();
+}
+
+// Line zero: DELAY_TICKS after the next period's start.
+static uint32_t release(void)
+{
+    uint32_t zero_ticks = now_ticks + DELAY_TICKS;
+
+    feed_release(&feed, feed.lead_in_ticks + DELAY_TICKS);
+    return zero_ticks;
+}
+
+static void steps_fall_where_they_should(void)
+{
+    uint32_t zero = 0;
+
+    feed_hold(&feed);
+    for (uint8_t i = 0; i < 5; i++) {
+        step(500, false);
+    }
+    feed_end(&feed);
+    (void)load_period();
+    TEST_ASSERT_EQUAL_UINT16(1, engine.idle_count);
+    zero = release();
+    consume();
+    TEST_ASSERT_EQUAL_UINT8(5, edges);
+    for (uint8_t i = 0; i < 5; i++) {
+        TEST_ASSERT_EQUAL_UINT32(zero + 500uL * (i + 1u), edge_ticks[i]);
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, turns);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, engine.state);
+}
+
+static void held_line_is_invisible(void)
+{
+    feed_hold(&feed);
+    step(500, false);
+    step(500, false);
+    for (uint8_t i = 0; i < 10; i++) {
+        TEST_ASSERT_EQUAL_UINT32(STEP_IDLE_TICKS, load_period());
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, engine.tail);
+    TEST_ASSERT_EQUAL_UINT8(0, edges);
+}
+
+static void short_first_interval_goes_into_the_delay(void)
+{
+    feed_hold(&feed);
+    step(0x7000, false);
+    TEST_ASSERT_EQUAL_UINT32(0x7000, feed.lead_in_ticks);
+    uint32_t zero = release();
+    step(500, false);
+    consume();
+    TEST_ASSERT_EQUAL_UINT32(zero + 0x7000u, edge_ticks[0]);
+}
+
+static void long_first_interval_stays(void)
+{
+    feed_hold(&feed);
+    step(0x7001, false);
+    TEST_ASSERT_EQUAL_UINT32(0, feed.lead_in_ticks);
+    uint32_t zero = release();
+    step(500, false);
+    consume();
+    TEST_ASSERT_EQUAL_UINT32(zero + 0x7001u, edge_ticks[0]);
+}
+
+static void quiet_time_comes_before_the_first_step(void)
+{
+    feed_hold(&feed);
+    feed_quiet(&feed, 400000uL);
+    pump();
+    uint32_t zero = release();
+    step(300, false);
+    step(500, false);
+    consume();
+    TEST_ASSERT_EQUAL_UINT32(zero + 400300uL, edge_ticks[0]);
+}
+
+// The pulse is in the first chunk, none is longer than a period or, at the end, too short for the
+// commands around it.
+static void check_cut(uint32_t interval)
+{
+    setUp();
+    feed_hold(&feed);
+    step(500, false);
+    uint32_t zero = release();
+    step(interval, false);
+    step(500, false);
+    while (edges == 0) {
+        (void)load_period();
+    }
+    uint32_t shortest = now_ticks - before_ticks;
+    while (engine.tail != feed.head) {
+        uint32_t length = load_period();
+        if (edges == 1) {
+            shortest = length < shortest ? length : shortest;
+            TEST_ASSERT_TRUE(length <= STEP_PERIOD_MAX_TICKS);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(zero + 500u + interval, edge_ticks[1]);
+    TEST_ASSERT_TRUE(interval <= STEP_PERIOD_MAX_TICKS || shortest >= CUT_MIN_TICKS);
+}
+
+static void long_intervals_are_cut(void)
+{
+    check_cut(STEP_PERIOD_MAX_TICKS);
+    check_cut(STEP_PERIOD_MAX_TICKS + 1uL);
+    check_cut(2uL * STEP_PERIOD_MAX_TICKS);
+    check_cut(0x8000uL + STEP_PERIOD_MAX_TICKS);
+    check_cut(0x8001uL + STEP_PERIOD_MAX_TICKS);
+    check_cut(533333uL);
+    check_cut(4000000uL);
+}
+
+static void check_turn(uint32_t interval)
+{
+    setUp();
+    feed_hold(&feed);
+    step(2000, false);
+    (void)release();
+    step(interval, true);
+    step(2000, true);
+    consume();
+    TEST_ASSERT_EQUAL_UINT8(2, edges);
+    TEST_ASSERT_EQUAL_UINT8(1, turns);
+    TEST_ASSERT_EQUAL_UINT32(interval, edge_ticks[1] - edge_ticks[0]);
+    TEST_ASSERT_TRUE(turn_ticks[0] - edge_ticks[0] >= 832u);
+    TEST_ASSERT_TRUE(edge_ticks[1] - turn_ticks[0] >= 832u);
+    if (interval <= STEP_PERIOD_MAX_TICKS) {
+        TEST_ASSERT_EQUAL_UINT32(edge_ticks[0] + interval / 2u, turn_ticks[0]);
+    }
+}
+
+static void direction_changes_inside_the_interval(void)
+{
+    check_turn(1664);
+    check_turn(1665);
+    check_turn(40000uL);
+    check_turn(STEP_PERIOD_MAX_TICKS);
+    check_turn(STEP_PERIOD_MAX_TICKS + 1uL);
+    check_turn(100000uL);
+    check_turn(1000000uL);
+}
+
+static void first_step_turns_during_the_delay(void)
+{
+    feed_hold(&feed);
+    step(1000, true);
+    step(1000, true);
+    uint32_t zero = release();
+    consume();
+    TEST_ASSERT_EQUAL_UINT8(1, turns);
+    TEST_ASSERT_EQUAL_UINT32(zero + 1000u, edge_ticks[0]);
+    TEST_ASSERT_TRUE(turn_ticks[0] <= zero);
+    TEST_ASSERT_TRUE(engine.negative);
+}
+
+static void end_gives_the_last_step_a_period(void)
+{
+    feed_hold(&feed);
+    step(700, false);
+    uint32_t zero = release();
+    feed_end(&feed);
+    consume();
+    TEST_ASSERT_EQUAL_UINT8(1, edges);
+    TEST_ASSERT_EQUAL_UINT32(zero + 700u, edge_ticks[0]);
+    TEST_ASSERT_EQUAL_UINT32(zero + 700u + 2uL * STEP_IDLE_TICKS, now_ticks);
+    TEST_ASSERT_EQUAL_UINT16(1, engine.idle_count);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, engine.state);
+}
+
+static void end_after_quiet_time_keeps_it(void)
+{
+    feed_hold(&feed);
+    step(700, false);
+    uint32_t zero = release();
+    feed_quiet(&feed, 50000uL);
+    feed_end(&feed);
+    consume();
+    TEST_ASSERT_EQUAL_UINT32(zero + 50700uL + STEP_IDLE_TICKS, now_ticks);
+}
+
+static void next_line_pulses_again(void)
+{
+    for (uint8_t i = 0; i < 3; i++) {
+        feed_hold(&feed);
+        step(700, (i & 1u) != 0);
+        (void)load_period();
+        uint32_t zero = release();
+        feed_end(&feed);
+        consume();
+        TEST_ASSERT_EQUAL_UINT8(i + 1, edges);
+        TEST_ASSERT_EQUAL_UINT32(zero + 700u, edge_ticks[i]);
+    }
+    TEST_ASSERT_EQUAL_UINT8(2, turns);
+}
+
+static void missing_end_halts(void)
+{
+    feed_hold(&feed);
+    step(700, false);
+    (void)release();
+    step(700, false);
+    consume();
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IN_LINE, engine.state);
+    (void)load_period();
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
+}
+
+static void space_counts_from_the_retired_slot(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, feed_space(&feed, 0));
+    feed_hold(&feed);
+    step(500, false);
+    step(500, false);
+    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY - feed.head, feed_space(&feed, 0));
+    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, feed_space(&feed, feed.head));
+}
+
+static void no_call_writes_more_than_a_burst(void)
+{
+    feed_hold(&feed);
+    step(700, false);
+    (void)release();
+    for (uint8_t i = 0; i < 40; i++) {
+        uint8_t head = feed.head;
+        feed_step(&feed, chance_between(1664, 200000uL), (chance() & 1u) != 0);
+        TEST_ASSERT_TRUE((uint8_t)(feed.head - head) <= FEED_BURST);
+        while (feed_busy(&feed)) {
+            head = feed.head;
+            feed_pump(&feed);
+            TEST_ASSERT_TRUE((uint8_t)(feed.head - head) <= FEED_BURST);
+        }
+        edges = 0;
+        turns = 0;
+        consume();
+    }
+}
+
+static uint32_t random_interval(void)
+{
+    static const uint32_t longest[] = {6000, 6000, 70000uL, 600000uL};
+
+    return chance_between(1664, longest[chance() & 3u]);
+}
+
+// As the writer does it: commands are never left without the period behind them.
+static void consume_behind(void)
+{
+    while ((uint8_t)(feed.head - engine.tail) > FEED_BURST) {
+        TEST_ASSERT_TRUE(load_period() <= STEP_PERIOD_MAX_TICKS);
+    }
+}
+
+static void random_line(void)
+{
+    static uint32_t places[STEPS_MAX];
+    uint8_t wanted_turns = 0;
+    bool negative = false;
+
+    feed_hold(&feed);
+    step(1664, false);
+    places[0] = release() + 1664u;
+    for (uint8_t i = 1; i < STEPS_MAX; i++) {
+        uint32_t interval = random_interval();
+        bool turn = (chance() & 3u) == 0;
+        negative = negative != turn;
+        wanted_turns = (uint8_t)(wanted_turns + turn);
+        step(interval, negative);
+        consume_behind();
+        places[i] = places[i - 1u] + interval;
+    }
+    feed_end(&feed);
+    consume();
+    TEST_ASSERT_EQUAL_UINT8(STEPS_MAX, edges);
+    TEST_ASSERT_EQUAL_UINT32_ARRAY(places, edge_ticks, STEPS_MAX);
+    TEST_ASSERT_EQUAL_UINT8(wanted_turns, turns);
+    TEST_ASSERT_EQUAL(negative, engine.negative);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(steps_fall_where_they_should);
+    RUN_TEST(held_line_is_invisible);
+    RUN_TEST(short_first_interval_goes_into_the_delay);
+    RUN_TEST(long_first_interval_stays);
+    RUN_TEST(quiet_time_comes_before_the_first_step);
+    RUN_TEST(long_intervals_are_cut);
+    RUN_TEST(direction_changes_inside_the_interval);
+    RUN_TEST(first_step_turns_during_the_delay);
+    RUN_TEST(end_gives_the_last_step_a_period);
+    RUN_TEST(end_after_quiet_time_keeps_it);
+    RUN_TEST(next_line_pulses_again);
+    RUN_TEST(missing_end_halts);
+    RUN_TEST(space_counts_from_the_retired_slot);
+    RUN_TEST(no_call_writes_more_than_a_burst);
+    RUN_TEST(random_line);
+    return UNITY_END();
+}

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+// Time, position and pixel edges as the ledger reads them off the consumed ring.
+#include <stdint.h>
+
+#include "fakes/promise.h"
+#include "motion/ledger.h"
+#include "motion/step_engine.h"
+#include "unity.h"
+
+#define DELAY_TICKS 1500u
+
+static struct step_ring ring;
+static struct step_engine engine;
+static struct feed feed;
+static struct ledger ledger;
+static uint32_t now_ticks; // end of the newest loaded period
+
+void setUp(void)
+{
+    promise_broken = 0;
+    feed.negative = false;
+    step_engine_reset(&engine, &ring);
+    feed_reset(&feed, &ring, 0);
+    ledger_reset(&ledger, &ring, STEP_IDLE_TICKS);
+    now_ticks = 2uL * STEP_IDLE_TICKS;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
+}
+
+static void load_periods(uint16_t count)
+{
+    for (; count != 0; count--) {
+        now_ticks += (uint32_t)step_engine_next(&engine, &ring).top_ticks + 1u;
+    }
+}
+
+static void follow(void)
+{
+    struct engine_sample sample = {engine.tail, engine.idle_count};
+
+    ledger_follow(&ledger, &feed, sample);
+}
+
+static void step(uint32_t ticks, bool negative)
+{
+    feed_step(&feed, ticks, negative);
+    while (feed_busy(&feed)) {
+        feed_pump(&feed);
+    }
+}
+
+static void begin_line(void)
+{
+    feed_hold(&feed);
+    feed_mark_here(&feed, true, 0);
+}
+
+static void release(void)
+{
+    feed_release(&feed, feed.lead_in_ticks + DELAY_TICKS);
+}
+
+static void consume(void)
+{
+    while (engine.tail != feed.head) {
+        load_periods(1);
+    }
+    follow();
+}
+
+static void time_begins_with_two_periods(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(8192, ledger.loaded_ticks);
+    TEST_ASSERT_EQUAL_UINT32(4096, ledger_period_start(&ledger, 0));
+    TEST_ASSERT_EQUAL_UINT32(0, ledger_period_start(&ledger, 1));
+}
+
+static void idle_periods_pass(void)
+{
+    load_periods(1000);
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS, ledger_period_start(&ledger, 2));
+}
+
+static void idle_count_wraps(void)
+{
+    engine.idle_count = 0xFFF0;
+    ledger.idle_seen = 0xFFF0;
+    load_periods(40);
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+}
+
+static void steps_count_in_their_direction(void)
+{
+    begin_line();
+    step(500, false);
+    release();
+    step(500, false);
+    step(3000, true);
+    step(600, true);
+    step(600, true);
+    feed_end(&feed);
+    consume();
+    TEST_ASSERT_EQUAL_INT32(-1, ledger.position_steps);
+    TEST_ASSERT_TRUE(ledger.negative);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+}
+
+static void position_is_what_was_loaded(void)
+{
+    begin_line();
+    for (uint8_t i = 0; i < 10; i++) {
+        step(500, false);
+    }
+    release();
+    load_periods(4);
+    follow();
+    TEST_ASSERT_EQUAL_INT32(3, ledger.position_steps);
+    load_periods(2);
+    follow();
+    TEST_ASSERT_EQUAL_INT32(5, ledger.position_steps);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+}
+
+static void starts_of_the_last_three_periods(void)
+{
+    begin_line();
+    step(500, false);
+    release();
+    step(700, false);
+    step(800, false);
+    step(900, false);
+    load_periods(4);
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 900u, ledger_period_start(&ledger, 0));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 1700u, ledger_period_start(&ledger, 1));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 2400u, ledger_period_start(&ledger, 2));
+}
+
+// Idle periods of the same sample lie behind the entries.
+static void idle_after_entries(void)
+{
+    begin_line();
+    step(500, false);
+    release();
+    step(700, false);
+    feed_end(&feed);
+    load_periods(3);
+    load_periods(5);
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - STEP_IDLE_TICKS, ledger_period_start(&ledger, 0));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS, ledger_period_start(&ledger, 2));
+}
+
+static void mark_waits_for_the_step_before_it(void)
+{
+    begin_line();
+    step(500, false);
+    step(500, false);
+    feed_mark_here(&feed, false, 2);
+    release();
+    step(500, false);
+    load_periods(2);
+    follow();
+    TEST_ASSERT_EQUAL_INT32(1, ledger.position_steps);
+    TEST_ASSERT_EQUAL_UINT32(0, ledger.pixel);
+    load_periods(1);
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
+    TEST_ASSERT_EQUAL_INT32(2, ledger.records[0].expected_steps);
+    TEST_ASSERT_EQUAL_INT32(2, ledger.records[0].actual_steps);
+}
+
+// Lines of `pixels` pixels of two steps.
+static void run_pixels(uint8_t pixels, bool negative)
+{
+    int32_t position = 0;
+
+    begin_line();
+    for (uint8_t k = 0; k < pixels; k++) {
+        step(2000, negative);
+        step(2000, negative);
+        position += negative ? -2 : 2;
+        feed_mark_here(&feed, false, position);
+        if (k == 0) {
+            release();
+        } else {
+            consume();
+        }
+    }
+    feed_end(&feed);
+    consume();
+}
+
+static void records_of_a_short_line(void)
+{
+    run_pixels(4, true);
+    TEST_ASSERT_EQUAL_UINT8(4, ledger.record_count);
+    for (uint8_t i = 0; i < 4; i++) {
+        TEST_ASSERT_EQUAL_UINT16(i + 1u, ledger.records[i].pixel);
+        TEST_ASSERT_EQUAL_INT32(-2 * (i + 1), ledger.records[i].expected_steps);
+        TEST_ASSERT_EQUAL_INT32(-2 * (i + 1), ledger.records[i].actual_steps);
+    }
+}
+
+static void records_wrap_at_ten(void)
+{
+    run_pixels(13, false);
+    TEST_ASSERT_EQUAL_UINT8(LEDGER_RECORDS, ledger.record_count);
+    TEST_ASSERT_EQUAL_UINT8(3, ledger.record_next);
+    TEST_ASSERT_EQUAL_UINT32(13, ledger.pixel);
+    TEST_ASSERT_EQUAL_UINT16(13, ledger.records[2].pixel);
+    TEST_ASSERT_EQUAL_UINT16(4, ledger.records[3].pixel);
+    TEST_ASSERT_EQUAL_INT32(26, ledger.records[2].actual_steps);
+}
+
+static void next_line_counts_from_its_start(void)
+{
+    run_pixels(3, false);
+    run_pixels(2, false);
+    TEST_ASSERT_EQUAL_INT32(10, ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(6, ledger.line_origin);
+    TEST_ASSERT_EQUAL_UINT8(2, ledger.record_count);
+    TEST_ASSERT_EQUAL_INT32(4, ledger.records[1].actual_steps);
+}
+
+static void edge_error_finds_its_record(void)
+{
+    run_pixels(13, false);
+    ledger_note_edge_error(&ledger, 5, -7);
+    ledger_note_edge_error(&ledger, 3, 9);
+    TEST_ASSERT_EQUAL_INT16(-7, ledger.records[4].edge_error_ticks);
+    for (uint8_t i = 0; i < LEDGER_RECORDS; i++) {
+        TEST_ASSERT_TRUE(i == 4 || ledger.records[i].edge_error_ticks == 0);
+    }
+}
+
+static void restart_keeps_position_and_records(void)
+{
+    run_pixels(3, false);
+    ledger_restart(&ledger, STEP_IDLE_TICKS);
+    TEST_ASSERT_EQUAL_INT32(6, ledger.position_steps);
+    TEST_ASSERT_EQUAL_UINT8(3, ledger.record_count);
+    TEST_ASSERT_EQUAL_UINT32(8192, ledger.loaded_ticks);
+    TEST_ASSERT_EQUAL_UINT8(0, ledger.retired);
+}
+
+static void skipped_entries_do_not_count(void)
+{
+    begin_line();
+    for (uint8_t i = 0; i < 10; i++) {
+        step(500, false);
+    }
+    release();
+    load_periods(4);
+    follow();
+    ring.high[engine.tail] = STEP_HIGH_EMPTY;
+    load_periods(3);
+    follow();
+    ledger_skip_to(&ledger, engine.tail);
+    feed_reset(&feed, &ring, engine.tail);
+    follow();
+    TEST_ASSERT_EQUAL_INT32(3, ledger.position_steps);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+}
+
+static void ring_wraps_many_times(void)
+{
+    for (uint8_t i = 0; i < 20; i++) {
+        run_pixels(60, (i & 1u) != 0);
+    }
+    TEST_ASSERT_EQUAL_INT32(0, ledger.position_steps);
+    TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
+    TEST_ASSERT_EQUAL_UINT32(60, ledger.pixel);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(time_begins_with_two_periods);
+    RUN_TEST(idle_periods_pass);
+    RUN_TEST(idle_count_wraps);
+    RUN_TEST(steps_count_in_their_direction);
+    RUN_TEST(position_is_what_was_loaded);
+    RUN_TEST(starts_of_the_last_three_periods);
+    RUN_TEST(idle_after_entries);
+    RUN_TEST(mark_waits_for_the_step_before_it);
+    RUN_TEST(records_of_a_short_line);
+    RUN_TEST(records_wrap_at_ten);
+    RUN_TEST(next_line_counts_from_its_start);
+    RUN_TEST(edge_error_finds_its_record);
+    RUN_TEST(restart_keeps_position_and_records);
+    RUN_TEST(skipped_entries_do_not_count);
+    RUN_TEST(ring_wraps_many_times);
+    return UNITY_END();
+}

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+// Pieces and expected positions of a line: the anchors of spec 1.4 and 1.8.
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fakes/worked_example.h"
+#include "motion/line.h"
+#include "unity.h"
+
+#define SLOTS 64u
+#define TIMER_HZ 16000000uL
+
+static struct run slots[SLOTS];
+static struct run_queue queue;
+static struct pixel_period period;
+static struct line line;
+static struct piece piece;
+static uint32_t at_ticks; // end of the piece taken last
+static uint32_t steps;
+static uint16_t edges;
+
+void setUp(void)
+{
+    run_queue_init(&queue, slots, SLOTS);
+    (void)pixel_period_set(&period, TIMER_HZ, 30, 1);
+    at_ticks = 0;
+    steps = 0;
+    edges = 0;
+}
+
+void tearDown(void)
+{
+}
+
+static void queue_entry(int16_t count, uint16_t repeat)
+{
+    TEST_ASSERT_TRUE(run_queue_push(&queue, (struct run){count, repeat}));
+}
+
+static void queue_worked_example(uint16_t backlash)
+{
+    struct run entry;
+
+    for (uint8_t i = 0; worked_entry(backlash, i, &entry); i++) {
+        queue_entry(entry.count, entry.repeat);
+    }
+}
+
+// floor(k * P) at 30 Hz.
+static uint32_t edge_place(uint16_t pixel)
+{
+    return (uint32_t)((uint64_t)TIMER_HZ * pixel / 30u);
+}
+
+// The next piece; false at the line's end.
+static bool take(void)
+{
+    if (line_next(&line, &piece) != LINE_PIECE) {
+        return false;
+    }
+    if (piece.has_edge) {
+        edges++;
+        TEST_ASSERT_EQUAL_UINT32(edge_place(edges), at_ticks + piece.edge_ticks);
+        TEST_ASSERT_TRUE(piece.edge_ticks >= 1 && piece.edge_ticks <= piece.ticks);
+        TEST_ASSERT_TRUE(piece.edge_steps <= piece.steps);
+    }
+    at_ticks += piece.ticks;
+    steps += piece.steps;
+    return true;
+}
+
+static void check_worked_example(uint16_t backlash, uint16_t pieces)
+{
+    uint16_t taken = 0;
+
+    queue_worked_example(backlash);
+    line_begin(&line, &period, &queue, true);
+    for (; take(); taken++) {
+        if (piece.has_edge) {
+            TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edges), piece.edge_position);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT16(pieces, taken);
+    TEST_ASSERT_EQUAL_UINT16(worked_pixels(backlash), edges);
+    TEST_ASSERT_EQUAL_UINT32(edge_place(edges), at_ticks);
+    TEST_ASSERT_EQUAL_UINT32(10836uL + backlash, steps);
+    TEST_ASSERT_EQUAL_INT32(10836L + backlash, line.position);
+}
+
+static void anchors_without_backlash(void)
+{
+    check_worked_example(0, 32);
+}
+
+// One piece more than pixels: the delay and the backlash share the leading zero pixel.
+static void anchors_with_backlash_of_a_quarter(void)
+{
+    check_worked_example(250, 35);
+}
+
+static void anchors_with_backlash_of_a_pixel(void)
+{
+    check_worked_example(1000, 34);
+}
+
+static void ramp_decodes_to_the_speeds_of_the_profile(void)
+{
+    static const uint16_t speeds[] = {
+        0, 8, 16, 24, 32, 38, 44, 128, 172, 256, 384, 512, 640, 768, 896,
+    };
+
+    queue_worked_example(0);
+    line_begin(&line, &period, &queue, true);
+    for (uint8_t i = 0; i < WORKED_RAMP_PX; i++) {
+        TEST_ASSERT_TRUE(take());
+        TEST_ASSERT_EQUAL_UINT16(speeds[i], piece.start_speed);
+        TEST_ASSERT_TRUE(piece.curved);
+    }
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_FALSE(piece.curved);
+    TEST_ASSERT_EQUAL_UINT16(1000, line.speed);
+}
+
+static void delay_and_take_up(void)
+{
+    queue_worked_example(250);
+    line_begin(&line, &period, &queue, true);
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_EQUAL_UINT32(400000uL, piece.ticks);
+    TEST_ASSERT_EQUAL_UINT16(0, piece.steps);
+    TEST_ASSERT_FALSE(piece.has_edge);
+    for (uint8_t i = 0; i < WORKED_RAMP_PX; i++) {
+        TEST_ASSERT_TRUE(take());
+    }
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_EQUAL_UINT16(250, piece.steps);
+    TEST_ASSERT_FALSE(piece.curved);
+    TEST_ASSERT_TRUE(piece.ticks == 133333uL || piece.ticks == 133334uL);
+    TEST_ASSERT_EQUAL_UINT32(edge_place(16), at_ticks);
+}
+
+static void no_take_up_leaves_the_zero_pixel_idle(void)
+{
+    queue_worked_example(250);
+    line_begin(&line, &period, &queue, false);
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_EQUAL_UINT32(533333uL, piece.ticks);
+    TEST_ASSERT_EQUAL_UINT16(0, piece.steps);
+    while (take()) {
+    }
+    TEST_ASSERT_EQUAL_UINT32(10836uL, steps);
+    TEST_ASSERT_EQUAL_UINT16(34, edges);
+}
+
+// Backlash at a fractional period: the line is back on the clock after the take-up.
+static void take_up_ends_on_the_clock(uint16_t backlash)
+{
+    setUp();
+    queue_worked_example(backlash);
+    line_begin(&line, &period, &queue, true);
+    while (take()) {
+    }
+    TEST_ASSERT_EQUAL_UINT32(edge_place(34), at_ticks);
+    TEST_ASSERT_EQUAL_UINT32(10836uL + backlash, steps);
+}
+
+static void every_backlash_ends_on_the_clock(void)
+{
+    take_up_ends_on_the_clock(1);
+    take_up_ends_on_the_clock(333);
+    take_up_ends_on_the_clock(500);
+    take_up_ends_on_the_clock(999);
+}
+
+static void negative_smooth_line(void)
+{
+    queue_entry(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0);
+    queue_entry(0, 0);
+    queue_entry(4, 2);
+    queue_entry(RUN_MARK_END, 0);
+    line_begin(&line, &period, &queue, true);
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_TRUE(piece.negative);
+    TEST_ASSERT_EQUAL_INT32(-4, piece.edge_position);
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_EQUAL_INT32(-8, piece.edge_position);
+    TEST_ASSERT_EQUAL_UINT16(8, piece.start_speed);
+    TEST_ASSERT_FALSE(take());
+}
+
+static void plain_line_turns(void)
+{
+    queue_entry(RUN_MARK_START, 0);
+    queue_entry(0, 0);
+    queue_entry(3, 1);
+    queue_entry(0, 1);
+    queue_entry(-5, 2);
+    queue_entry(RUN_MARK_END, 0);
+    line_begin(&line, &period, &queue, true);
+    static const int32_t positions[] = {3, 3, -2, -7};
+    for (uint8_t i = 0; i < 4; i++) {
+        TEST_ASSERT_TRUE(take());
+        TEST_ASSERT_FALSE(piece.curved);
+        TEST_ASSERT_EQUAL_INT32(positions[i], piece.edge_position);
+        TEST_ASSERT_EQUAL(i >= 2, piece.negative);
+    }
+    TEST_ASSERT_EQUAL(LINE_OVER, line_next(&line, &piece));
+}
+
+static void dry_queue_goes_on_when_refilled(void)
+{
+    queue_entry(RUN_MARK_START, 0);
+    queue_entry(0, 0);
+    queue_entry(3, 1);
+    line_begin(&line, &period, &queue, true);
+    TEST_ASSERT_EQUAL(LINE_PIECE, line_next(&line, &piece));
+    TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
+    TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
+    queue_entry(2, 1);
+    TEST_ASSERT_EQUAL(LINE_PIECE, line_next(&line, &piece));
+    TEST_ASSERT_EQUAL_INT32(5, piece.edge_position);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(anchors_without_backlash);
+    RUN_TEST(anchors_with_backlash_of_a_quarter);
+    RUN_TEST(anchors_with_backlash_of_a_pixel);
+    RUN_TEST(ramp_decodes_to_the_speeds_of_the_profile);
+    RUN_TEST(delay_and_take_up);
+    RUN_TEST(no_take_up_leaves_the_zero_pixel_idle);
+    RUN_TEST(every_backlash_ends_on_the_clock);
+    RUN_TEST(negative_smooth_line);
+    RUN_TEST(plain_line_turns);
+    RUN_TEST(dry_queue_goes_on_when_refilled);
+    return UNITY_END();
+}

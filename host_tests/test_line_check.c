@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: MIT
+// Every refusal and every warning, with the pixel it names.
+#include <stdint.h>
+
+#include "fakes/worked_example.h"
+#include "motion/line_check.h"
+#include "unity.h"
+
+#define SMOOTH ((uint16_t)(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT))
+#define PLAIN ((uint16_t)(RUN_MARK_START | RUN_START_WAIT))
+
+static struct line_check check;
+static struct line_limits limits;
+
+void setUp(void)
+{
+    line_check_reset(&check);
+    limits = (struct line_limits){
+        .pixel_ticks = 533333uL,
+        .min_interval_ticks = 400,
+        .reversal_min_ticks = 1664,
+    };
+}
+
+void tearDown(void)
+{
+}
+
+static enum line_error entry(int16_t count, uint16_t repeat)
+{
+    return line_check_entry(&check, &limits, (struct run){count, repeat});
+}
+
+static void taken(int16_t count, uint16_t repeat)
+{
+    TEST_ASSERT_EQUAL(LINE_none, entry(count, repeat));
+}
+
+static void refused(enum line_error error, uint32_t pixel, int16_t count, uint16_t repeat)
+{
+    TEST_ASSERT_EQUAL(error, entry(count, repeat));
+    TEST_ASSERT_EQUAL_UINT32(pixel, check.error_pixel);
+}
+
+static void begin(uint16_t mark, uint16_t backlash, uint16_t speed)
+{
+    taken((int16_t)mark, 0);
+    taken((int16_t)backlash, speed);
+}
+
+static void begin_smooth(void)
+{
+    begin(SMOOTH, 0, 0);
+}
+
+static void begin_plain(void)
+{
+    begin(PLAIN, 0, 0);
+}
+
+static void ends(void)
+{
+    taken(RUN_MARK_END, 0);
+    TEST_ASSERT_EQUAL(LINE_CHECK_OUTSIDE, check.phase);
+}
+
+static void worked_example_is_fine(void)
+{
+    static const uint16_t backlashes[] = {0, 250, 1000};
+    struct run run;
+
+    for (uint8_t b = 0; b < 3; b++) {
+        for (uint8_t i = 0; worked_entry(backlashes[b], i, &run); i++) {
+            taken(run.count, run.repeat);
+        }
+        TEST_ASSERT_EQUAL(LINE_CHECK_OUTSIDE, check.phase);
+        TEST_ASSERT_EQUAL(LINE_none, check.warning);
+        TEST_ASSERT_EQUAL_UINT32(worked_pixels(backlashes[b]), check.pixel);
+    }
+}
+
+static void empty_line_is_fine(void)
+{
+    begin_smooth();
+    ends();
+    begin_plain();
+    ends();
+}
+
+static void odd_line_speed(void)
+{
+    taken((int16_t)SMOOTH, 0);
+    refused(LINE_odd_speed, 1, 250, 1001);
+}
+
+static void reversal_inside_a_pixel(void)
+{
+    begin_smooth();
+    taken(4, 1);
+    refused(LINE_reverses_inside_pixel, 2, 3, 1);
+}
+
+static void end_speed_not_zero(void)
+{
+    begin_smooth();
+    taken(4, 1);
+    refused(LINE_ends_moving, 2, RUN_MARK_END, 0);
+}
+
+static void equal_counts_from_rest_oscillate(void)
+{
+    begin_smooth();
+    refused(LINE_oscillates, 1, 10, 3);
+}
+
+static void equal_counts_one_by_one_oscillate(void)
+{
+    begin_smooth();
+    taken(10, 1);
+    refused(LINE_oscillates, 2, 10, 1);
+}
+
+static void equal_counts_across_runs_oscillate(void)
+{
+    begin_smooth();
+    taken(5, 1);
+    taken(10, 4);
+    taken(20, 1);
+    refused(LINE_oscillates, 7, 20, 2);
+}
+
+static void repaired_with_half_a_count(void)
+{
+    begin_smooth();
+    taken(5, 1);
+    taken(10, 3);
+    taken(5, 1);
+    ends();
+    TEST_ASSERT_EQUAL(LINE_none, check.warning);
+}
+
+static void repaired_with_two_counts(void)
+{
+    begin_smooth();
+    taken(2, 1);
+    taken(7, 1);
+    taken(10, 1);
+    taken(10, 1);
+    taken(5, 1);
+    ends();
+    TEST_ASSERT_EQUAL(LINE_none, check.warning);
+}
+
+static void odd_constant_speed_ripples(void)
+{
+    begin_smooth();
+    taken(250, 1);
+    taken(750, 1);
+    taken(1001, 6);
+    TEST_ASSERT_EQUAL(LINE_ripple, check.warning);
+    TEST_ASSERT_EQUAL_UINT32(3, check.warning_pixel);
+    TEST_ASSERT_EQUAL_UINT16(1000, check.speed);
+}
+
+static void ripple_up_to_two_steps_or_one_percent(void)
+{
+    begin_smooth();
+    taken(2, 4);
+    TEST_ASSERT_EQUAL(LINE_ripple, check.warning);
+    refused(LINE_oscillates, 5, 3, 2);
+    setUp();
+    begin_smooth();
+    taken(250, 1);
+    taken(505, 2);
+    TEST_ASSERT_EQUAL(LINE_ripple, check.warning);
+    refused(LINE_oscillates, 4, 506, 2);
+}
+
+static void backlash_over_speed(void)
+{
+    taken((int16_t)SMOOTH, 0);
+    refused(LINE_backlash_over_speed, 1, 1001, 1000);
+}
+
+static void backlash_no_room(void)
+{
+    begin(SMOOTH, 250, 1000);
+    refused(LINE_backlash_no_room, 1, 4, 1);
+}
+
+static void backlash_plain(void)
+{
+    taken((int16_t)PLAIN, 0);
+    refused(LINE_backlash_plain, 1, 1, 2);
+}
+
+static void line_speed_not_reached(void)
+{
+    begin(SMOOTH, 2, 10);
+    taken(0, 1);
+    taken(4, 1);
+    taken(6, 1);
+    taken(2, 1);
+    taken(0, 1);
+    refused(LINE_speed_not_reached, 6, RUN_MARK_END, 0);
+}
+
+static void line_speed_exceeded(void)
+{
+    begin(SMOOTH, 2, 10);
+    taken(0, 1);
+    refused(LINE_speed_not_reached, 2, 6, 1);
+}
+
+static void too_fast_plain(void)
+{
+    begin_plain();
+    taken(1333, 1);
+    taken(-1, 1);
+    refused(LINE_too_fast, 3, -1334, 1);
+}
+
+static void too_fast_at_the_end_of_a_pixel(void)
+{
+    begin_smooth();
+    taken(600, 1);
+    taken(1266, 1);
+    refused(LINE_too_fast, 3, 1334, 1);
+}
+
+static void acceleration_limit(void)
+{
+    limits.max_acceleration = 10;
+    begin_smooth();
+    taken(5, 1);
+    refused(LINE_acceleration, 2, 16, 1);
+}
+
+static void deceleration_limit(void)
+{
+    limits.max_acceleration = 10;
+    begin_smooth();
+    taken(5, 1);
+    taken(15, 1);
+    refused(LINE_acceleration, 3, 14, 1);
+}
+
+static void zero_while_moving(void)
+{
+    begin_smooth();
+    taken(0, 3);
+    taken(4, 1);
+    refused(LINE_zero_while_moving, 5, 0, 1);
+}
+
+static void negative_count(void)
+{
+    begin_smooth();
+    refused(LINE_negative_count, 1, -4, 1);
+}
+
+static void reversal_too_fast(void)
+{
+    begin_plain();
+    taken(700, 2);
+    taken(-320, 1);
+    refused(LINE_reversal_too_fast, 4, 321, 1);
+}
+
+static void slow_pixel_between_makes_the_reversal_possible(void)
+{
+    begin_plain();
+    taken(700, 2);
+    taken(0, 1);
+    taken(-700, 1);
+    ends();
+}
+
+static void start_mark_missing(void)
+{
+    refused(LINE_malformed, 1, 4, 1);
+    setUp();
+    refused(LINE_malformed, 1, RUN_MARK_END, 0);
+    setUp();
+    refused(LINE_malformed, 1, RUN_MARK_START, 1);
+}
+
+static void unknown_flags(void)
+{
+    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | 0x80), 0);
+    setUp();
+    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | 0x8000u), 0);
+}
+
+static void mark_inside_a_line(void)
+{
+    begin_smooth();
+    taken(5, 1);
+    refused(LINE_malformed, 2, RUN_MARK_START, 0);
+    setUp();
+    begin_plain();
+    refused(LINE_malformed, 1, RUN_MARK_END | RUN_START_SMOOTH, 0);
+}
+
+static void out_of_range(void)
+{
+    limits.min_interval_ticks = 1;
+    begin_plain();
+    taken(16383, 1);
+    refused(LINE_out_of_range, 2, 16384, 1);
+    setUp();
+    limits.min_interval_ticks = 1;
+    begin_plain();
+    refused(LINE_out_of_range, 1, INT16_MIN, 1);
+    setUp();
+    taken((int16_t)SMOOTH, 0);
+    refused(LINE_out_of_range, 1, 2, 32768u);
+}
+
+static void jerk_is_a_warning(void)
+{
+    struct run run;
+
+    limits.jerk_warning = 50;
+    for (uint8_t i = 0; worked_entry(0, i, &run); i++) {
+        taken(run.count, run.repeat);
+    }
+    TEST_ASSERT_EQUAL(LINE_jerk, check.warning);
+    TEST_ASSERT_EQUAL_UINT32(7, check.warning_pixel);
+}
+
+static void next_line_starts_without_warning(void)
+{
+    begin_smooth();
+    taken(1, 2);
+    ends();
+    TEST_ASSERT_EQUAL(LINE_ripple, check.warning);
+    begin_smooth();
+    TEST_ASSERT_EQUAL(LINE_none, check.warning);
+    refused(LINE_negative_count, 1, -1, 1);
+}
+
+static void pixels_count_beyond_16_bits(void)
+{
+    begin_plain();
+    taken(1, 65535u);
+    taken(2, 65535u);
+    refused(LINE_out_of_range, 131071uL, 20000, 1);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(worked_example_is_fine);
+    RUN_TEST(empty_line_is_fine);
+    RUN_TEST(odd_line_speed);
+    RUN_TEST(reversal_inside_a_pixel);
+    RUN_TEST(end_speed_not_zero);
+    RUN_TEST(equal_counts_from_rest_oscillate);
+    RUN_TEST(equal_counts_one_by_one_oscillate);
+    RUN_TEST(equal_counts_across_runs_oscillate);
+    RUN_TEST(repaired_with_half_a_count);
+    RUN_TEST(repaired_with_two_counts);
+    RUN_TEST(odd_constant_speed_ripples);
+    RUN_TEST(ripple_up_to_two_steps_or_one_percent);
+    RUN_TEST(backlash_over_speed);
+    RUN_TEST(backlash_no_room);
+    RUN_TEST(backlash_plain);
+    RUN_TEST(line_speed_not_reached);
+    RUN_TEST(line_speed_exceeded);
+    RUN_TEST(too_fast_plain);
+    RUN_TEST(too_fast_at_the_end_of_a_pixel);
+    RUN_TEST(acceleration_limit);
+    RUN_TEST(deceleration_limit);
+    RUN_TEST(zero_while_moving);
+    RUN_TEST(negative_count);
+    RUN_TEST(reversal_too_fast);
+    RUN_TEST(slow_pixel_between_makes_the_reversal_possible);
+    RUN_TEST(start_mark_missing);
+    RUN_TEST(unknown_flags);
+    RUN_TEST(mark_inside_a_line);
+    RUN_TEST(out_of_range);
+    RUN_TEST(jerk_is_a_warning);
+    RUN_TEST(next_line_starts_without_warning);
+    RUN_TEST(pixels_count_beyond_16_bits);
+    return UNITY_END();
+}

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+// What the step interrupt makes of hand-written ring entries.
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "motion/step_engine.h"
+#include "unity.h"
+
+static struct step_ring ring;
+static struct step_engine engine;
+static uint8_t head;
+
+void setUp(void)
+{
+    step_engine_reset(&engine, &ring);
+    head = 0;
+}
+
+void tearDown(void)
+{
+}
+
+static void put(uint8_t high, uint8_t low)
+{
+    ring.high[(uint8_t)(head + 1u)] = STEP_HIGH_EMPTY;
+    ring.low[head] = low;
+    ring.high[head] = high;
+    head++;
+}
+
+static void put_period(uint16_t top_ticks)
+{
+    put((uint8_t)(top_ticks >> 8), (uint8_t)top_ticks);
+}
+
+static void put_command(enum step_command command)
+{
+    put(STEP_HIGH_COMMAND, (uint8_t)command);
+}
+
+static void check_load(uint16_t top_ticks, bool pulse, bool turned)
+{
+    struct step_load load = step_engine_next(&engine, &ring);
+
+    TEST_ASSERT_EQUAL_UINT16(top_ticks, load.top_ticks);
+    TEST_ASSERT_EQUAL(pulse, load.pulse);
+    TEST_ASSERT_EQUAL(turned, load.turned);
+}
+
+static void check_idle(void)
+{
+    check_load(STEP_IDLE_TICKS - 1u, false, false);
+}
+
+static void idles_and_counts(void)
+{
+    for (uint16_t i = 1; i <= 300; i++) {
+        check_idle();
+        TEST_ASSERT_EQUAL_UINT16(i, engine.idle_count);
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, engine.tail);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, engine.state);
+}
+
+static void idle_count_wraps(void)
+{
+    engine.idle_count = 0xFFFF;
+    check_idle();
+    TEST_ASSERT_EQUAL_UINT16(0, engine.idle_count);
+}
+
+static void shortest_and_longest_period(void)
+{
+    put_period(0);
+    put_period(STEP_PERIOD_MAX_TICKS - 1u);
+    check_load(0, false, false);
+    check_load(0xFDFF, false, false);
+    TEST_ASSERT_EQUAL_UINT16(0, engine.idle_count);
+    check_idle();
+}
+
+static void pulse_and_quiet_last(void)
+{
+    put_command(STEP_COMMAND_PULSE);
+    put_period(999);
+    put_period(998);
+    put_command(STEP_COMMAND_QUIET);
+    put_period(997);
+    check_load(999, true, false);
+    check_load(998, true, false);
+    check_load(997, false, false);
+}
+
+static void direction_with_the_next_period(void)
+{
+    put_command(STEP_COMMAND_NEGATIVE);
+    put_command(STEP_COMMAND_PULSE);
+    put_period(500);
+    put_period(501);
+    put_command(STEP_COMMAND_POSITIVE);
+    put_period(502);
+    check_load(500, true, true);
+    TEST_ASSERT_TRUE(engine.negative);
+    check_load(501, true, false);
+    check_load(502, true, true);
+    TEST_ASSERT_FALSE(engine.negative);
+}
+
+static void end_gives_one_idle_period(void)
+{
+    put_command(STEP_COMMAND_BEGIN);
+    put_command(STEP_COMMAND_PULSE);
+    put_period(700);
+    put_command(STEP_COMMAND_END);
+    put_period(701);
+    check_load(700, true, false);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IN_LINE, engine.state);
+    check_idle();
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, engine.state);
+    TEST_ASSERT_EQUAL_UINT16(1, engine.idle_count);
+    check_load(701, false, false);
+}
+
+static void empty_in_a_line_halts(void)
+{
+    put_command(STEP_COMMAND_BEGIN);
+    put_command(STEP_COMMAND_PULSE);
+    put_period(700);
+    check_load(700, true, false);
+    check_idle();
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
+    check_idle();
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
+}
+
+// A turn is not lost when the ring is empty behind it.
+static void direction_before_an_idle_period(void)
+{
+    put_command(STEP_COMMAND_NEGATIVE);
+    check_load(STEP_IDLE_TICKS - 1u, false, true);
+    put_command(STEP_COMMAND_POSITIVE);
+    put_command(STEP_COMMAND_END);
+    check_load(STEP_IDLE_TICKS - 1u, false, true);
+}
+
+static void tail_wraps(void)
+{
+    for (uint16_t i = 0; i < 600; i++) {
+        put_period(i);
+        check_load(i, false, false);
+        TEST_ASSERT_EQUAL_UINT8((uint8_t)(i + 1u), engine.tail);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(idles_and_counts);
+    RUN_TEST(idle_count_wraps);
+    RUN_TEST(shortest_and_longest_period);
+    RUN_TEST(pulse_and_quiet_last);
+    RUN_TEST(direction_with_the_next_period);
+    RUN_TEST(end_gives_one_idle_period);
+    RUN_TEST(empty_in_a_line_halts);
+    RUN_TEST(direction_before_an_idle_period);
+    RUN_TEST(tail_wraps);
+    return UNITY_END();
+}
