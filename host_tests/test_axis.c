@@ -36,19 +36,14 @@ static void watch_edges(void)
     steps_at_zero = bench.steps;
 }
 
-// One period; when its STEP edge lies behind pixel edges, *position is what these saw.
-static bool step_passed_edge(int32_t *position)
+// A step comes: the edges before it saw the position up to here.
+static void pass_edges(uint16_t backlash, uint32_t step_ticks, int32_t position)
 {
-    uint32_t start_ticks = bench.now_ticks;
-
-    *position = bench.steps - steps_at_zero;
-    return bench_period().pulse && (int32_t)(start_ticks - edge_ticks) > 0;
-}
-
-static void next_edge(void)
-{
-    edge_ticks += pixel_grid_advance(&grid);
-    edge++;
+    while ((int32_t)(step_ticks - edge_ticks) > 0) {
+        TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edge), position);
+        edge_ticks += pixel_grid_advance(&grid);
+        edge++;
+    }
 }
 
 static void check_newest_record(uint16_t backlash)
@@ -65,21 +60,22 @@ static void check_newest_record(uint16_t backlash)
 static void run_worked_example(uint16_t backlash)
 {
     uint32_t pixel = 0;
-    int32_t position = 0;
 
     TEST_ASSERT_TRUE(bench_start_line());
     watch_edges();
     while (!bench_finish_line()) {
-        while (step_passed_edge(&position) || (int32_t)(bench.now_ticks - edge_ticks) > 700000L) {
-            TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edge), position);
-            next_edge();
-            break;
+        uint32_t start_ticks = bench.now_ticks;
+        int32_t position = bench.steps - steps_at_zero;
+        if (bench_period().pulse) {
+            pass_edges(backlash, start_ticks, position);
         }
         if (bench.axis.ledger.pixel != pixel) {
             pixel = bench.axis.ledger.pixel;
             check_newest_record(backlash);
         }
     }
+    // The last step stands on the last edge but for the trailing zero pixel.
+    TEST_ASSERT_EQUAL_UINT16(worked_pixels(backlash) - (backlash != 0 ? 1u : 0u), edge);
     TEST_ASSERT_EQUAL_UINT32(worked_pixels(backlash), pixel);
 }
 
