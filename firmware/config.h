@@ -37,23 +37,24 @@
 #define CONFIG_WIDE_MIN_INTERVAL_TICKS 1280u
 
 #if defined(CONFIG_BOARD_UNO)
-#define CONFIG_BOARD_NAME "uno"
-#define CONFIG_BOARD_ID 1
-#define CONFIG_AXES 1
-#define CONFIG_PIXEL_CLOCK_AXIS 0
-#define CONFIG_QUEUE_ENTRIES 32 // runs and marks per axis; a power of two up to 128
+#define CONFIG_BOARD_NAME         "uno"
+#define CONFIG_BOARD_ID           1
+#define CONFIG_AXES               1
+#define CONFIG_PIXEL_CLOCK_AXIS   0
+#define CONFIG_QUEUE_ENTRIES      32 // runs and marks per axis; a power of two up to 128
 #define CONFIG_MIN_INTERVAL_TICKS 320u
 #elif defined(CONFIG_BOARD_MEGA)
-#define CONFIG_BOARD_NAME "mega"
-#define CONFIG_BOARD_ID 2
-#define CONFIG_AXES 4
-#define CONFIG_PIXEL_CLOCK_AXIS 3
-#define CONFIG_QUEUE_ENTRIES 128
+#define CONFIG_BOARD_NAME         "mega"
+#define CONFIG_BOARD_ID           2
+#define CONFIG_AXES               4
+#define CONFIG_PIXEL_CLOCK_AXIS   3
+#define CONFIG_QUEUE_ENTRIES      128
 #define CONFIG_MIN_INTERVAL_TICKS 464u
 #else
 #error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
 #endif
 
 #if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
-#error "CONFIG_QUEUE_ENTRIES must be a power of two up to 128: the queue's indices are 8 bits"
+#error                                                                                   \
+    "CONFIG_QUEUE_ENTRIES must be a power of two up to 128: the queue's indices are 8 bits"
 #endif

@@ -138,16 +138,77 @@ static void longest_piece(void)
 // Around 2^29 = top speed * T, where the residual's width changes.
 static void narrow_meets_wide(void)
 {
-    struct curve curve;
+    TEST_ASSERT_FALSE(curve_is_wide(524288uL, 600, 811));
+    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 600, 812));
+    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 1024, 812));
+    check_piece(524288uL, 600, 811, 5);
+    check_piece(524288uL, 600, 812, 5);
+    check_piece(524288uL, 1022, 811, 5);
+    check_piece(524288uL, 1024, 812, 5);
+}
 
-    curve_start(&curve, 524288uL, 1000, 1011);
-    TEST_ASSERT_TRUE(curve.is_narrow);
-    curve_start(&curve, 524288uL, 1000, 1012);
-    TEST_ASSERT_FALSE(curve.is_narrow);
-    check_piece(524288uL, 1000, 1011, 5);
-    check_piece(524288uL, 1000, 1012, 5);
-    check_piece(524288uL, 1024, 800, 5);
-    check_piece(524288uL, 1023, 800, 5);
+// Hardly any acceleration: the narrow residual serves for higher speeds.
+static void flat_pieces(void)
+{
+    TEST_ASSERT_FALSE(curve_is_wide(533333uL, 1500, 1501));
+    TEST_ASSERT_TRUE(curve_is_wide(533333uL, 1600, 1601));
+    for (uint16_t steps = 1496; steps <= 1504; steps++) {
+        check_piece(533333uL, 1500, steps, 31);
+        check_piece(533334uL, 1000, (uint16_t)(steps - 500u), 31);
+        check_piece(533333uL, 1593, (uint16_t)(steps + 93u), 31);
+    }
+}
+
+// As the axis decodes: batches, and single steps where they end.
+static void check_batches(uint32_t ticks, uint16_t speed, uint16_t steps)
+{
+    uint16_t intervals[16];
+    struct curve curve;
+    uint32_t at = 0;
+    uint16_t k = 1;
+
+    curve_start(&curve, ticks, speed, steps);
+    while (k < steps) {
+        uint16_t left = (uint16_t)(steps - k);
+        uint8_t count = (uint8_t)chance_between(1, left < 16u ? left : 16u);
+        uint8_t made = curve_batch(&curve, intervals, count);
+        TEST_ASSERT_TRUE(made <= count);
+        for (uint8_t i = 0; i < made; i++, k++) {
+            at += intervals[i];
+            TEST_ASSERT_TRUE(is_smallest(ticks, speed, steps, k, at));
+        }
+        if (made == 0) {
+            at += curve_next(&curve);
+            TEST_ASSERT_TRUE(is_smallest(ticks, speed, steps, k, at));
+            k++;
+        }
+    }
+}
+
+static void batches(void)
+{
+    check_batches(533333uL, 0, 4);
+    check_batches(533333uL, 44, 86);
+    check_batches(533334uL, 128, 64);
+    check_batches(533333uL, 896, 948);
+    check_batches(533333uL, 1500, 1498);
+    check_batches(533333uL, 1000, 1200);
+    check_batches(0xFFFFFFuL, 300, 200);
+    check_batches(16000, 20, 30);
+}
+
+static void batches_take_most_steps(void)
+{
+    struct curve curve;
+    uint16_t intervals[16];
+
+    curve_start(&curve, 533333uL, 896, 948);
+    for (uint8_t i = 0; i < 3; i++) {
+        (void)curve_next(&curve);
+    }
+    for (uint8_t i = 0; i < 59; i++) {
+        TEST_ASSERT_EQUAL_UINT8(16, curve_batch(&curve, intervals, 16));
+    }
 }
 
 // No step in less than 60 ticks at the faster end.
@@ -170,6 +231,9 @@ static void random_pieces(void)
         uint16_t steps = random_steps(ticks);
         uint16_t speed = (uint16_t)chance_between(0, 2uL * steps);
         check_piece(ticks, speed, steps, steps > 200u ? 13 : 1);
+        if (steps <= 200u) {
+            check_batches(ticks, speed, steps);
+        }
     }
 }
 
@@ -184,6 +248,9 @@ int main(void)
     RUN_TEST(short_pieces);
     RUN_TEST(longest_piece);
     RUN_TEST(narrow_meets_wide);
+    RUN_TEST(flat_pieces);
+    RUN_TEST(batches);
+    RUN_TEST(batches_take_most_steps);
     RUN_TEST(random_pieces);
     return UNITY_END();
 }

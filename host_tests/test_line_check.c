@@ -18,6 +18,7 @@ void setUp(void)
     limits = (struct line_limits){
         .pixel_ticks = 533333uL,
         .min_interval_ticks = 400,
+        .wide_min_interval_ticks = 400,
         .reversal_min_ticks = 1664,
     };
 }
@@ -228,6 +229,19 @@ static void too_fast_at_the_end_of_a_pixel(void)
     refused(LINE_too_fast, 3, 1334, 1);
 }
 
+// 1008 * P is beyond the narrow arithmetic: such a pixel has a limit of its own.
+static void too_fast_where_arithmetic_is_wide(void)
+{
+    limits.wide_min_interval_ticks = 1280;
+    begin_smooth();
+    refused(LINE_too_fast, 1, 504, 1);
+    setUp();
+    limits.wide_min_interval_ticks = 1280;
+    begin_smooth();
+    taken(503, 1);
+    taken(1006, 5);
+}
+
 static void acceleration_limit(void)
 {
     limits.max_acceleration = 10;
@@ -370,6 +384,7 @@ int main(void)
     RUN_TEST(line_speed_exceeded);
     RUN_TEST(too_fast_plain);
     RUN_TEST(too_fast_at_the_end_of_a_pixel);
+    RUN_TEST(too_fast_where_arithmetic_is_wide);
     RUN_TEST(acceleration_limit);
     RUN_TEST(deceleration_limit);
     RUN_TEST(zero_while_moving);

@@ -60,6 +60,15 @@ static void on_flag(void *board, uint8_t vector, uint64_t cycle)
     irq_stats_flag(&b->stats, vector, cycle);
 }
 
+static void on_byte(void *board, bool sent, uint8_t byte, uint64_t cycle)
+{
+    struct board *b = board;
+
+    if (b->serial_log != NULL) {
+        serial_log_add(b->serial_log, sent, byte, cycle);
+    }
+}
+
 // TSM keeps PSRSYNC as written and with it the timers halted; without TSM the bit clears itself.
 static void write_gtccr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
@@ -147,8 +156,11 @@ static void init_with_models(avr_t *avr)
     part_init[b->index](avr);
     irq_stats_attach(&b->stats, avr);
     attach_timers(b);
-    b->uart_hooks = (struct uart_hooks){
-        .board = b, .refuse = board_refuse, .may_send = board_may_send, .flag = on_flag};
+    b->uart_hooks = (struct uart_hooks){.board = b,
+                                        .refuse = board_refuse,
+                                        .may_send = board_may_send,
+                                        .flag = on_flag,
+                                        .byte = on_byte};
     uart_attach(&b->uart, avr, attach_line, b->index, &b->uart_hooks);
     access_take(avr, GTCCR, NULL, write_gtccr, b);
     access_take(avr, GPIOR1, NULL, write_gpior1, b);

@@ -260,6 +260,7 @@ static void do_stats(struct control *c)
 static void do_flush(struct control *c)
 {
     edges_flush(&c->bench->edges);
+    serial_log_flush(&c->bench->serial_log);
     if (c->bench->clock.log != NULL) {
         (void)fflush(c->bench->clock.log);
     }

@@ -14,6 +14,7 @@
 #include "edges.h"
 #include "line.h"
 #include "pixel_clock.h"
+#include "serial_log.h"
 #include "vcd.h"
 
 struct bench {
@@ -22,6 +23,7 @@ struct bench {
     struct line line;
     struct pixel_clock clock;
     struct edges edges;
+    struct serial_log serial_log; // of the first board
     struct vcd vcd;
     bool has_vcd;
     uint64_t cycle; // every board has reached it

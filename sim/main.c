@@ -46,6 +46,7 @@ static bool open_boards(const struct options *o)
             return false;
         }
         bench.boards++;
+        b->serial_log = (i == 0) ? &bench.serial_log : NULL;
         for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
             if (o->plant[i][axis].present) {
                 board_set_plant(b, axis, &o->plant[i][axis]);
@@ -75,6 +76,9 @@ static bool open_outputs(const struct options *o)
     }
     if (!pixel_clock_open(&bench.clock, &o->clock, o->clock_log_path)) {
         return cannot_write(o->clock_log_path);
+    }
+    if (!serial_log_open(&bench.serial_log, o->serial_log_path)) {
+        return cannot_write(o->serial_log_path);
     }
     return true;
 }
@@ -126,6 +130,10 @@ static int close_all(const struct options *o, int status)
     }
     if (bench.has_vcd && !vcd_close(&bench.vcd, bench.cycle)) {
         (void)cannot_write(o->vcd_path);
+        status = (status == 0) ? 1 : status;
+    }
+    if (!serial_log_close(&bench.serial_log)) {
+        (void)cannot_write(o->serial_log_path);
         status = (status == 0) ? 1 : status;
     }
     pixel_clock_close(&bench.clock);

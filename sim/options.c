@@ -36,6 +36,8 @@ static const char manual[] =
     "  --edges FILE           every STEP, DIR and ENABLE edge: "
     "cycle,board,axis,signal,level\n"
     "  --clock-log FILE       every rising edge of the pixel clock\n"
+    "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte (hex);\n"
+    "                         rx at the middle of the stop bit, tx at the start bit\n"
     "  --vcd FILE             waveforms for GTKWave\n"
     "mode, one of:\n"
     "  --control              commands on standard input, answers on standard output\n"
@@ -155,6 +157,7 @@ enum option_id {
     OPTION_SEED,
     OPTION_EDGES,
     OPTION_CLOCK_LOG,
+    OPTION_SERIAL_LOG,
     OPTION_VCD,
     OPTION_CONTROL,
     OPTION_PTY,
@@ -174,6 +177,7 @@ static const struct option table[] = {
     {"seed", required_argument, NULL, OPTION_SEED},
     {"edges", required_argument, NULL, OPTION_EDGES},
     {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
+    {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
     {"vcd", required_argument, NULL, OPTION_VCD},
     {"control", no_argument, NULL, OPTION_CONTROL},
     {"pty", no_argument, NULL, OPTION_PTY},
@@ -242,6 +246,9 @@ static void take(struct options *o, int id, char *value)
         break;
     case OPTION_CLOCK_LOG:
         o->clock_log_path = value;
+        break;
+    case OPTION_SERIAL_LOG:
+        o->serial_log_path = value;
         break;
     case OPTION_VCD:
         o->vcd_path = value;

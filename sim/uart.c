@@ -79,6 +79,7 @@ void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 
     u->shifting = true;
     u->shift_end = frame.end;
+    u->hooks->byte(u->hooks->board, true, data, cycle);
     u->outgoing =
         u->hooks->may_send(u->hooks->board) ? line_start(u->line, &frame) : NULL;
 }
@@ -126,7 +127,7 @@ static bool speed_fits(const struct uart *u, const struct line_frame *frame)
     return off <= theirs / 1000 * SPEED_TOLERANCE_PER_MILLE;
 }
 
-static void receive(struct uart *u, const struct line_frame *frame)
+static void receive(struct uart *u, const struct line_frame *frame, uint64_t cycle)
 {
     struct uart_char heard = {.data = frame->data, .errors = 0};
     unsigned other = frame->format ^ (uart_ucsrc(u) & FORMAT);
@@ -145,13 +146,14 @@ static void receive(struct uart *u, const struct line_frame *frame)
         u->fifo_count--;
     }
     u->fifo[u->fifo_count++] = heard;
+    u->hooks->byte(u->hooks->board, false, heard.data, cycle);
 }
 
 static void happen_heard(struct uart *u, uint64_t cycle)
 {
     const struct line_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
 
-    receive(u, frame);
+    receive(u, frame, cycle);
     levels_at(u, cycle);
 }
 

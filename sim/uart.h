@@ -34,6 +34,8 @@ struct uart_hooks {
     // May this board's driver put its frames on the line now (RS-485 driver enable)?
     bool (*may_send)(void *board);
     void (*flag)(void *board, uint8_t vector, uint64_t cycle);
+    // A byte starts on its way out, or the receiver has got one.
+    void (*byte)(void *board, bool sent, uint8_t byte, uint64_t cycle);
 };
 
 struct uart {

@@ -9,10 +9,10 @@
 #include "wire/register_map.h" // REG_*
 #include "wire/server.h"       // data_*
 
-#define STATUS_CLOCK 0x0001u
-#define STATUS_ARMED 0x0002u
+#define STATUS_CLOCK   0x0001u
+#define STATUS_ARMED   0x0002u
 #define STATUS_RUNNING 0x0004u
-#define STATUS_FAULT 0x0008u
+#define STATUS_FAULT   0x0008u
 
 static uint16_t status(void)
 {
@@ -50,6 +50,8 @@ static uint16_t board_register(uint16_t address)
         return cpu_reset_cause();
     case REG_INPUT_min_interval_ticks:
         return CONFIG_MIN_INTERVAL_TICKS;
+    case REG_INPUT_record_capacity:
+        return LEDGER_RECORDS;
     case REG_INPUT_wide_min_interval_ticks:
         return CONFIG_WIDE_MIN_INTERVAL_TICKS;
     case REG_INPUT_pixel_period_ticks:
@@ -112,10 +114,12 @@ static uint16_t axis_wide_register(const struct axis *axis, uint16_t offset)
         return half(axis->line_error_pixel, offset != REG_AXIS_line_error_pixel);
     case REG_AXIS_position_steps:
     case REG_AXIS_position_steps + 1:
-        return half((uint32_t)axis->ledger.position_steps, offset != REG_AXIS_position_steps);
+        return half((uint32_t)axis->ledger.position_steps,
+                    offset != REG_AXIS_position_steps);
     case REG_AXIS_expected_steps:
     case REG_AXIS_expected_steps + 1:
-        return half((uint32_t)expected_steps(&axis->ledger), offset != REG_AXIS_expected_steps);
+        return half((uint32_t)expected_steps(&axis->ledger),
+                    offset != REG_AXIS_expected_steps);
     case REG_AXIS_pixel:
     case REG_AXIS_pixel + 1:
     default:
@@ -187,7 +191,7 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
     return record_word(&ledger->records[slot], word);
 }
 
-#define AXIS_END (REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE)
+#define AXIS_END   (REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE)
 #define RECORD_END (REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE)
 
 static bool inside(uint32_t first, uint32_t end, uint16_t low, uint16_t high)
@@ -199,9 +203,9 @@ bool data_input_mapped(uint16_t address, uint16_t count)
 {
     uint32_t end = (uint32_t)address + count;
 
-    return inside(address, end, 0, REG_INPUT_wide_min_interval_ticks + 1)
-           || inside(address, end, REG_AXIS_BASE, AXIS_END)
-           || inside(address, end, REG_RECORD_BASE, RECORD_END);
+    return inside(address, end, 0, REG_INPUT_record_capacity + 1) ||
+           inside(address, end, REG_AXIS_BASE, AXIS_END) ||
+           inside(address, end, REG_RECORD_BASE, RECORD_END);
 }
 
 uint16_t data_input(uint16_t address)
@@ -251,7 +255,10 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
     if (axis >= CONFIG_AXES) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    switch (axis_queue_block(&machine.axes[axis], &machine.limits, get_word(&words[0]), &words[4],
+    switch (axis_queue_block(&machine.axes[axis],
+                             &machine.limits,
+                             get_word(&words[0]),
+                             &words[4],
                              (uint8_t)((count - REG_QUEUE_HEADER) / 2u))) {
     case BLOCK_TAKEN:
     case BLOCK_REPEATED:
@@ -265,21 +272,23 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
     }
 }
 
-static enum modbus_exception commit(const struct settings *wanted, bool command, bool setting)
+static enum modbus_exception commit(const struct settings *wanted,
+                                    bool command,
+                                    bool setting)
 {
     struct pixel_period period;
 
-    if (!settings_in_range(wanted)
-        || !pixel_period_set(&period, CONFIG_TIMER_HZ, wanted->pixel_hz_num,
-                             wanted->pixel_hz_den)) {
+    if (!settings_in_range(wanted) ||
+        !pixel_period_set(
+            &period, CONFIG_TIMER_HZ, wanted->pixel_hz_num, wanted->pixel_hz_den)) {
         return MODBUS_ILLEGAL_VALUE;
     }
     // Queued lines were checked against the settings of their time.
     if (setting && machine_moving()) {
         return MODBUS_BUSY;
     }
-    if (command
-        && !machine_do((enum machine_command)wanted->command, (uint8_t)wanted->axis_mask)) {
+    if (command &&
+        !machine_do((enum machine_command)wanted->command, (uint8_t)wanted->axis_mask)) {
         return MODBUS_DEVICE_FAILURE;
     }
     machine.settings = *wanted;
@@ -305,10 +314,11 @@ enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t
 
 uint8_t data_identity(uint8_t *text, uint8_t room)
 {
-#define TEXT_OF(value) #value
+#define TEXT_OF(value)             #value
 #define VERSION_TEXT(major, minor) TEXT_OF(major) "." TEXT_OF(minor)
     static const char identity[] =
-        "pixstep " CONFIG_BOARD_NAME " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);
+        "pixstep " CONFIG_BOARD_NAME
+        " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);
     uint8_t length = (uint8_t)(sizeof identity - 1u);
 
     if (length > room) {

@@ -12,7 +12,7 @@
 #define DECODE_BUDGET 48u
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
-#define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
+#define TICKS_PER_US           ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 // Room for the commands of a reversal on top of the driver's own times, ticks.
 #define TURN_MARGIN_TICKS ((uint32_t)512)
 
@@ -27,7 +27,10 @@ void machine_init(void)
 {
     settings_defaults(&machine.settings);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        axis_init(&machine.axes[i], step_timer_ring(i), machine.slots[i], CONFIG_QUEUE_ENTRIES,
+        axis_init(&machine.axes[i],
+                  step_timer_ring(i),
+                  machine.slots[i],
+                  CONFIG_QUEUE_ENTRIES,
                   STEP_IDLE_TICKS);
     }
     machine_apply_settings();
@@ -36,11 +39,12 @@ void machine_init(void)
 void machine_apply_settings(void)
 {
     const struct settings *settings = &machine.settings;
-    uint16_t turn_us = settings->dir_setup_us > settings->dir_hold_us ? settings->dir_setup_us
-                                                                      : settings->dir_hold_us;
+    uint16_t turn_us = settings->dir_setup_us > settings->dir_hold_us
+                           ? settings->dir_setup_us
+                           : settings->dir_hold_us;
 
-    (void)pixel_period_set(&machine.period, CONFIG_TIMER_HZ, settings->pixel_hz_num,
-                           settings->pixel_hz_den);
+    (void)pixel_period_set(
+        &machine.period, CONFIG_TIMER_HZ, settings->pixel_hz_num, settings->pixel_hz_den);
     machine.limits = (struct line_limits){
         .pixel_ticks = machine.period.whole_ticks,
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
@@ -54,7 +58,8 @@ void machine_apply_settings(void)
 bool machine_moving(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine.axes[i].state == AXIS_ARMED || machine.axes[i].state == AXIS_RUNNING) {
+        if (machine.axes[i].state == AXIS_ARMED ||
+            machine.axes[i].state == AXIS_RUNNING) {
             return true;
         }
     }
@@ -69,8 +74,8 @@ static uint32_t clock_patience_4us(void)
 
 bool machine_clock_present(void)
 {
-    return machine.watch.edges != 0
-           && clock_now_4us() - machine.edge_seen_4us <= clock_patience_4us();
+    return machine.watch.edges != 0 &&
+           clock_now_4us() - machine.edge_seen_4us <= clock_patience_4us();
 }
 
 static void halt_axis(uint8_t i, enum axis_state state)
@@ -122,8 +127,8 @@ static void supervise_running(uint8_t i)
 
     if (step_timer_state(i) == STEP_ENGINE_HALTED) {
         machine_fault(axis->dry ? FAULT_starved : FAULT_decoder_late, i, 0);
-    } else if (!axis->in_line && axis_ring_fill(axis) == 0
-               && step_timer_state(i) == STEP_ENGINE_IDLE) {
+    } else if (!axis->in_line && axis_ring_fill(axis) == 0 &&
+               step_timer_state(i) == STEP_ENGINE_IDLE) {
         machine.clocked &= (uint8_t)~axis_bit(i);
         line_finished(axis);
     }
@@ -141,7 +146,8 @@ static void supervise(uint8_t i)
     if (axis->state == AXIS_RUNNING) {
         supervise_running(i);
     }
-    if ((machine.stopping & axis_bit(i)) != 0 && step_timer_state(i) != STEP_ENGINE_IN_LINE) {
+    if ((machine.stopping & axis_bit(i)) != 0 &&
+        step_timer_state(i) != STEP_ENGINE_IN_LINE) {
         machine.stopping &= (uint8_t)~axis_bit(i);
         axis_discard(axis, step_timer_settle(i));
     }
@@ -156,7 +162,8 @@ void machine_follow(uint8_t i)
     if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
         return;
     }
-    if (sample.tail != axis->ledger.retired || sample.idle_count != axis->ledger.idle_seen) {
+    if (sample.tail != axis->ledger.retired ||
+        sample.idle_count != axis->ledger.idle_seen) {
         ledger_follow(&axis->ledger, &axis->feed, sample);
     }
 }
@@ -172,12 +179,13 @@ static void take_capture(void)
         return;
     }
     ledger_follow(&axis->ledger, &axis->feed, capture.sample);
-    uint32_t edge_ticks = ledger_period_start(&axis->ledger, capture.back) + capture.ticks
-                          - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    uint32_t edge_ticks = ledger_period_start(&axis->ledger, capture.back) +
+                          capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     machine.edge_seen_4us = clock_now_4us();
     if (clock_watch_edge(&machine.watch, edge_ticks, &pixel)) {
         for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-            ledger_note_edge_error(&machine.axes[i].ledger, pixel, machine.watch.error_ticks);
+            ledger_note_edge_error(
+                &machine.axes[i].ledger, pixel, machine.watch.error_ticks);
         }
     }
     if (lost && machine.clocked != 0) {
@@ -189,7 +197,8 @@ static void take_capture(void)
 
 static void watch_clock(void)
 {
-    if (machine.clocked != 0 && clock_now_4us() - machine.edge_seen_4us > clock_patience_4us()) {
+    if (machine.clocked != 0 &&
+        clock_now_4us() - machine.edge_seen_4us > clock_patience_4us()) {
         uint8_t axis = 0;
         while ((machine.clocked & axis_bit(axis)) == 0) {
             axis++;
@@ -202,19 +211,21 @@ static void watch_clock(void)
 static void decode_neediest(void)
 {
     uint8_t neediest = CONFIG_AXES;
-    uint8_t least = 0xFF;
+    uint32_t least = UINT32_MAX;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        uint8_t fill = axis_ring_fill(&machine.axes[i]);
-        if (fill < least && !axis_decoded(&machine.axes[i])) {
-            least = fill;
+        uint32_t ahead = axis_ahead_ticks(&machine.axes[i]);
+        if (ahead < least && !axis_decoded(&machine.axes[i])) {
+            least = ahead;
             neediest = i;
         }
     }
     if (neediest != CONFIG_AXES) {
         struct axis *axis = &machine.axes[neediest];
         cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
-        axis_decode(axis, &machine.period, machine.settings.backlash_policy == 0,
+        axis_decode(axis,
+                    &machine.period,
+                    machine.settings.backlash_policy == 0,
                     machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
     }
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "app/machine.h" // machine_*
-#include "app/serial.h"  // serial_*
-#include "hal/clock.h"   // clock_start
-#include "hal/cpu.h"     // cpu_*
-#include "hal/pins.h"    // pins_start
+#include "app/machine.h"    // machine_*
+#include "app/serial.h"     // serial_*
+#include "hal/clock.h"      // clock_start
+#include "hal/cpu.h"        // cpu_*
+#include "hal/pins.h"       // pins_start
 #include "hal/step_timer.h" // step_timer_start
 
 int main(void)

@@ -6,7 +6,7 @@
 
 void settings_defaults(struct settings *settings)
 {
-#define HOLDING(address, name, type, unit, min, max, initial, meaning)                    \
+#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     settings->name = (settings_##type)(initial);
 #include "wire/registers.def"
 #undef HOLDING
@@ -21,29 +21,30 @@ bool settings_in_range(const struct settings *settings)
 {
     bool ok = true;
 
-#define HOLDING(address, name, type, unit, min, max, initial, meaning)                    \
+#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     ok = ok && in_range(settings->name, (min), (max));
 #include "wire/registers.def"
 #undef HOLDING
     return ok;
 }
 
-#define GET_u16(address, name)                                                            \
-    case (address):                                                                       \
-        *word = settings->name;                                                           \
+#define GET_u16(address, name)                                                           \
+    case (address):                                                                      \
+        *word = settings->name;                                                          \
         return true;
-#define GET_u32(address, name)                                                            \
-    case (address):                                                                       \
-        *word = (uint16_t)(settings->name >> 16);                                         \
-        return true;                                                                      \
-    case (address) + 1:                                                                   \
-        *word = (uint16_t)settings->name;                                                 \
+#define GET_u32(address, name)                                                           \
+    case (address):                                                                      \
+        *word = (uint16_t)(settings->name >> 16);                                        \
+        return true;                                                                     \
+    case (address) + 1:                                                                  \
+        *word = (uint16_t)settings->name;                                                \
         return true;
 
 bool settings_get(const struct settings *settings, uint16_t address, uint16_t *word)
 {
     switch (address) {
-#define HOLDING(address, name, type, unit, min, max, initial, meaning) GET_##type(address, name)
+#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
+    GET_##type(address, name)
 #include "wire/registers.def"
 #undef HOLDING
     default:
@@ -51,22 +52,23 @@ bool settings_get(const struct settings *settings, uint16_t address, uint16_t *w
     }
 }
 
-#define SET_u16(address, name)                                                            \
-    case (address):                                                                       \
-        settings->name = word;                                                            \
+#define SET_u16(address, name)                                                           \
+    case (address):                                                                      \
+        settings->name = word;                                                           \
         return true;
-#define SET_u32(address, name)                                                            \
-    case (address):                                                                       \
-        settings->name = (settings->name & 0xFFFFuL) | ((uint32_t)word << 16);            \
-        return true;                                                                      \
-    case (address) + 1:                                                                   \
-        settings->name = (settings->name & 0xFFFF0000uL) | word;                          \
+#define SET_u32(address, name)                                                           \
+    case (address):                                                                      \
+        settings->name = (settings->name & 0xFFFFuL) | ((uint32_t)word << 16);           \
+        return true;                                                                     \
+    case (address) + 1:                                                                  \
+        settings->name = (settings->name & 0xFFFF0000uL) | word;                         \
         return true;
 
 bool settings_set(struct settings *settings, uint16_t address, uint16_t word)
 {
     switch (address) {
-#define HOLDING(address, name, type, unit, min, max, initial, meaning) SET_##type(address, name)
+#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
+    SET_##type(address, name)
 #include "wire/registers.def"
 #undef HOLDING
     default:

@@ -11,7 +11,8 @@ typedef uint32_t settings_u32;
 struct settings {
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
-#define HOLDING(address, name, type, unit, min, max, initial, meaning) settings_##type name;
+#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
+    settings_##type name;
 #include "wire/registers.def"
 #undef INPUT
 #undef INPUT_AXIS

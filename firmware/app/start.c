@@ -4,27 +4,35 @@
 #include "app/machine.h"    // machine
 #include "hal/step_timer.h" // step_timer_release
 
-// Between the newest loaded period and line zero there must be room for one more idle period
-// while the main loop is busy elsewhere, and for the direction set-up time.
-#define START_MIN_TICKS 20000L
-// A delay shorter than this can no longer be loaded in time behind the commands before it.
-#define RELEASE_MIN_TICKS 1000L
-// The delay is one period: release as soon as it fits, with a margin.
-#define RELEASE_MAX_TICKS 60000L
+// Room that line zero leaves the main loop to come by and release the line: a reply being built
+// takes a good two milliseconds.
+#define START_MIN_TICKS 60000L
+// Release as soon as the delay fits, with a margin.
+#define RELEASE_MAX_TICKS 120000L
+// The delay is two periods; the second covers the direction set-up time, and neither may be too
+// short for the commands before it.
+#define COMMANDS_TICKS 1000L
+
+static int32_t release_min_ticks(void)
+{
+    int32_t setup_ticks = (int32_t)machine.settings.dir_setup_us * (int32_t)(CONFIG_TIMER_HZ / 1000000uL);
+
+    return 2 * (setup_ticks + COMMANDS_TICKS);
+}
 
 // Ticks from the newest loaded period to the first period of the line.
 static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
 {
-    return (int32_t)(zero_ticks - STEP_TIMER_EDGE_TICKS + axis->feed.lead_in_ticks
-                     - axis->ledger.loaded_ticks);
+    return (int32_t)(zero_ticks - STEP_TIMER_EDGE_TICKS + axis->feed.lead_in_ticks -
+                     axis->ledger.loaded_ticks);
 }
 
 static bool waits(uint8_t i)
 {
     uint8_t bit = (uint8_t)(1u << i);
 
-    return machine.axes[i].state == AXIS_ARMED && (machine.clocked & bit) != 0
-           && (machine.starting & bit) == 0;
+    return machine.axes[i].state == AXIS_ARMED && (machine.clocked & bit) != 0 &&
+           (machine.starting & bit) == 0;
 }
 
 // The same zero for every waiting axis, or they would not run in step.
@@ -40,8 +48,23 @@ static uint32_t common_zero(uint32_t edge_ticks)
     return zero;
 }
 
+// Decoded as far ahead as memory allows. An edge before that is let pass: the slow first steps of
+// a line cost the most decoding, and time ahead of them is only to be had at rest.
+static bool all_ready(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits(i) && !axis_decoded(&machine.axes[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 void start_on_edge(uint32_t edge_ticks)
 {
+    if (!all_ready()) {
+        return;
+    }
     uint32_t zero = common_zero(edge_ticks);
     bool any = false;
 
@@ -75,7 +98,7 @@ static void release(uint8_t i)
     if (delay > RELEASE_MAX_TICKS) {
         return;
     }
-    if (delay < RELEASE_MIN_TICKS) {
+    if (delay < release_min_ticks()) {
         machine_fault(FAULT_start_late, i, 0);
         return;
     }

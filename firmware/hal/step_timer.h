@@ -26,7 +26,9 @@ enum step_engine_state step_timer_state(uint8_t axis);
 
 // Publish the held front of a line, unless an idle period was loaded since idle_count: then false
 // and nothing done.
-bool step_timer_release(uint8_t axis, struct feed *feed, uint32_t delay_ticks,
+bool step_timer_release(uint8_t axis,
+                        struct feed *feed,
+                        uint32_t delay_ticks,
                         uint16_t idle_count);
 
 // Empty the ring behind the entry being loaded: no STEP edge after at most one more period. The

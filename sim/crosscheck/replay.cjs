@@ -28,7 +28,7 @@ function readClock(file) {
 }
 
 // Bytes on the serial line: { cycle, byte } as the board received them, and what it sent.
-// The cycle is that of the end of the byte's stop bit, where the receiver sets its flag.
+// The cycle of a received byte is that at which the receiver has it, in the middle of its stop bit.
 function readSerial(file) {
     const rows = readCsv(file, ['cycle', 'direction', 'byte']);
     const bytes = rows.map((row) => ({

@@ -15,9 +15,9 @@
 #include "base/require.h"
 #include "motion/axis.h"
 
-#define QUEUE_SLOTS 128u
+#define QUEUE_SLOTS   128u
 #define DECODE_BUDGET 64u
-#define DELAY_TICKS 1000u
+#define DELAY_TICKS   1000u
 
 struct options {
     uint32_t hz_num;
@@ -39,7 +39,7 @@ struct plan {
     struct run slots[QUEUE_SLOTS];
     struct step_ring ring;
     struct step_engine engine;
-    uint64_t now_ticks;  // start of the period about to be loaded
+    uint64_t now_ticks; // start of the period about to be loaded
     uint64_t zero_ticks;
     int32_t steps;
     uint32_t pixels_printed;
@@ -62,8 +62,8 @@ void require_failed(uint16_t line)
 static const char *error_name(unsigned code)
 {
     switch (code) {
-#define LINE_ERROR(number, name, text)                                                    \
-    case (number):                                                                        \
+#define LINE_ERROR(number, name, text)                                                   \
+    case (number):                                                                       \
         return #name;
 #include "motion/line_errors.def"
 #undef LINE_ERROR
@@ -75,8 +75,8 @@ static const char *error_name(unsigned code)
 static const char *error_text(unsigned code)
 {
     switch (code) {
-#define LINE_ERROR(number, name, text)                                                    \
-    case (number):                                                                        \
+#define LINE_ERROR(number, name, text)                                                   \
+    case (number):                                                                       \
         return text;
 #include "motion/line_errors.def"
 #undef LINE_ERROR
@@ -87,7 +87,11 @@ static const char *error_text(unsigned code)
 
 static void report(const char *what, unsigned code, uint32_t pixel)
 {
-    fprintf(stderr, "%s: %s at pixel %u: %s\n", what, error_name(code), (unsigned)pixel,
+    fprintf(stderr,
+            "%s: %s at pixel %u: %s\n",
+            what,
+            error_name(code),
+            (unsigned)pixel,
             error_text(code));
 }
 
@@ -106,7 +110,9 @@ static void print_pixels(struct plan *plan, struct pixel_grid *grid, uint64_t *e
         if (record->actual_steps != record->expected_steps) {
             fail("internal: expected and actual position differ");
         }
-        printf("%u,%llu,%d\n", (unsigned)plan->pixels_printed, (unsigned long long)*edge,
+        printf("%u,%llu,%d\n",
+               (unsigned)plan->pixels_printed,
+               (unsigned long long)*edge,
                (int)record->expected_steps);
     }
 }
@@ -119,7 +125,8 @@ static void load_period(struct plan *plan)
     if (load.pulse) {
         plan->steps++;
         if (!plan->options.pixels) {
-            printf("%d,%lld\n", (int)plan->steps,
+            printf("%d,%lld\n",
+                   (int)plan->steps,
                    (long long)(plan->now_ticks - plan->zero_ticks));
         }
     }
@@ -144,7 +151,10 @@ static void release(struct plan *plan)
 }
 
 // Decode, then let the interrupt's stand-in take one period; print what became known.
-static void run_line(struct plan *plan, struct pixel_grid *grid, uint64_t *edge, bool last)
+static void run_line(struct plan *plan,
+                     struct pixel_grid *grid,
+                     uint64_t *edge,
+                     bool last)
 {
     while (plan->axis.in_line || plan->axis.ledger.retired != plan->axis.feed.head) {
         axis_decode(&plan->axis, &plan->period, true, DECODE_BUDGET);
@@ -164,11 +174,14 @@ static void run_line(struct plan *plan, struct pixel_grid *grid, uint64_t *edge,
 
 static void queue_entry(struct plan *plan, int32_t count, uint32_t repeat)
 {
-    uint8_t bytes[4] = {(uint8_t)((uint32_t)count >> 8), (uint8_t)count, (uint8_t)(repeat >> 8),
+    uint8_t bytes[4] = {(uint8_t)((uint32_t)count >> 8),
+                        (uint8_t)count,
+                        (uint8_t)(repeat >> 8),
                         (uint8_t)repeat};
     struct axis *axis = &plan->axis;
 
-    enum block_result result = axis_queue_block(axis, &plan->limits, axis->next_block, bytes, 1);
+    enum block_result result =
+        axis_queue_block(axis, &plan->limits, axis->next_block, bytes, 1);
     if (result == BLOCK_REFUSED) {
         report("line refused", axis->line_error, axis->line_error_pixel);
         exit(2);
@@ -194,8 +207,8 @@ static bool read_run(int32_t *count, uint32_t *repeat)
         return false;
     }
     line++;
-    if (sscanf(text, "%ld %ld %c", &a, &b, &rest) != 2 || a < -32768 || a > 32767 || b < 1
-        || b > 65535) {
+    if (sscanf(text, "%ld %ld %c", &a, &b, &rest) != 2 || a < -32768 || a > 32767 ||
+        b < 1 || b > 65535) {
         fprintf(stderr, "stdin:%u: not a run \"count repeat\": %s", line, text);
         exit(2);
     }
@@ -211,9 +224,9 @@ static void plan_line(struct plan *plan)
     uint64_t edge = 0;
     int32_t count = 0;
     uint32_t repeat = 0;
-    uint16_t word = (uint16_t)(RUN_MARK_START | RUN_START_WAIT
-                               | (options->smooth ? RUN_START_SMOOTH : 0u)
-                               | (options->negative ? RUN_START_NEGATIVE : 0u));
+    uint16_t word = (uint16_t)(RUN_MARK_START | RUN_START_WAIT |
+                               (options->smooth ? RUN_START_SMOOTH : 0u) |
+                               (options->negative ? RUN_START_NEGATIVE : 0u));
 
     pixel_grid_start(&grid, &plan->period, 1);
     puts(options->pixels ? "pixel,tick,expected_steps" : "step,tick");
@@ -240,7 +253,8 @@ static uint32_t number(const char *text, const char *option, uint32_t max)
     unsigned long long value = strtoull(text, &end, 10);
 
     if (*text == '\0' || *text == '-' || *end != '\0' || value > max) {
-        fprintf(stderr, "--%s: not a number from 0 to %u: %s\n", option, (unsigned)max, text);
+        fprintf(
+            stderr, "--%s: not a number from 0 to %u: %s\n", option, (unsigned)max, text);
         exit(2);
     }
     return (uint32_t)value;
@@ -287,7 +301,8 @@ static void set_option(struct options *options, int option)
         options->line_speed = (uint16_t)number(optarg, "line-speed", UINT16_MAX);
         break;
     case 'm':
-        options->min_interval_ticks = (uint16_t)number(optarg, "min-interval", UINT16_MAX);
+        options->min_interval_ticks =
+            (uint16_t)number(optarg, "min-interval", UINT16_MAX);
         break;
     case 'n':
         options->negative = true;
@@ -303,10 +318,14 @@ static void set_option(struct options *options, int option)
 static void parse(struct options *options, int argc, char **argv)
 {
     static const struct option names[] = {
-        {"hz", required_argument, NULL, 'h'},         {"timer-hz", required_argument, NULL, 't'},
-        {"decode", required_argument, NULL, 'd'},     {"backlash", required_argument, NULL, 'b'},
-        {"line-speed", required_argument, NULL, 'v'}, {"pixels", no_argument, NULL, 'p'},
-        {"negative", no_argument, NULL, 'n'},         {"min-interval", required_argument, NULL, 'm'},
+        {"hz", required_argument, NULL, 'h'},
+        {"timer-hz", required_argument, NULL, 't'},
+        {"decode", required_argument, NULL, 'd'},
+        {"backlash", required_argument, NULL, 'b'},
+        {"line-speed", required_argument, NULL, 'v'},
+        {"pixels", no_argument, NULL, 'p'},
+        {"negative", no_argument, NULL, 'n'},
+        {"min-interval", required_argument, NULL, 'm'},
         {NULL, 0, NULL, 0},
     };
     int option;
@@ -325,7 +344,9 @@ int main(int argc, char **argv)
     static struct plan plan;
 
     parse(&plan.options, argc, argv);
-    if (!pixel_period_set(&plan.period, plan.options.timer_hz, plan.options.hz_num,
+    if (!pixel_period_set(&plan.period,
+                          plan.options.timer_hz,
+                          plan.options.hz_num,
                           plan.options.hz_den)) {
         fail("--hz: the pixel period must be 1024 to 16777215 timer ticks");
     }

@@ -125,9 +125,9 @@ class Fake:
 
     def input(self, address):
         if address >= regs.RECORD_BASE:
-            return self.record((address - regs.RECORD_BASE) // 0x40, address % 0x40)
+            return self.record(*divmod(address - regs.RECORD_BASE, regs.RECORD_STRIDE))
         if address < regs.AXIS_BASE:
-            return {0: 1, 2: 1 + (self.board == "mega"), 3: len(self.axes)}.get(address, 0)
+            return {0: 1, 2: 1 + (self.board == "mega"), 3: len(self.axes), 24: 10}.get(address, 0)
         axis, offset = self.axes[(address - 0x20) // 16], address % 16
         self.update(axis)
         free = QUEUE_SLOTS - (len(axis.entries) if axis.state < 3 else 0)

@@ -134,3 +134,14 @@ def test_notes_go_to_the_error_stream(tmp_path):
     done = CliRunner().invoke(main, ["line", "check", str(path), "--decode", "smooth", "--json"])
     assert json.loads(done.stdout)["verdict"] == "fine"
     assert "LF instead of CR LF" in done.stderr
+
+
+def test_make_names_the_odd_profile_entry(pixstep, tmp_path):
+    (tmp_path / "odd.PRN").write_bytes(b"".join(b"%8d\r\n" % value for value in (8, 15, 24)))
+    output = pixstep(
+        "line", "make", "--profile", "odd.PRN", "--speed", 20, "--pixels", 9, "--pixel-hz", 30,
+        "-o", "line.csv", status=2,
+    )  # fmt: skip
+    assert output.count("\n") == 1
+    assert "odd.PRN:2: speed 15 is odd, nearest legal 14 and 16" in output
+    assert not (tmp_path / "line.csv").exists()

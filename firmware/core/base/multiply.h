@@ -12,12 +12,12 @@ static inline uint32_t multiply_s16_s16(int16_t a, int16_t b)
 {
     uint32_t product;
 
-    __asm__("mul %A1, %A2\n\t"    // low * low
+    __asm__("mul %A1, %A2\n\t" // low * low
             "movw %A0, r0\n\t"
-            "muls %B1, %B2\n\t"   // high * high, both signed
+            "muls %B1, %B2\n\t" // high * high, both signed
             "movw %C0, r0\n\t"
-            "mulsu %B1, %A2\n\t"  // a's high is signed
-            "sbc %D0, %3\n\t"     // carry of mulsu: sign of the product
+            "mulsu %B1, %A2\n\t" // a's high is signed
+            "sbc %D0, %3\n\t"    // carry of mulsu: sign of the product
             "add %B0, r0\n\t"
             "adc %C0, r1\n\t"
             "adc %D0, %3\n\t"

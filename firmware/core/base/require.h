@@ -5,11 +5,11 @@
 
 #include <stdint.h>
 
-#define REQUIRE(promise)                                                                  \
-    do {                                                                                  \
-        if (!(promise)) {                                                                 \
-            require_failed((uint16_t)__LINE__);                                           \
-        }                                                                                 \
+#define REQUIRE(promise)                                                                 \
+    do {                                                                                 \
+        if (!(promise)) {                                                                \
+            require_failed((uint16_t)__LINE__);                                          \
+        }                                                                                \
     } while (0)
 
 // Supplied by who links core: the firmware raises the fault, a test fails. May return.

@@ -6,7 +6,10 @@
 // Intervals of a curve that are decoded together; they pass over the stack.
 #define CURVE_BATCH 16u
 
-void axis_init(struct axis *axis, struct step_ring *ring, struct run *slots, uint8_t slot_count,
+void axis_init(struct axis *axis,
+               struct step_ring *ring,
+               struct run *slots,
+               uint8_t slot_count,
                uint16_t first_period_ticks)
 {
     *axis = (struct axis){.state = AXIS_EMPTY};
@@ -25,13 +28,17 @@ static struct run run_from_bytes(const uint8_t *bytes)
 }
 
 // True when every entry is possible after what is queued; the check then stands behind the block.
-static bool check_block(struct axis *axis, const struct line_limits *limits,
-                        const uint8_t *entries, uint8_t count, uint8_t *whole_lines)
+static bool check_block(struct axis *axis,
+                        const struct line_limits *limits,
+                        const uint8_t *entries,
+                        uint8_t count,
+                        uint8_t *whole_lines)
 {
     struct line_check check = axis->check;
 
     for (uint8_t i = 0; i < count; i++) {
-        enum line_error error = line_check_entry(&check, limits, run_from_bytes(&entries[4u * i]));
+        enum line_error error =
+            line_check_entry(&check, limits, run_from_bytes(&entries[4u * i]));
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;
             axis->line_error_pixel = check.error_pixel;
@@ -59,8 +66,11 @@ static void update_loaded(struct axis *axis)
     }
 }
 
-enum block_result axis_queue_block(struct axis *axis, const struct line_limits *limits,
-                                   uint16_t block, const uint8_t *entries, uint8_t count)
+enum block_result axis_queue_block(struct axis *axis,
+                                   const struct line_limits *limits,
+                                   uint16_t block,
+                                   const uint8_t *entries,
+                                   uint8_t count)
 {
     uint8_t whole_lines = 0;
 
@@ -97,19 +107,22 @@ bool axis_waits_for_edge(const struct axis *axis)
 {
     struct run mark;
 
-    return run_queue_peek(&axis->queue, 0, &mark) && ((uint16_t)mark.count & RUN_START_WAIT) != 0;
+    return run_queue_peek(&axis->queue, 0, &mark) &&
+           ((uint16_t)mark.count & RUN_START_WAIT) != 0;
 }
 
 static bool start_queued(const struct axis *axis)
 {
     struct run mark;
 
-    return run_queue_peek(&axis->queue, 0, &mark) && mark.repeat == 0
-           && ((uint16_t)mark.count & RUN_MARK_KIND) == RUN_MARK_START
-           && run_queue_fill(&axis->queue) > 1u;
+    return run_queue_peek(&axis->queue, 0, &mark) && mark.repeat == 0 &&
+           ((uint16_t)mark.count & RUN_MARK_KIND) == RUN_MARK_START &&
+           run_queue_fill(&axis->queue) > 1u;
 }
 
-static void begin_line(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+static void begin_line(struct axis *axis,
+                       const struct pixel_period *period,
+                       bool always_take_up)
 {
     struct run mark = {0};
 
@@ -147,11 +160,14 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     feed_reset(&axis->feed, axis->feed.ring, ring_slot);
     axis->feed.negative = axis->ledger.negative;
     ledger_skip_to(&axis->ledger, ring_slot);
+    axis->feed.written_ticks = axis->ledger.taken_ticks;
     axis->state = AXIS_EMPTY;
 }
 
 // The line is decoded to its end. A queued line that does not wait for the clock follows at once.
-static void finish_line(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+static void finish_line(struct axis *axis,
+                        const struct pixel_period *period,
+                        bool always_take_up)
 {
     if (axis->whole_lines != 0) {
         axis->whole_lines--;
@@ -183,7 +199,9 @@ static void begin_piece(struct axis *axis)
 }
 
 // False when nothing can be decoded now.
-static bool next_piece(struct axis *axis, const struct pixel_period *period, bool always_take_up)
+static bool next_piece(struct axis *axis,
+                       const struct pixel_period *period,
+                       bool always_take_up)
 {
     if (feed_marks_full(&axis->feed)) {
         return false;
@@ -204,8 +222,9 @@ static bool next_piece(struct axis *axis, const struct pixel_period *period, boo
 
 bool axis_decoded(const struct axis *axis)
 {
-    return !axis->in_line || axis->dry || feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST
-           || (!axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed));
+    return !axis->in_line || axis->dry ||
+           feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST ||
+           (!axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed));
 }
 
 // Ordinary steps, evenly spaced: a whole burst with everything in registers.
@@ -223,6 +242,7 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
     }
     axis->walk.steps.even.sum = even.sum;
     axis->feed.head = slot;
+    axis->feed.written_ticks += sum;
     return sum;
 }
 
@@ -241,6 +261,7 @@ static uint32_t burst_curve(struct axis *axis, uint8_t *count)
         slot = feed_burst_put(ring, slot, intervals[i]);
     }
     axis->feed.head = slot;
+    axis->feed.written_ticks += sum;
     return sum;
 }
 
@@ -288,11 +309,13 @@ static uint8_t decode_steps(struct axis *axis, uint8_t budget)
     return cost != 0 ? cost : decode_step(axis);
 }
 
-void axis_decode(struct axis *axis, const struct pixel_period *period, bool always_take_up,
+void axis_decode(struct axis *axis,
+                 const struct pixel_period *period,
+                 bool always_take_up,
                  uint8_t budget)
 {
-    while (budget != 0 && axis->in_line
-           && feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST) {
+    while (budget != 0 && axis->in_line &&
+           feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST) {
         uint8_t cost = 1;
         if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);

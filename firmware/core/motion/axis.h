@@ -57,12 +57,18 @@ struct axis {
     struct ledger ledger;
 };
 
-void axis_init(struct axis *axis, struct step_ring *ring, struct run *slots, uint8_t slot_count,
+void axis_init(struct axis *axis,
+               struct step_ring *ring,
+               struct run *slots,
+               uint8_t slot_count,
                uint16_t first_period_ticks);
 
 // A block of `count` entries, each 4 bytes big-endian (count, repeat): all taken or none.
-enum block_result axis_queue_block(struct axis *axis, const struct line_limits *limits,
-                                   uint16_t block, const uint8_t *entries, uint8_t count);
+enum block_result axis_queue_block(struct axis *axis,
+                                   const struct line_limits *limits,
+                                   uint16_t block,
+                                   const uint8_t *entries,
+                                   uint8_t count);
 
 // Decode the front line ahead. False when there is none to arm. always_take_up: the backlash
 // policy; else backlash is inserted only when the direction changes or is not known.
@@ -73,11 +79,19 @@ bool axis_waits_for_edge(const struct axis *axis); // of the front line, before 
 void axis_discard(struct axis *axis, uint8_t ring_slot);
 
 // Decode up to `budget` steps or periods into the ring, as far as there is space.
-void axis_decode(struct axis *axis, const struct pixel_period *period, bool always_take_up,
+void axis_decode(struct axis *axis,
+                 const struct pixel_period *period,
+                 bool always_take_up,
                  uint8_t budget);
 
 // True when axis_decode() has nothing it could do now.
 bool axis_decoded(const struct axis *axis);
+
+// Time decoded ahead of the interrupt, ticks.
+static inline uint32_t axis_ahead_ticks(const struct axis *axis)
+{
+    return axis->feed.written_ticks - axis->ledger.taken_ticks;
+}
 
 // Entries waiting in the ring for the interrupt.
 static inline uint8_t axis_ring_fill(const struct axis *axis)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/clock_watch.h"
 
-void clock_watch_follow(struct clock_watch *watch, const struct pixel_period *period,
+void clock_watch_follow(struct clock_watch *watch,
+                        const struct pixel_period *period,
                         uint32_t zero_ticks)
 {
     watch->following = true;
@@ -39,7 +40,8 @@ bool clock_watch_edge(struct clock_watch *watch, uint32_t edge_ticks, uint32_t *
         plan_next(watch);
     }
     watch->error_ticks = saturate((int32_t)(edge_ticks - watch->next_ticks));
-    uint16_t size = (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
+    uint16_t size =
+        (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
     if (size > watch->error_max_ticks) {
         watch->error_max_ticks = size;
     }

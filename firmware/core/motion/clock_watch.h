@@ -9,17 +9,18 @@
 #include "motion/pixel_period.h" // struct pixel_grid
 
 struct clock_watch {
-    bool following;        // a line gives the reference
-    uint32_t edges;        // seen since reset
-    uint32_t next_ticks;   // planned place of the next edge
-    uint32_t pixel;        // number of that edge in the line, 0 = line zero
-    int16_t error_ticks;   // of the last edge
+    bool following;      // a line gives the reference
+    uint32_t edges;      // seen since reset
+    uint32_t next_ticks; // planned place of the next edge
+    uint32_t pixel;      // number of that edge in the line, 0 = line zero
+    int16_t error_ticks; // of the last edge
     uint16_t error_max_ticks;
     struct pixel_grid grid;
 };
 
 // A line begins at zero_ticks.
-void clock_watch_follow(struct clock_watch *watch, const struct pixel_period *period,
+void clock_watch_follow(struct clock_watch *watch,
+                        const struct pixel_period *period,
                         uint32_t zero_ticks);
 
 // An edge at this time. True when it belongs to a line; *pixel is then its number and

@@ -9,21 +9,17 @@
 //     residual' = residual + d*(slope + h*(d-1)) - T*T          slope = v0*T + h*(2t+1)
 //
 // is 0 <= residual' < last difference for exactly one d, found by extrapolating the last two
-// intervals and correcting by single ticks. The residual is known to be small, so it is kept
-// modulo 2^32 while speed * T < 2^29 (nearly 2^30 where the interval
-// hardly changes), else modulo 2^40: exact while it is. Where extrapolation is
-// poor (slow steps, the first two of a piece) Newton's method on the exact value takes over; those
-// intervals are long enough to pay for it.
+// intervals and correcting by single ticks (curve_fit.h). The residual is known to be small, so it
+// is kept modulo 2^32 while speed * T < 2^29 (nearly 2^30 where the interval hardly changes), else
+// modulo 2^40: exact while it is. Where extrapolation is poor (slow steps, the first two of a
+// piece) Newton's method on the exact value takes over (curve_exact.h); those intervals are long
+// enough to pay for it.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-// A 40-bit two's complement number: high * 256 + low.
-struct wide {
-    int32_t high;
-    uint8_t low;
-};
+#include "base/wide.h" // struct wide
 
 // position beyond the last step in 1/T^2 steps; its increase over the next tick; T * T
 struct curve_narrow {
@@ -47,13 +43,13 @@ struct curve {
     bool is_narrow;
     bool is_flat;
     int16_t half_acceleration;
-    uint16_t last_ticks;       // last interval, 0: unknown or too long to extrapolate from
-    uint16_t before_ticks;     // the one before it
+    uint16_t last_ticks;   // last interval, 0: unknown or too long to extrapolate from
+    uint16_t before_ticks; // the one before it
     uint16_t fast_limit_ticks; // intervals up to this one are safe in the modulus
     bool first_solved;
-    uint32_t guess_ticks;      // for Newton's method: the last interval,
-    uint32_t older_ticks;      //   and the one before it, 0: unknown
-    uint32_t piece_ticks;      // T
+    uint32_t guess_ticks; // for Newton's method: the last interval,
+    uint32_t older_ticks; //   and the one before it, 0: unknown
+    uint32_t piece_ticks; // T
 };
 
 // Such a piece needs the 40-bit arithmetic, which costs nearly twice as much a step. Arguments as
@@ -61,7 +57,10 @@ struct curve {
 bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps);
 
 // ticks T: 1..2^24-1; start_speed v0 and steps n: 0..32767, 2n >= v0. Main loop only: it divides.
-void curve_start(struct curve *curve, uint32_t ticks, uint16_t start_speed, uint16_t steps);
+void curve_start(struct curve *curve,
+                 uint32_t ticks,
+                 uint16_t start_speed,
+                 uint16_t steps);
 
 // Ticks to the next step. For steps 1..n-1; the caller forces step n to the end of the piece.
 uint32_t curve_next(struct curve *curve);

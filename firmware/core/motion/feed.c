@@ -6,6 +6,8 @@
 // A long interval is cut into periods of this length; the last piece is then at least
 // STEP_PERIOD_MAX_TICKS - CHUNK_TICKS long, which leaves time for the commands around it.
 #define CHUNK_TICKS 0x8000u
+// The front of a held line: its begin command and two delay periods.
+#define HELD_SLOTS 3u
 // The first interval of a line is merged into the delay before it up to this length.
 #define MERGE_MAX_TICKS 0x7000u
 
@@ -28,7 +30,8 @@ static inline void put_period(struct feed *feed, uint16_t ticks)
 static void put_command(struct feed *feed, enum step_command command)
 {
     // A command is stored like a period whose high byte says so.
-    put_period(feed, (uint16_t)(((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command) + 1u));
+    put_period(feed,
+               (uint16_t)(((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command) + 1u));
 }
 
 static void place_marks(struct feed *feed)
@@ -49,6 +52,7 @@ static void put_chunk(struct feed *feed, uint16_t ticks)
     put_period(feed, ticks);
     feed->lead = false;
     feed->pending_ticks -= ticks;
+    feed->written_ticks += ticks;
     feed->merge = false;
     place_marks(feed);
 }
@@ -60,22 +64,30 @@ void feed_hold(struct feed *feed)
     feed->lead_in_ticks = 0;
     feed->held_slot = feed->head;
     // The held slot keeps its empty mark: everything behind it is invisible to the interrupt.
-    feed->head = (uint8_t)(feed->head + 2u);
+    feed->head = (uint8_t)(feed->head + HELD_SLOTS);
     feed->ring->high[feed->head] = STEP_HIGH_EMPTY;
+}
+
+static void put_held(struct feed *feed, uint8_t offset, uint32_t ticks)
+{
+    uint8_t slot = (uint8_t)(feed->held_slot + offset);
+    uint16_t top = (uint16_t)(ticks - 1u);
+
+    feed->ring->low[slot] = (uint8_t)top;
+    feed->ring->high[slot] = (uint8_t)(top >> 8);
 }
 
 void feed_release(struct feed *feed, uint32_t delay_ticks)
 {
     struct step_ring *ring = feed->ring;
-    uint16_t top = (uint16_t)(delay_ticks - 1u);
+    uint32_t half = delay_ticks / 2u;
 
-    REQUIRE(feed->held && delay_ticks != 0 && delay_ticks <= STEP_PERIOD_MAX_TICKS);
-    uint8_t delay_slot = (uint8_t)(feed->held_slot + 1u);
-
-    ring->low[delay_slot] = (uint8_t)top;
-    ring->high[delay_slot] = (uint8_t)(top >> 8);
+    REQUIRE(feed->held && half != 0 && delay_ticks <= FEED_DELAY_MAX_TICKS);
+    put_held(feed, 1, half);
+    put_held(feed, 2, delay_ticks - half);
     ring->low[feed->held_slot] = STEP_COMMAND_BEGIN;
     ring->high[feed->held_slot] = STEP_HIGH_COMMAND;
+    feed->written_ticks += delay_ticks;
     feed->held = false;
     feed->merge = false;
 }

@@ -22,24 +22,25 @@
 
 // A place in the stream of entries, for the ledger that follows the interrupt.
 struct feed_mark {
-    uint8_t slot;      // reached when the ledger has passed this slot
-    bool line_start;   // count from here; else a pixel edge
-    int32_t position;  // expected signed steps of the line at a pixel edge
+    uint8_t slot;     // reached when the ledger has passed this slot
+    bool line_start;  // count from here; else a pixel edge
+    int32_t position; // expected signed steps of the line at a pixel edge
 };
 
 struct feed {
     struct step_ring *ring;
-    uint8_t head;        // next slot to write
-    bool pulse;          // what the entries written so far leave behind: pulsing,
-    bool negative;       //   and direction
-    bool lead;           // the next period begins with a STEP edge
-    bool step_due;       // pending_ticks ends with a step
-    bool due_negative;   // its direction
-    bool held;           // the front of the line is not released yet
-    bool merge;          // the next interval may be merged into the delay before the line
+    uint8_t head;      // next slot to write
+    bool pulse;        // what the entries written so far leave behind: pulsing,
+    bool negative;     //   and direction
+    bool lead;         // the next period begins with a STEP edge
+    bool step_due;     // pending_ticks ends with a step
+    bool due_negative; // its direction
+    bool held;         // the front of the line is not released yet
+    bool merge;        // the next interval may be merged into the delay before the line
     uint8_t held_slot;
     uint32_t lead_in_ticks; // part of the first interval that the delay must cover
     uint32_t pending_ticks; // time decoded but not written
+    uint32_t written_ticks; // lengths of all periods written (wraps)
     struct feed_mark marks[FEED_MARKS];
     uint8_t mark_head;   // next to write (free running)
     uint8_t mark_placed; // marks before this one have their slot
@@ -54,11 +55,14 @@ uint8_t feed_space(const struct feed *feed, uint8_t retired);
 // Most entries that one call of the functions below writes.
 #define FEED_BURST 8u
 
+// Longest delay of feed_release().
+#define FEED_DELAY_MAX_TICKS (2uL * STEP_PERIOD_MAX_TICKS)
+
 // Reserve the held front; the line's intervals follow.
 void feed_hold(struct feed *feed);
 
-// Publish the held front so that the line begins after delay_ticks (<= STEP_PERIOD_MAX_TICKS,
-// including lead_in_ticks). Call with the step interrupt unable to load another idle period.
+// Publish the held front so that the line begins after delay_ticks (2..FEED_DELAY_MAX_TICKS,
+// including lead_in_ticks); the delay becomes two periods of about half that each. Call with the step interrupt unable to load another idle period.
 void feed_release(struct feed *feed, uint32_t delay_ticks);
 
 // Time that passes, then a step. Only when !feed_busy().
@@ -68,8 +72,8 @@ void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 // called feed_space() times instead of feed_step(), for intervals up to STEP_PERIOD_MAX_TICKS.
 static inline bool feed_plain(const struct feed *feed, bool negative)
 {
-    return feed->lead && feed->pulse && feed->pending_ticks == 0 && negative == feed->negative
-           && feed->mark_placed == feed->mark_head;
+    return feed->lead && feed->pulse && feed->pending_ticks == 0 &&
+           negative == feed->negative && feed->mark_placed == feed->mark_head;
 }
 
 // The sentinel first, the high byte last: the interrupt sees the old end or the new one. Returns

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/ledger.h"
 
-void ledger_reset(struct ledger *ledger, struct step_ring *ring, uint16_t first_period_ticks)
+void ledger_reset(struct ledger *ledger,
+                  struct step_ring *ring,
+                  uint16_t first_period_ticks)
 {
     *ledger = (struct ledger){.ring = ring};
     ledger_restart(ledger, first_period_ticks);
@@ -126,6 +128,7 @@ static void take_periods(struct ledger *ledger, uint8_t stop)
         loaded += newest;
     }
     uint8_t count = (uint8_t)(slot - first);
+    ledger->taken_ticks += loaded - ledger->loaded_ticks;
     ledger->loaded_ticks = loaded;
     ledger->lengths[0] = newest;
     ledger->lengths[1] = second;
@@ -137,7 +140,9 @@ static void take_periods(struct ledger *ledger, uint8_t stop)
 }
 
 // The next mark's slot if it comes before the given one, else that one.
-static uint8_t next_stop(const struct ledger *ledger, const struct feed *feed, uint8_t tail)
+static uint8_t next_stop(const struct ledger *ledger,
+                         const struct feed *feed,
+                         uint8_t tail)
 {
     if (feed->mark_tail == feed->mark_placed) {
         return tail;

@@ -9,11 +9,14 @@
 
 #include "motion/feed.h" // marks
 
-// Pixels whose records are kept, oldest overwritten.
-#define LEDGER_RECORDS 10u
+// Pixels whose records are kept, oldest overwritten; up to 20, what one read can carry. The build
+// gives the smaller board fewer.
+#if !defined(LEDGER_RECORDS)
+#define LEDGER_RECORDS 20u
+#endif
 
 struct pixel_record {
-    uint16_t pixel;           // low 16 bits of the number, 1 = end of the line's first pixel
+    uint16_t pixel; // low 16 bits of the number, 1 = end of the line's first pixel
     int16_t edge_error_ticks; // clock edge minus planned edge
     int32_t expected_steps;   // of the line, signed
     int32_t actual_steps;
@@ -21,17 +24,19 @@ struct pixel_record {
 
 struct ledger {
     struct step_ring *ring;
-    uint8_t retired;      // first slot not yet accounted for
+    uint8_t retired; // first slot not yet accounted for
     bool pulse;
     bool negative;
-    uint16_t idle_seen;   // idle periods accounted for
-    uint16_t lengths[3];  // of the last three periods in ticks, newest first
-    uint32_t loaded_ticks; // end of the newest loaded period, since the timers started (wraps)
+    uint16_t idle_seen;  // idle periods accounted for
+    uint16_t lengths[3]; // of the last three periods in ticks, newest first
+    uint32_t
+        loaded_ticks; // end of the newest loaded period, since the timers started (wraps)
+    uint32_t taken_ticks; // lengths of all periods taken from the ring, without idle ones (wraps)
     int32_t position_steps; // since reset, signed
-    int32_t line_origin;  // position where the line began
-    uint32_t pixel;       // edges passed in the line
+    int32_t line_origin;    // position where the line began
+    uint32_t pixel;         // edges passed in the line
     struct pixel_record records[LEDGER_RECORDS];
-    uint8_t record_next;  // slot for the next record
+    uint8_t record_next; // slot for the next record
     uint8_t record_count;
 };
 
@@ -43,7 +48,9 @@ struct engine_sample {
 
 // first_period_ticks: length of the two periods that are settled when the timers start (the
 // interrupt at the end of the first one loads the third).
-void ledger_reset(struct ledger *ledger, struct step_ring *ring, uint16_t first_period_ticks);
+void ledger_reset(struct ledger *ledger,
+                  struct step_ring *ring,
+                  uint16_t first_period_ticks);
 
 // The timers were started anew: time begins again, position and records stay.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);

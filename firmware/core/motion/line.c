@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line.h"
 
-void line_begin(struct line *line, const struct pixel_period *period, struct run_queue *queue,
+void line_begin(struct line *line,
+                const struct pixel_period *period,
+                struct run_queue *queue,
                 bool take_up)
 {
     struct run mark = {0};
@@ -32,8 +34,10 @@ static void place_edge(struct line *line, struct piece *piece, uint16_t edge_ste
     piece->has_edge = true;
     piece->edge_steps = edge_steps;
     piece->edge_ticks = line->to_edge_ticks;
-    piece->edge_position = line->position + (piece->negative ? -(int32_t)edge_steps : edge_steps);
-    line->to_edge_ticks = pixel_grid_advance(&line->edges) - (piece->ticks - piece->edge_ticks);
+    piece->edge_position =
+        line->position + (piece->negative ? -(int32_t)edge_steps : edge_steps);
+    line->to_edge_ticks =
+        pixel_grid_advance(&line->edges) - (piece->ticks - piece->edge_ticks);
 }
 
 static void count_steps(struct line *line, const struct piece *piece)
@@ -44,8 +48,8 @@ static void count_steps(struct line *line, const struct piece *piece)
 // The non-pulsing start of the leading zero pixel. False when backlash = line speed: no wait.
 static bool delay_piece(struct line *line, struct piece *piece)
 {
-    uint32_t ticks = pixel_grid_shift(&line->pieces, line->period, line->backlash_steps,
-                                      line->line_speed);
+    uint32_t ticks = pixel_grid_shift(
+        &line->pieces, line->period, line->backlash_steps, line->line_speed);
 
     *piece = (struct piece){.ticks = ticks, .negative = line->negative};
     line->to_edge_ticks -= ticks;
@@ -74,8 +78,8 @@ static uint16_t steps_at_edge(const struct line *line, uint16_t steps)
     int64_t fraction = line->backlash_steps;
     int64_t whole = line->line_speed;
 
-    return (uint16_t)((line->speed * fraction * whole + half * fraction * fraction)
-                      / (whole * whole));
+    return (uint16_t)((line->speed * fraction * whole + half * fraction * fraction) /
+                      (whole * whole));
 }
 
 static void pixel_piece(struct line *line, struct piece *piece)

@@ -27,21 +27,22 @@ struct piece {
     bool has_edge;        // a pixel edge falls into this piece,
     uint16_t edge_steps;  //   after so many of its steps
     uint32_t edge_ticks;  //   and so many ticks from its start (1..ticks)
-    int32_t edge_position; // signed steps of the line up to that edge: the expected position
+    int32_t
+        edge_position; // signed steps of the line up to that edge: the expected position
 };
 
 struct line {
     const struct pixel_period *period;
     struct run_queue *queue;
-    struct run run;    // the run now in work; repeat counts down
+    struct run run; // the run now in work; repeat counts down
     bool smooth;
-    bool negative;     // direction of a smooth line
-    bool shifted;      // still ahead of the pixel clock: backlash not yet taken up
-    bool fresh;        // no piece taken yet
+    bool negative; // direction of a smooth line
+    bool shifted;  // still ahead of the pixel clock: backlash not yet taken up
+    bool fresh;    // no piece taken yet
     uint16_t backlash_steps;
     uint16_t line_speed;
-    uint16_t speed;    // steps/pixel at the start of the next piece (smooth)
-    int32_t position;  // signed steps up to the start of the next piece
+    uint16_t speed;         // steps/pixel at the start of the next piece (smooth)
+    int32_t position;       // signed steps up to the start of the next piece
     uint32_t to_edge_ticks; // from the start of the next piece to the next pixel edge
     struct pixel_grid edges;
     struct pixel_grid pieces; // ends of the shifted pieces
@@ -55,7 +56,9 @@ enum line_status {
 
 // The queue's front must be a start mark and its parameter; both are taken. take_up: insert the
 // backlash (false: the leading zero pixel stays idle). Main loop only.
-void line_begin(struct line *line, const struct pixel_period *period, struct run_queue *queue,
+void line_begin(struct line *line,
+                const struct pixel_period *period,
+                struct run_queue *queue,
                 bool take_up);
 
 enum line_status line_next(struct line *line, struct piece *piece);

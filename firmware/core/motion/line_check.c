@@ -15,8 +15,8 @@ static enum line_error start(struct line_check *check, struct run entry)
 {
     uint16_t word = (uint16_t)entry.count;
 
-    if (entry.repeat != 0 || (word & RUN_MARK_KIND) != RUN_MARK_START
-        || (word & (uint16_t) ~(RUN_START_KNOWN | RUN_START_WAIT)) != 0) {
+    if (entry.repeat != 0 || (word & RUN_MARK_KIND) != RUN_MARK_START ||
+        (word & (uint16_t)~(RUN_START_KNOWN | RUN_START_WAIT)) != 0) {
         return LINE_malformed;
     }
     line_check_reset(check);
@@ -42,7 +42,8 @@ static enum line_error parameter(struct line_check *check, struct run entry)
     if ((check->line_speed & 1u) != 0) {
         return LINE_odd_speed;
     }
-    return check->backlash_steps > check->line_speed ? LINE_backlash_over_speed : LINE_none;
+    return check->backlash_steps > check->line_speed ? LINE_backlash_over_speed
+                                                     : LINE_none;
 }
 
 // The end mark.
@@ -74,12 +75,13 @@ static void warn(struct line_check *check, enum line_error warning)
     }
 }
 
-static enum line_error plain_run(struct line_check *check, const struct line_limits *limits,
+static enum line_error plain_run(struct line_check *check,
+                                 const struct line_limits *limits,
                                  struct run entry)
 {
     uint16_t steps = (uint16_t)(entry.count < 0 ? -entry.count : entry.count);
-    bool turns = (entry.count < 0) != (check->last_count < 0) && entry.count != 0
-                 && check->last_count != 0;
+    bool turns = (entry.count < 0) != (check->last_count < 0) && entry.count != 0 &&
+                 check->last_count != 0;
 
     if (too_fast(steps, limits->min_interval_ticks, limits->pixel_ticks)) {
         return LINE_too_fast;
@@ -91,7 +93,9 @@ static enum line_error plain_run(struct line_check *check, const struct line_lim
 }
 
 // Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
-static enum line_error equal_counts(struct line_check *check, uint16_t amplitude, uint16_t steps)
+static enum line_error equal_counts(struct line_check *check,
+                                    uint16_t amplitude,
+                                    uint16_t steps)
 {
     uint16_t allowed = steps / 100u > 2u ? (uint16_t)(steps / 100u) : 2u;
 
@@ -102,36 +106,41 @@ static enum line_error equal_counts(struct line_check *check, uint16_t amplitude
     return LINE_none;
 }
 
-static enum line_error acceleration(struct line_check *check, const struct line_limits *limits,
+static enum line_error acceleration(struct line_check *check,
+                                    const struct line_limits *limits,
                                     int32_t value)
 {
     int32_t change = value - check->acceleration;
 
-    if (limits->max_acceleration != 0
-        && (value < 0 ? -value : value) > (int32_t)limits->max_acceleration) {
+    if (limits->max_acceleration != 0 &&
+        (value < 0 ? -value : value) > (int32_t)limits->max_acceleration) {
         return LINE_acceleration;
     }
-    if (limits->jerk_warning != 0
-        && (change < 0 ? -change : change) > (int32_t)limits->jerk_warning) {
+    if (limits->jerk_warning != 0 &&
+        (change < 0 ? -change : change) > (int32_t)limits->jerk_warning) {
         warn(check, LINE_jerk);
     }
     check->acceleration = value;
     return LINE_none;
 }
 
-static uint16_t min_interval(const struct line_check *check, const struct line_limits *limits,
+static uint16_t min_interval(const struct line_check *check,
+                             const struct line_limits *limits,
                              struct run entry)
 {
     bool curved = entry.count != (int16_t)check->speed;
 
-    return curved && curve_is_wide(limits->pixel_ticks, check->speed, (uint16_t)entry.count)
+    return curved &&
+                   curve_is_wide(limits->pixel_ticks, check->speed, (uint16_t)entry.count)
                ? limits->wide_min_interval_ticks
                : limits->min_interval_ticks;
 }
 
 // Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
-static enum line_error smooth_speed(struct line_check *check, const struct line_limits *limits,
-                                    struct run entry, int32_t end_speed)
+static enum line_error smooth_speed(struct line_check *check,
+                                    const struct line_limits *limits,
+                                    struct run entry,
+                                    int32_t end_speed)
 {
     int32_t top = end_speed > check->speed ? end_speed : check->speed;
     enum line_error error = acceleration(check, limits, end_speed - check->speed);
@@ -139,7 +148,8 @@ static enum line_error smooth_speed(struct line_check *check, const struct line_
     if (error != LINE_none) {
         return error;
     }
-    if (too_fast((uint32_t)top, min_interval(check, limits, entry), limits->pixel_ticks)) {
+    if (too_fast(
+            (uint32_t)top, min_interval(check, limits, entry), limits->pixel_ticks)) {
         return LINE_too_fast;
     }
     if (check->backlash_steps != 0) {
@@ -154,7 +164,8 @@ static enum line_error smooth_speed(struct line_check *check, const struct line_
     return LINE_none;
 }
 
-static enum line_error smooth_run(struct line_check *check, const struct line_limits *limits,
+static enum line_error smooth_run(struct line_check *check,
+                                  const struct line_limits *limits,
                                   struct run entry)
 {
     int32_t end_speed = 2 * (int32_t)entry.count - check->speed;
@@ -169,10 +180,11 @@ static enum line_error smooth_run(struct line_check *check, const struct line_li
     if (end_speed < 0) {
         return LINE_reverses_inside_pixel;
     }
-    bool equal = entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
+    bool equal =
+        entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
     if (excess != 0 && equal) {
-        enum line_error error = equal_counts(check, (uint16_t)(excess < 0 ? -excess : excess),
-                                             (uint16_t)entry.count);
+        enum line_error error = equal_counts(
+            check, (uint16_t)(excess < 0 ? -excess : excess), (uint16_t)entry.count);
         if (error != LINE_none) {
             return error;
         }
@@ -184,7 +196,8 @@ static enum line_error smooth_run(struct line_check *check, const struct line_li
     return error;
 }
 
-static enum line_error run(struct line_check *check, const struct line_limits *limits,
+static enum line_error run(struct line_check *check,
+                           const struct line_limits *limits,
                            struct run entry)
 {
     if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
@@ -199,7 +212,8 @@ static enum line_error run(struct line_check *check, const struct line_limits *l
     return error;
 }
 
-enum line_error line_check_entry(struct line_check *check, const struct line_limits *limits,
+enum line_error line_check_entry(struct line_check *check,
+                                 const struct line_limits *limits,
                                  struct run entry)
 {
     enum line_error error;

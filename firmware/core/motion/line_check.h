@@ -12,12 +12,13 @@
 
 // What the board and its settings allow; ticks are timer ticks.
 struct line_limits {
-    uint32_t pixel_ticks;           // whole ticks of a pixel period
-    uint16_t min_interval_ticks;    // shortest interval between two steps
+    uint32_t pixel_ticks;             // whole ticks of a pixel period
+    uint16_t min_interval_ticks;      // shortest interval between two steps
     uint16_t wide_min_interval_ticks; // the same in pixels where curve_is_wide()
-    uint32_t reversal_min_ticks;    // shortest interval between two steps of opposite direction
-    uint16_t max_acceleration;      // steps/pixel^2 of a smooth line, 0: any
-    uint16_t jerk_warning;          // change of acceleration that is worth a warning, 0: never
+    uint32_t
+        reversal_min_ticks; // shortest interval between two steps of opposite direction
+    uint16_t max_acceleration; // steps/pixel^2 of a smooth line, 0: any
+    uint16_t jerk_warning;     // change of acceleration that is worth a warning, 0: never
 };
 
 enum line_check_phase {
@@ -29,14 +30,14 @@ enum line_check_phase {
 struct line_check {
     uint8_t phase;
     bool smooth;
-    bool reached;        // the line speed given with the backlash was reached
+    bool reached; // the line speed given with the backlash was reached
     uint16_t backlash_steps;
     uint16_t line_speed;
-    uint16_t speed;      // at the end of the last pixel
-    int16_t last_count;  // of the last pixel
-    int32_t acceleration;// in the last pixel
-    uint32_t pixel;      // pixels accepted so far
-    uint8_t warning;     // first warning of the line (enum line_error, 32..)
+    uint16_t speed;       // at the end of the last pixel
+    int16_t last_count;   // of the last pixel
+    int32_t acceleration; // in the last pixel
+    uint32_t pixel;       // pixels accepted so far
+    uint8_t warning;      // first warning of the line (enum line_error, 32..)
     uint32_t warning_pixel;
     uint32_t error_pixel; // 1-based pixel of the last refusal
 };
@@ -44,5 +45,6 @@ struct line_check {
 void line_check_reset(struct line_check *check);
 
 // Accept the next entry, or say why not. After a refusal the check must be reset.
-enum line_error line_check_entry(struct line_check *check, const struct line_limits *limits,
+enum line_error line_check_entry(struct line_check *check,
+                                 const struct line_limits *limits,
                                  struct run entry);

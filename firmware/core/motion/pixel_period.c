@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "motion/pixel_period.h"
 
-bool pixel_period_set(struct pixel_period *period, uint32_t timer_hz, uint32_t num, uint32_t den)
+bool pixel_period_set(struct pixel_period *period,
+                      uint32_t timer_hz,
+                      uint32_t num,
+                      uint32_t den)
 {
     if (num == 0 || den == 0) {
         return false;
@@ -18,7 +21,9 @@ bool pixel_period_set(struct pixel_period *period, uint32_t timer_hz, uint32_t n
     return true;
 }
 
-void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period, uint16_t scale)
+void pixel_grid_start(struct pixel_grid *grid,
+                      const struct pixel_period *period,
+                      uint16_t scale)
 {
     grid->whole_ticks = period->whole_ticks;
     grid->step = (uint64_t)period->remainder * scale;
@@ -38,8 +43,10 @@ uint32_t pixel_grid_advance(struct pixel_grid *grid)
     return ticks;
 }
 
-uint32_t pixel_grid_shift(struct pixel_grid *grid, const struct pixel_period *period,
-                          uint16_t backlash_steps, uint16_t line_speed)
+uint32_t pixel_grid_shift(struct pixel_grid *grid,
+                          const struct pixel_period *period,
+                          uint16_t backlash_steps,
+                          uint16_t line_speed)
 {
     // P (V-B)/V with P = q + r/d:  q (V-B) = whole * V + rest, so the place is
     // whole + (rest * d + r (V-B)) / (d V), and that fraction is below 2.

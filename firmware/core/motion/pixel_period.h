@@ -17,7 +17,10 @@ struct pixel_period {
 };
 
 // pixel_hz = num / den. False (and unchanged) when a term is 0 or P is outside the limits above.
-bool pixel_period_set(struct pixel_period *period, uint32_t timer_hz, uint32_t num, uint32_t den);
+bool pixel_period_set(struct pixel_period *period,
+                      uint32_t timer_hz,
+                      uint32_t num,
+                      uint32_t den);
 
 // A walk along multiples of P from any rational start: the fraction is kept over divisor * scale.
 struct pixel_grid {
@@ -28,11 +31,15 @@ struct pixel_grid {
 };
 
 // Grid at 0; scale 1..32767.
-void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period, uint16_t scale);
+void pixel_grid_start(struct pixel_grid *grid,
+                      const struct pixel_period *period,
+                      uint16_t scale);
 
 // Ticks (floor to floor) from the present place to the one P further.
 uint32_t pixel_grid_advance(struct pixel_grid *grid);
 
 // Advance a fresh grid of scale `line_speed` by P * (line_speed - backlash) / line_speed.
-uint32_t pixel_grid_shift(struct pixel_grid *grid, const struct pixel_period *period,
-                          uint16_t backlash_steps, uint16_t line_speed);
+uint32_t pixel_grid_shift(struct pixel_grid *grid,
+                          const struct pixel_period *period,
+                          uint16_t backlash_steps,
+                          uint16_t line_speed);

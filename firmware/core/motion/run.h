@@ -10,13 +10,15 @@
 
 #include <stdint.h>
 
-#define RUN_MARK_KIND 0x000Fu
+#define RUN_MARK_KIND  0x000Fu
 #define RUN_MARK_START 0x0001u
-#define RUN_MARK_END 0x0002u
-#define RUN_START_SMOOTH 0x0010u   // constant acceleration inside a pixel; else constant speed
-#define RUN_START_WAIT 0x0020u     // zero is one period after a pixel clock edge; else chained
+#define RUN_MARK_END   0x0002u
+#define RUN_START_SMOOTH                                                                 \
+    0x0010u // constant acceleration inside a pixel; else constant speed
+#define RUN_START_WAIT                                                                   \
+    0x0020u // zero is one period after a pixel clock edge; else chained
 #define RUN_START_NEGATIVE 0x0040u // a smooth line that runs in negative direction
-#define RUN_START_KNOWN 0x0071u    // every bit of a start mark that has a meaning, less WAIT
+#define RUN_START_KNOWN 0x0071u // every bit of a start mark that has a meaning, less WAIT
 
 struct run {
     int16_t count;   // steps in each pixel, signed for plain lines

@@ -15,10 +15,12 @@ static struct step_load idle_load(struct step_engine *engine, bool turned)
 {
     engine->pulse = false;
     engine->idle_count = (uint16_t)(engine->idle_count + 1u);
-    return (struct step_load){.top_ticks = STEP_IDLE_TICKS - 1u, .pulse = false, .turned = turned};
+    return (struct step_load){
+        .top_ticks = STEP_IDLE_TICKS - 1u, .pulse = false, .turned = turned};
 }
 
-struct step_load step_engine_next(struct step_engine *engine, const struct step_ring *ring)
+struct step_load step_engine_next(struct step_engine *engine,
+                                  const struct step_ring *ring)
 {
     bool turned = false;
 

@@ -34,4 +34,5 @@ struct step_load {
 void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 
 // Take the next period from the ring. Called in the step interrupt (or natively).
-struct step_load step_engine_next(struct step_engine *engine, const struct step_ring *ring);
+struct step_load step_engine_next(struct step_engine *engine,
+                                  const struct step_ring *ring);

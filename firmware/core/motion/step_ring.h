@@ -14,9 +14,9 @@
 
 #include <stdint.h>
 
-#define STEP_RING_SLOTS 256u
+#define STEP_RING_SLOTS   256u
 #define STEP_HIGH_COMMAND 0xFEu
-#define STEP_HIGH_EMPTY 0xFFu
+#define STEP_HIGH_EMPTY   0xFFu
 
 // Longest single period, ticks. Longer intervals are split by the writer.
 #define STEP_PERIOD_MAX_TICKS 0xFE00u

@@ -48,7 +48,8 @@ static uint32_t place_special(struct walk *walk)
         tick = walk->end_ticks;
     } else if (walk->index == walk->edge_steps && tick > walk->edge_ticks) {
         tick = walk->edge_ticks;
-    } else if (walk->index == (uint16_t)(walk->edge_steps + 1u) && tick <= walk->edge_ticks) {
+    } else if (walk->index == (uint16_t)(walk->edge_steps + 1u) &&
+               tick <= walk->edge_ticks) {
         tick = walk->edge_ticks + 1u;
     }
     return tick;
@@ -77,7 +78,8 @@ uint32_t walk_next(struct walk *walk)
     walk->until--;
     // The very last step is at the end of the piece, whatever the decoder would say.
     if (walk->until != 0 || walk->last_special != walk->count) {
-        ticks = walk->curved ? curve_next(&walk->steps.curve) : even_next(&walk->steps.even);
+        ticks =
+            walk->curved ? curve_next(&walk->steps.curve) : even_next(&walk->steps.even);
         walk->exact_ticks = before_ticks + ticks;
     }
     if (walk->until != 0) {

@@ -17,12 +17,12 @@ struct walk {
         struct even even;
     } steps;
     bool curved;
-    bool at_edge;         // the step just returned is the last one before the pixel edge
-    uint16_t index;       // steps returned so far, up to date only at special steps
-    uint16_t until;       // steps to the next special one
+    bool at_edge;   // the step just returned is the last one before the pixel edge
+    uint16_t index; // steps returned so far, up to date only at special steps
+    uint16_t until; // steps to the next special one
     uint16_t last_special;
-    uint16_t count;       // steps of the piece
-    uint16_t edge_steps;  // 0xFFFF: no edge inside
+    uint16_t count;      // steps of the piece
+    uint16_t edge_steps; // 0xFFFF: no edge inside
     uint32_t edge_ticks;
     uint32_t end_ticks;
     uint32_t exact_ticks; // where the last step would fall without the promises

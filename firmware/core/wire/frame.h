@@ -10,7 +10,7 @@
 
 enum frame_status {
     FRAME_PARTIAL,
-    FRAME_READY,   // address and checksum are right: bytes[0..length-3] hold address and PDU
+    FRAME_READY, // address and checksum are right: bytes[0..length-3] hold address and PDU
     FRAME_FOREIGN, // for somebody else; the rest up to the next silence is ignored
     FRAME_BAD,     // checksum or length wrong; ignored up to the next silence
 };

@@ -3,14 +3,14 @@
 
 #include "wire/bytes.h" // get_word, put_word
 
-#define READ_MAX_WORDS 125u
+#define READ_MAX_WORDS  125u
 #define WRITE_MAX_WORDS 123u
 
 #define FUNCTION_READ_HOLDING 3u
-#define FUNCTION_READ_INPUT 4u
-#define FUNCTION_WRITE_ONE 6u
-#define FUNCTION_WRITE_MANY 16u
-#define FUNCTION_IDENTIFY 17u
+#define FUNCTION_READ_INPUT   4u
+#define FUNCTION_WRITE_ONE    6u
+#define FUNCTION_WRITE_MANY   16u
+#define FUNCTION_IDENTIFY     17u
 
 // Bytes of address and PDU in a request, without the checksum.
 static uint16_t request_bytes(const struct frame *frame)
@@ -18,7 +18,9 @@ static uint16_t request_bytes(const struct frame *frame)
     return (uint16_t)(frame->length - 2u);
 }
 
-static enum modbus_exception read_words(struct frame *frame, uint16_t *reply_bytes, bool input)
+static enum modbus_exception read_words(struct frame *frame,
+                                        uint16_t *reply_bytes,
+                                        bool input)
 {
     uint8_t *bytes = frame->bytes;
 
@@ -31,7 +33,8 @@ static enum modbus_exception read_words(struct frame *frame, uint16_t *reply_byt
     if (count == 0 || count > READ_MAX_WORDS) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    if (!(input ? data_input_mapped(address, count) : data_holding_mapped(address, count))) {
+    if (!(input ? data_input_mapped(address, count)
+                : data_holding_mapped(address, count))) {
         return MODBUS_ILLEGAL_ADDRESS;
     }
     bytes[2] = (uint8_t)(2u * count);
@@ -69,8 +72,8 @@ static enum modbus_exception write_many(struct frame *frame, uint16_t *reply_byt
     uint16_t address = get_word(&bytes[2]);
     uint16_t count = get_word(&bytes[4]);
 
-    if (count == 0 || count > WRITE_MAX_WORDS || bytes[6] != 2u * count
-        || request_bytes(frame) != 7u + 2u * count) {
+    if (count == 0 || count > WRITE_MAX_WORDS || bytes[6] != 2u * count ||
+        request_bytes(frame) != 7u + 2u * count) {
         return MODBUS_ILLEGAL_VALUE;
     }
     if (!data_holding_mapped(address, count)) {
@@ -103,7 +106,9 @@ static enum modbus_exception serve_function(struct frame *frame, uint16_t *reply
     case FUNCTION_READ_HOLDING:
     case FUNCTION_READ_INPUT:
         return broadcast ? MODBUS_OK
-                         : read_words(frame, reply_bytes, frame->bytes[1] == FUNCTION_READ_INPUT);
+                         : read_words(frame,
+                                      reply_bytes,
+                                      frame->bytes[1] == FUNCTION_READ_INPUT);
     case FUNCTION_WRITE_ONE:
         return write_one(frame, reply_bytes);
     case FUNCTION_WRITE_MANY:

@@ -7,28 +7,28 @@
 #include "hal/avr/board.h" // BOARD_FILE
 #include "hal/pins.h"      // pins_start
 
-#define OUTPUT_LOW(port, bit)                                                             \
-    do {                                                                                  \
-        PORT##port &= (uint8_t)~_BV(bit);                                                 \
-        DDR##port |= (uint8_t)_BV(bit);                                                   \
+#define OUTPUT_LOW(port, bit)                                                            \
+    do {                                                                                 \
+        PORT##port &= (uint8_t)~_BV(bit);                                                \
+        DDR##port |= (uint8_t)_BV(bit);                                                  \
     } while (0)
-#define OUTPUT_HIGH(port, bit)                                                            \
-    do {                                                                                  \
-        PORT##port |= (uint8_t)_BV(bit);                                                  \
-        DDR##port |= (uint8_t)_BV(bit);                                                   \
+#define OUTPUT_HIGH(port, bit)                                                           \
+    do {                                                                                 \
+        PORT##port |= (uint8_t)_BV(bit);                                                 \
+        DDR##port |= (uint8_t)_BV(bit);                                                  \
     } while (0)
 #define INPUT_PULLED_UP(port, bit) PORT##port |= (uint8_t)_BV(bit)
 
-#define START_STEP OUTPUT_LOW
-#define START_DIR OUTPUT_LOW
-#define START_ENABLE OUTPUT_HIGH
-#define START_HOME INPUT_PULLED_UP
-#define START_LIMIT_MINUS INPUT_PULLED_UP
-#define START_LIMIT_PLUS INPUT_PULLED_UP
-#define START_PIXEL_CLOCK INPUT_PULLED_UP
+#define START_STEP             OUTPUT_LOW
+#define START_DIR              OUTPUT_LOW
+#define START_ENABLE           OUTPUT_HIGH
+#define START_HOME             INPUT_PULLED_UP
+#define START_LIMIT_MINUS      INPUT_PULLED_UP
+#define START_LIMIT_PLUS       INPUT_PULLED_UP
+#define START_PIXEL_CLOCK      INPUT_PULLED_UP
 #define START_PIXEL_CLOCK_COPY INPUT_PULLED_UP
-#define START_ESTOP INPUT_PULLED_UP
-#define START_RS485_DE OUTPUT_LOW
+#define START_ESTOP            INPUT_PULLED_UP
+#define START_RS485_DE         OUTPUT_LOW
 
 void pins_start(void)
 {
@@ -39,30 +39,30 @@ void pins_start(void)
 }
 
 // One writer for one signal of a given axis; the board file's other rows expand to nothing.
-#define WRITE_CASE(number, port, bit)                                                     \
-    case (number):                                                                        \
-        if (high) {                                                                       \
-            PORT##port |= (uint8_t)_BV(bit);                                              \
-        } else {                                                                          \
-            PORT##port &= (uint8_t)~_BV(bit);                                             \
-        }                                                                                 \
+#define WRITE_CASE(number, port, bit)                                                    \
+    case (number):                                                                       \
+        if (high) {                                                                      \
+            PORT##port |= (uint8_t)_BV(bit);                                             \
+        } else {                                                                         \
+            PORT##port &= (uint8_t)~_BV(bit);                                            \
+        }                                                                                \
         break;
 #define NO_CASE(number, port, bit)
 
-#define CASE_STEP NO_CASE
-#define CASE_HOME NO_CASE
-#define CASE_LIMIT_MINUS NO_CASE
-#define CASE_LIMIT_PLUS NO_CASE
-#define CASE_PIXEL_CLOCK NO_CASE
-#define CASE_PIXEL_CLOCK_COPY NO_CASE
-#define CASE_ESTOP NO_CASE
+#define CASE_STEP                                      NO_CASE
+#define CASE_HOME                                      NO_CASE
+#define CASE_LIMIT_MINUS                               NO_CASE
+#define CASE_LIMIT_PLUS                                NO_CASE
+#define CASE_PIXEL_CLOCK                               NO_CASE
+#define CASE_PIXEL_CLOCK_COPY                          NO_CASE
+#define CASE_ESTOP                                     NO_CASE
 #define BOARD_PIN(signal, axis, port, bit, header_pin) CASE_##signal(axis, port, bit)
 
 static void write_direction(uint8_t axis, bool high)
 {
     switch (axis) {
-#define CASE_DIR WRITE_CASE
-#define CASE_ENABLE NO_CASE
+#define CASE_DIR      WRITE_CASE
+#define CASE_ENABLE   NO_CASE
 #define CASE_RS485_DE NO_CASE
 #include BOARD_FILE
 #undef CASE_DIR
@@ -76,8 +76,8 @@ static void write_direction(uint8_t axis, bool high)
 static void write_enable(uint8_t axis, bool high)
 {
     switch (axis) {
-#define CASE_DIR NO_CASE
-#define CASE_ENABLE WRITE_CASE
+#define CASE_DIR      NO_CASE
+#define CASE_ENABLE   WRITE_CASE
 #define CASE_RS485_DE NO_CASE
 #include BOARD_FILE
 #undef CASE_DIR
@@ -91,8 +91,8 @@ static void write_enable(uint8_t axis, bool high)
 static void write_rs485(uint8_t axis, bool high)
 {
     switch (axis) {
-#define CASE_DIR NO_CASE
-#define CASE_ENABLE NO_CASE
+#define CASE_DIR      NO_CASE
+#define CASE_ENABLE   NO_CASE
 #define CASE_RS485_DE WRITE_CASE
 #include BOARD_FILE
     default:

@@ -11,17 +11,17 @@
 #include "hal/avr/step_isr.h" // step_engines
 
 #if defined(CONFIG_BOARD_UNO)
-#define CAPTURE_VECTOR TIMER1_CAPT_vect
+#define CAPTURE_VECTOR   TIMER1_CAPT_vect
 #define CAPTURE_REGISTER ICR1
-#define COUNTER TCNT1
-#define FLAGS TIFR1
-#define OVERFLOW_BIT TOV1
+#define COUNTER          TCNT1
+#define FLAGS            TIFR1
+#define OVERFLOW_BIT     TOV1
 #else
-#define CAPTURE_VECTOR TIMER5_CAPT_vect
+#define CAPTURE_VECTOR   TIMER5_CAPT_vect
 #define CAPTURE_REGISTER ICR5
-#define COUNTER TCNT5
-#define FLAGS TIFR5
-#define OVERFLOW_BIT TOV5
+#define COUNTER          TCNT5
+#define FLAGS            TIFR5
+#define OVERFLOW_BIT     TOV5
 #endif
 
 static volatile bool waiting;

@@ -6,10 +6,10 @@
 
 // Layout of struct step_engine and of the rings, checked in step_timer.c.
 #define STEP_ISR_ENGINE_SIZE 6
-#define STEP_ISR_TAIL 0
-#define STEP_ISR_STATE 1
-#define STEP_ISR_IDLE_COUNT 2
-#define STEP_ISR_RING_SIZE 512
+#define STEP_ISR_TAIL        0
+#define STEP_ISR_STATE       1
+#define STEP_ISR_IDLE_COUNT  2
+#define STEP_ISR_RING_SIZE   512
 #define STEP_ISR_HIGH_OFFSET 256
 
 #if !defined(__ASSEMBLER__)

@@ -16,18 +16,22 @@
 #define QUIET_TICKS 0xFFFFu
 
 _Static_assert(sizeof(struct step_engine) == STEP_ISR_ENGINE_SIZE, "known to step_isr.S");
-_Static_assert(offsetof(struct step_engine, tail) == STEP_ISR_TAIL, "known to step_isr.S");
-_Static_assert(offsetof(struct step_engine, state) == STEP_ISR_STATE, "known to step_isr.S");
+_Static_assert(offsetof(struct step_engine, tail) == STEP_ISR_TAIL,
+               "known to step_isr.S");
+_Static_assert(offsetof(struct step_engine, state) == STEP_ISR_STATE,
+               "known to step_isr.S");
 _Static_assert(offsetof(struct step_engine, idle_count) == STEP_ISR_IDLE_COUNT,
                "known to step_isr.S");
 _Static_assert(sizeof(struct step_ring) == STEP_ISR_RING_SIZE, "known to step_isr.S");
-_Static_assert(offsetof(struct step_ring, high) == STEP_ISR_HIGH_OFFSET, "known to step_isr.S");
+_Static_assert(offsetof(struct step_ring, high) == STEP_ISR_HIGH_OFFSET,
+               "known to step_isr.S");
 _Static_assert(STEP_ENGINE_IN_LINE == 1, "known to step_isr.S");
 _Static_assert(STEP_HIGH_COMMAND == 0xFE, "known to step_isr.S");
 
 struct step_engine step_engines[CONFIG_AXES];
 // On a 256-byte boundary: the linker puts this section first in RAM.
-struct step_ring step_rings[CONFIG_AXES] __attribute__((section(".step_rings,\"aw\",@nobits;")));
+struct step_ring step_rings[CONFIG_AXES]
+    __attribute__((section(".step_rings,\"aw\",@nobits;")));
 
 static volatile uint8_t late_axes; // bit n: axis n came too late
 
@@ -40,28 +44,29 @@ struct step_ring *step_timer_ring(uint8_t axis)
 // but for this timer's own, returns with them off: the compare registers share TEMP with the
 // capture's reads. Budget: 250 cycles, 60 of them with interrupts off. The entries around a
 // command are long enough for it (feed.c).
-#define COMMAND_HANDLER(axis, timer)                                                      \
-    void step_isr_command_##axis(void);                                                   \
-    void step_isr_command_##axis(void)                                                    \
-    {                                                                                     \
-        struct step_load load = step_engine_next(&step_engines[axis], &step_rings[axis]); \
-        cli();                                                                            \
-        OCR##timer##B = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;                \
-        OCR##timer##A = load.top_ticks;                                                   \
-        if (load.turned) {                                                                \
-            pins_write_direction((axis), step_engines[axis].negative);                    \
-        }                                                                                 \
+#define COMMAND_HANDLER(axis, timer)                                                     \
+    void step_isr_command_##axis(void);                                                  \
+    void step_isr_command_##axis(void)                                                   \
+    {                                                                                    \
+        struct step_load load =                                                          \
+            step_engine_next(&step_engines[axis], &step_rings[axis]);                    \
+        cli();                                                                           \
+        OCR##timer##B = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;               \
+        OCR##timer##A = load.top_ticks;                                                  \
+        if (load.turned) {                                                               \
+            pins_write_direction((axis), step_engines[axis].negative);                   \
+        }                                                                                \
     }
 // The next period began before its successor was loaded, so the step after it would be late: take
 // the pin from the timer before that edge. Interrupts off.
-#define LATE_HANDLER(axis, timer)                                                         \
-    void step_isr_late_##axis(void);                                                      \
-    void step_isr_late_##axis(void)                                                       \
-    {                                                                                     \
-        TCCR##timer##A = (uint8_t)(_BV(WGM##timer##1) | _BV(WGM##timer##0));              \
-        TIMSK##timer &= (uint8_t)~_BV(TOIE##timer);                                       \
-        step_engines[axis].state = STEP_ENGINE_HALTED;                                    \
-        late_axes |= (uint8_t)(1u << (axis));                                             \
+#define LATE_HANDLER(axis, timer)                                                        \
+    void step_isr_late_##axis(void);                                                     \
+    void step_isr_late_##axis(void)                                                      \
+    {                                                                                    \
+        TCCR##timer##A = (uint8_t)(_BV(WGM##timer##1) | _BV(WGM##timer##0));             \
+        TIMSK##timer &= (uint8_t)~_BV(TOIE##timer);                                      \
+        step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
+        late_axes |= (uint8_t)(1u << (axis));                                            \
     }
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
 #define BOARD_AXIS(axis, timer) COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
@@ -69,18 +74,17 @@ struct step_ring *step_timer_ring(uint8_t axis)
 #undef BOARD_AXIS
 
 // Compare registers are not buffered in mode 0: load them there, then enter mode 15, stopped.
-#define PREPARE(timer)                                                                    \
-    do {                                                                                  \
-        TCCR##timer##B = 0;                                                               \
-        TCCR##timer##A = 0;                                                               \
-        OCR##timer##A = STEP_IDLE_TICKS - 1u;                                             \
-        OCR##timer##B = QUIET_TICKS;                                                      \
-        TCCR##timer##A =                                                                  \
-            (uint8_t)(_BV(COM##timer##B1) | _BV(COM##timer##B0) | _BV(WGM##timer##1)      \
-                      | _BV(WGM##timer##0));                                              \
-        TCCR##timer##B = STOPPED_MODE_15;                                                 \
-        TIFR##timer = 0xFF;                                                               \
-        TIMSK##timer = (uint8_t)_BV(TOIE##timer);                                         \
+#define PREPARE(timer)                                                                   \
+    do {                                                                                 \
+        TCCR##timer##B = 0;                                                              \
+        TCCR##timer##A = 0;                                                              \
+        OCR##timer##A = STEP_IDLE_TICKS - 1u;                                            \
+        OCR##timer##B = QUIET_TICKS;                                                     \
+        TCCR##timer##A = (uint8_t)(_BV(COM##timer##B1) | _BV(COM##timer##B0) |           \
+                                   _BV(WGM##timer##1) | _BV(WGM##timer##0));             \
+        TCCR##timer##B = STOPPED_MODE_15;                                                \
+        TIFR##timer = 0xFF;                                                              \
+        TIMSK##timer = (uint8_t)_BV(TOIE##timer);                                        \
     } while (0);
 #define STOPPED_MODE_15 ((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(ICES1)))
 #define RUNNING_MODE_15 ((uint8_t)(STOPPED_MODE_15 | _BV(CS10)))
@@ -107,8 +111,10 @@ static void start_in_phase(void)
                      "sts %[t4], %[run]\n\t"
                      "sts %[t5], %[run]\n\t"
                      :
-                     : [run] "r"(RUNNING_MODE_15), [t1] "n"(_SFR_MEM_ADDR(TCCR1B)),
-                       [t3] "n"(_SFR_MEM_ADDR(TCCR3B)), [t4] "n"(_SFR_MEM_ADDR(TCCR4B)),
+                     : [run] "r"(RUNNING_MODE_15),
+                       [t1] "n"(_SFR_MEM_ADDR(TCCR1B)),
+                       [t3] "n"(_SFR_MEM_ADDR(TCCR3B)),
+                       [t4] "n"(_SFR_MEM_ADDR(TCCR4B)),
                        [t5] "n"(_SFR_MEM_ADDR(TCCR5B)));
 }
 #endif
@@ -147,7 +153,9 @@ enum step_engine_state step_timer_state(uint8_t axis)
     return (enum step_engine_state)step_engines[axis].state;
 }
 
-bool step_timer_release(uint8_t axis, struct feed *feed, uint32_t delay_ticks,
+bool step_timer_release(uint8_t axis,
+                        struct feed *feed,
+                        uint32_t delay_ticks,
                         uint16_t idle_count)
 {
     bool released = false;

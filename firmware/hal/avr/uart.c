@@ -12,7 +12,7 @@
 
 // The main loop may be away for 32 characters, 3 ms at 115200 baud 8E1.
 #define RECEIVE_SLOTS 32u
-#define UBRR_VALUE ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
+#define UBRR_VALUE    ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
 
 static volatile uint8_t received[RECEIVE_SLOTS];
 static volatile uint8_t receive_head; // written by the interrupt (free running)
@@ -24,12 +24,12 @@ static volatile uint16_t send_left;
 static volatile bool sending;
 
 #if defined(USART_RX_vect)
-#define RECEIVE_VECTOR USART_RX_vect
-#define EMPTY_VECTOR USART_UDRE_vect
+#define RECEIVE_VECTOR  USART_RX_vect
+#define EMPTY_VECTOR    USART_UDRE_vect
 #define COMPLETE_VECTOR USART_TX_vect
 #else
-#define RECEIVE_VECTOR USART0_RX_vect
-#define EMPTY_VECTOR USART0_UDRE_vect
+#define RECEIVE_VECTOR  USART0_RX_vect
+#define EMPTY_VECTOR    USART0_UDRE_vect
 #define COMPLETE_VECTOR USART0_TX_vect
 #endif
 
@@ -43,10 +43,10 @@ void uart_start(void)
 
 // A handler first masks its own source and then lets the step interrupts in: each keeps them
 // waiting for its entry or its exit only, 45 cycles at most.
-#define ENABLE_RECEIVE ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
-#define ENABLE_SEND ((uint8_t)(_BV(UDRIE0) | _BV(RXEN0) | _BV(TXEN0)))
+#define ENABLE_RECEIVE  ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
+#define ENABLE_SEND     ((uint8_t)(_BV(UDRIE0) | _BV(RXEN0) | _BV(TXEN0)))
 #define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
-#define ENABLE_NONE ((uint8_t)(_BV(RXEN0) | _BV(TXEN0)))
+#define ENABLE_NONE     ((uint8_t)(_BV(RXEN0) | _BV(TXEN0)))
 
 static inline void store(uint8_t status, uint8_t byte)
 {

@@ -59,6 +59,7 @@ class Board:
         self.modbus = modbus
         self.unit = unit
         self.map = regs.register_map()
+        self._record_capacity = 0
 
     def read_inputs(self, address: int, count: int) -> list[int]:
         """Return `count` (1..125) input registers."""
@@ -98,9 +99,28 @@ class Board:
         """Return the newest per-pixel records of an axis, oldest first."""
         words = self.read_inputs(
             regs.RECORD_BASE + regs.RECORD_STRIDE * axis,
-            regs.RECORD_HEAD + regs.MAX_RECORDS * regs.RECORD_REGISTERS,
+            regs.RECORD_HEAD + self.record_capacity() * regs.RECORD_REGISTERS,
         )
         return _parse_records(words)
+
+    def record_capacity(self) -> int:
+        """Return how many per-pixel records the board keeps for each axis (asked once)."""
+        if not self._record_capacity:
+            self._record_capacity = min(self.input("record_capacity"), regs.MAX_RECORDS)
+        return self._record_capacity
+
+    def axes(self, count: int) -> list[dict[str, int]]:
+        """Return the input registers of the first `count` axes by name, in one request."""
+        words = self.read_inputs(regs.AXIS_BASE, regs.AXIS_STRIDE * count)
+        return [
+            _decode(
+                self.map.axis_inputs,
+                lambda first, number, base=regs.AXIS_STRIDE * axis: words[
+                    base + first : base + first + number
+                ],
+            )
+            for axis in range(count)
+        ]
 
     def write_setting(self, name: str, value: int) -> None:
         """Write one 16-bit holding register by name."""

@@ -12,10 +12,10 @@ from pixstep.errors import UserError
 AXIS_BASE = 0x20  # per-axis input registers
 AXIS_STRIDE = 0x10
 RECORD_BASE = 0x100  # per-pixel records
-RECORD_STRIDE = 0x40
+RECORD_STRIDE = 0x80
 RECORD_REGISTERS = 6
 RECORD_HEAD = 4
-MAX_RECORDS = 10
+MAX_RECORDS = 20  # of any board; each says its own in record_capacity
 QUEUE_WINDOW = 0x1000
 MAX_ENTRIES = 60
 COMMAND_BASE = 0x100

@@ -6,6 +6,7 @@ from itertools import cycle, islice
 
 from pixstep import registers as regs
 from pixstep.client import Board, BoardError, Upload
+from pixstep.simctl import Simulator
 
 _BURST = 4  # requests between two polls of the run
 _MAX_READ = 125  # registers in one read
@@ -26,8 +27,11 @@ class SerialLoad:
         self._uploads = uploads
         self._requests = cycle(self._kinds(axes))
 
-    def some(self) -> None:
-        """Send a burst of requests; raises BoardError only if one stays without a reply."""
+    def until(self, simulator: Simulator, cycle: int) -> None:
+        """Send at least one request, at most _BURST, until the simulated time is `cycle`.
+
+        Raises BoardError only if one stays without a reply.
+        """
         for request in islice(self._requests, _BURST):
             self.sent += 1
             try:
@@ -36,6 +40,8 @@ class SerialLoad:
                 if error.code is None:
                     raise
                 self.exceptions += 1
+            if simulator.cycle >= cycle:
+                return
 
     def _kinds(self, axes: list[int]) -> list[Callable[[], object]]:
         """Return one rotation of requests."""

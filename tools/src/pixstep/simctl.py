@@ -33,6 +33,7 @@ class SimOptions:
     seed: int = 1
     edges: Path | None = None
     clock_log: Path | None = None
+    serial_log: Path | None = None
     vcd: Path | None = None
     extra: Sequence[str] = field(default_factory=tuple)
 
@@ -47,6 +48,7 @@ class SimOptions:
         for option, path in (
             ("--edges", self.edges),
             ("--clock-log", self.clock_log),
+            ("--serial-log", self.serial_log),
             ("--vcd", self.vcd),
         ):
             if path:

@@ -77,7 +77,7 @@ class RunResult:
 
 
 def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResult:
-    """Run a job; leave edges.csv, clock.csv and, if asked, run.vcd in `out`, each whole.
+    """Run a job; leave edges.csv, clock.csv, serial.csv and, if asked, run.vcd in `out`, each whole.
 
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
@@ -94,12 +94,13 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
             seed=job.seed,
             edges=scratch / "edges.csv",
             clock_log=scratch / "clock.csv",
+            serial_log=scratch / "serial.csv",
             vcd=scratch / "run.vcd" if job.vcd else None,
         )
         with Simulator(options, job.program) as simulator:
             _Run(job, simulator, result, progress).go()
             simulator.quit()
-        for name in ("edges.csv", "clock.csv", "run.vcd"):
+        for name in ("edges.csv", "clock.csv", "serial.csv", "run.vcd"):
             if (scratch / name).is_file():
                 (scratch / name).replace(out / name)
     result.edges = read_edges(out / "edges.csv")
@@ -118,6 +119,7 @@ class _Run:
         self.board = Board(self.modbus)
         self.uploads: dict[int, Upload] = {}
         self.axes = sorted(job.lines)
+        self._polled_cycle = 0
 
     def go(self) -> None:
         """Go through all phases; trouble ends the run and is noted in the result."""
@@ -177,7 +179,7 @@ class _Run:
             for upload in self.uploads.values():
                 upload.push()
             if load:
-                load.some()
+                load.until(self.simulator, self._next_records_cycle())
             elif next_poll > self.simulator.cycle:
                 self.simulator.run(next_poll - self.simulator.cycle)
         if load:
@@ -195,8 +197,10 @@ class _Run:
     def _poll(self) -> list[str]:
         """Read the states and the new records of all axes."""
         names = []
+        self._polled_cycle = self.simulator.cycle
+        states = self.board.axes(self.axes[-1] + 1)
         for axis in self.axes:
-            state = self.board.axis(axis)
+            state = states[axis]
             self.result.axis_states[axis] = state
             names.append(regs.AXIS_STATES[state["axis_state"]])
             known = self.result.records.setdefault(axis, {})
@@ -205,6 +209,10 @@ class _Run:
         done = min(len(known) for known in self.result.records.values())
         self.progress(min(1.0, done / self.job.pixels))
         return names
+
+    def _next_records_cycle(self) -> int:
+        """Return the cycle by which records must be read again, or the board overwrites some."""
+        return self._polled_cycle + int(self.board.record_capacity() * self.job.period / 2)
 
     def _note_fault(self) -> None:
         text = self.board.fault_text()

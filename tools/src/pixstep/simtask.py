@@ -10,7 +10,7 @@ from pixstep.rational import hz_text
 from pixstep.simrun import Job, RunResult, run_job
 
 # What a run may leave in its folder; an earlier run's must not pass for this one's.
-OUTPUTS = ("edges.csv", "clock.csv", "pixels.csv", "summary.json", "run.vcd")
+OUTPUTS = ("edges.csv", "clock.csv", "serial.csv", "pixels.csv", "summary.json", "run.vcd")
 _PLOTS = ("motion.png", "edge-error.png", "positions.png")
 
 
@@ -25,7 +25,7 @@ def _forget(out: Path) -> None:
 def simulate(
     job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
 ) -> Judgement:
-    """Run a job and write edges.csv, clock.csv, pixels.csv, summary.json (and plots) to `out`."""
+    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`."""
     _forget(out)
     result = run_job(job, out, progress or (lambda _: None))
     judged = judge(result)

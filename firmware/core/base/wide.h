@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Two's complement numbers of 40 bits, for a processor to which 64 are much dearer.
+#pragma once
+
+#include <stdint.h>
+
+#include "base/multiply.h"
+
+// high * 256 + low
+struct wide {
+    int32_t high;
+    uint8_t low;
+};
+
+static inline struct wide wide_from(int64_t value)
+{
+    return (struct wide){.high = (int32_t)(value >> 8), .low = (uint8_t)value};
+}
+
+static inline struct wide wide_from_int32(int32_t value)
+{
+    return (struct wide){.high = value >> 8, .low = (uint8_t)value};
+}
+
+static inline int64_t wide_to(struct wide value)
+{
+    return ((int64_t)value.high << 8) | value.low;
+}
+
+// Everything is taken modulo 2^40 on purpose, hence the unsigned detours.
+static inline struct wide wide_add(struct wide a, struct wide b)
+{
+    uint16_t low = (uint16_t)((uint16_t)a.low + b.low);
+    uint32_t high = (uint32_t)a.high + (uint32_t)b.high + (uint32_t)(low >> 8);
+
+    return (struct wide){.high = (int32_t)high, .low = (uint8_t)low};
+}
+
+static inline struct wide wide_sub(struct wide a, struct wide b)
+{
+    uint32_t high = (uint32_t)a.high - (uint32_t)b.high - (a.low < b.low ? 1u : 0u);
+
+    return (struct wide){.high = (int32_t)high, .low = (uint8_t)(a.low - b.low)};
+}
+
+static inline struct wide wide_times(struct wide a, uint16_t factor)
+{
+    uint32_t low = (uint32_t)a.low * factor;
+    uint32_t high = multiply_u32_u16((uint32_t)a.high, factor) + (low >> 8);
+
+    return (struct wide){.high = (int32_t)high, .low = (uint8_t)low};
+}

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// How a curve starts: which arithmetic it needs, and from where extrapolation can be trusted.
+#include "motion/curve_exact.h"
+
+// Modulo 2^32 a guess may miss by four ticks of this slope,
+#define NARROW_SLOPE_MAX 0x20000000uL
+// and by two of this one when values from 0xA0000000 on are taken as negative.
+#define FLAT_SLOPE_MAX 850000000uL
+
+// Largest r with r * r <= value.
+static uint16_t root_u32(uint32_t value)
+{
+    uint16_t root = 0;
+
+    for (uint16_t bit = 0x8000u; bit != 0; bit >>= 1) {
+        uint16_t trial = (uint16_t)(root | bit);
+        if ((uint32_t)trial * trial <= value) {
+            root = trial;
+        }
+    }
+    return root;
+}
+
+// An extrapolated interval d at speed v misses by 3 (aT)^2 / v^4 residual units. That must stay
+// below half the modulus: with v = T / d it is below 2^38 up to d = 512 sqrt(T / a), below 2^30 up
+// to d = 128 sqrt(T / a). Above speed * T = 2^37 three corrections would no longer fit 40 bits:
+// no extrapolation there (over 8192 steps/s at 1 Hz).
+static uint16_t fast_limit(uint32_t ticks,
+                           uint16_t acceleration,
+                           uint64_t slope,
+                           bool narrow)
+{
+    if (slope >> 37 != 0) {
+        return 0;
+    }
+    uint32_t factor = narrow ? 128uL : 512uL;
+    uint32_t limit =
+        acceleration == 0 ? 0x7FFFu : factor * root_u32(ticks / acceleration);
+
+    return limit > 0x7FFFu ? 0x7FFFu : (uint16_t)limit;
+}
+
+// An interval taken as unchanged misses by a * d^2 residual units. Where that is small enough, the
+// interval at start speed stands for the two that extrapolation needs.
+static void start_extrapolation(struct curve *curve, uint16_t acceleration)
+{
+    uint32_t limit = curve->is_narrow
+                         ? root_u32(0x40000000uL / (acceleration | 1u))
+                         : 512uL * root_u32(0x00100000uL / (acceleration | 1u));
+    bool good =
+        curve->guess_ticks <= limit && curve->guess_ticks <= curve->fast_limit_ticks;
+
+    curve->last_ticks = good ? (uint16_t)curve->guess_ticks : 0;
+    curve->before_ticks = curve->last_ticks;
+}
+
+static uint16_t end_speed(uint16_t start_speed, uint16_t steps)
+{
+    return (uint16_t)(2u * steps - start_speed);
+}
+
+static uint64_t top_slope(uint32_t ticks, uint16_t start_speed, uint16_t steps)
+{
+    uint16_t end = end_speed(start_speed, steps);
+
+    return (uint64_t)(end > start_speed ? end : start_speed) * ticks;
+}
+
+// From step to step the interval changes by a*T/v^3 ticks. Below one that is less than the rounding
+// to whole ticks, and repeating the last interval misses less than extending the change.
+static bool is_flat(uint32_t ticks, uint16_t start_speed, uint16_t steps)
+{
+    uint16_t end = end_speed(start_speed, steps);
+    uint16_t low = end < start_speed ? end : start_speed;
+    uint16_t acceleration =
+        end < start_speed ? (uint16_t)(start_speed - end) : (uint16_t)(end - start_speed);
+
+    return (uint64_t)acceleration * ticks < (uint64_t)low * low * low;
+}
+
+bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps)
+{
+    uint64_t slope = top_slope(ticks, start_speed, steps);
+
+    return slope >= NARROW_SLOPE_MAX &&
+           (slope >= FLAT_SLOPE_MAX || !is_flat(ticks, start_speed, steps));
+}
+
+void curve_start(struct curve *curve,
+                 uint32_t ticks,
+                 uint16_t start_speed,
+                 uint16_t steps)
+{
+    int16_t half = (int16_t)(steps - start_speed);
+    uint16_t acceleration = (uint16_t)(2u * (uint16_t)(half < 0 ? -half : half));
+    uint64_t step = (uint64_t)ticks * ticks;
+
+    curve->half_acceleration = half;
+    curve->piece_ticks = ticks;
+    curve->is_flat = is_flat(ticks, start_speed, steps);
+    curve->is_narrow = !curve_is_wide(ticks, start_speed, steps);
+    if (curve->is_narrow) {
+        curve->state.narrow.step = (uint32_t)step;
+        curve->state.narrow.negative_from = curve->is_flat ? 0xA0000000uL : 0x80000000uL;
+    } else {
+        curve->state.wide.step = wide_from((int64_t)step);
+    }
+    curve_exact_set(curve, 0, (int64_t)((uint64_t)start_speed * ticks) + half);
+    curve->fast_limit_ticks = fast_limit(
+        ticks, acceleration, top_slope(ticks, start_speed, steps), curve->is_narrow);
+    // Speeding up, the root lies left of this guess, slowing down right of it: on both sides
+    // Newton's method approaches it without crossing.
+    curve->guess_ticks = start_speed == 0 ? ticks : ticks / start_speed;
+    curve->older_ticks = 0;
+    curve->first_solved = false;
+    start_extrapolation(curve, acceleration);
+}

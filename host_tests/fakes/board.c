@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Time, and the contracts that are nothing but time: clock, cpu, pins.
+#include "fakes/board.h"
+
+#include "fakes/board_parts.h"
+#include "hal/clock.h"
+#include "hal/cpu.h"
+#include "hal/pins.h"
+
+#define TICKS_PER_4US 64u
+
+static uint32_t now_ticks;
+
+void fake_power_on(void)
+{
+    now_ticks = 0;
+    fake_timers_power_on();
+    fake_pixel_clock_power_on();
+    fake_uart_power_on();
+}
+
+uint32_t fake_now_ticks(void)
+{
+    return now_ticks;
+}
+
+void fake_pass(uint32_t ticks)
+{
+    uint32_t end_ticks = now_ticks + ticks;
+    uint32_t due_ticks = 0;
+
+    while (fake_pixel_clock_due(&due_ticks) && (int32_t)(due_ticks - end_ticks) <= 0) {
+        now_ticks = due_ticks;
+        fake_timers_pass_to(now_ticks);
+        fake_pixel_clock_capture();
+    }
+    now_ticks = end_ticks;
+    fake_timers_pass_to(now_ticks);
+}
+
+void clock_start(void)
+{
+}
+
+uint32_t clock_now_4us(void)
+{
+    return now_ticks / TICKS_PER_4US;
+}
+
+void cpu_start_interrupts(void)
+{
+}
+
+uint8_t cpu_reset_cause(void)
+{
+    return 0x02;
+}
+
+uint8_t cpu_address_strap(void)
+{
+    return 0;
+}
+
+void cpu_section(enum cpu_section section)
+{
+    (void)section;
+}
+
+void pins_start(void)
+{
+}

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// A board without hardware behind the hal's contracts: step timers, pixel clock, coarse clock,
+// serial line. Time passes only by fake_pass(); then the step interrupts and captures happen that
+// are due.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "config.h" // CONFIG_AXES
+
+struct fake_axis {
+    int32_t steps;             // signed STEP edges so far
+    uint32_t last_step_ticks;  // the newest of them,
+    uint32_t first_step_ticks; //   and the first since this was last set to 0
+    bool enabled;
+};
+
+extern struct fake_axis fake_axes[CONFIG_AXES];
+
+// Power on: everything at rest, no pixel clock; step_timer_start() starts the timers.
+void fake_power_on(void);
+
+// Timer ticks since power on.
+uint32_t fake_now_ticks(void);
+void fake_pass(uint32_t ticks);
+
+// Pixel clock edges at the pin, from first_ticks on in exact steps of 16 MHz * den / num; num 0
+// stops it.
+void fake_pixel_clock(uint32_t first_ticks, uint32_t num, uint32_t den);
+uint32_t fake_next_edge_ticks(void);
+
+// The step interrupt of this axis came too late: its pin is taken from the timer.
+void fake_underrun(uint8_t axis);
+
+// Bytes to the board; what it sent since the last call, at most room bytes.
+void fake_receive(const uint8_t *bytes, uint16_t length);
+uint16_t fake_sent(uint8_t *bytes, uint16_t room);

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+#include "fakes/machine_bench.h"
+
+#include <string.h>
+
+#include "fakes/board.h"
+#include "hal/step_timer.h"
+#include "wire/bytes.h"
+#include "wire/register_map.h"
+
+#define FIRST_EDGE_TICKS 5000u
+// Three quarters of the queue, and one: a line without end may be armed from there on.
+#define LONG_ENTRIES (CONFIG_QUEUE_ENTRIES / 4u * 3u + 1u)
+
+void bench_clock_on(void)
+{
+    fake_pixel_clock(fake_now_ticks() + FIRST_EDGE_TICKS, BENCH_PIXEL_HZ, 1);
+}
+
+void bench_clock_off(void)
+{
+    fake_pixel_clock(0, 0, 0);
+}
+
+void bench_power_on(void)
+{
+    memset(&machine, 0, sizeof machine);
+    fake_power_on();
+    machine_init();
+    machine.settings.pixel_hz_num = BENCH_PIXEL_HZ;
+    machine_apply_settings();
+    step_timer_start();
+    bench_clock_on();
+}
+
+void bench_rounds(uint16_t rounds)
+{
+    for (; rounds != 0; rounds--) {
+        fake_pass(BENCH_ROUND_TICKS);
+        machine_poll();
+    }
+}
+
+bool bench_until(uint8_t axis, enum axis_state state)
+{
+    for (uint16_t i = 0; i < BENCH_ROUNDS_MAX; i++) {
+        if (machine.axes[axis].state == (uint8_t)state) {
+            return true;
+        }
+        bench_rounds(1);
+    }
+    return false;
+}
+
+enum modbus_exception bench_entry(uint8_t axis, int16_t count, uint16_t repeat)
+{
+    uint8_t words[8];
+
+    put_word(&words[0], machine.axes[axis].next_block);
+    put_word(&words[2], axis);
+    put_word(&words[4], (uint16_t)count);
+    put_word(&words[6], repeat);
+    return data_write(REG_QUEUE_WINDOW, 4, words);
+}
+
+static void start_plain(uint8_t axis)
+{
+    (void)bench_entry(axis, RUN_MARK_START | RUN_START_WAIT, 0);
+    (void)bench_entry(axis, 0, 0);
+}
+
+void bench_plain_line(uint8_t axis, int16_t count, uint16_t pixels)
+{
+    start_plain(axis);
+    (void)bench_entry(axis, count, pixels);
+    (void)bench_entry(axis, RUN_MARK_END, 0);
+}
+
+int32_t bench_long_start(uint8_t axis)
+{
+    int32_t steps = 0;
+
+    start_plain(axis);
+    for (uint8_t i = 2; i < LONG_ENTRIES; i++) {
+        int16_t count = (int16_t)(1 + (i & 1));
+        (void)bench_entry(axis, count, 1);
+        steps += count;
+    }
+    return steps;
+}
+
+enum modbus_exception bench_command(uint16_t mask, enum machine_command command)
+{
+    uint8_t words[4];
+
+    put_word(&words[0], mask);
+    put_word(&words[2], (uint16_t)command);
+    return data_write(REG_HOLDING_axis_mask, 2, words);
+}
+
+uint16_t bench_input(uint16_t address)
+{
+    return data_input(address);
+}
+
+uint32_t bench_input_wide(uint16_t address)
+{
+    return (uint32_t)data_input(address) << 16 | data_input((uint16_t)(address + 1u));
+}

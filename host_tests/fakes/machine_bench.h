@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The machine on the fake board, and lines queued through the register map as a host does it.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app/machine.h" // machine
+#include "wire/server.h" // enum modbus_exception
+
+// A round of the main loop in ticks.
+#define BENCH_ROUND_TICKS 1500u
+
+// Rounds that are enough for any line of the suites.
+#define BENCH_ROUNDS_MAX 30000u
+
+// Pixel frequency of the bench, Hz; 16000 ticks a pixel.
+#define BENCH_PIXEL_HZ 1000u
+#define BENCH_PIXEL_TICKS 16000u
+
+// Power on, settings for BENCH_PIXEL_HZ, the pixel clock running since tick 5000.
+void bench_power_on(void);
+
+void bench_clock_on(void);
+void bench_clock_off(void);
+
+// Rounds: time passes, then machine_poll().
+void bench_rounds(uint16_t rounds);
+
+// Rounds until the axis is in this state; false: never.
+bool bench_until(uint8_t axis, enum axis_state state);
+
+// One entry through the queue window.
+enum modbus_exception bench_entry(uint8_t axis, int16_t count, uint16_t repeat);
+
+// A whole plain line that waits for the pixel clock: `pixels` of `count` steps each.
+void bench_plain_line(uint8_t axis, int16_t count, uint16_t pixels);
+
+// A plain line without its end: enough to be armed, not enough to be finished. Its steps.
+int32_t bench_long_start(uint8_t axis);
+
+// Axis mask and command in one write.
+enum modbus_exception bench_command(uint16_t mask, enum machine_command command);
+
+uint16_t bench_input(uint16_t address);
+uint32_t bench_input_wide(uint16_t address);

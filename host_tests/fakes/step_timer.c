@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// hal/step_timer.h with a virtual interrupt: served at the start of the newest loaded period, it
+// loads the one behind that.
+#include "hal/step_timer.h"
+
+#include "fakes/board.h"
+#include "fakes/board_parts.h"
+
+struct timer {
+    struct step_engine engine;
+    uint32_t start_ticks;   // of the newest loaded period,
+    uint32_t running_ticks; //   of the one before it,
+    uint32_t end_ticks;     //   and the newest one's end
+    bool late;
+    bool stopped;           // its interrupt is off
+};
+
+struct fake_axis fake_axes[CONFIG_AXES];
+static struct timer timers[CONFIG_AXES];
+static struct step_ring rings[CONFIG_AXES];
+static bool started;
+
+void fake_timers_power_on(void)
+{
+    started = false;
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        timers[i] = (struct timer){.late = false};
+        fake_axes[i] = (struct fake_axis){.steps = 0};
+        step_engine_reset(&timers[i].engine, &rings[i]);
+    }
+}
+
+void step_timer_start(void)
+{
+    started = true;
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bool negative = timers[i].engine.negative;
+        step_engine_reset(&timers[i].engine, &rings[i]);
+        timers[i].engine.negative = negative;
+        timers[i].late = false;
+        timers[i].stopped = false;
+        timers[i].running_ticks = fake_now_ticks();
+        timers[i].start_ticks = fake_now_ticks() + STEP_IDLE_TICKS;
+        timers[i].end_ticks = timers[i].start_ticks + STEP_IDLE_TICKS;
+    }
+}
+
+static void note_step(struct fake_axis *axis, bool negative, uint32_t ticks)
+{
+    axis->steps += negative ? -1 : 1;
+    axis->last_step_ticks = ticks;
+    if (axis->first_step_ticks == 0) {
+        axis->first_step_ticks = ticks;
+    }
+}
+
+static void interrupt(uint8_t i)
+{
+    struct timer *timer = &timers[i];
+    struct step_load load = step_engine_next(&timer->engine, &rings[i]);
+
+    if (load.pulse) {
+        note_step(&fake_axes[i], timer->engine.negative, timer->end_ticks + STEP_TIMER_EDGE_TICKS);
+    }
+    timer->running_ticks = timer->start_ticks;
+    timer->start_ticks = timer->end_ticks;
+    timer->end_ticks += (uint32_t)load.top_ticks + 1u;
+}
+
+void fake_timers_pass_to(uint32_t now_ticks)
+{
+    for (uint8_t i = 0; started && i < CONFIG_AXES; i++) {
+        while (!timers[i].stopped && (int32_t)(timers[i].start_ticks - now_ticks) <= 0) {
+            interrupt(i);
+        }
+    }
+}
+
+uint32_t fake_timers_period_start(uint8_t axis)
+{
+    return timers[axis].running_ticks;
+}
+
+void fake_underrun(uint8_t axis)
+{
+    timers[axis].late = true;
+    timers[axis].stopped = true;
+    timers[axis].engine.state = STEP_ENGINE_HALTED;
+}
+
+struct step_ring *step_timer_ring(uint8_t axis)
+{
+    return &rings[axis];
+}
+
+struct engine_sample step_timer_sample(uint8_t axis)
+{
+    return (struct engine_sample){timers[axis].engine.tail, timers[axis].engine.idle_count};
+}
+
+enum step_engine_state step_timer_state(uint8_t axis)
+{
+    return (enum step_engine_state)timers[axis].engine.state;
+}
+
+bool step_timer_release(uint8_t axis, struct feed *feed, uint32_t delay_ticks,
+                        uint16_t idle_count)
+{
+    if (timers[axis].engine.idle_count != idle_count) {
+        return false;
+    }
+    feed_release(feed, delay_ticks);
+    return true;
+}
+
+void step_timer_empty(uint8_t axis)
+{
+    rings[axis].high[timers[axis].engine.tail] = STEP_HIGH_EMPTY;
+}
+
+uint8_t step_timer_settle(uint8_t axis)
+{
+    step_timer_empty(axis);
+    timers[axis].engine.state = STEP_ENGINE_IDLE;
+    return timers[axis].engine.tail;
+}
+
+bool step_timer_take_underrun(uint8_t axis)
+{
+    bool late = timers[axis].late;
+
+    timers[axis].late = false;
+    return late;
+}
+
+void step_timer_enable(uint8_t axis, bool on)
+{
+    fake_axes[axis].enabled = on;
+}

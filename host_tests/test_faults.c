@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+// Every named fault over the fake board: it is latched, nothing moves after it, and clear_fault
+// makes the machine work again with its positions kept.
+#include <stdint.h>
+
+#include "base/require.h"
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "hal/step_timer.h"
+#include "unity.h"
+
+void setUp(void)
+{
+    bench_power_on();
+}
+
+void tearDown(void)
+{
+}
+
+static void arm(uint16_t mask)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(mask, COMMAND_ARM));
+}
+
+static void start_plain(uint8_t axis, int16_t count, uint16_t pixels)
+{
+    bench_plain_line(axis, count, pixels);
+    arm((uint16_t)(1u << axis));
+    TEST_ASSERT_TRUE(bench_until(axis, AXIS_RUNNING));
+}
+
+static void slow_pixels(void)
+{
+    machine.settings.pixel_hz_num = 100;
+    machine_apply_settings();
+    fake_pixel_clock(5000, 100, 1);
+    bench_rounds(10);
+}
+
+static void check_nothing_moves(void)
+{
+    int32_t steps[CONFIG_AXES];
+
+    bench_rounds(3);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        steps[i] = fake_axes[i].steps;
+    }
+    bench_rounds(200);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL_INT32(steps[i], fake_axes[i].steps);
+        TEST_ASSERT_EQUAL_INT32(steps[i], machine.axes[i].ledger.position_steps);
+        TEST_ASSERT_NOT_EQUAL(AXIS_RUNNING, machine.axes[i].state);
+        TEST_ASSERT_NOT_EQUAL(AXIS_ARMED, machine.axes[i].state);
+    }
+}
+
+static void check_fault(enum fault code, uint8_t axis)
+{
+    TEST_ASSERT_EQUAL(code, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(axis, machine.fault.axis);
+    TEST_ASSERT_EQUAL_HEX16(1u << (uint8_t)code, machine.fault.mask);
+    TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
+    TEST_ASSERT_EQUAL_UINT8(0, machine.clocked);
+}
+
+// With the clock's edges where they are, a line runs on them from the kept position.
+static void check_new_line(uint8_t axis)
+{
+    int32_t steps = fake_axes[axis].steps;
+
+    bench_rounds(50);
+    fake_axes[axis].first_step_ticks = 0;
+    bench_plain_line(axis, 8, 2);
+    arm((uint16_t)(1u << axis));
+    TEST_ASSERT_TRUE(bench_until(axis, AXIS_DONE));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL_INT32(steps + 16, fake_axes[axis].steps);
+    TEST_ASSERT_EQUAL_INT32(steps + 16, machine.axes[axis].ledger.position_steps);
+    uint32_t since_first = fake_next_edge_ticks() - fake_axes[axis].first_step_ticks;
+    uint32_t pixel_ticks = machine.period.whole_ticks;
+    TEST_ASSERT_EQUAL_UINT32(pixel_ticks - pixel_ticks / 8u, since_first % pixel_ticks);
+}
+
+static void check_recovery(uint8_t axis)
+{
+    check_nothing_moves();
+    bench_plain_line(2, 4, 1);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(4, COMMAND_ARM));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL_HEX16(0, machine.fault.mask);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[axis].state);
+    TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps, machine.axes[axis].ledger.position_steps);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_DISCARD));
+    check_new_line(axis);
+}
+
+static void starved(void)
+{
+    int32_t queued = bench_long_start(0);
+
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_FAULT));
+    check_fault(FAULT_starved, 0);
+    // The step on the last edge has nothing behind it that could carry it.
+    TEST_ASSERT_EQUAL_INT32(queued - 1, fake_axes[0].steps);
+    check_recovery(0);
+}
+
+static void decoder_late(void)
+{
+    slow_pixels();
+    start_plain(1, 330, 20);
+    bench_rounds(100);
+    fake_pass(155000uL);
+    bench_rounds(1);
+    check_fault(FAULT_decoder_late, 1);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[1].state);
+    TEST_ASSERT_TRUE(fake_axes[1].steps > 0 && fake_axes[1].steps < 6600);
+    check_recovery(1);
+}
+
+static void underrun(void)
+{
+    start_plain(0, 10, 100);
+    bench_plain_line(1, 10, 100);
+    arm(2);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
+    bench_rounds(20);
+    fake_underrun(1);
+    bench_rounds(1);
+    check_fault(FAULT_underrun, 1);
+    TEST_ASSERT_EQUAL_UINT16(1, machine.axes[1].underruns);
+    TEST_ASSERT_TRUE(machine.time_lost);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[0].state);
+    check_recovery(1);
+    TEST_ASSERT_FALSE(machine.time_lost);
+    check_new_line(0);
+}
+
+static void underrun_at_rest(void)
+{
+    fake_underrun(3);
+    bench_rounds(1);
+    check_fault(FAULT_underrun, 3);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[3].state);
+    check_recovery(3);
+}
+
+static void pixel_clock_missing_in_a_line(void)
+{
+    start_plain(0, 10, 200);
+    bench_rounds(50);
+    bench_clock_off();
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_FAULT));
+    check_fault(FAULT_pixel_clock_missing, 0);
+    check_nothing_moves();
+    bench_clock_on();
+    check_recovery(0);
+}
+
+static void pixel_clock_missing_when_armed(void)
+{
+    bench_clock_off();
+    bench_rounds(100);
+    bench_plain_line(2, 10, 2);
+    arm(4);
+    bench_rounds(10);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[2].state);
+    TEST_ASSERT_TRUE(bench_until(2, AXIS_FAULT));
+    check_fault(FAULT_pixel_clock_missing, 2);
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[2].steps);
+    check_nothing_moves();
+    bench_clock_on();
+    check_recovery(2);
+}
+
+static void clock_is_not_missed_by_nobody(void)
+{
+    bench_rounds(50);
+    bench_clock_off();
+    bench_rounds(200);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_FALSE(machine_clock_present());
+}
+
+static void clock_edge_lost(void)
+{
+    start_plain(0, 4, 100);
+    bench_rounds(50);
+    fake_pass(35000u);
+    bench_rounds(1);
+    check_fault(FAULT_clock_edge_lost, CONFIG_PIXEL_CLOCK_AXIS);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[0].state);
+    check_recovery(0);
+}
+
+static void start_late(void)
+{
+    slow_pixels();
+    bench_plain_line(0, 10, 3);
+    arm(1);
+    for (uint8_t i = 0; i < 250 && machine.starting == 0; i++) {
+        bench_rounds(1);
+    }
+    TEST_ASSERT_EQUAL_UINT8(1, machine.starting);
+    fake_pass(175000uL);
+    bench_rounds(1);
+    check_fault(FAULT_start_late, 0);
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
+    check_recovery(0);
+}
+
+static void broken_promise_stops_everything(void)
+{
+    start_plain(0, 10, 100);
+    bench_rounds(30);
+    require_failed(1234);
+    check_fault(FAULT_internal, 0);
+    TEST_ASSERT_EQUAL_UINT16(1234, machine.fault.argument);
+    check_recovery(0);
+}
+
+static void first_fault_stays(void)
+{
+    start_plain(1, 10, 100);
+    bench_rounds(50);
+    machine_fault(FAULT_starved, 1, 7);
+    machine_fault(FAULT_underrun, 0, 8);
+    TEST_ASSERT_EQUAL(FAULT_starved, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(1, machine.fault.axis);
+    TEST_ASSERT_EQUAL_UINT16(7, machine.fault.argument);
+    TEST_ASSERT_EQUAL_HEX16((1u << FAULT_starved) | (1u << FAULT_underrun), machine.fault.mask);
+    TEST_ASSERT_EQUAL_UINT32(machine.axes[1].ledger.pixel + 1u, machine.fault.pixel);
+}
+
+static void clear_waits_for_the_last_period(void)
+{
+    start_plain(0, 10, 100);
+    bench_rounds(50);
+    machine_fault(FAULT_starved, 0, 0);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IN_LINE, step_timer_state(0));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(0, COMMAND_CLEAR_FAULT));
+    bench_rounds(10);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
+    check_new_line(0);
+}
+
+static void stop_does_not_hide_a_fault(void)
+{
+    start_plain(0, 10, 100);
+    bench_rounds(50);
+    machine_fault(FAULT_starved, 0, 0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
+    TEST_ASSERT_EQUAL(FAULT_starved, machine.fault.code);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[0].state);
+    check_recovery(0);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(starved);
+    RUN_TEST(decoder_late);
+    RUN_TEST(underrun);
+    RUN_TEST(underrun_at_rest);
+    RUN_TEST(pixel_clock_missing_in_a_line);
+    RUN_TEST(pixel_clock_missing_when_armed);
+    RUN_TEST(clock_is_not_missed_by_nobody);
+    RUN_TEST(clock_edge_lost);
+    RUN_TEST(start_late);
+    RUN_TEST(broken_promise_stops_everything);
+    RUN_TEST(first_fault_stays);
+    RUN_TEST(clear_waits_for_the_last_period);
+    RUN_TEST(stop_does_not_hide_a_fault);
+    return UNITY_END();
+}

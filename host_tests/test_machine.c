@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+// The machine over the fake board: arming, common start, ends, stop, refusals.
+#include <stdint.h>
+
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "unity.h"
+
+void setUp(void)
+{
+    bench_power_on();
+}
+
+void tearDown(void)
+{
+}
+
+static void check_nothing_moves(void)
+{
+    int32_t steps[CONFIG_AXES];
+
+    bench_rounds(3);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        steps[i] = fake_axes[i].steps;
+    }
+    bench_rounds(200);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL_INT32(steps[i], fake_axes[i].steps);
+        TEST_ASSERT_EQUAL_INT32(steps[i], machine.axes[i].ledger.position_steps);
+    }
+}
+
+static void arm(uint16_t mask)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(mask, COMMAND_ARM));
+}
+
+static void at_rest_after_power_on(void)
+{
+    bench_rounds(100);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_FALSE(machine_moving());
+    TEST_ASSERT_TRUE(machine_clock_present());
+    check_nothing_moves();
+}
+
+static void loaded_line_waits_for_arming(void)
+{
+    bench_plain_line(0, 10, 3);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    check_nothing_moves();
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+}
+
+static void armed_line_runs_to_its_end(void)
+{
+    bench_rounds(50);
+    bench_plain_line(1, 10, 3);
+    arm(2);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[1].state);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(30, fake_axes[1].steps);
+    TEST_ASSERT_EQUAL_INT32(30, machine.axes[1].ledger.position_steps);
+    TEST_ASSERT_EQUAL_UINT16(1, machine.axes[1].lines_done);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(0, machine.clocked);
+    check_nothing_moves();
+}
+
+static uint32_t step_ticks(uint8_t axis, uint32_t steps_per_pixel)
+{
+    return fake_axes[axis].first_step_ticks - BENCH_PIXEL_TICKS / steps_per_pixel;
+}
+
+// Line zero is a whole number of pixel periods after an edge: an edge of the exact clock.
+static void axes_share_a_zero_on_the_pixel_clock(void)
+{
+    static const int16_t counts[] = {10, 8, -16, 20};
+
+    bench_rounds(37);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bench_plain_line(i, counts[i], 4);
+    }
+    arm(15);
+    TEST_ASSERT_TRUE(bench_until(3, AXIS_DONE));
+    bench_rounds(20);
+    uint32_t zero_ticks = machine.axes[0].zero_ticks;
+    TEST_ASSERT_EQUAL_UINT32(0, (fake_next_edge_ticks() - zero_ticks) % BENCH_PIXEL_TICKS);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL_UINT32(zero_ticks, machine.axes[i].zero_ticks);
+        TEST_ASSERT_EQUAL_INT32(4 * counts[i], fake_axes[i].steps);
+        TEST_ASSERT_EQUAL_UINT32(zero_ticks,
+                                 step_ticks(i, (uint32_t)(counts[i] < 0 ? -counts[i] : counts[i])));
+        TEST_ASSERT_EQUAL_UINT32(zero_ticks + 4u * BENCH_PIXEL_TICKS,
+                                 fake_axes[i].last_step_ticks);
+    }
+}
+
+// With pixels that leave the time, zero is the very next place of the clock.
+static void start_is_one_period_after_an_edge(void)
+{
+    machine.settings.pixel_hz_num = 100;
+    machine_apply_settings();
+    fake_pixel_clock(5000, 100, 1);
+    bench_plain_line(0, 10, 1);
+    bench_rounds(10);
+    arm(1);
+    uint32_t edge_ticks = fake_next_edge_ticks();
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(edge_ticks + 160000uL, machine.axes[0].zero_ticks);
+    TEST_ASSERT_EQUAL_UINT32(edge_ticks + 176000uL, fake_axes[0].first_step_ticks);
+    TEST_ASSERT_EQUAL_UINT32(edge_ticks + 320000uL, fake_axes[0].last_step_ticks);
+}
+
+static void clock_errors_are_zero_on_an_exact_clock(void)
+{
+    bench_plain_line(3, 10, 12);
+    arm(8);
+    TEST_ASSERT_TRUE(bench_until(3, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT16(0, machine.watch.error_max_ticks);
+    TEST_ASSERT_TRUE(machine.watch.following);
+    TEST_ASSERT_EQUAL_UINT8(10, machine.axes[3].ledger.record_count);
+}
+
+static void second_line_waits_for_its_own_arming(void)
+{
+    bench_plain_line(0, 10, 2);
+    bench_plain_line(0, -10, 3);
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_LOADED));
+    TEST_ASSERT_EQUAL_INT32(20, fake_axes[0].steps);
+    check_nothing_moves();
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(-10, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL_UINT16(2, machine.axes[0].lines_done);
+}
+
+static void unclocked_line_starts_without_a_clock(void)
+{
+    bench_clock_off();
+    (void)bench_entry(2, RUN_MARK_START, 0);
+    (void)bench_entry(2, 0, 0);
+    (void)bench_entry(2, -5, 4);
+    (void)bench_entry(2, RUN_MARK_END, 0);
+    arm(4);
+    TEST_ASSERT_TRUE(bench_until(2, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(-20, fake_axes[2].steps);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+static void arming_is_all_or_nothing(void)
+{
+    bench_plain_line(0, 10, 2);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(3, COMMAND_ARM));
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(0, COMMAND_ARM));
+    check_nothing_moves();
+}
+
+static void refused_line_never_starts(void)
+{
+    (void)bench_entry(0, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0);
+    (void)bench_entry(0, 0, 0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 5, 1));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_entry(0, 4, 1));
+    TEST_ASSERT_EQUAL(AXIS_REFUSED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(LINE_reverses_inside_pixel, machine.axes[0].line_error);
+    TEST_ASSERT_EQUAL_UINT32(2, machine.axes[0].line_error_pixel);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_entry(0, 5, 1));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ARM));
+    check_nothing_moves();
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_DISCARD));
+    bench_plain_line(0, 7, 2);
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(14, fake_axes[0].steps);
+}
+
+static void disarmed_line_never_starts(void)
+{
+    bench_plain_line(0, 10, 2);
+    bench_plain_line(1, 10, 2);
+    arm(3);
+    bench_rounds(1);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_DISARM));
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[0].state);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL_INT32(20, fake_axes[1].steps);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+static void running_line_is_not_discarded(void)
+{
+    bench_plain_line(0, 10, 20);
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_DISCARD));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_DISABLE));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(200, fake_axes[0].steps);
+}
+
+static void stop_stops_one_axis(void)
+{
+    bench_plain_line(0, 10, 30);
+    bench_plain_line(1, 10, 30);
+    arm(3);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    bench_rounds(100);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
+    int32_t steps = fake_axes[0].steps;
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_INT32_WITHIN(2, steps, fake_axes[0].steps);
+    TEST_ASSERT_TRUE(fake_axes[0].steps > 0 && fake_axes[0].steps < 300);
+    TEST_ASSERT_EQUAL_INT32(300, fake_axes[1].steps);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[0].state);
+    TEST_ASSERT_EQUAL_INT32(fake_axes[0].steps, machine.axes[0].ledger.position_steps);
+}
+
+static void stopped_axis_runs_the_next_line(void)
+{
+    bench_plain_line(0, 10, 30);
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    bench_rounds(100);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
+    check_nothing_moves();
+    int32_t steps = fake_axes[0].steps;
+    bench_plain_line(0, -10, 2);
+    arm(1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(steps - 20, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL_INT32(steps - 20, machine.axes[0].ledger.position_steps);
+}
+
+static void stop_forgets_an_armed_line(void)
+{
+    bench_plain_line(0, 10, 3);
+    arm(1);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
+    check_nothing_moves();
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[0].state);
+}
+
+static void drivers_are_enabled_by_mask(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(5, COMMAND_ENABLE));
+    TEST_ASSERT_TRUE(fake_axes[0].enabled && fake_axes[2].enabled);
+    TEST_ASSERT_FALSE(fake_axes[1].enabled || fake_axes[3].enabled);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_DISABLE));
+    TEST_ASSERT_FALSE(fake_axes[2].enabled);
+}
+
+static void streamed_line_longer_than_the_queue(void)
+{
+    int32_t wanted = bench_long_start(0);
+    uint16_t queued = 0;
+
+    arm(1);
+    while (queued < 200) {
+        if (bench_entry(0, 2, 1) == MODBUS_OK) {
+            wanted += 2;
+            queued++;
+        }
+        bench_rounds(2);
+    }
+    while (bench_entry(0, RUN_MARK_END, 0) != MODBUS_OK) {
+        bench_rounds(2);
+    }
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(wanted, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(at_rest_after_power_on);
+    RUN_TEST(loaded_line_waits_for_arming);
+    RUN_TEST(armed_line_runs_to_its_end);
+    RUN_TEST(axes_share_a_zero_on_the_pixel_clock);
+    RUN_TEST(start_is_one_period_after_an_edge);
+    RUN_TEST(clock_errors_are_zero_on_an_exact_clock);
+    RUN_TEST(second_line_waits_for_its_own_arming);
+    RUN_TEST(unclocked_line_starts_without_a_clock);
+    RUN_TEST(arming_is_all_or_nothing);
+    RUN_TEST(refused_line_never_starts);
+    RUN_TEST(disarmed_line_never_starts);
+    RUN_TEST(running_line_is_not_discarded);
+    RUN_TEST(stop_stops_one_axis);
+    RUN_TEST(stopped_axis_runs_the_next_line);
+    RUN_TEST(stop_forgets_an_armed_line);
+    RUN_TEST(drivers_are_enabled_by_mask);
+    RUN_TEST(streamed_line_longer_than_the_queue);
+    return UNITY_END();
+}

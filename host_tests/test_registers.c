@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: MIT
+// The register map over a machine on the fake board.
+#include <stdint.h>
+#include <string.h>
+
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "unity.h"
+#include "wire/bytes.h"
+#include "wire/register_map.h"
+
+void setUp(void)
+{
+    bench_power_on();
+}
+
+void tearDown(void)
+{
+}
+
+static uint16_t axis_input(uint8_t axis, uint16_t offset)
+{
+    return bench_input((uint16_t)(REG_AXIS_BASE + axis * REG_AXIS_STRIDE + offset));
+}
+
+static int32_t axis_wide(uint8_t axis, uint16_t offset)
+{
+    return (int32_t)bench_input_wide(
+        (uint16_t)(REG_AXIS_BASE + axis * REG_AXIS_STRIDE + offset));
+}
+
+static enum modbus_exception write_word(uint16_t address, uint16_t word)
+{
+    uint8_t bytes[2];
+
+    put_word(bytes, word);
+    return data_write(address, 1, bytes);
+}
+
+static enum modbus_exception write_hz(uint32_t num, uint32_t den)
+{
+    uint8_t bytes[8];
+
+    put_word(&bytes[0], (uint16_t)(num >> 16));
+    put_word(&bytes[2], (uint16_t)num);
+    put_word(&bytes[4], (uint16_t)(den >> 16));
+    put_word(&bytes[6], (uint16_t)den);
+    return data_write(REG_HOLDING_pixel_hz_num, 4, bytes);
+}
+
+static void start_line(int16_t count, uint16_t pixels)
+{
+    bench_plain_line(0, count, pixels);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+}
+
+static void board_describes_itself(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
+                             bench_input(REG_INPUT_firmware_version));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_AXES, bench_input(REG_INPUT_axis_count));
+    TEST_ASSERT_EQUAL_UINT16(2, bench_input(REG_INPUT_reset_cause));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_MIN_INTERVAL_TICKS, bench_input(REG_INPUT_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_WIDE_MIN_INTERVAL_TICKS,
+                             bench_input(REG_INPUT_wide_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
+}
+
+static void identity_text(void)
+{
+    uint8_t text[64];
+    uint8_t length = data_identity(text, sizeof text);
+
+    TEST_ASSERT_TRUE(length > 12);
+    TEST_ASSERT_EQUAL_INT(0, memcmp(text, "pixstep " CONFIG_BOARD_NAME, 12));
+    TEST_ASSERT_EQUAL_UINT8(3, data_identity(text, 3));
+}
+
+static void mapped_inputs(void)
+{
+    TEST_ASSERT_TRUE(data_input_mapped(0, REG_INPUT_wide_min_interval_ticks + 1));
+    TEST_ASSERT_FALSE(data_input_mapped(0, REG_INPUT_wide_min_interval_ticks + 2));
+    TEST_ASSERT_TRUE(data_input_mapped(REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE));
+    TEST_ASSERT_FALSE(data_input_mapped(REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE + 1));
+    TEST_ASSERT_TRUE(data_input_mapped(REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, 64));
+    TEST_ASSERT_FALSE(data_input_mapped(REG_RECORD_BASE + 4 * REG_RECORD_STRIDE, 1));
+    TEST_ASSERT_FALSE(data_input_mapped(0xFFFF, 1));
+    TEST_ASSERT_FALSE(data_input_mapped(0xFFFF, 125));
+}
+
+static void mapped_holdings(void)
+{
+    TEST_ASSERT_TRUE(data_holding_mapped(REG_HOLDING_pixel_hz_num, 8));
+    TEST_ASSERT_FALSE(data_holding_mapped(REG_HOLDING_pixel_hz_num, 9));
+    TEST_ASSERT_FALSE(data_holding_mapped(0, 2));
+    TEST_ASSERT_TRUE(data_holding_mapped(REG_HOLDING_axis_mask, 2));
+    TEST_ASSERT_TRUE(data_holding_mapped(REG_QUEUE_WINDOW, 122));
+    TEST_ASSERT_FALSE(data_holding_mapped(REG_QUEUE_WINDOW + 1, 1));
+}
+
+static void settings_write_and_read_back(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, write_hz(30000, 1001));
+    TEST_ASSERT_EQUAL_UINT16(30000, data_holding(REG_HOLDING_pixel_hz_num + 1));
+    TEST_ASSERT_EQUAL_UINT16(1001, data_holding(REG_HOLDING_pixel_hz_den + 1));
+    TEST_ASSERT_EQUAL_UINT32(533866uL, bench_input_wide(REG_INPUT_pixel_period_ticks));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_max_acceleration, 77));
+    TEST_ASSERT_EQUAL_UINT16(77, data_holding(REG_HOLDING_max_acceleration));
+    TEST_ASSERT_EQUAL_UINT16(77, machine.limits.max_acceleration);
+}
+
+static void impossible_settings_change_nothing(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_hz(30, 0));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_hz(16000, 1));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_hz(1, 2));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 0));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 248));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_dir_setup_us, 1001));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(16, COMMAND_ENABLE));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(1, (enum machine_command)8));
+    TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS, bench_input_wide(REG_INPUT_pixel_period_ticks));
+    TEST_ASSERT_EQUAL_UINT16(1, data_holding(REG_HOLDING_unit_address));
+}
+
+static void direction_times_limit_reversals(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_setup_us, 100));
+    TEST_ASSERT_TRUE(machine.limits.reversal_min_ticks >= 3200u);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_hold_us, 1000));
+    TEST_ASSERT_TRUE(machine.limits.reversal_min_ticks >= 32000u);
+}
+
+static void settings_are_busy_while_moving(void)
+{
+    bench_plain_line(0, 10, 20);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_EQUAL(MODBUS_BUSY, write_hz(30, 1));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL(MODBUS_BUSY, write_hz(30, 1));
+    TEST_ASSERT_EQUAL(MODBUS_BUSY, write_word(REG_HOLDING_dir_hold_us, 50));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_ENABLE));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(200, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write_hz(30, 1));
+}
+
+static void status_bits(void)
+{
+    TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_status));
+    bench_rounds(10);
+    TEST_ASSERT_EQUAL_HEX16(1, bench_input(REG_INPUT_status));
+    bench_plain_line(0, 10, 20);
+    (void)bench_command(1, COMMAND_ARM);
+    TEST_ASSERT_EQUAL_HEX16(3, bench_input(REG_INPUT_status));
+    TEST_ASSERT_FALSE(data_running());
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL_HEX16(5, bench_input(REG_INPUT_status));
+    TEST_ASSERT_TRUE(data_running());
+    machine_fault(FAULT_starved, 0, 0);
+    TEST_ASSERT_EQUAL_HEX16(9, bench_input(REG_INPUT_status));
+}
+
+static void fault_registers(void)
+{
+    start_line(10, 50);
+    bench_rounds(60);
+    machine.axes[0].ledger.pixel = 0x12344;
+    machine_fault(FAULT_underrun, 0, 0xBEEF);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_underrun, bench_input(REG_INPUT_fault_code));
+    TEST_ASSERT_EQUAL_UINT16(0xBEEF, bench_input(REG_INPUT_fault_argument));
+    TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_fault_axis));
+    TEST_ASSERT_EQUAL_HEX32(0x12345, bench_input_wide(REG_INPUT_fault_pixel));
+    TEST_ASSERT_EQUAL_HEX16(1u << FAULT_underrun, bench_input(REG_INPUT_fault_mask));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_FAULT, axis_input(0, REG_AXIS_axis_state));
+}
+
+static void queue_registers(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES, axis_input(1, REG_AXIS_queue_free));
+    bench_plain_line(1, 10, 20);
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 4, axis_input(1, REG_AXIS_queue_free));
+    TEST_ASSERT_EQUAL_UINT16(4, axis_input(1, REG_AXIS_next_block));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_LOADED, axis_input(1, REG_AXIS_axis_state));
+    TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_next_block));
+}
+
+static void refusal_registers(void)
+{
+    (void)bench_entry(2, RUN_MARK_START | RUN_START_WAIT, 0);
+    (void)bench_entry(2, 0, 0);
+    (void)bench_entry(2, 1, 0xFFFF);
+    (void)bench_entry(2, 1, 0x1000);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_entry(2, 20000, 1));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_REFUSED, axis_input(2, REG_AXIS_axis_state));
+    TEST_ASSERT_EQUAL_UINT16(LINE_out_of_range, axis_input(2, REG_AXIS_line_error));
+    TEST_ASSERT_EQUAL_UINT32(0x11000, axis_wide(2, REG_AXIS_line_error_pixel));
+}
+
+static enum modbus_exception window(const uint16_t *words, uint8_t count)
+{
+    uint8_t bytes[16];
+
+    for (uint8_t i = 0; i < count; i++) {
+        put_word(&bytes[2u * i], words[i]);
+    }
+    return data_write(REG_QUEUE_WINDOW, count, bytes);
+}
+
+static void queue_window_rules(void)
+{
+    static const uint16_t first[] = {0, 0, 0x21, 0, 0, 0};
+    static const uint16_t no_axis[] = {0, CONFIG_AXES, 0x21, 0};
+    static const uint16_t wrong_block[] = {2, 0, 1, 1};
+
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(first, 2));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(first, 3));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(first, 5));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(no_axis, 4));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(first, 6));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(first, 6));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 2, axis_input(0, REG_AXIS_queue_free));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(wrong_block, 4));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_LOADING, axis_input(0, REG_AXIS_axis_state));
+}
+
+static void full_queue_is_busy(void)
+{
+    (void)bench_long_start(0);
+    while (axis_input(0, REG_AXIS_queue_free) != 0) {
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 1, 1));
+    }
+    TEST_ASSERT_EQUAL(MODBUS_BUSY, bench_entry(0, 1, 1));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_LOADED, axis_input(0, REG_AXIS_axis_state));
+}
+
+static void line_registers(void)
+{
+    start_line(-7, 13);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(-91, axis_wide(0, REG_AXIS_position_steps));
+    TEST_ASSERT_EQUAL_INT32(-91, axis_wide(0, REG_AXIS_expected_steps));
+    TEST_ASSERT_EQUAL_INT32(13, axis_wide(0, REG_AXIS_pixel));
+    TEST_ASSERT_EQUAL_UINT16(1, axis_input(0, REG_AXIS_lines_done));
+    TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_underruns));
+    TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_ring_fill));
+    TEST_ASSERT_TRUE(bench_input_wide(REG_INPUT_pixel_edges) >= 13);
+    TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_edge_error_ticks));
+}
+
+static void check_record(uint8_t number, uint16_t pixel, int32_t steps)
+{
+    uint16_t at = (uint16_t)(REG_RECORD_BASE + REG_RECORD_HEADER + number * REG_RECORD_WORDS);
+
+    TEST_ASSERT_EQUAL_UINT16(pixel, bench_input(at));
+    TEST_ASSERT_EQUAL_INT32(steps, (int32_t)bench_input_wide((uint16_t)(at + 1u)));
+    TEST_ASSERT_EQUAL_INT32(steps, (int32_t)bench_input_wide((uint16_t)(at + 3u)));
+    TEST_ASSERT_EQUAL_UINT16(0, bench_input((uint16_t)(at + 5u)));
+}
+
+static void records_oldest_first(void)
+{
+    start_line(-7, 13);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(13, bench_input_wide(REG_RECORD_BASE));
+    TEST_ASSERT_EQUAL_UINT16(10, bench_input(REG_RECORD_BASE + 2));
+    for (uint8_t i = 0; i < 10; i++) {
+        check_record(i, (uint16_t)(4u + i), -7L * (4 + i));
+    }
+}
+
+static void records_of_a_short_line(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0, bench_input_wide(REG_RECORD_BASE));
+    start_line(7, 3);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(3, bench_input_wide(REG_RECORD_BASE));
+    TEST_ASSERT_EQUAL_UINT16(3, bench_input(REG_RECORD_BASE + 2));
+    for (uint8_t i = 0; i < 3; i++) {
+        check_record(i, (uint16_t)(1u + i), 7L * (1 + i));
+    }
+    check_record(3, 0, 0);
+}
+
+static void every_mapped_input_can_be_read(void)
+{
+    for (uint16_t address = 0; address < REG_RECORD_BASE + 4 * REG_RECORD_STRIDE; address++) {
+        if (data_input_mapped(address, 1)) {
+            (void)data_input(address);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(board_describes_itself);
+    RUN_TEST(identity_text);
+    RUN_TEST(mapped_inputs);
+    RUN_TEST(mapped_holdings);
+    RUN_TEST(settings_write_and_read_back);
+    RUN_TEST(impossible_settings_change_nothing);
+    RUN_TEST(direction_times_limit_reversals);
+    RUN_TEST(settings_are_busy_while_moving);
+    RUN_TEST(status_bits);
+    RUN_TEST(fault_registers);
+    RUN_TEST(queue_registers);
+    RUN_TEST(refusal_registers);
+    RUN_TEST(queue_window_rules);
+    RUN_TEST(full_queue_is_busy);
+    RUN_TEST(line_registers);
+    RUN_TEST(records_oldest_first);
+    RUN_TEST(records_of_a_short_line);
+    RUN_TEST(every_mapped_input_can_be_read);
+    return UNITY_END();
+}

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""A simulated board under direct command, for tests of what a whole run never does."""
+
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+from pixstep import natives, verdict
+from pixstep import registers as regs
+from pixstep.client import Board, Upload
+from pixstep.edges import read_edges
+from pixstep.rational import TIMER_HZ, period_ticks
+from pixstep.runs import queue_entries
+from pixstep.simctl import SimOptions, Simulator
+from pixstep.simrun import BOOT_CYCLES
+from pixstep.transport import SimClient
+
+QUIET_CYCLES = TIMER_HZ // 20  # 50 ms
+_POLL_CYCLES = TIMER_HZ // 500
+
+
+class Bench:
+    """One board with its axes enabled; use as a context manager."""
+
+    def __init__(self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None):
+        self.axes, self.hz, self.edges_path = list(axes), Fraction(hz), edges
+        self.options = SimOptions([(board, natives.image(board))], self.hz, edges=edges)
+
+    def __enter__(self):
+        self.sim = Simulator(self.options)
+        try:
+            self.sim.run(BOOT_CYCLES)
+            self.board = Board(SimClient(self.sim))
+            self.board.set_pixel_hz(self.hz)
+            self.board.command("enable", self.axes)
+        except BaseException:
+            self.sim.kill()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self.sim.kill()
+
+    def load(self, line, axis=0):
+        """Upload as much of a line as the queue takes."""
+        upload = Upload(self.board, axis, queue_entries(line))
+        upload.push()
+        return upload
+
+    def arm(self):
+        self.board.command("arm", self.axes)
+
+    def state(self, axis=0):
+        return regs.AXIS_STATES[self.board.axis(axis)["axis_state"]]
+
+    def fault(self):
+        return regs.code_name(regs.faults(), self.board.input("fault_code"))
+
+    def count(self, axis=0):
+        """Rising STEP edges so far."""
+        return int(self.sim.command(f"counts 0 {axis}").split()[1])
+
+    def until(self, done, seconds=3):
+        """Let time pass in short stretches until done() holds."""
+        limit = self.sim.cycle + int(seconds * TIMER_HZ)
+        while not done():
+            assert self.sim.cycle < limit, f"still {[self.state(axis) for axis in self.axes]}"
+            self.sim.run(_POLL_CYCLES)
+
+    def run_until_steps(self, steps, axis=0):
+        self.until(lambda: self.count(axis) >= steps)
+
+    def run_until_fault(self):
+        self.until(lambda: self.board.input("fault_code"))
+        return self.fault()
+
+    def assert_rest(self):
+        """No edge follows, and every axis counts the edges that it made."""
+        before = [self.count(axis) for axis in self.axes]
+        self.sim.run(QUIET_CYCLES)
+        assert [self.count(axis) for axis in self.axes] == before
+        positions = [self.board.axis(axis)["position_steps"] for axis in self.axes]
+        assert positions == [self.sim.steps(0, axis) for axis in self.axes]
+
+    def pass_line(self, line, axis=0):
+        """Run a line to its end and require the verdict of its edges alone to be a pass."""
+        before = self.count(axis)
+        self.load(line, axis)
+        self.board.command("arm", [axis])
+        self.until(lambda: self.state(axis) == "done")
+        self.assert_rest()
+        self.sim.command("flush")
+        made = read_edges(self.edges_path).axis(0, axis)
+        start = made.rising[before - 1] + 1 if before else 0
+        later = replace(
+            made,
+            step_cycles=made.step_cycles[2 * before :],
+            step_levels=made.step_levels[2 * before :],
+            direction_cycles=made.direction_cycles[made.direction_cycles > start],
+            direction_levels=made.direction_levels[made.direction_cycles > start],
+        )
+        found = verdict.judge_axis(line, period_ticks(self.hz), later)
+        assert found.reasons == []
+        assert found.steps == line.total_steps
