@@ -8,13 +8,14 @@
 #include "fakes/worked_example.h"
 #include "unity.h"
 
-#define PLAIN_MARK ((int16_t)(RUN_MARK_START | RUN_START_WAIT))
+#define PLAIN_MARK   ((int16_t)(RUN_MARK_START | RUN_START_WAIT))
 #define CHAINED_MARK ((int16_t)RUN_MARK_START)
 
-// Pixel edges of the line, from its zero: what the virtual interrupt's steps are counted against.
+// Pixel edges of the line, from its zero: what the virtual interrupt's steps are counted
+// against.
 static struct pixel_grid grid;
 static uint32_t edge_ticks;
-static uint16_t edge;           // number of that edge
+static uint16_t edge; // number of that edge
 static int32_t steps_at_zero;
 
 void setUp(void)
@@ -53,7 +54,8 @@ static void check_newest_record(uint16_t backlash)
     const struct pixel_record *record = &ledger->records[newest - 1u];
 
     TEST_ASSERT_EQUAL_UINT16(ledger->pixel, record->pixel);
-    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record->pixel), record->expected_steps);
+    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record->pixel),
+                            record->expected_steps);
     TEST_ASSERT_EQUAL_INT32(record->expected_steps, record->actual_steps);
 }
 
@@ -122,7 +124,8 @@ static void backlash_only_after_a_reversal(void)
 
 static enum block_result queue_block(uint16_t block)
 {
-    static const uint8_t entries[] = {0x00, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 1, 0, 2, 0, 0};
+    static const uint8_t entries[] = {
+        0x00, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 1, 0, 2, 0, 0};
 
     return axis_queue_block(&bench.axis, &bench.limits, block, entries, 4);
 }
@@ -219,7 +222,8 @@ static void plain_line_with_reversals(void)
     TEST_ASSERT_EQUAL_INT32(413, bench.steps);
     TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.record_count);
     for (uint8_t i = 0; i < 8; i++) {
-        TEST_ASSERT_EQUAL_INT32(positions[i], bench.axis.ledger.records[i].expected_steps);
+        TEST_ASSERT_EQUAL_INT32(positions[i],
+                                bench.axis.ledger.records[i].expected_steps);
         TEST_ASSERT_EQUAL_INT32(positions[i], bench.axis.ledger.records[i].actual_steps);
     }
 }

@@ -4,7 +4,7 @@
 #include "motion/clock_watch.h"
 #include "unity.h"
 
-#define ZERO_TICKS 1000000uL
+#define ZERO_TICKS   1000000uL
 #define PERIOD_TICKS ((uint32_t)533333)
 
 static struct pixel_period period;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Steps under constant acceleration: the anchors of spec 1.5 and the inequality that defines a
-// step's tick.
+// Steps under constant acceleration: the anchors of spec 1.5 and the inequality that
+// defines a step's tick.
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -54,7 +54,17 @@ static void anchors_to_rest(void)
 static void anchors_of_the_second_pixel(void)
 {
     static const uint32_t places[] = {
-        118034, 224745, 322876, 414214, 500000, 581139, 658313, 732051, 802776, 870829, 936492,
+        118034,
+        224745,
+        322876,
+        414214,
+        500000,
+        581139,
+        658313,
+        732051,
+        802776,
+        870829,
+        936492,
     };
 
     check_anchors(8, places, 12);
@@ -69,12 +79,13 @@ static int64_t travel(uint32_t ticks, uint16_t speed, uint16_t steps, uint32_t a
     return (int64_t)at * (slope + half * (int64_t)at);
 }
 
-static bool is_smallest(uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t k, uint32_t at)
+static bool is_smallest(
+    uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t k, uint32_t at)
 {
     int64_t wanted = (int64_t)ticks * (int64_t)ticks * k;
 
-    return travel(ticks, speed, steps, at) >= wanted
-           && travel(ticks, speed, steps, at - 1u) < wanted;
+    return travel(ticks, speed, steps, at) >= wanted &&
+           travel(ticks, speed, steps, at - 1u) < wanted;
 }
 
 // Every `stride`-th step is compared; all of them stand in the sum.
@@ -98,7 +109,21 @@ static void check_piece(uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t
 static void ramp_of_the_worked_example(void)
 {
     static const uint16_t counts[] = {
-        4, 12, 20, 28, 35, 41, 86, 150, 214, 320, 448, 576, 704, 832, 948,
+        4,
+        12,
+        20,
+        28,
+        35,
+        41,
+        86,
+        150,
+        214,
+        320,
+        448,
+        576,
+        704,
+        832,
+        948,
     };
     uint16_t speed = 0;
 

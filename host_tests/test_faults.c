@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every named fault over the fake board: it is latched, nothing moves after it, and clear_fault
-// makes the machine work again with its positions kept.
+// Every named fault over the fake board: it is latched, nothing moves after it, and
+// clear_fault makes the machine work again with its positions kept.
 #include <stdint.h>
 
 #include "base/require.h"
@@ -91,7 +91,8 @@ static void check_recovery(uint8_t axis)
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
     TEST_ASSERT_EQUAL_HEX16(0, machine.fault.mask);
     TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[axis].state);
-    TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps, machine.axes[axis].ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps,
+                            machine.axes[axis].ledger.position_steps);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_DISCARD));
     check_new_line(axis);
 }
@@ -231,7 +232,8 @@ static void first_fault_stays(void)
     TEST_ASSERT_EQUAL(FAULT_starved, machine.fault.code);
     TEST_ASSERT_EQUAL_UINT8(1, machine.fault.axis);
     TEST_ASSERT_EQUAL_UINT16(7, machine.fault.argument);
-    TEST_ASSERT_EQUAL_HEX16((1u << FAULT_starved) | (1u << FAULT_underrun), machine.fault.mask);
+    TEST_ASSERT_EQUAL_HEX16((1u << FAULT_starved) | (1u << FAULT_underrun),
+                            machine.fault.mask);
     TEST_ASSERT_EQUAL_UINT32(machine.axes[1].ledger.pixel + 1u, machine.fault.pixel);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Intervals in, timer periods out: where STEP edges and direction changes fall when the virtual
-// step interrupt consumes the ring.
+// Intervals in, timer periods out: where STEP edges and direction changes fall when the
+// virtual step interrupt consumes the ring.
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -13,14 +13,14 @@
 #define DELAY_TICKS 2000u
 // What feed.c promises for a period beside a command that it cut itself.
 #define CUT_MIN_TICKS (STEP_PERIOD_MAX_TICKS - 0x8000u)
-#define STEPS_MAX 80u
+#define STEPS_MAX     80u
 
 static struct step_ring ring;
 static struct step_engine engine;
 static struct feed feed;
-static uint32_t now_ticks;    // start of the period that is loaded next
-static uint32_t before_ticks; // start of the period loaded last,
-static bool before_pulse;     //   and whether it pulses
+static uint32_t now_ticks;             // start of the period that is loaded next
+static uint32_t before_ticks;          // start of the period loaded last,
+static bool before_pulse;              //   and whether it pulses
 static uint32_t edge_ticks[STEPS_MAX]; // STEP edges, from the first period on
 static uint32_t turn_ticks[STEPS_MAX]; // direction changes
 static uint8_t edges;
@@ -46,7 +46,8 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
 }
 
-// The interrupt runs at the start of the period loaded before: there the direction changes.
+// The interrupt runs at the start of the period loaded before: there the direction
+// changes.
 static uint32_t load_period(void)
 {
     struct step_load load = step_engine_next(&engine, &ring);
@@ -163,8 +164,8 @@ static void quiet_time_comes_before_the_first_step(void)
     TEST_ASSERT_EQUAL_UINT32(zero + 400300uL, edge_ticks[0]);
 }
 
-// The pulse is in the first chunk, none is longer than a period or, at the end, too short for the
-// commands around it.
+// The pulse is in the first chunk, none is longer than a period or, at the end, too short
+// for the commands around it.
 static void check_cut(uint32_t interval)
 {
     setUp();

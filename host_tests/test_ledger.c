@@ -8,6 +8,8 @@
 #include "unity.h"
 
 #define DELAY_TICKS 1500u
+// A released line begins with the periods of its delay.
+#define DELAY_PERIODS 2u
 
 static struct step_ring ring;
 static struct step_engine engine;
@@ -83,7 +85,8 @@ static void idle_periods_pass(void)
     load_periods(1000);
     follow();
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS, ledger_period_start(&ledger, 2));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS,
+                             ledger_period_start(&ledger, 2));
 }
 
 static void idle_count_wraps(void)
@@ -118,7 +121,7 @@ static void position_is_what_was_loaded(void)
         step(500, false);
     }
     release();
-    load_periods(4);
+    load_periods(DELAY_PERIODS + 3u);
     follow();
     TEST_ASSERT_EQUAL_INT32(3, ledger.position_steps);
     load_periods(2);
@@ -135,7 +138,7 @@ static void starts_of_the_last_three_periods(void)
     step(700, false);
     step(800, false);
     step(900, false);
-    load_periods(4);
+    load_periods(DELAY_PERIODS + 3u);
     follow();
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 900u, ledger_period_start(&ledger, 0));
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 1700u, ledger_period_start(&ledger, 1));
@@ -150,12 +153,14 @@ static void idle_after_entries(void)
     release();
     step(700, false);
     feed_end(&feed);
-    load_periods(3);
+    load_periods(DELAY_PERIODS + 2u);
     load_periods(5);
     follow();
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - STEP_IDLE_TICKS, ledger_period_start(&ledger, 0));
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS, ledger_period_start(&ledger, 2));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - STEP_IDLE_TICKS,
+                             ledger_period_start(&ledger, 0));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS,
+                             ledger_period_start(&ledger, 2));
 }
 
 static void mark_waits_for_the_step_before_it(void)
@@ -166,7 +171,7 @@ static void mark_waits_for_the_step_before_it(void)
     feed_mark_here(&feed, false, 2);
     release();
     step(500, false);
-    load_periods(2);
+    load_periods(DELAY_PERIODS + 1u);
     follow();
     TEST_ASSERT_EQUAL_INT32(1, ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT32(0, ledger.pixel);
@@ -177,7 +182,7 @@ static void mark_waits_for_the_step_before_it(void)
     TEST_ASSERT_EQUAL_INT32(2, ledger.records[0].actual_steps);
 }
 
-// Lines of `pixels` pixels of two steps.
+// A line of `pixels` pixels of two steps.
 static void run_pixels(uint8_t pixels, bool negative)
 {
     int32_t position = 0;
@@ -209,15 +214,16 @@ static void records_of_a_short_line(void)
     }
 }
 
-static void records_wrap_at_ten(void)
+static void records_wrap(void)
 {
-    run_pixels(13, false);
+    run_pixels(LEDGER_RECORDS + 3u, false);
     TEST_ASSERT_EQUAL_UINT8(LEDGER_RECORDS, ledger.record_count);
     TEST_ASSERT_EQUAL_UINT8(3, ledger.record_next);
-    TEST_ASSERT_EQUAL_UINT32(13, ledger.pixel);
-    TEST_ASSERT_EQUAL_UINT16(13, ledger.records[2].pixel);
+    TEST_ASSERT_EQUAL_UINT32(LEDGER_RECORDS + 3u, ledger.pixel);
+    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS + 3u, ledger.records[2].pixel);
     TEST_ASSERT_EQUAL_UINT16(4, ledger.records[3].pixel);
-    TEST_ASSERT_EQUAL_INT32(26, ledger.records[2].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(2L * (int32_t)(LEDGER_RECORDS + 3u),
+                            ledger.records[2].actual_steps);
 }
 
 static void next_line_counts_from_its_start(void)
@@ -232,7 +238,7 @@ static void next_line_counts_from_its_start(void)
 
 static void edge_error_finds_its_record(void)
 {
-    run_pixels(13, false);
+    run_pixels(LEDGER_RECORDS + 3u, false);
     ledger_note_edge_error(&ledger, 5, -7);
     ledger_note_edge_error(&ledger, 3, 9);
     TEST_ASSERT_EQUAL_INT16(-7, ledger.records[4].edge_error_ticks);
@@ -258,7 +264,7 @@ static void skipped_entries_do_not_count(void)
         step(500, false);
     }
     release();
-    load_periods(4);
+    load_periods(DELAY_PERIODS + 3u);
     follow();
     ring.high[engine.tail] = STEP_HIGH_EMPTY;
     load_periods(3);
@@ -292,7 +298,7 @@ int main(void)
     RUN_TEST(idle_after_entries);
     RUN_TEST(mark_waits_for_the_step_before_it);
     RUN_TEST(records_of_a_short_line);
-    RUN_TEST(records_wrap_at_ten);
+    RUN_TEST(records_wrap);
     RUN_TEST(next_line_counts_from_its_start);
     RUN_TEST(edge_error_finds_its_record);
     RUN_TEST(restart_keeps_position_and_records);

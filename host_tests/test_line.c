@@ -7,7 +7,7 @@
 #include "motion/line.h"
 #include "unity.h"
 
-#define SLOTS 64u
+#define SLOTS    64u
 #define TIMER_HZ 16000000uL
 
 static struct run slots[SLOTS];
@@ -77,7 +77,8 @@ static void check_worked_example(uint16_t backlash, uint16_t pieces)
     line_begin(&line, &period, &queue, true);
     for (; take(); taken++) {
         if (piece.has_edge) {
-            TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edges), piece.edge_position);
+            TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edges),
+                                    piece.edge_position);
         }
     }
     TEST_ASSERT_EQUAL_UINT16(pieces, taken);
@@ -106,7 +107,21 @@ static void anchors_with_backlash_of_a_pixel(void)
 static void ramp_decodes_to_the_speeds_of_the_profile(void)
 {
     static const uint16_t speeds[] = {
-        0, 8, 16, 24, 32, 38, 44, 128, 172, 256, 384, 512, 640, 768, 896,
+        0,
+        8,
+        16,
+        24,
+        32,
+        38,
+        44,
+        128,
+        172,
+        256,
+        384,
+        512,
+        640,
+        768,
+        896,
     };
 
     queue_worked_example(0);

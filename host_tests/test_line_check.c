@@ -7,7 +7,7 @@
 #include "unity.h"
 
 #define SMOOTH ((uint16_t)(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT))
-#define PLAIN ((uint16_t)(RUN_MARK_START | RUN_START_WAIT))
+#define PLAIN  ((uint16_t)(RUN_MARK_START | RUN_START_WAIT))
 
 static struct line_check check;
 static struct line_limits limits;

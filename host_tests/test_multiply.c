@@ -44,8 +44,8 @@ static void check_unsigned(uint32_t a, uint16_t b)
 static void signed_extremes(void)
 {
     static const int16_t values[] = {
-        0, 1, -1, 2, -2, 127, 128, -127, -128, -129, 255, 256, -255, -256, -257, 32766, 32767,
-        -32767, INT16_MIN,
+        0,   1,   -1,   2,    -2,   127,   128,   -127,   -128,      -129,
+        255, 256, -255, -256, -257, 32766, 32767, -32767, INT16_MIN,
     };
     const uint8_t count = sizeof values / sizeof values[0];
 
@@ -67,10 +67,21 @@ static void signed_random(void)
 static void unsigned_extremes(void)
 {
     static const uint32_t wide[] = {
-        0,           1,           0xFFu,       0x100u,      0xFFFFu,     0x10000u,
-        0xFFFFFFuL,  0x1000000uL, 0x7FFFFFFFuL, 0x80000000uL, 0xFFFFFFFFuL, 0x80FF7F01uL,
+        0,
+        1,
+        0xFFu,
+        0x100u,
+        0xFFFFu,
+        0x10000u,
+        0xFFFFFFuL,
+        0x1000000uL,
+        0x7FFFFFFFuL,
+        0x80000000uL,
+        0xFFFFFFFFuL,
+        0x80FF7F01uL,
     };
-    static const uint16_t narrow[] = {0, 1, 0x7F, 0x80, 0xFF, 0x100, 0x7FFF, 0x8000, 0xFFFF};
+    static const uint16_t narrow[] = {
+        0, 1, 0x7F, 0x80, 0xFF, 0x100, 0x7FFF, 0x8000, 0xFFFF};
 
     for (uint8_t i = 0; i < sizeof wide / sizeof wide[0]; i++) {
         for (uint8_t j = 0; j < sizeof narrow / sizeof narrow[0]; j++) {

@@ -104,9 +104,9 @@ static void zero_terms_refused(void)
 
 static void limits_refused(void)
 {
-    refused(15626, 1);                  // 1023.9 ticks
-    refused(1, 2);                      // 2 s
-    refused(TIMER_HZ, 0x1000000uL);     // 2^24 ticks
+    refused(15626, 1);              // 1023.9 ticks
+    refused(1, 2);                  // 2 s
+    refused(TIMER_HZ, 0x1000000uL); // 2^24 ticks
     refused(0xFFFFFFFFuL, 1);
     refused(1, 0xFFFFFFFFuL);
 }
@@ -130,7 +130,8 @@ static void check_shift(uint32_t num, uint32_t den, uint16_t backlash, uint16_t 
     at = pixel_grid_shift(&grid, &period, backlash, speed);
     for (uint16_t k = 0; k < 40; k++) {
         uint32_t parts = (uint32_t)k * speed + speed - backlash;
-        TEST_ASSERT_EQUAL_UINT64((uint64_t)TIMER_HZ * den * parts / ((uint64_t)num * speed), at);
+        TEST_ASSERT_EQUAL_UINT64(
+            (uint64_t)TIMER_HZ * den * parts / ((uint64_t)num * speed), at);
         at += pixel_grid_advance(&grid);
     }
 }

@@ -63,9 +63,11 @@ static void board_describes_itself(void)
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_AXES, bench_input(REG_INPUT_axis_count));
     TEST_ASSERT_EQUAL_UINT16(2, bench_input(REG_INPUT_reset_cause));
-    TEST_ASSERT_EQUAL_UINT16(CONFIG_MIN_INTERVAL_TICKS, bench_input(REG_INPUT_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_MIN_INTERVAL_TICKS,
+                             bench_input(REG_INPUT_min_interval_ticks));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_WIDE_MIN_INTERVAL_TICKS,
                              bench_input(REG_INPUT_wide_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS, bench_input(REG_INPUT_record_capacity));
     TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
 }
 
@@ -81,11 +83,13 @@ static void identity_text(void)
 
 static void mapped_inputs(void)
 {
-    TEST_ASSERT_TRUE(data_input_mapped(0, REG_INPUT_wide_min_interval_ticks + 1));
-    TEST_ASSERT_FALSE(data_input_mapped(0, REG_INPUT_wide_min_interval_ticks + 2));
+    TEST_ASSERT_TRUE(data_input_mapped(0, REG_INPUT_record_capacity + 1));
+    TEST_ASSERT_FALSE(data_input_mapped(0, REG_INPUT_record_capacity + 2));
     TEST_ASSERT_TRUE(data_input_mapped(REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE));
-    TEST_ASSERT_FALSE(data_input_mapped(REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE + 1));
-    TEST_ASSERT_TRUE(data_input_mapped(REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, 64));
+    TEST_ASSERT_FALSE(
+        data_input_mapped(REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE + 1));
+    TEST_ASSERT_TRUE(
+        data_input_mapped(REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE));
     TEST_ASSERT_FALSE(data_input_mapped(REG_RECORD_BASE + 4 * REG_RECORD_STRIDE, 1));
     TEST_ASSERT_FALSE(data_input_mapped(0xFFFF, 1));
     TEST_ASSERT_FALSE(data_input_mapped(0xFFFF, 125));
@@ -122,7 +126,8 @@ static void impossible_settings_change_nothing(void)
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_dir_setup_us, 1001));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(16, COMMAND_ENABLE));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(1, (enum machine_command)8));
-    TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS, bench_input_wide(REG_INPUT_pixel_period_ticks));
+    TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS,
+                             bench_input_wide(REG_INPUT_pixel_period_ticks));
     TEST_ASSERT_EQUAL_UINT16(1, data_holding(REG_HOLDING_unit_address));
 }
 
@@ -182,7 +187,8 @@ static void queue_registers(void)
 {
     TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES, axis_input(1, REG_AXIS_queue_free));
     bench_plain_line(1, 10, 20);
-    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 4, axis_input(1, REG_AXIS_queue_free));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 4,
+                             axis_input(1, REG_AXIS_queue_free));
     TEST_ASSERT_EQUAL_UINT16(4, axis_input(1, REG_AXIS_next_block));
     TEST_ASSERT_EQUAL_UINT16(AXIS_LOADED, axis_input(1, REG_AXIS_axis_state));
     TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_next_block));
@@ -222,7 +228,8 @@ static void queue_window_rules(void)
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(no_axis, 4));
     TEST_ASSERT_EQUAL(MODBUS_OK, window(first, 6));
     TEST_ASSERT_EQUAL(MODBUS_OK, window(first, 6));
-    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 2, axis_input(0, REG_AXIS_queue_free));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 2,
+                             axis_input(0, REG_AXIS_queue_free));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(wrong_block, 4));
     TEST_ASSERT_EQUAL_UINT16(AXIS_LOADING, axis_input(0, REG_AXIS_axis_state));
 }
@@ -253,7 +260,8 @@ static void line_registers(void)
 
 static void check_record(uint8_t number, uint16_t pixel, int32_t steps)
 {
-    uint16_t at = (uint16_t)(REG_RECORD_BASE + REG_RECORD_HEADER + number * REG_RECORD_WORDS);
+    uint16_t at =
+        (uint16_t)(REG_RECORD_BASE + REG_RECORD_HEADER + number * REG_RECORD_WORDS);
 
     TEST_ASSERT_EQUAL_UINT16(pixel, bench_input(at));
     TEST_ASSERT_EQUAL_INT32(steps, (int32_t)bench_input_wide((uint16_t)(at + 1u)));
@@ -263,11 +271,11 @@ static void check_record(uint8_t number, uint16_t pixel, int32_t steps)
 
 static void records_oldest_first(void)
 {
-    start_line(-7, 13);
+    start_line(-7, LEDGER_RECORDS + 3u);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(13, bench_input_wide(REG_RECORD_BASE));
-    TEST_ASSERT_EQUAL_UINT16(10, bench_input(REG_RECORD_BASE + 2));
-    for (uint8_t i = 0; i < 10; i++) {
+    TEST_ASSERT_EQUAL_UINT32(LEDGER_RECORDS + 3u, bench_input_wide(REG_RECORD_BASE));
+    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS, bench_input(REG_RECORD_BASE + 2));
+    for (uint8_t i = 0; i < LEDGER_RECORDS; i++) {
         check_record(i, (uint16_t)(4u + i), -7L * (4 + i));
     }
 }
@@ -287,7 +295,8 @@ static void records_of_a_short_line(void)
 
 static void every_mapped_input_can_be_read(void)
 {
-    for (uint16_t address = 0; address < REG_RECORD_BASE + 4 * REG_RECORD_STRIDE; address++) {
+    for (uint16_t address = 0; address < REG_RECORD_BASE + 4 * REG_RECORD_STRIDE;
+         address++) {
         if (data_input_mapped(address, 1)) {
             (void)data_input(address);
         }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The Modbus server over a few registers: replies, and exceptions in the standard's order.
+// The Modbus server over a few registers: replies, and exceptions in the standard's
+// order.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -9,9 +10,9 @@
 #include "wire/crc16.h"
 #include "wire/server.h"
 
-#define UNIT 1u
-#define INPUTS 126u
-#define HOLDINGS 124u
+#define UNIT          1u
+#define INPUTS        126u
+#define HOLDINGS      124u
 #define FIRST_HOLDING 0x10u
 
 static uint16_t holdings[HOLDINGS];
@@ -34,7 +35,8 @@ uint16_t data_input(uint16_t address)
 
 bool data_holding_mapped(uint16_t address, uint16_t count)
 {
-    return address >= FIRST_HOLDING && (uint32_t)address + count <= FIRST_HOLDING + HOLDINGS;
+    return address >= FIRST_HOLDING &&
+           (uint32_t)address + count <= FIRST_HOLDING + HOLDINGS;
 }
 
 uint16_t data_holding(uint16_t address)
@@ -109,7 +111,10 @@ static void ask(uint8_t function, uint16_t first, uint16_t second)
 }
 
 // A write of `count` words 0x5500, 0x5501, ... with a byte count and length of one's own.
-static void write_many(uint8_t unit, uint16_t address, uint16_t count, uint8_t byte_count,
+static void write_many(uint8_t unit,
+                       uint16_t address,
+                       uint16_t count,
+                       uint8_t byte_count,
                        uint16_t words_sent)
 {
     request(unit, 16, address, count);

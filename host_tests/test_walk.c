@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The two promises of a walk: the last step at the end of the piece, and every step on the right
-// side of the pixel edge. Nothing else may move.
+// The two promises of a walk: the last step at the end of the piece, and every step on
+// the right side of the pixel edge. Nothing else may move.
 #include <stdint.h>
 
 #include "motion/walk.h"
@@ -64,7 +64,8 @@ static void check_edge(uint16_t edge_steps, uint32_t edge_ticks)
     TEST_ASSERT_EQUAL_UINT16(edge_steps, flagged);
 }
 
-// After each number of steps, with the edge where it rounds to and one tick to either side.
+// After each number of steps, with the edge where it rounds to and one tick to either
+// side.
 static void check_edges_everywhere(void)
 {
     piece.has_edge = false;
@@ -120,7 +121,8 @@ static void two_steps(void)
 
 static void curved_edges(void)
 {
-    piece = (struct piece){.ticks = 533333uL, .steps = 12, .start_speed = 8, .curved = true};
+    piece =
+        (struct piece){.ticks = 533333uL, .steps = 12, .start_speed = 8, .curved = true};
     check_edges_everywhere();
 }
 
@@ -132,7 +134,8 @@ static void curved_edges_from_rest(void)
 
 static void curved_edges_to_rest(void)
 {
-    piece = (struct piece){.ticks = 533333uL, .steps = 4, .start_speed = 8, .curved = true};
+    piece =
+        (struct piece){.ticks = 533333uL, .steps = 4, .start_speed = 8, .curved = true};
     check_edges_everywhere();
 }
 

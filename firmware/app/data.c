@@ -33,6 +33,23 @@ static uint16_t half(uint32_t value, bool low)
     return (uint16_t)(low ? value : value >> 16);
 }
 
+static uint16_t limit_register(uint16_t address)
+{
+    switch (address) {
+    case REG_INPUT_pixel_period_ticks:
+    case REG_INPUT_pixel_period_ticks + 1:
+        return half(machine.period.whole_ticks, address != REG_INPUT_pixel_period_ticks);
+    case REG_INPUT_min_interval_ticks:
+        return CONFIG_MIN_INTERVAL_TICKS;
+    case REG_INPUT_wide_min_interval_ticks:
+        return CONFIG_WIDE_MIN_INTERVAL_TICKS;
+    case REG_INPUT_record_capacity:
+        return LEDGER_RECORDS;
+    default:
+        return 0;
+    }
+}
+
 static uint16_t board_register(uint16_t address)
 {
     switch (address) {
@@ -48,21 +65,12 @@ static uint16_t board_register(uint16_t address)
         return status();
     case REG_INPUT_reset_cause:
         return cpu_reset_cause();
-    case REG_INPUT_min_interval_ticks:
-        return CONFIG_MIN_INTERVAL_TICKS;
-    case REG_INPUT_record_capacity:
-        return LEDGER_RECORDS;
-    case REG_INPUT_wide_min_interval_ticks:
-        return CONFIG_WIDE_MIN_INTERVAL_TICKS;
-    case REG_INPUT_pixel_period_ticks:
-    case REG_INPUT_pixel_period_ticks + 1:
-        return half(machine.period.whole_ticks, address != REG_INPUT_pixel_period_ticks);
     default:
-        return 0;
+        return limit_register(address);
     }
 }
 
-static uint16_t event_register(uint16_t address)
+static uint16_t fault_register(uint16_t address)
 {
     switch (address) {
     case REG_INPUT_fault_code:
@@ -76,6 +84,14 @@ static uint16_t event_register(uint16_t address)
         return half(machine.fault.pixel, address != REG_INPUT_fault_pixel);
     case REG_INPUT_fault_mask:
         return machine.fault.mask;
+    default:
+        return board_register(address);
+    }
+}
+
+static uint16_t counter_register(uint16_t address)
+{
+    switch (address) {
     case REG_INPUT_pixel_edges:
     case REG_INPUT_pixel_edges + 1:
         return half(machine.watch.edges, address != REG_INPUT_pixel_edges);
@@ -92,7 +108,7 @@ static uint16_t event_register(uint16_t address)
     case REG_INPUT_rx_overruns:
         return serial_overruns();
     default:
-        return board_register(address);
+        return fault_register(address);
     }
 }
 
@@ -215,12 +231,12 @@ uint16_t data_input(uint16_t address)
         return record_register(&machine.axes[offset / REG_RECORD_STRIDE].ledger,
                                (uint8_t)(offset % REG_RECORD_STRIDE));
     }
-    if (address >= REG_AXIS_BASE) {
+    if (address >= REG_AXIS_BASE && address < AXIS_END) {
         uint16_t offset = (uint16_t)(address - REG_AXIS_BASE);
         return axis_register(&machine.axes[offset / REG_AXIS_STRIDE],
                              (uint16_t)(offset % REG_AXIS_STRIDE));
     }
-    return event_register(address);
+    return counter_register(address);
 }
 
 bool data_holding_mapped(uint16_t address, uint16_t count)

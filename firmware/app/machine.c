@@ -153,18 +153,18 @@ static void supervise(uint8_t i)
     }
 }
 
-void machine_follow(uint8_t i)
+void machine_follow(uint8_t axis)
 {
-    struct axis *axis = &machine.axes[i];
-    struct engine_sample sample = step_timer_sample(i);
+    struct axis *followed = &machine.axes[axis];
+    struct engine_sample sample = step_timer_sample(axis);
 
     // A capture that waits may be older than this sample: its own sample comes first.
-    if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
+    if (axis == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
         return;
     }
-    if (sample.tail != axis->ledger.retired ||
-        sample.idle_count != axis->ledger.idle_seen) {
-        ledger_follow(&axis->ledger, &axis->feed, sample);
+    if (sample.tail != followed->ledger.retired ||
+        sample.idle_count != followed->ledger.idle_seen) {
+        ledger_follow(&followed->ledger, &followed->feed, sample);
     }
 }
 

@@ -8,6 +8,7 @@
 
 int main(void)
 {
+    cpu_start();
     pins_start();
     clock_start();
     machine_init();

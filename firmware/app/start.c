@@ -15,7 +15,8 @@
 
 static int32_t release_min_ticks(void)
 {
-    int32_t setup_ticks = (int32_t)machine.settings.dir_setup_us * (int32_t)(CONFIG_TIMER_HZ / 1000000uL);
+    int32_t setup_ticks =
+        (int32_t)machine.settings.dir_setup_us * (int32_t)(CONFIG_TIMER_HZ / 1000000uL);
 
     return 2 * (setup_ticks + COMMANDS_TICKS);
 }

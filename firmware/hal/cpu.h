@@ -4,6 +4,10 @@
 
 #include <stdint.h>
 
+// Notes how the processor was reset and stops its watchdog. Call before everything else: general
+// purpose registers get their other meanings later.
+void cpu_start(void);
+
 void cpu_start_interrupts(void);
 
 // Bits as in input register reset_cause.

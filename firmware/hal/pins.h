@@ -2,5 +2,5 @@
 // The board's digital pins as a whole.
 #pragma once
 
-// Directions and levels of every pin: STEP low, drivers off, inputs pulled up. Call first.
+// Directions and levels of every pin: STEP low, drivers off, inputs pulled up. Call early.
 void pins_start(void);

@@ -4,13 +4,14 @@
 #include "fakes/worked_example.h" // worked_entry
 
 #define TIMER_HZ 16000000uL
-#define BUDGET 64u
+#define BUDGET   64u
 
 struct axis_bench bench;
 
 void bench_open(uint32_t hz_num, uint32_t hz_den)
 {
-    bench = (struct axis_bench){.now_ticks = 2uL * STEP_IDLE_TICKS, .always_take_up = true};
+    bench =
+        (struct axis_bench){.now_ticks = 2uL * STEP_IDLE_TICKS, .always_take_up = true};
     (void)pixel_period_set(&bench.period, TIMER_HZ, hz_num, hz_den);
     bench.limits = (struct line_limits){
         .pixel_ticks = bench.period.whole_ticks,
@@ -82,8 +83,8 @@ bool bench_finish_line(void)
 {
     struct axis *axis = &bench.axis;
 
-    if (axis->state != AXIS_RUNNING || axis->in_line || axis_ring_fill(axis) != 0
-        || bench.engine.state != STEP_ENGINE_IDLE) {
+    if (axis->state != AXIS_RUNNING || axis->in_line || axis_ring_fill(axis) != 0 ||
+        bench.engine.state != STEP_ENGINE_IDLE) {
         return false;
     }
     axis->lines_done++;

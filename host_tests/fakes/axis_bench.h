@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One axis of core with a virtual step interrupt behind its ring, advanced period by period.
+// One axis of core with a virtual step interrupt behind its ring, advanced period by
+// period.
 #pragma once
 
 #include <stdbool.h>
@@ -9,7 +10,7 @@
 #include "motion/pixel_period.h" // struct pixel_period
 #include "motion/step_engine.h"  // struct step_load
 
-#define BENCH_SLOTS 128u
+#define BENCH_SLOTS       128u
 #define BENCH_DELAY_TICKS 1000u
 
 struct axis_bench {
@@ -36,7 +37,8 @@ enum block_result bench_queue(int16_t count, uint16_t repeat);
 // The worked example's entries; true when every one was taken.
 bool bench_queue_worked_example(uint16_t backlash_steps);
 
-// Arm, decode ahead, publish: line zero is BENCH_DELAY_TICKS after the next period's start.
+// Arm, decode ahead, publish: line zero is BENCH_DELAY_TICKS after the next period's
+// start.
 bool bench_start_line(void);
 
 // Decode, load one period, follow it with the ledger.

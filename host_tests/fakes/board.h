@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A board without hardware behind the hal's contracts: step timers, pixel clock, coarse clock,
-// serial line. Time passes only by fake_pass(); then the step interrupts and captures happen that
-// are due.
+// A board without hardware behind the hal's contracts: step timers, pixel clock, coarse
+// clock, serial line. Time passes only by fake_pass(); then the step interrupts and
+// captures happen that are due.
 #pragma once
 
 #include <stdbool.h>
@@ -25,8 +25,8 @@ void fake_power_on(void);
 uint32_t fake_now_ticks(void);
 void fake_pass(uint32_t ticks);
 
-// Pixel clock edges at the pin, from first_ticks on in exact steps of 16 MHz * den / num; num 0
-// stops it.
+// Pixel clock edges at the pin, from first_ticks on in exact steps of 16 MHz * den / num;
+// num 0 stops it.
 void fake_pixel_clock(uint32_t first_ticks, uint32_t num, uint32_t den);
 uint32_t fake_next_edge_ticks(void);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The machine on the fake board, and lines queued through the register map as a host does it.
+// The machine on the fake board, and lines queued through the register map as a host does
+// it.
 #pragma once
 
 #include <stdbool.h>
@@ -15,7 +16,7 @@
 #define BENCH_ROUNDS_MAX 30000u
 
 // Pixel frequency of the bench, Hz; 16000 ticks a pixel.
-#define BENCH_PIXEL_HZ 1000u
+#define BENCH_PIXEL_HZ    1000u
 #define BENCH_PIXEL_TICKS 16000u
 
 // Power on, settings for BENCH_PIXEL_HZ, the pixel clock running since tick 5000.

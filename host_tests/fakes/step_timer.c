@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// hal/step_timer.h with a virtual interrupt: served at the start of the newest loaded period, it
-// loads the one behind that.
+// hal/step_timer.h with a virtual interrupt: served at the start of the newest loaded
+// period, it loads the one behind that.
 #include "hal/step_timer.h"
 
 #include "fakes/board.h"
@@ -12,7 +12,7 @@ struct timer {
     uint32_t running_ticks; //   of the one before it,
     uint32_t end_ticks;     //   and the newest one's end
     bool late;
-    bool stopped;           // its interrupt is off
+    bool stopped; // its interrupt is off
 };
 
 struct fake_axis fake_axes[CONFIG_AXES];
@@ -60,7 +60,9 @@ static void interrupt(uint8_t i)
     struct step_load load = step_engine_next(&timer->engine, &rings[i]);
 
     if (load.pulse) {
-        note_step(&fake_axes[i], timer->engine.negative, timer->end_ticks + STEP_TIMER_EDGE_TICKS);
+        note_step(&fake_axes[i],
+                  timer->engine.negative,
+                  timer->end_ticks + STEP_TIMER_EDGE_TICKS);
     }
     timer->running_ticks = timer->start_ticks;
     timer->start_ticks = timer->end_ticks;
@@ -95,7 +97,8 @@ struct step_ring *step_timer_ring(uint8_t axis)
 
 struct engine_sample step_timer_sample(uint8_t axis)
 {
-    return (struct engine_sample){timers[axis].engine.tail, timers[axis].engine.idle_count};
+    return (struct engine_sample){timers[axis].engine.tail,
+                                  timers[axis].engine.idle_count};
 }
 
 enum step_engine_state step_timer_state(uint8_t axis)
@@ -103,7 +106,9 @@ enum step_engine_state step_timer_state(uint8_t axis)
     return (enum step_engine_state)timers[axis].engine.state;
 }
 
-bool step_timer_release(uint8_t axis, struct feed *feed, uint32_t delay_ticks,
+bool step_timer_release(uint8_t axis,
+                        struct feed *feed,
+                        uint32_t delay_ticks,
                         uint16_t idle_count)
 {
     if (timers[axis].engine.idle_count != idle_count) {

@@ -7,7 +7,7 @@
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
 
-#define INCOMING_MAX 64u
+#define INCOMING_MAX    64u
 #define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / CONFIG_BAUD))
 
 static uint8_t incoming[INCOMING_MAX];

@@ -4,17 +4,63 @@
 #define CONSTANT_PX 2u
 
 static const int16_t ramp[WORKED_RAMP_PX] = {
-    4, 12, 20, 28, 35, 41, 86, 150, 214, 320, 448, 576, 704, 832, 948,
+    4,
+    12,
+    20,
+    28,
+    35,
+    41,
+    86,
+    150,
+    214,
+    320,
+    448,
+    576,
+    704,
+    832,
+    948,
 };
 
 // Spec 1.8, row B=0; with B=1000 the same up to pixel 15.
 static const int16_t whole_positions[WORKED_ANCHORS_PX] = {
-    4, 16, 36, 64, 99, 140, 226, 376, 590, 910, 1358, 1934, 2638, 3470, 4418, 5418, 6418,
+    4,
+    16,
+    36,
+    64,
+    99,
+    140,
+    226,
+    376,
+    590,
+    910,
+    1358,
+    1934,
+    2638,
+    3470,
+    4418,
+    5418,
+    6418,
 };
 
 // Spec 1.8, row B=250.
 static const int16_t quarter_positions[WORKED_ANCHORS_PX] = {
-    0, 6, 20, 42, 72, 108, 153, 259, 421, 658, 1010, 1490, 2098, 2834, 3697, 4668, 5668,
+    0,
+    6,
+    20,
+    42,
+    72,
+    108,
+    153,
+    259,
+    421,
+    658,
+    1010,
+    1490,
+    2098,
+    2834,
+    3697,
+    4668,
+    5668,
 };
 
 static uint8_t lead(uint16_t backlash_steps)
@@ -58,7 +104,8 @@ bool worked_entry(uint16_t backlash_steps, uint8_t index, struct run *entry)
         return true;
     }
     if (index == 1) {
-        *entry = (struct run){(int16_t)backlash_steps, backlash_steps != 0 ? WORKED_SPEED : 0};
+        *entry =
+            (struct run){(int16_t)backlash_steps, backlash_steps != 0 ? WORKED_SPEED : 0};
         return true;
     }
     if (index == runs + 2u) {
@@ -71,8 +118,8 @@ bool worked_entry(uint16_t backlash_steps, uint8_t index, struct run *entry)
 int32_t worked_position(uint16_t backlash_steps, uint16_t pixel)
 {
     const int16_t *anchors = backlash_steps == 250 ? quarter_positions : whole_positions;
-    uint16_t first_fall = (uint16_t)(worked_pixels(backlash_steps) - lead(backlash_steps)
-                                     - WORKED_RAMP_PX + 1u);
+    uint16_t first_fall = (uint16_t)(worked_pixels(backlash_steps) -
+                                     lead(backlash_steps) - WORKED_RAMP_PX + 1u);
     int32_t position = 0;
 
     if (pixel <= WORKED_ANCHORS_PX) {

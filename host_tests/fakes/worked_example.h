@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The worked example: the ramp of spec 1.4 to 1000 steps/pixel, two pixels at that speed, the ramp
-// mirrored; with backlash a zero pixel before and after. Positions are the anchors of spec 1.8.
+// The worked example: the ramp of spec 1.4 to 1000 steps/pixel, two pixels at that speed,
+// the ramp mirrored; with backlash a zero pixel before and after. Positions are the
+// anchors of spec 1.8.
 #pragma once
 
 #include <stdbool.h>
@@ -8,8 +9,8 @@
 
 #include "motion/run.h" // struct run
 
-#define WORKED_SPEED 1000u
-#define WORKED_RAMP_PX 15u
+#define WORKED_SPEED      1000u
+#define WORKED_RAMP_PX    15u
 #define WORKED_ANCHORS_PX 17u
 
 // Pixels of the line.

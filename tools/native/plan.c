@@ -5,6 +5,7 @@
 //   stdin    one run a line: "count repeat"
 //   stdout   CSV step,tick (tick 0 = line zero) or with --pixels pixel,tick,expected_steps
 //   exit     0 done, 2 refused or wrong use (one line on stderr)
+#include <ctype.h>
 #include <getopt.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -195,20 +196,36 @@ static void queue_entry(struct plan *plan, int32_t count, uint32_t repeat)
     }
 }
 
+// A whole number and the blanks behind it; moves on behind them.
+static bool take_number(const char **text, long min, long max, long *value)
+{
+    char *end = NULL;
+
+    *value = strtol(*text, &end, 10);
+    if (end == *text || *value < min || *value > max) {
+        return false;
+    }
+    while (isspace((unsigned char)*end)) {
+        end++;
+    }
+    *text = end;
+    return true;
+}
+
 static bool read_run(int32_t *count, uint32_t *repeat)
 {
     static unsigned line;
     char text[64];
+    const char *rest = text;
     long a = 0;
     long b = 0;
-    char rest;
 
     if (fgets(text, sizeof text, stdin) == NULL) {
         return false;
     }
     line++;
-    if (sscanf(text, "%ld %ld %c", &a, &b, &rest) != 2 || a < -32768 || a > 32767 ||
-        b < 1 || b > 65535) {
+    if (!take_number(&rest, INT16_MIN, INT16_MAX, &a) ||
+        !take_number(&rest, 1, UINT16_MAX, &b) || *rest != '\0') {
         fprintf(stderr, "stdin:%u: not a run \"count repeat\": %s", line, text);
         exit(2);
     }
@@ -273,6 +290,14 @@ static void set_hz(struct options *options, const char *text)
     options->hz_den = number(slash + 1, "hz", UINT32_MAX);
 }
 
+static void set_decode(struct options *options, const char *text)
+{
+    if (strcmp(text, "smooth") != 0 && strcmp(text, "plain") != 0) {
+        fail("--decode: smooth or plain");
+    }
+    options->smooth = text[0] == 's';
+}
+
 static void usage(void)
 {
     fail("use: pixstep-plan --hz N/D --decode smooth|plain [--timer-hz F] [--backlash B"
@@ -289,10 +314,7 @@ static void set_option(struct options *options, int option)
         options->timer_hz = number(optarg, "timer-hz", UINT32_MAX);
         break;
     case 'd':
-        if (strcmp(optarg, "smooth") != 0 && strcmp(optarg, "plain") != 0) {
-            fail("--decode: smooth or plain");
-        }
-        options->smooth = optarg[0] == 's';
+        set_decode(options, optarg);
         break;
     case 'b':
         options->backlash_steps = (uint16_t)number(optarg, "backlash", UINT16_MAX);

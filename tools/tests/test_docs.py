@@ -60,7 +60,7 @@ def test_missing_markers():
 )
 def test_array_areas_are_where_the_firmware_has_them(define, value):
     text = natives.source("firmware/core/wire/register_map.h").read_text()
-    (found,) = re.findall(rf"#define {define} (\w+?)u?\b", text)
+    (found,) = re.findall(rf"#define {define}\s+(\w+?)u?\b", text)
     assert int(found.rstrip("u"), 0) == value
 
 

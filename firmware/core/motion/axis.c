@@ -198,10 +198,11 @@ static void begin_piece(struct axis *axis)
     axis->walking = true;
 }
 
-// False when nothing can be decoded now.
-static bool next_piece(struct axis *axis,
-                       const struct pixel_period *period,
-                       bool always_take_up)
+// False when nothing can be decoded now. Not inline: its registers would lie on the stack below the
+// decoder of steps.
+static bool __attribute__((noinline)) next_piece(struct axis *axis,
+                                                 const struct pixel_period *period,
+                                                 bool always_take_up)
 {
     if (feed_marks_full(&axis->feed)) {
         return false;

@@ -4,6 +4,7 @@
 
 #include "motion/curve_exact.h"
 #include "motion/curve_fit.h"
+#include "motion/curve_flat.h"
 
 // After so many divisions the exact path is cheaper.
 #define MENDS_MAX 2u
@@ -22,7 +23,7 @@ static uint16_t mend(uint16_t ticks, int32_t value, int32_t difference)
     return wanted < 1 || wanted > 0x7FFF ? 0 : (uint16_t)wanted;
 }
 
-static uint16_t mended(const struct curve *curve, uint16_t ticks)
+static COLD uint16_t mended(const struct curve *curve, uint16_t ticks)
 {
     int16_t half = curve->half_acceleration;
 
@@ -76,42 +77,14 @@ static COLD uint16_t next_extrapolated(struct curve *curve)
     return 0;
 }
 
-// Ordinary steps of a narrow curve, up to the first that is not.
-static uint8_t batch_narrow(struct curve *curve, uint16_t *intervals, uint8_t count)
-{
-    struct curve_narrow state = curve->state.narrow;
-    int16_t half = curve->half_acceleration;
-    uint8_t made = 0;
-
-    for (; made != count; made++) {
-        uint16_t ticks = extrapolate(curve);
-        if (ticks == 0) {
-            break;
-        }
-        ticks = fit_narrow(&state, half, ticks);
-        if (ticks == 0) {
-            break;
-        }
-        remember(curve, ticks);
-        intervals[made] = ticks;
-    }
-    curve->state.narrow = state;
-    return made;
-}
-
 uint8_t curve_batch(struct curve *curve, uint16_t *intervals, uint8_t count)
 {
     uint8_t made = 0;
 
+    if (curve->is_flat && curve->is_narrow) {
+        made = curve_flat_batch(curve, intervals, count);
+    }
     while (made != count) {
-        if (curve->is_narrow) {
-            made =
-                (uint8_t)(made +
-                          batch_narrow(curve, &intervals[made], (uint8_t)(count - made)));
-            if (made == count) {
-                break;
-            }
-        }
         uint16_t ticks = next_extrapolated(curve);
         if (ticks == 0) {
             break;

@@ -102,12 +102,9 @@ static void pixel_piece(struct line *line, struct piece *piece)
     line->run.repeat--;
 }
 
-enum line_status line_next(struct line *line, struct piece *piece)
+// Have a run in work: LINE_PIECE when there is one.
+static enum line_status take_run(struct line *line)
 {
-    if (line->shifted && !line->fresh && line->speed == line->line_speed) {
-        take_up_piece(line, piece);
-        return LINE_PIECE;
-    }
     if (line->run.repeat == 0) {
         if (!run_queue_pop(line->queue, &line->run)) {
             return LINE_DRY;
@@ -116,11 +113,27 @@ enum line_status line_next(struct line *line, struct piece *piece)
             return LINE_OVER;
         }
     }
-    bool first = line->fresh;
-    line->fresh = false;
-    if (first && line->shifted) {
-        return delay_piece(line, piece) ? LINE_PIECE : line_next(line, piece);
-    }
-    pixel_piece(line, piece);
     return LINE_PIECE;
+}
+
+enum line_status line_next(struct line *line, struct piece *piece)
+{
+    if (line->shifted && !line->fresh && line->speed == line->line_speed) {
+        take_up_piece(line, piece);
+        return LINE_PIECE;
+    }
+    enum line_status status = take_run(line);
+    if (status == LINE_PIECE && line->fresh) {
+        line->fresh = false;
+        if (line->shifted) {
+            if (delay_piece(line, piece)) {
+                return LINE_PIECE;
+            }
+            status = take_run(line);
+        }
+    }
+    if (status == LINE_PIECE) {
+        pixel_piece(line, piece);
+    }
+    return status;
 }

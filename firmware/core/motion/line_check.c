@@ -67,6 +67,11 @@ static bool too_fast(uint32_t speed, uint32_t interval_ticks, uint32_t pixel_tic
     return (uint64_t)speed * interval_ticks > pixel_ticks;
 }
 
+static uint32_t magnitude(int32_t value)
+{
+    return (uint32_t)(value < 0 ? -value : value);
+}
+
 static void warn(struct line_check *check, enum line_error warning)
 {
     if (check->warning == LINE_none) {
@@ -75,7 +80,7 @@ static void warn(struct line_check *check, enum line_error warning)
     }
 }
 
-static enum line_error plain_run(struct line_check *check,
+static enum line_error plain_run(const struct line_check *check,
                                  const struct line_limits *limits,
                                  struct run entry)
 {
@@ -93,13 +98,17 @@ static enum line_error plain_run(struct line_check *check,
 }
 
 // Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
-static enum line_error equal_counts(struct line_check *check,
-                                    uint16_t amplitude,
-                                    uint16_t steps)
+static enum line_error equal_counts(struct line_check *check, struct run entry)
 {
-    uint16_t allowed = steps / 100u > 2u ? (uint16_t)(steps / 100u) : 2u;
+    uint32_t amplitude = magnitude((int32_t)check->speed - entry.count);
+    uint32_t steps = (uint32_t)entry.count;
+    bool equal =
+        entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
 
-    if (amplitude > allowed) {
+    if (amplitude == 0 || !equal) {
+        return LINE_none;
+    }
+    if (amplitude > 2u && amplitude > steps / 100u) {
         return LINE_oscillates;
     }
     warn(check, LINE_ripple);
@@ -112,12 +121,10 @@ static enum line_error acceleration(struct line_check *check,
 {
     int32_t change = value - check->acceleration;
 
-    if (limits->max_acceleration != 0 &&
-        (value < 0 ? -value : value) > (int32_t)limits->max_acceleration) {
+    if (limits->max_acceleration != 0 && magnitude(value) > limits->max_acceleration) {
         return LINE_acceleration;
     }
-    if (limits->jerk_warning != 0 &&
-        (change < 0 ? -change : change) > (int32_t)limits->jerk_warning) {
+    if (limits->jerk_warning != 0 && magnitude(change) > limits->jerk_warning) {
         warn(check, LINE_jerk);
     }
     check->acceleration = value;
@@ -164,32 +171,33 @@ static enum line_error smooth_speed(struct line_check *check,
     return LINE_none;
 }
 
-static enum line_error smooth_run(struct line_check *check,
-                                  const struct line_limits *limits,
-                                  struct run entry)
+// What the arithmetic of a smooth pixel does not allow.
+static enum line_error smooth_shape(const struct line_check *check,
+                                    struct run entry,
+                                    int32_t end_speed)
 {
-    int32_t end_speed = 2 * (int32_t)entry.count - check->speed;
-    int32_t excess = (int32_t)check->speed - entry.count;
-
     if (entry.count < 0) {
         return LINE_negative_count;
     }
     if (entry.count == 0 && check->speed != 0) {
         return LINE_zero_while_moving;
     }
-    if (end_speed < 0) {
-        return LINE_reverses_inside_pixel;
+    return end_speed < 0 ? LINE_reverses_inside_pixel : LINE_none;
+}
+
+static enum line_error smooth_run(struct line_check *check,
+                                  const struct line_limits *limits,
+                                  struct run entry)
+{
+    int32_t end_speed = 2 * (int32_t)entry.count - check->speed;
+    enum line_error error = smooth_shape(check, entry, end_speed);
+
+    if (error == LINE_none) {
+        error = equal_counts(check, entry);
     }
-    bool equal =
-        entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
-    if (excess != 0 && equal) {
-        enum line_error error = equal_counts(
-            check, (uint16_t)(excess < 0 ? -excess : excess), (uint16_t)entry.count);
-        if (error != LINE_none) {
-            return error;
-        }
+    if (error == LINE_none) {
+        error = smooth_speed(check, limits, entry, end_speed);
     }
-    enum line_error error = smooth_speed(check, limits, entry, end_speed);
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
     }

@@ -40,7 +40,7 @@ void walk_start(struct walk *walk, const struct piece *piece)
     }
 }
 
-static uint32_t place_special(struct walk *walk)
+static uint32_t place_special(const struct walk *walk)
 {
     uint32_t tick = walk->exact_ticks;
 

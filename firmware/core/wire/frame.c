@@ -31,7 +31,7 @@ static uint16_t predicted_length(const struct frame *frame)
     }
 }
 
-static enum frame_status judge(struct frame *frame, uint8_t address)
+static enum frame_status judge(const struct frame *frame, uint8_t address)
 {
     if (frame->bytes[0] != address && frame->bytes[0] != 0) {
         return FRAME_FOREIGN;

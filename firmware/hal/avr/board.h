@@ -2,7 +2,7 @@
 // Which board file this image is built from.
 #pragma once
 
-#include "config.h"
+#include "config.h" // CONFIG_BOARD_*
 
 #if defined(CONFIG_BOARD_UNO)
 #define BOARD_FILE "hal/boards/uno.def"

@@ -7,12 +7,11 @@
 static uint8_t reset_cause;
 static uint8_t address_strap;
 
-// Before main and after .bss is cleared: a watchdog that caused the reset would fire again, and the general purpose
-// registers get their other meanings later.
-static void __attribute__((naked, used, section(".init5"))) read_reset_state(void)
+void cpu_start(void)
 {
     address_strap = GPIOR2;
     reset_cause = (uint8_t)(MCUSR & 0x0Fu);
+    // A watchdog that caused the reset runs on, and would fire again in a few milliseconds.
     MCUSR = 0;
     WDTCSR = (uint8_t)(_BV(WDCE) | _BV(WDE));
     WDTCSR = 0;

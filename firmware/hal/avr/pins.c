@@ -30,6 +30,7 @@
 #define START_ESTOP            INPUT_PULLED_UP
 #define START_RS485_DE         OUTPUT_LOW
 
+// NOLINTNEXTLINE(readability-function-size): two statements for each row of the board file
 void pins_start(void)
 {
 #define BOARD_AXIS(axis, timer)
@@ -39,13 +40,15 @@ void pins_start(void)
 }
 
 // One writer for one signal of a given axis; the board file's other rows expand to nothing.
+#define WRITE(port, bit)                                                                 \
+    if (high) {                                                                          \
+        PORT##port |= (uint8_t)_BV(bit);                                                 \
+    } else {                                                                             \
+        PORT##port &= (uint8_t)~_BV(bit);                                                \
+    }
 #define WRITE_CASE(number, port, bit)                                                    \
     case (number):                                                                       \
-        if (high) {                                                                      \
-            PORT##port |= (uint8_t)_BV(bit);                                             \
-        } else {                                                                         \
-            PORT##port &= (uint8_t)~_BV(bit);                                            \
-        }                                                                                \
+        WRITE(port, bit)                                                                 \
         break;
 #define NO_CASE(number, port, bit)
 
@@ -88,16 +91,12 @@ static void write_enable(uint8_t axis, bool high)
     }
 }
 
-static void write_rs485(uint8_t axis, bool high)
+static void write_rs485(bool high)
 {
-    switch (axis) {
-#define CASE_DIR      NO_CASE
-#define CASE_ENABLE   NO_CASE
-#define CASE_RS485_DE WRITE_CASE
+#define CASE_DIR                       NO_CASE
+#define CASE_ENABLE                    NO_CASE
+#define CASE_RS485_DE(axis, port, bit) WRITE(port, bit)
 #include BOARD_FILE
-    default:
-        break;
-    }
 }
 
 // Called in the step interrupt, and from main with the axis at rest.
@@ -121,6 +120,6 @@ void pins_write_rs485(bool sending)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        write_rs485(0, sending);
+        write_rs485(sending);
     }
 }

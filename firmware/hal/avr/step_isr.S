@@ -127,8 +127,9 @@
 .endm
 
 .text
-#define HANDLER(axis, timer)                                                              \
-    step_handler axis, TIMER##timer##_OVF_vect, OCR##timer##AL, OCR##timer##AH, TIFR##timer, TOV##timer, TIMSK##timer
+#define HANDLER(axis, timer)                                                             \
+    step_handler axis, TIMER##timer##_OVF_vect, OCR##timer##AL, OCR##timer##AH,          \
+        TIFR##timer, TOV##timer, TIMSK##timer
 #define BOARD_AXIS(axis, timer) HANDLER(axis, timer)
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
 #include BOARD_FILE

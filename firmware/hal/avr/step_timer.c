@@ -74,8 +74,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
 #undef BOARD_AXIS
 
 // Compare registers are not buffered in mode 0: load them there, then enter mode 15, stopped.
-#define PREPARE(timer)                                                                   \
-    do {                                                                                 \
+#define PREPARE_FUNCTION(timer)                                                          \
+    static void prepare_##timer(void)                                                    \
+    {                                                                                    \
         TCCR##timer##B = 0;                                                              \
         TCCR##timer##A = 0;                                                              \
         OCR##timer##A = STEP_IDLE_TICKS - 1u;                                            \
@@ -85,9 +86,12 @@ struct step_ring *step_timer_ring(uint8_t axis)
         TCCR##timer##B = STOPPED_MODE_15;                                                \
         TIFR##timer = 0xFF;                                                              \
         TIMSK##timer = (uint8_t)_BV(TOIE##timer);                                        \
-    } while (0);
-#define STOPPED_MODE_15 ((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(ICES1)))
-#define RUNNING_MODE_15 ((uint8_t)(STOPPED_MODE_15 | _BV(CS10)))
+    }
+#define STOPPED_MODE_15         ((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(ICES1)))
+#define RUNNING_MODE_15         ((uint8_t)(STOPPED_MODE_15 | _BV(CS10)))
+#define BOARD_AXIS(axis, timer) PREPARE_FUNCTION(timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
 
 // One store after the other, two cycles apart; each timer starts that much further on.
 #define START_CYCLES 2u
@@ -129,7 +133,7 @@ void step_timer_start(void)
             step_engines[axis].negative = negative;
         }
         late_axes = 0;
-#define BOARD_AXIS(axis, timer) PREPARE(timer)
+#define BOARD_AXIS(axis, timer) prepare_##timer();
 #include BOARD_FILE
 #undef BOARD_AXIS
         start_in_phase();

@@ -77,7 +77,7 @@ class RunResult:
 
 
 def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResult:
-    """Run a job; leave edges.csv, clock.csv, serial.csv and, if asked, run.vcd in `out`, each whole.
+    """Run a job; leave edges, clock, serial (.csv) and, if asked, run.vcd in `out`, each whole.
 
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
