@@ -20,6 +20,10 @@
 // STEP is low for this many ticks from the start of each period, then rises; at least 3.
 #define CONFIG_PULSE_LOW_TICKS 31u
 
+// Shortest interval in pixels whose acceleration needs 40-bit arithmetic (curve_is_wide(): speed
+// times pixel period above 2^29), ticks: what the decoder keeps up with for one axis.
+#define CONFIG_WIDE_MIN_INTERVAL_TICKS 1280u
+
 // Axes, queue and shortest interval of each board. The interval must be longer than everything
 // that can keep the step interrupt waiting at once, or a second overflow could pass unseen. Cycles
 // (uno, mega); the simulator measures the longest wait under load (`pixstep sim`, latest start):
@@ -32,10 +36,6 @@
 //     entry or exit of one serial handler          45   45
 //                                                 ---  ---
 //                                                 293  448
-// Shortest interval in pixels whose acceleration needs 40-bit arithmetic (curve_is_wide(): speed
-// times pixel period above 2^29), ticks: what the decoder keeps up with for one axis.
-#define CONFIG_WIDE_MIN_INTERVAL_TICKS 1280u
-
 #if defined(CONFIG_BOARD_UNO)
 #define CONFIG_BOARD_NAME         "uno"
 #define CONFIG_BOARD_ID           1

@@ -152,7 +152,7 @@ static void block_numbers_wrap(void)
 
 static void full_queue_takes_all_or_nothing(void)
 {
-    for (uint16_t i = 0; i < BENCH_SLOTS / 4u - 1u; i++) {
+    for (uint16_t i = 0; i < (uint16_t)(BENCH_SLOTS / 4u - 1u); i++) {
         TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(i));
     }
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(PLAIN_MARK, 0));

@@ -14,6 +14,7 @@
 #else
 #define RANDOM_PIECES 3000u
 #endif
+#define BATCH        16u
 #define ANCHOR_TICKS 1000000uL
 
 void setUp(void)
@@ -79,13 +80,14 @@ static int64_t travel(uint32_t ticks, uint16_t speed, uint16_t steps, uint32_t a
     return (int64_t)at * (slope + half * (int64_t)at);
 }
 
-static bool is_smallest(
+// Step k at this tick: the smallest that satisfies the inequality.
+static void check_step(
     uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t k, uint32_t at)
 {
     int64_t wanted = (int64_t)ticks * (int64_t)ticks * k;
 
-    return travel(ticks, speed, steps, at) >= wanted &&
-           travel(ticks, speed, steps, at - 1u) < wanted;
+    TEST_ASSERT_TRUE(travel(ticks, speed, steps, at) >= wanted &&
+                     travel(ticks, speed, steps, at - 1u) < wanted);
 }
 
 // Every `stride`-th step is compared; all of them stand in the sum.
@@ -93,15 +95,12 @@ static void check_piece(uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t
 {
     struct curve curve;
     uint32_t at = 0;
-    uint16_t left = stride;
 
     curve_start(&curve, ticks, speed, steps);
     for (uint16_t k = 1; k < steps; k++) {
         at += curve_next(&curve);
-        left--;
-        if (left == 0 || k + 1u == steps) {
-            left = stride;
-            TEST_ASSERT_TRUE(is_smallest(ticks, speed, steps, k, at));
+        if (k % stride == 0 || k + 1u == steps) {
+            check_step(ticks, speed, steps, k, at);
         }
     }
 }
@@ -185,27 +184,33 @@ static void flat_pieces(void)
 }
 
 // As the axis decodes: batches, and single steps where they end.
+static uint8_t next_batch(struct curve *curve, uint16_t *intervals, uint16_t left)
+{
+    uint8_t count = (uint8_t)chance_between(1, left < BATCH ? left : BATCH);
+    uint8_t made = curve_batch(curve, intervals, count);
+
+    TEST_ASSERT_TRUE(made <= count);
+    return made;
+}
+
 static void check_batches(uint32_t ticks, uint16_t speed, uint16_t steps)
 {
-    uint16_t intervals[16];
+    uint16_t intervals[BATCH];
     struct curve curve;
     uint32_t at = 0;
-    uint16_t k = 1;
+    uint8_t made = 0;
 
     curve_start(&curve, ticks, speed, steps);
-    while (k < steps) {
-        uint16_t left = (uint16_t)(steps - k);
-        uint8_t count = (uint8_t)chance_between(1, left < 16u ? left : 16u);
-        uint8_t made = curve_batch(&curve, intervals, count);
-        TEST_ASSERT_TRUE(made <= count);
-        for (uint8_t i = 0; i < made; i++, k++) {
+    for (uint16_t k = 1; k < steps; k = (uint16_t)(k + made)) {
+        made = next_batch(&curve, intervals, (uint16_t)(steps - k));
+        for (uint8_t i = 0; i < made; i++) {
             at += intervals[i];
-            TEST_ASSERT_TRUE(is_smallest(ticks, speed, steps, k, at));
+            check_step(ticks, speed, steps, (uint16_t)(k + i), at);
         }
         if (made == 0) {
+            made = 1;
             at += curve_next(&curve);
-            TEST_ASSERT_TRUE(is_smallest(ticks, speed, steps, k, at));
-            k++;
+            check_step(ticks, speed, steps, k, at);
         }
     }
 }
@@ -225,7 +230,7 @@ static void batches(void)
 static void batches_take_most_steps(void)
 {
     struct curve curve;
-    uint16_t intervals[16];
+    uint16_t intervals[BATCH];
 
     curve_start(&curve, 533333uL, 896, 948);
     for (uint8_t i = 0; i < 3; i++) {

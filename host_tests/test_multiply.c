@@ -83,8 +83,8 @@ static void unsigned_extremes(void)
     static const uint16_t narrow[] = {
         0, 1, 0x7F, 0x80, 0xFF, 0x100, 0x7FFF, 0x8000, 0xFFFF};
 
-    for (uint8_t i = 0; i < sizeof wide / sizeof wide[0]; i++) {
-        for (uint8_t j = 0; j < sizeof narrow / sizeof narrow[0]; j++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof wide / sizeof wide[0]); i++) {
+        for (uint8_t j = 0; j < (uint8_t)(sizeof narrow / sizeof narrow[0]); j++) {
             check_unsigned(wide[i], narrow[j]);
         }
     }

@@ -55,8 +55,10 @@ enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t
 
 uint8_t data_identity(uint8_t *text, uint8_t room)
 {
-    TEST_ASSERT_TRUE(room >= 4);
-    memcpy(text, "test", 4);
+    static const uint8_t identity[] = {'t', 'e', 's', 't'};
+
+    TEST_ASSERT_TRUE(room >= sizeof identity);
+    memcpy(text, identity, sizeof identity);
     return 4;
 }
 
@@ -284,7 +286,7 @@ static void unknown_functions(void)
 {
     static const uint8_t functions[] = {0, 1, 2, 5, 15, 22, 23, 43, 0x7F};
 
-    for (uint8_t i = 0; i < sizeof functions; i++) {
+    for (uint8_t i = 0; i < (uint8_t)sizeof functions; i++) {
         ask(functions[i], 0xFFFF, 0);
         check_exception(functions[i], MODBUS_ILLEGAL_FUNCTION);
     }
@@ -305,7 +307,7 @@ static void other_broadcasts_are_silent(void)
 {
     static const uint8_t functions[] = {3, 4, 17, 99};
 
-    for (uint8_t i = 0; i < sizeof functions; i++) {
+    for (uint8_t i = 0; i < (uint8_t)sizeof functions; i++) {
         request(0, functions[i], 0, 1);
         serve(6);
         TEST_ASSERT_EQUAL_UINT16(0, reply_bytes);

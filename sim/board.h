@@ -40,7 +40,7 @@ struct board {
     avr_io_t reset_hook; // hears of every reset of the part
     struct edges *edges;
     struct serial_log *serial_log; // NULL for none
-    char error[BOARD_ERROR]; // not empty: the board has stopped for this reason
+    char error[BOARD_ERROR];       // not empty: the board has stopped for this reason
 
     struct timer16 timer[BOARD_TIMERS];
     int timers;

@@ -37,7 +37,7 @@ static struct timer16 *axis_timer(struct board *b, unsigned axis)
 static bool step_level(struct board *b, const struct board_pin *pin)
 {
     const struct timer16 *timer = axis_timer(b, pin->axis);
-    bool driven = (b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) != 0;
+    bool driven = ((unsigned)b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) != 0;
 
     if (timer == NULL || timer16_com(timer, STEP_CHANNEL) == 0) {
         return port_level(b, pin);
@@ -138,7 +138,7 @@ bool board_may_send(void *board)
     const struct board_pin *pin = board_kind_pin(b->kind, SIGNAL_RS485_DE, 0);
 
     // A program that leaves the pin alone talks over the board's USB bridge, which is always on.
-    if (pin == NULL || (b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) == 0) {
+    if (pin == NULL || ((unsigned)b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) == 0) {
         return true;
     }
     return port_level(b, pin);

@@ -6,12 +6,12 @@
 
 // Room that line zero leaves the main loop to come by and release the line: a reply being built
 // takes a good two milliseconds.
-#define START_MIN_TICKS 60000L
+#define START_MIN_TICKS ((int32_t)60000)
 // Release as soon as the delay fits, with a margin.
-#define RELEASE_MAX_TICKS 120000L
+#define RELEASE_MAX_TICKS ((int32_t)120000)
 // The delay is two periods; the second covers the direction set-up time, and neither may be too
 // short for the commands before it.
-#define COMMANDS_TICKS 1000L
+#define COMMANDS_TICKS ((int32_t)1000)
 
 static int32_t release_min_ticks(void)
 {
@@ -85,7 +85,7 @@ void start_now(uint8_t axis)
 {
     struct axis *starter = &machine.axes[axis];
 
-    starter->zero_ticks = starter->ledger.loaded_ticks + 2uL * START_MIN_TICKS;
+    starter->zero_ticks = starter->ledger.loaded_ticks + 2u * (uint32_t)START_MIN_TICKS;
     machine.starting = (uint8_t)(machine.starting | (1u << axis));
 }
 

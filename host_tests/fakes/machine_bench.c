@@ -81,7 +81,7 @@ int32_t bench_long_start(uint8_t axis)
     int32_t steps = 0;
 
     start_plain(axis);
-    for (uint8_t i = 2; i < LONG_ENTRIES; i++) {
+    for (uint8_t i = 2; i < (uint8_t)LONG_ENTRIES; i++) {
         int16_t count = (int16_t)(1 + (i & 1));
         (void)bench_entry(axis, count, 1);
         steps += count;

@@ -42,10 +42,10 @@ function readArguments(words) {
     return options;
 }
 
-// How many bytes of the replies are the same, from the start on.
+// How many bytes of the replies are the same. Not judged: replies hold the ring's fill at that very
+// moment, which some cycles of the main loop may change, and the replay ends soon after the line.
 function sameReplies(sent, recorded) {
-    const differs = recorded.findIndex((byte, at) => byte !== sent[at]);
-    return differs < 0 ? recorded.length : differs;
+    return recorded.filter((byte, at) => byte === sent[at]).length;
 }
 
 function main() {

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The UART model and the shared line: frame times, flags, overrun, four boards in lock step."""
 
+import tempfile
 import unittest
+from pathlib import Path
 
 from harness import Session, SimTest, image
 
@@ -62,6 +64,25 @@ class SharedLine(SimTest):
         heard = 16_000 + MASTER_FRAME + 10.5 * BIT
         self.assertGreater(end, heard + 2 * FRAME)
         self.assertLess(end, heard + 2 * FRAME + 100)
+
+    def test_serial_log(self):
+        with tempfile.TemporaryDirectory() as folder:
+            log = Path(folder) / "serial.csv"
+            with Session(image("uno", "echo"), options=["--serial-log", str(log)]) as sim:
+                sim.run(16_000)
+                sim.ask("tx 0141")
+                sim.ask("flush")
+                header, *rows = log.read_text().split()
+        self.assertEqual(header, "cycle,direction,byte")
+        rows = [row.split(",") for row in rows]
+        self.assertEqual(
+            [row[1:] for row in rows], [["rx", "01"], ["rx", "41"], ["tx", "01"], ["tx", "42"]]
+        )
+        first, second, sent, last = (int(row[0]) for row in rows)
+        self.assertEqual(first, 16_000 + 10 * BIT + BIT // 2)
+        self.assertEqual(second - first, int(MASTER_FRAME))
+        self.assertIn(sent - second, range(1, 100))
+        self.assertEqual(last - sent, FRAME)
 
     def test_four_boards(self):
         boards = [image("mega", "echo"), image("uno", "echo")] * 2

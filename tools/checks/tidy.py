@@ -18,6 +18,9 @@ from common import ROOT, finish
 # Flags of gcc that clang does not know; without this, each would be an error of its own.
 QUIET = ["--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-unused-command-line-argument"]
 
+# Folders that are built for the AVR too.
+FOR_AVR = ("firmware", "host_tests")
+
 # Tells on the AVR where 16 bits are multiplied too early; on the PC, of the same line, nonsense.
 ONLY_ON_AVR = "--checks=-bugprone-implicit-widening-of-multiplication-result"
 
@@ -48,10 +51,10 @@ def part_definition(arguments: str) -> list[str]:
     return []
 
 
-def flags_for(command: str, of_firmware: bool) -> list[str]:
+def flags_for(command: str, for_avr: bool) -> list[str]:
     """Extra arguments for one entry of the database."""
     if "avr-gcc" not in command.split()[0]:
-        return [*QUIET, ONLY_ON_AVR] if of_firmware else QUIET
+        return [*QUIET, ONLY_ON_AVR] if for_avr else QUIET
     return [
         *QUIET,
         *QUIET_AVR,
@@ -64,8 +67,8 @@ def flags_for(command: str, of_firmware: bool) -> list[str]:
 
 def check(tidy: str, build: Path, entry: dict[str, str]) -> list[str]:
     """Findings of one file."""
-    of_firmware = Path(entry["file"]).is_relative_to(ROOT / "firmware")
-    flags = flags_for(entry["command"], of_firmware)
+    file = Path(entry["file"])
+    flags = flags_for(entry["command"], any(file.is_relative_to(ROOT / one) for one in FOR_AVR))
     command = [tidy, "--quiet", "-p", str(build), *flags, entry["file"]]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode == 0:

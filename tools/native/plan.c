@@ -5,7 +5,6 @@
 //   stdin    one run a line: "count repeat"
 //   stdout   CSV step,tick (tick 0 = line zero) or with --pixels pixel,tick,expected_steps
 //   exit     0 done, 2 refused or wrong use (one line on stderr)
-#include <ctype.h>
 #include <getopt.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -205,7 +204,7 @@ static bool take_number(const char **text, long min, long max, long *value)
     if (end == *text || *value < min || *value > max) {
         return false;
     }
-    while (isspace((unsigned char)*end)) {
+    while (*end == ' ' || *end == '\t' || *end == '\r' || *end == '\n') {
         end++;
     }
     *text = end;

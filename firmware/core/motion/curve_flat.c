@@ -12,7 +12,7 @@
 //     turn         growth of slope and difference over d ticks         = 2h*d
 //     bend         growth of gain over d ticks                         = 2h*d*d
 //
-// A step of the same d adds turn and bend; a longer or shorter d moves all four by what stands here.
+// A step of the same d adds turn and bend; a longer or shorter d moves all four: lengthen, shorten.
 struct flat {
     uint32_t residual;
     uint32_t gain;

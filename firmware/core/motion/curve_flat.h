@@ -7,6 +7,6 @@
 
 #include "motion/curve.h"
 
-// Up to `count` steps of a curve that is flat and narrow; returns how many (0 when the last interval
-// is not known).
+// Up to `count` steps of a curve that is flat and narrow; returns how many (0 when the last
+// interval is not known).
 uint8_t curve_flat_batch(struct curve *curve, uint16_t *intervals, uint8_t count);

@@ -44,9 +44,10 @@ static uint16_t fast_limit(uint32_t ticks,
 // interval at start speed stands for the two that extrapolation needs.
 static void start_extrapolation(struct curve *curve, uint16_t acceleration)
 {
-    uint32_t limit = curve->is_narrow
-                         ? root_u32(0x40000000uL / (acceleration | 1u))
-                         : 512uL * root_u32(0x00100000uL / (acceleration | 1u));
+    uint32_t limit =
+        curve->is_narrow
+            ? root_u32((uint32_t)0x40000000u / (acceleration | 1u))
+            : (uint32_t)512 * root_u32((uint32_t)0x00100000u / (acceleration | 1u));
     bool good =
         curve->guess_ticks <= limit && curve->guess_ticks <= curve->fast_limit_ticks;
 

@@ -62,7 +62,8 @@ uint8_t feed_space(const struct feed *feed, uint8_t retired);
 void feed_hold(struct feed *feed);
 
 // Publish the held front so that the line begins after delay_ticks (2..FEED_DELAY_MAX_TICKS,
-// including lead_in_ticks); the delay becomes two periods of about half that each. Call with the step interrupt unable to load another idle period.
+// including lead_in_ticks); the delay becomes two periods of about half that each. Call with the
+// step interrupt unable to load another idle period.
 void feed_release(struct feed *feed, uint32_t delay_ticks);
 
 // Time that passes, then a step. Only when !feed_busy().

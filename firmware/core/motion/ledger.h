@@ -30,9 +30,8 @@ struct ledger {
     uint16_t idle_seen;  // idle periods accounted for
     uint16_t lengths[3]; // of the last three periods in ticks, newest first
     uint32_t
-        loaded_ticks; // end of the newest loaded period, since the timers started (wraps)
-    uint32_t
-        taken_ticks; // lengths of all periods taken from the ring, without idle ones (wraps)
+        loaded_ticks; // end of the newest loaded period since the timers started, wraps
+    uint32_t taken_ticks;   // of all periods taken from the ring, not idle ones, wraps
     int32_t position_steps; // since reset, signed
     int32_t line_origin;    // position where the line began
     uint32_t pixel;         // edges passed in the line

@@ -21,14 +21,13 @@
 struct piece {
     uint32_t ticks;
     uint16_t steps;
-    uint16_t start_speed; // steps/pixel, meaningful when curved
-    bool curved;          // constant acceleration; else evenly spaced
-    bool negative;        // direction
-    bool has_edge;        // a pixel edge falls into this piece,
-    uint16_t edge_steps;  //   after so many of its steps
-    uint32_t edge_ticks;  //   and so many ticks from its start (1..ticks)
-    int32_t
-        edge_position; // signed steps of the line up to that edge: the expected position
+    uint16_t start_speed;  // steps/pixel, meaningful when curved
+    bool curved;           // constant acceleration; else evenly spaced
+    bool negative;         // direction
+    bool has_edge;         // a pixel edge falls into this piece,
+    uint16_t edge_steps;   //   after so many of its steps
+    uint32_t edge_ticks;   //   and so many ticks from its start (1..ticks)
+    int32_t edge_position; // expected there: signed steps of the line up to that edge
 };
 
 struct line {
