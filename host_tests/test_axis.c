@@ -132,6 +132,7 @@ static enum block_result queue_block(uint16_t block)
 
 static void block_numbers(void)
 {
+    TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(0xFFFF)); // no block before the first
     TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(1));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
     TEST_ASSERT_EQUAL(BLOCK_REPEATED, queue_block(0));

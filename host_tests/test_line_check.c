@@ -290,6 +290,43 @@ static void slow_pixel_between_makes_the_reversal_possible(void)
     ends();
 }
 
+// A chained line follows the one before it without a gap, so its direction counts too.
+static void reversal_into_a_chained_line(void)
+{
+    begin_plain();
+    taken(700, 1);
+    ends();
+    begin(RUN_MARK_START, 0, 0);
+    refused(LINE_reversal_too_fast, 1, -321, 1);
+}
+
+static void reversal_into_a_line_that_waits(void)
+{
+    begin_plain();
+    taken(700, 1);
+    ends();
+    begin_plain();
+    taken(-700, 1);
+    ends();
+}
+
+static void reversal_into_a_chained_smooth_line(void)
+{
+    limits.reversal_min_ticks = 100000uL;
+    begin_plain();
+    taken(700, 1);
+    ends();
+    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
+    taken(16, 1); // its first step comes a quarter of a pixel after the start
+    setUp();
+    limits.reversal_min_ticks = 150000uL;
+    begin_plain();
+    taken(700, 1);
+    ends();
+    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
+    refused(LINE_reversal_too_fast, 1, 16, 1);
+}
+
 static void start_mark_missing(void)
 {
     refused(LINE_malformed, 1, 4, 1);
@@ -391,6 +428,9 @@ int main(void)
     RUN_TEST(negative_count);
     RUN_TEST(reversal_too_fast);
     RUN_TEST(slow_pixel_between_makes_the_reversal_possible);
+    RUN_TEST(reversal_into_a_chained_line);
+    RUN_TEST(reversal_into_a_line_that_waits);
+    RUN_TEST(reversal_into_a_chained_smooth_line);
     RUN_TEST(start_mark_missing);
     RUN_TEST(unknown_flags);
     RUN_TEST(mark_inside_a_line);

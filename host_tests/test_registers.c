@@ -148,6 +148,16 @@ static void direction_times_limit_reversals(void)
     TEST_ASSERT_TRUE(machine.limits.reversal_min_ticks >= 32000u);
 }
 
+// A queued line was checked against the settings it was queued under.
+static void settings_are_busy_while_a_line_is_queued(void)
+{
+    bench_plain_line(0, 10, 20);
+    TEST_ASSERT_EQUAL(MODBUS_BUSY, write_hz(25, 1));
+    TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS, machine.period.whole_ticks);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_DISCARD));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write_hz(25, 1));
+}
+
 static void settings_are_busy_while_moving(void)
 {
     bench_plain_line(0, 10, 20);
@@ -323,6 +333,7 @@ int main(void)
     RUN_TEST(settings_write_and_read_back);
     RUN_TEST(impossible_settings_change_nothing);
     RUN_TEST(direction_times_limit_reversals);
+    RUN_TEST(settings_are_busy_while_a_line_is_queued);
     RUN_TEST(settings_are_busy_while_moving);
     RUN_TEST(status_bits);
     RUN_TEST(fault_registers);

@@ -133,6 +133,25 @@ static void empty_in_a_line_halts(void)
     TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
 }
 
+// The writer may be in the middle of adding to the ring when it runs empty.
+static void halted_leaves_later_entries_alone(void)
+{
+    put_command(STEP_COMMAND_BEGIN);
+    put_command(STEP_COMMAND_PULSE);
+    put_period(700);
+    check_load(700, true, false);
+    check_idle();
+    uint8_t tail = engine.tail;
+
+    put_command(STEP_COMMAND_PULSE);
+    put_period(800);
+    put_command(STEP_COMMAND_BEGIN);
+    check_idle();
+    check_idle();
+    TEST_ASSERT_EQUAL_UINT8(tail, engine.tail);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
+}
+
 // A turn is not lost when the ring is empty behind it.
 static void direction_before_an_idle_period(void)
 {
@@ -162,6 +181,7 @@ int main(void)
     RUN_TEST(direction_with_the_next_period);
     RUN_TEST(end_gives_one_idle_period);
     RUN_TEST(empty_in_a_line_halts);
+    RUN_TEST(halted_leaves_later_entries_alone);
     RUN_TEST(direction_before_an_idle_period);
     RUN_TEST(tail_wraps);
     return UNITY_END();

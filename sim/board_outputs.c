@@ -138,7 +138,8 @@ bool board_may_send(void *board)
     const struct board_pin *pin = board_kind_pin(b->kind, SIGNAL_RS485_DE, 0);
 
     // A program that leaves the pin alone talks over the board's USB bridge, which is always on.
-    if (pin == NULL || ((unsigned)b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) == 0) {
+    if (pin == NULL ||
+        ((unsigned)b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) == 0) {
         return true;
     }
     return port_level(b, pin);

@@ -300,7 +300,7 @@ static enum modbus_exception commit(const struct settings *wanted,
         return MODBUS_ILLEGAL_VALUE;
     }
     // Queued lines were checked against the settings of their time.
-    if (setting && machine_moving()) {
+    if (setting && machine_queued()) {
         return MODBUS_BUSY;
     }
     if (command &&

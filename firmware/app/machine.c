@@ -66,6 +66,16 @@ bool machine_moving(void)
     return false;
 }
 
+bool machine_queued(void)
+{
+    bool queued = machine_moving();
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        queued = queued || run_queue_fill(&machine.axes[i].queue) != 0;
+    }
+    return queued;
+}
+
 // 1.5 pixel periods in units of 4 us.
 static uint32_t clock_patience_4us(void)
 {
@@ -168,6 +178,18 @@ void machine_follow(uint8_t axis)
     }
 }
 
+// Pixels are counted from a line's own zero: only lines that share the reference's may take its
+// error.
+static void note_edge_error(uint32_t pixel)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (machine.axes[i].zero_ticks == machine.watch.zero_ticks) {
+            ledger_note_edge_error(
+                &machine.axes[i].ledger, pixel, machine.watch.error_ticks);
+        }
+    }
+}
+
 static void take_capture(void)
 {
     struct axis *axis = &machine.axes[CONFIG_PIXEL_CLOCK_AXIS];
@@ -183,10 +205,7 @@ static void take_capture(void)
                           capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     machine.edge_seen_4us = clock_now_4us();
     if (clock_watch_edge(&machine.watch, edge_ticks, &pixel)) {
-        for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-            ledger_note_edge_error(
-                &machine.axes[i].ledger, pixel, machine.watch.error_ticks);
-        }
+        note_edge_error(pixel);
     }
     if (lost && machine.clocked != 0) {
         machine_fault(FAULT_clock_edge_lost, CONFIG_PIXEL_CLOCK_AXIS, 0);

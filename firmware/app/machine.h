@@ -64,6 +64,7 @@ void machine_apply_settings(void);
 void machine_follow(uint8_t axis);
 
 bool machine_moving(void); // any axis armed or running
+bool machine_queued(void); // or any line waiting, whole or in part
 bool machine_clock_present(void);
 
 // Latch a fault and stop every axis.

@@ -61,6 +61,16 @@ static bool all_ready(void)
     return true;
 }
 
+static bool clocked_axis_runs(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (machine.axes[i].state == AXIS_RUNNING && (machine.clocked & (1u << i)) != 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 void start_on_edge(uint32_t edge_ticks)
 {
     if (!all_ready()) {
@@ -76,7 +86,8 @@ void start_on_edge(uint32_t edge_ticks)
             any = true;
         }
     }
-    if (any) {
+    // One line is the clock's reference; a later start does not take that away from it.
+    if (any && !clocked_axis_runs()) {
         clock_watch_follow(&machine.watch, &machine.period, zero);
     }
 }

@@ -31,7 +31,7 @@ class Limits:
 LIMITS = {
     # 256 is what the Uno should keep; 128 until the memory is laid out anew.
     "uno": Limits(flash=32_768 - 512, ram=2_048, reserve=128),
-    "mega": Limits(flash=262_144 - 8_192, ram=8_192, reserve=1_024),
+    "mega": Limits(flash=262_144 - 8_192, ram=8_192, reserve=512),
 }
 
 # avr-gcc's one address space: flash from 0, RAM and EEPROM far above.

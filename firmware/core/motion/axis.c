@@ -74,7 +74,7 @@ enum block_result axis_queue_block(struct axis *axis,
 {
     uint8_t whole_lines = 0;
 
-    if (block == (uint16_t)(axis->next_block - 1u)) {
+    if (axis->any_block && block == (uint16_t)(axis->next_block - 1u)) {
         return BLOCK_REPEATED;
     }
     if (block != axis->next_block) {
@@ -98,6 +98,7 @@ enum block_result axis_queue_block(struct axis *axis,
     }
     axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
     axis->next_block++;
+    axis->any_block = true;
     axis->dry = false;
     update_loaded(axis);
     return BLOCK_TAKEN;

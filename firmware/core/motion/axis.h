@@ -43,6 +43,7 @@ struct axis {
     uint8_t whole_lines; // lines queued from start to end mark
     uint8_t line_error;  // enum line_error of the last refusal
     uint8_t line_warning;
+    bool any_block; // a block was taken since reset: next_block - 1 exists
     uint16_t next_block;
     uint16_t lines_done;
     uint16_t underruns;

@@ -6,6 +6,7 @@ void clock_watch_follow(struct clock_watch *watch,
                         uint32_t zero_ticks)
 {
     watch->following = true;
+    watch->zero_ticks = zero_ticks;
     watch->next_ticks = zero_ticks;
     watch->pixel = 0;
     watch->error_ticks = 0;

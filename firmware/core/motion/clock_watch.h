@@ -11,6 +11,7 @@
 struct clock_watch {
     bool following;      // a line gives the reference
     uint32_t edges;      // seen since reset
+    uint32_t zero_ticks; // of that line
     uint32_t next_ticks; // planned place of the next edge
     uint32_t pixel;      // number of that edge in the line, 0 = line zero
     int16_t error_ticks; // of the last edge

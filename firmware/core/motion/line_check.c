@@ -19,8 +19,16 @@ static enum line_error start(struct line_check *check, struct run entry)
         (word & (uint16_t)~(RUN_START_KNOWN | RUN_START_WAIT)) != 0) {
         return LINE_malformed;
     }
+    bool chained = (word & RUN_START_WAIT) == 0;
+    struct line_check before = *check;
+
     line_check_reset(check);
+    if (chained) {
+        check->direction = before.direction;
+        check->rest_ticks = before.rest_ticks;
+    }
     check->smooth = (word & RUN_START_SMOOTH) != 0;
+    check->negative = (word & RUN_START_NEGATIVE) != 0;
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
 }
@@ -80,21 +88,75 @@ static void warn(struct line_check *check, enum line_error warning)
     }
 }
 
-static enum line_error plain_run(const struct line_check *check,
-                                 const struct line_limits *limits,
-                                 struct run entry)
+static uint16_t steps_of(struct run entry)
 {
-    uint16_t steps = (uint16_t)(entry.count < 0 ? -entry.count : entry.count);
-    bool turns = (entry.count < 0) != (check->last_count < 0) && entry.count != 0 &&
-                 check->last_count != 0;
+    return (uint16_t)(entry.count < 0 ? -entry.count : entry.count);
+}
 
-    if (too_fast(steps, limits->min_interval_ticks, limits->pixel_ticks)) {
-        return LINE_too_fast;
+static enum line_error plain_run(const struct line_limits *limits, struct run entry)
+{
+    return too_fast(steps_of(entry), limits->min_interval_ticks, limits->pixel_ticks)
+               ? LINE_too_fast
+               : LINE_none;
+}
+
+static int8_t direction_of(const struct line_check *check, struct run entry)
+{
+    if (entry.count == 0) {
+        return 0;
     }
-    if (turns && too_fast(steps, limits->reversal_min_ticks, limits->pixel_ticks)) {
-        return LINE_reversal_too_fast;
+    bool negative = check->smooth ? check->negative : entry.count < 0;
+
+    return negative ? -1 : 1;
+}
+
+// The speed whose interval is the first one of a run after a rest: the count itself, or its root
+// where the pixel starts from rest and accelerates.
+static uint16_t first_speed(const struct line_check *check, struct run entry)
+{
+    uint16_t steps = steps_of(entry);
+    uint16_t root = 1;
+
+    if (!check->smooth) {
+        return steps;
     }
-    return LINE_none;
+    while ((uint32_t)root * root < steps) {
+        root++;
+    }
+    return root;
+}
+
+// The direction changes in the middle of the time since the last step.
+static enum line_error turn(const struct line_check *check,
+                            const struct line_limits *limits,
+                            struct run entry)
+{
+    int8_t direction = direction_of(check, entry);
+    uint32_t wanted = limits->reversal_min_ticks;
+
+    if (direction == 0 || check->direction == 0 || direction == check->direction ||
+        check->rest_ticks >= wanted) {
+        return LINE_none;
+    }
+    return too_fast(
+               first_speed(check, entry), wanted - check->rest_ticks, limits->pixel_ticks)
+               ? LINE_reversal_too_fast
+               : LINE_none;
+}
+
+static void remember_turn(struct line_check *check,
+                          const struct line_limits *limits,
+                          struct run entry)
+{
+    int8_t direction = direction_of(check, entry);
+    uint64_t rest = (uint64_t)entry.repeat * limits->pixel_ticks + check->rest_ticks;
+
+    if (direction != 0) {
+        check->direction = direction;
+        check->rest_ticks = 0;
+    } else {
+        check->rest_ticks = rest > INT32_MAX ? INT32_MAX : (uint32_t)rest;
+    }
 }
 
 // Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
@@ -211,9 +273,13 @@ static enum line_error run(struct line_check *check,
     if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
         return LINE_out_of_range;
     }
-    enum line_error error = check->smooth ? smooth_run(check, limits, entry)
-                                          : plain_run(check, limits, entry);
+    enum line_error error =
+        check->smooth ? smooth_run(check, limits, entry) : plain_run(limits, entry);
     if (error == LINE_none) {
+        error = turn(check, limits, entry);
+    }
+    if (error == LINE_none) {
+        remember_turn(check, limits, entry);
         check->last_count = entry.count;
         check->pixel += entry.repeat;
     }

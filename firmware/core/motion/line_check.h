@@ -32,6 +32,10 @@ struct line_check {
     bool reached; // the line speed given with the backlash was reached
     uint16_t backlash_steps;
     uint16_t line_speed;
+    bool negative; // direction of a smooth line
+    int8_t
+        direction; // of the last step, 0: none yet or long ago; kept across chained lines
+    uint32_t rest_ticks;  // whole zero pixels since that step
     uint16_t speed;       // at the end of the last pixel
     int16_t last_count;   // of the last pixel
     int32_t acceleration; // in the last pixel

@@ -12,7 +12,8 @@
 enum step_engine_state {
     STEP_ENGINE_IDLE = 0,    // no line; an empty ring means another idle period
     STEP_ENGINE_IN_LINE = 1, // an empty ring means: too late, halt
-    STEP_ENGINE_HALTED = 2,  // ran empty inside a line, or was stopped; idle periods only
+    STEP_ENGINE_HALTED =
+        2, // ran empty inside a line, or was stopped: the ring is not read any more
 };
 
 // Offsets of tail, state and idle_count are known to the assembly handler.

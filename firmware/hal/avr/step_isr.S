@@ -73,6 +73,19 @@
     sts \mask, r24
 .endm
 
+; After a halt the overflow interrupt gives way to the compare A interrupt of the same instant,
+; whose handler does not look at the ring (step_timer.c): the writer may still be adding to it.
+.macro give_way_if_halted axis, mask
+    lds r24, step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_STATE
+    cpi r24, 2
+    brne 5f
+    lds r24, \mask
+    andi r24, ~(1 << TOIE1)
+    ori r24, 1 << OCIE1A
+    sts \mask, r24
+5:
+.endm
+
 .macro step_handler axis, vector, top_low, top_high, flags, flag, mask
     .global \vector
     .type \vector, @function
@@ -115,6 +128,7 @@
     rjmp 1b
 
 3:  call_c_nested step_isr_command_\axis, \mask
+    give_way_if_halted \axis, \mask
     rjmp 1b
 
 4:  call_c step_isr_late_\axis

@@ -53,9 +53,19 @@ struct step_ring *step_timer_ring(uint8_t axis)
         cli();                                                                           \
         OCR##timer##B = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;               \
         OCR##timer##A = load.top_ticks;                                                  \
+        /* A stale flag would count this period twice, see give_way_if_halted. */        \
+        TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                       \
         if (load.turned) {                                                               \
             pins_write_direction((axis), step_engines[axis].negative);                   \
         }                                                                                \
+    }
+// The idle periods of a halted axis. Clearing the overflow flag does what serving it would have
+// done, so that a capture can tell periods apart. Budget: 60 cycles.
+#define HALTED_HANDLER(axis, timer)                                                      \
+    ISR(TIMER##timer##_COMPA_vect)                                                       \
+    {                                                                                    \
+        TIFR##timer = (uint8_t)_BV(TOV##timer);                                          \
+        step_engines[axis].idle_count++;                                                 \
     }
 // The next period began before its successor was loaded, so the step after it would be late: take
 // the pin from the timer before that edge. Interrupts off.
@@ -69,7 +79,8 @@ struct step_ring *step_timer_ring(uint8_t axis)
         late_axes |= (uint8_t)(1u << (axis));                                            \
     }
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
-#define BOARD_AXIS(axis, timer) COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
+#define BOARD_AXIS(axis, timer)                                                          \
+    COMMAND_HANDLER(axis, timer) HALTED_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
 
@@ -182,6 +193,23 @@ void step_timer_empty(uint8_t axis)
     }
 }
 
+// The overflow interrupt takes over again from the one of a halted axis.
+#define RESUME_CASE(number, timer)                                                       \
+    case (number):                                                                       \
+        TIMSK##timer =                                                                   \
+            (uint8_t)((TIMSK##timer & ~_BV(OCIE##timer##A)) | _BV(TOIE##timer));         \
+        break;
+static void resume(uint8_t axis)
+{
+    switch (axis) {
+#define BOARD_AXIS(axis, timer) RESUME_CASE(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+    default:
+        break;
+    }
+}
+
 uint8_t step_timer_settle(uint8_t axis)
 {
     uint8_t slot = 0;
@@ -191,6 +219,7 @@ uint8_t step_timer_settle(uint8_t axis)
         slot = step_engines[axis].tail;
         step_rings[axis].high[slot] = STEP_HIGH_EMPTY;
         step_engines[axis].state = STEP_ENGINE_IDLE;
+        resume(axis);
     }
     return slot;
 }
