@@ -243,6 +243,7 @@ static void chained_lines(void)
     uint32_t last_step_ticks = 0;
 
     bench_open(1000, 1);
+    bench.limits.reversal_min_ticks = 1600; // ten steps in 16000 ticks may just turn
     queue_plain(PLAIN_MARK, 10, 3);
     queue_plain(CHAINED_MARK, 10, 2);
     queue_plain(CHAINED_MARK, -10, 4);

@@ -327,6 +327,14 @@ static void step_in_bursts(uint32_t interval, bool negative)
     }
 }
 
+// As the writer does it: commands are never left without the period behind them.
+static void consume_behind(void)
+{
+    while ((uint8_t)(feed.head - engine.tail) > FEED_BURST) {
+        TEST_ASSERT_TRUE(load_period() <= STEP_PERIOD_MAX_TICKS);
+    }
+}
+
 static void no_call_writes_more_than_a_burst(void)
 {
     feed_hold(&feed);
@@ -336,7 +344,7 @@ static void no_call_writes_more_than_a_burst(void)
         step_in_bursts(chance_between(1664, 200000uL), (chance() & 1u) != 0);
         edges = 0;
         turns = 0;
-        consume();
+        consume_behind();
     }
 }
 
@@ -345,14 +353,6 @@ static uint32_t random_interval(void)
     static const uint32_t longest[] = {6000, 6000, 70000uL, 600000uL};
 
     return chance_between(1664, longest[chance() & 3u]);
-}
-
-// As the writer does it: commands are never left without the period behind them.
-static void consume_behind(void)
-{
-    while ((uint8_t)(feed.head - engine.tail) > FEED_BURST) {
-        TEST_ASSERT_TRUE(load_period() <= STEP_PERIOD_MAX_TICKS);
-    }
 }
 
 static void random_line(void)
