@@ -62,7 +62,13 @@ def read_edges(path):
     with Path(path).open(newline="") as file:
         rows = csv.DictReader(file)
         return [
-            (int(r["cycle"]), int(r["board"]), int(r["axis"]), r["signal"], int(r["level"]))
+            (
+                int(r["cycle"]),
+                int(r["board"]),
+                int(r["axis"]),
+                r["signal"],
+                int(r["level"]),
+            )
             for r in rows
         ]
 

@@ -39,7 +39,8 @@ class CommandLine(unittest.TestCase):
         self.assertIn("not an AVR ELF", self.refused("--board", f"uno={__file__}", "--control"))
         self.assertIn("--run-ms 'x'", self.refused("--board", good, "--run-ms", "x"))
         self.assertIn(
-            "--pixel-hz '0'", self.refused("--board", good, "--control", "--pixel-hz", "0")
+            "--pixel-hz '0'",
+            self.refused("--board", good, "--control", "--pixel-hz", "0"),
         )
         self.assertIn("only one of", self.refused("--board", good, "--control", "--pty"))
         self.assertIn(
@@ -51,7 +52,8 @@ class CommandLine(unittest.TestCase):
             self.refused("--board", good, "--control", "--plant", "0.1:play=1"),
         )
         self.assertIn(
-            "/nowhere/x", self.refused("--board", good, "--control", "--edges", "/nowhere/x")
+            "/nowhere/x",
+            self.refused("--board", good, "--control", "--edges", "/nowhere/x"),
         )
         self.assertIn("unrecognized", self.refused("--borad", good))
 
@@ -59,7 +61,15 @@ class CommandLine(unittest.TestCase):
 class Control(unittest.TestCase):
     def test_errors_leave_the_session_alive(self):
         with Session(image("uno", "echo")) as sim:
-            for command in ("jump", "run", "run x", "tx 0", "tx 0g", "steps 1 0", "steps 0 1"):
+            for command in (
+                "jump",
+                "run",
+                "run x",
+                "tx 0",
+                "tx 0g",
+                "steps 1 0",
+                "steps 0 1",
+            ):
                 self.assertTrue(sim.ask(command).startswith("error "), command)
             self.assertEqual(sim.ask("run 1000"), "ok 1000")
             self.assertEqual(sim.ask("poke 0 0x500 12ab"), "ok")
@@ -115,7 +125,13 @@ class PixelClock(SimTest):
         self.assertEqual(self.clock(*options), edges)
 
     def test_drop_and_off(self):
-        commands = ["run 200000", "clock drop 2", "run 500000", "clock off", "run 500000"]
+        commands = [
+            "run 200000",
+            "clock drop 2",
+            "run 500000",
+            "clock off",
+            "run 500000",
+        ]
         commands += ["clock on", "run 300000"]
         edges = self.clock("--pixel-hz", "100", commands=commands)
         # Pulses at 160000 k: 2 and 3 dropped, 5, 6 and 7 off; run to 1500000.

@@ -93,7 +93,14 @@ class Capture(SimTest):
 
     def check(self, board, hz, count):
         clock_log = self.folder / "clock.csv"
-        options = ["--pixel-hz", hz, "--clock-log", str(clock_log), "--pixel-start-ms", "10"]
+        options = [
+            "--pixel-hz",
+            hz,
+            "--clock-log",
+            str(clock_log),
+            "--pixel-start-ms",
+            "10",
+        ]
         edges_path = self.folder / "edges.csv"
         options += ["--edges", str(edges_path), "--pixel-jitter-ns", "2000"]
         with Session(image(board, "capture"), options=options) as sim:

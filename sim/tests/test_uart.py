@@ -76,7 +76,8 @@ class SharedLine(SimTest):
         self.assertEqual(header, "cycle,direction,byte")
         rows = [row.split(",") for row in rows]
         self.assertEqual(
-            [row[1:] for row in rows], [["rx", "01"], ["rx", "41"], ["tx", "01"], ["tx", "42"]]
+            [row[1:] for row in rows],
+            [["rx", "01"], ["rx", "41"], ["tx", "01"], ["tx", "42"]],
         )
         first, second, sent, last = (int(row[0]) for row in rows)
         self.assertEqual(first, 16_000 + 10 * BIT + BIT // 2)

@@ -6,12 +6,13 @@
 
 import io
 import json
+import re
 from fractions import Fraction
 
 import pytest
 from rich.console import Console
 
-from pixstep import boards, campaign, demo, planner, timing
+from pixstep import boards, campaign, demo, natives, planner, timing
 from pixstep.edges import read_edges
 from pixstep.line import PLAIN, SMOOTH, Line
 from pixstep.randomlines import rate_case
@@ -22,6 +23,7 @@ from worked import EXPECTED, worked_line
 pytestmark = pytest.mark.usefixtures("simulator")
 HZ = Fraction(30)
 BOARDS = ("uno", "mega")
+AXES = {"uno": 1, "mega": 4}
 
 
 def passed(judged):
@@ -95,6 +97,36 @@ def test_rational_frequency(tmp_path):
 def test_line_longer_than_the_queue_is_streamed(tmp_path):
     counts = [n + 40 * (n % 2) for n in range(60, 260)]
     passed(simulate(Job("uno", {0: Line(tuple(counts), PLAIN)}, HZ), tmp_path))
+
+
+# Cycles, response and RETI included: the budgets written at the handlers in firmware/hal/avr. The
+# step handler's frequent case is its minimum, its commands are its maximum.
+STEP_CYCLES = {"uno": 48, "mega": 50}
+BUDGETS = {"OVF": 250, "CAPT": 120, "RX": 110, "UDRE": 110, "TX": 130}
+CLOCK_BUDGET = 70
+
+
+def min_interval(board):
+    """Return the shortest interval of a board, from firmware/config.h."""
+    text = natives.source("firmware/config.h").read_text()
+    found = re.search(rf'_NAME\s+"{board}".*?CONFIG_MIN_INTERVAL_TICKS\s+(\d+)u', text, re.S)
+    return int(found.group(1))
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_handlers_keep_their_budgets_and_never_wait_a_whole_interval(tmp_path, board):
+    lines = {axis: worked_line(0, pixels=28, speed=256) for axis in range(AXES[board])}
+    judged = passed(simulate(Job(board, lines, HZ, serial_load=True), tmp_path))
+    assert judged.summary["handlers"]
+    for handler in judged.summary["handlers"]:
+        name = handler["name"]
+        if name == "TIMER0_OVF":
+            assert handler["cycles_max"] <= CLOCK_BUDGET
+            continue
+        assert handler["cycles_max"] <= BUDGETS[name.rpartition("_")[2]], handler
+        if name.endswith("OVF"):
+            assert handler["cycles_min"] == STEP_CYCLES[board], handler
+            assert handler["latency_max"] < min_interval(board), handler
 
 
 def test_demo(tmp_path):

@@ -20,8 +20,8 @@ _B250 = [0, 6, 20, 42, 72, 108, 153, 259, 421, 658, 1010, 1490, 2098, 2834, 3697
 EXPECTED = {0: _WITHOUT, 250: _B250, 1000: _WITHOUT}
 
 
-def worked_line(backlash: int, pixels: int = 60) -> Line:
-    """Return the worked example: speed 1000, 30 Hz profile, the given backlash."""
+def worked_line(backlash: int, pixels: int = 60, speed: int = 1000) -> Line:
+    """Return the worked example: 30 Hz profile, the given backlash and speed."""
     speeds, _ = files.read_prn(PRN)
-    made = profile.generate(speeds, profile.LineRequest(1000, pixels, backlash))
+    made = profile.generate(speeds, profile.LineRequest(speed, pixels, backlash))
     return Line(tuple(made.counts), backlash=backlash, name="worked example")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The next step of a curve from a guess of its interval, modulo 2^32 (narrow) or 2^40 (wide): the
 // value at the guess, then single ticks up or down until it is the smallest that reaches the step.
-// For curve.c; inline, so that a batch of steps keeps everything in registers.
+// For curve.c.
 #pragma once
 
 #include "base/multiply.h" // multiply_*

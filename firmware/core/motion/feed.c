@@ -77,19 +77,28 @@ static void put_held(struct feed *feed, uint8_t offset, uint32_t ticks)
     feed->ring->high[slot] = (uint8_t)(top >> 8);
 }
 
-void feed_release(struct feed *feed, uint32_t delay_ticks)
+void feed_fill_front(struct feed *feed, uint32_t delay_ticks)
 {
-    struct step_ring *ring = feed->ring;
     uint32_t half = delay_ticks / 2u;
 
     REQUIRE(feed->held && half != 0 && delay_ticks <= FEED_DELAY_MAX_TICKS);
     put_held(feed, 1, half);
     put_held(feed, 2, delay_ticks - half);
-    ring->low[feed->held_slot] = STEP_COMMAND_BEGIN;
-    ring->high[feed->held_slot] = STEP_HIGH_COMMAND;
+    feed->ring->low[feed->held_slot] = STEP_COMMAND_BEGIN;
+}
+
+void feed_front_released(struct feed *feed, uint32_t delay_ticks)
+{
     feed->written_ticks += delay_ticks;
     feed->held = false;
     feed->merge = false;
+}
+
+void feed_release(struct feed *feed, uint32_t delay_ticks)
+{
+    feed_fill_front(feed, delay_ticks);
+    feed_publish_front(feed);
+    feed_front_released(feed, delay_ticks);
 }
 
 // The direction changes in the middle of the interval, inside a period that does not pulse.

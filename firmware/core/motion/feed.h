@@ -63,8 +63,16 @@ void feed_hold(struct feed *feed);
 
 // Publish the held front so that the line begins after delay_ticks (2..FEED_DELAY_MAX_TICKS,
 // including lead_in_ticks); the delay becomes two periods of about half that each. Call with the
-// step interrupt unable to load another idle period.
+// step interrupt unable to load another idle period: all of it,
 void feed_release(struct feed *feed, uint32_t delay_ticks);
+// or only the single store in the middle of its three parts.
+void feed_fill_front(struct feed *feed,
+                     uint32_t delay_ticks); // still invisible; may be repeated
+static inline void feed_publish_front(struct feed *feed)
+{
+    feed->ring->high[feed->held_slot] = STEP_HIGH_COMMAND;
+}
+void feed_front_released(struct feed *feed, uint32_t delay_ticks); // after the store
 
 // Time that passes, then a step. Only when !feed_busy().
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);

@@ -8,7 +8,7 @@
 
 static volatile uint32_t overflows;
 
-// Budget: 60 cycles, once a millisecond.
+// Budget: 70 cycles, once a millisecond.
 ISR(TIMER0_OVF_vect)
 {
     overflows++;

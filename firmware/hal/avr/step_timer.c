@@ -175,12 +175,16 @@ bool step_timer_release(uint8_t axis,
 {
     bool released = false;
 
+    feed_fill_front(feed, delay_ticks);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         if (step_engines[axis].idle_count == idle_count) {
-            feed_release(feed, delay_ticks);
+            feed_publish_front(feed);
             released = true;
         }
+    }
+    if (released) {
+        feed_front_released(feed, delay_ticks);
     }
     return released;
 }
