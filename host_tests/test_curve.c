@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "fakes/chance.h"
+#include "fakes/worked_example.h"
 #include "motion/curve.h"
 #include "unity.h"
 
@@ -107,28 +108,12 @@ static void check_piece(uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t
 
 static void ramp_of_the_worked_example(void)
 {
-    static const uint16_t counts[] = {
-        4,
-        12,
-        20,
-        28,
-        35,
-        41,
-        86,
-        150,
-        214,
-        320,
-        448,
-        576,
-        704,
-        832,
-        948,
-    };
     uint16_t speed = 0;
 
-    for (uint8_t i = 0; i < 15; i++) {
-        check_piece(533333uL + (i & 1u), speed, counts[i], 3);
-        speed = (uint16_t)(2u * counts[i] - speed);
+    for (uint8_t i = 0; i < WORKED_RAMP_PX; i++) {
+        uint16_t count = (uint16_t)worked_ramp[i];
+        check_piece(533333uL + (i & 1u), speed, count, 3);
+        speed = (uint16_t)(2u * count - speed);
     }
     TEST_ASSERT_EQUAL_UINT16(1000, speed);
 }

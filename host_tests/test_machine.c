@@ -4,6 +4,7 @@
 
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
+#include "nothing_moves.h"
 #include "unity.h"
 
 void setUp(void)
@@ -13,21 +14,6 @@ void setUp(void)
 
 void tearDown(void)
 {
-}
-
-static void check_nothing_moves(void)
-{
-    int32_t steps[CONFIG_AXES];
-
-    bench_rounds(3);
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        steps[i] = fake_axes[i].steps;
-    }
-    bench_rounds(200);
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL_INT32(steps[i], fake_axes[i].steps);
-        TEST_ASSERT_EQUAL_INT32(steps[i], machine.axes[i].ledger.position_steps);
-    }
 }
 
 static void arm(uint16_t mask)

@@ -3,7 +3,7 @@
 
 #define CONSTANT_PX 2u
 
-static const int16_t ramp[WORKED_RAMP_PX] = {
+const int16_t worked_ramp[WORKED_RAMP_PX] = {
     4,
     12,
     20,
@@ -84,11 +84,11 @@ static bool worked_run(uint16_t backlash_steps, uint8_t index, struct run *entry
     }
     index = (uint8_t)(index - zeros);
     if (index < WORKED_RAMP_PX) {
-        entry->count = ramp[index];
+        entry->count = worked_ramp[index];
     } else if (index == WORKED_RAMP_PX) {
         *entry = (struct run){.count = WORKED_SPEED, .repeat = CONSTANT_PX};
     } else if (index <= 2u * WORKED_RAMP_PX) {
-        entry->count = ramp[2u * WORKED_RAMP_PX - index];
+        entry->count = worked_ramp[2u * WORKED_RAMP_PX - index];
     } else {
         return zeros != 0 && index == 2u * WORKED_RAMP_PX + 1u;
     }
@@ -130,7 +130,7 @@ int32_t worked_position(uint16_t backlash_steps, uint16_t pixel)
         if (k < first_fall) {
             position += (int32_t)WORKED_SPEED;
         } else if (k < first_fall + WORKED_RAMP_PX) {
-            position += ramp[WORKED_RAMP_PX - 1u - (k - first_fall)];
+            position += worked_ramp[WORKED_RAMP_PX - 1u - (k - first_fall)];
         }
     }
     return position;

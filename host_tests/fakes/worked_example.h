@@ -13,6 +13,9 @@
 #define WORKED_RAMP_PX    15u
 #define WORKED_ANCHORS_PX 17u
 
+// Counts of the accelerating pixels.
+extern const int16_t worked_ramp[WORKED_RAMP_PX];
+
 // Pixels of the line.
 uint16_t worked_pixels(uint16_t backlash_steps);
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "motion/curve_flat.h"
 
-#include <stdbool.h>
-
 #include "base/multiply.h" // multiply_*
 
 // What belongs to an interval of d ticks, all modulo 2^32:
