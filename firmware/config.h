@@ -42,14 +42,14 @@
 #define CONFIG_AXES               1
 #define CONFIG_PIXEL_CLOCK_AXIS   0
 #define CONFIG_QUEUE_ENTRIES      32 // runs and marks per axis; a power of two up to 128
-#define CONFIG_MIN_INTERVAL_TICKS 320u
+#define CONFIG_MIN_INTERVAL_TICKS 64u
 #elif defined(CONFIG_BOARD_MEGA)
 #define CONFIG_BOARD_NAME         "mega"
 #define CONFIG_BOARD_ID           2
 #define CONFIG_AXES               4
 #define CONFIG_PIXEL_CLOCK_AXIS   3
 #define CONFIG_QUEUE_ENTRIES      128
-#define CONFIG_MIN_INTERVAL_TICKS 464u
+#define CONFIG_MIN_INTERVAL_TICKS 100u
 #else
 #error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
 #endif

@@ -87,7 +87,7 @@ static void check_worked_example(uint16_t backlash)
     TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
     run_worked_example(backlash);
     TEST_ASSERT_EQUAL_INT32(10836L + backlash, bench.steps);
-    TEST_ASSERT_EQUAL_INT32(bench.steps, bench.axis.ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(bench.steps, ledger_position(&bench.axis.ledger));
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
     TEST_ASSERT_EQUAL_UINT16(1, bench.axis.lines_done);
 }
@@ -300,7 +300,7 @@ static void starving_halts_dry(void)
     TEST_ASSERT_TRUE(bench.axis.dry);
     // The last decoded step is the next interval's to carry: it was never made.
     TEST_ASSERT_EQUAL_INT32(141, bench.steps);
-    TEST_ASSERT_EQUAL_INT32(141, bench.axis.ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(141, ledger_position(&bench.axis.ledger));
 }
 
 static void streamed_line_goes_on(void)
@@ -347,7 +347,7 @@ static void discard_forgets_an_armed_line(void)
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(8, bench.steps);
-    TEST_ASSERT_EQUAL_INT32(8, bench.axis.ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(8, ledger_position(&bench.axis.ledger));
 }
 
 static void warning_is_reported(void)

@@ -41,7 +41,7 @@ static void load_periods(uint16_t count)
 
 static void follow(void)
 {
-    struct engine_sample sample = {engine.tail, engine.idle_count};
+    struct engine_sample sample = step_engine_sample(&engine);
 
     ledger_follow(&ledger, &feed, sample);
 }
@@ -76,8 +76,8 @@ static void consume(void)
 static void time_begins_with_two_periods(void)
 {
     TEST_ASSERT_EQUAL_UINT32(8192, ledger.loaded_ticks);
-    TEST_ASSERT_EQUAL_UINT32(4096, ledger_period_start(&ledger, 0));
-    TEST_ASSERT_EQUAL_UINT32(0, ledger_period_start(&ledger, 1));
+    TEST_ASSERT_EQUAL_UINT32(4096, ledger_period_start(&ledger, &feed, 0));
+    TEST_ASSERT_EQUAL_UINT32(0, ledger_period_start(&ledger, &feed, 1));
 }
 
 static void idle_periods_pass(void)
@@ -86,7 +86,7 @@ static void idle_periods_pass(void)
     follow();
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS,
-                             ledger_period_start(&ledger, 2));
+                             ledger_period_start(&ledger, &feed, 2));
 }
 
 static void idle_count_wraps(void)
@@ -140,9 +140,9 @@ static void starts_of_the_last_three_periods(void)
     step(900, false);
     load_periods(DELAY_PERIODS + 3u);
     follow();
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 900u, ledger_period_start(&ledger, 0));
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 1700u, ledger_period_start(&ledger, 1));
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 2400u, ledger_period_start(&ledger, 2));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 900u, ledger_period_start(&ledger, &feed, 0));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 1700u, ledger_period_start(&ledger, &feed, 1));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 2400u, ledger_period_start(&ledger, &feed, 2));
 }
 
 // Idle periods of the same sample lie behind the entries.
@@ -158,9 +158,9 @@ static void idle_after_entries(void)
     follow();
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
     TEST_ASSERT_EQUAL_UINT32(now_ticks - STEP_IDLE_TICKS,
-                             ledger_period_start(&ledger, 0));
+                             ledger_period_start(&ledger, &feed, 0));
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS,
-                             ledger_period_start(&ledger, 2));
+                             ledger_period_start(&ledger, &feed, 2));
 }
 
 static void mark_waits_for_the_step_before_it(void)

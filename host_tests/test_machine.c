@@ -47,7 +47,7 @@ static void armed_line_runs_to_its_end(void)
     TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(30, fake_axes[1].steps);
-    TEST_ASSERT_EQUAL_INT32(30, machine.axes[1].ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(30, ledger_position(&machine.axes[1].ledger));
     TEST_ASSERT_EQUAL_UINT16(1, machine.axes[1].lines_done);
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
     TEST_ASSERT_EQUAL_UINT8(0, machine.clocked);
@@ -207,7 +207,7 @@ static void stop_stops_one_axis(void)
     TEST_ASSERT_EQUAL_INT32(300, fake_axes[1].steps);
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
     TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[0].state);
-    TEST_ASSERT_EQUAL_INT32(fake_axes[0].steps, machine.axes[0].ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(fake_axes[0].steps, ledger_position(&machine.axes[0].ledger));
 }
 
 static void stopped_axis_runs_the_next_line(void)
@@ -223,7 +223,7 @@ static void stopped_axis_runs_the_next_line(void)
     arm(1);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(steps - 20, fake_axes[0].steps);
-    TEST_ASSERT_EQUAL_INT32(steps - 20, machine.axes[0].ledger.position_steps);
+    TEST_ASSERT_EQUAL_INT32(steps - 20, ledger_position(&machine.axes[0].ledger));
 }
 
 static void stop_forgets_an_armed_line(void)

@@ -130,7 +130,7 @@ static uint16_t axis_wide_register(const struct axis *axis, uint16_t offset)
         return half(axis->line_error_pixel, offset != REG_AXIS_line_error_pixel);
     case REG_AXIS_position_steps:
     case REG_AXIS_position_steps + 1:
-        return half((uint32_t)axis->ledger.position_steps,
+        return half((uint32_t)ledger_position(&axis->ledger),
                     offset != REG_AXIS_position_steps);
     case REG_AXIS_expected_steps:
     case REG_AXIS_expected_steps + 1:

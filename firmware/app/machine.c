@@ -32,6 +32,7 @@ void machine_init(void)
                   machine.slots[i],
                   CONFIG_QUEUE_ENTRIES,
                   STEP_IDLE_TICKS);
+        machine.axes[i].feed.carried = step_timer_runs(i);
     }
     machine_apply_settings();
 }
@@ -173,7 +174,7 @@ void machine_follow(uint8_t axis)
         return;
     }
     if (sample.tail != followed->ledger.retired ||
-        sample.idle_count != followed->ledger.idle_seen) {
+        sample.idle_count != followed->ledger.idle_seen || followed->ledger.left != 0) {
         ledger_follow(&followed->ledger, &followed->feed, sample);
     }
 }
@@ -201,7 +202,7 @@ static void take_capture(void)
         return;
     }
     ledger_follow(&axis->ledger, &axis->feed, capture.sample);
-    uint32_t edge_ticks = ledger_period_start(&axis->ledger, capture.back) +
+    uint32_t edge_ticks = ledger_period_start(&axis->ledger, &axis->feed, capture.back) +
                           capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     machine.edge_seen_4us = clock_now_4us();
     if (clock_watch_edge(&machine.watch, edge_ticks, &pixel)) {

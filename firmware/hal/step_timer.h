@@ -19,6 +19,7 @@
 void step_timer_start(void);
 
 struct step_ring *step_timer_ring(uint8_t axis);
+struct step_run *step_timer_runs(uint8_t axis); // STEP_RUNS of them
 
 // What the interrupt has consumed, as of one instant.
 struct engine_sample step_timer_sample(uint8_t axis);

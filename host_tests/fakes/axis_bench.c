@@ -21,6 +21,7 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
     };
     step_engine_reset(&bench.engine, &bench.ring);
     axis_init(&bench.axis, &bench.ring, bench.slots, BENCH_SLOTS, STEP_IDLE_TICKS);
+    bench.axis.feed.carried = bench.engine.runs;
 }
 
 enum block_result bench_queue(int16_t count, uint16_t repeat)
@@ -70,7 +71,7 @@ struct step_load bench_period(void)
 
     axis_decode(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
     load = step_engine_next(&bench.engine, &bench.ring);
-    struct engine_sample sample = {bench.engine.tail, bench.engine.idle_count};
+    struct engine_sample sample = step_engine_sample(&bench.engine);
     ledger_follow(&bench.axis.ledger, &bench.axis.feed, sample);
     if (load.pulse) {
         bench.steps += bench.engine.negative ? -1 : 1;

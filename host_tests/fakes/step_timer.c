@@ -95,10 +95,14 @@ struct step_ring *step_timer_ring(uint8_t axis)
     return &rings[axis];
 }
 
+struct step_run *step_timer_runs(uint8_t axis)
+{
+    return timers[axis].engine.runs;
+}
+
 struct engine_sample step_timer_sample(uint8_t axis)
 {
-    return (struct engine_sample){timers[axis].engine.tail,
-                                  timers[axis].engine.idle_count};
+    return step_engine_sample(&timers[axis].engine);
 }
 
 enum step_engine_state step_timer_state(uint8_t axis)
@@ -120,14 +124,12 @@ bool step_timer_release(uint8_t axis,
 
 void step_timer_empty(uint8_t axis)
 {
-    rings[axis].high[timers[axis].engine.tail] = STEP_HIGH_EMPTY;
+    step_engine_empty(&timers[axis].engine, &rings[axis]);
 }
 
 uint8_t step_timer_settle(uint8_t axis)
 {
-    step_timer_empty(axis);
-    timers[axis].engine.state = STEP_ENGINE_IDLE;
-    return timers[axis].engine.tail;
+    return step_engine_settle(&timers[axis].engine, &rings[axis]);
 }
 
 bool step_timer_take_underrun(uint8_t axis)

@@ -135,7 +135,7 @@ static void load_period(struct plan *plan)
 
 static void follow(struct plan *plan)
 {
-    struct engine_sample sample = {plan->engine.tail, plan->engine.idle_count};
+    struct engine_sample sample = step_engine_sample(&plan->engine);
 
     ledger_follow(&plan->axis.ledger, &plan->axis.feed, sample);
 }
@@ -378,6 +378,7 @@ int main(int argc, char **argv)
     };
     step_engine_reset(&plan.engine, &plan.ring);
     axis_init(&plan.axis, &plan.ring, plan.slots, QUEUE_SLOTS, STEP_IDLE_TICKS);
+    plan.axis.feed.carried = plan.engine.runs;
     plan.now_ticks = STEP_IDLE_TICKS;
     plan_line(&plan);
     return 0;

@@ -3,6 +3,15 @@
 
 // A round of decoding must stay short: the serial line and line starts wait for it.
 #define SLOW_STEP_COST 12u
+// Shorter stretches of evenly spaced steps are not worth a run,
+#define RUN_MIN_STEPS 16u
+// Shorter still and the ledger could not tell a run's last periods.
+#define RUN_LEAST_STEPS 3u
+// unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
+// a single period in time, only behind another run.
+#define RUN_ENTRY_MIN_TICKS 160u
+// With so much decoded ahead the next run can wait until one of the two is free.
+#define RUN_WAIT_TICKS ((uint32_t)0x40000)
 // Intervals of a curve that are decoded together; they pass over the stack.
 #define CURVE_BATCH 16u
 
@@ -160,6 +169,7 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     axis->dry = false;
     feed_reset(&axis->feed, axis->feed.ring, ring_slot);
     axis->feed.negative = axis->ledger.negative;
+    // A run's rest was cut off and accounted for before: ledger_follow() sees the cut.
     ledger_skip_to(&axis->ledger, ring_slot);
     axis->feed.written_ticks = axis->ledger.taken_ticks;
     axis->state = AXIS_EMPTY;
@@ -222,11 +232,60 @@ static bool __attribute__((noinline)) next_piece(struct axis *axis,
     }
 }
 
+uint32_t axis_ahead_ticks(const struct axis *axis)
+{
+    uint32_t ahead = axis->feed.written_ticks - axis->ledger.taken_ticks;
+
+    if (axis->ledger.run != LEDGER_NO_RUN) {
+        ahead -= (uint32_t)ledger_run_loaded(&axis->ledger) *
+                 feed_run_base(&axis->feed, axis->ledger.run);
+    }
+    return ahead;
+}
+
+// The steps to come are a run for the interrupt to carry.
+static bool run_due(const struct axis *axis)
+{
+    const struct even *even = &axis->walk.steps.even;
+    uint16_t steps = walk_stretch(&axis->walk);
+
+    return axis->walking && !axis->walk.curved && !axis->edge_due &&
+           !feed_busy(&axis->feed) && feed_steady(&axis->feed, axis->piece.negative) &&
+           (steps >= RUN_MIN_STEPS ||
+            (steps >= RUN_LEAST_STEPS && even->base_ticks < RUN_ENTRY_MIN_TICKS)) &&
+           feed_can_carry(&axis->feed, even);
+}
+
+// A run is due but none is free, and there is time to wait for one.
+static bool run_awaited(const struct axis *axis)
+{
+    return run_due(axis) && !feed_run_free(&axis->feed) &&
+           (axis->walk.steps.even.base_ticks < RUN_ENTRY_MIN_TICKS ||
+            axis_ahead_ticks(axis) >= RUN_WAIT_TICKS);
+}
+
 bool axis_decoded(const struct axis *axis)
 {
     return !axis->in_line || axis->dry ||
            feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST ||
-           (!axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed));
+           (!axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed)) ||
+           run_awaited(axis);
+}
+
+// Hand as many of the steps to come as the ring has room for to the interrupt.
+static void decode_run(struct axis *axis)
+{
+    uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
+    uint16_t fit = (uint16_t)((room + 1u) * STEP_RUN_ENTRY_MAX);
+    uint16_t steps = walk_stretch(&axis->walk);
+    struct even even = axis->walk.steps.even;
+
+    if (steps > fit) {
+        steps = fit;
+    }
+    feed_run(&axis->feed, &even, steps, walk_skip_even(&axis->walk, steps));
+    axis->edge_due = axis->walk.at_edge;
+    axis->walking = !walk_done(&axis->walk);
 }
 
 // Ordinary steps, evenly spaced: a whole burst with everything in registers.
@@ -306,6 +365,10 @@ static uint8_t decode_step(struct axis *axis)
 
 static uint8_t decode_steps(struct axis *axis, uint8_t budget)
 {
+    if (run_due(axis) && feed_run_free(&axis->feed)) {
+        decode_run(axis);
+        return SLOW_STEP_COST;
+    }
     uint8_t cost = decode_burst(axis, budget);
 
     return cost != 0 ? cost : decode_step(axis);
@@ -317,7 +380,8 @@ void axis_decode(struct axis *axis,
                  uint8_t budget)
 {
     while (budget != 0 && axis->in_line &&
-           feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST) {
+           feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST &&
+           !run_awaited(axis)) {
         uint8_t cost = 1;
         if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);

@@ -88,11 +88,8 @@ void axis_decode(struct axis *axis,
 // True when axis_decode() has nothing it could do now.
 bool axis_decoded(const struct axis *axis);
 
-// Time decoded ahead of the interrupt, ticks.
-static inline uint32_t axis_ahead_ticks(const struct axis *axis)
-{
-    return axis->feed.written_ticks - axis->ledger.taken_ticks;
-}
+// Time decoded ahead of the interrupt, ticks; inside a run up to a tick a step too much.
+uint32_t axis_ahead_ticks(const struct axis *axis);
 
 // Entries waiting in the ring for the interrupt.
 static inline uint8_t axis_ring_fill(const struct axis *axis)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/feed.h"
 
+#include <stddef.h> // NULL
+
 #include "base/require.h" // REQUIRE
 
 // A long interval is cut into periods of this length; the last piece is then at least
@@ -13,7 +15,12 @@
 
 void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head)
 {
-    *feed = (struct feed){.ring = ring, .head = head, .negative = feed->negative};
+    *feed = (struct feed){
+        .ring = ring,
+        .carried = feed->carried,
+        .head = head,
+        .negative = feed->negative,
+    };
     ring->high[head] = STEP_HIGH_EMPTY;
 }
 
@@ -34,10 +41,12 @@ static void put_command(struct feed *feed, enum step_command command)
                (uint16_t)(((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command) + 1u));
 }
 
-static void place_marks(struct feed *feed)
+static void place_marks(struct feed *feed, uint8_t early)
 {
     while (feed->mark_placed != feed->mark_head) {
-        feed->marks[feed->mark_placed & (FEED_MARKS - 1u)].slot = feed->head;
+        struct feed_mark *mark = &feed->marks[feed->mark_placed & (FEED_MARKS - 1u)];
+        mark->slot = feed->head;
+        mark->early = early & 0x7Fu;
         feed->mark_placed++;
     }
 }
@@ -54,7 +63,71 @@ static void put_chunk(struct feed *feed, uint16_t ticks)
     feed->pending_ticks -= ticks;
     feed->written_ticks += ticks;
     feed->merge = false;
-    place_marks(feed);
+    place_marks(feed, 0);
+}
+
+bool feed_can_carry(const struct feed *feed, const struct even *even)
+{
+    return feed->carried != NULL && even->base_ticks < STEP_PERIOD_MAX_TICKS &&
+           (even->remainder == 0 || ((uint8_t)even->base_ticks != 0));
+}
+
+static void put_run(struct feed *feed, uint8_t run, uint8_t steps)
+{
+    uint8_t slot = feed->head;
+    uint8_t next = (uint8_t)(slot + 1u);
+
+    feed->ring->high[next] = STEP_HIGH_EMPTY;
+    feed->ring->low[slot] = run == 0 ? steps : (uint8_t)-steps;
+    feed->ring->high[slot] = STEP_HIGH_RUN;
+    feed->head = next;
+}
+
+static void fill_run(struct step_run *run, const struct even *even)
+{
+    uint16_t top = (uint16_t)(even->base_ticks - 1u);
+    int16_t after_long = (int16_t)(even->remainder - even->steps);
+
+    run->after_short = (int16_t)even->remainder;
+    run->after_long = after_long;
+    run->sum = (int16_t)(even->sum + (uint16_t)after_long);
+    run->short_low = (uint8_t)top;
+    run->long_low = (uint8_t)(top + 1u);
+    run->top_high = (uint8_t)(top >> 8);
+}
+
+void feed_run(struct feed *feed, const struct even *even, uint16_t steps, uint32_t ticks)
+{
+    uint8_t run = feed->runs[0].steps == 0 ? 0 : 1;
+
+    REQUIRE(feed->runs[run].steps == 0 && feed_can_carry(feed, even));
+    fill_run(&feed->carried[run], even);
+    feed->runs[run] = (struct feed_run){steps, even->sum, ticks};
+    if (!feed->pulse) {
+        put_command(feed, STEP_COMMAND_PULSE);
+        feed->pulse = true;
+    }
+    while (steps != 0) {
+        uint16_t now = steps > STEP_RUN_ENTRY_MAX ? STEP_RUN_ENTRY_MAX : steps;
+        put_run(feed, run, (uint8_t)now);
+        // Marks that wait for the step before, which the first period carries, come behind that.
+        place_marks(feed, (uint8_t)(now - 1u));
+        steps = (uint16_t)(steps - now);
+    }
+    feed->written_ticks += ticks;
+}
+
+uint32_t feed_run_ticks(const struct feed *feed, uint8_t run, uint16_t index)
+{
+    const struct step_run *carried = &feed->carried[run];
+    struct even even = {
+        .base_ticks = feed_run_base(feed, run),
+        .remainder = (uint16_t)carried->after_short,
+        .steps = (uint16_t)(carried->after_short - carried->after_long),
+        .sum = feed->runs[run].sum,
+    };
+
+    return even_skip(&even, index);
 }
 
 void feed_hold(struct feed *feed)
@@ -138,7 +211,7 @@ void feed_pump(struct feed *feed)
     } else if (feed->pending_ticks != 0) {
         put_chunk(feed, (uint16_t)feed->pending_ticks);
     }
-    place_marks(feed);
+    place_marks(feed, 0);
     feed->lead = true;
     feed->step_due = false;
 }
@@ -166,7 +239,7 @@ void feed_mark_here(struct feed *feed, bool line_start, int32_t position)
     mark->position = position;
     feed->mark_head++;
     if (!feed->lead) {
-        place_marks(feed);
+        place_marks(feed, 0);
     }
 }
 
@@ -180,7 +253,7 @@ void feed_end(struct feed *feed)
         }
         put_chunk(feed, (uint16_t)feed->pending_ticks);
     }
-    place_marks(feed);
+    place_marks(feed, 0);
     put_command(feed, STEP_COMMAND_END);
     feed->pulse = false;
 }

@@ -15,20 +15,31 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/step_ring.h" // struct step_ring
+#include "motion/even.h"      // struct even
+#include "motion/step_ring.h" // struct step_ring, struct step_run
 
 // Pixel edges (and line starts) that can be decoded ahead, a power of two.
 #define FEED_MARKS 8u
 
 // A place in the stream of entries, for the ledger that follows the interrupt.
 struct feed_mark {
-    uint8_t slot;     // reached when the ledger has passed this slot
-    bool line_start;  // count from here; else a pixel edge
-    int32_t position; // expected signed steps of the line at a pixel edge
+    uint8_t slot;        // reached when the ledger has passed every entry before this slot,
+    uint8_t early : 7;   //   but for so many periods of a run's entry
+    bool line_start : 1; // count from here; else a pixel edge
+    int32_t position;    // expected signed steps of the line at a pixel edge
+};
+
+// What a run was when it was written; the interrupt's own half changes.
+struct feed_run {
+    uint16_t steps; // 0: the run is free
+    uint16_t sum;   // struct even's, where it begins
+    uint32_t ticks; // of all its steps
 };
 
 struct feed {
     struct step_ring *ring;
+    struct step_run *carried; // STEP_RUNS runs that the interrupt carries on, or NULL
+    struct feed_run runs[STEP_RUNS];
     uint8_t head;      // next slot to write
     bool pulse;        // what the entries written so far leave behind: pulsing,
     bool negative;     //   and direction
@@ -96,6 +107,35 @@ static inline uint8_t feed_burst_put(struct step_ring *ring, uint8_t slot, uint1
     ring->low[slot] = (uint8_t)top;
     ring->high[slot] = (uint8_t)(top >> 8);
     return next;
+}
+
+// True when steps in this direction may be handed over as a run.
+static inline bool feed_steady(const struct feed *feed, bool negative)
+{
+    return feed->lead && feed->pending_ticks == 0 && negative == feed->negative;
+}
+
+static inline bool feed_run_free(const struct feed *feed)
+{
+    return feed->runs[0].steps == 0 || feed->runs[1].steps == 0;
+}
+
+// The interrupt can carry these intervals: they fit one period and differ in their low byte only.
+bool feed_can_carry(const struct feed *feed, const struct even *even);
+
+// Evenly spaced steps, `ticks` long in all. Only when feed_steady(), feed_run_free() and
+// feed_can_carry(). `even` is as it was before these steps.
+void feed_run(struct feed *feed, const struct even *even, uint16_t steps, uint32_t ticks);
+
+// Ticks from the start of a run to its step `index` (0: none yet). Divides.
+uint32_t feed_run_ticks(const struct feed *feed, uint8_t run, uint16_t index);
+
+// Length of its shorter intervals, ticks.
+static inline uint16_t feed_run_base(const struct feed *feed, uint8_t run)
+{
+    const struct step_run *carried = &feed->carried[run];
+
+    return (uint16_t)(((uint16_t)carried->top_high << 8 | carried->short_low) + 1u);
 }
 
 // Time that passes without a step at its end. Only when !feed_busy().

@@ -13,6 +13,9 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
 {
     ledger->retired = 0;
     ledger->pulse = false;
+    ledger->left = 0;
+    ledger->run = LEDGER_NO_RUN;
+    ledger->run_steps = 0;
     ledger->idle_seen = 0;
     ledger->loaded_ticks = 2uL * first_period_ticks;
     ledger->lengths[0] = first_period_ticks;
@@ -28,11 +31,18 @@ void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error
     }
 }
 
-uint32_t ledger_period_start(const struct ledger *ledger, uint8_t back)
+uint32_t ledger_period_start(const struct ledger *ledger,
+                             const struct feed *feed,
+                             uint8_t back)
 {
+    uint16_t loaded = ledger_run_loaded(ledger);
+    uint8_t periods = (uint8_t)(back + 1u);
     uint32_t start = ledger->loaded_ticks;
 
-    for (uint8_t i = 0; i <= back; i++) {
+    if (loaded >= periods) {
+        return start + feed_run_ticks(feed, ledger->run, (uint16_t)(loaded - periods));
+    }
+    for (uint8_t i = 0; i < (uint8_t)(periods - loaded); i++) {
         start -= ledger->lengths[i];
     }
     return start;
@@ -52,6 +62,12 @@ static void add_period(struct ledger *ledger, uint16_t ticks)
     ledger->loaded_ticks += ticks;
 }
 
+static int32_t position_at(const struct ledger *ledger, const struct feed_mark *mark)
+{
+    return ledger->position_steps +
+           (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
+}
+
 static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
 {
     struct pixel_record *record = &ledger->records[ledger->record_next];
@@ -60,7 +76,7 @@ static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
     record->pixel = (uint16_t)ledger->pixel;
     record->edge_error_ticks = 0;
     record->expected_steps = mark->position;
-    record->actual_steps = ledger->position_steps - ledger->line_origin;
+    record->actual_steps = position_at(ledger, mark) - ledger->line_origin;
     ledger->record_next = (uint8_t)(ledger->record_next + 1u);
     if (ledger->record_next == LEDGER_RECORDS) {
         ledger->record_next = 0;
@@ -70,9 +86,9 @@ static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
     }
 }
 
-static void begin_line(struct ledger *ledger)
+static void begin_line(struct ledger *ledger, const struct feed_mark *mark)
 {
-    ledger->line_origin = ledger->position_steps;
+    ledger->line_origin = position_at(ledger, mark);
     ledger->pixel = 0;
     ledger->record_next = 0;
     ledger->record_count = 0;
@@ -83,11 +99,11 @@ static void pass_marks(struct ledger *ledger, struct feed *feed)
     while (feed->mark_tail != feed->mark_placed) {
         const struct feed_mark *mark = &feed->marks[feed->mark_tail & (FEED_MARKS - 1u)];
 
-        if (mark->slot != ledger->retired) {
+        if (mark->slot != ledger->retired || ledger->left > mark->early) {
             return;
         }
         if (mark->line_start) {
-            begin_line(ledger);
+            begin_line(ledger, mark);
         } else {
             pass_edge(ledger, mark);
         }
@@ -119,7 +135,7 @@ static void take_periods(struct ledger *ledger, uint8_t stop)
 
     for (; slot != stop; slot++) {
         uint8_t high = ring->high[slot];
-        if (high == STEP_HIGH_COMMAND) {
+        if (high >= STEP_HIGH_RUN) {
             break;
         }
         third = second;
@@ -153,21 +169,86 @@ static uint8_t next_stop(const struct ledger *ledger,
     return sooner ? slot : tail;
 }
 
-void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static void pass_run(struct ledger *ledger, struct feed_run *run, uint32_t ticks)
 {
+    ledger->loaded_ticks += ticks;
+    ledger->taken_ticks += ticks;
+    ledger->run = LEDGER_NO_RUN;
+    ledger->run_steps = 0;
+    ledger->left = 0;
+    run->steps = 0;
+}
+
+// The last three intervals of a run that is over, from the interrupt's sum backwards: the interval
+// before was the long one if and only if the sum is below what any short one leaves.
+static void note_lengths(struct ledger *ledger, const struct feed *feed)
+{
+    const struct step_run *carried = &feed->carried[ledger->run];
+    uint16_t base = feed_run_base(feed, ledger->run);
+    int16_t sum = carried->sum;
+
+    for (uint8_t i = 0; i < 3; i++) {
+        bool was_long =
+            sum < (int32_t)carried->after_short + (int32_t)carried->after_long;
+        sum = (int16_t)(sum - (was_long ? carried->after_long : carried->after_short));
+        ledger->lengths[i] = (uint16_t)(base + (was_long ? 1u : 0u));
+    }
+}
+
+// Close the run when all of it was loaded, or when the rest was taken away.
+static void settle_run(struct ledger *ledger, struct feed *feed, bool cut)
+{
+    struct feed_run *run = &feed->runs[ledger->run];
+
+    if (cut && ledger->left != 0) {
+        uint16_t loaded = ledger_run_loaded(ledger);
+        ledger->position_steps = ledger_position(ledger);
+        pass_run(ledger, run, feed_run_ticks(feed, ledger->run, loaded));
+    } else if (ledger->left == 0 && ledger->run_steps == run->steps) {
+        note_lengths(ledger, feed);
+        pass_run(ledger, run, run->ticks);
+    }
+}
+
+// The interrupt has come so far: `retired` is where it reads next, or the account is behind.
+static void arrive(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+{
+    if (ledger->run != LEDGER_NO_RUN) {
+        ledger->left = ledger->retired == sample.tail ? sample.left : 0;
+        settle_run(ledger, feed, sample.cut);
+    }
     if (feed->mark_tail != feed->mark_placed) {
         pass_marks(ledger, feed);
     }
+}
+
+// A command, or an entry of a run.
+static void take_special(struct ledger *ledger)
+{
+    uint8_t low = ledger->ring->low[ledger->retired];
+
+    if (ledger->ring->high[ledger->retired] == STEP_HIGH_COMMAND) {
+        obey(ledger, low);
+    } else {
+        int8_t count = (int8_t)low;
+        uint8_t steps = (uint8_t)(count < 0 ? -count : count);
+        ledger->run = count < 0 ? 1 : 0;
+        ledger->run_steps = (uint16_t)(ledger->run_steps + steps);
+        ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+    }
+    ledger->retired++;
+}
+
+void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+{
+    arrive(ledger, feed, sample);
     while (ledger->retired != sample.tail) {
         uint8_t stop = next_stop(ledger, feed, sample.tail);
         take_periods(ledger, stop);
         if (ledger->retired != stop) {
-            obey(ledger, ledger->ring->low[ledger->retired]);
-            ledger->retired++;
+            take_special(ledger);
         }
-        if (feed->mark_tail != feed->mark_placed) {
-            pass_marks(ledger, feed);
-        }
+        arrive(ledger, feed, sample);
     }
     // Idle periods come after the entries: they are loaded only when the ring is empty, and a new
     // line is released only after a ledger_follow() that saw every idle period before it.

@@ -7,7 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/feed.h" // marks
+#include "motion/feed.h"        // marks, runs
+#include "motion/step_engine.h" // struct engine_sample
 
 // Pixels whose records are kept, oldest overwritten; up to 20, what one read can carry. The build
 // gives the smaller board fewer.
@@ -22,28 +23,27 @@ struct pixel_record {
     int32_t actual_steps;
 };
 
+#define LEDGER_NO_RUN 0xFFu
+
 struct ledger {
     struct step_ring *ring;
     uint8_t retired; // first slot not yet accounted for
     bool pulse;
     bool negative;
+    uint8_t left;        // of the entries accounted for: periods not loaded yet, all of a run
+    uint8_t run;         // the run being carried, LEDGER_NO_RUN if none
+    uint16_t run_steps;  //   its steps accounted for
     uint16_t idle_seen;  // idle periods accounted for
-    uint16_t lengths[3]; // of the last three periods in ticks, newest first
+    uint16_t lengths[3]; // of the last three periods before the run, ticks, newest first
     uint32_t
-        loaded_ticks; // end of the newest loaded period since the timers started, wraps
+        loaded_ticks; // end of the newest period before the run since the timers started, wraps
     uint32_t taken_ticks;   // of all periods taken from the ring, not idle ones, wraps
-    int32_t position_steps; // since reset, signed
+    int32_t position_steps; // since reset, signed, with the periods not loaded yet
     int32_t line_origin;    // position where the line began
     uint32_t pixel;         // edges passed in the line
     struct pixel_record records[LEDGER_RECORDS];
     uint8_t record_next; // slot for the next record
     uint8_t record_count;
-};
-
-// What the interrupt has done so far, sampled together.
-struct engine_sample {
-    uint8_t tail;
-    uint16_t idle_count;
 };
 
 // first_period_ticks: length of the two periods that are settled when the timers start (the
@@ -58,8 +58,24 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 // Account for everything up to the sample. Marks are taken from the feed. Main loop only.
 void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample);
 
+// Signed steps since reset.
+static inline int32_t ledger_position(const struct ledger *ledger)
+{
+    return ledger->negative ? ledger->position_steps + ledger->left
+                            : ledger->position_steps - ledger->left;
+}
+
+// Steps of the run that were loaded; 0 when there is none.
+static inline uint16_t ledger_run_loaded(const struct ledger *ledger)
+{
+    return (uint16_t)(ledger->run_steps - ledger->left);
+}
+
 // Start of a period relative to the newest loaded one: 0 that one itself, 1 the one before, 2.
-uint32_t ledger_period_start(const struct ledger *ledger, uint8_t back);
+// Divides, inside a run.
+uint32_t ledger_period_start(const struct ledger *ledger,
+                             const struct feed *feed,
+                             uint8_t back);
 
 // The clock edge that ends a pixel was seen so many ticks after its planned place.
 void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);

@@ -6,6 +6,8 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring)
     engine->tail = 0;
     engine->state = STEP_ENGINE_IDLE;
     engine->idle_count = 0;
+    engine->left = 0;
+    engine->cut = 0;
     engine->pulse = false;
     engine->negative = false;
     ring->high[0] = STEP_HIGH_EMPTY;
@@ -19,6 +21,76 @@ static struct step_load idle_load(struct step_engine *engine, bool turned)
         .top_ticks = STEP_IDLE_TICKS - 1u, .pulse = false, .turned = turned};
 }
 
+// The run's next entry, if that is what comes. Looked for one period ahead, so that a run goes on
+// without a longer way to its first period.
+static void take_run_entry(struct step_engine *engine, const struct step_ring *ring)
+{
+    uint8_t tail = engine->tail;
+
+    if (engine->left == 0 && ring->high[tail] == STEP_HIGH_RUN) {
+        int8_t count = (int8_t)ring->low[tail];
+        engine->left = count;
+        engine->run_high = engine->runs[count < 0].top_high;
+        engine->tail = (uint8_t)(tail + 1u);
+    }
+}
+
+static struct step_load
+run_load(struct step_engine *engine, const struct step_ring *ring, bool turned)
+{
+    int8_t left = engine->left;
+    struct step_run *run = &engine->runs[left < 0];
+    uint16_t top_ticks = (uint16_t)((uint16_t)run->top_high << 8);
+
+    if (run->sum >= 0) {
+        top_ticks = (uint16_t)(top_ticks | run->long_low);
+        run->sum = (int16_t)(run->sum + run->after_long);
+    } else {
+        top_ticks = (uint16_t)(top_ticks | run->short_low);
+        run->sum = (int16_t)(run->sum + run->after_short);
+    }
+    left = (int8_t)(left < 0 ? left + 1 : left - 1);
+    engine->left = left;
+    take_run_entry(engine, ring);
+    return (struct step_load){
+        .top_ticks = top_ticks, .pulse = engine->pulse, .turned = turned};
+}
+
+void step_engine_empty(struct step_engine *engine, struct step_ring *ring)
+{
+    int8_t left = engine->left;
+
+    ring->high[engine->tail] = STEP_HIGH_EMPTY;
+    engine->cut = (uint8_t)(engine->cut + (uint8_t)(left < 0 ? -left : left));
+    engine->left = 0;
+}
+
+uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring)
+{
+    ring->high[engine->tail] = STEP_HIGH_EMPTY;
+    engine->left = 0;
+    engine->cut = 0;
+    engine->state = STEP_ENGINE_IDLE;
+    return engine->tail;
+}
+
+// False: the line is over.
+static bool obey(struct step_engine *engine, uint8_t command, bool *turned)
+{
+    if (command <= STEP_COMMAND_PULSE) {
+        engine->pulse = command == STEP_COMMAND_PULSE;
+    } else if (command >= STEP_COMMAND_POSITIVE) {
+        engine->negative = command == STEP_COMMAND_NEGATIVE;
+        *turned = true;
+    } else if (command == STEP_COMMAND_BEGIN) {
+        engine->state = STEP_ENGINE_IN_LINE;
+    } else {
+        engine->state = STEP_ENGINE_IDLE;
+        return false;
+    }
+    return true;
+}
+
 struct step_load step_engine_next(struct step_engine *engine,
                                   const struct step_ring *ring)
 {
@@ -29,6 +101,10 @@ struct step_load step_engine_next(struct step_engine *engine,
         return idle_load(engine, turned);
     }
     for (;;) {
+        take_run_entry(engine, ring);
+        if (engine->left != 0) {
+            return run_load(engine, ring, turned);
+        }
         uint8_t tail = engine->tail;
         uint8_t high = ring->high[tail];
         uint8_t low = ring->low[tail];
@@ -47,15 +123,7 @@ struct step_load step_engine_next(struct step_engine *engine,
                 .turned = turned,
             };
         }
-        if (low <= STEP_COMMAND_PULSE) {
-            engine->pulse = low == STEP_COMMAND_PULSE;
-        } else if (low >= STEP_COMMAND_POSITIVE) {
-            engine->negative = low == STEP_COMMAND_NEGATIVE;
-            turned = true;
-        } else if (low == STEP_COMMAND_BEGIN) {
-            engine->state = STEP_ENGINE_IN_LINE;
-        } else {
-            engine->state = STEP_ENGINE_IDLE;
+        if (!obey(engine, low, &turned)) {
             return idle_load(engine, turned);
         }
     }

@@ -16,13 +16,17 @@ enum step_engine_state {
         2, // ran empty inside a line, or was stopped: the ring is not read any more
 };
 
-// Offsets of tail, state and idle_count are known to the assembly handler.
+// Offsets up to the runs are known to the assembly handler.
 struct step_engine {
     volatile uint8_t tail;        // next slot to read; written by the interrupt only
     volatile uint8_t state;       // enum step_engine_state
     volatile uint16_t idle_count; // idle periods loaded so far (wraps)
-    bool pulse;                   // periods pulse now
-    bool negative;                // direction output
+    volatile int8_t left; // periods of a run still to load: > 0 of run 0, < 0 of run 1
+    volatile uint8_t run_high; // top_high of that run
+    struct step_run runs[STEP_RUNS];
+    volatile uint8_t cut; // periods taken away from the end of a run: never to be loaded
+    bool pulse;           // periods pulse now
+    bool negative;        // direction output
 };
 
 // One period to hand to the timer.
@@ -32,8 +36,42 @@ struct step_load {
     bool turned;        // the direction output must be set to engine->negative now
 };
 
+// What the interrupt has done so far, sampled together.
+struct engine_sample {
+    uint8_t tail;
+    uint8_t left; // periods of the run before `tail` that are not loaded yet
+    bool cut;     //   and never will be
+    uint16_t idle_count;
+};
+
 void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 
 // Take the next period from the ring. Called in the step interrupt (or natively).
 struct step_load step_engine_next(struct step_engine *engine,
                                   const struct step_ring *ring);
+
+// Nothing more of what stands in the ring, the rest of a run included: empty from here on. With the
+// step interrupt off.
+void step_engine_empty(struct step_engine *engine, struct step_ring *ring);
+
+// A new beginning behind step_engine_empty(), or after a halt: the slot at which the writer goes on.
+// With the step interrupt off.
+uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring);
+
+// From engine fields that were read together, with the step interrupt off.
+static inline struct engine_sample
+step_engine_sample_of(uint8_t tail, int8_t left, uint8_t cut, uint16_t idle_count)
+{
+    return (struct engine_sample){
+        .tail = tail,
+        .left = (uint8_t)(cut + (uint8_t)(left < 0 ? -left : left)), // one of them is 0
+        .cut = cut != 0,
+        .idle_count = idle_count,
+    };
+}
+
+static inline struct engine_sample step_engine_sample(const struct step_engine *engine)
+{
+    return step_engine_sample_of(
+        engine->tail, engine->left, engine->cut, engine->idle_count);
+}

@@ -4,9 +4,13 @@
 // high half, and the slot after the newest entry always reads as empty.
 //
 //     high     low
-//     00..FD   any      one timer period; TOP = high:low (0..0xFDFF), length TOP + 1 ticks
+//     00..FC   any      one timer period; TOP = high:low (0..0xFCFF), length TOP + 1 ticks
+//     FD       count    signed: so many periods of run 0 (> 0) or run 1 (< 0), struct step_run
 //     FE       command  enum step_command; takes no time, the next entry follows at once
 //     FF       any      empty: the writer has not been here yet
+//
+// A run is evenly spaced steps that the interrupt itself carries on from period to period, so that
+// constant speed costs the writer one entry for up to 127 steps.
 //
 // The two halves are separate arrays so that the interrupt finds them with an 8-bit index; on the
 // AVR each ring is placed on a 256-byte boundary.
@@ -15,11 +19,12 @@
 #include <stdint.h>
 
 #define STEP_RING_SLOTS   256u
+#define STEP_HIGH_RUN     0xFDu
 #define STEP_HIGH_COMMAND 0xFEu
 #define STEP_HIGH_EMPTY   0xFFu
 
 // Longest single period, ticks. Longer intervals are split by the writer.
-#define STEP_PERIOD_MAX_TICKS 0xFE00u
+#define STEP_PERIOD_MAX_TICKS 0xFD00u
 // Entries that may stand in the ring: 256 less the empty sentinel and one to tell full from empty.
 #define STEP_RING_CAPACITY 254u
 // Length of the period that an axis without entries repeats, ticks (256 us at 16 MHz).
@@ -33,6 +38,26 @@ enum step_command {
     STEP_COMMAND_POSITIVE = 4, // direction output, at once
     STEP_COMMAND_NEGATIVE = 5,
 };
+
+// Intervals of base or base + 1 ticks, interleaved so that every step falls on the first whole tick
+// at or after its exact place (even.h): with T = base * n + remainder ticks for n steps
+//
+//     sum >= 0: base + 1 now, sum += remainder - n        sum < 0: base now, sum += remainder
+//
+// Written by the main loop while no entry of the ring refers to it; then the interrupt's. Offsets
+// are known to the assembly handler.
+struct step_run {
+    volatile int16_t sum;
+    int16_t after_short; // remainder
+    int16_t after_long;  // remainder - n
+    uint8_t short_low;   // low byte of base - 1
+    uint8_t long_low;    //   of base
+    uint8_t top_high;    // high byte of both: a base that ends in FF carries no remainder
+};
+
+#define STEP_RUNS 2u
+// Steps of a run in one entry.
+#define STEP_RUN_ENTRY_MAX 127u
 
 struct step_ring {
     volatile uint8_t low[STEP_RING_SLOTS];

@@ -88,3 +88,13 @@ uint32_t walk_next(struct walk *walk)
     }
     return special(walk, before_ticks);
 }
+
+uint32_t walk_skip_even(struct walk *walk, uint16_t steps)
+{
+    uint32_t ticks = even_skip(&walk->steps.even, steps);
+
+    walk->until = (uint16_t)(walk->until - steps);
+    walk->exact_ticks += ticks;
+    walk->at_edge = walk->until == 0 && walk->edge_steps == walk->count;
+    return ticks;
+}

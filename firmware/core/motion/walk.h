@@ -41,6 +41,18 @@ static inline uint16_t walk_burst(const struct walk *walk)
     return (uint16_t)(walk->until - 1u);
 }
 
+// Even pieces: steps up to the next place that needs care, the end of the piece included when that
+// is where it lies.
+static inline uint16_t walk_stretch(const struct walk *walk)
+{
+    bool to_end = walk->last_special == walk->count && walk->skew_ticks == 0;
+
+    return to_end ? walk->until : walk_burst(walk);
+}
+
+// Pass over that many of these steps; the ticks to the last of them.
+uint32_t walk_skip_even(struct walk *walk, uint16_t steps);
+
 // `count` steps of together `ticks` were taken straight from walk->steps.
 static inline void walk_skip(struct walk *walk, uint8_t count, uint32_t ticks)
 {

@@ -4,12 +4,11 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
-#include <util/atomic.h>
 
 static volatile uint32_t overflows;
 
-// Budget: 70 cycles, once a millisecond.
-ISR(TIMER0_OVF_vect)
+// Budget: 70 cycles, once a millisecond, the step interrupts let in at once.
+ISR(TIMER0_OVF_vect, ISR_NOBLOCK)
 {
     overflows++;
 }
@@ -26,14 +25,10 @@ uint32_t clock_now_4us(void)
     uint32_t high = 0;
     uint8_t low = 0;
 
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
+    // Again when an overflow came in between: no reason to hold interrupts off.
+    do {
         high = overflows;
         low = TCNT0;
-        // An overflow that is not served yet belongs to a count that has just wrapped.
-        if ((TIFR0 & _BV(TOV0)) != 0 && low < 128u) {
-            high++;
-        }
-    }
+    } while (high != overflows);
     return (high << 8) | low;
 }

@@ -3,29 +3,48 @@
 ; period into the double-buffered OCRnA and has this whole period to do so. The STEP edges
 ; themselves are made by OCRnB; nothing here moves them.
 ;
-; The C it stands for is step_engine_next(); this does its frequent case (a plain period) and the
-; idle case, and leaves commands to C:
+; The C it stands for is step_engine_next(); this does its frequent cases and leaves commands to C:
 ;
-;     uint8_t high = ring->high[tail];
-;     if (high >= STEP_HIGH_COMMAND)
+;     if (left > 0) {                              a run, carried on here
+;         OCRnA = run.sum >= 0 ? long : short;
+;         if (TIFRn & TOVn) late();                the next period began meanwhile
+;         run.sum += run.sum >= 0 ? run.after_long : run.after_short;
+;         if (--left == 0) take the ring's next entry if it is a run;
+;     } else if (left < 0) {                       the other run, counted upwards
 ;         ...
-;     OCRnA = high << 8 | ring->low[tail];
-;     tail++;
-;     if (TIFRn & TOVn) late();        the next period began meanwhile
+;     } else if (ring->high[tail] < STEP_HIGH_RUN) {  a single period
+;         OCRnA = ring->high[tail] << 8 | ring->low[tail];
+;         if (TIFRn & TOVn) late();
+;         tail++;
+;     } else ...
 ;
-; Cycles of the frequent case, ATmega328P (ATmega2560):
+; r2..r6 belong to these handlers: no other code uses them (cmake/avr.cmake), so nothing is pushed.
+; Nothing lives in them from one interrupt to the next.
 ;
-;     interrupt response                       4 (5)
-;     jmp in the vector table                  3
-;     save r24, SREG, r30, r31                 9
-;     find and read the high byte              5
-;     is it a command?                         2
-;     load OCRnA, read the low byte            7
-;     advance the tail                         3
-;     has the next period begun?               2
-;     restore, reti                           13 (14)
-;                                             --
-;                                             48 (50)
+;     r2 SREG of the interrupted program, r3 left / r24 of the interrupted program,
+;     r4:r5 sum / Z of the interrupted program, r6 scratch
+;
+; Cycles, ATmega328P (ATmega2560):
+;
+;                                     run 0     run 1     single period
+;     interrupt response              4 (5)     4 (5)     4 (5)
+;     rjmp in the vector table        2         2         2
+;     save SREG, read left            3         3         3
+;     which case?                     3         4         3
+;     save r24, Z; find the entry     -         -         5
+;     long or short? / its kind       4 or 5    4 or 5    4
+;     load OCRnA                      4         4         7
+;     has the next period begun?      2         2         2
+;     advance sum / tail              13        13        3
+;     count down                      4         4         -
+;     restore, reti                   5 (6)     5 (6)     7 (8)
+;                                     --        --        --
+;                                     44-45     45-46     40
+;                                    (46-47)   (47-48)   (42)
+;
+; TEMP, the high byte that a write of OCRnAL takes along, holds run_high while a run is carried: a
+; run's two intervals differ in their low byte only, and whoever else reads or writes a 16-bit
+; register of this timer stores run_high there again (OCRnAH).
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
@@ -63,6 +82,10 @@
 ; The rare cases take some hundred cycles: the other axes are served meanwhile, this timer's own
 ; interrupts are not. The C function comes back with interrupts off.
 .macro call_c_nested function, mask
+    push r2
+    push r3
+    push r4
+    push r5
     lds r24, \mask
     push r24
     clr r24
@@ -71,79 +94,193 @@
     call_c \function
     pop r24
     sts \mask, r24
+    pop r5
+    pop r4
+    pop r3
+    pop r2
 .endm
 
 ; After a halt the overflow interrupt gives way to the compare A interrupt of the same instant,
 ; whose handler does not look at the ring (step_timer.c): the writer may still be adding to it.
-.macro give_way_if_halted axis, mask
-    lds r24, step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_STATE
+.macro give_way_if_halted engine, mask
+    lds r24, \engine + STEP_ISR_STATE
     cpi r24, 2
-    brne 5f
+    brne 9f
     lds r24, \mask
     andi r24, ~(1 << TOIE1)
     ori r24, 1 << OCIE1A
     sts \mask, r24
-5:
+9:
 .endm
 
-.macro step_handler axis, vector, top_low, top_high, flags, flag, mask
-    .global \vector
-    .type \vector, @function
-\vector:
-    push r24
-    in r24, SREG
-    push r24
-    push r30
-    push r31
-    lds r30, step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_TAIL
+; One interval of a run, then the sum behind it. r5: high byte of the run's sum.
+.macro run_interval run, low, after, top_low, flags, flag, late
+    lds r6, \run + \low
+    sts \top_low, r6
+    sbic \flags, \flag
+    rjmp \late
+    lds r4, \run + STEP_ISR_SUM
+    lds r6, \run + \after
+    add r4, r6
+    sts \run + STEP_ISR_SUM, r4
+    lds r6, \run + \after + 1
+    adc r5, r6
+    sts \run + STEP_ISR_SUM + 1, r5
+.endm
+
+; Count the period off and leave; on to `refill` after the last one. count: dec or inc.
+.macro run_leave engine, count, refill
+    \count r3
+    sts \engine + STEP_ISR_LEFT, r3
+    breq .Llast\@
+    out SREG, r2
+    reti
+.Llast\@:
+    rjmp \refill
+.endm
+
+.macro run_period engine, run, count, top_low, flags, flag, late, refill
+    lds r5, \run + STEP_ISR_SUM + 1
+    and r5, r5
+    brmi .Lshort\@
+    run_interval \run, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag, \late
+    run_leave \engine, \count, \refill
+.Lshort\@:
+    run_interval \run, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag, \late
+    run_leave \engine, \count, \refill
+.endm
+
+; r24 and Z make room for the ring's next entry: Z there, r24 its high byte, flags as against a run.
+.macro find_entry axis, engine
+    mov r3, r24
+    movw r4, r30
+    lds r30, \engine + STEP_ISR_TAIL
     ldi r31, hi8(step_rings + \axis * STEP_ISR_RING_SIZE + STEP_ISR_HIGH_OFFSET)
     ld r24, Z
-    cpi r24, 0xFE
-    brsh 2f
+    cpi r24, 0xFD
+.endm
+
+.macro restore_r24_z
+    movw r30, r4
+    mov r24, r3
+.endm
+
+; The entry at Z is a run's: what follows is carried here.
+.macro take_run engine, top_high
+    dec r31
+    ld r24, Z
+    sts \engine + STEP_ISR_LEFT, r24
+    inc r30
+    sts \engine + STEP_ISR_TAIL, r30
+    and r24, r24
+    lds r24, \engine + STEP_ISR_RUNS + STEP_ISR_TOP_HIGH
+    brpl .Lfirst\@
+    lds r24, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE + STEP_ISR_TOP_HIGH
+.Lfirst\@:
+    sts \engine + STEP_ISR_RUN_HIGH, r24
+    sts \top_high, r24
+.endm
+
+.macro step_handler axis, engine, vector, top_low, top_high, flags, flag, mask
+.Lring\axis:
+    find_entry \axis, \engine
+    brsh .Lnear\axis
     sts \top_high, r24
     dec r31
     ld r24, Z
     sts \top_low, r24
+    sbic \flags, \flag
+    rjmp .Llate_entry\axis
     inc r30
-    sts step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_TAIL, r30
-1:  sbic \flags, \flag
-    rjmp 4f
-    pop r31
-    pop r30
-    pop r24
-    out SREG, r24
-    pop r24
+    sts \engine + STEP_ISR_TAIL, r30
+    restore_r24_z
+    out SREG, r2
+    reti
+.Lnear\axis:
+    rjmp .Lrare\axis
+
+    .global \vector
+    .type \vector, @function
+\vector:
+    in r2, SREG
+.Lagain\axis:
+    lds r3, \engine + STEP_ISR_LEFT
+    and r3, r3
+    breq .Lring\axis
+    brmi .Lsecond\axis
+    run_period \engine, \engine + STEP_ISR_RUNS, dec, \top_low, \flags, \flag, .Llate\axis, .Lrefill\axis
+.Lsecond\axis:
+    run_period \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \top_low, \flags, \flag, .Llate\axis, .Lrefill\axis
+
+    ; Looked for one period ahead, so that one run follows another without a longer way. All axes
+    ; come here at the same pixel edge: the others are let in first. Should this axis's next
+    ; interrupt slip in there too, it has found the entry itself.
+.Lrefill\axis:
+.if CONFIG_AXES > 1
+    push r2
+    sei
+    nop
+    cli
+    pop r2
+    lds r3, \engine + STEP_ISR_LEFT
+    and r3, r3
+    brne .Lleave\axis
+.endif
+    find_entry \axis, \engine
+    brne .Lout\axis
+    take_run \engine, \top_high
+.Lout\axis:
+    restore_r24_z
+.Lleave\axis:
+    out SREG, r2
     reti
 
-2:  breq 3f
+.Lrare\axis:
+    brne .Lcommand\axis
+    take_run \engine, \top_high
+    restore_r24_z
+    rjmp .Lagain\axis
+
+.Lcommand\axis:
+    cpi r24, 0xFE
+    breq .Lobey\axis
     ; Empty. In a line that is a fault; else one more idle period, already in the registers.
-    lds r24, step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_STATE
+    lds r24, \engine + STEP_ISR_STATE
     cpi r24, 1
-    breq 3f
-    lds r30, step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_IDLE_COUNT
-    lds r31, step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_IDLE_COUNT + 1
+    breq .Lobey\axis
+    lds r30, \engine + STEP_ISR_IDLE_COUNT
+    lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
     adiw r30, 1
-    sts step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_IDLE_COUNT, r30
-    sts step_engines + \axis * STEP_ISR_ENGINE_SIZE + STEP_ISR_IDLE_COUNT + 1, r31
-    rjmp 1b
+    sts \engine + STEP_ISR_IDLE_COUNT, r30
+    sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
+    rjmp .Lloaded\axis
 
-3:  call_c_nested step_isr_command_\axis, \mask
-    give_way_if_halted \axis, \mask
-    rjmp 1b
+.Lobey\axis:
+    call_c_nested step_isr_command_\axis, \mask
+    give_way_if_halted \engine, \mask
+.Lloaded\axis:
+    sbis \flags, \flag
+    rjmp .Lout\axis
 
-4:  call_c step_isr_late_\axis
+.Llate_entry\axis:
+    restore_r24_z
+.Llate\axis:
+    push r24
+    push r30
+    push r31
+    call_c step_isr_late_\axis
     pop r31
     pop r30
     pop r24
-    out SREG, r24
-    pop r24
+    out SREG, r2
     reti
 .endm
 
-.text
+; Near the vector table: the linker makes its jumps short ones (-mrelax), a cycle less.
+.section .lowtext, "ax", @progbits
 #define HANDLER(axis, timer)                                                             \
-    step_handler axis, TIMER##timer##_OVF_vect, OCR##timer##AL, OCR##timer##AH,          \
-        TIFR##timer, TOV##timer, TIMSK##timer
+    step_handler axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TIMER##timer##_OVF_vect, \
+        OCR##timer##AL, OCR##timer##AH, TIFR##timer, TOV##timer, TIMSK##timer
 #define BOARD_AXIS(axis, timer) HANDLER(axis, timer)
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
 #include BOARD_FILE

@@ -4,11 +4,21 @@
 
 #include "config.h" // CONFIG_AXES
 
-// Layout of struct step_engine and of the rings, checked in step_timer.c.
-#define STEP_ISR_ENGINE_SIZE 6
+// Layout of struct step_engine, of its runs and of the rings, checked in step_timer.c.
+#define STEP_ISR_ENGINE_SIZE 27
 #define STEP_ISR_TAIL        0
 #define STEP_ISR_STATE       1
 #define STEP_ISR_IDLE_COUNT  2
+#define STEP_ISR_LEFT        4
+#define STEP_ISR_RUN_HIGH    5
+#define STEP_ISR_RUNS        6
+#define STEP_ISR_RUN_SIZE    9
+#define STEP_ISR_SUM         0
+#define STEP_ISR_AFTER_SHORT 2
+#define STEP_ISR_AFTER_LONG  4
+#define STEP_ISR_SHORT_LOW   6
+#define STEP_ISR_LONG_LOW    7
+#define STEP_ISR_TOP_HIGH    8
 #define STEP_ISR_RING_SIZE   512
 #define STEP_ISR_HIGH_OFFSET 256
 

@@ -15,18 +15,26 @@
 // Above every TOP: no match, STEP stays low.
 #define QUIET_TICKS 0xFFFFu
 
-_Static_assert(sizeof(struct step_engine) == STEP_ISR_ENGINE_SIZE, "known to step_isr.S");
-_Static_assert(offsetof(struct step_engine, tail) == STEP_ISR_TAIL,
-               "known to step_isr.S");
-_Static_assert(offsetof(struct step_engine, state) == STEP_ISR_STATE,
-               "known to step_isr.S");
-_Static_assert(offsetof(struct step_engine, idle_count) == STEP_ISR_IDLE_COUNT,
-               "known to step_isr.S");
-_Static_assert(sizeof(struct step_ring) == STEP_ISR_RING_SIZE, "known to step_isr.S");
-_Static_assert(offsetof(struct step_ring, high) == STEP_ISR_HIGH_OFFSET,
-               "known to step_isr.S");
-_Static_assert(STEP_ENGINE_IN_LINE == 1, "known to step_isr.S");
-_Static_assert(STEP_HIGH_COMMAND == 0xFE, "known to step_isr.S");
+#define KNOWN(expression, value) _Static_assert((expression) == (value), "known to step_isr.S")
+KNOWN(sizeof(struct step_engine), STEP_ISR_ENGINE_SIZE);
+KNOWN(offsetof(struct step_engine, tail), STEP_ISR_TAIL);
+KNOWN(offsetof(struct step_engine, state), STEP_ISR_STATE);
+KNOWN(offsetof(struct step_engine, idle_count), STEP_ISR_IDLE_COUNT);
+KNOWN(offsetof(struct step_engine, left), STEP_ISR_LEFT);
+KNOWN(offsetof(struct step_engine, run_high), STEP_ISR_RUN_HIGH);
+KNOWN(offsetof(struct step_engine, runs), STEP_ISR_RUNS);
+KNOWN(sizeof(struct step_run), STEP_ISR_RUN_SIZE);
+KNOWN(offsetof(struct step_run, sum), STEP_ISR_SUM);
+KNOWN(offsetof(struct step_run, after_short), STEP_ISR_AFTER_SHORT);
+KNOWN(offsetof(struct step_run, after_long), STEP_ISR_AFTER_LONG);
+KNOWN(offsetof(struct step_run, short_low), STEP_ISR_SHORT_LOW);
+KNOWN(offsetof(struct step_run, long_low), STEP_ISR_LONG_LOW);
+KNOWN(offsetof(struct step_run, top_high), STEP_ISR_TOP_HIGH);
+KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
+KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
+KNOWN(STEP_ENGINE_IN_LINE, 1);
+KNOWN(STEP_HIGH_RUN, 0xFD);
+KNOWN(STEP_HIGH_COMMAND, 0xFE);
 
 struct step_engine step_engines[CONFIG_AXES];
 // On a 256-byte boundary: the linker puts this section first in RAM.
@@ -42,7 +50,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
 
 // A command, or the end of the entries: the rare cases of the interrupt. Called with interrupts on
 // but for this timer's own, returns with them off: the compare registers share TEMP with the
-// capture's reads. Budget: 250 cycles, 60 of them with interrupts off. The entries around a
+// capture's reads. Budget: 300 cycles, 60 of them with interrupts off. The entries around a
 // command are long enough for it (feed.c).
 #define COMMAND_HANDLER(axis, timer)                                                     \
     void step_isr_command_##axis(void);                                                  \
@@ -53,6 +61,8 @@ struct step_ring *step_timer_ring(uint8_t axis)
         cli();                                                                           \
         OCR##timer##B = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;               \
         OCR##timer##A = load.top_ticks;                                                  \
+        /* TEMP, for a run that comes next (step_isr.S). */                              \
+        OCR##timer##AH = step_engines[axis].run_high;                                    \
         /* A stale flag would count this period twice, see give_way_if_halted. */        \
         TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                       \
         if (load.turned) {                                                               \
@@ -151,16 +161,27 @@ void step_timer_start(void)
     }
 }
 
+struct step_run *step_timer_runs(uint8_t axis)
+{
+    return step_engines[axis].runs;
+}
+
 struct engine_sample step_timer_sample(uint8_t axis)
 {
-    struct engine_sample sample = {0, 0};
+    const struct step_engine *engine = &step_engines[axis];
+    uint8_t tail = 0;
+    int8_t left = 0;
+    uint8_t cut = 0;
+    uint16_t idle_count = 0;
 
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
     {
-        sample.tail = step_engines[axis].tail;
-        sample.idle_count = step_engines[axis].idle_count;
+        tail = engine->tail;
+        left = engine->left;
+        cut = engine->cut;
+        idle_count = engine->idle_count;
     }
-    return sample;
+    return step_engine_sample_of(tail, left, cut, idle_count);
 }
 
 enum step_engine_state step_timer_state(uint8_t axis)
@@ -193,7 +214,7 @@ void step_timer_empty(uint8_t axis)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        step_rings[axis].high[step_engines[axis].tail] = STEP_HIGH_EMPTY;
+        step_engine_empty(&step_engines[axis], &step_rings[axis]);
     }
 }
 
@@ -220,9 +241,7 @@ uint8_t step_timer_settle(uint8_t axis)
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        slot = step_engines[axis].tail;
-        step_rings[axis].high[slot] = STEP_HIGH_EMPTY;
-        step_engines[axis].state = STEP_ENGINE_IDLE;
+        slot = step_engine_settle(&step_engines[axis], &step_rings[axis]);
         resume(axis);
     }
     return slot;
