@@ -49,7 +49,7 @@
 #define CONFIG_AXES               4
 #define CONFIG_PIXEL_CLOCK_AXIS   3
 #define CONFIG_QUEUE_ENTRIES      128
-#define CONFIG_MIN_INTERVAL_TICKS 100u
+#define CONFIG_MIN_INTERVAL_TICKS 266u
 #else
 #error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
 #endif

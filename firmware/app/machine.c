@@ -13,6 +13,9 @@
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
 #define TICKS_PER_US           ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
+// All axes cross a pixel edge at the same time. Beginning a run costs their step interrupts more
+// than going on with one: let them do so some steps apart.
+#define RUN_STAGGER_STEPS 2u
 // Room for the commands of a reversal on top of the driver's own times, ticks.
 #define TURN_MARGIN_TICKS ((uint32_t)512)
 
@@ -33,6 +36,7 @@ void machine_init(void)
                   CONFIG_QUEUE_ENTRIES,
                   STEP_IDLE_TICKS);
         machine.axes[i].feed.carried = step_timer_runs(i);
+        machine.axes[i].stagger = (uint8_t)(RUN_STAGGER_STEPS * i);
     }
     machine_apply_settings();
 }

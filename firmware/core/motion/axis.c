@@ -243,6 +243,14 @@ uint32_t axis_ahead_ticks(const struct axis *axis)
     return ahead;
 }
 
+// Steps that must pass before the piece may become a run.
+static uint8_t to_stagger(const struct axis *axis)
+{
+    uint16_t taken = walk_taken(&axis->walk);
+
+    return taken >= axis->stagger ? 0 : (uint8_t)(axis->stagger - taken);
+}
+
 // The steps to come are a run for the interrupt to carry.
 static bool run_due(const struct axis *axis)
 {
@@ -253,7 +261,7 @@ static bool run_due(const struct axis *axis)
            !feed_busy(&axis->feed) && feed_steady(&axis->feed, axis->piece.negative) &&
            (steps >= RUN_MIN_STEPS ||
             (steps >= RUN_LEAST_STEPS && even->base_ticks < RUN_ENTRY_MIN_TICKS)) &&
-           feed_can_carry(&axis->feed, even);
+           to_stagger(axis) == 0 && feed_can_carry(&axis->feed, even);
 }
 
 // A run is due but none is free, and there is time to wait for one.
@@ -343,6 +351,10 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
     if (axis->walk.curved) {
         ticks = burst_curve(axis, &count);
     } else if (axis->walk.steps.even.base_ticks < STEP_PERIOD_MAX_TICKS) {
+        uint8_t stagger = to_stagger(axis);
+        if (stagger != 0 && stagger < count) {
+            count = stagger;
+        }
         ticks = burst_even(axis, count);
     } else {
         return 0;

@@ -56,15 +56,6 @@ run_load(struct step_engine *engine, const struct step_ring *ring, bool turned)
         .top_ticks = top_ticks, .pulse = engine->pulse, .turned = turned};
 }
 
-void step_engine_empty(struct step_engine *engine, struct step_ring *ring)
-{
-    int8_t left = engine->left;
-
-    ring->high[engine->tail] = STEP_HIGH_EMPTY;
-    engine->cut = (uint8_t)(engine->cut + (uint8_t)(left < 0 ? -left : left));
-    engine->left = 0;
-}
-
 uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring)
 {
     ring->high[engine->tail] = STEP_HIGH_EMPTY;

@@ -24,9 +24,9 @@ struct step_engine {
     volatile int8_t left; // periods of a run still to load: > 0 of run 0, < 0 of run 1
     volatile uint8_t run_high; // top_high of that run
     struct step_run runs[STEP_RUNS];
-    volatile uint8_t cut; // periods taken away from the end of a run: never to be loaded
-    bool pulse;           // periods pulse now
-    bool negative;        // direction output
+    volatile int8_t cut; // like left: taken away from the end of a run, never to be loaded
+    bool pulse;          // periods pulse now
+    bool negative;       // direction output
 };
 
 // One period to hand to the timer.
@@ -50,21 +50,35 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 struct step_load step_engine_next(struct step_engine *engine,
                                   const struct step_ring *ring);
 
-// Nothing more of what stands in the ring, the rest of a run included: empty from here on. With the
-// step interrupt off.
-void step_engine_empty(struct step_engine *engine, struct step_ring *ring);
-
 // A new beginning behind step_engine_empty(), or after a halt: the slot at which the writer goes on.
 // With the step interrupt off.
 uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring);
 
+// Nothing more of what stands in the ring, the rest of a run included: empty from here on. With the
+// step interrupt off, and short for that reason.
+static inline void step_engine_empty(struct step_engine *engine, struct step_ring *ring)
+{
+    int8_t left = engine->left;
+
+    ring->high[engine->tail] = STEP_HIGH_EMPTY;
+    if (left != 0) {
+        engine->cut = left;
+        engine->left = 0;
+    }
+}
+
+static inline uint8_t step_engine_size(int8_t left)
+{
+    return (uint8_t)(left < 0 ? -left : left);
+}
+
 // From engine fields that were read together, with the step interrupt off.
 static inline struct engine_sample
-step_engine_sample_of(uint8_t tail, int8_t left, uint8_t cut, uint16_t idle_count)
+step_engine_sample_of(uint8_t tail, int8_t left, int8_t cut, uint16_t idle_count)
 {
     return (struct engine_sample){
         .tail = tail,
-        .left = (uint8_t)(cut + (uint8_t)(left < 0 ? -left : left)), // one of them is 0
+        .left = step_engine_size(cut != 0 ? cut : left),
         .cut = cut != 0,
         .idle_count = idle_count,
     };

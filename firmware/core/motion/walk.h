@@ -50,6 +50,13 @@ static inline uint16_t walk_stretch(const struct walk *walk)
     return to_end ? walk->until : walk_burst(walk);
 }
 
+// Steps of the piece taken so far, if nothing but its end needs care any more; else 0xFFFF.
+static inline uint16_t walk_taken(const struct walk *walk)
+{
+    return walk->last_special == walk->count ? (uint16_t)(walk->count - walk->until)
+                                             : (uint16_t)0xFFFF;
+}
+
 // Pass over that many of these steps; the ticks to the last of them.
 uint32_t walk_skip_even(struct walk *walk, uint16_t steps);
 

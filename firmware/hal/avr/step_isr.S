@@ -80,7 +80,7 @@
 .endm
 
 ; The rare cases take some hundred cycles: the other axes are served meanwhile, this timer's own
-; interrupts are not. The C function comes back with interrupts off.
+; interrupts are not.
 .macro call_c_nested function, mask
     push r2
     push r3
@@ -92,6 +92,7 @@
     sts \mask, r24
     sei
     call_c \function
+    cli
     pop r24
     sts \mask, r24
     pop r5
@@ -212,26 +213,13 @@
 .Lsecond\axis:
     run_period \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \top_low, \flags, \flag, .Llate\axis, .Lrefill\axis
 
-    ; Looked for one period ahead, so that one run follows another without a longer way. All axes
-    ; come here at the same pixel edge: the others are let in first. Should this axis's next
-    ; interrupt slip in there too, it has found the entry itself.
+    ; Looked for one period ahead, so that one run follows another without a longer way.
 .Lrefill\axis:
-.if CONFIG_AXES > 1
-    push r2
-    sei
-    nop
-    cli
-    pop r2
-    lds r3, \engine + STEP_ISR_LEFT
-    and r3, r3
-    brne .Lleave\axis
-.endif
     find_entry \axis, \engine
     brne .Lout\axis
     take_run \engine, \top_high
 .Lout\axis:
     restore_r24_z
-.Lleave\axis:
     out SREG, r2
     reti
 

@@ -49,24 +49,30 @@ struct step_ring *step_timer_ring(uint8_t axis)
 }
 
 // A command, or the end of the entries: the rare cases of the interrupt. Called with interrupts on
-// but for this timer's own, returns with them off: the compare registers share TEMP with the
-// capture's reads. Budget: 300 cycles, 60 of them with interrupts off. The entries around a
-// command are long enough for it (feed.c).
+// but for this timer's own. Off they are for as long as the compare registers and the port need it:
+// TEMP is shared with the capture's reads, the port with other axes. Budget: 300 cycles, 40 of them
+// with interrupts off. The entries around a command are long enough for it (feed.c).
 #define COMMAND_HANDLER(axis, timer)                                                     \
     void step_isr_command_##axis(void);                                                  \
     void step_isr_command_##axis(void)                                                   \
     {                                                                                    \
         struct step_load load =                                                          \
             step_engine_next(&step_engines[axis], &step_rings[axis]);                    \
-        cli();                                                                           \
-        OCR##timer##B = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;               \
-        OCR##timer##A = load.top_ticks;                                                  \
-        /* TEMP, for a run that comes next (step_isr.S). */                              \
-        OCR##timer##AH = step_engines[axis].run_high;                                    \
-        /* A stale flag would count this period twice, see give_way_if_halted. */        \
-        TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                       \
+        uint16_t edge_ticks = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;         \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            OCR##timer##B = edge_ticks;                                                  \
+            OCR##timer##A = load.top_ticks;                                              \
+            /* TEMP, for a run that comes next (step_isr.S). */                          \
+            OCR##timer##AH = step_engines[axis].run_high;                                \
+            /* A stale flag would count this period twice, see give_way_if_halted. */    \
+            TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
+        }                                                                                \
         if (load.turned) {                                                               \
-            pins_write_direction((axis), step_engines[axis].negative);                   \
+            ATOMIC_BLOCK(ATOMIC_FORCEON)                                                 \
+            {                                                                            \
+                pins_write_direction((axis), step_engines[axis].negative);               \
+            }                                                                            \
         }                                                                                \
     }
 // The idle periods of a halted axis. Clearing the overflow flag does what serving it would have
@@ -171,7 +177,7 @@ struct engine_sample step_timer_sample(uint8_t axis)
     const struct step_engine *engine = &step_engines[axis];
     uint8_t tail = 0;
     int8_t left = 0;
-    uint8_t cut = 0;
+    int8_t cut = 0;
     uint16_t idle_count = 0;
 
     ATOMIC_BLOCK(ATOMIC_FORCEON)
@@ -212,9 +218,12 @@ bool step_timer_release(uint8_t axis,
 
 void step_timer_empty(uint8_t axis)
 {
+    struct step_engine *engine = &step_engines[axis];
+    struct step_ring *ring = &step_rings[axis];
+
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        step_engine_empty(&step_engines[axis], &step_rings[axis]);
+        step_engine_empty(engine, ring);
     }
 }
 
