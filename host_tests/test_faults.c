@@ -135,6 +135,21 @@ static void underrun(void)
     check_new_line(0);
 }
 
+// The one overflow flag cannot tell of a whole period without its interrupt; time can.
+static void period_without_interrupt(void)
+{
+    slow_pixels();
+    start_plain(2, 400, 20);
+    bench_rounds(200);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    fake_missed_period(2);
+    bench_rounds(1000);
+    check_fault(FAULT_underrun, 2);
+    TEST_ASSERT_TRUE(machine.time_lost);
+    check_recovery(2);
+    TEST_ASSERT_FALSE(machine.time_lost);
+}
+
 static void underrun_at_rest(void)
 {
     fake_underrun(3);
@@ -261,6 +276,7 @@ int main(void)
     RUN_TEST(starved);
     RUN_TEST(decoder_late);
     RUN_TEST(underrun);
+    RUN_TEST(period_without_interrupt);
     RUN_TEST(underrun_at_rest);
     RUN_TEST(pixel_clock_missing_in_a_line);
     RUN_TEST(pixel_clock_missing_when_armed);

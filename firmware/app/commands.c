@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What the host may ask of the machine, each for a mask of axes: all of them or none.
 #include "app/machine.h"
-#include "app/start.h"      // start_now
+#include "app/start.h" // start_now
+#include "app/time_check.h"
 #include "hal/clock.h"      // clock_now_4us
 #include "hal/step_timer.h" // step_timer_*
 
@@ -97,7 +98,7 @@ static void disable(uint8_t i)
 // Timers and ledgers agree again; positions are kept.
 static void restart_time(void)
 {
-    step_timer_start();
+    time_check_start();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         axis_discard(&machine.axes[i], 0);
         ledger_restart(&machine.axes[i].ledger, STEP_IDLE_TICKS);

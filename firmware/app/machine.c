@@ -2,6 +2,7 @@
 #include "app/machine.h"
 
 #include "app/start.h"       // start_on_edge, start_poll
+#include "app/time_check.h"  // time_check_poll
 #include "base/require.h"    // require_failed
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
@@ -153,11 +154,6 @@ static void supervise(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
 
-    if (step_timer_take_underrun(i)) {
-        axis->underruns++;
-        machine.time_lost = true;
-        machine_fault(FAULT_underrun, i, axis->underruns);
-    }
     if (axis->state == AXIS_RUNNING) {
         supervise_running(i);
     }
@@ -168,19 +164,41 @@ static void supervise(uint8_t i)
     }
 }
 
-void machine_follow(uint8_t axis)
+void machine_underrun(uint8_t axis)
 {
-    struct axis *followed = &machine.axes[axis];
-    struct engine_sample sample = step_timer_sample(axis);
+    machine.axes[axis].underruns++;
+    machine.time_lost = true;
+    machine_fault(FAULT_underrun, axis, machine.axes[axis].underruns);
+}
+
+static void take_underruns(void)
+{
+    for (uint8_t i = 0; step_timer_underrun() && i < CONFIG_AXES; i++) {
+        if (step_timer_take_underrun(i)) {
+            machine_underrun(i);
+        }
+    }
+}
+
+static void follow(uint8_t i, bool all)
+{
+    struct axis *axis = &machine.axes[i];
+    struct engine_sample sample = step_timer_sample(i);
 
     // A capture that waits may be older than this sample: its own sample comes first.
-    if (axis == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
+    if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
         return;
     }
-    if (sample.tail != followed->ledger.retired ||
-        sample.idle_count != followed->ledger.idle_seen || followed->ledger.left != 0) {
-        ledger_follow(&followed->ledger, &followed->feed, sample);
+    if (all || ledger_due(&axis->ledger, &axis->feed, sample)) {
+        cpu_section(CPU_SECTION_LEDGER);
+        ledger_follow(&axis->ledger, &axis->feed, sample);
+        cpu_section(CPU_SECTION_ROUND);
     }
+}
+
+void machine_follow(uint8_t axis)
+{
+    follow(axis, true);
 }
 
 // Pixels are counted from a line's own zero: only lines that share the reference's may take its
@@ -231,6 +249,18 @@ static void watch_clock(void)
     }
 }
 
+static void decode(uint8_t i)
+{
+    struct axis *axis = &machine.axes[i];
+
+    cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
+    axis_decode(axis,
+                &machine.period,
+                machine.settings.backlash_policy == 0,
+                machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
+    cpu_section(CPU_SECTION_ROUND);
+}
+
 // The axis nearest to starving is served first.
 static void decode_neediest(void)
 {
@@ -238,33 +268,33 @@ static void decode_neediest(void)
     uint32_t least = UINT32_MAX;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        uint32_t ahead = axis_ahead_ticks(&machine.axes[i]);
-        if (ahead < least && !axis_decoded(&machine.axes[i])) {
-            least = ahead;
-            neediest = i;
+        if (!axis_decoded(&machine.axes[i])) {
+            uint32_t ahead = axis_ahead_ticks(&machine.axes[i]);
+            if (ahead < least) {
+                least = ahead;
+                neediest = i;
+            }
         }
     }
     if (neediest != CONFIG_AXES) {
-        struct axis *axis = &machine.axes[neediest];
-        cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
-        axis_decode(axis,
-                    &machine.period,
-                    machine.settings.backlash_policy == 0,
-                    machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
+        decode(neediest);
     }
 }
 
 void machine_poll(void)
 {
-    cpu_section(CPU_SECTION_LEDGER);
+    cpu_section(CPU_SECTION_ROUND);
     take_capture();
+    take_underruns();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        machine_follow(i);
+        follow(i, false);
         supervise(i);
     }
-    cpu_section(CPU_SECTION_OTHER);
+    // Where the waits of one axis add up to less than its shortest interval nothing can lag.
+    if (CONFIG_AXES > 1) {
+        time_check_poll();
+    }
     start_poll();
     watch_clock();
     decode_neediest();
-    cpu_section(CPU_SECTION_IDLE);
 }

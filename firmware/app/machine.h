@@ -48,7 +48,7 @@ struct machine {
 
 extern struct machine machine;
 
-// Interrupts off; step_timer_start() must follow, and interrupts on before an idle period is over.
+// Interrupts off; time_check_start() must follow, and interrupts on before an idle period is over.
 void machine_init(void);
 
 // One round: short, never waits. Call again and again.
@@ -69,3 +69,6 @@ bool machine_clock_present(void);
 
 // Latch a fault and stop every axis.
 void machine_fault(enum fault code, uint8_t axis, uint16_t argument);
+
+// This axis's step interrupt came too late: latch it and stop every axis; time is to be restarted.
+void machine_underrun(uint8_t axis);

@@ -18,11 +18,11 @@ uint8_t cpu_address_strap(void);
 
 // Sections of the main loop, for cycle accounting by who watches the processor.
 enum cpu_section {
-    CPU_SECTION_IDLE = 0,
-    CPU_SECTION_SMOOTH = 1,
+    CPU_SECTION_START = 0,  // before the main loop
+    CPU_SECTION_SMOOTH = 1, // decoding
     CPU_SECTION_PLAIN = 2,
-    CPU_SECTION_LEDGER = 3,
-    CPU_SECTION_SERIAL = 4,
-    CPU_SECTION_OTHER = 5,
+    CPU_SECTION_LEDGER = 3, // following what the step interrupts did
+    CPU_SECTION_SERIAL = 4, // a look at the serial line, requests and replies
+    CPU_SECTION_ROUND = 5,  // the rest of a round: looking for work
 };
 void cpu_section(enum cpu_section section);

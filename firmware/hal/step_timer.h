@@ -39,6 +39,9 @@ void step_timer_empty(uint8_t axis);
 // After step_timer_empty() or a halt: the slot at which the writer continues; engine idle again.
 uint8_t step_timer_settle(uint8_t axis);
 
+// True when step_timer_take_underrun() will be for some axis.
+bool step_timer_underrun(void);
+
 // True once after an interrupt that came too late; the STEP output is off since.
 bool step_timer_take_underrun(uint8_t axis);
 

@@ -33,6 +33,9 @@ uint32_t fake_next_edge_ticks(void);
 // The step interrupt of this axis came too late: its pin is taken from the timer.
 void fake_underrun(uint8_t axis);
 
+// A period of this axis passed without its interrupt: the newest one is repeated.
+void fake_missed_period(uint8_t axis);
+
 // Bytes to the board; what it sent since the last call, at most room bytes.
 void fake_receive(const uint8_t *bytes, uint16_t length);
 uint16_t fake_sent(uint8_t *bytes, uint16_t room);

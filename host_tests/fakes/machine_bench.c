@@ -3,8 +3,8 @@
 
 #include <string.h>
 
+#include "app/time_check.h"
 #include "fakes/board.h"
-#include "hal/step_timer.h"
 #include "wire/bytes.h"
 #include "wire/register_map.h"
 
@@ -29,7 +29,7 @@ void bench_power_on(void)
     machine_init();
     machine.settings.pixel_hz_num = BENCH_PIXEL_HZ;
     machine_apply_settings();
-    step_timer_start();
+    time_check_start();
     bench_clock_on();
 }
 

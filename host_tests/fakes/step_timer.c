@@ -90,6 +90,16 @@ void fake_underrun(uint8_t axis)
     timers[axis].engine.state = STEP_ENGINE_HALTED;
 }
 
+void fake_missed_period(uint8_t axis)
+{
+    struct timer *timer = &timers[axis];
+    uint32_t ticks = timer->end_ticks - timer->start_ticks;
+
+    timer->running_ticks = timer->start_ticks;
+    timer->start_ticks = timer->end_ticks;
+    timer->end_ticks += ticks;
+}
+
 struct step_ring *step_timer_ring(uint8_t axis)
 {
     return &rings[axis];
@@ -130,6 +140,16 @@ void step_timer_empty(uint8_t axis)
 uint8_t step_timer_settle(uint8_t axis)
 {
     return step_engine_settle(&timers[axis].engine, &rings[axis]);
+}
+
+bool step_timer_underrun(void)
+{
+    bool late = false;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        late = late || timers[i].late;
+    }
+    return late;
 }
 
 bool step_timer_take_underrun(uint8_t axis)

@@ -10,8 +10,9 @@
 // unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
 // a single period in time, only behind another run.
 #define RUN_ENTRY_MIN_TICKS 160u
-// With so much decoded ahead the next run can wait until one of the two is free.
-#define RUN_WAIT_TICKS ((uint32_t)0x40000)
+// The next run waits for one of the two to be free if the newer one is as long as this, time enough
+// for the main loop to come by. Else single periods follow it for the time being.
+#define RUN_WAIT_TICKS ((uint32_t)0x10000)
 // Intervals of a curve that are decoded together; they pass over the stack.
 #define CURVE_BATCH 16u
 
@@ -143,6 +144,7 @@ static void begin_line(struct axis *axis,
     line_begin(&axis->line, period, &axis->queue, always_take_up || reverses);
     axis->in_line = true;
     axis->walking = false;
+    axis->awaits_run = false;
     axis->edge_due = false;
     axis->dry = false;
     feed_mark_here(&axis->feed, true, 0);
@@ -166,6 +168,7 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     axis->whole_lines = 0;
     axis->in_line = false;
     axis->walking = false;
+    axis->awaits_run = false;
     axis->dry = false;
     feed_reset(&axis->feed, axis->feed.ring, ring_slot);
     axis->feed.negative = axis->ledger.negative;
@@ -267,17 +270,23 @@ static bool run_due(const struct axis *axis)
 // A run is due but none is free, and there is time to wait for one.
 static bool run_awaited(const struct axis *axis)
 {
-    return run_due(axis) && !feed_run_free(&axis->feed) &&
+    const struct feed *feed = &axis->feed;
+
+    return !feed_run_free(feed) && run_due(axis) &&
            (axis->walk.steps.even.base_ticks < RUN_ENTRY_MIN_TICKS ||
-            axis_ahead_ticks(axis) >= RUN_WAIT_TICKS);
+            feed->runs[feed->newest_run].ticks >= RUN_WAIT_TICKS);
 }
 
 bool axis_decoded(const struct axis *axis)
 {
-    return !axis->in_line || axis->dry ||
-           feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST ||
-           (!axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed)) ||
-           run_awaited(axis);
+    if (!axis->in_line || axis->dry ||
+        feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST) {
+        return true;
+    }
+    if (axis->awaits_run) {
+        return !feed_run_free(&axis->feed);
+    }
+    return !axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed);
 }
 
 // Hand as many of the steps to come as the ring has room for to the interrupt.
@@ -391,9 +400,9 @@ void axis_decode(struct axis *axis,
                  bool always_take_up,
                  uint8_t budget)
 {
+    axis->awaits_run = false;
     while (budget != 0 && axis->in_line &&
-           feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST &&
-           !run_awaited(axis)) {
+           feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST) {
         uint8_t cost = 1;
         if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);
@@ -401,6 +410,10 @@ void axis_decode(struct axis *axis,
             feed_mark_here(&axis->feed, false, axis->piece.edge_position);
             axis->edge_due = false;
         } else if (axis->walking) {
+            if (run_awaited(axis)) {
+                axis->awaits_run = true;
+                return;
+            }
             cost = decode_steps(axis, budget);
         } else if (!next_piece(axis, period, always_take_up)) {
             return;

@@ -34,13 +34,15 @@ enum block_result {
 };
 
 struct axis {
-    uint8_t state; // enum axis_state
-    bool in_line;  // the decoder is inside a line
-    bool walking;  //   and inside a piece with steps
-    bool dry;      //   but the queue was empty when it needed a run
-    bool edge_due; // a pixel edge follows what the feed still has to write
+    uint8_t state;   // enum axis_state
+    bool in_line;    // the decoder is inside a line
+    bool walking;    //   and inside a piece with steps
+    bool dry;        //   but the queue was empty when it needed a run
+    bool awaits_run; // a run is due, but the interrupt still needs both of them
+    bool edge_due;   // a pixel edge follows what the feed still has to write
     bool direction_known;
-    uint8_t stagger; // steps of an even piece before it is handed over as a run (machine.c)
+    uint8_t
+        stagger; // steps of an even piece before it is handed over as a run (machine.c)
     uint8_t whole_lines; // lines queued from start to end mark
     uint8_t line_error;  // enum line_error of the last refusal
     uint8_t line_warning;

@@ -103,6 +103,7 @@ void feed_run(struct feed *feed, const struct even *even, uint16_t steps, uint32
     REQUIRE(feed->runs[run].steps == 0 && feed_can_carry(feed, even));
     fill_run(&feed->carried[run], even);
     feed->runs[run] = (struct feed_run){steps, even->sum, ticks};
+    feed->newest_run = run;
     if (!feed->pulse) {
         put_command(feed, STEP_COMMAND_PULSE);
         feed->pulse = true;

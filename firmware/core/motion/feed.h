@@ -23,8 +23,8 @@
 
 // A place in the stream of entries, for the ledger that follows the interrupt.
 struct feed_mark {
-    uint8_t slot;        // reached when the ledger has passed every entry before this slot,
-    uint8_t early : 7;   //   but for so many periods of a run's entry
+    uint8_t slot;      // reached when the ledger has passed every entry before this slot,
+    uint8_t early : 7; //   but for so many periods of a run's entry
     bool line_start : 1; // count from here; else a pixel edge
     int32_t position;    // expected signed steps of the line at a pixel edge
 };
@@ -40,6 +40,7 @@ struct feed {
     struct step_ring *ring;
     struct step_run *carried; // STEP_RUNS runs that the interrupt carries on, or NULL
     struct feed_run runs[STEP_RUNS];
+    uint8_t newest_run;
     uint8_t head;      // next slot to write
     bool pulse;        // what the entries written so far leave behind: pulsing,
     bool negative;     //   and direction

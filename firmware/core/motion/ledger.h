@@ -30,8 +30,8 @@ struct ledger {
     uint8_t retired; // first slot not yet accounted for
     bool pulse;
     bool negative;
-    uint8_t left;        // of the entries accounted for: periods not loaded yet, all of a run
-    uint8_t run;         // the run being carried, LEDGER_NO_RUN if none
+    uint8_t left; // of the entries accounted for: periods not loaded yet, all of a run
+    uint8_t run;  // the run being carried, LEDGER_NO_RUN if none
     uint16_t run_steps;  //   its steps accounted for
     uint16_t idle_seen;  // idle periods accounted for
     uint16_t lengths[3]; // of the last three periods before the run, ticks, newest first
@@ -54,6 +54,21 @@ void ledger_reset(struct ledger *ledger,
 
 // The timers were started anew: time begins again, position and records stay.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
+
+// False when ledger_follow() would do nothing but count periods of a run that goes on: that can wait
+// until somebody asks.
+static inline bool ledger_due(const struct ledger *ledger,
+                              const struct feed *feed,
+                              struct engine_sample sample)
+{
+    if (sample.tail != ledger->retired || sample.idle_count != ledger->idle_seen) {
+        return true;
+    }
+    return ledger->run != LEDGER_NO_RUN &&
+           (sample.left == 0 || sample.cut ||
+            (feed->mark_tail != feed->mark_placed &&
+             feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired));
+}
 
 // Account for everything up to the sample. Marks are taken from the feed. Main loop only.
 void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample);

@@ -35,8 +35,9 @@ static void take_run_entry(struct step_engine *engine, const struct step_ring *r
     }
 }
 
-static struct step_load
-run_load(struct step_engine *engine, const struct step_ring *ring, bool turned)
+static struct step_load run_load(struct step_engine *engine,
+                                 const struct step_ring *ring,
+                                 bool turned)
 {
     int8_t left = engine->left;
     struct step_run *run = &engine->runs[left < 0];

@@ -24,9 +24,10 @@ struct step_engine {
     volatile int8_t left; // periods of a run still to load: > 0 of run 0, < 0 of run 1
     volatile uint8_t run_high; // top_high of that run
     struct step_run runs[STEP_RUNS];
-    volatile int8_t cut; // like left: taken away from the end of a run, never to be loaded
-    bool pulse;          // periods pulse now
-    bool negative;       // direction output
+    volatile int8_t
+        cut;       // like left: taken away from the end of a run, never to be loaded
+    bool pulse;    // periods pulse now
+    bool negative; // direction output
 };
 
 // One period to hand to the timer.
@@ -73,8 +74,10 @@ static inline uint8_t step_engine_size(int8_t left)
 }
 
 // From engine fields that were read together, with the step interrupt off.
-static inline struct engine_sample
-step_engine_sample_of(uint8_t tail, int8_t left, int8_t cut, uint16_t idle_count)
+static inline struct engine_sample step_engine_sample_of(uint8_t tail,
+                                                         int8_t left,
+                                                         int8_t cut,
+                                                         uint16_t idle_count)
 {
     return (struct engine_sample){
         .tail = tail,

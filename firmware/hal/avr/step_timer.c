@@ -15,7 +15,8 @@
 // Above every TOP: no match, STEP stays low.
 #define QUIET_TICKS 0xFFFFu
 
-#define KNOWN(expression, value) _Static_assert((expression) == (value), "known to step_isr.S")
+#define KNOWN(expression, value)                                                         \
+    _Static_assert((expression) == (value), "known to step_isr.S")
 KNOWN(sizeof(struct step_engine), STEP_ISR_ENGINE_SIZE);
 KNOWN(offsetof(struct step_engine, tail), STEP_ISR_TAIL);
 KNOWN(offsetof(struct step_engine, state), STEP_ISR_STATE);
@@ -254,6 +255,11 @@ uint8_t step_timer_settle(uint8_t axis)
         resume(axis);
     }
     return slot;
+}
+
+bool step_timer_underrun(void)
+{
+    return late_axes != 0;
 }
 
 bool step_timer_take_underrun(uint8_t axis)

@@ -53,15 +53,15 @@ void uart_start(void)
     void serial_##body(void) __asm__("__vector_" #body) __attribute__((signal, used));   \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
-        __asm__ volatile("push r24\n\t"                                                  \
-                         "ldi r24, %[none]\n\t"                                          \
-                         "sts %[control], r24\n\t"                                       \
-                         "sei\n\t"                                                       \
-                         "pop r24\n\t"                                                   \
-                         "rjmp __vector_" #body                                          \
-                         :                                                               \
-                         : [none] "M"(ENABLE_NONE),                                      \
-                           [control] "n"(_SFR_MEM_ADDR(UCSR0B)));                        \
+        __asm__ volatile(                                                                \
+            "push r24\n\t"                                                               \
+            "ldi r24, %[none]\n\t"                                                       \
+            "sts %[control], r24\n\t"                                                    \
+            "sei\n\t"                                                                    \
+            "pop r24\n\t"                                                                \
+            "rjmp __vector_" #body                                                       \
+            :                                                                            \
+            : [none] "M"(ENABLE_NONE), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));            \
     }                                                                                    \
     void serial_##body(void)
 

@@ -10,7 +10,7 @@ from pixstep.report import PixelRow
 from pixstep.simrun import RunResult
 
 _BOARD = 0  # one board a run
-_DECODING = (1, 2)  # the main loop's smooth and plain decoding; the rest of it polls
+_WORK = (1, 2, 3)  # the main loop's decoding and following; the rest of it looks for work
 
 
 @dataclass
@@ -190,8 +190,8 @@ def _refusal(result: RunResult) -> dict | None:
 def _shares(result: RunResult) -> dict:
     """Return the shares of cycles from arming to the end.
 
-    `cpu_share` is interrupts and decoding: what grows with the steps. The remaining sections of the
-    main loop poll without end, so their cycles say nothing about load.
+    `cpu_share` is interrupts, decoding and following: what grows with the steps. The remaining
+    sections of the main loop look for work without end, so their cycles say nothing about load.
     """
     before, after = result.stats_armed, result.stats
     if not before:
@@ -200,7 +200,7 @@ def _shares(result: RunResult) -> dict:
     cycles = after["cycle"] - before["cycle"]
     interrupts = new["interrupt_cycles"] - old["interrupt_cycles"]
     sections = [b - a for a, b in zip(old["sections"], new["sections"], strict=True)]
-    work = interrupts + sum(sections[name] for name in _DECODING)
+    work = interrupts + sum(sections[name] for name in _WORK)
     return {
         "cpu_share": round(work / cycles, 6),
         "interrupt_share": round(interrupts / cycles, 6),

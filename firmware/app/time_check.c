@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "app/time_check.h"
+
+#include "app/machine.h"     // machine_follow
+#include "hal/clock.h"       // clock_now_4us
+#include "hal/pixel_clock.h" // pixel_clock_waiting
+#include "hal/step_timer.h"  // step_timer_start
+
+// The division inside a run makes a check cost up to 1500 cycles.
+#define CHECK_EVERY_4US ((uint32_t)1024)
+#define TICKS_PER_4US   ((uint32_t)(CONFIG_TIMER_HZ / 250000uL))
+
+static uint32_t started_4us;
+static uint32_t checked_4us;
+static uint8_t next_axis;
+
+void time_check_start(void)
+{
+    step_timer_start();
+    started_4us = clock_now_4us();
+}
+
+//     period     | running        | newest loaded  |
+//     now        ^ in here        ^ never from here on: its interrupt would have loaded another
+static bool lags(uint8_t i, uint32_t now_4us)
+{
+    const struct axis *axis = &machine.axes[i];
+    // Rounded so that it is never ahead of the time at which the axis is followed.
+    uint32_t now_ticks = (now_4us - started_4us - 1u) * TICKS_PER_4US;
+
+    machine_follow(i);
+    uint32_t running_end = ledger_period_start(&axis->ledger, &axis->feed, 0);
+    return (int32_t)(now_ticks - running_end) > 0;
+}
+
+void time_check_poll(void)
+{
+    uint32_t now_4us = clock_now_4us();
+
+    if (now_4us - checked_4us < CHECK_EVERY_4US) {
+        return;
+    }
+    checked_4us = now_4us;
+    next_axis = next_axis + 1u < CONFIG_AXES ? (uint8_t)(next_axis + 1u) : 0;
+    // A capture that waits holds its axis's account back.
+    if (machine.axes[next_axis].state == AXIS_RUNNING && !pixel_clock_waiting() &&
+        lags(next_axis, now_4us)) {
+        machine_underrun(next_axis);
+    }
+}
