@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Time according to the step interrupts against an independent clock. An overflow that is late by a
-// whole period leaves no trace in the one flag that announces it, but from then on an axis's account
-// of time lags behind: by the shortest interval at least, which timer 0 can tell. So even a step
-// interrupt that was kept waiting beyond every budget ends in a named fault.
+// whole period leaves no trace in the one flag that announces it, but from then on the axis's
+// account of time lags behind: by the shortest interval at least, which timer 0 can tell. So even a
+// step interrupt that was kept waiting beyond every budget ends in a named fault.
 #pragma once
 
 // Start the step timers, and time with them.

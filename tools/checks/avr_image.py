@@ -17,6 +17,7 @@ SYMBOL = re.compile(
 INSTRUCTION = re.compile(
     r"^\s*(?P<address>[0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t(?P<op>\S+)(?:\s+(?P<rest>.*))?$"
 )
+STEP_REGISTER = re.compile(r"\br[2-6]\b")
 TARGET = re.compile(r"\b0x(?P<address>[0-9a-f]+) <")
 LOCAL_LABEL = re.compile(r"\.|L\d")
 CALL_NEXT = re.compile(r"^\.\+0\b")  # a call of the next instruction: a short way to take stack
@@ -55,6 +56,7 @@ class Function:
     jumps: set[str] = field(default_factory=set)
     indirect: bool = False
     opens_interrupts: bool = False
+    step_registers: bool = False  # names one of the step interrupt's own
 
 
 @dataclass
@@ -167,6 +169,8 @@ class Reader:
             self.open_function(name)
         function = self.functions[name]
         rest = (step["rest"] or "").strip()
+        if STEP_REGISTER.search(rest.split(";")[0]):
+            function.step_registers = True
         self.note_flow(function, step["op"], rest)
         self.note_stack(function, step["op"], rest)
         self.last_operation = step["op"]

@@ -34,6 +34,14 @@ LIMITS = {
     "mega": Limits(flash=262_144 - 8_192, ram=8_192, reserve=512),
 }
 
+# Handlers of which only one can be active, by vector: the three of the serial line mask each other
+# before they let anybody in (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off while
+# its compare A interrupt is on (step_timer.c).
+EXCLUSIVE = {
+    "uno": [{18, 19, 20}, {11, 13}],
+    "mega": [{25, 26, 27}, {17, 20}, {32, 35}, {42, 45}, {47, 50}],
+}
+
 # avr-gcc's one address space: flash from 0, RAM and EEPROM far above.
 RAM_AT = 0x800000
 EEPROM_AT = 0x810000
@@ -73,16 +81,28 @@ def memory_bytes(board: str, elf: Path) -> tuple[int, int]:
     return flash_end, ram_end - RAM_START[board]
 
 
-def worst_stack(image: Image) -> tuple[int, list[str]]:
+def group_of(board: str, handler: str) -> str:
+    """A name shared by the handlers of which only one can be active."""
+    vector = int(handler.removeprefix("__vector_"))
+    group = next((one for one in EXCLUSIVE[board] if vector in one), {vector})
+    return f"__vector_{min(group)}"
+
+
+def worst_stack(board: str, image: Image) -> tuple[int, list[str]]:
     """Worst stack in bytes, and the functions on the path."""
     total, path = image.deepest("main")
     total += image.return_bytes
-    nesting, alone = [], [(0, [])]
+    nesting: dict[str, tuple[int, list[str]]] = {}
+    alone: list[tuple[int, list[str]]] = [(0, [])]
     for handler in image.handlers():
         taken, handler_path = image.deepest(handler)
-        opens = any(image.functions[name].opens_interrupts for name in image.reachable(handler))
-        (nesting if opens else alone).append((taken + image.return_bytes, handler_path))
-    for taken, handler_path in [*nesting, max(alone, key=lambda one: one[0])]:
+        one = (taken + image.return_bytes, handler_path)
+        if any(image.functions[name].opens_interrupts for name in image.reachable(handler)):
+            group = group_of(board, handler)
+            nesting[group] = max(nesting.get(group, one), one)
+        else:
+            alone.append(one)
+    for taken, handler_path in [*nesting.values(), max(alone, key=lambda one: one[0])]:
         total += taken
         path = path + handler_path
     return total, path
@@ -91,7 +111,7 @@ def worst_stack(image: Image) -> tuple[int, list[str]]:
 def measure(board: str, elf: Path) -> Size:
     """All numbers of one image."""
     flash, static_ram = memory_bytes(board, elf)
-    stack, path = worst_stack(read_image(elf))
+    stack, path = worst_stack(board, read_image(elf))
     return Size(flash, static_ram, stack, LIMITS[board].ram - static_ram - stack, path)
 
 

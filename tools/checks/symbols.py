@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Rule: what must not be in an image. No float and no heap anywhere; in what an interrupt handler
-can reach also no software division, which takes hundreds of cycles.
+can reach also no software division, which takes hundreds of cycles. The registers of the step
+interrupt, which it changes without saving, are used by nobody else.
 
     symbols.py IMAGE.elf...
 """
@@ -19,6 +20,12 @@ FLOAT = re.compile(
 )
 DIVISION = re.compile(r"^__u?(div|mod|divmod)[qhpsd]i\d?(_u?moddi3)?$")
 
+# The step handlers' own code, and what only moves all registers to the stack and back.
+STEP_HANDLER_CALLS = re.compile(r"^step_isr_(command|late)_\d$")
+STEP_HANDLER_PARTS = re.compile(
+    r"^(step_isr_(entry|obey|too_late)_\d|__prologue_saves__|__epilogue_restores__)$"
+)
+
 ANYWHERE = [(HEAP, "the heap"), (FLOAT, "floating point")]
 IN_HANDLERS = [(DIVISION, "a software division")]
 
@@ -33,9 +40,29 @@ def forbidden_in(names: set[str], rules: list[tuple[re.Pattern[str], str]]) -> l
     ]
 
 
+def step_register_users(image: Image) -> list[str]:
+    """Functions outside the step handlers that touch a register of theirs."""
+    handlers = {
+        name
+        for name in image.handlers()
+        if any(STEP_HANDLER_CALLS.match(one) for one in image.reachable(name))
+    }
+    return [
+        name
+        for name, function in sorted(image.functions.items())
+        if function.step_registers
+        and name not in handlers
+        and not STEP_HANDLER_PARTS.match(name)
+    ]
+
+
 def check_image(path: Path, image: Image) -> list[str]:
     """Problems of one image."""
     problems = [f"{path.name}: {found}" for found in forbidden_in(set(image.functions), ANYWHERE)]
+    problems += [
+        f"{path.name}: {name} uses a register of the step interrupt (r2 to r6)"
+        for name in step_register_users(image)
+    ]
     for handler in image.handlers():
         reached = image.reachable(handler)
         found = forbidden_in(reached, IN_HANDLERS)

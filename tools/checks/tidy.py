@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -29,6 +30,20 @@ QUIET_AVR = [
     "--extra-arg=-Wno-unknown-attributes",
     "--extra-arg=-Wno-variadic-macro-arguments-omitted",
 ]
+
+
+# Flags of avr-gcc that clang takes for errors.
+NOT_CLANGS = ("-ffixed-", "-mrelax")
+
+
+def database_for_clang(build: Path, folder: str) -> list[dict[str, str]]:
+    """The compile database, written to another folder without what clang does not accept."""
+    entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    for entry in entries:
+        words = entry["command"].split(" ")
+        entry["command"] = " ".join(word for word in words if not word.startswith(NOT_CLANGS))
+    (Path(folder) / "compile_commands.json").write_text(json.dumps(entries), encoding="utf-8")
+    return entries
 
 
 def avr_headers() -> str:
@@ -65,11 +80,11 @@ def flags_for(command: str, for_avr: bool) -> list[str]:
     ]
 
 
-def check(tidy: str, build: Path, entry: dict[str, str]) -> list[str]:
+def check(tidy: str, database: str, entry: dict[str, str]) -> list[str]:
     """Findings of one file."""
     file = Path(entry["file"])
     flags = flags_for(entry["command"], any(file.is_relative_to(ROOT / one) for one in FOR_AVR))
-    command = [tidy, "--quiet", "-p", str(build), *flags, entry["file"]]
+    command = [tidy, "--quiet", "-p", database, *flags, entry["file"]]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode == 0:
         return []
@@ -80,14 +95,13 @@ def main() -> None:
     """Run clang-tidy over what the arguments choose."""
     tidy, build, folders = sys.argv[1], Path(sys.argv[2]), sys.argv[3:]
     wanted = tuple(f"{ROOT / folder}{os.sep}" for folder in folders)
-    database = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-    entries = {
-        entry["file"]: entry
-        for entry in database
-        if entry["file"].startswith(wanted) and entry["file"].endswith(".c")
-    }
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        results = pool.map(lambda entry: check(tidy, build, entry), entries.values())
+    with tempfile.TemporaryDirectory() as database, ThreadPoolExecutor(os.cpu_count()) as pool:
+        entries = {
+            entry["file"]: entry
+            for entry in database_for_clang(build, database)
+            if entry["file"].startswith(wanted) and entry["file"].endswith(".c")
+        }
+        results = pool.map(lambda entry: check(tidy, database, entry), entries.values())
         problems = [finding for found in results for finding in found]
     finish("clang-tidy", f"{len(entries)} files of {build.name}", problems)
 

@@ -136,7 +136,9 @@ static inline uint16_t feed_run_base(const struct feed *feed, uint8_t run)
 {
     const struct step_run *carried = &feed->carried[run];
 
-    return (uint16_t)(((uint16_t)carried->top_high << 8 | carried->short_low) + 1u);
+    uint16_t top_ticks = (uint16_t)((uint16_t)carried->top_high << 8);
+
+    return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
 
 // Time that passes without a step at its end. Only when !feed_busy().

@@ -51,8 +51,8 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 struct step_load step_engine_next(struct step_engine *engine,
                                   const struct step_ring *ring);
 
-// A new beginning behind step_engine_empty(), or after a halt: the slot at which the writer goes on.
-// With the step interrupt off.
+// A new beginning behind step_engine_empty(), or after a halt: the slot at which the writer goes
+// on. With the step interrupt off.
 uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring);
 
 // Nothing more of what stands in the ring, the rest of a run included: empty from here on. With the

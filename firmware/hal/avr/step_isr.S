@@ -115,11 +115,11 @@
 .endm
 
 ; One interval of a run, then the sum behind it. r5: high byte of the run's sum.
-.macro run_interval run, low, after, top_low, flags, flag, late
+.macro run_interval axis, run, low, after, top_low, flags, flag
     lds r6, \run + \low
     sts \top_low, r6
     sbic \flags, \flag
-    rjmp \late
+    rjmp .Llate\axis
     lds r4, \run + STEP_ISR_SUM
     lds r6, \run + \after
     add r4, r6
@@ -129,26 +129,26 @@
     sts \run + STEP_ISR_SUM + 1, r5
 .endm
 
-; Count the period off and leave; on to `refill` after the last one. count: dec or inc.
-.macro run_leave engine, count, refill
+; Count the period off and leave; look for what comes next after the last one. count: dec or inc.
+.macro run_leave axis, engine, count
     \count r3
     sts \engine + STEP_ISR_LEFT, r3
     breq .Llast\@
     out SREG, r2
     reti
 .Llast\@:
-    rjmp \refill
+    rjmp .Lrefill\axis
 .endm
 
-.macro run_period engine, run, count, top_low, flags, flag, late, refill
+.macro run_period axis, engine, run, count, top_low, flags, flag
     lds r5, \run + STEP_ISR_SUM + 1
     and r5, r5
     brmi .Lshort\@
-    run_interval \run, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag, \late
-    run_leave \engine, \count, \refill
+    run_interval \axis, \run, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag
+    run_leave \axis, \engine, \count
 .Lshort\@:
-    run_interval \run, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag, \late
-    run_leave \engine, \count, \refill
+    run_interval \axis, \run, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag
+    run_leave \axis, \engine, \count
 .endm
 
 ; r24 and Z make room for the ring's next entry: Z there, r24 its high byte, flags as against a run.
@@ -183,7 +183,8 @@
 .endm
 
 .macro step_handler axis, engine, vector, top_low, top_high, flags, flag, mask
-.Lring\axis:
+    .type step_isr_entry_\axis, @function
+step_isr_entry_\axis:
     find_entry \axis, \engine
     brsh .Lnear\axis
     sts \top_high, r24
@@ -207,11 +208,12 @@
 .Lagain\axis:
     lds r3, \engine + STEP_ISR_LEFT
     and r3, r3
-    breq .Lring\axis
+    breq step_isr_entry_\axis
     brmi .Lsecond\axis
-    run_period \engine, \engine + STEP_ISR_RUNS, dec, \top_low, \flags, \flag, .Llate\axis, .Lrefill\axis
+    run_period \axis, \engine, \engine + STEP_ISR_RUNS, dec, \top_low, \flags, \flag
 .Lsecond\axis:
-    run_period \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \top_low, \flags, \flag, .Llate\axis, .Lrefill\axis
+    run_period \axis, \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \
+        \top_low, \flags, \flag
 
     ; Looked for one period ahead, so that one run follows another without a longer way.
 .Lrefill\axis:
@@ -231,11 +233,11 @@
 
 .Lcommand\axis:
     cpi r24, 0xFE
-    breq .Lobey\axis
+    breq step_isr_obey_\axis
     ; Empty. In a line that is a fault; else one more idle period, already in the registers.
     lds r24, \engine + STEP_ISR_STATE
     cpi r24, 1
-    breq .Lobey\axis
+    breq step_isr_obey_\axis
     lds r30, \engine + STEP_ISR_IDLE_COUNT
     lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
     adiw r30, 1
@@ -243,7 +245,8 @@
     sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
     rjmp .Lloaded\axis
 
-.Lobey\axis:
+    .type step_isr_obey_\axis, @function
+step_isr_obey_\axis:
     call_c_nested step_isr_command_\axis, \mask
     give_way_if_halted \engine, \mask
 .Lloaded\axis:
@@ -253,6 +256,8 @@
 .Llate_entry\axis:
     restore_r24_z
 .Llate\axis:
+    .type step_isr_too_late_\axis, @function
+step_isr_too_late_\axis:
     push r24
     push r30
     push r31
