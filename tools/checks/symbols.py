@@ -23,7 +23,7 @@ DIVISION = re.compile(r"^__u?(div|mod|divmod)[qhpsd]i\d?(_u?moddi3)?$")
 # The step handlers' own code, and what only moves all registers to the stack and back.
 STEP_HANDLER_CALLS = re.compile(r"^step_isr_(command|late)_\d$")
 STEP_HANDLER_PARTS = re.compile(
-    r"^(step_isr_(entry|obey|too_late)_\d|__prologue_saves__|__epilogue_restores__)$"
+    r"^(step_isr_(entry|obey|too_late)_\d|__vectors|__prologue_saves__|__epilogue_restores__)$"
 )
 
 ANYWHERE = [(HEAP, "the heap"), (FLOAT, "floating point")]
@@ -50,9 +50,7 @@ def step_register_users(image: Image) -> list[str]:
     return [
         name
         for name, function in sorted(image.functions.items())
-        if function.step_registers
-        and name not in handlers
-        and not STEP_HANDLER_PARTS.match(name)
+        if function.step_registers and name not in handlers and not STEP_HANDLER_PARTS.match(name)
     ]
 
 

@@ -5,8 +5,6 @@
 #define SLOW_STEP_COST 12u
 // Shorter stretches of evenly spaced steps are not worth a run,
 #define RUN_MIN_STEPS 16u
-// Shorter still and the ledger could not tell a run's last periods.
-#define RUN_LEAST_STEPS 3u
 // unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
 // a single period in time, only behind another run.
 #define RUN_ENTRY_MIN_TICKS 160u
@@ -262,8 +260,8 @@ static bool run_due(const struct axis *axis)
 
     return axis->walking && !axis->walk.curved && !axis->edge_due &&
            !feed_busy(&axis->feed) && feed_steady(&axis->feed, axis->piece.negative) &&
-           (steps >= RUN_MIN_STEPS ||
-            (steps >= RUN_LEAST_STEPS && even->base_ticks < RUN_ENTRY_MIN_TICKS)) &&
+           steps != 0 &&
+           (steps >= RUN_MIN_STEPS || even->base_ticks < RUN_ENTRY_MIN_TICKS) &&
            to_stagger(axis) == 0 && feed_can_carry(&axis->feed, even);
 }
 

@@ -179,15 +179,19 @@ static void pass_run(struct ledger *ledger, struct feed_run *run, uint32_t ticks
     run->steps = 0;
 }
 
-// The last three intervals of a run that is over, from the interrupt's sum backwards: the interval
-// before was the long one if and only if the sum is below what any short one leaves.
-static void note_lengths(struct ledger *ledger, const struct feed *feed)
+// The last intervals of a run that is over, from the interrupt's sum backwards: the interval before
+// was the long one if and only if the sum is below what any short one leaves.
+static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_t loaded)
 {
     const struct step_run *carried = &feed->carried[ledger->run];
     uint16_t base = feed_run_base(feed, ledger->run);
     int16_t sum = carried->sum;
+    uint8_t count = loaded < 3u ? (uint8_t)loaded : 3u;
 
-    for (uint8_t i = 0; i < 3; i++) {
+    for (uint8_t i = 2; i >= count && i < 3u; i--) {
+        ledger->lengths[i] = ledger->lengths[i - count];
+    }
+    for (uint8_t i = 0; i < count; i++) {
         bool was_long =
             sum < (int32_t)carried->after_short + (int32_t)carried->after_long;
         sum = (int16_t)(sum - (was_long ? carried->after_long : carried->after_short));
@@ -203,9 +207,10 @@ static void settle_run(struct ledger *ledger, struct feed *feed, bool cut)
     if (cut && ledger->left != 0) {
         uint16_t loaded = ledger_run_loaded(ledger);
         ledger->position_steps = ledger_position(ledger);
+        note_lengths(ledger, feed, loaded);
         pass_run(ledger, run, feed_run_ticks(feed, ledger->run, loaded));
     } else if (ledger->left == 0 && ledger->run_steps == run->steps) {
-        note_lengths(ledger, feed);
+        note_lengths(ledger, feed, run->steps);
         pass_run(ledger, run, run->ticks);
     }
 }

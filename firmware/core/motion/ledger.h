@@ -35,8 +35,9 @@ struct ledger {
     uint16_t run_steps;  //   its steps accounted for
     uint16_t idle_seen;  // idle periods accounted for
     uint16_t lengths[3]; // of the last three periods before the run, ticks, newest first
-    uint32_t loaded_ticks;  // end of the newest period before the run, since the timers started
-    uint32_t taken_ticks;   // of all periods taken from the ring, not idle ones; both wrap
+    uint32_t
+        loaded_ticks; // end of the newest period before the run, since the timers started
+    uint32_t taken_ticks; // of all periods taken from the ring, not idle ones; both wrap
     int32_t position_steps; // since reset, signed, with the periods not loaded yet
     int32_t line_origin;    // position where the line began
     uint32_t pixel;         // edges passed in the line

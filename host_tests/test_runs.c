@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: MIT
+// Runs: evenly spaced steps that the step interrupt carries on by itself. Writer, interrupt and
+// ledger together, against the same steps one by one.
+#include <stddef.h>
+#include <stdint.h>
+
+#include "fakes/chance.h"
+#include "fakes/promise.h"
+#include "motion/even.h"
+#include "motion/feed.h"
+#include "motion/ledger.h"
+#include "motion/step_engine.h"
+#include "unity.h"
+
+#define DELAY_TICKS 1500u
+#define FIRST_TICKS 900u // to the step before a run, carried by the run's first period
+
+static struct step_ring ring;
+static struct step_engine engine;
+static struct feed feed;
+static struct ledger ledger;
+static uint32_t now_ticks;     // end of the newest loaded period,
+static uint32_t lengths[4];    //   and the newest ones' lengths, newest first
+static int32_t position_steps; // of the periods loaded
+
+static void open_line(bool negative)
+{
+    step_engine_reset(&engine, &ring);
+    feed = (struct feed){.negative = negative, .carried = engine.runs};
+    feed_reset(&feed, &ring, 0);
+    ledger_reset(&ledger, &ring, STEP_IDLE_TICKS);
+    ledger.negative = negative;
+    now_ticks = 2uL * STEP_IDLE_TICKS;
+    lengths[0] = STEP_IDLE_TICKS;
+    lengths[1] = STEP_IDLE_TICKS;
+    position_steps = 0;
+    feed_hold(&feed);
+    feed_mark_here(&feed, true, 0);
+    feed_step(&feed, FIRST_TICKS, negative);
+    feed_release(&feed, feed.lead_in_ticks + DELAY_TICKS);
+}
+
+void setUp(void)
+{
+    promise_broken = 0;
+    chance_seed(0x5EED0011uL);
+    open_line(false);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
+}
+
+static uint32_t load(void)
+{
+    struct step_load next = step_engine_next(&engine, &ring);
+    uint32_t ticks = (uint32_t)next.top_ticks + 1u;
+
+    for (uint8_t i = 3; i != 0; i--) {
+        lengths[i] = lengths[i - 1u];
+    }
+    lengths[0] = ticks;
+    now_ticks += ticks;
+    if (next.pulse) {
+        position_steps += feed.negative ? -1 : 1;
+    }
+    return ticks;
+}
+
+static void follow(void)
+{
+    ledger_follow(&ledger, &feed, step_engine_sample(&engine));
+}
+
+// The delay's two periods, and the ledger behind them.
+static void pass_delay(void)
+{
+    (void)load();
+    (void)load();
+    follow();
+}
+
+static void check_account(void)
+{
+    uint32_t start = now_ticks;
+
+    follow();
+    TEST_ASSERT_EQUAL_INT32(position_steps, ledger_position(&ledger));
+    for (uint8_t back = 0; back < 3; back++) {
+        start -= lengths[back];
+        TEST_ASSERT_EQUAL_UINT32(start, ledger_period_start(&ledger, &feed, back));
+    }
+}
+
+static struct even random_even(void)
+{
+    struct even even;
+    uint16_t steps = (uint16_t)chance_between(3, 700);
+    uint32_t base = chance_between(64, 1000);
+
+    even_start(&even, base * steps + chance_between(0, steps - 1u), steps);
+    for (uint32_t i = chance_between(0, steps - 1u); i != 0; i--) {
+        (void)even_next(&even);
+    }
+    return even;
+}
+
+static void put_run(struct even *even, uint16_t steps)
+{
+    struct even before = *even;
+
+    feed_run(&feed, &before, steps, even_skip(even, steps));
+}
+
+static void same_periods_as_one_by_one(void)
+{
+    for (uint8_t i = 0; i < 60; i++) {
+        struct even even = random_even();
+        struct even expected = even;
+        uint16_t steps = (uint16_t)chance_between(3, 600);
+        open_line((i & 1u) != 0);
+        pass_delay();
+        if (!feed_can_carry(&feed, &even)) {
+            continue;
+        }
+        put_run(&even, steps);
+        for (uint16_t k = 0; k < steps; k++) {
+            TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
+            if (chance_between(0, 9) == 0) {
+                check_account();
+            }
+        }
+        check_account();
+        TEST_ASSERT_EQUAL_UINT16(expected.sum, even.sum);
+        TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
+        TEST_ASSERT_EQUAL_UINT16(0, feed.runs[0].steps);
+        TEST_ASSERT_EQUAL_UINT32(feed.written_ticks, ledger.taken_ticks);
+    }
+}
+
+// One run behind another, without a period between, through both of them and round the ring.
+static void run_follows_run(void)
+{
+    struct even even;
+
+    even_start(&even, 200001, 400);
+    struct even expected = even;
+    pass_delay();
+    put_run(&even, 200);
+    for (uint8_t i = 0; i < 90; i++) {
+        TEST_ASSERT_TRUE(feed_run_free(&feed));
+        put_run(&even, 200);
+        TEST_ASSERT_FALSE(feed_run_free(&feed));
+        for (uint16_t k = 0; k < 200; k++) {
+            TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
+        }
+        check_account();
+    }
+}
+
+static void entry_is_taken_ahead(void)
+{
+    struct even even;
+
+    even_start(&even, 100000, 300);
+    pass_delay();
+    put_run(&even, 130);
+    (void)load();
+    TEST_ASSERT_EQUAL_INT8(126, engine.left);
+    for (uint8_t k = 0; k < 126; k++) {
+        (void)load();
+    }
+    // The second entry's three periods are known before the first of them is due.
+    TEST_ASSERT_EQUAL_INT8(3, engine.left);
+    TEST_ASSERT_EQUAL_UINT8(feed.head, engine.tail);
+}
+
+static void single_periods_between_runs(void)
+{
+    struct even even;
+
+    even_start(&even, 100100, 300);
+    struct even expected = even;
+    pass_delay();
+    for (uint8_t i = 0; i < STEP_RUNS; i++) {
+        put_run(&even, 20);
+        feed_step(&feed, even_next(&even), false);
+        feed_step(&feed, even_next(&even), false);
+    }
+    for (uint8_t k = 0; k < 22 * STEP_RUNS - 1u; k++) {
+        TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
+        check_account();
+    }
+}
+
+// A pixel edge falls on the step that the run's first period carries.
+static void edge_inside_the_first_entry(void)
+{
+    struct even even;
+
+    even_start(&even, 100100, 300);
+    pass_delay();
+    feed_mark_here(&feed, false, 1);
+    put_run(&even, 100);
+    check_account();
+    TEST_ASSERT_EQUAL_UINT32(0, ledger.pixel);
+    (void)load();
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
+    TEST_ASSERT_EQUAL_INT32(1, ledger.records[0].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(1, ledger.records[0].expected_steps);
+}
+
+static void edge_seen_late_has_the_same_record(void)
+{
+    struct even even;
+
+    open_line(true);
+    even_start(&even, 100100, 300);
+    pass_delay();
+    feed_mark_here(&feed, false, -1);
+    put_run(&even, 300);
+    for (uint16_t k = 0; k < 250; k++) {
+        (void)load();
+    }
+    check_account();
+    TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
+    TEST_ASSERT_EQUAL_INT32(-1, ledger.records[0].actual_steps);
+}
+
+static void check_taken_away_after(uint16_t steps)
+{
+    struct even even;
+
+    even_start(&even, 100100, 300);
+    pass_delay();
+    put_run(&even, 300);
+    for (uint16_t k = 0; k < steps; k++) {
+        (void)load();
+    }
+    step_engine_empty(&engine, &ring);
+    step_engine_empty(&engine, &ring); // a second fault must not undo it
+    check_account();
+    uint32_t before_ticks = now_ticks;
+    TEST_ASSERT_EQUAL_UINT32(STEP_IDLE_TICKS, load());
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(before_ticks, ledger_period_start(&ledger, &feed, 0));
+    TEST_ASSERT_EQUAL_INT32(steps, ledger_position(&ledger));
+    TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
+    TEST_ASSERT_TRUE(feed_run_free(&feed));
+    (void)step_engine_settle(&engine, &ring);
+    TEST_ASSERT_FALSE(step_engine_sample(&engine).cut);
+}
+
+static void rest_of_a_run_taken_away(void)
+{
+    static const uint16_t places[] = {1, 2, 3, 126, 127, 150, 299};
+
+    for (uint8_t i = 0; i < sizeof places / sizeof *places; i++) {
+        open_line(false);
+        check_taken_away_after(places[i]);
+    }
+}
+
+static void what_cannot_be_carried(void)
+{
+    struct even even;
+
+    even_start(&even, 51201, 100); // 512 and 513 ticks: TOP 0x1FF and 0x200
+    TEST_ASSERT_FALSE(feed_can_carry(&feed, &even));
+    even_start(&even, 51200, 100); // 512 only
+    TEST_ASSERT_TRUE(feed_can_carry(&feed, &even));
+    even_start(&even, 51301, 100);
+    TEST_ASSERT_TRUE(feed_can_carry(&feed, &even));
+    even_start(&even, 100uL * STEP_PERIOD_MAX_TICKS + 1u, 100);
+    TEST_ASSERT_FALSE(feed_can_carry(&feed, &even));
+    feed.carried = NULL;
+    even_start(&even, 51301, 100);
+    TEST_ASSERT_FALSE(feed_can_carry(&feed, &even));
+}
+
+static void skip_is_as_many_nexts(void)
+{
+    for (uint8_t i = 0; i < 100; i++) {
+        struct even even = random_even();
+        struct even skipped = even;
+        uint16_t steps = (uint16_t)chance_between(1, even.steps);
+        uint32_t ticks = 0;
+        for (uint16_t k = 0; k < steps; k++) {
+            ticks += even_next(&even);
+        }
+        TEST_ASSERT_EQUAL_UINT32(ticks, even_skip(&skipped, steps));
+        TEST_ASSERT_EQUAL_UINT16(even.sum, skipped.sum);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(same_periods_as_one_by_one);
+    RUN_TEST(run_follows_run);
+    RUN_TEST(entry_is_taken_ahead);
+    RUN_TEST(single_periods_between_runs);
+    RUN_TEST(edge_inside_the_first_entry);
+    RUN_TEST(edge_seen_late_has_the_same_record);
+    RUN_TEST(rest_of_a_run_taken_away);
+    RUN_TEST(what_cannot_be_carried);
+    RUN_TEST(skip_is_as_many_nexts);
+    return UNITY_END();
+}
