@@ -4,7 +4,7 @@
 
 #include "motion/curve_exact.h"
 #include "motion/curve_fit.h"
-#include "motion/curve_flat.h"
+#include "motion/step_ring.h" // struct step_ring
 
 // After so many divisions the exact path is cheaper.
 #define MENDS_MAX 2u
@@ -41,9 +41,6 @@ static inline uint16_t extrapolate(const struct curve *curve)
     uint16_t last = curve->last_ticks;
     uint16_t ticks = (uint16_t)(2u * last - curve->before_ticks);
 
-    if (curve->is_flat) {
-        return last;
-    }
     return last == 0 || curve->before_ticks == 0 || ticks > 0x7FFFu ? 0 : ticks;
 }
 
@@ -77,22 +74,33 @@ static COLD uint16_t next_extrapolated(struct curve *curve)
     return 0;
 }
 
-uint8_t curve_batch(struct curve *curve, uint16_t *intervals, uint8_t count)
+void curve_burst(struct curve *curve,
+                 struct step_ring *ring,
+                 uint8_t slot,
+                 uint8_t count,
+                 struct curve_made *made)
 {
-    uint8_t made = 0;
-
-    if (curve->is_flat && curve->is_narrow) {
-        made = curve_flat_batch(curve, intervals, count);
+    if (curve->is_flat) {
+        curve_flat_burst(&curve->state.flat, curve->is_narrow, ring, slot, count, made);
+        return;
     }
-    while (made != count) {
+    *made = (struct curve_made){.steps = 0};
+    while (made->steps != count) {
         uint16_t ticks = next_extrapolated(curve);
         if (ticks == 0) {
             break;
         }
-        intervals[made] = ticks;
-        made++;
+        uint16_t top = (uint16_t)(ticks - 1u);
+        ring->low[slot] = (uint8_t)top;
+        if (made->steps == 0) {
+            made->first_high = (uint8_t)(top >> 8);
+        } else {
+            ring->high[slot] = (uint8_t)(top >> 8);
+        }
+        slot++;
+        made->ticks += ticks;
+        made->steps++;
     }
-    return made;
 }
 
 // Where Newton's method starts: extrapolated, when there is something to extrapolate from.
@@ -108,6 +116,9 @@ static uint32_t newton_guess(const struct curve *curve)
 
 uint32_t curve_next(struct curve *curve)
 {
+    if (curve->is_flat) {
+        return curve_flat_next(&curve->state.flat, curve->is_narrow);
+    }
     uint16_t last = curve->last_ticks;
     uint32_t ticks = next_extrapolated(curve);
 

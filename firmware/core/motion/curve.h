@@ -19,7 +19,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/wide.h" // struct wide
+#include "base/wide.h"         // struct wide
+#include "motion/curve_flat.h" // struct curve_flat, struct curve_made
 
 // position beyond the last step in 1/T^2 steps; its increase over the next tick; T * T
 struct curve_narrow {
@@ -39,6 +40,7 @@ struct curve {
     union {
         struct curve_narrow narrow;
         struct curve_wide wide;
+        struct curve_flat flat;
     } state;
     bool is_narrow;
     bool is_flat;
@@ -52,11 +54,11 @@ struct curve {
     uint32_t piece_ticks; // T
 };
 
-// Such a piece needs the 40-bit arithmetic, which costs nearly twice as much a step. Arguments as
-// for curve_start().
+// Such a piece takes longest a step: it needs the 40-bit arithmetic and products. Arguments as for
+// curve_start().
 bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps);
 
-// ticks T: 1..2^24-1; start_speed v0 and steps n: 0..32767, 2n >= v0. Main loop only: it divides.
+// ticks T: 1..2^24-1; start_speed v0 and end speed 2n - v0: 0..32767. Main loop only: it divides.
 void curve_start(struct curve *curve,
                  uint32_t ticks,
                  uint16_t start_speed,
@@ -65,6 +67,11 @@ void curve_start(struct curve *curve,
 // Ticks to the next step. For steps 1..n-1; the caller forces step n to the end of the piece.
 uint32_t curve_next(struct curve *curve);
 
-// Up to `count` intervals at once, as long as extrapolation is good enough; returns how many (0:
-// curve_next() must make the next one).
-uint8_t curve_batch(struct curve *curve, uint16_t *intervals, uint8_t count);
+// Up to `count` steps into the ring's slots from `slot` on, as long as that goes fast (none:
+// curve_next() must make the next one). Each slot gets both bytes of interval - 1, but the high
+// byte of the first is only reported: storing it is what publishes them all.
+void curve_burst(struct curve *curve,
+                 struct step_ring *ring,
+                 uint8_t slot,
+                 uint8_t count,
+                 struct curve_made *made);

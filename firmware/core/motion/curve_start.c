@@ -2,10 +2,8 @@
 // How a curve starts: which arithmetic it needs, and from where extrapolation can be trusted.
 #include "motion/curve_exact.h"
 
-// Modulo 2^32 a guess may miss by four ticks of this slope,
-#define NARROW_SLOPE_MAX 0x20000000uL
-// and by two of this one when values from 0xA0000000 on are taken as negative.
-#define FLAT_SLOPE_MAX 850000000uL
+// Modulo 2^32 a guess may miss by four ticks of this slope.
+#define NARROW_SLOPE_MAX 0x20000000
 
 // Largest r with r * r <= value.
 static uint16_t root_u32(uint32_t value)
@@ -67,24 +65,11 @@ static uint64_t top_slope(uint32_t ticks, uint16_t start_speed, uint16_t steps)
     return (uint64_t)(end > start_speed ? end : start_speed) * ticks;
 }
 
-// From step to step the interval changes by a*T/v^3 ticks. Below one that is less than the rounding
-// to whole ticks, and repeating the last interval misses less than extending the change.
-static bool is_flat(uint32_t ticks, uint16_t start_speed, uint16_t steps)
-{
-    uint16_t end = end_speed(start_speed, steps);
-    uint16_t low = end < start_speed ? end : start_speed;
-    uint16_t acceleration =
-        end < start_speed ? (uint16_t)(start_speed - end) : (uint16_t)(end - start_speed);
-
-    return (uint64_t)acceleration * ticks < (uint64_t)low * low * low;
-}
-
 bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps)
 {
-    uint64_t slope = top_slope(ticks, start_speed, steps);
-
-    return slope >= NARROW_SLOPE_MAX &&
-           (slope >= FLAT_SLOPE_MAX || !is_flat(ticks, start_speed, steps));
+    return top_slope(ticks, start_speed, steps) >= NARROW_SLOPE_MAX &&
+           curve_flat_kind(ticks, start_speed, end_speed(start_speed, steps)) ==
+               CURVE_FLAT_NOT;
 }
 
 void curve_start(struct curve *curve,
@@ -96,13 +81,21 @@ void curve_start(struct curve *curve,
     uint16_t acceleration = (uint16_t)(2u * (uint16_t)(half < 0 ? -half : half));
     uint64_t step = (uint64_t)ticks * ticks;
 
+    enum curve_flat_kind kind =
+        curve_flat_kind(ticks, start_speed, end_speed(start_speed, steps));
+    if (kind != CURVE_FLAT_NOT) {
+        curve->is_flat = true;
+        curve->is_narrow = kind == CURVE_FLAT_NARROW;
+        curve_flat_start(&curve->state.flat, ticks, start_speed, (int16_t)(2 * half));
+        return;
+    }
     curve->half_acceleration = half;
     curve->piece_ticks = ticks;
-    curve->is_flat = is_flat(ticks, start_speed, steps);
+    curve->is_flat = false;
     curve->is_narrow = !curve_is_wide(ticks, start_speed, steps);
     if (curve->is_narrow) {
         curve->state.narrow.step = (uint32_t)step;
-        curve->state.narrow.negative_from = curve->is_flat ? 0xA0000000uL : 0x80000000uL;
+        curve->state.narrow.negative_from = 0x80000000uL;
     } else {
         curve->state.wide.step = wide_from((int64_t)step);
     }
