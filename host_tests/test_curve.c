@@ -147,23 +147,46 @@ static void longest_piece(void)
     check_piece(0xFFFFFFuL, 32766, 16383, 251);
 }
 
-// Around 2^29 = top speed * T, where the residual's width changes.
-static void narrow_meets_wide(void)
+static enum curve_flat_kind kind(uint32_t ticks, uint16_t speed, uint16_t steps)
 {
-    TEST_ASSERT_FALSE(curve_is_wide(524288uL, 600, 811));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 600, 812));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 1024, 812));
-    check_piece(524288uL, 600, 811, 5);
-    check_piece(524288uL, 600, 812, 5);
-    check_piece(524288uL, 1022, 811, 5);
-    check_piece(524288uL, 1024, 812, 5);
+    return curve_flat_kind(ticks, speed, (uint16_t)(2u * steps - speed));
 }
 
-// Hardly any acceleration: the narrow residual serves for higher speeds.
+// Pieces on both sides of the limits between the three ways to decode.
+static void narrow_meets_wide(void)
+{
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 1341, 1342));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 1342, 1343));
+    check_piece(524288uL, 1341, 1342, 5);
+    check_piece(524288uL, 1342, 1343, 5);
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 451, 561));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 452, 562));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 671, 561));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 672, 562));
+    check_piece(524288uL, 451, 561, 5);
+    check_piece(524288uL, 452, 562, 5);
+    check_piece(524288uL, 671, 561, 5);
+    check_piece(524288uL, 672, 562, 5);
+}
+
+static void flat_meets_steep(void)
+{
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 300, 402));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 300, 403));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 506, 403));
+    check_piece(524288uL, 300, 402, 5);
+    check_piece(524288uL, 300, 403, 5);
+    check_piece(524288uL, 506, 403, 5);
+    TEST_ASSERT_FALSE(curve_is_wide(524288uL, 300, 661));
+    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 300, 662));
+    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 1024, 662));
+    check_piece(524288uL, 300, 662, 5);
+    check_piece(524288uL, 1024, 662, 5);
+}
+
+// Hardly any acceleration.
 static void flat_pieces(void)
 {
-    TEST_ASSERT_FALSE(curve_is_wide(533333uL, 1500, 1501));
-    TEST_ASSERT_FALSE(curve_is_wide(533333uL, 1600, 1601));
     for (uint16_t steps = 1496; steps <= 1504; steps++) {
         check_piece(533333uL, 1500, steps, 31);
         check_piece(533334uL, 1000, (uint16_t)(steps - 500u), 31);
@@ -280,10 +303,10 @@ static void random_pieces(void)
     }
 }
 
-// The largest change of speed at which a piece is still flat, or the largest there may be.
+// A change of speed at which a piece is hardly flat any more, or the largest there may be.
 static uint16_t flat_change(uint32_t ticks, uint16_t speed)
 {
-    uint64_t limit = ((uint64_t)speed * speed * speed - 1u) / ticks;
+    uint64_t limit = ((uint64_t)speed * speed * speed * 4u + speed) / ticks;
     uint16_t most = speed > 1000u ? 1000u : speed;
 
     return limit < most ? (uint16_t)limit : most;
@@ -329,6 +352,7 @@ int main(void)
     RUN_TEST(short_pieces);
     RUN_TEST(longest_piece);
     RUN_TEST(narrow_meets_wide);
+    RUN_TEST(flat_meets_steep);
     RUN_TEST(flat_pieces);
     RUN_TEST(batches);
     RUN_TEST(batches_take_most_steps);

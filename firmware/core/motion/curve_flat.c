@@ -3,6 +3,7 @@
 
 #include <stddef.h> // offsetof
 
+#include "base/divide.h" // divide_u32_u16
 #include "motion/curve_flat_layout.h"
 #include "motion/step_ring.h" // struct step_ring
 
@@ -15,25 +16,32 @@ struct progress {
         carried; // not 0: some low byte is 0 because q - 1 ended in FF and q was taken
 };
 
-// Two neighbouring intervals differ by two ticks at most. One of them is q or q + 1, so the sums
-// belong to a place up to three ticks from the root: three of the largest difference, speed * T,
-// must fit half the modulus. These are the upper bytes, from 2^8 on.
-#define NARROW_MAX 0x002A0000
-#define WIDE_MAX   0x2A000000
-// turn is below the square of the lower speed; narrow, it has three bytes.
-#define NARROW_SPEED_MAX 2800u
+// From step to step the interval changes by c = a*T/v^3 ticks, and rounding adds one: behind a step
+// that took q or q + 1 the sums belong to a place up to c + 2 ticks from the root, and so many
+// times speed * T, which is what a tick adds, must fit half the modulus. For c = 1 and c = 4 (loose)
+// in units of 2^8:
+#define NARROW_MAX       0x002A0000
+#define NARROW_LOOSE_MAX 0x00150000
+#define WIDE_MAX         0x2A000000
+#define WIDE_LOOSE_MAX   0x15000000
+// turn is below c * v^2, and narrow it has three bytes.
+#define NARROW_SPEED_MAX       2800u
+#define NARROW_LOOSE_SPEED_MAX 1400u
 // Speeds with cubes that fit 40 bits.
 #define CUBE_MAX 8191u
+// Intervals stay 16 bits long while this many times the speed is more than T.
+#define INTERVAL_MAX 0xFB00u
 
-// From step to step the interval changes by a*T/v^3 ticks.
-static bool changes_slowly(uint32_t ticks, uint16_t low_speed, uint16_t acceleration)
+// By the largest speed * T, without its lowest 8 bits, and that speed.
+static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
 {
-    uint16_t low = low_speed < CUBE_MAX ? low_speed : CUBE_MAX;
-    struct wide cube =
-        wide_times(wide_from_int32((int32_t)multiply_u32_u16(low, low)), low);
-    struct wide change = wide_times(wide_from_int32((int32_t)ticks), acceleration);
-
-    return wide_sub(change, cube).high < 0;
+    if (slope >= (loose ? WIDE_LOOSE_MAX : WIDE_MAX)) {
+        return CURVE_FLAT_NOT;
+    }
+    return slope < (loose ? NARROW_LOOSE_MAX : NARROW_MAX) &&
+                   speed <= (loose ? NARROW_LOOSE_SPEED_MAX : NARROW_SPEED_MAX)
+               ? CURVE_FLAT_NARROW
+               : CURVE_FLAT_WIDE;
 }
 
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
@@ -43,15 +51,16 @@ enum curve_flat_kind curve_flat_kind(uint32_t ticks,
     bool faster = end_speed > start_speed;
     uint16_t top = faster ? end_speed : start_speed;
     uint16_t low = faster ? start_speed : end_speed;
-    int32_t slope = wide_times(wide_from_int32((int32_t)ticks), top).high;
+    uint16_t base = low < CUBE_MAX ? low : CUBE_MAX;
+    struct wide all = wide_from_int32((int32_t)ticks);
+    struct wide square = wide_from_int32((int32_t)multiply_u32_u16(base, base));
+    int32_t change = wide_times(all, (uint16_t)(top - low)).high;
+    int32_t cube = wide_times(square, base).high;
 
-    // With any acceleration at all, a slow change means intervals of 16 bits: q < T / (2T)^(1/3).
-    if (top == low || slope >= WIDE_MAX ||
-        !changes_slowly(ticks, low, (uint16_t)(top - low))) {
+    if (change >> 2 >= cube || multiply_u32_u16(INTERVAL_MAX, low) < ticks) {
         return CURVE_FLAT_NOT;
     }
-    return slope < NARROW_MAX && top <= NARROW_SPEED_MAX ? CURVE_FLAT_NARROW
-                                                         : CURVE_FLAT_WIDE;
+    return kind_of(wide_times(all, top).high, top, change >= cube);
 }
 
 void curve_flat_start(struct curve_flat *flat,
@@ -60,7 +69,7 @@ void curve_flat_start(struct curve_flat *flat,
                       int16_t twice_half)
 {
     // With T = q*v0 + r: gain = q*(v0*T + h) + h*q*(q-1) - T*T = h*q*q - r*T.
-    uint16_t interval = (uint16_t)(ticks / start_speed);
+    uint16_t interval = divide_u32_u16(ticks, start_speed);
     uint16_t rest = (uint16_t)(ticks - multiply_u32_u16(interval, start_speed));
     struct wide all = wide_from_int32((int32_t)ticks);
     int32_t half_turn =

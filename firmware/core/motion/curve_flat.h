@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the interval changes by less than a tick from step to step, everything about the next step
-// follows from this one by additions. For curve.c.
+// Where the interval changes by less than four ticks from step to step, everything about the next
+// step follows from this one by additions. For curve.c.
 //
 // Two intervals serve for a while, q and q + 1; which of them a step takes is the sign of a sum. At
 // a place where the next step is due, all exact modulo 2^40 (modulo 2^32 where that is enough):
