@@ -7,15 +7,18 @@
 #include "fakes/chance.h"
 #include "fakes/worked_example.h"
 #include "motion/curve.h"
+#include "motion/step_ring.h"
 #include "unity.h"
 
 // A piece costs the simulated board about a second when all its 16383 steps are computed.
 #ifdef __AVR__
-#define RANDOM_PIECES 60u
+#define RANDOM_PIECES      60u
+#define RANDOM_FLAT_PIECES 40u
 #else
-#define RANDOM_PIECES 3000u
+#define RANDOM_PIECES      3000u
+#define RANDOM_FLAT_PIECES 4000u
 #endif
-#define BATCH        16u
+#define BATCH        48u
 #define ANCHOR_TICKS 1000000uL
 
 void setUp(void)
@@ -144,23 +147,46 @@ static void longest_piece(void)
     check_piece(0xFFFFFFuL, 32766, 16383, 251);
 }
 
-// Around 2^29 = top speed * T, where the residual's width changes.
-static void narrow_meets_wide(void)
+static enum curve_flat_kind kind(uint32_t ticks, uint16_t speed, uint16_t steps)
 {
-    TEST_ASSERT_FALSE(curve_is_wide(524288uL, 600, 811));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 600, 812));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 1024, 812));
-    check_piece(524288uL, 600, 811, 5);
-    check_piece(524288uL, 600, 812, 5);
-    check_piece(524288uL, 1022, 811, 5);
-    check_piece(524288uL, 1024, 812, 5);
+    return curve_flat_kind(ticks, speed, (uint16_t)(2u * steps - speed));
 }
 
-// Hardly any acceleration: the narrow residual serves for higher speeds.
+// Pieces on both sides of the limits between the three ways to decode.
+static void narrow_meets_wide(void)
+{
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 1341, 1342));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 1342, 1343));
+    check_piece(524288uL, 1341, 1342, 5);
+    check_piece(524288uL, 1342, 1343, 5);
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 451, 561));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 452, 562));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 671, 561));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 672, 562));
+    check_piece(524288uL, 451, 561, 5);
+    check_piece(524288uL, 452, 562, 5);
+    check_piece(524288uL, 671, 561, 5);
+    check_piece(524288uL, 672, 562, 5);
+}
+
+static void flat_meets_steep(void)
+{
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 300, 402));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 300, 403));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 506, 403));
+    check_piece(524288uL, 300, 402, 5);
+    check_piece(524288uL, 300, 403, 5);
+    check_piece(524288uL, 506, 403, 5);
+    TEST_ASSERT_FALSE(curve_is_wide(524288uL, 300, 661));
+    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 300, 662));
+    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 1024, 662));
+    check_piece(524288uL, 300, 662, 5);
+    check_piece(524288uL, 1024, 662, 5);
+}
+
+// Hardly any acceleration.
 static void flat_pieces(void)
 {
-    TEST_ASSERT_FALSE(curve_is_wide(533333uL, 1500, 1501));
-    TEST_ASSERT_TRUE(curve_is_wide(533333uL, 1600, 1601));
     for (uint16_t steps = 1496; steps <= 1504; steps++) {
         check_piece(533333uL, 1500, steps, 31);
         check_piece(533334uL, 1000, (uint16_t)(steps - 500u), 31);
@@ -168,32 +194,59 @@ static void flat_pieces(void)
     }
 }
 
-// As the axis decodes: batches, and single steps where they end.
-static uint8_t next_batch(struct curve *curve, uint16_t *intervals, uint16_t left)
+// As the axis decodes: into a ring, most steps in batches. An 8-bit index reaches all of each half.
+static struct step_ring ring __attribute__((aligned(256)));
+
+static uint16_t interval_at(uint8_t slot)
+{
+    return (uint16_t)(ring.high[slot] * 256u + ring.low[slot] + 1u);
+}
+
+// A batch as the axis publishes it; what stands before and behind it must not change.
+static struct curve_made next_batch(struct curve *curve, uint8_t slot, uint16_t left)
 {
     uint8_t count = (uint8_t)chance_between(1, left < BATCH ? left : BATCH);
-    uint8_t made = curve_batch(curve, intervals, count);
+    uint8_t behind = (uint8_t)(slot + count);
+    uint8_t last_low = ring.low[(uint8_t)(slot - 1u)];
+    uint8_t next_low = ring.low[behind];
+    uint8_t next_high = ring.high[behind];
+    struct curve_made made;
+    uint32_t sum = 0;
 
-    TEST_ASSERT_TRUE(made <= count);
+    ring.high[slot] = STEP_HIGH_EMPTY;
+    curve_burst(curve, &ring, slot, count, &made);
+    TEST_ASSERT_TRUE(made.steps <= count);
+    TEST_ASSERT_EQUAL_UINT8(STEP_HIGH_EMPTY, ring.high[slot]);
+    TEST_ASSERT_EQUAL_UINT8(last_low, ring.low[(uint8_t)(slot - 1u)]);
+    TEST_ASSERT_EQUAL_UINT8(next_low, ring.low[behind]);
+    TEST_ASSERT_EQUAL_UINT8(next_high, ring.high[behind]);
+    if (made.steps != 0) {
+        ring.high[slot] = made.first_high;
+        for (uint8_t i = 0; i < made.steps; i++) {
+            sum += interval_at((uint8_t)(slot + i));
+        }
+        TEST_ASSERT_EQUAL_UINT32(sum, made.ticks);
+    }
     return made;
 }
 
 static void check_batches(uint32_t ticks, uint16_t speed, uint16_t steps)
 {
-    uint16_t intervals[BATCH];
     struct curve curve;
+    struct curve_made made;
     uint32_t at = 0;
-    uint8_t made = 0;
+    uint8_t slot = (uint8_t)chance();
 
     curve_start(&curve, ticks, speed, steps);
-    for (uint16_t k = 1; k < steps; k = (uint16_t)(k + made)) {
-        made = next_batch(&curve, intervals, (uint16_t)(steps - k));
-        for (uint8_t i = 0; i < made; i++) {
-            at += intervals[i];
+    for (uint16_t k = 1; k < steps; k = (uint16_t)(k + made.steps)) {
+        made = next_batch(&curve, slot, (uint16_t)(steps - k));
+        for (uint8_t i = 0; i < made.steps; i++) {
+            at += interval_at(slot);
             check_step(ticks, speed, steps, (uint16_t)(k + i), at);
+            slot++;
         }
-        if (made == 0) {
-            made = 1;
+        if (made.steps == 0) {
+            made.steps = 1;
             at += curve_next(&curve);
             check_step(ticks, speed, steps, k, at);
         }
@@ -215,14 +268,12 @@ static void batches(void)
 static void batches_take_most_steps(void)
 {
     struct curve curve;
-    uint16_t intervals[BATCH];
+    struct curve_made made;
 
     curve_start(&curve, 533333uL, 896, 948);
-    for (uint8_t i = 0; i < 3; i++) {
-        (void)curve_next(&curve);
-    }
-    for (uint8_t i = 0; i < 59; i++) {
-        TEST_ASSERT_EQUAL_UINT8(16, curve_batch(&curve, intervals, 16));
+    for (uint8_t i = 0; i < 19; i++) {
+        curve_burst(&curve, &ring, (uint8_t)(48u * i), 48, &made);
+        TEST_ASSERT_EQUAL_UINT8(48, made.steps);
     }
 }
 
@@ -252,6 +303,44 @@ static void random_pieces(void)
     }
 }
 
+// A change of speed at which a piece is hardly flat any more, or the largest there may be.
+static uint16_t flat_change(uint32_t ticks, uint16_t speed)
+{
+    uint64_t limit = ((uint64_t)speed * speed * speed * 4u + speed) / ticks;
+    uint16_t most = speed > 1000u ? 1000u : speed;
+
+    return limit < most ? (uint16_t)limit : most;
+}
+
+// Any length of piece, any speed up to a step in 60 ticks, any change of speed, up and down. Every
+// step is compared with exact 64-bit arithmetic.
+static void random_flat_pieces(void)
+{
+    for (uint16_t i = 0; i < RANDOM_FLAT_PIECES; i++) {
+        uint32_t ticks = chance_between(1024, 0xFFFFFFuL >> (i % 13u));
+        uint32_t top = ticks / 60u < 4000u ? ticks / 60u : 4000u;
+        uint16_t low = (uint16_t)chance_between(1, top);
+        uint16_t half = (uint16_t)chance_between(0, flat_change(ticks, low) / 2u);
+        uint16_t high = (uint16_t)(low + 2u * half);
+        if (half != 0 && (i & 1u) != 0) {
+            check_batches(ticks, low, (uint16_t)(low + half));
+        } else if (half != 0) {
+            check_batches(ticks, high, (uint16_t)(low + half));
+        }
+    }
+}
+
+// Around multiples of 256 ticks both bytes of an entry change, to and fro.
+static void intervals_around_a_page(void)
+{
+    for (uint16_t speed = 1030; speed <= 1050; speed += 4u) {
+        check_batches(533333uL, speed, (uint16_t)(speed + 1u));
+        check_batches(533333uL, speed, (uint16_t)(speed - 6u));
+        check_batches(2 * 533333uL, speed, (uint16_t)(speed + 1u));
+        check_batches(2 * 533333uL, speed, (uint16_t)(speed - 6u));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -263,9 +352,12 @@ int main(void)
     RUN_TEST(short_pieces);
     RUN_TEST(longest_piece);
     RUN_TEST(narrow_meets_wide);
+    RUN_TEST(flat_meets_steep);
     RUN_TEST(flat_pieces);
     RUN_TEST(batches);
     RUN_TEST(batches_take_most_steps);
     RUN_TEST(random_pieces);
+    RUN_TEST(random_flat_pieces);
+    RUN_TEST(intervals_around_a_page);
     return UNITY_END();
 }

@@ -11,8 +11,8 @@
 // The next run waits for one of the two to be free if the newer one is as long as this, time enough
 // for the main loop to come by. Else single periods follow it for the time being.
 #define RUN_WAIT_TICKS ((uint32_t)0x10000)
-// Intervals of a curve that are decoded together; they pass over the stack.
-#define CURVE_BATCH 16u
+// Steps of a curve that are decoded and published together.
+#define CURVE_BATCH 48u
 
 void axis_init(struct axis *axis,
                struct step_ring *ring,
@@ -322,23 +322,28 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
     return sum;
 }
 
-// Ordinary steps of a curve, up to `count`, as long as the decoder's fast path finds them.
+// Ordinary steps of a curve, up to `count`, as long as the decoder's fast path finds them. They
+// become visible all at once: the sentinel behind them, then the first one's high byte.
 static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
     struct step_ring *ring = axis->feed.ring;
-    uint16_t intervals[CURVE_BATCH];
     uint8_t slot = axis->feed.head;
-    uint8_t wanted = *count < CURVE_BATCH ? *count : CURVE_BATCH;
-    uint32_t sum = 0;
+    struct curve_made made;
 
-    *count = curve_batch(&axis->walk.steps.curve, intervals, wanted);
-    for (uint8_t i = 0; i < *count; i++) {
-        sum += intervals[i];
-        slot = feed_burst_put(ring, slot, intervals[i]);
+    curve_burst(&axis->walk.steps.curve,
+                ring,
+                slot,
+                *count < CURVE_BATCH ? *count : CURVE_BATCH,
+                &made);
+    *count = made.steps;
+    if (made.steps == 0) {
+        return 0;
     }
-    axis->feed.head = slot;
-    axis->feed.written_ticks += sum;
-    return sum;
+    axis->feed.head = (uint8_t)(slot + made.steps);
+    ring->high[axis->feed.head] = STEP_HIGH_EMPTY;
+    ring->high[slot] = made.first_high;
+    axis->feed.written_ticks += made.ticks;
+    return made.ticks;
 }
 
 // As many ordinary steps as budget, space and the walk allow; the number taken.

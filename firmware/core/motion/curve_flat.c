@@ -1,94 +1,305 @@
 // SPDX-License-Identifier: MIT
 #include "motion/curve_flat.h"
 
-#include "base/multiply.h" // multiply_*
+#include <stddef.h> // offsetof
 
-// What belongs to an interval of d ticks, all modulo 2^32:
-//
-//     gain         residual after d ticks, minus the residual before  = d*(slope + h*(d-1)) - T*T
-//     difference   gain(d) - gain(d - 1)                               = slope + 2h*(d-1)
-//     turn         growth of slope and difference over d ticks         = 2h*d
-//     bend         growth of gain over d ticks                         = 2h*d*d
-//
-// A step of the same d adds turn and bend; a longer or shorter d moves all four: lengthen, shorten.
-struct flat {
-    uint32_t residual;
-    uint32_t gain;
-    uint32_t difference;
-    uint32_t turn;
-    uint32_t bend;
-    uint16_t ticks; // d
+#include "base/divide.h" // divide_u32_u16
+#include "motion/curve_flat_layout.h"
+#include "motion/step_ring.h" // struct step_ring
+
+// How far the steps' loop got. It ends early where the high byte of q - 1 changes.
+struct progress {
+    uint16_t
+        extra_ticks; // beyond (q - 1) + 1 at the start for each step; may be negative
+    uint8_t left;    // steps not made
+    uint8_t
+        carried; // not 0: some low byte is 0 because q - 1 ended in FF and q was taken
 };
 
-static inline void lengthen(struct flat *flat, uint32_t twice_half)
+// From step to step the interval changes by c = a*T/v^3 ticks, and rounding adds one: behind a step
+// that took q or q + 1 the sums belong to a place up to c + 2 ticks from the root, and so many
+// times speed * T, which is what a tick adds, must fit half the modulus. For c = 1 and c = 4 (loose)
+// in units of 2^8:
+#define NARROW_MAX       0x002A0000
+#define NARROW_LOOSE_MAX 0x00150000
+#define WIDE_MAX         0x2A000000
+#define WIDE_LOOSE_MAX   0x15000000
+// turn is below c * v^2, and narrow it has three bytes.
+#define NARROW_SPEED_MAX       2800u
+#define NARROW_LOOSE_SPEED_MAX 1400u
+// Speeds with cubes that fit 40 bits.
+#define CUBE_MAX 8191u
+// Intervals stay 16 bits long while this many times the speed is more than T.
+#define INTERVAL_MAX 0xFB00u
+
+// By the largest speed * T, without its lowest 8 bits, and that speed.
+static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
 {
-    flat->difference += twice_half;
-    flat->gain += flat->difference;
-    flat->bend += 2u * flat->turn + twice_half;
-    flat->turn += twice_half;
-    flat->ticks++;
-}
-
-static inline void shorten(struct flat *flat, uint32_t twice_half)
-{
-    flat->gain -= flat->difference;
-    flat->difference -= twice_half;
-    flat->bend -= 2u * flat->turn - twice_half;
-    flat->turn -= twice_half;
-    flat->ticks--;
-}
-
-static struct flat enter(const struct curve *curve, uint32_t twice_half)
-{
-    int16_t half = curve->half_acceleration;
-    uint16_t ticks = curve->last_ticks;
-    uint32_t slope = (uint32_t)curve->state.narrow.slope;
-    uint32_t half_bend = multiply_s16_s16(half, (int16_t)(ticks - 1u));
-    uint32_t turn = 2u * half_bend + twice_half;
-
-    return (struct flat){
-        .residual = (uint32_t)curve->state.narrow.residual,
-        .gain = multiply_u32_u16(slope + half_bend, ticks) - curve->state.narrow.step,
-        .difference = slope + 2u * half_bend,
-        .turn = turn,
-        .bend = multiply_u32_u16(turn, ticks),
-        .ticks = ticks,
-    };
-}
-
-static void leave(struct curve *curve, const struct flat *flat, uint32_t twice_half)
-{
-    curve->state.narrow.residual = (int32_t)flat->residual;
-    curve->state.narrow.slope = (int32_t)(flat->difference - flat->turn + twice_half);
-    curve->last_ticks = flat->ticks <= curve->fast_limit_ticks ? flat->ticks : 0;
-    curve->before_ticks = curve->last_ticks;
-}
-
-uint8_t curve_flat_batch(struct curve *curve, uint16_t *intervals, uint8_t count)
-{
-    uint32_t twice_half = (uint32_t)(2 * (int32_t)curve->half_acceleration);
-    uint32_t negative_from = curve->state.narrow.negative_from;
-
-    if (curve->last_ticks == 0) {
-        return 0;
+    if (slope >= (loose ? WIDE_LOOSE_MAX : WIDE_MAX)) {
+        return CURVE_FLAT_NOT;
     }
-    struct flat flat = enter(curve, twice_half);
-    for (uint8_t left = count; left != 0; left--) {
-        uint32_t value = flat.residual + flat.gain;
-        while (value >= negative_from) {
-            lengthen(&flat, twice_half);
-            value += flat.difference;
-        }
-        while ((uint32_t)(value - flat.difference) < negative_from) {
-            value -= flat.difference;
-            shorten(&flat, twice_half);
-        }
-        flat.residual = value;
-        flat.difference += flat.turn;
-        flat.gain += flat.bend;
-        *intervals = flat.ticks;
-        intervals++;
+    return slope < (loose ? NARROW_LOOSE_MAX : NARROW_MAX) &&
+                   speed <= (loose ? NARROW_LOOSE_SPEED_MAX : NARROW_SPEED_MAX)
+               ? CURVE_FLAT_NARROW
+               : CURVE_FLAT_WIDE;
+}
+
+enum curve_flat_kind curve_flat_kind(uint32_t ticks,
+                                     uint16_t start_speed,
+                                     uint16_t end_speed)
+{
+    bool faster = end_speed > start_speed;
+    uint16_t top = faster ? end_speed : start_speed;
+    uint16_t low = faster ? start_speed : end_speed;
+    uint16_t base = low < CUBE_MAX ? low : CUBE_MAX;
+    struct wide all = wide_from_int32((int32_t)ticks);
+    struct wide square = wide_from_int32((int32_t)multiply_u32_u16(base, base));
+    int32_t change = wide_times(all, (uint16_t)(top - low)).high;
+    int32_t cube = wide_times(square, base).high;
+
+    if (change >> 2 >= cube || multiply_u32_u16(INTERVAL_MAX, low) < ticks) {
+        return CURVE_FLAT_NOT;
     }
-    leave(curve, &flat, twice_half);
-    return count;
+    return kind_of(wide_times(all, top).high, top, change >= cube);
+}
+
+void curve_flat_start(struct curve_flat *flat,
+                      uint32_t ticks,
+                      uint16_t start_speed,
+                      int16_t twice_half)
+{
+    // With T = q*v0 + r: gain = q*(v0*T + h) + h*q*(q-1) - T*T = h*q*q - r*T.
+    uint16_t interval = divide_u32_u16(ticks, start_speed);
+    uint16_t rest = (uint16_t)(ticks - multiply_u32_u16(interval, start_speed));
+    struct wide all = wide_from_int32((int32_t)ticks);
+    int32_t half_turn =
+        (int32_t)multiply_u32_u16((uint32_t)(int32_t)(twice_half / 2), interval);
+    struct wide half_bend = wide_times(wide_from_int32(half_turn), interval);
+    int32_t ahead = 2 * half_turn - twice_half / 2;
+
+    flat->residual = wide_from_int32(0);
+    flat->gain = wide_sub(half_bend, wide_times(all, rest));
+    flat->difference = wide_add(wide_times(all, start_speed), wide_from_int32(ahead));
+    flat->bend = wide_add(half_bend, half_bend);
+    flat->turn = 2 * half_turn;
+    flat->twice_half = twice_half;
+    flat->top = (uint16_t)(interval - 1u);
+}
+
+#if defined(__AVR__)
+
+_Static_assert(offsetof(struct curve_flat, residual) == CURVE_FLAT_RESIDUAL &&
+                   offsetof(struct curve_flat, gain) == CURVE_FLAT_GAIN &&
+                   offsetof(struct curve_flat, difference) == CURVE_FLAT_DIFFERENCE &&
+                   offsetof(struct curve_flat, bend) == CURVE_FLAT_BEND &&
+                   offsetof(struct curve_flat, turn) == CURVE_FLAT_TURN &&
+                   offsetof(struct curve_flat, twice_half) == CURVE_FLAT_TWICE_HALF &&
+                   offsetof(struct curve_flat, top) == CURVE_FLAT_TOP &&
+                   offsetof(struct wide, low) == CURVE_FLAT_WIDE_LOW,
+               "known to curve_flat_steps.S");
+_Static_assert(sizeof(struct progress) == 4 && offsetof(struct progress, left) == 2,
+               "known to curve_flat_steps.S");
+
+// curve_flat_steps.S. Low bytes of the entries go to `low` and behind, by an 8-bit index.
+struct progress curve_flat_narrow(struct curve_flat *flat,
+                                  volatile uint8_t *low,
+                                  uint8_t count);
+struct progress curve_flat_wide(struct curve_flat *flat,
+                                volatile uint8_t *low,
+                                uint8_t count);
+
+static inline struct progress steps(struct curve_flat *flat,
+                                    bool narrow,
+                                    volatile uint8_t *lows,
+                                    uint8_t slot,
+                                    uint8_t count)
+{
+    return narrow ? curve_flat_narrow(flat, &lows[slot], count)
+                  : curve_flat_wide(flat, &lows[slot], count);
+}
+
+// highs[slot] and behind, by an 8-bit index: the ring's arrays lie on 256-byte boundaries. 6 cycles
+// an entry.
+static inline void fill(volatile uint8_t *highs,
+                        uint8_t slot,
+                        uint8_t count,
+                        uint8_t value)
+{
+    volatile uint8_t *at = &highs[slot];
+
+    if (count != 0) {
+        __asm__ volatile("1: st %a0, %2\n\t"
+                         "inc %A0\n\t"
+                         "dec %1\n\t"
+                         "brne 1b\n\t"
+                         : "+e"(at), "+r"(count)
+                         : "r"(value)
+                         : "memory");
+    }
+}
+
+#else
+
+static inline void fill(volatile uint8_t *highs,
+                        uint8_t slot,
+                        uint8_t count,
+                        uint8_t value)
+{
+    for (; count != 0; count--) {
+        highs[slot] = value;
+        slot++;
+    }
+}
+
+static void interval_up(struct curve_flat *flat)
+{
+    struct wide turn = wide_from_int32(flat->turn);
+    struct wide twice_half = wide_from_int32(flat->twice_half);
+
+    flat->difference = wide_add(flat->difference, twice_half);
+    flat->gain = wide_add(flat->gain, flat->difference);
+    flat->bend = wide_add(wide_add(flat->bend, wide_add(turn, turn)), twice_half);
+    flat->turn += flat->twice_half;
+    flat->top++;
+}
+
+static void interval_down(struct curve_flat *flat)
+{
+    struct wide turn = wide_from_int32(flat->turn);
+    struct wide twice_half = wide_from_int32(flat->twice_half);
+
+    flat->gain = wide_sub(flat->gain, flat->difference);
+    flat->difference = wide_sub(flat->difference, twice_half);
+    flat->bend = wide_add(wide_sub(flat->bend, wide_add(turn, turn)), twice_half);
+    flat->turn -= flat->twice_half;
+    flat->top--;
+}
+
+// Move q by one if neither q nor q + 1 will do; what that adds to a step.
+static int8_t move(struct curve_flat *flat)
+{
+    struct wide value = wide_add(flat->residual, flat->gain);
+    struct wide twice_half = wide_from_int32(flat->twice_half);
+
+    if (wide_add(value, wide_add(flat->difference, twice_half)).high < 0) {
+        interval_up(flat);
+        return 1;
+    }
+    if (value.high >= 0 && wide_sub(value, flat->difference).high >= 0) {
+        interval_down(flat);
+        return -1;
+    }
+    return 0;
+}
+
+// Move q as far as needed; false when q - 1 has got another high byte.
+static bool fit(struct curve_flat *flat, uint8_t left, uint16_t *extra_ticks)
+{
+    uint8_t high = (uint8_t)(flat->top >> 8);
+    int8_t moved = 1;
+
+    while (moved != 0 && flat->top >> 8 == high) {
+        moved = move(flat);
+        *extra_ticks = (uint16_t)(*extra_ticks + moved * left);
+    }
+    return moved == 0;
+}
+
+// What curve_flat_steps.S does.
+static struct progress steps(struct curve_flat *flat,
+                             bool narrow,
+                             volatile uint8_t *lows,
+                             uint8_t slot,
+                             uint8_t count)
+{
+    struct progress progress = {0};
+
+    (void)narrow;
+    for (; count != 0 && fit(flat, count, &progress.extra_ticks); count--) {
+        uint8_t low = (uint8_t)flat->top;
+        struct wide value = wide_add(flat->residual, flat->gain);
+        if (value.high < 0) {
+            flat->difference =
+                wide_add(flat->difference, wide_from_int32(flat->twice_half));
+            flat->gain = wide_add(flat->gain, wide_from_int32(flat->turn));
+            value = wide_add(value, flat->difference);
+            progress.extra_ticks++;
+            progress.carried = low == 0xFFu ? 1u : progress.carried;
+            low++;
+        }
+        flat->residual = value;
+        flat->gain = wide_add(flat->gain, flat->bend);
+        flat->difference = wide_add(flat->difference, wide_from_int32(flat->turn));
+        lows[slot] = low;
+        slot++;
+    }
+    progress.left = count;
+    return progress;
+}
+
+#endif
+
+// Entries whose low byte is 0 by a carry need the next high byte.
+static void carry(struct step_ring *ring,
+                  uint8_t slot,
+                  uint8_t count,
+                  uint8_t first_slot,
+                  struct curve_made *made)
+{
+    for (; count != 0; count--) {
+        if (ring->low[slot] != 0) {
+            // as filled
+        } else if (slot == first_slot) {
+            made->first_high++;
+        } else {
+            ring->high[slot]++;
+        }
+        slot++;
+    }
+}
+
+void curve_flat_burst(struct curve_flat *flat,
+                      bool narrow,
+                      struct step_ring *ring,
+                      uint8_t slot,
+                      uint8_t count,
+                      struct curve_made *made)
+{
+    uint8_t first_slot = slot;
+
+    *made = (struct curve_made){.steps = count};
+    do {
+        uint16_t top = flat->top;
+        uint8_t high = (uint8_t)(top >> 8);
+        if (slot == first_slot) {
+            made->first_high = high;
+            fill(ring->high, (uint8_t)(slot + 1u), (uint8_t)(count - 1u), high);
+        } else {
+            fill(ring->high, slot, count, high);
+        }
+        struct progress progress = steps(flat, narrow, ring->low, slot, count);
+        uint8_t done = (uint8_t)(count - progress.left);
+        // Moves of q were counted for the steps that were left too, and those begin anew.
+        uint16_t moved = (uint16_t)(progress.left * (uint16_t)(flat->top - top));
+        uint32_t extra_ticks = (uint32_t)(int32_t)(int16_t)(progress.extra_ticks - moved);
+        made->ticks += multiply_u32_u16((uint32_t)top + 1u, done) + extra_ticks;
+        if (progress.carried != 0) {
+            carry(ring, slot, done, first_slot, made);
+        }
+        slot = (uint8_t)(slot + done);
+        count = progress.left;
+    } while (count != 0);
+}
+
+uint16_t curve_flat_next(struct curve_flat *flat, bool narrow)
+{
+    volatile uint8_t low;
+    struct progress progress;
+    uint16_t top;
+
+    do {
+        top = flat->top;
+        progress = steps(flat, narrow, &low, 0, 1);
+    } while (progress.left != 0);
+    return (uint16_t)(top + 1u + progress.extra_ticks);
 }

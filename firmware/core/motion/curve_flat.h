@@ -1,12 +1,69 @@
 // SPDX-License-Identifier: MIT
-// Where the interval hardly changes from step to step, everything about the next step follows from
-// this one by additions. For curve.c.
+// Where the interval changes by less than four ticks from step to step, everything about the next
+// step follows from this one by additions. For curve.c.
+//
+// Two intervals serve for a while, q and q + 1; which of them a step takes is the sign of a sum. At
+// a place where the next step is due, all exact modulo 2^40 (modulo 2^32 where that is enough):
+//
+//     residual     position beyond the last step in 1/T^2 steps
+//     gain         residual after q ticks, minus the residual now   = q*(slope + h*(q-1)) - T*T
+//     difference   what the last of these ticks adds                = slope + 2h*(q-1)
+//     turn         growth of slope and difference over q ticks      = 2h*q
+//     bend         growth of gain over q ticks                      = 2h*q*q
+//
+// slope is what the next tick adds, (speed * T, and h). The step takes q ticks if residual + gain
+// is not negative, else q + 1: then difference and gain have grown by 2h and turn more than behind
+// a step of q ticks. When neither will do, q itself moves by one: the table says what changes.
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/curve.h"
+#include "base/wide.h" // struct wide
 
-// Up to `count` steps of a curve that is flat and narrow; returns how many (0 when the last
-// interval is not known).
-uint8_t curve_flat_batch(struct curve *curve, uint16_t *intervals, uint8_t count);
+struct step_ring;
+
+struct curve_flat {
+    struct wide residual;
+    struct wide gain;
+    struct wide difference;
+    struct wide bend;
+    int32_t turn;
+    int16_t twice_half; // 2h
+    uint16_t top;       // q - 1, as the ring wants it
+};
+
+// Steps made by one call; what is needed to publish them.
+struct curve_made {
+    uint32_t ticks;     // all intervals together
+    uint8_t steps;      // 0: nothing else in this struct means anything
+    uint8_t first_high; // high byte of the first entry: not yet stored
+};
+
+enum curve_flat_kind {
+    CURVE_FLAT_NOT,
+    CURVE_FLAT_NARROW, // modulo 2^32
+    CURVE_FLAT_WIDE,   // modulo 2^40
+};
+
+// What a piece of so many ticks between these two speeds is; neither above 32767.
+enum curve_flat_kind curve_flat_kind(uint32_t ticks,
+                                     uint16_t start_speed,
+                                     uint16_t end_speed);
+
+// T ticks, start speed v0 (not 0), 2h the change of speed.
+void curve_flat_start(struct curve_flat *flat,
+                      uint32_t ticks,
+                      uint16_t start_speed,
+                      int16_t twice_half);
+
+// `count` steps (not 0) into the ring's slots from `slot` on, but for the high byte of the first.
+void curve_flat_burst(struct curve_flat *flat,
+                      bool narrow,
+                      struct step_ring *ring,
+                      uint8_t slot,
+                      uint8_t count,
+                      struct curve_made *made);
+
+// One step: its ticks.
+uint16_t curve_flat_next(struct curve_flat *flat, bool narrow);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line.h"
 
+#include "base/divide.h"   // divide_u32_u16
+#include "base/multiply.h" // multiply_u32_u16
+
 void line_begin(struct line *line,
                 const struct pixel_period *period,
                 struct run_queue *queue,
@@ -70,16 +73,22 @@ static void take_up_piece(struct line *line, struct piece *piece)
     count_steps(line, piece);
 }
 
-// Steps made when a fraction backlash/line_speed of a shifted pixel has passed: the floor of
-// v0*f + h*f*f in exact arithmetic.
+// Steps made when a fraction f = backlash/line_speed = B/V of a shifted pixel has passed: the floor
+// of v0*f + h*f*f = B*(v0*V + h*B) / (V*V) in exact arithmetic. The division is by V twice, and the
+// product divided before it grows beyond 32 bits.
 static uint16_t steps_at_edge(const struct line *line, uint16_t steps)
 {
-    int64_t half = (int64_t)steps - line->speed;
-    int64_t fraction = line->backlash_steps;
-    int64_t whole = line->line_speed;
+    uint16_t backlash = line->backlash_steps;
+    uint16_t whole = line->line_speed;
+    int32_t half = (int32_t)steps - line->speed;
+    uint32_t sum =
+        multiply_u32_u16(line->speed, whole) + multiply_u32_u16((uint32_t)half, backlash);
+    uint16_t speed = divide_u32_u16(sum, whole);
+    uint16_t rest = (uint16_t)(sum - multiply_u32_u16(speed, whole));
+    uint32_t product = multiply_u32_u16(speed, backlash) +
+                       divide_u32_u16(multiply_u32_u16(rest, backlash), whole);
 
-    return (uint16_t)((line->speed * fraction * whole + half * fraction * fraction) /
-                      (whole * whole));
+    return divide_u32_u16(product, whole);
 }
 
 static void pixel_piece(struct line *line, struct piece *piece)

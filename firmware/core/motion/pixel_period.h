@@ -22,12 +22,18 @@ bool pixel_period_set(struct pixel_period *period,
                       uint32_t num,
                       uint32_t den);
 
+// 48 bits.
+struct pixel_fraction {
+    uint32_t low;
+    uint16_t high;
+};
+
 // A walk along multiples of P from any rational start: the fraction is kept over divisor * scale.
 struct pixel_grid {
     uint32_t whole_ticks;
-    uint64_t step;    // remainder * scale
-    uint64_t divisor; // divisor * scale
-    uint64_t sum;     // fraction of the present place, 0..divisor-1
+    struct pixel_fraction step;    // remainder * scale
+    struct pixel_fraction divisor; // divisor * scale
+    struct pixel_fraction sum;     // fraction of the present place, 0..divisor-1
 };
 
 // Grid at 0; scale 1..32767.

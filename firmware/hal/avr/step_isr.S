@@ -103,15 +103,19 @@
 
 ; After a halt the overflow interrupt gives way to the compare A interrupt of the same instant,
 ; whose handler does not look at the ring (step_timer.c): the writer may still be adding to it.
-.macro give_way_if_halted engine, mask
-    lds r24, \engine + STEP_ISR_STATE
-    cpi r24, 2
-    brne 9f
+.macro give_way mask
     lds r24, \mask
     andi r24, ~(1 << TOIE1)
     ori r24, 1 << OCIE1A
     sts \mask, r24
-9:
+.endm
+
+.macro give_way_if_halted engine, mask
+    lds r24, \engine + STEP_ISR_STATE
+    cpi r24, 2
+    brne .Lstays\@
+    give_way \mask
+.Lstays\@:
 .endm
 
 ; One interval of a run, then the sum behind it. r5: high byte of the run's sum.
@@ -182,7 +186,8 @@
     sts \top_high, r24
 .endm
 
-.macro step_handler axis, engine, vector, top_low, top_high, flags, flag, mask
+.macro step_handler axis, engine, vector, top_low, top_high, edge_low, edge_high, \
+    control, flags, flag, mask
     .type step_isr_entry_\axis, @function
 step_isr_entry_\axis:
     find_entry \axis, \engine
@@ -237,28 +242,59 @@ step_isr_entry_\axis:
     ; Empty. In a line that is a fault; else one more idle period, already in the registers.
     lds r24, \engine + STEP_ISR_STATE
     cpi r24, 1
-    breq step_isr_obey_\axis
+    breq .Lhalt\axis
     lds r30, \engine + STEP_ISR_IDLE_COUNT
     lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
     adiw r30, 1
     sts \engine + STEP_ISR_IDLE_COUNT, r30
     sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
-    rjmp .Lloaded\axis
+.Lloaded\axis:
+    sbis \flags, \flag
+    rjmp .Lout\axis
+    rjmp .Llate_entry\axis
+
+    ; No edge in the next period: first of all, the interval may be the shortest one.
+.Lhalt\axis:
+    ldi r24, 0xFF
+    sts \edge_high, r24
+    sts \edge_low, r24
+    ldi r24, hi8(4096 - 1)
+    sts \top_high, r24
+    ldi r24, lo8(4096 - 1)
+    sts \top_low, r24
+    sbic \flags, \flag
+    rjmp .Llate_entry\axis
+    ldi r24, 2
+    sts \engine + STEP_ISR_STATE, r24
+    ldi r24, 0
+    sts \engine + STEP_ISR_PULSE, r24
+    lds r30, \engine + STEP_ISR_IDLE_COUNT
+    lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
+    adiw r30, 1
+    sts \engine + STEP_ISR_IDLE_COUNT, r30
+    sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
+    ; A stale flag would count this period twice.
+    ldi r24, 1 << OCF1A
+    out \flags, r24
+    give_way \mask
+    rjmp .Lout\axis
 
     .type step_isr_obey_\axis, @function
 step_isr_obey_\axis:
     call_c_nested step_isr_command_\axis, \mask
     give_way_if_halted \engine, \mask
-.Lloaded\axis:
-    sbis \flags, \flag
-    rjmp .Lout\axis
+    rjmp .Lloaded\axis
 
 .Llate_entry\axis:
     restore_r24_z
+    ; The period that should be another one has begun: no edge in it.
 .Llate\axis:
     .type step_isr_too_late_\axis, @function
 step_isr_too_late_\axis:
-    push r24
+    mov r3, r24
+    ldi r24, 1 << WGM11 | 1 << WGM10
+    sts \control, r24
+    push r3
     push r30
     push r31
     call_c step_isr_late_\axis
@@ -273,7 +309,8 @@ step_isr_too_late_\axis:
 .section .lowtext, "ax", @progbits
 #define HANDLER(axis, timer)                                                             \
     step_handler axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TIMER##timer##_OVF_vect, \
-        OCR##timer##AL, OCR##timer##AH, TIFR##timer, TOV##timer, TIMSK##timer
+        OCR##timer##AL, OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TCCR##timer##A,   \
+        TIFR##timer, TOV##timer, TIMSK##timer
 #define BOARD_AXIS(axis, timer) HANDLER(axis, timer)
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
 #include BOARD_FILE

@@ -12,6 +12,7 @@
 #define STEP_ISR_LEFT        4
 #define STEP_ISR_RUN_HIGH    5
 #define STEP_ISR_RUNS        6
+#define STEP_ISR_PULSE       25
 #define STEP_ISR_RUN_SIZE    9
 #define STEP_ISR_SUM         0
 #define STEP_ISR_AFTER_SHORT 2

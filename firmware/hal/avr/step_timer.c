@@ -24,6 +24,7 @@ KNOWN(offsetof(struct step_engine, idle_count), STEP_ISR_IDLE_COUNT);
 KNOWN(offsetof(struct step_engine, left), STEP_ISR_LEFT);
 KNOWN(offsetof(struct step_engine, run_high), STEP_ISR_RUN_HIGH);
 KNOWN(offsetof(struct step_engine, runs), STEP_ISR_RUNS);
+KNOWN(offsetof(struct step_engine, pulse), STEP_ISR_PULSE);
 KNOWN(sizeof(struct step_run), STEP_ISR_RUN_SIZE);
 KNOWN(offsetof(struct step_run, sum), STEP_ISR_SUM);
 KNOWN(offsetof(struct step_run, after_short), STEP_ISR_AFTER_SHORT);
@@ -34,6 +35,8 @@ KNOWN(offsetof(struct step_run, top_high), STEP_ISR_TOP_HIGH);
 KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
 KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
 KNOWN(STEP_ENGINE_IN_LINE, 1);
+KNOWN(STEP_ENGINE_HALTED, 2);
+KNOWN(STEP_IDLE_TICKS, 4096);
 KNOWN(STEP_HIGH_RUN, 0xFD);
 KNOWN(STEP_HIGH_COMMAND, 0xFE);
 
@@ -66,7 +69,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
             OCR##timer##A = load.top_ticks;                                              \
             /* TEMP, for a run that comes next (step_isr.S). */                          \
             OCR##timer##AH = step_engines[axis].run_high;                                \
-            /* A stale flag would count this period twice, see give_way_if_halted. */    \
+            /* A stale flag would count this period twice, see halt in step_isr.S. */     \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
         if (load.turned) {                                                               \
@@ -76,7 +79,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
             }                                                                            \
         }                                                                                \
     }
-// The idle periods of a halted axis. Clearing the overflow flag does what serving it would have
+// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Clearing the overflow flag does what serving it would have
 // done, so that a capture can tell periods apart. Budget: 60 cycles.
 #define HALTED_HANDLER(axis, timer)                                                      \
     ISR(TIMER##timer##_COMPA_vect)                                                       \
@@ -84,13 +87,12 @@ struct step_ring *step_timer_ring(uint8_t axis)
         TIFR##timer = (uint8_t)_BV(TOV##timer);                                          \
         step_engines[axis].idle_count++;                                                 \
     }
-// The next period began before its successor was loaded, so the step after it would be late: take
-// the pin from the timer before that edge. Interrupts off.
+// The next period began before its successor was loaded, so the step after it would be late: the
+// assembly half has taken the pin from the timer before that edge. Interrupts off.
 #define LATE_HANDLER(axis, timer)                                                        \
     void step_isr_late_##axis(void);                                                     \
     void step_isr_late_##axis(void)                                                      \
     {                                                                                    \
-        TCCR##timer##A = (uint8_t)(_BV(WGM##timer##1) | _BV(WGM##timer##0));             \
         TIMSK##timer &= (uint8_t)~_BV(TOIE##timer);                                      \
         step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
         late_axes |= (uint8_t)(1u << (axis));                                            \

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+// What decoding costs the board, as budgets: cycles a step by kind of piece, and what a new piece
+// costs before its first step. Natively there is nothing to count and every budget holds.
+#include <stdint.h>
+
+#include "motion/line.h"
+#include "motion/step_ring.h"
+#include "motion/walk.h"
+#include "unity.h"
+
+#define BATCH  48u
+#define COUNTS 9u
+
+static struct curve curve;
+static struct step_ring ring __attribute__((aligned(256)));
+
+#ifdef __AVR__
+#include <avr/io.h>
+
+// Timer 1 free running at the CPU clock: mode 15 with the highest TOP, which the simulator counts
+// exactly.
+void setUp(void)
+{
+    OCR1A = 0xFFFFu;
+    TCCR1A = (uint8_t)((1u << WGM11) | (1u << WGM10));
+    TCCR1B = (uint8_t)((1u << WGM13) | (1u << WGM12) | (1u << CS10));
+}
+
+static uint16_t now(void)
+{
+    return TCNT1;
+}
+
+#else
+
+void setUp(void)
+{
+}
+
+static uint16_t now(void)
+{
+    return 0;
+}
+
+#endif
+
+void tearDown(void)
+{
+}
+
+struct count {
+    uint32_t batch_cycles; // of all batches together
+    uint16_t batch_steps;
+    uint32_t slow_cycles; // of all steps that no batch took
+    uint16_t slow_steps;
+    uint16_t slow_max;
+};
+
+static void count_batch(struct count *count, uint16_t left, struct curve_made *made)
+{
+    uint8_t wanted = (uint8_t)(left < BATCH ? left : BATCH);
+    uint16_t start = now();
+
+    curve_burst(&curve, &ring, 0, wanted, made);
+    uint16_t cycles = (uint16_t)(now() - start);
+    if (made->steps != 0) {
+        count->batch_cycles += cycles;
+        count->batch_steps = (uint16_t)(count->batch_steps + made->steps);
+    }
+}
+
+static void count_slow(struct count *count)
+{
+    uint16_t start = now();
+
+    (void)curve_next(&curve);
+    uint16_t cycles = (uint16_t)(now() - start);
+    count->slow_cycles += cycles;
+    count->slow_steps++;
+    count->slow_max = cycles > count->slow_max ? cycles : count->slow_max;
+}
+
+static struct count count_piece(uint32_t ticks, uint16_t speed, uint16_t steps)
+{
+    struct count count = {0};
+    struct curve_made made;
+
+    curve_start(&curve, ticks, speed, steps);
+    for (uint16_t k = 1; k < steps; k = (uint16_t)(k + made.steps)) {
+        count_batch(&count, (uint16_t)(steps - k), &made);
+        if (made.steps == 0) {
+            made.steps = 1;
+            count_slow(&count);
+        }
+    }
+    return count;
+}
+
+// Both in cycles a step; what a piece does not have costs nothing.
+static void check_piece(uint32_t ticks,
+                        uint16_t speed,
+                        uint16_t steps,
+                        uint16_t batch_budget,
+                        uint16_t slow_budget)
+{
+    struct count count = count_piece(ticks, speed, steps);
+
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32((uint32_t)batch_budget * count.batch_steps,
+                                     count.batch_cycles);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32((uint32_t)slow_budget * count.slow_steps,
+                                     count.slow_cycles);
+}
+
+static void flat_narrow(void)
+{
+    check_piece(533333uL, 896, 948, 52, 0);
+    check_piece(533333uL, 1000, 999, 52, 0);
+    check_piece(533333uL, 999, 1000, 52, 0);
+    check_piece(533333uL, 600, 660, 60, 0);
+    check_piece(533333uL, 1000, 940, 60, 0);
+    check_piece(16000000uL / 300, 100, 104, 80, 0);
+    check_piece(533333uL, 450, 490, 70, 0);
+}
+
+static void flat_wide(void)
+{
+    check_piece(533333uL, 1596, 1648, 77, 0);
+    check_piece(533333uL, 2600, 2599, 77, 0);
+    check_piece(0xFFFFFFuL, 9000, 8960, 77, 0);
+    check_piece(0xFFFFFFuL, 600, 601, 77, 0);
+}
+
+static void steep(void)
+{
+    check_piece(533333uL, 200, 240, 700, 3500);
+    check_piece(533333uL, 0, 500, 700, 3500);
+    check_piece(533333uL, 1000, 500, 700, 3500);
+    check_piece(533333uL, 0, 700, 700, 3500);
+    check_piece(0xFFFFFFuL, 60, 160, 700, 3500);
+}
+
+static void slow(void)
+{
+    check_piece(533333uL, 0, 4, 700, 3500);
+    check_piece(533333uL, 8, 4, 700, 3500);
+    check_piece(533333uL, 8, 12, 700, 3500);
+    check_piece(533333uL, 16, 30, 700, 3500);
+    check_piece(533333uL, 44, 86, 700, 3500);
+    check_piece(0xFFFFFFuL, 0, 4, 700, 3500);
+}
+
+static struct pixel_period period;
+static struct run slots[16];
+static struct run_queue queue;
+static struct line line;
+static struct walk walk;
+
+static void push(int16_t count, uint16_t repeat)
+{
+    (void)run_queue_push(&queue, (struct run){.count = count, .repeat = repeat});
+}
+
+// The worked example's kind of ramp. Backlash is taken up behind the ramp: two grids and an edge
+// inside every pixel.
+static void check_new_pieces(uint16_t backlash, uint16_t budget)
+{
+    static const int16_t counts[COUNTS] = {4, 12, 58, 142, 232, 322, 412, 456, 456};
+    struct piece piece;
+
+    (void)pixel_period_set(&period, 16000000uL, 30, 1);
+    run_queue_init(&queue, slots, 16);
+    push(RUN_MARK_START | RUN_START_SMOOTH, 0);
+    push((int16_t)backlash, 912);
+    push(0, 1);
+    for (uint8_t i = 0; i < COUNTS; i++) {
+        push(counts[i], 1);
+    }
+    line_begin(&line, &period, &queue, true);
+    TEST_ASSERT_EQUAL_INT(LINE_PIECE, line_next(&line, &piece));
+    for (uint8_t i = 0; i < COUNTS; i++) {
+        uint16_t start = now();
+        TEST_ASSERT_EQUAL_INT(LINE_PIECE, line_next(&line, &piece));
+        walk_start(&walk, &piece);
+        uint16_t cycles = (uint16_t)(now() - start);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT16(budget, cycles);
+    }
+}
+
+static void new_piece(void)
+{
+    check_new_pieces(0, 3200);
+    check_new_pieces(250, 4200);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(flat_narrow);
+    RUN_TEST(flat_wide);
+    RUN_TEST(steep);
+    RUN_TEST(slow);
+    RUN_TEST(new_piece);
+    return UNITY_END();
+}
