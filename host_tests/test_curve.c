@@ -195,7 +195,7 @@ static void flat_pieces(void)
 }
 
 // As the axis decodes: into a ring, most steps in batches. An 8-bit index reaches all of each half.
-static struct step_ring ring __attribute__((aligned(256)));
+static struct step_ring ring;
 
 static uint16_t interval_at(uint8_t slot)
 {

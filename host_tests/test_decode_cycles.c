@@ -12,7 +12,7 @@
 #define COUNTS 9u
 
 static struct curve curve;
-static struct step_ring ring __attribute__((aligned(256)));
+static struct step_ring ring;
 
 #ifdef __AVR__
 #include <avr/io.h>

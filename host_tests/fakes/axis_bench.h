@@ -14,8 +14,7 @@
 #define BENCH_DELAY_TICKS 1000u
 
 struct axis_bench {
-    // As on the board: an 8-bit index reaches all of each half.
-    struct step_ring ring __attribute__((aligned(256)));
+    struct step_ring ring;
     struct axis axis;
     struct run slots[BENCH_SLOTS];
     struct step_engine engine;

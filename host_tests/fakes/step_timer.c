@@ -17,8 +17,7 @@ struct timer {
 
 struct fake_axis fake_axes[CONFIG_AXES];
 static struct timer timers[CONFIG_AXES];
-// As on the board: an 8-bit index reaches all of each half. On the AVR they lie where the board's do,
-// or the gap before them would cost the stack.
+// On the AVR they lie where the board's do, or the gap before them would cost the stack.
 #if defined(__AVR__)
 #define AT_START_OF_RAM __attribute__((section(".step_rings,\"aw\",@nobits;")))
 #else

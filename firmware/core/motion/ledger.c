@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/ledger.h"
 
+#include "motion/step_ring_sum.h" // step_ring_sum
+
 void ledger_reset(struct ledger *ledger,
                   struct step_ring *ring,
                   uint16_t first_period_ticks)
@@ -122,33 +124,33 @@ static void obey(struct ledger *ledger, uint8_t command)
     }
 }
 
-// Periods up to a command or the given slot: the frequent case, in registers.
-static void take_periods(struct ledger *ledger, uint8_t stop)
+// The last periods before `slot`, so many of them new.
+static void shift_lengths(struct ledger *ledger, uint8_t slot, uint8_t count)
 {
     const struct step_ring *ring = ledger->ring;
-    uint32_t loaded = ledger->loaded_ticks;
-    uint16_t newest = ledger->lengths[0];
-    uint16_t second = ledger->lengths[1];
-    uint16_t third = ledger->lengths[2];
-    uint8_t slot = ledger->retired;
-    uint8_t first = slot;
 
-    for (; slot != stop; slot++) {
-        uint8_t high = ring->high[slot];
-        if (high >= STEP_HIGH_RUN) {
-            break;
-        }
-        third = second;
-        second = newest;
-        newest = (uint16_t)((uint16_t)(((uint16_t)high << 8) | ring->low[slot]) + 1u);
-        loaded += newest;
+    for (uint8_t left = count < 3u ? count : 3u; left != 0; left--) {
+        uint8_t at = (uint8_t)(slot - left);
+        ledger->lengths[2] = ledger->lengths[1];
+        ledger->lengths[1] = ledger->lengths[0];
+        ledger->lengths[0] =
+            (uint16_t)(((uint16_t)ring->high[at] << 8 | ring->low[at]) + 1u);
     }
-    uint8_t count = (uint8_t)(slot - first);
-    ledger->taken_ticks += loaded - ledger->loaded_ticks;
-    ledger->loaded_ticks = loaded;
-    ledger->lengths[0] = newest;
-    ledger->lengths[1] = second;
-    ledger->lengths[2] = third;
+}
+
+// Single periods up to the given slot or another kind of entry.
+static void take_periods(struct ledger *ledger, uint8_t stop)
+{
+    uint8_t slot = ledger->retired;
+    uint32_t ticks = step_ring_sum(ledger->ring, &slot, stop);
+    uint8_t count = (uint8_t)(slot - ledger->retired);
+
+    if (count == 0) {
+        return;
+    }
+    shift_lengths(ledger, slot, count);
+    ledger->taken_ticks += ticks;
+    ledger->loaded_ticks += ticks;
     ledger->retired = slot;
     if (ledger->pulse) {
         ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;

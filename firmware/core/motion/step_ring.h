@@ -12,8 +12,7 @@
 // A run is evenly spaced steps that the interrupt itself carries on from period to period, so that
 // constant speed costs the writer one entry for up to 127 steps.
 //
-// The two halves are separate arrays so that the interrupt finds them with an 8-bit index; on the
-// AVR each ring is placed on a 256-byte boundary.
+// The two halves are separate arrays on 256-byte boundaries, so that an 8-bit index finds both.
 #pragma once
 
 #include <stdint.h>
@@ -62,4 +61,4 @@ struct step_run {
 struct step_ring {
     volatile uint8_t low[STEP_RING_SLOTS];
     volatile uint8_t high[STEP_RING_SLOTS];
-};
+} __attribute__((aligned(256)));
