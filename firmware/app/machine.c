@@ -10,7 +10,7 @@
 #include "hal/step_timer.h"  // step_timer_*
 
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
-#define DECODE_BUDGET 48u
+#define DECODE_BUDGET 120u
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
 #define TICKS_PER_US           ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
@@ -180,6 +180,9 @@ static void take_underruns(void)
     }
 }
 
+// An axis's account may lag so many entries behind between its turns.
+#define FOLLOW_ENTRIES 64u
+
 static void follow(uint8_t i, bool all)
 {
     struct axis *axis = &machine.axes[i];
@@ -193,6 +196,19 @@ static void follow(uint8_t i, bool all)
         cpu_section(CPU_SECTION_LEDGER);
         ledger_follow(&axis->ledger, &axis->feed, sample);
         cpu_section(CPU_SECTION_ROUND);
+    }
+}
+
+// One axis after the other; out of turn only where much has happened: a look costs more than what
+// there is to see after a few steps.
+static void follow_in_turn(void)
+{
+    machine.turn = machine.turn + 1u < CONFIG_AXES ? (uint8_t)(machine.turn + 1u) : 0;
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        uint8_t behind = (uint8_t)(step_timer_tail(i) - machine.axes[i].ledger.retired);
+        if (i == machine.turn || behind >= FOLLOW_ENTRIES) {
+            follow(i, false);
+        }
     }
 }
 
@@ -277,6 +293,7 @@ static void decode_neediest(void)
         }
     }
     if (neediest != CONFIG_AXES) {
+        follow(neediest, false);
         decode(neediest);
     }
 }
@@ -286,8 +303,8 @@ void machine_poll(void)
     cpu_section(CPU_SECTION_ROUND);
     take_capture();
     take_underruns();
+    follow_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        follow(i, false);
         supervise(i);
     }
     // Where the waits of one axis add up to less than its shortest interval nothing can lag.

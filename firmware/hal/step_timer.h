@@ -23,6 +23,7 @@ struct step_run *step_timer_runs(uint8_t axis); // STEP_RUNS of them
 
 // What the interrupt has consumed, as of one instant.
 struct engine_sample step_timer_sample(uint8_t axis);
+uint8_t step_timer_tail(uint8_t axis); // of that, the slot alone
 enum step_engine_state step_timer_state(uint8_t axis);
 
 // Publish the held front of a line, unless an idle period was loaded since idle_count: then false

@@ -121,6 +121,11 @@ struct engine_sample step_timer_sample(uint8_t axis)
     return step_engine_sample(&timers[axis].engine);
 }
 
+uint8_t step_timer_tail(uint8_t axis)
+{
+    return timers[axis].engine.tail;
+}
+
 enum step_engine_state step_timer_state(uint8_t axis)
 {
     return (enum step_engine_state)timers[axis].engine.state;

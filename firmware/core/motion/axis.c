@@ -11,8 +11,9 @@
 // The next run waits for one of the two to be free if the newer one is as long as this, time enough
 // for the main loop to come by. Else single periods follow it for the time being.
 #define RUN_WAIT_TICKS ((uint32_t)0x10000)
-// Steps of a curve that are decoded and published together.
-#define CURVE_BATCH 48u
+// Steps of a curve that are decoded and published together: at most, and while the ring runs low.
+#define CURVE_BATCH     120u
+#define CURVE_BATCH_LOW 16u
 
 void axis_init(struct axis *axis,
                struct step_ring *ring,
@@ -328,13 +329,15 @@ static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
     struct step_ring *ring = axis->feed.ring;
     uint8_t slot = axis->feed.head;
+    uint8_t fill = axis_ring_fill(axis);
+    uint8_t most = fill < CURVE_BATCH_LOW ? CURVE_BATCH_LOW : fill;
     struct curve_made made;
 
-    curve_burst(&axis->walk.steps.curve,
-                ring,
-                slot,
-                *count < CURVE_BATCH ? *count : CURVE_BATCH,
-                &made);
+    if (most > CURVE_BATCH) {
+        most = CURVE_BATCH;
+    }
+    curve_burst(
+        &axis->walk.steps.curve, ring, slot, *count < most ? *count : most, &made);
     *count = made.steps;
     if (made.steps == 0) {
         return 0;

@@ -139,7 +139,7 @@ static void shift_lengths(struct ledger *ledger, uint8_t slot, uint8_t count)
 }
 
 // Single periods up to the given slot or another kind of entry.
-static void take_periods(struct ledger *ledger, uint8_t stop)
+static void __attribute__((noinline)) take_periods(struct ledger *ledger, uint8_t stop)
 {
     uint8_t slot = ledger->retired;
     uint32_t ticks = step_ring_sum(ledger->ring, &slot, stop);
@@ -246,7 +246,9 @@ static void take_special(struct ledger *ledger)
     ledger->retired++;
 }
 
-void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+// Out of the way of the frequent case: its registers would be saved there too.
+static void __attribute__((noinline))
+follow_all(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
 {
     arrive(ledger, feed, sample);
     while (ledger->retired != sample.tail) {
@@ -263,4 +265,17 @@ void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sampl
         ledger->idle_seen++;
         add_period(ledger, STEP_IDLE_TICKS);
     }
+}
+
+void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+{
+    if (ledger->run == LEDGER_NO_RUN) {
+        bool mark = feed->mark_tail != feed->mark_placed;
+        take_periods(ledger, mark ? next_stop(ledger, feed, sample.tail) : sample.tail);
+        if (!mark && ledger->retired == sample.tail &&
+            ledger->idle_seen == sample.idle_count) {
+            return;
+        }
+    }
+    follow_all(ledger, feed, sample);
 }

@@ -193,6 +193,11 @@ struct engine_sample step_timer_sample(uint8_t axis)
     return step_engine_sample_of(tail, left, cut, idle_count);
 }
 
+uint8_t step_timer_tail(uint8_t axis)
+{
+    return step_engines[axis].tail;
+}
+
 enum step_engine_state step_timer_state(uint8_t axis)
 {
     return (enum step_engine_state)step_engines[axis].state;
