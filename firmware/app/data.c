@@ -192,7 +192,10 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
         return offset == 2 ? ledger->record_count : 0;
     }
     uint8_t behind_header = (uint8_t)(offset - REG_RECORD_HEADER);
-    uint8_t number = (uint8_t)(behind_header / REG_RECORD_WORDS);
+    // A reply of records passes here for each of its words: the quotient by a product, right up to
+    // 130. A sixth is 43/256 and a little less.
+    _Static_assert(REG_RECORD_WORDS == 6 && REG_RECORD_STRIDE <= 130, "43/256 is 1/6");
+    uint8_t number = (uint8_t)((uint16_t)behind_header * 43u >> 8);
     uint8_t word = (uint8_t)(behind_header - number * REG_RECORD_WORDS);
 
     if (number >= ledger->record_count) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/axis.h"
 
+// Entries that must be free for a round of decoding to begin: a few steps at a time would cost more
+// in getting there than in decoding.
+#define DECODE_ROOM 64u
 // A round of decoding must stay short: the serial line and line starts wait for it.
 #define SLOW_STEP_COST 12u
 // Shorter stretches of evenly spaced steps are not worth a run,
@@ -279,7 +282,7 @@ static bool run_awaited(const struct axis *axis)
 bool axis_decoded(const struct axis *axis)
 {
     if (!axis->in_line || axis->dry ||
-        feed_space(&axis->feed, axis->ledger.retired) < FEED_BURST) {
+        feed_space(&axis->feed, axis->ledger.retired) < DECODE_ROOM) {
         return true;
     }
     if (axis->awaits_run) {

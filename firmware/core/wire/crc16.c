@@ -6,7 +6,11 @@
 static uint16_t byte_remainder(uint8_t byte)
 {
     uint8_t fold = (uint8_t)(byte ^ (byte >> 4));
-    uint16_t spread = (uint16_t)((uint16_t)byte << 6);
+    // byte << 6: from the other side it is two shifts.
+    uint16_t spread = (uint16_t)((uint16_t)byte << 8);
+
+    spread = (uint16_t)(spread >> 1);
+    spread = (uint16_t)(spread >> 1);
 
     fold = (uint8_t)(fold ^ (fold >> 2));
     fold = (uint8_t)(fold ^ (fold >> 1));
