@@ -171,7 +171,7 @@ class Fake:
 
     def serve(self, frame):
         """Return the reply to a request frame, empty for a broken one or a lost reply."""
-        if crc(frame[:-2]) != frame[-2:]:
+        if crc(frame[:-2]) != frame[-2:] or (DEFECT == "mute" and self.axes[0].state == 4):
             return b""
         unit, function, body = frame[0], frame[1], frame[2:-2]
         if function in (3, 4):

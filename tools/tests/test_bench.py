@@ -29,8 +29,9 @@ from pixstep.bench import (
 from pixstep.bench.drive import Run, Window, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.search import LONG_S, Search
-from pixstep.bench.trial import CLEAN, FAULT, REFUSED, WRONG, Trial, judge
+from pixstep.bench.trial import CLEAN, FAULT, MUTE, REFUSED, WRONG, Trial, judge
 from pixstep.cli import main
+from pixstep.errors import UserError
 from pixstep.line import PLAIN, Line
 from pixstep.rational import period_ticks
 from worked import worked_line
@@ -135,6 +136,12 @@ def test_a_fault_after_right_edges_is_a_fault(fake):
     assert 0 < trial.steps < worked_line(0, pixels=34).total_steps
 
 
+def test_a_board_that_no_longer_answers_is_mute_though_its_edges_are_right(fake):
+    trial = fake(worked_line(0, pixels=34), "mute")
+    assert trial.kind == MUTE and "no reply" in trial.detail
+    assert trial.steps == worked_line(0, pixels=34).total_steps
+
+
 def test_a_refusal_is_named(fake):
     trial = fake(Line((10, 10, 10, 10)))
     assert trial.text == "refused oscillates" and trial.kind == REFUSED and trial.steps == 0
@@ -216,6 +223,8 @@ def test_overload_rates_reach_a_million_and_alike_rows_are_one():
 
 
 def _square(number):
+    if number == 4:
+        raise UserError("four is too many")
     return [{"number": number, "square": number * number, "wrong": ["odd"] * (number == 3)}]
 
 
@@ -230,12 +239,13 @@ def _figure():
 def test_rows_keep_their_order_and_wrong_ones_are_gathered():
     shares = []
     measured = run.measure([_figure()], shares.append, executor=lambda: ThreadPoolExecutor(2))
-    assert [row["square"] for row in measured["figures"]["squares"]] == [0, 1, 4, 9, 16]
+    assert [row["square"] for row in measured["figures"]["squares"]] == [0, 1, 4, 9]
     assert measured["failures"] == ["odd"]
+    assert measured["not_measured"] == ["squares: four is too many"]
     assert shares[-1] == 1.0 and shares == sorted(shares)
     text = tables.markdown([_figure()], measured)
     assert "### Squares\n\nOf numbers.\n\n| n | n*n | none |\n| --: | --: | --: |" in text
-    assert "| 4 | 16.0 | - |" in text
+    assert "| 3 | 9.0 | - |" in text
 
 
 def test_sections_are_those_of_the_firmware():
@@ -279,12 +289,17 @@ def test_misuse_is_one_line(tmp_path):
     doc.write_text("no markers\n")
     junk = tmp_path / "junk.json"
     junk.write_text("[1, 2]")
+    old = tmp_path / "old.json"
+    figure = {"rates": [{"board": "uno"}]}
+    old.write_text(json.dumps({"figures": figure, "failures": [], "not_measured": []}))
     for words, text in (
         (["--from", tmp_path / "none"], "No such file"),
+        (["--from", old, "--compare"], "not a result of this version"),
         (["--from", junk], "not a result of"),
         (["--write", doc], "has no markers"),
         (["--write", doc, "--quick"], "--write takes all figures"),
         (["--write", tmp_path / "none"], "No such file"),
+        (["--only", "rates", "--quick"], "nothing to measure"),
     ):
         status, output = cli(*words)
         assert status == 2 and text in output and output.count("\n") == 1
@@ -297,7 +312,7 @@ def test_a_saved_result_is_shown_compared_and_written(tmp_path):
         | dict.fromkeys(("ramp_rms_us", "line_max_us", "line_rms_us"), 0.01)
     ]
     saved = tmp_path / "saved.json"
-    saved.write_text(json.dumps({"figures": {"ramp": ramps}, "failures": []}))
+    saved.write_text(json.dumps({"figures": {"ramp": ramps}, "failures": [], "not_measured": []}))
     assert "0.0300" in cli("--from", saved)[1]
     status, output = cli("--from", saved, "--compare")
     assert status == 0 and "0.03 / 0.01" in output and "not measured" in output
@@ -309,11 +324,22 @@ def test_a_saved_result_is_shown_compared_and_written(tmp_path):
     assert "### Targets" in doc.read_text() and "| uno | 100 | 30 | 4500 |" in doc.read_text()
 
 
-def test_wrong_edges_fail_the_command(tmp_path):
+@pytest.mark.parametrize(
+    ("key", "said"), [("failures", "WRONG EDGES: uno"), ("not_measured", "not measured: uno")]
+)
+def test_wrong_edges_and_lacking_figures_fail_the_command(tmp_path, key, said):
     saved = tmp_path / "saved.json"
-    saved.write_text(json.dumps({"figures": {}, "failures": ["uno at 5 steps/s: wrong"]}))
+    saved.write_text(
+        json.dumps({"figures": {}, "failures": [], "not_measured": []} | {key: ["uno"]})
+    )
     status, output = cli("--from", saved)
-    assert status == 1 and "WRONG EDGES: uno at 5 steps/s" in output
+    assert status == 1 and said in output
+
+
+def test_what_is_not_built_is_named_once(monkeypatch, tmp_path):
+    monkeypatch.setenv("PIXSTEP_ROOT", str(tmp_path))
+    status, output = cli("--only", "ramp")
+    assert status == 2 and "is not built" in output and output.count("\n") == 1
 
 
 def test_quick_leaves_the_searches_out():

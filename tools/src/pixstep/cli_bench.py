@@ -8,12 +8,13 @@ import click
 from rich.console import Console
 from rich.text import Text
 
-from pixstep import docs, progress
+from pixstep import boards, docs, natives, progress
 from pixstep.bench import compare, figures, run, tables
 from pixstep.cli_options import FILE
 from pixstep.errors import UserError
 
 _MARKERS = "timing"  # of the generated part of docs/TIMING.md
+_KEYS = {"figures", "failures", "not_measured"}  # of a result
 _PIPE_WIDTH = 160  # columns, where no terminal says
 
 
@@ -34,7 +35,8 @@ _PIPE_WIDTH = 160  # columns, where no terminal says
 def bench(ctx, only, quick, comparing, saved, as_json, write, plot):
     """Measure cycles, rates, CPU share, edge errors, waits and sizes of both boards' images.
 
-    Exit status 0; 1 if any edge was wrong without a fault before it; 2 for misuse.
+    Exit status 0; 1 if any edge was wrong without a fault before it, or if a figure could not be
+    measured; 2 for misuse.
     """
     if write:
         if only or quick:
@@ -43,6 +45,19 @@ def bench(ctx, only, quick, comparing, saved, as_json, write, plot):
     measured = _saved(saved) if saved else _measure(figures.chosen(only, quick=quick))
     if plot:
         _plot(plot)
+    try:
+        _deliver(measured, comparing, as_json, write)
+    except (KeyError, TypeError) as error:
+        if not saved:
+            raise
+        raise UserError(f"{saved}: not a result of this version: {error}") from None
+    ctx.exit(1 if measured["failures"] or measured["not_measured"] else 0)
+
+
+def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None) -> None:
+    """Write the document, print JSON or tables."""
+    if write and measured["not_measured"]:
+        raise UserError(f"{write}: not written, a figure is missing: {measured['not_measured'][0]}")
     if write:
         docs.write(write, _MARKERS, _document(measured))
         click.echo(f"{write}: written", err=True)
@@ -53,12 +68,22 @@ def bench(ctx, only, quick, comparing, saved, as_json, write, plot):
         if not console.is_terminal:
             console.width = _PIPE_WIDTH
         _print(console, measured, comparing=comparing)
-    ctx.exit(1 if measured["failures"] else 0)
 
 
 def _measure(chosen: list[figures.Figure]) -> dict:
+    if not chosen:
+        raise UserError("nothing to measure: --quick leaves out what --only names")
+    natives.program("pixstep-sim")  # named once, not by every task
+    for board in boards.BOARD_NAMES:
+        natives.image(board)
     with progress.shown("measuring") as show:
-        return run.measure(chosen, show)
+        return {"compiler": _compiler(), **run.measure(chosen, show)}
+
+
+def _compiler() -> str:
+    """Return the first line in which the compiler of the images names itself."""
+    done = natives.run(["avr-gcc", "--version"])
+    return done.stdout.partition("\n")[0]
 
 
 def _saved(path: Path) -> dict:
@@ -69,15 +94,15 @@ def _saved(path: Path) -> dict:
         raise UserError(f"{path}: {error.strerror or error}") from None
     except ValueError:
         measured = None
-    if not isinstance(measured, dict) or not {"figures", "failures"} <= measured.keys():
+    if not isinstance(measured, dict) or not measured.keys() >= _KEYS:
         raise UserError(f"{path}: not a result of `pixstep bench --json`")
     return measured
 
 
 def _print(console: Console, measured: dict, *, comparing: bool) -> None:
     if comparing:
-        console.print(Text(compare.about(), style="dim"))
         rows = compare.compare(measured)
+        console.print(Text(compare.about(), style="dim"))
         for columns in (compare.columns(), compare.peer_columns()):
             console.print(tables.grid(columns, rows))
     else:
@@ -87,7 +112,8 @@ def _print(console: Console, measured: dict, *, comparing: bool) -> None:
 def _document(measured: dict) -> str:
     """Return the generated part of docs/TIMING.md."""
     rows = compare.compare(measured)
-    parts = ["### Targets, and what others reach", compare.about()]
+    parts = [f"Compiler of the images: {measured.get('compiler', 'unknown')}."]
+    parts += ["### Targets, and what others reach", compare.about()]
     parts += [tables.pipes(compare.columns(), rows), tables.pipes(compare.peer_columns(), rows)]
     return "\n\n".join([*parts, tables.markdown(figures.FIGURES, measured)])
 

@@ -38,6 +38,8 @@ def show(console: Console, figures: Iterable[Figure], measured: dict) -> None:
             console.print(Text(figure.title, style="bold"))
             console.print(Text(figure.about, style="dim"))
             console.print(grid(figure.columns, figure.merge(rows)))
+    for text in measured["not_measured"]:
+        console.print(Text(f"not measured: {text}", style="yellow"))
     for text in measured["failures"]:
         console.print(Text(f"WRONG EDGES: {text}", style="bold red"))
 
