@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 from pixstep import linecheck, natives
 from pixstep.bench import (
+    accuracy,
     compare,
     decode,
     figures,
@@ -24,6 +25,7 @@ from pixstep.bench import (
     rates,
     run,
     sections,
+    stretch,
     tables,
 )
 from pixstep.bench.drive import Run, Window, drive
@@ -359,6 +361,15 @@ def test_a_short_real_run(tmp_path):
     for row in measured["figures"]["ramp"]:
         assert row["line_max_from_zero_us"] <= 1 / 16
     assert {row["board"] for row in measured["figures"]["sizes"]} == {"uno", "mega"}
+
+
+@pytest.mark.usefixtures("simulator")
+def test_what_a_board_cannot_do_is_not_measured():
+    with pytest.raises(UserError, match="uno at 1000000 steps/s: refused"):
+        accuracy.measure("uno", 1_000_000, False)
+    line = lines.constant(10_000, 9)
+    with pytest.raises(UserError, match="uno, 1 axes, constant rate: too_fast"):
+        stretch.moving("uno", line, Fraction(100), stretch.inside(line))
 
 
 @pytest.mark.usefixtures("simulator")

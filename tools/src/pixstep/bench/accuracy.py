@@ -7,7 +7,8 @@ from pixstep import boards, verdict
 from pixstep.bench import lines
 from pixstep.bench.drive import Run, drive
 from pixstep.bench.figure import Figure, Task, key
-from pixstep.bench.trial import WRONG, judge
+from pixstep.bench.trial import CLEAN, WRONG, judge
+from pixstep.errors import UserError
 
 NAME = "accuracy"
 RATES = (10_000, 20_000, 30_000)  # steps/s
@@ -26,12 +27,18 @@ def tasks() -> list[Task]:
 
 
 def measure(board: str, rate: int, load: bool) -> list[dict]:
-    """Run STEPS steps and compare the edges with the exact instants."""
+    """Run STEPS steps and compare the edges with the exact instants.
+
+    Raises UserError if the board cannot do the rate: there is no error to speak of then.
+    """
     count = lines.count_at(rate, _HZ)
     line = lines.constant(count, STEPS // count)
     outcome = drive(Run(board, {0: line}, _HZ, serial_load=load))
     found = verdict.judge_axis(line, outcome.run.period, outcome.edges.axis(0, 0))
     trial = judge(outcome)
+    place = f"{board} at {rate} steps/s"
+    if trial.kind not in (CLEAN, WRONG):
+        raise UserError(f"{place}: {trial.text}")
     return [
         {
             "board": board,
@@ -42,7 +49,7 @@ def measure(board: str, rate: int, load: bool) -> list[dict]:
             "rate_error_ppm": round(found.rate_error_ppm, 3) + 0.0,
             "interval_error_ticks": round(found.max_interval_error_ticks, 6),
             "edge_error_ticks": round(found.max_edge_error_ticks, 6),
-            "wrong": [f"{board} {rate} steps/s: {trial.text}"] if trial.kind == WRONG else [],
+            "wrong": [f"{place}: {trial.text}"] if trial.kind == WRONG else [],
         }
     ]
 

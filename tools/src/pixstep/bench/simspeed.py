@@ -8,6 +8,7 @@ from pixstep.bench import lines
 from pixstep.bench.drive import Run, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.trial import CLEAN, judge
+from pixstep.errors import UserError
 from pixstep.rational import TIMER_HZ
 
 NAME = "simulator"
@@ -31,7 +32,7 @@ def measure(board: str) -> list[dict]:
             speed = outcome.stats["cycle"] / TIMER_HZ / outcome.stats["cpu_s"]
             row = {"board": board, "axes": axes, "steps_per_s": rate, "edges": outcome.steps}
             return [row | {"times_real_time": round(speed, 2)}]
-    return []
+    raise UserError(f"{board}: no rate down to {RATES[-1]} steps/s is clean")
 
 
 FIGURE = Figure(

@@ -4,7 +4,7 @@
 from fractions import Fraction
 
 from pixstep import natives
-from pixstep.bench.drive import Run, Window, drive, view
+from pixstep.bench.drive import Outcome, Run, Window, drive, view
 from pixstep.client import Board, Upload
 from pixstep.errors import UserError
 from pixstep.line import Line
@@ -34,17 +34,26 @@ def moving(
     """
     run = Run(board, dict.fromkeys(range(axes), line), hz, windows=(window,), **options)
     outcome = drive(run)
+    _refuse_cut_short(outcome)
     if not outcome.views:
-        why = outcome.refused or outcome.fault or outcome.trouble or "the line was too short"
-        raise UserError(f"{board}, {axes} axes, {line.name}: nothing to measure: {why}")
+        raise UserError(f"{board}, {axes} axes, {line.name}: too short for its window")
     return outcome.views[0] | {"stack_used_bytes": outcome.stats["boards"][0]["stack_used_bytes"]}
 
 
 def whole(board: str, line: Line, hz: Fraction) -> dict:
     """Return the handlers of a whole run of one axis, and its steps."""
     outcome = drive(Run(board, {0: line}, hz))
+    _refuse_cut_short(outcome)
     rows = outcome.stats["boards"][0]["handlers"]
     return {"handlers": {row["name"]: row for row in rows}, "steps": outcome.steps}
+
+
+def _refuse_cut_short(outcome: Outcome) -> None:
+    """Raise UserError for a run that the board did not bring to its end."""
+    why = outcome.refused or outcome.fault or outcome.trouble
+    if why:
+        axes, line = len(outcome.run.lines), next(iter(outcome.run.lines.values()))
+        raise UserError(f"{outcome.run.board}, {axes} axes, {line.name}: {why}")
 
 
 def at_rest(board: str, hz: Fraction, seconds: float, *, serial_load: bool = False) -> dict:
