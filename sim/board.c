@@ -88,6 +88,7 @@ static void write_gpior1(avr_t *avr, avr_io_addr_t address, uint8_t value, void 
 
     avr->data[address] = value;
     irq_stats_section(&b->stats, value, access_cycle(avr) + 1);
+    b->stats.section_entries[b->stats.section]++;
 }
 
 // Runs after simavr's own modules, at every reset of the part.

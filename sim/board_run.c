@@ -78,9 +78,9 @@ static void sleep_on(struct board *b)
     b->stats.woken = true;
 }
 
-void board_slice(avr_t *avr)
+// One instruction, the events due by its end, and an interrupt if one may be served.
+static inline void slice(struct board *b, avr_t *avr)
 {
-    struct board *b = avr->custom.data;
     avr_flashaddr_t next_pc = avr->pc;
 
     if (avr->state == cpu_Running) {
@@ -98,6 +98,11 @@ void board_slice(avr_t *avr)
         serve(b);
     }
     irq_stats_interrupts_off(&b->stats, avr->sreg[S_I] == 0);
+}
+
+void board_slice(avr_t *avr)
+{
+    slice(avr->custom.data, avr);
 }
 
 static bool alive(const struct board *b)
@@ -129,7 +134,11 @@ bool board_run(struct board *b, uint64_t cycle)
     while (alive(b) && avr->cycle < cycle) {
         uint64_t before = avr->cycle;
 
-        avr->run(avr);
+        if (avr->run == board_slice) {
+            slice(b, avr);
+        } else { // simavr's watchdog puts its reset in this place
+            avr->run(avr);
+        }
         keep_time(b, before);
     }
     if (avr->state == cpu_Crashed && b->error[0] == '\0') {

@@ -257,6 +257,14 @@ static void do_stats(struct control *c)
     answer("%s", "");
 }
 
+static void do_mark(struct control *c)
+{
+    for (int i = 0; i < c->bench->boards; i++) {
+        irq_stats_mark(&c->bench->board[i].stats);
+    }
+    answer("ok %" PRIu64, c->bench->cycle);
+}
+
 static void do_flush(struct control *c)
 {
     edges_flush(&c->bench->edges);
@@ -284,6 +292,7 @@ static const struct command commands[] = {
     {"poke", 4, 4, do_poke},
     {"pin", 5, 5, do_pin},
     {"stats", 1, 1, do_stats},
+    {"mark", 1, 1, do_mark},
     {"flush", 1, 1, do_flush},
     {"quit", 1, 1, do_quit},
 };

@@ -19,6 +19,7 @@
 //   pin BOARD PORT BIT L    ok                  drive an input pin
 //   plant BOARD AXIS        plant MOTOR LOAD
 //   stats                   one line of JSON
+//   mark                    ok CYCLE            handlers' figures in `stats` begin anew here
 //   flush                   ok                  output files are complete up to now
 //   quit                    ok                  and exit with status 0
 #pragma once

@@ -3,7 +3,6 @@
 
 #include "edges.h"
 
-#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,6 +10,8 @@
 
 #define FILE_BUFFER (1U << 18)
 #define FIRST_ROOM  1024U
+#define DIGITS_MAX  20U                   // of a 64-bit number
+#define ROW_MAX     (4 * DIGITS_MAX + 16) // four numbers, the longest name, commas
 
 const char *edge_signal_name(unsigned signal)
 {
@@ -66,16 +67,49 @@ void edges_add(struct edges *e, const struct edge *edge)
     e->count++;
 }
 
+// Both put their text at `at` and return where it ends.
+static char *put_text(char *at, const char *text)
+{
+    while (*text != '\0') {
+        *at++ = *text++;
+    }
+    return at;
+}
+
+static char *put_number(char *at, uint64_t number, char after)
+{
+    char digits[DIGITS_MAX];
+    unsigned count = 0;
+
+    do {
+        digits[count++] = (char)('0' + number % 10);
+        number /= 10;
+    } while (number != 0);
+    while (count > 0) {
+        *at++ = digits[--count];
+    }
+    *at++ = after;
+    return at;
+}
+
+// printf took a tenth of the time of a run of four fast axes.
+static void write_row(FILE *csv, const struct edge *edge)
+{
+    char row[ROW_MAX];
+    char *at = put_number(row, edge->cycle, ',');
+
+    at = put_number(at, edge->board, ',');
+    at = put_number(at, edge->axis, ',');
+    at = put_text(at, edge_signal_name(edge->signal));
+    *at++ = ',';
+    at = put_number(at, edge->level, '\n');
+    (void)fwrite(row, 1, (size_t)(at - row), csv);
+}
+
 static void write_one(const struct edges *e, const struct edge *edge)
 {
     if (e->csv != NULL && edge->signal != EDGE_CLOCK) {
-        (void)fprintf(e->csv,
-                      "%" PRIu64 ",%u,%u,%s,%u\n",
-                      edge->cycle,
-                      edge->board,
-                      edge->axis,
-                      edge_signal_name(edge->signal),
-                      edge->level);
+        write_row(e->csv, edge);
     }
     if (e->vcd != NULL) {
         vcd_edge(e->vcd, edge);

@@ -170,6 +170,18 @@ void irq_stats_reset(struct irq_stats *s)
     }
 }
 
+void irq_stats_mark(struct irq_stats *s)
+{
+    for (int i = 0; i < IRQ_VECTORS; i++) {
+        struct irq_vector_stats *v = &s->vector[i];
+
+        v->count = 0;
+        v->cycles_sum = 0;
+        v->cycles_min = v->cycles_max = v->latency_max = 0;
+    }
+    s->off_max = s->off_main_max = 0;
+}
+
 void irq_stats_section(struct irq_stats *s, unsigned section, uint64_t cycle)
 {
     uint64_t interrupts = s->interrupt_cycles - s->section_interrupts_since;
@@ -190,16 +202,27 @@ static void start(struct irq_stats *s)
     }
 }
 
+static void note_longest(uint64_t *longest, uint64_t cycles)
+{
+    if (cycles > *longest) {
+        *longest = cycles;
+    }
+}
+
 void irq_stats_i_bit(struct irq_stats *s, bool off)
 {
     uint64_t cycle = s->avr->cycle;
 
     if (off) {
         s->off_since = cycle;
+        s->off_in_main = s->depth == 0;
     } else if (!s->started) {
         start(s);
-    } else if (cycle - s->off_since > s->off_max) {
-        s->off_max = cycle - s->off_since;
+    } else {
+        note_longest(&s->off_max, cycle - s->off_since);
+        if (s->off_in_main) {
+            note_longest(&s->off_main_max, cycle - s->off_since);
+        }
     }
     s->off = off;
 }

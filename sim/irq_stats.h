@@ -46,13 +46,16 @@ struct irq_stats {
     bool woken;                // set by the run loop: the next service ends a sleep
 
     uint64_t section_cycles[IRQ_SECTIONS];
+    uint64_t section_entries[IRQ_SECTIONS];
     unsigned section;
     uint64_t section_since, section_interrupts_since;
 
     uint64_t off_since; // interrupts are off since this cycle
     bool off,
         started; // started: the program has enabled interrupts, its start-up is over
-    uint64_t off_max;
+    bool
+        off_in_main; // switched off by the main program, not by the service of an interrupt
+    uint64_t off_max, off_main_max;
 };
 
 // Names the part's vectors and hooks into them. Call once, between the part's init and first reset.
@@ -60,6 +63,9 @@ void irq_stats_attach(struct irq_stats *stats, avr_t *avr);
 
 // Forgets the handlers that were running: the part was reset.
 void irq_stats_reset(struct irq_stats *stats);
+
+// Begins the handlers' counts, means and extremes anew; the sums that only grow go on.
+void irq_stats_mark(struct irq_stats *stats);
 
 // An interrupt flag was set at this very cycle.
 void irq_stats_flag(struct irq_stats *stats, uint8_t vector, uint64_t cycle);

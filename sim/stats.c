@@ -4,8 +4,18 @@
 #include "stats.h"
 
 #include <inttypes.h>
+#include <time.h>
 
 #define CPU_HZ 16000000.0
+
+// The CPU time of this process so far, seconds.
+static double cpu_s(void)
+{
+    struct timespec used;
+
+    (void)clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+    return (double)used.tv_sec + (double)used.tv_nsec * 1e-9;
+}
 
 static void write_handlers(FILE *out, const struct irq_stats *s)
 {
@@ -19,12 +29,14 @@ static void write_handlers(FILE *out, const struct irq_stats *s)
         }
         (void)fprintf(out,
                       "%s{\"vector\":%d,\"name\":\"%s\",\"count\":%u,\"cycles_min\":%u,"
-                      "\"cycles_mean\":%.2f,\"cycles_max\":%u,\"latency_max\":%u}",
+                      "\"cycles_sum\":%" PRIu64
+                      ",\"cycles_mean\":%.2f,\"cycles_max\":%u,\"latency_max\":%u}",
                       comma,
                       i,
                       v->name,
                       v->count,
                       v->cycles_min,
+                      v->cycles_sum,
                       (double)v->cycles_sum / v->count,
                       v->cycles_max,
                       v->latency_max);
@@ -39,6 +51,13 @@ static void write_sections(FILE *out, struct board *b)
     irq_stats_section(s, s->section, b->avr->cycle); // up to now
     for (int i = 0; i < IRQ_SECTIONS; i++) {
         (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_cycles[i]);
+    }
+}
+
+static void write_entries(FILE *out, const struct irq_stats *s)
+{
+    for (int i = 0; i < IRQ_SECTIONS; i++) {
+        (void)fprintf(out, "%s%" PRIu64, (i == 0) ? "" : ",", s->section_entries[i]);
     }
 }
 
@@ -61,6 +80,8 @@ static void write_board(FILE *out, struct board *b)
                   "],\"interrupt_cycles\":%" PRIu64 ",\"sections\":[",
                   b->stats.interrupt_cycles);
     write_sections(out, b);
+    (void)fputs("],\"section_entries\":[", out);
+    write_entries(out, &b->stats);
     (void)fprintf(out,
                   "],\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"
                   "\"stack_used_bytes\":%u,\"axes\":[",
@@ -68,7 +89,11 @@ static void write_board(FILE *out, struct board *b)
                   stack_free_bytes(&b->stack, b->avr),
                   stack_used_bytes(&b->stack, b->avr));
     write_axes(out, b);
-    (void)fprintf(out, "],\"interrupts_off_max_cycles\":%" PRIu64 "}", b->stats.off_max);
+    (void)fprintf(out,
+                  "],\"interrupts_off_max_cycles\":%" PRIu64
+                  ",\"interrupts_off_main_max_cycles\":%" PRIu64 "}",
+                  b->stats.off_max,
+                  b->stats.off_main_max);
 }
 
 void stats_write(FILE *out, struct bench *bench)
@@ -77,10 +102,12 @@ void stats_write(FILE *out, struct bench *bench)
     double simulated_s = (double)bench->cycle / CPU_HZ;
 
     (void)fprintf(out,
-                  "{\"cycle\":%" PRIu64 ",\"wall_s\":%.3f,\"realtime_factor\":%.2f,"
+                  "{\"cycle\":%" PRIu64
+                  ",\"wall_s\":%.3f,\"cpu_s\":%.3f,\"realtime_factor\":%.2f,"
                   "\"corrupted_frames\":%" PRIu64 ",\"boards\":[",
                   bench->cycle,
                   wall_s,
+                  cpu_s(),
                   (wall_s > 0.0) ? simulated_s / wall_s : 0.0,
                   bench->line.corrupted_frames);
     for (int i = 0; i < bench->boards; i++) {

@@ -21,6 +21,8 @@ class Interrupts(unittest.TestCase):
             self.assertEqual(sim.run(60_000), "ok 60000")
             results = sim.results(5)
             stats = json.loads(sim.ask("stats"))["boards"][0]
+            self.assertEqual(sim.ask("mark"), "ok 60000")
+            marked = json.loads(sim.ask("stats"))["boards"][0]
         # OCR1A = 100: the flag is set when TCNT becomes 101, at the end of a nop (or asleep). The
         # handler's lds reads in its second cycle.
         first_read = 101 + RESPONSE[board] + RJMP + 1
@@ -35,10 +37,19 @@ class Interrupts(unittest.TestCase):
         cycles = RESPONSE[board] + RJMP + 10 + RESPONSE[board]
         self.assertEqual(handler["count"], 21)
         self.assertEqual((handler["cycles_min"], handler["cycles_max"]), (cycles, cycles))
+        self.assertEqual(handler["cycles_sum"], 21 * cycles)
         # 1000 nops and the out that ends the section; the handler served in it does not count.
         self.assertEqual(stats["sections"][3], 1001)
         # From one sei to the last cli: about the time of known_length() at most.
         self.assertGreater(stats["interrupts_off_max_cycles"], 0)
+        self.assertGreaterEqual(
+            stats["interrupts_off_max_cycles"], stats["interrupts_off_main_max_cycles"]
+        )
+        self.assertEqual(stats["section_entries"][3], 1)
+        # A mark begins the handlers anew and leaves the sums that only grow.
+        self.assertEqual(marked["handlers"], [])
+        self.assertEqual(marked["interrupts_off_max_cycles"], 0)
+        self.assertEqual(marked["interrupt_cycles"], stats["interrupt_cycles"])
 
     def test_uno(self):
         self.check("uno")

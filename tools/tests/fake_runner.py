@@ -20,6 +20,7 @@ from pixstep.rational import edge_tick, period_ticks
 BYTE_CYCLES = 11 * 16_000_000 // 115_200
 GAP_CYCLES = 28_000
 QUEUE_SLOTS = 64
+FAULT_CODE = 5
 DEFECT = os.environ.get("DEFECT", "")
 
 
@@ -119,6 +120,8 @@ class Fake:
             ticks.insert(40, ticks[40] + 60)
         elif DEFECT == "drift":
             ticks = [tick + tick // 1_000_000 for tick in ticks]
+        elif DEFECT in ("halts", "stops"):
+            del ticks[len(ticks) // 2 :]
         elif DEFECT == "late":
             ticks = [tick + 50 for tick in ticks]
         return ticks
@@ -126,6 +129,8 @@ class Fake:
     def input(self, address):
         if address >= regs.RECORD_BASE:
             return self.record(*divmod(address - regs.RECORD_BASE, regs.RECORD_STRIDE))
+        if address == FAULT_CODE:
+            return int(DEFECT == "halts" and any(axis.zero for axis in self.axes))
         if address < regs.AXIS_BASE:
             return {0: 1, 2: 1 + (self.board == "mega"), 3: len(self.axes), 24: 10}.get(address, 0)
         axis, offset = self.axes[(address - 0x20) // 16], address % 16
@@ -166,7 +171,7 @@ class Fake:
 
     def serve(self, frame):
         """Return the reply to a request frame, empty for a broken one or a lost reply."""
-        if crc(frame[:-2]) != frame[-2:]:
+        if crc(frame[:-2]) != frame[-2:] or (DEFECT == "mute" and self.axes[0].state == 4):
             return b""
         unit, function, body = frame[0], frame[1], frame[2:-2]
         if function in (3, 4):
@@ -212,6 +217,8 @@ class Fake:
 
     def stats(self):
         row = {"name": self.board, "handlers": [], "interrupt_cycles": self.cycle // 10}
+        row |= {"interrupts_off_max_cycles": 90, "interrupts_off_main_max_cycles": 50}
+        row |= {"section_entries": [self.cycle // 500] * 6}
         row |= {"sections": [self.cycle // 2, self.cycle // 4, 0, 0, 0, 0], "axes": []}
         row |= {"stack_free_bytes": 900, "stack_used_bytes": 100, "sleep_cycles": 0}
         return json.dumps(
@@ -235,6 +242,12 @@ class Fake:
             reply = self.serve(request)
             self.cycle += (len(request) + len(reply)) * BYTE_CYCLES + 2 * GAP_CYCLES
             return f"rx {reply.hex() or '-'} {self.cycle}"
+        if words[0] == "mark":
+            return f"ok {self.cycle}"
+        if words[0] == "counts":
+            axis = int(words[2])
+            made = [c for c, a, signal, up in self.edges if (a, signal, up) == (axis, "STEP", 1)]
+            return f"counts {sum(cycle <= self.cycle for cycle in made)}"
         if words[0] == "stats":
             return self.stats()
         if words[0] == "quit":

@@ -12,7 +12,7 @@ from fractions import Fraction
 import pytest
 from rich.console import Console
 
-from pixstep import boards, campaign, demo, natives, planner, timing
+from pixstep import campaign, demo, natives, planner
 from pixstep.edges import read_edges
 from pixstep.line import PLAIN, SMOOTH, Line
 from pixstep.randomlines import rate_case
@@ -143,10 +143,3 @@ def test_planned_ticks_are_the_boards_edges(tmp_path):
     zero = json.loads((tmp_path / "summary.json").read_text())["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero
     assert made.tolist() == planner.plan(line, HZ).columns()[:, 1].tolist()
-
-
-def test_sizes_leave_room_for_the_stack():
-    for board in BOARDS:
-        measured = timing.size(board)
-        assert measured["flash_bytes"] < boards.FLASH_BYTES[board]
-        assert measured["ram_bytes"] < boards.RAM_BYTES[board]

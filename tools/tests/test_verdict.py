@@ -126,3 +126,29 @@ def test_malformed_edge_list(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(UserError, match=message):
         read_edges(path)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "",
+        "1,0,0,STEP,2",
+        "-1,0,0,STEP,1",
+        "1,0,-2,STEP,1",
+        "1,0,0,7,1",
+        "1,0,0\nSTEP,1,1,0,0,STEP,1",
+    ],
+)
+def test_a_malformed_edge_is_named(tmp_path, row):
+    path = tmp_path / "edges.csv"
+    path.write_text(f"cycle,board,axis,signal,level\n1,0,3,STEP,1\n2,0,3,DIR,0\n{row}\n")
+    with pytest.raises(UserError, match=r":4: '.*' is not an edge"):
+        read_edges(path)
+
+
+def test_edges_without_a_last_line_end_and_without_any(tmp_path):
+    path = tmp_path / "edges.csv"
+    path.write_text("cycle,board,axis,signal,level\n")
+    assert read_edges(path).axes == {}
+    path.write_text("cycle,board,axis,signal,level\n5,1,2,STEP,1")
+    assert read_edges(path).axis(1, 2).rising.tolist() == [5]

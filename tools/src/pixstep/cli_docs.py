@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep docs` and `pixstep timing`: the generated tables of the documentation."""
-
-import json
+"""`pixstep docs`: the generated tables of the documentation."""
 
 import click
-from rich.console import Console
 
-from pixstep import docs, progress, timing
+from pixstep import docs
 from pixstep.cli_options import FILE
 
 _check = click.option("--check", type=FILE, help="Fail if the table in FILE is out of date.")
@@ -36,23 +33,6 @@ def wiring(ctx, check, write):
     _deliver(ctx, "wiring", docs.wiring(), check, write)
 
 
-@click.command("timing")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
-@click.option("--quick", is_flag=True, help="Skip the search for the highest rates.")
-@_write
-def timing_command(as_json, quick, write):
-    """Measure handlers, decoding, highest clean rates and sizes, for docs/TIMING.md."""
-    with progress.shown("measuring") as show:
-        measured = timing.measure(show, rates=not quick)
-    if write:
-        docs.write(write, "timing", timing.markdown(measured))
-        click.echo(f"{write}: written", err=True)
-    if as_json:
-        click.echo(json.dumps(measured, indent=2))
-    elif not write:
-        Console(highlight=False).print(timing.markdown(measured), markup=False, soft_wrap=True)
-
-
 def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:
     """Print, check or write one generated part."""
     if check:
@@ -70,4 +50,4 @@ def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:
     click.echo(docs.marked(name, content), nl=False)
 
 
-COMMANDS = (docs_group, timing_command)
+COMMANDS = (docs_group,)

@@ -144,6 +144,11 @@ class Board:
             words += [first & 0xFFFF, second & 0xFFFF]
         self.write(regs.QUEUE_WINDOW, words)
 
+    def fault_name(self) -> str:
+        """Return the name of the board's fault, empty if there is none."""
+        code = self.input("fault_code")
+        return regs.code_name(regs.faults(), code) if code else ""
+
     def fault_text(self) -> str:
         """Return the board's fault as one sentence, empty if there is none."""
         state = self.inputs()

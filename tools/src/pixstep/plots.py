@@ -20,20 +20,20 @@ from pixstep.line import Line
 from pixstep.rational import TIMER_HZ
 from pixstep.report import PixelRow, ticks_text
 
-_INK = "#22303c"
-_FAINT = "#8795a1"
-_IDEAL = "#f2a541"
-_MADE = "#1f6f8b"
-_BOARD = "#c8553d"
-_BAND = "#e8f1f2"
+INK = "#22303c"
+FAINT = "#8795a1"
+IDEAL = "#f2a541"
+MADE = "#1f6f8b"
+BOARD = "#c8553d"
+BAND = "#e8f1f2"
 
-_STYLE = {
+STYLE = {
     "figure.dpi": 110,
     "savefig.dpi": 140,
     "font.size": 10,
-    "axes.edgecolor": _FAINT,
-    "axes.labelcolor": _INK,
-    "axes.titlecolor": _INK,
+    "axes.edgecolor": FAINT,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
     "axes.titlesize": 11,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
@@ -42,8 +42,8 @@ _STYLE = {
     "axes.grid": True,
     "grid.color": "#dfe5ea",
     "grid.linewidth": 0.6,
-    "xtick.color": _INK,
-    "ytick.color": _INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
     "legend.frameon": False,
 }
 
@@ -79,7 +79,7 @@ def draw(trace: Trace, folder: Path, prefix: str = "") -> list[Path]:
         ("positions", _positions),
     ):
         path = folder / f"{prefix}{name}.png"
-        with mpl.rc_context(_STYLE):
+        with mpl.rc_context(STYLE):
             figure = make(trace)
             atomic.write_with(path, figure.savefig)
             plt.close(figure)
@@ -91,8 +91,8 @@ def _figure(trace: Trace, rows: int, title: str, height: float = 7.2, **options)
     figure, axes = plt.subplots(
         rows, 1, figsize=(11, height), layout="constrained", squeeze=False, **options
     )
-    figure.suptitle(f"{title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=_INK)
-    figure.text(0.012, 0.948, trace.title, fontsize=9.5, color=_FAINT, va="top")
+    figure.suptitle(f"{title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
+    figure.text(0.012, 0.948, trace.title, fontsize=9.5, color=FAINT, va="top")
     return figure, [row[0] for row in axes]
 
 
@@ -120,26 +120,26 @@ def _motion(trace: Trace) -> Figure:
     made = trace.made_px
     signs = trace.edges.directions()
     times, speeds = _ideal_speed(trace)
-    speed.plot(times, speeds / 1000, color=_IDEAL, lw=5, alpha=0.55, label="ideal")
+    speed.plot(times, speeds / 1000, color=IDEAL, lw=5, alpha=0.55, label="ideal")
     if len(made) > 1:
         rate = signs[1:] / np.diff(made) * TIMER_HZ / float(trace.period) / 1000
         middle = (made[1:] + made[:-1]) / 2
         keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
-        speed.plot(middle[keep], rate[keep], ".", ms=1.6, mew=0, color=_MADE)
+        speed.plot(middle[keep], rate[keep], ".", ms=1.6, mew=0, color=MADE)
         _magnify(speed, trace, (times, speeds / 1000), (middle[keep], rate[keep]))
-    handles = [_line(_IDEAL, 5, "ideal"), _line(_MADE, 1.5, "board: 1 / interval")]
+    handles = [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board: 1 / interval")]
     _legend(speed, "upper right", handles)
     speed.set_ylabel("speed, 1000 steps/s")
     speed.set_title("Velocity")
     ideal = trace.ideal_px
     count = np.cumsum(signs)
     wanted = np.cumsum(exact.directions(trace.line))
-    position.plot(ideal, wanted / 1000, color=_IDEAL, lw=5, alpha=0.55)
-    position.plot(made, count / 1000, color=_MADE, lw=1.2)
+    position.plot(ideal, wanted / 1000, color=IDEAL, lw=5, alpha=0.55)
+    position.plot(made, count / 1000, color=MADE, lw=1.2)
     position.set_ylabel("position, 1000 steps")
     position.set_xlabel("pixels after line zero")
     position.set_title("Position")
-    _legend(position, "upper left", [_line(_IDEAL, 5, "ideal"), _line(_MADE, 1.5, "board")])
+    _legend(position, "upper left", [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board")])
     _take_up_note(speed, trace)
     speed.set_xlim(-0.3, trace.line.pixels + 0.3)
     return figure
@@ -157,8 +157,8 @@ def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
     inset = axes.inset_axes([flat + 0.3 * (ends[0] - flat), 0.14 * axes.get_ylim()[1],
                              0.55 * (ends[0] - flat), 0.62 * axes.get_ylim()[1]],
                             transform=axes.transData)  # fmt: skip
-    inset.plot(*ideal, color=_IDEAL, lw=5, alpha=0.55)
-    inset.plot(*made, "o", ms=2.2, mew=0, color=_MADE)
+    inset.plot(*ideal, color=IDEAL, lw=5, alpha=0.55)
+    inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
     inset.set_xlim(0.5, flat + 0.2)
     inset.set_ylim(0, 1.05 * line.speeds[flat] * TIMER_HZ / float(trace.period) / 1000)
     inset.set_title("start, every dot one step", fontsize=9, weight="normal")
@@ -171,13 +171,13 @@ def _take_up_note(axes: Axes, trace: Trace) -> None:
         return
     end = trace.line.shifted_pixels
     begin = end - trace.line.backlash / trace.line.line_speed
-    axes.axvspan(begin, end, color=_BOARD, alpha=0.25, lw=0)
+    axes.axvspan(begin, end, color=BOARD, alpha=0.25, lw=0)
     axes.annotate(
         f"{trace.line.backlash} steps of backlash",
         xy=(begin, 0.9 * axes.get_ylim()[1]),
         xytext=(begin - 2.2, 0.9 * axes.get_ylim()[1]),
-        arrowprops={"arrowstyle": "-", "color": _BOARD},
-        color=_BOARD,
+        arrowprops={"arrowstyle": "-", "color": BOARD},
+        color=BOARD,
         va="center",
         ha="right",
     )
@@ -191,13 +191,13 @@ def _edge_error(trace: Trace) -> Figure:
     ideal = trace.ideal_px[: len(trace.made_px)]
     made = trace.made_px[: len(ideal)]
     errors = (made - ideal) * float(trace.period)
-    over.axhspan(-1, 1, color=_BAND, zorder=0)
+    over.axhspan(-1, 1, color=BAND, zorder=0)
     for bound in (-1, 1):
-        over.axhline(bound, color=_BOARD, lw=0.8, ls=(0, (4, 3)))
+        over.axhline(bound, color=BOARD, lw=0.8, ls=(0, (4, 3)))
     size = 2.0 if len(errors) > 3000 else 6.0
-    over.plot(made, errors, ".", ms=size, color=_MADE, alpha=0.5, mew=0, rasterized=True)
+    over.plot(made, errors, ".", ms=size, color=MADE, alpha=0.5, mew=0, rasterized=True)
     ends = [done - 1 for _, done in exact.edge_ends(trace.line) if done <= len(errors)]
-    over.plot(made[ends], errors[ends], "o", ms=3.5, color=_IDEAL, mec="white", mew=0.3)
+    over.plot(made[ends], errors[ends], "o", ms=3.5, color=IDEAL, mec="white", mew=0.3)
     top = max(1.25, 1.1 * float(np.max(np.abs(errors), initial=0)))
     over.set_ylim(-top, top)
     over.set_xlim(-0.3, trace.line.pixels + 0.3)
@@ -210,12 +210,12 @@ def _edge_error(trace: Trace) -> Figure:
         f"over {len(errors)} steps"
     )
     handles = [
-        _dot(_MADE, 4, "step"),
-        _dot(_IDEAL, 5, "last step of a pixel"),
-        _line(_BOARD, 1, "one tick"),
+        _dot(MADE, 4, "step"),
+        _dot(IDEAL, 5, "last step of a pixel"),
+        _line(BOARD, 1, "one tick"),
     ]
     _legend(over, "upper right", handles, columns=3)
-    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=_MADE, alpha=0.85)
+    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=MADE, alpha=0.85)
     spread.set_xlabel("error, ticks")
     spread.set_ylabel("steps")
     spread.set_title("Distribution")
@@ -232,20 +232,20 @@ def _positions(trace: Trace) -> Figure:
     reference = np.array(exact.expected_positions(trace.line))
     expected = np.array([_number(row.expected_steps) for row in trace.pixels])
     actual = np.array([_number(row.actual_steps) for row in trace.pixels])
-    table.plot(pixel, reference / 1000, color=_IDEAL, lw=5, alpha=0.55)
-    table.plot(pixel, expected / 1000, "o", ms=6, mfc="none", mec=_BOARD, mew=1.1)
-    table.plot(pixel, actual / 1000, ".", ms=4.5, color=_MADE)
+    table.plot(pixel, reference / 1000, color=IDEAL, lw=5, alpha=0.55)
+    table.plot(pixel, expected / 1000, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
+    table.plot(pixel, actual / 1000, ".", ms=4.5, color=MADE)
     table.set_ylabel("1000 steps")
     table.set_title("Steps made at the end of each pixel")
     handles = [
-        _line(_IDEAL, 5, "reference"),
-        _dot(_BOARD, 6, "expected by the board", hollow=True),
-        _dot(_MADE, 3, "counted STEP edges"),
+        _line(IDEAL, 5, "reference"),
+        _dot(BOARD, 6, "expected by the board", hollow=True),
+        _dot(MADE, 3, "counted STEP edges"),
     ]
     _legend(table, "upper left", handles)
-    difference.axhline(0, color=_FAINT, lw=0.8)
-    difference.plot(pixel, expected - reference, "o", ms=6, mfc="none", mec=_BOARD, mew=1.1)
-    difference.plot(pixel, actual - reference, ".", ms=4.5, color=_MADE)
+    difference.axhline(0, color=FAINT, lw=0.8)
+    difference.plot(pixel, expected - reference, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
+    difference.plot(pixel, actual - reference, ".", ms=4.5, color=MADE)
     worst = float(np.nanmax(np.abs(np.concatenate([expected, actual]) - np.tile(reference, 2))))
     difference.set_ylim(-max(1.5, 1.2 * worst), max(1.5, 1.2 * worst))
     difference.set_ylabel("steps off the reference")
@@ -261,7 +261,7 @@ def _number(value: int | None) -> float:
 
 def _line(colour: str, width: float, label: str) -> mpl.lines.Line2D:
     """Return a legend entry drawn as a line."""
-    faint = 0.55 if colour == _IDEAL else 1.0
+    faint = 0.55 if colour == IDEAL else 1.0
     return mpl.lines.Line2D([], [], color=colour, lw=width, alpha=faint, label=label)
 
 
@@ -273,4 +273,4 @@ def _dot(colour: str, size: float, label: str, *, hollow: bool = False) -> mpl.l
 
 def _legend(axes: Axes, where: str, handles: list[mpl.lines.Line2D], columns: int = 1) -> None:
     """Draw a legend."""
-    axes.legend(handles=handles, loc=where, ncols=columns, labelcolor=_INK)
+    axes.legend(handles=handles, loc=where, ncols=columns, labelcolor=INK)

@@ -113,6 +113,14 @@ class Simulator:
         """Return the signed steps that an axis has made."""
         return int(self.command(f"steps {board} {axis}").split()[1])
 
+    def count(self, board: int, axis: int) -> int:
+        """Return the rising STEP edges that an axis has made."""
+        return int(self.command(f"counts {board} {axis}").split()[1])
+
+    def mark(self) -> None:
+        """Begin the handlers' counts, means and extremes in `stats` anew."""
+        self.command("mark")
+
     def stats(self) -> dict:
         """Return the runner's statistics so far."""
         return json.loads(self.command("stats"))

@@ -79,13 +79,22 @@ def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:
 
 
 def judge_axis(
-    line: Line, period: Fraction, edges: AxisEdges, axis: int = 0, board: int = 0
+    line: Line,
+    period: Fraction,
+    edges: AxisEdges,
+    axis: int = 0,
+    board: int = 0,
+    *,
+    stopped: bool = False,
 ) -> AxisVerdict:
-    """Return the verdict on one axis' edges against the exact instants of its line."""
+    """Return the verdict on one axis' edges against the exact instants of its line.
+
+    Of a line that a fault `stopped` the edges may end early; those made must be right.
+    """
     verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
     rising = edges.rising
     _judge_pulses(verdict, edges)
-    if len(rising) != line.total_steps:
+    if len(rising) > line.total_steps or (len(rising) < line.total_steps and not stopped):
         verdict.reasons.append(f"{len(rising)} steps instead of {line.total_steps}")
     count = min(len(rising), line.total_steps)
     if count == 0:

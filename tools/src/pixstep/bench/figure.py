@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""What a figure is: tasks that can run side by side, and a table of the rows they return."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Task:
+    """One independent piece of work: `work(*arguments)` returns rows, plain data each.
+
+    It is sent to another process, so `work` is a function of a module. `alone` is for what other
+    work at the same time would disturb.
+    """
+
+    figure: str
+    work: Callable[..., list[dict]]
+    arguments: tuple = ()
+    alone: bool = False
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table: its head, and the text of a row in it."""
+
+    head: str
+    text: Callable[[dict], str]
+    left: bool = False
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure: name on the command line, title, what is measured and how, tasks, table."""
+
+    name: str
+    title: str
+    about: str
+    tasks: Callable[[], list[Task]]
+    columns: Sequence[Column]
+    long: bool = False  # a search over many runs
+    merge: Callable[[list[dict]], list[dict]] = lambda rows: rows  # rows as the table shows them
+
+
+def key(head: str, name: str, form: str = "", *, left: bool = False) -> Column:
+    """Return the column of one key of a row, formatted; a missing value is a dash."""
+
+    def text(row: dict) -> str:
+        value = row.get(name)
+        return "-" if value is None else format(value, form)
+
+    return Column(head, text, left)
+
+
+def failures(rows: list[dict]) -> list[str]:
+    """Return what rows found that must never be: edges that were wrong without a fault."""
+    return [text for row in rows for text in row.get("wrong", ())]

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: MIT
+"""What the cycles of a view went into: handlers, decoding, the main loop's other sections."""
+
+from pixstep import boards
+
+# enum cpu_section of firmware/hal/cpu.h, in order.
+SECTIONS = ("idle", "smooth", "plain", "ledger", "serial", "other")
+DECODING = ("smooth", "plain")
+_PASS = "serial"  # entered once in every pass of the main loop
+
+
+def decoding(view: dict) -> int:
+    """Return the cycles of decoding in a view, interrupts excluded."""
+    return sum(view["sections"][SECTIONS.index(name)] for name in DECODING)
+
+
+def passes(view: dict) -> int:
+    """Return how often the main loop went round."""
+    return view["section_entries"][SECTIONS.index(_PASS)]
+
+
+def pass_cycles(view: dict) -> float:
+    """Return the mean cycles of one pass of the main loop, interrupts excluded."""
+    return (view["cycles"] - view["interrupt_cycles"]) / max(1, passes(view))
+
+
+def step_handlers(view: dict, board: str, axis: int = 0) -> list[dict]:
+    """Return the handlers of an axis' timer that ran in a view, capture excepted."""
+    timer = f"TIMER{boards.load(board).timers[axis]}_"
+    return [
+        row
+        for name, row in view["handlers"].items()
+        if name.startswith(timer) and not name.endswith("CAPT")
+    ]
+
+
+def step_cycles(view: dict, board: str, axis: int = 0) -> float:
+    """Return the handler cycles of an axis' timer for each of its steps."""
+    total = sum(row["cycles_sum"] for row in step_handlers(view, board, axis))
+    return total / max(1, view["steps"])
+
+
+def latest_start(view: dict, board: str, axes: int) -> int:
+    """Return the longest wait of any axis' step interrupt in a view, cycles."""
+    rows = [row for axis in range(axes) for row in step_handlers(view, board, axis)]
+    return max((row["latency_max"] for row in rows), default=0)
