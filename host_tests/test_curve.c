@@ -147,9 +147,13 @@ static void longest_piece(void)
     check_piece(0xFFFFFFuL, 32766, 16383, 251);
 }
 
+// How a piece starts to be decoded.
 static enum curve_flat_kind kind(uint32_t ticks, uint16_t speed, uint16_t steps)
 {
-    return curve_flat_kind(ticks, speed, (uint16_t)(2u * steps - speed));
+    struct curve curve;
+
+    curve_start(&curve, ticks, speed, steps);
+    return (enum curve_flat_kind)curve.kind;
 }
 
 // Pieces on both sides of the limits between the three ways to decode.
@@ -173,15 +177,50 @@ static void flat_meets_steep(void)
 {
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 300, 402));
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 300, 403));
-    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 506, 403));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 506, 403));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 300, 150));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 500, 250));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 1000, 500));
     check_piece(524288uL, 300, 402, 5);
     check_piece(524288uL, 300, 403, 5);
     check_piece(524288uL, 506, 403, 5);
-    TEST_ASSERT_FALSE(curve_is_wide(524288uL, 300, 661));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 300, 662));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 1024, 662));
-    check_piece(524288uL, 300, 662, 5);
-    check_piece(524288uL, 1024, 662, 5);
+    check_piece(524288uL, 300, 150, 5);
+    check_piece(524288uL, 500, 250, 5);
+    check_piece(524288uL, 1000, 500, 5);
+}
+
+// Steep at one end, flat at the other.
+static void between_flat_and_steep(void)
+{
+    struct curve curve;
+
+    curve_start(&curve, 533333uL, 0, 500);
+    for (uint16_t i = 1; i < 500; i++) {
+        (void)curve_next(&curve);
+    }
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, curve.kind);
+    curve_start(&curve, 533333uL, 1000, 500);
+    for (uint16_t i = 1; i < 500; i++) {
+        (void)curve_next(&curve);
+    }
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, curve.kind);
+}
+
+static void check_wide(bool wide, uint16_t speed, uint16_t steps)
+{
+    TEST_ASSERT_EQUAL_INT(wide, curve_is_wide(0xFFFFFFuL, speed, steps));
+}
+
+static void too_wide_to_be_flat(void)
+{
+    check_wide(false, 0, 2688);
+    check_wide(true, 0, 2689);
+    check_wide(true, 5378, 2689);
+    check_wide(false, 10000, 10010);
+    check_wide(true, 10800, 10810);
+    check_piece(0xFFFFFFuL, 0, 2688, 5);
+    check_piece(0xFFFFFFuL, 0, 2689, 5);
+    check_piece(0xFFFFFFuL, 5378, 2689, 5);
 }
 
 // Hardly any acceleration.
@@ -251,6 +290,14 @@ static void check_batches(uint32_t ticks, uint16_t speed, uint16_t steps)
             check_step(ticks, speed, steps, k, at);
         }
     }
+}
+
+// Slowing down, batches get shorter; around 4096 ticks they may be longer than 8 bits count.
+static void slowing_down_slowly(void)
+{
+    check_batches(3610074uL, 932, 786);
+    check_batches(3610074uL, 884, 780);
+    check_batches(9330147uL, 2749, 1878);
 }
 
 static void batches(void)
@@ -353,6 +400,9 @@ int main(void)
     RUN_TEST(longest_piece);
     RUN_TEST(narrow_meets_wide);
     RUN_TEST(flat_meets_steep);
+    RUN_TEST(between_flat_and_steep);
+    RUN_TEST(slowing_down_slowly);
+    RUN_TEST(too_wide_to_be_flat);
     RUN_TEST(flat_pieces);
     RUN_TEST(batches);
     RUN_TEST(batches_take_most_steps);
