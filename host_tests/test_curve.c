@@ -14,9 +14,11 @@
 #ifdef __AVR__
 #define RANDOM_PIECES      60u
 #define RANDOM_FLAT_PIECES 40u
+#define RANDOM_RAMPS       10u
 #else
 #define RANDOM_PIECES      3000u
 #define RANDOM_FLAT_PIECES 4000u
+#define RANDOM_RAMPS       3000u
 #endif
 #define BATCH        48u
 #define ANCHOR_TICKS 1000000uL
@@ -377,6 +379,18 @@ static void random_flat_pieces(void)
     }
 }
 
+// Between a slow end and a fast one: steep here, flat there.
+static void random_ramps(void)
+{
+    for (uint16_t i = 0; i < RANDOM_RAMPS; i++) {
+        uint32_t ticks = chance_between(200000uL, 0xFFFFFFuL >> (i % 5u));
+        uint16_t low = (uint16_t)chance_between(0, 300);
+        uint16_t half = (uint16_t)chance_between(100, 500);
+        uint16_t start = (i & 1u) != 0 ? (uint16_t)(low + 2u * half) : low;
+        check_batches(ticks, start, (uint16_t)(low + half));
+    }
+}
+
 // Around multiples of 256 ticks both bytes of an entry change, to and fro.
 static void intervals_around_a_page(void)
 {
@@ -408,6 +422,7 @@ int main(void)
     RUN_TEST(batches_take_most_steps);
     RUN_TEST(random_pieces);
     RUN_TEST(random_flat_pieces);
+    RUN_TEST(random_ramps);
     RUN_TEST(intervals_around_a_page);
     return UNITY_END();
 }
