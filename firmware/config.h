@@ -20,8 +20,8 @@
 // STEP is low for this many ticks from the start of each period, then rises; at least 3.
 #define CONFIG_PULSE_LOW_TICKS 31u
 
-// Shortest interval in pixels whose acceleration needs 40-bit arithmetic (curve_is_wide(): speed
-// times pixel period above 2^29), ticks: what the decoder keeps up with for one axis.
+// Shortest interval in pixels that accelerate beyond the fast arithmetic, speed times pixel period
+// above 9 * 10^10 (curve_is_wide()), ticks: what the decoder keeps up with for one axis.
 #define CONFIG_WIDE_MIN_INTERVAL_TICKS 1280u
 
 // Axes, queue and shortest interval of each board. The interval must be longer than everything
@@ -42,7 +42,7 @@
 #define CONFIG_AXES               1
 #define CONFIG_PIXEL_CLOCK_AXIS   0
 #define CONFIG_QUEUE_ENTRIES      32 // runs and marks per axis; a power of two up to 128
-#define CONFIG_MIN_INTERVAL_TICKS 64u
+#define CONFIG_MIN_INTERVAL_TICKS 63u
 #elif defined(CONFIG_BOARD_MEGA)
 #define CONFIG_BOARD_NAME         "mega"
 #define CONFIG_BOARD_ID           2

@@ -14,9 +14,11 @@
 #ifdef __AVR__
 #define RANDOM_PIECES      60u
 #define RANDOM_FLAT_PIECES 40u
+#define RANDOM_RAMPS       10u
 #else
 #define RANDOM_PIECES      3000u
 #define RANDOM_FLAT_PIECES 4000u
+#define RANDOM_RAMPS       3000u
 #endif
 #define BATCH        48u
 #define ANCHOR_TICKS 1000000uL
@@ -147,9 +149,13 @@ static void longest_piece(void)
     check_piece(0xFFFFFFuL, 32766, 16383, 251);
 }
 
+// How a piece starts to be decoded.
 static enum curve_flat_kind kind(uint32_t ticks, uint16_t speed, uint16_t steps)
 {
-    return curve_flat_kind(ticks, speed, (uint16_t)(2u * steps - speed));
+    struct curve curve;
+
+    curve_start(&curve, ticks, speed, steps);
+    return (enum curve_flat_kind)curve.kind;
 }
 
 // Pieces on both sides of the limits between the three ways to decode.
@@ -173,15 +179,50 @@ static void flat_meets_steep(void)
 {
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 300, 402));
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 300, 403));
-    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 506, 403));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 506, 403));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(524288uL, 300, 150));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 500, 250));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(524288uL, 1000, 500));
     check_piece(524288uL, 300, 402, 5);
     check_piece(524288uL, 300, 403, 5);
     check_piece(524288uL, 506, 403, 5);
-    TEST_ASSERT_FALSE(curve_is_wide(524288uL, 300, 661));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 300, 662));
-    TEST_ASSERT_TRUE(curve_is_wide(524288uL, 1024, 662));
-    check_piece(524288uL, 300, 662, 5);
-    check_piece(524288uL, 1024, 662, 5);
+    check_piece(524288uL, 300, 150, 5);
+    check_piece(524288uL, 500, 250, 5);
+    check_piece(524288uL, 1000, 500, 5);
+}
+
+// Steep at one end, flat at the other.
+static void between_flat_and_steep(void)
+{
+    struct curve curve;
+
+    curve_start(&curve, 533333uL, 0, 500);
+    for (uint16_t i = 1; i < 500; i++) {
+        (void)curve_next(&curve);
+    }
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, curve.kind);
+    curve_start(&curve, 533333uL, 1000, 500);
+    for (uint16_t i = 1; i < 500; i++) {
+        (void)curve_next(&curve);
+    }
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, curve.kind);
+}
+
+static void check_wide(bool wide, uint16_t speed, uint16_t steps)
+{
+    TEST_ASSERT_EQUAL_INT(wide, curve_is_wide(0xFFFFFFuL, speed, steps));
+}
+
+static void too_wide_to_be_flat(void)
+{
+    check_wide(false, 0, 2688);
+    check_wide(true, 0, 2689);
+    check_wide(true, 5378, 2689);
+    check_wide(false, 10000, 10010);
+    check_wide(true, 10800, 10810);
+    check_piece(0xFFFFFFuL, 0, 2688, 5);
+    check_piece(0xFFFFFFuL, 0, 2689, 5);
+    check_piece(0xFFFFFFuL, 5378, 2689, 5);
 }
 
 // Hardly any acceleration.
@@ -251,6 +292,14 @@ static void check_batches(uint32_t ticks, uint16_t speed, uint16_t steps)
             check_step(ticks, speed, steps, k, at);
         }
     }
+}
+
+// Slowing down, batches get shorter; around 4096 ticks they may be longer than 8 bits count.
+static void slowing_down_slowly(void)
+{
+    check_batches(3610074uL, 932, 786);
+    check_batches(3610074uL, 884, 780);
+    check_batches(9330147uL, 2749, 1878);
 }
 
 static void batches(void)
@@ -330,6 +379,18 @@ static void random_flat_pieces(void)
     }
 }
 
+// Between a slow end and a fast one: steep here, flat there.
+static void random_ramps(void)
+{
+    for (uint16_t i = 0; i < RANDOM_RAMPS; i++) {
+        uint32_t ticks = chance_between(200000uL, 0xFFFFFFuL >> (i % 5u));
+        uint16_t low = (uint16_t)chance_between(0, 300);
+        uint16_t half = (uint16_t)chance_between(100, 500);
+        uint16_t start = (i & 1u) != 0 ? (uint16_t)(low + 2u * half) : low;
+        check_batches(ticks, start, (uint16_t)(low + half));
+    }
+}
+
 // Around multiples of 256 ticks both bytes of an entry change, to and fro.
 static void intervals_around_a_page(void)
 {
@@ -353,11 +414,15 @@ int main(void)
     RUN_TEST(longest_piece);
     RUN_TEST(narrow_meets_wide);
     RUN_TEST(flat_meets_steep);
+    RUN_TEST(between_flat_and_steep);
+    RUN_TEST(slowing_down_slowly);
+    RUN_TEST(too_wide_to_be_flat);
     RUN_TEST(flat_pieces);
     RUN_TEST(batches);
     RUN_TEST(batches_take_most_steps);
     RUN_TEST(random_pieces);
     RUN_TEST(random_flat_pieces);
+    RUN_TEST(random_ramps);
     RUN_TEST(intervals_around_a_page);
     return UNITY_END();
 }

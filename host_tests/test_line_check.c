@@ -229,17 +229,19 @@ static void too_fast_at_the_end_of_a_pixel(void)
     refused(LINE_too_fast, 3, 1334, 1);
 }
 
-// 1008 * P is beyond the narrow arithmetic: such a pixel has a limit of its own.
+// 12502 * P is beyond the fast arithmetic: such a pixel has a limit of its own.
 static void too_fast_where_arithmetic_is_wide(void)
 {
+    limits.pixel_ticks = 16000000uL;
     limits.wide_min_interval_ticks = 1280;
     begin_smooth();
-    refused(LINE_too_fast, 1, 504, 1);
+    refused(LINE_too_fast, 1, 6251, 1);
     setUp();
+    limits.pixel_ticks = 16000000uL;
     limits.wide_min_interval_ticks = 1280;
     begin_smooth();
-    taken(503, 1);
-    taken(1006, 5);
+    taken(6250, 1);
+    taken(12500, 5);
 }
 
 static void acceleration_limit(void)

@@ -183,20 +183,22 @@ static void take_underruns(void)
 // An axis's account may lag so many entries behind between its turns.
 #define FOLLOW_ENTRIES 64u
 
-static void follow(uint8_t i, bool all)
+// False when that must wait.
+static bool follow(uint8_t i, bool all)
 {
     struct axis *axis = &machine.axes[i];
     struct engine_sample sample = step_timer_sample(i);
 
     // A capture that waits may be older than this sample: its own sample comes first.
     if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
-        return;
+        return false;
     }
     if (all || ledger_due(&axis->ledger, &axis->feed, sample)) {
         cpu_section(CPU_SECTION_LEDGER);
         ledger_follow(&axis->ledger, &axis->feed, sample);
         cpu_section(CPU_SECTION_ROUND);
     }
+    return true;
 }
 
 // One axis after the other; out of turn only where much has happened: a look costs more than what
@@ -207,14 +209,14 @@ static void follow_in_turn(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         uint8_t behind = (uint8_t)(step_timer_tail(i) - machine.axes[i].ledger.retired);
         if (i == machine.turn || behind >= FOLLOW_ENTRIES) {
-            follow(i, false);
+            (void)follow(i, false);
         }
     }
 }
 
-void machine_follow(uint8_t axis)
+bool machine_follow(uint8_t axis)
 {
-    follow(axis, true);
+    return follow(axis, true);
 }
 
 // Pixels are counted from a line's own zero: only lines that share the reference's may take its
@@ -293,7 +295,7 @@ static void decode_neediest(void)
         }
     }
     if (neediest != CONFIG_AXES) {
-        follow(neediest, false);
+        (void)follow(neediest, false);
         decode(neediest);
     }
 }

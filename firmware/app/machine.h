@@ -61,8 +61,9 @@ bool machine_do(enum machine_command command, uint8_t mask);
 // After a change of machine.settings.
 void machine_apply_settings(void);
 
-// Bring an axis's ledger up to what its interrupt has done by now.
-void machine_follow(uint8_t axis);
+// Bring an axis's ledger up to what its interrupt has done by now. False when a captured edge must be
+// taken first.
+bool machine_follow(uint8_t axis);
 
 bool machine_moving(void); // any axis armed or running
 bool machine_queued(void); // or any line waiting, whole or in part

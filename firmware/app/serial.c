@@ -61,7 +61,7 @@ static void receive(void)
 static void serve(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        machine_follow(i);
+        (void)machine_follow(i);
     }
     uint16_t length = server_serve(&frame, &counters);
 

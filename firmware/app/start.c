@@ -104,7 +104,7 @@ static void release(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
 
-    machine_follow(i);
+    (void)machine_follow(i);
     int32_t delay = ticks_to_start(axis, axis->zero_ticks);
 
     if (delay > RELEASE_MAX_TICKS) {

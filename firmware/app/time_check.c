@@ -3,7 +3,6 @@
 
 #include "app/machine.h"     // machine_follow
 #include "hal/clock.h"       // clock_now_4us
-#include "hal/pixel_clock.h" // pixel_clock_waiting
 #include "hal/step_timer.h"  // step_timer_start
 
 // The division inside a run makes a check cost up to 1500 cycles.
@@ -28,7 +27,9 @@ static bool lags(uint8_t i, uint32_t now_4us)
     // Rounded so that it is never ahead of the time at which the axis is followed.
     uint32_t now_ticks = (now_4us - started_4us - 1u) * TICKS_PER_4US;
 
-    machine_follow(i);
+    if (!machine_follow(i)) {
+        return false;
+    }
     uint32_t running_end = ledger_period_start(&axis->ledger, &axis->feed, 0);
     return (int32_t)(now_ticks - running_end) > 0;
 }
@@ -42,9 +43,7 @@ void time_check_poll(void)
     }
     checked_4us = now_4us;
     next_axis = next_axis + 1u < CONFIG_AXES ? (uint8_t)(next_axis + 1u) : 0;
-    // A capture that waits holds its axis's account back.
-    if (machine.axes[next_axis].state == AXIS_RUNNING && !pixel_clock_waiting() &&
-        lags(next_axis, now_4us)) {
+    if (machine.axes[next_axis].state == AXIS_RUNNING && lags(next_axis, now_4us)) {
         machine_underrun(next_axis);
     }
 }

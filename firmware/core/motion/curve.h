@@ -15,16 +15,23 @@
 #include "motion/curve_flat.h"  // struct curve_flat, struct curve_made
 #include "motion/curve_steep.h" // struct curve_steep
 
+// A curve may become flat as it speeds up, and steep as it slows down.
 struct curve {
     union {
-        struct curve_flat flat;
+        struct {
+            struct curve_flat flat;
+            uint32_t ticks;       // T
+            uint16_t start_speed; // v0
+            uint16_t steps;       // made so far
+        } flat;
         struct curve_steep steep;
     } state;
-    enum curve_flat_kind kind;
+    uint8_t kind; // enum curve_flat_kind
+    bool stays;   // flat to its end
 };
 
-// A piece with a fast end that is not flat: every step needs products. Arguments as for
-// curve_start().
+// A piece that is never flat because 40 bits are not enough for its fast end: every step needs
+// products. Arguments as for curve_start().
 bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps);
 
 // ticks T: 1024..2^24-1; start speed v0 and end speed 2n - v0: 0..32767. For the main loop only: it

@@ -3,7 +3,7 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/divide.h" // divide_u32_u16
+#include "base/multiply.h" // multiply_*
 #include "motion/curve_flat_layout.h"
 #include "motion/step_ring.h" // struct step_ring
 
@@ -18,8 +18,8 @@ struct progress {
 
 // From step to step the interval changes by c = a*T/v^3 ticks, and rounding adds one: behind a step
 // that took q or q + 1 the sums belong to a place up to c + 2 ticks from the root, and so many
-// times speed * T, which is what a tick adds, must fit half the modulus. For c = 1 and c = 4 (loose)
-// in units of 2^8:
+// times speed * T, which is what a tick adds, must fit half the modulus. For c = 1 and c = 4
+// (loose), in units of 2^8:
 #define NARROW_MAX       0x002A0000
 #define NARROW_LOOSE_MAX 0x00150000
 #define WIDE_MAX         0x2A000000
@@ -44,46 +44,75 @@ static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
                : CURVE_FLAT_WIDE;
 }
 
+// What a*T may be at least for the interval to change by a tick; the lowest 8 bits are missing.
+static int32_t cube(uint16_t speed)
+{
+    uint16_t base = speed < CUBE_MAX ? speed : CUBE_MAX;
+
+    return wide_times(wide_from_int32((int32_t)multiply_u32_u16(base, base)), base).high;
+}
+
+static int32_t slope_of(uint32_t ticks, uint16_t speed)
+{
+    return wide_times(wide_from_int32((int32_t)ticks), speed).high;
+}
+
+enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed)
+{
+    return kind_of(slope_of(ticks, top_speed), top_speed, true);
+}
+
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
                                      uint16_t start_speed,
-                                     uint16_t end_speed)
+                                     uint16_t end_speed,
+                                     bool *stays)
 {
     bool faster = end_speed > start_speed;
     uint16_t top = faster ? end_speed : start_speed;
     uint16_t low = faster ? start_speed : end_speed;
-    uint16_t base = low < CUBE_MAX ? low : CUBE_MAX;
-    struct wide all = wide_from_int32((int32_t)ticks);
-    struct wide square = wide_from_int32((int32_t)multiply_u32_u16(base, base));
-    int32_t change = wide_times(all, (uint16_t)(top - low)).high;
-    int32_t cube = wide_times(square, base).high;
+    int32_t growth = slope_of(ticks, (uint16_t)(top - low));
+    int32_t limit = cube(low);
 
-    if (change >> 2 >= cube || multiply_u32_u16(INTERVAL_MAX, low) < ticks) {
-        return CURVE_FLAT_NOT;
+    *stays = true;
+    if (growth >> 2 < limit && multiply_u32_u16(INTERVAL_MAX, low) >= ticks) {
+        return kind_of(slope_of(ticks, top), top, growth >= limit);
     }
-    return kind_of(wide_times(all, top).high, top, change >= cube);
+    if (!faster && growth >> 2 < cube(top) &&
+        multiply_u32_u16(INTERVAL_MAX, top) >= ticks) {
+        *stays = false;
+        return curve_flat_now(ticks, top);
+    }
+    return CURVE_FLAT_NOT;
 }
 
-void curve_flat_start(struct curve_flat *flat,
-                      uint32_t ticks,
-                      uint16_t start_speed,
-                      int16_t twice_half)
+void curve_flat_enter(struct curve_flat *flat,
+                      const struct curve_place *at,
+                      uint16_t interval_ticks)
 {
-    // With T = q*v0 + r: gain = q*(v0*T + h) + h*q*(q-1) - T*T = h*q*q - r*T.
-    uint16_t interval = divide_u32_u16(ticks, start_speed);
-    uint16_t rest = (uint16_t)(ticks - multiply_u32_u16(interval, start_speed));
-    struct wide all = wide_from_int32((int32_t)ticks);
-    int32_t half_turn =
-        (int32_t)multiply_u32_u16((uint32_t)(int32_t)(twice_half / 2), interval);
-    struct wide half_bend = wide_times(wide_from_int32(half_turn), interval);
-    int32_t ahead = 2 * half_turn - twice_half / 2;
+    uint32_t half = (uint32_t)(int32_t)at->half;
+    int32_t half_turn = (int32_t)multiply_u32_u16(half, interval_ticks);
+    struct wide turn = wide_from_int32(2 * half_turn);
+    struct wide ahead = wide_from_int32(half_turn - at->half);
+    struct wide step = {.high =
+                            (int32_t)((at->step >> 8) | ((uint32_t)at->step_high << 24)),
+                        .low = (uint8_t)at->step};
+    struct wide mean = wide_add(at->slope, ahead);
 
-    flat->residual = wide_from_int32(0);
-    flat->gain = wide_sub(half_bend, wide_times(all, rest));
-    flat->difference = wide_add(wide_times(all, start_speed), wide_from_int32(ahead));
-    flat->bend = wide_add(half_bend, half_bend);
+    flat->residual = at->residual;
+    flat->gain = wide_sub(wide_times(mean, interval_ticks), step);
+    flat->difference = wide_add(mean, ahead);
+    flat->bend = wide_times(turn, interval_ticks);
     flat->turn = 2 * half_turn;
-    flat->twice_half = twice_half;
-    flat->top = (uint16_t)(interval - 1u);
+    flat->twice_half = (int16_t)(2 * at->half);
+    flat->top = (uint16_t)(interval_ticks - 1u);
+}
+
+void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at)
+{
+    at->residual = flat->residual;
+    at->slope =
+        wide_sub(flat->difference, wide_from_int32(flat->turn - flat->twice_half));
+    at->half = (int16_t)(flat->twice_half / 2);
 }
 
 #if defined(__AVR__)

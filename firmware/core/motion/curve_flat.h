@@ -19,7 +19,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/wide.h" // struct wide
+#include "base/wide.h"          // struct wide
+#include "motion/curve_place.h" // struct curve_place
 
 struct step_ring;
 
@@ -46,16 +47,22 @@ enum curve_flat_kind {
     CURVE_FLAT_WIDE,   // modulo 2^40
 };
 
-// What a piece of so many ticks between these two speeds is; neither above 32767.
+// How a piece of T ticks between two speeds (not above 32767) begins; stays: it is flat to its end.
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
                                      uint16_t start_speed,
-                                     uint16_t end_speed);
+                                     uint16_t end_speed,
+                                     bool *stays);
 
-// T ticks, start speed v0 (not 0), 2h the change of speed.
-void curve_flat_start(struct curve_flat *flat,
-                      uint32_t ticks,
-                      uint16_t start_speed,
-                      int16_t twice_half);
+// What is flat now, below four ticks from step to step, up to this speed.
+enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed);
+
+// From a place whose next interval is about so long, within the change from step to step.
+void curve_flat_enter(struct curve_flat *flat,
+                      const struct curve_place *at,
+                      uint16_t interval_ticks);
+
+// The place behind the last step, but for T*T.
+void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at);
 
 // `count` steps (not 0) into the ring's slots from `slot` on, but for the high byte of the first.
 void curve_flat_burst(struct curve_flat *flat,

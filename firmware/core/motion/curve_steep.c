@@ -3,7 +3,8 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/divide.h" // divide_u32_u16
+#include "base/divide.h"   // divide_u32_u16
+#include "base/multiply.h" // multiply_*
 #include "motion/curve_steep_layout.h"
 
 // Up to so many corrections of an extrapolated interval are cheaper than the other guess.
@@ -15,11 +16,11 @@
 
 #if defined(__AVR__)
 
-_Static_assert(offsetof(struct curve_steep, residual) == CURVE_STEEP_RESIDUAL &&
-                   offsetof(struct curve_steep, slope) == CURVE_STEEP_SLOPE &&
-                   offsetof(struct curve_steep, step) == CURVE_STEEP_STEP &&
-                   offsetof(struct curve_steep, step_high) == CURVE_STEEP_STEP + 4 &&
-                   offsetof(struct curve_steep, half) == CURVE_STEEP_HALF &&
+_Static_assert(offsetof(struct curve_steep, at.residual) == CURVE_STEEP_RESIDUAL &&
+                   offsetof(struct curve_steep, at.slope) == CURVE_STEEP_SLOPE &&
+                   offsetof(struct curve_steep, at.step) == CURVE_STEEP_STEP &&
+                   offsetof(struct curve_steep, at.step_high) == CURVE_STEEP_STEP + 4 &&
+                   offsetof(struct curve_steep, at.half) == CURVE_STEEP_HALF &&
                    offsetof(struct wide, low) == CURVE_STEEP_WIDE_LOW,
                "known to curve_steep_fit.S");
 
@@ -38,11 +39,11 @@ static uint32_t curve_steep_fit(struct curve_steep *steep,
                                 uint32_t ticks,
                                 uint16_t corrections)
 {
-    int64_t twice_half = 2 * (int64_t)steep->half;
-    int64_t step = ((int64_t)steep->step_high << 32) | steep->step;
-    int64_t bend = steep->half * ((int64_t)ticks - 1);
-    int64_t sum = wide_to(steep->slope) + bend;
-    int64_t value = sum * ticks + wide_to(steep->residual) - step;
+    int64_t twice_half = 2 * (int64_t)steep->at.half;
+    int64_t step = ((int64_t)steep->at.step_high << 32) | steep->at.step;
+    int64_t bend = steep->at.half * ((int64_t)ticks - 1);
+    int64_t sum = wide_to(steep->at.slope) + bend;
+    int64_t value = sum * ticks + wide_to(steep->at.residual) - step;
     int64_t difference = sum + bend;
 
     if (sum < 0 || difference < 0) {
@@ -62,8 +63,8 @@ static uint32_t curve_steep_fit(struct curve_steep *steep,
             ticks--;
         }
     }
-    steep->residual = wide_from(value);
-    steep->slope = wide_from(difference + twice_half);
+    steep->at.residual = wide_from(value);
+    steep->at.slope = wide_from(difference + twice_half);
     return ticks;
 }
 
@@ -82,26 +83,14 @@ static uint16_t curve_steep_root(uint32_t value)
 
 #endif
 
-void curve_steep_start(struct curve_steep *steep,
+void curve_steep_enter(struct curve_steep *steep,
+                       const struct curve_place *at,
                        uint32_t ticks,
                        uint16_t start_speed,
-                       int16_t half)
+                       uint16_t steps)
 {
-    // T*T from the halves of T.
-    uint16_t low = (uint16_t)ticks;
-    uint32_t high = ticks >> 16;
-    uint32_t low_square = multiply_u32_u16(low, low);
-    uint32_t upper = multiply_u32_u16(2u * high, low) + (low_square >> 16);
-    struct wide slope = wide_times(wide_from_int32((int32_t)ticks), start_speed);
     uint8_t scale = 0;
 
-    *steep = (struct curve_steep){
-        .slope = wide_add(slope, wide_from_int32(half)),
-        .step = (upper << 16) | (uint16_t)low_square,
-        .step_high = (uint16_t)((upper >> 16) + high * high),
-        .half = half,
-        .start_speed = start_speed,
-    };
     while (ticks < 0x00400000uL) {
         ticks <<= 8;
         scale = (uint8_t)(scale + 8u);
@@ -110,8 +99,13 @@ void curve_steep_start(struct curve_steep *steep,
         ticks <<= 1;
         scale++;
     }
-    steep->scaled_ticks = ticks;
-    steep->ticks_scale = scale;
+    *steep = (struct curve_steep){
+        .at = *at,
+        .scaled_ticks = ticks,
+        .ticks_scale = scale,
+        .start_speed = start_speed,
+        .steps = steps,
+    };
 }
 
 static uint32_t shifted(uint32_t value, int8_t left)
@@ -123,7 +117,7 @@ static uint32_t shifted(uint32_t value, int8_t left)
 // as 16 bits each allow.
 static uint32_t both_speeds(struct curve_steep *steep)
 {
-    int32_t twice_half = 2 * (int32_t)steep->half;
+    int32_t twice_half = 2 * (int32_t)steep->at.half;
     uint32_t growth = multiply_u32_u16((uint32_t)twice_half, steep->steps);
     uint32_t before =
         multiply_u32_u16(steep->start_speed, steep->start_speed) + 2u * growth;

@@ -151,7 +151,7 @@ def _rate_findings(pixel: int, speed: int, limits: Limits) -> Iterator[Finding]:
 
 
 def needs_wide_arithmetic(start: int, end: int, period_ticks: Fraction) -> bool:
-    """Return whether every step of this pixel costs the board products, and there are many.
+    """Return whether this pixel does not fit the 40 bits of the board's fast decoding.
 
     Speeds in steps/pixel; the rules of curve_is_wide() in firmware/core/motion/curve.c and of
     curve_flat_kind() in curve_flat.c, whose numbers are those of 40 bits without the lowest 8.
@@ -161,9 +161,8 @@ def needs_wide_arithmetic(start: int, end: int, period_ticks: Fraction) -> bool:
     slope = top * ticks >> 8
     change = (top - low) * ticks >> 8
     cube = min(low, 8191) ** 3 >> 8
-    limit = 0x15000000 if change >= cube else 0x2A000000
-    flat = change >> 2 < cube and low * 0xFB00 >= ticks and slope < limit
-    return start != end and slope >= 2**21 and not flat
+    flat = change < cube and slope < 0x2A000000
+    return start != end and slope >= 0x15000000 and not flat
 
 
 def _wide_findings(pixel: int, start: int, end: int, limits: Limits) -> Iterator[Finding]:
