@@ -136,6 +136,19 @@ static void line_finished(struct axis *axis)
     }
 }
 
+void machine_account(uint8_t i)
+{
+    struct axis *axis = &machine.axes[i];
+
+    ledger_follow(&axis->ledger, &axis->feed, step_timer_sample(i));
+}
+
+void machine_discard(uint8_t i)
+{
+    machine_account(i);
+    axis_discard(&machine.axes[i], step_timer_settle(i));
+}
+
 // A running axis that halted or came to the end of its line.
 static void supervise_running(uint8_t i)
 {
@@ -160,7 +173,7 @@ static void supervise(uint8_t i)
     if ((machine.stopping & axis_bit(i)) != 0 &&
         step_timer_state(i) != STEP_ENGINE_IN_LINE) {
         machine.stopping &= (uint8_t)~axis_bit(i);
-        axis_discard(axis, step_timer_settle(i));
+        machine_discard(i);
     }
 }
 
@@ -195,7 +208,11 @@ static bool follow(uint8_t i, bool all)
     }
     if (all || ledger_due(&axis->ledger, &axis->feed, sample)) {
         cpu_section(CPU_SECTION_LEDGER);
-        ledger_follow(&axis->ledger, &axis->feed, sample);
+        if (all) {
+            ledger_follow(&axis->ledger, &axis->feed, sample);
+        } else {
+            ledger_follow_blocks(&axis->ledger, &axis->feed, sample);
+        }
         cpu_section(CPU_SECTION_ROUND);
     }
     return true;

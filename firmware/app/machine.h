@@ -65,6 +65,12 @@ void machine_apply_settings(void);
 // taken first.
 bool machine_follow(uint8_t axis);
 
+// The same at rest, whatever waits: before the account is cut short.
+void machine_account(uint8_t axis);
+
+// Forget every line of an axis at rest.
+void machine_discard(uint8_t axis);
+
 bool machine_moving(void); // any axis armed or running
 bool machine_queued(void); // or any line waiting, whole or in part
 bool machine_clock_present(void);

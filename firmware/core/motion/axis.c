@@ -15,7 +15,8 @@
 // for the main loop to come by. Else single periods follow it for the time being.
 #define RUN_WAIT_TICKS ((uint32_t)0x10000)
 // Steps of a curve that are decoded and published together: at most, and while the ring runs low.
-#define CURVE_BATCH     120u
+// The ledger takes what was decoded together as a whole, so that much of the ring may lie idle.
+#define CURVE_BATCH     60u
 #define CURVE_BATCH_LOW 16u
 
 void axis_init(struct axis *axis,
@@ -321,8 +322,8 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
         slot = feed_burst_put(ring, slot, (uint16_t)ticks);
     }
     axis->walk.steps.even.sum = even.sum;
+    feed_note_block(&axis->feed, axis->feed.head, (uint8_t)(slot - axis->feed.head), sum);
     axis->feed.head = slot;
-    axis->feed.written_ticks += sum;
     return sum;
 }
 
@@ -348,7 +349,7 @@ static uint32_t burst_curve(struct axis *axis, uint8_t *count)
     axis->feed.head = (uint8_t)(slot + made.steps);
     ring->high[axis->feed.head] = STEP_HIGH_EMPTY;
     ring->high[slot] = made.first_high;
-    axis->feed.written_ticks += made.ticks;
+    feed_note_block(&axis->feed, slot, made.steps, made.ticks);
     return made.ticks;
 }
 

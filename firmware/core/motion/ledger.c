@@ -77,8 +77,11 @@ static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
     ledger->pixel++;
     record->pixel = (uint16_t)ledger->pixel;
     record->edge_error_ticks = 0;
-    record->expected_steps = mark->position;
     record->actual_steps = position_at(ledger, mark) - ledger->line_origin;
+    // The two are nearly the same, so 16 bits say which number was meant.
+    record->expected_steps =
+        record->actual_steps +
+        (int16_t)(uint16_t)(mark->position - (uint16_t)record->actual_steps);
     ledger->record_next = (uint8_t)(ledger->record_next + 1u);
     if (ledger->record_next == LEDGER_RECORDS) {
         ledger->record_next = 0;
@@ -138,22 +141,63 @@ static void shift_lengths(struct ledger *ledger, uint8_t slot, uint8_t count)
     }
 }
 
-// Single periods up to the given slot or another kind of entry.
-static void __attribute__((noinline)) take_periods(struct ledger *ledger, uint8_t stop)
+static void count_periods(struct ledger *ledger, uint8_t count, uint32_t ticks)
 {
-    uint8_t slot = ledger->retired;
-    uint32_t ticks = step_ring_sum(ledger->ring, &slot, stop);
-    uint8_t count = (uint8_t)(slot - ledger->retired);
+    uint8_t slot = (uint8_t)(ledger->retired + count);
 
-    if (count == 0) {
-        return;
-    }
     shift_lengths(ledger, slot, count);
     ledger->taken_ticks += ticks;
     ledger->loaded_ticks += ticks;
     ledger->retired = slot;
     if (ledger->pulse) {
         ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
+    }
+}
+
+// Single periods up to the given slot or another kind of entry, one by one.
+static uint32_t walk_periods(struct ledger *ledger, uint8_t stop)
+{
+    uint8_t slot = ledger->retired;
+    uint32_t ticks = step_ring_sum(ledger->ring, &slot, stop);
+    uint8_t count = (uint8_t)(slot - ledger->retired);
+
+    if (count != 0) {
+        count_periods(ledger, count, ticks);
+    }
+    return ticks;
+}
+
+// The block at `retired`: as a whole, or its first periods up to `stop`.
+static void take_block(struct ledger *ledger,
+                       struct feed *feed,
+                       struct feed_block *block,
+                       uint8_t stop)
+{
+    uint8_t count = (uint8_t)(stop - ledger->retired);
+
+    if (count >= block->count) {
+        count_periods(ledger, block->count, block->ticks);
+        feed->block_tail++;
+    } else {
+        block->ticks -= walk_periods(ledger, stop);
+        block->slot = stop;
+        block->count = (uint8_t)(block->count - count);
+    }
+}
+
+// Single periods up to the given slot, another kind of entry or the start or end of a block.
+static void
+take_periods(struct ledger *ledger, struct feed *feed, uint8_t stop)
+{
+    struct feed_block *block = feed_next_block(feed);
+    uint8_t to_stop = (uint8_t)(stop - ledger->retired);
+
+    if (block != NULL && block->slot == ledger->retired && to_stop != 0) {
+        take_block(ledger, feed, block, stop);
+    } else if (block != NULL && (uint8_t)(block->slot - ledger->retired) < to_stop) {
+        (void)walk_periods(ledger, block->slot);
+    } else {
+        (void)walk_periods(ledger, stop);
     }
 }
 
@@ -246,36 +290,53 @@ static void take_special(struct ledger *ledger)
     ledger->retired++;
 }
 
-// Out of the way of the frequent case: its registers would be saved there too.
-static void __attribute__((noinline))
-follow_all(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static void add_idle(struct ledger *ledger, uint16_t idle_count)
 {
-    arrive(ledger, feed, sample);
-    while (ledger->retired != sample.tail) {
-        uint8_t stop = next_stop(ledger, feed, sample.tail);
-        take_periods(ledger, stop);
-        if (ledger->retired != stop) {
-            take_special(ledger);
-        }
-        arrive(ledger, feed, sample);
-    }
     // Idle periods come after the entries: they are loaded only when the ring is empty, and a new
     // line is released only after a ledger_follow() that saw every idle period before it.
-    while (ledger->idle_seen != sample.idle_count) {
+    while (ledger->idle_seen != idle_count) {
         ledger->idle_seen++;
         add_period(ledger, STEP_IDLE_TICKS);
     }
 }
 
+static bool at_special(const struct ledger *ledger, uint8_t tail)
+{
+    return ledger->retired != tail &&
+           ledger->ring->high[ledger->retired] >= STEP_HIGH_RUN;
+}
+
 void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
 {
-    if (ledger->run == LEDGER_NO_RUN) {
-        bool mark = feed->mark_tail != feed->mark_placed;
-        take_periods(ledger, mark ? next_stop(ledger, feed, sample.tail) : sample.tail);
-        if (!mark && ledger->retired == sample.tail &&
-            ledger->idle_seen == sample.idle_count) {
-            return;
+    arrive(ledger, feed, sample);
+    while (ledger->retired != sample.tail) {
+        if (at_special(ledger, sample.tail)) {
+            take_special(ledger);
+        } else {
+            take_periods(ledger, feed, next_stop(ledger, feed, sample.tail));
         }
+        arrive(ledger, feed, sample);
     }
-    follow_all(ledger, feed, sample);
+    add_idle(ledger, sample.idle_count);
+}
+
+void ledger_follow_blocks(struct ledger *ledger,
+                          struct feed *feed,
+                          struct engine_sample sample)
+{
+    // After an idle period or a cut nothing stays behind that could be taken as a whole.
+    if (sample.cut || sample.idle_count != ledger->idle_seen) {
+        ledger_follow(ledger, feed, sample);
+        return;
+    }
+    arrive(ledger, feed, sample);
+    while (ledger->retired != sample.tail &&
+           !ledger_inside_block(ledger, feed, sample.tail)) {
+        if (at_special(ledger, sample.tail)) {
+            take_special(ledger);
+        } else {
+            take_periods(ledger, feed, next_stop(ledger, feed, sample.tail));
+        }
+        arrive(ledger, feed, sample);
+    }
 }

@@ -55,14 +55,28 @@ void ledger_reset(struct ledger *ledger,
 // The timers were started anew: time begins again, position and records stay.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
+// The interrupt is inside a block that begins where the account ends.
+static inline bool ledger_inside_block(const struct ledger *ledger,
+                                       const struct feed *feed,
+                                       uint8_t tail)
+{
+    const struct feed_block *block = &feed->blocks[feed->block_tail & (FEED_BLOCKS - 1u)];
+
+    return feed->block_tail != feed->block_head && block->slot == ledger->retired &&
+           (uint8_t)(tail - ledger->retired) < block->count;
+}
+
 // False when ledger_follow() would do nothing but count periods of a run that goes on: that can wait
 // until somebody asks.
 static inline bool ledger_due(const struct ledger *ledger,
                               const struct feed *feed,
                               struct engine_sample sample)
 {
-    if (sample.tail != ledger->retired || sample.idle_count != ledger->idle_seen) {
+    if (sample.idle_count != ledger->idle_seen) {
         return true;
+    }
+    if (sample.tail != ledger->retired) {
+        return !ledger_inside_block(ledger, feed, sample.tail);
     }
     return ledger->run != LEDGER_NO_RUN &&
            (sample.left == 0 || sample.cut ||
@@ -70,8 +84,14 @@ static inline bool ledger_due(const struct ledger *ledger,
              feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired));
 }
 
-// Account for everything up to the sample. Marks are taken from the feed. Main loop only.
+// Account for everything up to the sample. Marks and blocks are taken from the feed. Main loop only.
 void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample);
+
+// The same, but for a block that is not over yet: it can be taken as a whole later, at much less
+// cost.
+void ledger_follow_blocks(struct ledger *ledger,
+                          struct feed *feed,
+                          struct engine_sample sample);
 
 // Signed steps since reset.
 static inline int32_t ledger_position(const struct ledger *ledger)
