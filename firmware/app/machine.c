@@ -10,7 +10,9 @@
 #include "hal/step_timer.h"  // step_timer_*
 
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
-#define DECODE_BUDGET 120u
+#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
+#define DECODE_AT_ONCE 120u
+#define DECODE_CALLS   (CONFIG_AXES == 1 ? 1u : 3u)
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
 #define TICKS_PER_US           ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
@@ -193,8 +195,9 @@ static void take_underruns(void)
     }
 }
 
-// An axis's account may lag so many entries behind between its turns.
+// An axis's account may lag so many entries behind between its turns, one every so many rounds.
 #define FOLLOW_ENTRIES 64u
+#define TURN_ROUNDS    (CONFIG_AXES == 1 ? 1u : 4u)
 
 // False when that must wait.
 static bool follow(uint8_t i, bool all)
@@ -218,14 +221,19 @@ static bool follow(uint8_t i, bool all)
     return true;
 }
 
-// One axis after the other; out of turn only where much has happened: a look costs more than what
-// there is to see after a few steps.
+// Now and then one axis after the other; out of turn where much has happened: a look costs more
+// than what there is to see after a few steps.
 static void follow_in_turn(void)
 {
-    machine.turn = machine.turn + 1u < CONFIG_AXES ? (uint8_t)(machine.turn + 1u) : 0;
+    uint8_t due = CONFIG_AXES;
+
+    machine.turn++;
+    if (machine.turn % TURN_ROUNDS == 0) {
+        due = machine.turn / TURN_ROUNDS % CONFIG_AXES;
+    }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         uint8_t behind = (uint8_t)(step_timer_tail(i) - machine.axes[i].ledger.retired);
-        if (i == machine.turn || behind >= FOLLOW_ENTRIES) {
+        if (i == due || behind >= FOLLOW_ENTRIES) {
             (void)follow(i, false);
         }
     }
@@ -284,22 +292,10 @@ static void watch_clock(void)
     }
 }
 
-static void decode(uint8_t i)
+// The axis nearest to starving; CONFIG_AXES when all are decoded.
+static uint8_t neediest(void)
 {
-    struct axis *axis = &machine.axes[i];
-
-    cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
-    axis_decode(axis,
-                &machine.period,
-                machine.settings.backlash_policy == 0,
-                machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
-    cpu_section(CPU_SECTION_ROUND);
-}
-
-// The axis nearest to starving is served first.
-static void decode_neediest(void)
-{
-    uint8_t neediest = CONFIG_AXES;
+    uint8_t found = CONFIG_AXES;
     uint32_t least = UINT32_MAX;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -307,13 +303,38 @@ static void decode_neediest(void)
             uint32_t ahead = axis_ahead_ticks(&machine.axes[i]);
             if (ahead < least) {
                 least = ahead;
-                neediest = i;
+                found = i;
             }
         }
     }
-    if (neediest != CONFIG_AXES) {
-        (void)follow(neediest, false);
-        decode(neediest);
+    return found;
+}
+
+// What axis i leaves of the budget.
+static uint8_t decode(uint8_t i, uint8_t budget)
+{
+    struct axis *axis = &machine.axes[i];
+
+    (void)follow(i, false);
+    cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
+    budget = axis_decode(
+        axis, &machine.period, machine.settings.backlash_policy == 0, budget);
+    cpu_section(CPU_SECTION_ROUND);
+    return budget;
+}
+
+// The axis nearest to starving is served first, and again while no other is nearer.
+static void decode_neediest(void)
+{
+    uint8_t left = machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET;
+
+    for (uint8_t calls = DECODE_CALLS; calls != 0 && left != 0; calls--) {
+        uint8_t i = neediest();
+        if (i == CONFIG_AXES) {
+            return;
+        }
+        uint8_t once = left < DECODE_AT_ONCE ? left : DECODE_AT_ONCE;
+        left = (uint8_t)(left - once + decode(i, once));
     }
 }
 

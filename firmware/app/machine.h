@@ -42,7 +42,7 @@ struct machine {
     uint8_t starting; // bit n: axis n has a line zero and waits for its release
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests
-    uint8_t turn;     // the axis that was followed last
+    uint8_t turn;     // rounds, to look after one axis after the other
     bool time_lost;   // an underrun left the timers out of step with the ledgers
     uint32_t edge_seen_4us; // when the last clock edge was handled
 };

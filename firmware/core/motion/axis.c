@@ -405,7 +405,7 @@ static uint8_t decode_steps(struct axis *axis, uint8_t budget)
     return cost != 0 ? cost : decode_step(axis);
 }
 
-void axis_decode(struct axis *axis,
+uint8_t axis_decode(struct axis *axis,
                  const struct pixel_period *period,
                  bool always_take_up,
                  uint8_t budget)
@@ -422,12 +422,13 @@ void axis_decode(struct axis *axis,
         } else if (axis->walking) {
             if (run_awaited(axis)) {
                 axis->awaits_run = true;
-                return;
+                break;
             }
             cost = decode_steps(axis, budget);
         } else if (!next_piece(axis, period, always_take_up)) {
-            return;
+            break;
         }
         budget = budget > cost ? (uint8_t)(budget - cost) : 0;
     }
+    return budget;
 }

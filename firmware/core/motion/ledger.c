@@ -16,6 +16,7 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
     ledger->retired = 0;
     ledger->pulse = false;
     ledger->left = 0;
+    ledger->fresh = 0;
     ledger->run = LEDGER_NO_RUN;
     ledger->run_steps = 0;
     ledger->idle_seen = 0;
@@ -33,7 +34,21 @@ void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error
     }
 }
 
-uint32_t ledger_period_start(const struct ledger *ledger,
+// Note the fresh periods' lengths: they stand in the ring until the next ones are accounted for.
+static void note_fresh(struct ledger *ledger)
+{
+    const struct step_ring *ring = ledger->ring;
+
+    for (; ledger->fresh != 0; ledger->fresh--) {
+        uint8_t at = (uint8_t)(ledger->retired - ledger->fresh);
+        ledger->lengths[2] = ledger->lengths[1];
+        ledger->lengths[1] = ledger->lengths[0];
+        ledger->lengths[0] =
+            (uint16_t)(((uint16_t)ring->high[at] << 8 | ring->low[at]) + 1u);
+    }
+}
+
+uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back)
 {
@@ -41,6 +56,7 @@ uint32_t ledger_period_start(const struct ledger *ledger,
     uint8_t periods = (uint8_t)(back + 1u);
     uint32_t start = ledger->loaded_ticks;
 
+    note_fresh(ledger);
     if (loaded >= periods) {
         return start + feed_run_ticks(feed, ledger->run, (uint16_t)(loaded - periods));
     }
@@ -52,12 +68,14 @@ uint32_t ledger_period_start(const struct ledger *ledger,
 
 void ledger_skip_to(struct ledger *ledger, uint8_t slot)
 {
+    note_fresh(ledger);
     ledger->retired = slot;
     ledger->pulse = false;
 }
 
 static void add_period(struct ledger *ledger, uint16_t ticks)
 {
+    note_fresh(ledger);
     ledger->lengths[2] = ledger->lengths[1];
     ledger->lengths[1] = ledger->lengths[0];
     ledger->lengths[0] = ticks;
@@ -127,28 +145,19 @@ static void obey(struct ledger *ledger, uint8_t command)
     }
 }
 
-// The last periods before `slot`, so many of them new.
-static void shift_lengths(struct ledger *ledger, uint8_t slot, uint8_t count)
-{
-    const struct step_ring *ring = ledger->ring;
-
-    for (uint8_t left = count < 3u ? count : 3u; left != 0; left--) {
-        uint8_t at = (uint8_t)(slot - left);
-        ledger->lengths[2] = ledger->lengths[1];
-        ledger->lengths[1] = ledger->lengths[0];
-        ledger->lengths[0] =
-            (uint16_t)(((uint16_t)ring->high[at] << 8 | ring->low[at]) + 1u);
-    }
-}
-
 static void count_periods(struct ledger *ledger, uint8_t count, uint32_t ticks)
 {
-    uint8_t slot = (uint8_t)(ledger->retired + count);
+    uint8_t fresh = (uint8_t)(ledger->fresh + (count < 3u ? count : 3u));
 
-    shift_lengths(ledger, slot, count);
+    // Fewer than three new ones leave some of those before among the last three.
+    if (fresh > 3u) {
+        note_fresh(ledger);
+        fresh = count < 3u ? count : 3u;
+    }
+    ledger->fresh = fresh;
     ledger->taken_ticks += ticks;
     ledger->loaded_ticks += ticks;
-    ledger->retired = slot;
+    ledger->retired = (uint8_t)(ledger->retired + count);
     if (ledger->pulse) {
         ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
     }
@@ -276,6 +285,7 @@ static void arrive(struct ledger *ledger, struct feed *feed, struct engine_sampl
 // A command, or an entry of a run.
 static void take_special(struct ledger *ledger)
 {
+    note_fresh(ledger);
     uint8_t low = ledger->ring->low[ledger->retired];
 
     if (ledger->ring->high[ledger->retired] == STEP_HIGH_COMMAND) {
@@ -320,15 +330,42 @@ void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sampl
     add_idle(ledger, sample.idle_count);
 }
 
-void ledger_follow_blocks(struct ledger *ledger,
-                          struct feed *feed,
-                          struct engine_sample sample)
+static bool mark_here(const struct ledger *ledger, const struct feed *feed)
 {
-    // After an idle period or a cut nothing stays behind that could be taken as a whole.
-    if (sample.cut || sample.idle_count != ledger->idle_seen) {
-        ledger_follow(ledger, feed, sample);
-        return;
+    return feed->mark_tail != feed->mark_placed &&
+           feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
+}
+
+// The frequent case: blocks that are over, one after the other. Every step of a curve is in one.
+static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
+{
+    uint32_t ticks = 0;
+    uint8_t count = 0;
+    uint8_t behind = (uint8_t)(tail - ledger->retired);
+
+    for (;;) {
+        const struct feed_block *block = feed_next_block(feed);
+        uint8_t slot = (uint8_t)(ledger->retired + count);
+        if (block == NULL || block->slot != slot ||
+            block->count > (uint8_t)(behind - count)) {
+            break;
+        }
+        // Pixel edges lie between blocks.
+        if (feed->mark_tail != feed->mark_placed &&
+            feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == slot) {
+            break;
+        }
+        ticks += block->ticks;
+        count = (uint8_t)(count + block->count);
+        feed->block_tail++;
     }
+    if (count != 0) {
+        count_periods(ledger, count, ticks);
+    }
+}
+
+static void follow_blocks(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+{
     arrive(ledger, feed, sample);
     while (ledger->retired != sample.tail &&
            !ledger_inside_block(ledger, feed, sample.tail)) {
@@ -339,4 +376,24 @@ void ledger_follow_blocks(struct ledger *ledger,
         }
         arrive(ledger, feed, sample);
     }
+}
+
+void ledger_follow_blocks(struct ledger *ledger,
+                          struct feed *feed,
+                          struct engine_sample sample)
+{
+    // After an idle period or a cut nothing stays behind that could be taken as a whole.
+    if (sample.cut || sample.idle_count != ledger->idle_seen) {
+        ledger_follow(ledger, feed, sample);
+        return;
+    }
+    if (ledger->run == LEDGER_NO_RUN) {
+        take_blocks(ledger, feed, sample.tail);
+        if (!mark_here(ledger, feed) &&
+            (ledger->retired == sample.tail ||
+             ledger_inside_block(ledger, feed, sample.tail))) {
+            return;
+        }
+    }
+    follow_blocks(ledger, feed, sample);
 }

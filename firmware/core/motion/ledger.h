@@ -34,7 +34,8 @@ struct ledger {
     uint8_t run;  // the run being carried, LEDGER_NO_RUN if none
     uint16_t run_steps;  //   its steps accounted for
     uint16_t idle_seen;  // idle periods accounted for
-    uint16_t lengths[3]; // of the last three periods before the run, ticks, newest first
+    uint16_t lengths[3]; // of the last three periods before the run, ticks, newest first, less
+    uint8_t fresh;       //   so many newer ones that still stand in the ring (0..3)
     uint32_t
         loaded_ticks; // end of the newest period before the run, since the timers started
     uint32_t taken_ticks; // of all periods taken from the ring, not idle ones; both wrap
@@ -108,7 +109,7 @@ static inline uint16_t ledger_run_loaded(const struct ledger *ledger)
 
 // Start of a period relative to the newest loaded one: 0 that one itself, 1 the one before, 2.
 // Divides, inside a run.
-uint32_t ledger_period_start(const struct ledger *ledger,
+uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back);
 
