@@ -20,11 +20,7 @@
 // STEP is low for this many ticks from the start of each period, then rises; at least 3.
 #define CONFIG_PULSE_LOW_TICKS 31u
 
-// Shortest interval in pixels that accelerate beyond the fast arithmetic, speed times pixel period
-// above 9 * 10^10 (curve_is_wide()), ticks: what the decoder keeps up with for one axis.
-#define CONFIG_WIDE_MIN_INTERVAL_TICKS 1280u
-
-// Axes, queue and shortest interval of each board. The interval must be longer than everything
+// Axes, queue and shortest intervals of each board. An interval must be longer than everything
 // that can keep the step interrupt waiting at once, or a second overflow could pass unseen. Cycles
 // (uno, mega); the simulator measures the longest wait under load (`pixstep sim`, latest start):
 //
@@ -36,20 +32,26 @@
 //     entry or exit of one serial handler          45   45
 //                                                 ---  ---
 //                                                 293  448
+//
+// Smooth lines have a limit of their own: in them a run of constant steps can follow single
+// periods, and the step interrupt needs longer to load its first interval than to go on with
+// single periods or with a run (RUN_ENTRY_MIN_TICKS in axis.c).
 #if defined(CONFIG_BOARD_UNO)
-#define CONFIG_BOARD_NAME         "uno"
-#define CONFIG_BOARD_ID           1
-#define CONFIG_AXES               1
-#define CONFIG_PIXEL_CLOCK_AXIS   0
-#define CONFIG_QUEUE_ENTRIES      32 // runs and marks per axis; a power of two up to 128
-#define CONFIG_MIN_INTERVAL_TICKS 63u
+#define CONFIG_BOARD_NAME                "uno"
+#define CONFIG_BOARD_ID                  1
+#define CONFIG_AXES                      1
+#define CONFIG_PIXEL_CLOCK_AXIS          0
+#define CONFIG_QUEUE_ENTRIES             32 // runs and marks per axis
+#define CONFIG_MIN_INTERVAL_TICKS        63u
+#define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 120u
 #elif defined(CONFIG_BOARD_MEGA)
-#define CONFIG_BOARD_NAME         "mega"
-#define CONFIG_BOARD_ID           2
-#define CONFIG_AXES               4
-#define CONFIG_PIXEL_CLOCK_AXIS   3
-#define CONFIG_QUEUE_ENTRIES      128
-#define CONFIG_MIN_INTERVAL_TICKS 266u
+#define CONFIG_BOARD_NAME                "mega"
+#define CONFIG_BOARD_ID                  2
+#define CONFIG_AXES                      4
+#define CONFIG_PIXEL_CLOCK_AXIS          3
+#define CONFIG_QUEUE_ENTRIES             128
+#define CONFIG_MIN_INTERVAL_TICKS        266u
+#define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 266u
 #else
 #error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
 #endif

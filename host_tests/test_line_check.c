@@ -18,7 +18,7 @@ void setUp(void)
     limits = (struct line_limits){
         .pixel_ticks = 533333uL,
         .min_interval_ticks = 400,
-        .wide_min_interval_ticks = 400,
+        .smooth_min_interval_ticks = 400,
         .reversal_min_ticks = 1664,
     };
 }
@@ -229,19 +229,17 @@ static void too_fast_at_the_end_of_a_pixel(void)
     refused(LINE_too_fast, 3, 1334, 1);
 }
 
-// 12502 * P is beyond the fast arithmetic: such a pixel has a limit of its own.
-static void too_fast_where_arithmetic_is_wide(void)
+static void smooth_lines_have_a_limit_of_their_own(void)
 {
-    limits.pixel_ticks = 16000000uL;
-    limits.wide_min_interval_ticks = 1280;
-    begin_smooth();
-    refused(LINE_too_fast, 1, 6251, 1);
+    limits.smooth_min_interval_ticks = 800;
+    begin_plain();
+    taken(1333, 1);
     setUp();
-    limits.pixel_ticks = 16000000uL;
-    limits.wide_min_interval_ticks = 1280;
+    limits.smooth_min_interval_ticks = 800;
     begin_smooth();
-    taken(6250, 1);
-    taken(12500, 5);
+    taken(333, 1);
+    taken(666, 5);
+    refused(LINE_too_fast, 7, 667, 1);
 }
 
 static void acceleration_limit(void)
@@ -423,7 +421,7 @@ int main(void)
     RUN_TEST(line_speed_exceeded);
     RUN_TEST(too_fast_plain);
     RUN_TEST(too_fast_at_the_end_of_a_pixel);
-    RUN_TEST(too_fast_where_arithmetic_is_wide);
+    RUN_TEST(smooth_lines_have_a_limit_of_their_own);
     RUN_TEST(acceleration_limit);
     RUN_TEST(deceleration_limit);
     RUN_TEST(zero_while_moving);

@@ -66,8 +66,8 @@ static void board_describes_itself(void)
     TEST_ASSERT_EQUAL_UINT16(2, bench_input(REG_INPUT_reset_cause));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_MIN_INTERVAL_TICKS,
                              bench_input(REG_INPUT_min_interval_ticks));
-    TEST_ASSERT_EQUAL_UINT16(CONFIG_WIDE_MIN_INTERVAL_TICKS,
-                             bench_input(REG_INPUT_wide_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
+                             bench_input(REG_INPUT_smooth_min_interval_ticks));
     TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS, bench_input(REG_INPUT_record_capacity));
     TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
 }

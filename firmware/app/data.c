@@ -41,8 +41,8 @@ static uint16_t limit_register(uint16_t address)
         return half(machine.period.whole_ticks, address != REG_INPUT_pixel_period_ticks);
     case REG_INPUT_min_interval_ticks:
         return CONFIG_MIN_INTERVAL_TICKS;
-    case REG_INPUT_wide_min_interval_ticks:
-        return CONFIG_WIDE_MIN_INTERVAL_TICKS;
+    case REG_INPUT_smooth_min_interval_ticks:
+        return CONFIG_SMOOTH_MIN_INTERVAL_TICKS;
     case REG_INPUT_record_capacity:
         return LEDGER_RECORDS;
     default:

@@ -16,7 +16,7 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
     bench.limits = (struct line_limits){
         .pixel_ticks = bench.period.whole_ticks,
         .min_interval_ticks = 64,
-        .wide_min_interval_ticks = 64,
+        .smooth_min_interval_ticks = 64,
         .reversal_min_ticks = 1664,
     };
     step_engine_reset(&bench.engine, &bench.ring);

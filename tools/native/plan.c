@@ -374,6 +374,7 @@ int main(int argc, char **argv)
     plan.limits = (struct line_limits){
         .pixel_ticks = plan.period.whole_ticks,
         .min_interval_ticks = plan.options.min_interval_ticks,
+        .smooth_min_interval_ticks = plan.options.min_interval_ticks,
         .reversal_min_ticks = 4u * plan.options.min_interval_ticks,
     };
     step_engine_reset(&plan.engine, &plan.ring);

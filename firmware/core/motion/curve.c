@@ -21,16 +21,6 @@ static uint16_t end_speed(uint16_t start_speed, uint16_t steps)
     return (uint16_t)(2u * steps - start_speed);
 }
 
-bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps)
-{
-    uint16_t end = end_speed(start_speed, steps);
-    bool stays;
-
-    return curve_flat_now(ticks, end > start_speed ? end : start_speed) ==
-               CURVE_FLAT_NOT &&
-           curve_flat_kind(ticks, start_speed, end, &stays) == CURVE_FLAT_NOT;
-}
-
 void curve_start(struct curve *curve,
                  uint32_t ticks,
                  uint16_t start_speed,

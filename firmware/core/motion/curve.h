@@ -30,10 +30,6 @@ struct curve {
     bool stays;   // flat to its end
 };
 
-// A piece that is never flat because 40 bits are not enough for its fast end: every step needs
-// products. Arguments as for curve_start().
-bool curve_is_wide(uint32_t ticks, uint16_t start_speed, uint16_t steps);
-
 // ticks T: 1024..2^24-1; start speed v0 and end speed 2n - v0: 0..32767. For the main loop only: it
 // divides.
 void curve_start(struct curve *curve,

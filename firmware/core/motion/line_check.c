@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
-#include "motion/curve.h" // curve_is_wide
-
 // The curve decoder multiplies speeds by piece lengths in 40 bits and takes 2 * count.
 #define COUNT_MAX 16383
 
@@ -193,18 +191,6 @@ static enum line_error acceleration(struct line_check *check,
     return LINE_none;
 }
 
-static uint16_t min_interval(const struct line_check *check,
-                             const struct line_limits *limits,
-                             struct run entry)
-{
-    bool curved = entry.count != (int16_t)check->speed;
-
-    return curved &&
-                   curve_is_wide(limits->pixel_ticks, check->speed, (uint16_t)entry.count)
-               ? limits->wide_min_interval_ticks
-               : limits->min_interval_ticks;
-}
-
 // Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
 static enum line_error smooth_speed(struct line_check *check,
                                     const struct line_limits *limits,
@@ -217,8 +203,7 @@ static enum line_error smooth_speed(struct line_check *check,
     if (error != LINE_none) {
         return error;
     }
-    if (too_fast(
-            (uint32_t)top, min_interval(check, limits, entry), limits->pixel_ticks)) {
+    if (too_fast((uint32_t)top, limits->smooth_min_interval_ticks, limits->pixel_ticks)) {
         return LINE_too_fast;
     }
     if (check->backlash_steps != 0) {

@@ -12,11 +12,11 @@
 
 // What the board and its settings allow; ticks are timer ticks.
 struct line_limits {
-    uint32_t pixel_ticks;             // whole ticks of a pixel period
-    uint16_t min_interval_ticks;      // shortest interval between two steps
-    uint16_t wide_min_interval_ticks; // the same in pixels where curve_is_wide()
-    uint32_t reversal_min_ticks;      // the same between steps of opposite direction
-    uint16_t max_acceleration;        // steps/pixel^2 of a smooth line, 0: any
+    uint32_t pixel_ticks;               // whole ticks of a pixel period
+    uint16_t min_interval_ticks;        // shortest interval between two steps, plain line
+    uint16_t smooth_min_interval_ticks; // the same in a smooth line
+    uint32_t reversal_min_ticks;        // the same between steps of opposite direction
+    uint16_t max_acceleration;          // steps/pixel^2 of a smooth line, 0: any
     uint16_t jerk_warning; // change of acceleration that is worth a warning, 0: never
 };
 

@@ -21,14 +21,15 @@ MAX_COUNT = 16_383  # steps in a pixel, either direction
 class Limits:
     """What the machine allows; None switches a rule off.
 
-    Speeds in steps/pixel, accelerations in steps/pixel2, the interval and the period in ticks.
+    Speeds in steps/pixel, accelerations in steps/pixel2, the interval and the period in ticks. A
+    board has two shortest intervals, one for plain and one for smooth lines (input registers
+    min_interval_ticks and smooth_min_interval_ticks): give the one for the line's decode rule.
     """
 
     max_speed: int | None = None
     max_acceleration: int | None = None
     jerk_warning: int | None = None
     min_interval_ticks: int | None = None
-    wide_min_interval_ticks: int | None = None  # in pixels that need 40-bit arithmetic
     period_ticks: Fraction | None = None
 
 
@@ -100,7 +101,6 @@ def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
             return
         acceleration = following - speed
         yield from _limit_findings(pixel, acceleration, following, limits)
-        yield from _wide_findings(pixel, speed, following, limits)
         jump = 0 if previous is None else abs(acceleration - previous)
         if limits.jerk_warning is not None and jump > limits.jerk_warning:
             yield Finding("jerk", WARNING, pixel, f"the acceleration changes by {jump}")
@@ -146,36 +146,6 @@ def _rate_findings(pixel: int, speed: int, limits: Limits) -> Iterator[Finding]:
         text = (
             f"speed {speed} needs a step every {float(interval):.1f} ticks, "
             f"the board makes one every {limits.min_interval_ticks}"
-        )
-        yield Finding("too_fast", ERROR, pixel, text)
-
-
-def needs_wide_arithmetic(start: int, end: int, period_ticks: Fraction) -> bool:
-    """Return whether this pixel does not fit the 40 bits of the board's fast decoding.
-
-    Speeds in steps/pixel; the rules of curve_is_wide() in firmware/core/motion/curve.c and of
-    curve_flat_kind() in curve_flat.c, whose numbers are those of 40 bits without the lowest 8.
-    """
-    ticks = int(period_ticks)
-    low, top = sorted((start, end))
-    slope = top * ticks >> 8
-    change = (top - low) * ticks >> 8
-    cube = min(low, 8191) ** 3 >> 8
-    flat = change < cube and slope < 0x2A000000
-    return start != end and slope >= 0x15000000 and not flat
-
-
-def _wide_findings(pixel: int, start: int, end: int, limits: Limits) -> Iterator[Finding]:
-    """Yield an error if a pixel that is slow to decode is too fast for that."""
-    if not (limits.wide_min_interval_ticks and limits.period_ticks):
-        return
-    top = max(start, end)
-    if top * limits.wide_min_interval_ticks <= int(limits.period_ticks):
-        return
-    if needs_wide_arithmetic(start, end, limits.period_ticks):
-        text = (
-            f"accelerating between speeds {start} and {end} in so long a pixel, the board makes "
-            f"one step every {limits.wide_min_interval_ticks} ticks at most"
         )
         yield Finding("too_fast", ERROR, pixel, text)
 

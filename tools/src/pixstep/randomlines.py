@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.linecheck import Limits, check, refused
+from pixstep.linecheck import check, refused
 from pixstep.rational import period_ticks
 
 # Frequencies whose period is whole, a short fraction and a long one.
@@ -39,7 +39,6 @@ class Bounds:
     """What the random lines may need: the shortest interval in ticks, lengths in pixels."""
 
     min_interval_ticks: int = 533  # 30 kHz, the rate of the worked example
-    wide_min_interval_ticks: int = 1280  # CONFIG_WIDE_MIN_INTERVAL_TICKS of both boards
     min_pixels: int = 6
     max_pixels: int = 24
     reversal_ticks: int = 2400  # plain lines reverse only between steps at least this far apart
@@ -56,10 +55,7 @@ def smooth_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
     while True:
         hz = rng.choice(PIXEL_HZ)
         line = _smooth_line(rng, max_speed(period_ticks(hz), bounds), bounds)
-        limits = Limits(
-            wide_min_interval_ticks=bounds.wide_min_interval_ticks, period_ticks=period_ticks(hz)
-        )
-        if not refused(check(line, limits)):
+        if not refused(check(line)):
             return Case(line, hz)
 
 
