@@ -4,8 +4,10 @@
 // Entries that must be free for a round of decoding to begin: a few steps at a time would cost more
 // in getting there than in decoding.
 #define DECODE_ROOM 64u
-// A round of decoding must stay short: the serial line and line starts wait for it.
-#define SLOW_STEP_COST 12u
+// A round of decoding must stay short: the serial line and line starts wait for it. Costs in units of
+// an evenly spaced step or one of a flat curve, about 60 cycles.
+#define STEEP_STEP_SHIFT 1u
+#define SLOW_STEP_COST   12u
 // Shorter stretches of evenly spaced steps are not worth a run,
 #define RUN_MIN_STEPS 16u
 // unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
@@ -16,7 +18,7 @@
 #define RUN_WAIT_TICKS ((uint32_t)0x10000)
 // Steps of a curve that are decoded and published together: at most, and while the ring runs low.
 // The ledger takes what was decoded together as a whole, so that much of the ring may lie idle.
-#define CURVE_BATCH     60u
+#define CURVE_BATCH     (FEED_BLOCKS > 0 ? 60u : 120u)
 #define CURVE_BATCH_LOW 16u
 
 void axis_init(struct axis *axis,
@@ -353,17 +355,40 @@ static uint32_t burst_curve(struct axis *axis, uint8_t *count)
     return made.ticks;
 }
 
-// As many ordinary steps as budget, space and the walk allow; the number taken.
-static uint8_t decode_burst(struct axis *axis, uint8_t budget)
+// The cost of a step is 2 to this power.
+static uint8_t cost_shift(const struct axis *axis)
+{
+    return axis->walk.curved && axis->walk.steps.curve.kind == CURVE_FLAT_NOT
+               ? STEEP_STEP_SHIFT
+               : 0;
+}
+
+// Ordinary steps that budget, space and the walk allow.
+static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift)
 {
     uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
     uint16_t steps = walk_burst(&axis->walk);
-    uint8_t count = room < budget ? room : budget;
-    uint32_t ticks = 0;
+    uint8_t count = (uint8_t)(budget >> shift);
 
+    if (count == 0) {
+        count = 1;
+    }
+    if (room < count) {
+        count = room;
+    }
     if (steps < count) {
         count = (uint8_t)steps;
     }
+    return count;
+}
+
+// As many of them as can be had; what they cost.
+static uint8_t decode_burst(struct axis *axis, uint8_t budget)
+{
+    uint8_t shift = cost_shift(axis);
+    uint8_t count = burst_size(axis, budget, shift);
+    uint32_t ticks = 0;
+
     if (count == 0 || !feed_plain(&axis->feed, axis->piece.negative)) {
         return 0;
     }
@@ -379,7 +404,7 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
         return 0;
     }
     walk_skip(&axis->walk, count, ticks);
-    return count;
+    return (uint8_t)(count << shift);
 }
 
 // One step, special or ordinary. Returns what it cost of a round's budget: long intervals of a

@@ -186,7 +186,7 @@ static void take_block(struct ledger *ledger,
 
     if (count >= block->count) {
         count_periods(ledger, block->count, block->ticks);
-        feed->block_tail++;
+        feed_drop_block(feed);
     } else {
         block->ticks -= walk_periods(ledger, stop);
         block->slot = stop;
@@ -357,7 +357,7 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
         }
         ticks += block->ticks;
         count = (uint8_t)(count + block->count);
-        feed->block_tail++;
+        feed_drop_block(feed);
     }
     if (count != 0) {
         count_periods(ledger, count, ticks);

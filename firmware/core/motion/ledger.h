@@ -58,19 +58,19 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
 // The interrupt is inside a block that begins where the account ends.
 static inline bool ledger_inside_block(const struct ledger *ledger,
-                                       const struct feed *feed,
+                                       struct feed *feed,
                                        uint8_t tail)
 {
-    const struct feed_block *block = &feed->blocks[feed->block_tail & (FEED_BLOCKS - 1u)];
+    const struct feed_block *block = feed_next_block(feed);
 
-    return feed->block_tail != feed->block_head && block->slot == ledger->retired &&
+    return block != NULL && block->slot == ledger->retired &&
            (uint8_t)(tail - ledger->retired) < block->count;
 }
 
 // False when ledger_follow() would do nothing but count periods of a run that goes on: that can wait
 // until somebody asks.
 static inline bool ledger_due(const struct ledger *ledger,
-                              const struct feed *feed,
+                              struct feed *feed,
                               struct engine_sample sample)
 {
     if (sample.idle_count != ledger->idle_seen) {
