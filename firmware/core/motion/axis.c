@@ -4,6 +4,8 @@
 // Entries that must be free for a round of decoding to begin: a few steps at a time would cost more
 // in getting there than in decoding.
 #define DECODE_ROOM 64u
+// And with fewer a round ends.
+#define DECODE_ROOM_LEFT 32u
 // A round of decoding must stay short: the serial line and line starts wait for it. Costs in units of
 // an evenly spaced step or one of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
@@ -437,7 +439,7 @@ uint8_t axis_decode(struct axis *axis,
 {
     axis->awaits_run = false;
     while (budget != 0 && axis->in_line &&
-           feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST) {
+           feed_space(&axis->feed, axis->ledger.retired) >= DECODE_ROOM_LEFT) {
         uint8_t cost = 1;
         if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);

@@ -270,14 +270,27 @@ static void settle_run(struct ledger *ledger, struct feed *feed, bool cut)
     }
 }
 
+static bool mark_here(const struct ledger *ledger, const struct feed *feed)
+{
+    return feed->mark_tail != feed->mark_placed &&
+           feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
+}
+
+static void __attribute__((noinline))
+arrive_in_run(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+{
+    ledger->left = ledger->retired == sample.tail ? sample.left : 0;
+    settle_run(ledger, feed, sample.cut);
+}
+
 // The interrupt has come so far: `retired` is where it reads next, or the account is behind.
-static void arrive(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static inline void
+arrive(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
 {
     if (ledger->run != LEDGER_NO_RUN) {
-        ledger->left = ledger->retired == sample.tail ? sample.left : 0;
-        settle_run(ledger, feed, sample.cut);
+        arrive_in_run(ledger, feed, sample);
     }
-    if (feed->mark_tail != feed->mark_placed) {
+    if (mark_here(ledger, feed)) {
         pass_marks(ledger, feed);
     }
 }
@@ -328,12 +341,6 @@ void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sampl
         arrive(ledger, feed, sample);
     }
     add_idle(ledger, sample.idle_count);
-}
-
-static bool mark_here(const struct ledger *ledger, const struct feed *feed)
-{
-    return feed->mark_tail != feed->mark_placed &&
-           feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
 }
 
 // The frequent case: blocks that are over, one after the other. Every step of a curve is in one.
