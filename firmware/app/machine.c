@@ -317,8 +317,8 @@ static uint8_t decode(uint8_t i, uint8_t budget)
 
     (void)follow(i, false);
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
-    budget = axis_decode(
-        axis, &machine.period, machine.settings.backlash_policy == 0, budget);
+    budget =
+        axis_decode(axis, &machine.period, machine.settings.backlash_policy == 0, budget);
     cpu_section(CPU_SECTION_ROUND);
     return budget;
 }

@@ -433,9 +433,9 @@ static uint8_t decode_steps(struct axis *axis, uint8_t budget)
 }
 
 uint8_t axis_decode(struct axis *axis,
-                 const struct pixel_period *period,
-                 bool always_take_up,
-                 uint8_t budget)
+                    const struct pixel_period *period,
+                    bool always_take_up,
+                    uint8_t budget)
 {
     axis->awaits_run = false;
     while (budget != 0 && axis->in_line &&

@@ -162,8 +162,10 @@ static inline uint16_t feed_run_base(const struct feed *feed, uint8_t run)
 }
 
 // So many entries from slot on were put as single periods, `ticks` together.
-static inline void
-feed_note_block(struct feed *feed, uint8_t slot, uint8_t count, uint32_t ticks)
+static inline void feed_note_block(struct feed *feed,
+                                   uint8_t slot,
+                                   uint8_t count,
+                                   uint32_t ticks)
 {
     feed->written_ticks += ticks;
 #if FEED_BLOCKS > 0

@@ -48,9 +48,7 @@ static void note_fresh(struct ledger *ledger)
     }
 }
 
-uint32_t ledger_period_start(struct ledger *ledger,
-                             const struct feed *feed,
-                             uint8_t back)
+uint32_t ledger_period_start(struct ledger *ledger, const struct feed *feed, uint8_t back)
 {
     uint16_t loaded = ledger_run_loaded(ledger);
     uint8_t periods = (uint8_t)(back + 1u);
@@ -195,8 +193,7 @@ static void take_block(struct ledger *ledger,
 }
 
 // Single periods up to the given slot, another kind of entry or the start or end of a block.
-static void
-take_periods(struct ledger *ledger, struct feed *feed, uint8_t stop)
+static void take_periods(struct ledger *ledger, struct feed *feed, uint8_t stop)
 {
     struct feed_block *block = feed_next_block(feed);
     uint8_t to_stop = (uint8_t)(stop - ledger->retired);
@@ -276,16 +273,18 @@ static bool mark_here(const struct ledger *ledger, const struct feed *feed)
            feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
 }
 
-static void __attribute__((noinline))
-arrive_in_run(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static void __attribute__((noinline)) arrive_in_run(struct ledger *ledger,
+                                                    struct feed *feed,
+                                                    struct engine_sample sample)
 {
     ledger->left = ledger->retired == sample.tail ? sample.left : 0;
     settle_run(ledger, feed, sample.cut);
 }
 
 // The interrupt has come so far: `retired` is where it reads next, or the account is behind.
-static inline void
-arrive(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static inline void arrive(struct ledger *ledger,
+                          struct feed *feed,
+                          struct engine_sample sample)
 {
     if (ledger->run != LEDGER_NO_RUN) {
         arrive_in_run(ledger, feed, sample);
@@ -371,7 +370,9 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
     }
 }
 
-static void follow_blocks(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static void follow_blocks(struct ledger *ledger,
+                          struct feed *feed,
+                          struct engine_sample sample)
 {
     arrive(ledger, feed, sample);
     while (ledger->retired != sample.tail &&

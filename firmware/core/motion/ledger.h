@@ -32,10 +32,11 @@ struct ledger {
     bool negative;
     uint8_t left; // of the entries accounted for: periods not loaded yet, all of a run
     uint8_t run;  // the run being carried, LEDGER_NO_RUN if none
-    uint16_t run_steps;  //   its steps accounted for
-    uint16_t idle_seen;  // idle periods accounted for
-    uint16_t lengths[3]; // of the last three periods before the run, ticks, newest first, less
-    uint8_t fresh;       //   so many newer ones that still stand in the ring (0..3)
+    uint16_t run_steps; //   its steps accounted for
+    uint16_t idle_seen; // idle periods accounted for
+    uint16_t
+        lengths[3]; // of the last three periods before the run, ticks, newest first, less
+    uint8_t fresh;  //   so many newer ones that still stand in the ring (0..3)
     uint32_t
         loaded_ticks; // end of the newest period before the run, since the timers started
     uint32_t taken_ticks; // of all periods taken from the ring, not idle ones; both wrap

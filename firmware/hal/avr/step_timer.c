@@ -69,7 +69,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
             OCR##timer##A = load.top_ticks;                                              \
             /* TEMP, for a run that comes next (step_isr.S). */                          \
             OCR##timer##AH = step_engines[axis].run_high;                                \
-            /* A stale flag would count this period twice, see halt in step_isr.S. */     \
+            /* A stale flag would count this period twice, see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
         if (load.turned) {                                                               \

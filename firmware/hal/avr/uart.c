@@ -16,7 +16,7 @@
 #else
 #define RECEIVE_SLOTS 128u
 #endif
-#define UBRR_VALUE    ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
+#define UBRR_VALUE ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
 
 static volatile uint8_t received[RECEIVE_SLOTS];
 static volatile uint8_t receive_head; // written by the interrupt (free running)
