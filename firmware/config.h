@@ -21,8 +21,8 @@
 #define CONFIG_PULSE_LOW_TICKS 31u
 
 // Axes, queue and shortest intervals of each board. An entry must reach OCRnA before its period
-// begins, so an interval must be longer than everything that can keep the step interrupt waiting at
-// once and the handler's own way to OCRnA. Cycles (uno, mega); `pixstep bench --only waits` and
+// begins, so an interval must be longer than everything that can keep the step interrupt waiting
+// at once and the handler's own way to OCRnA. Cycles (uno, mega); `pixstep bench --only waits` and
 // `--only handlers` measure them:
 //
 //     interrupts off in the main loop, or in a serial handler   21    21
@@ -34,8 +34,8 @@
 //
 // The other axes take up to 86 cycles where they begin a run. They do so some steps apart from each
 // other (RUN_STAGGER_STEPS), but lines of different rates can meet all the same. What is then late
-// by less than a period is an underrun, seen by the handler before the edge; what is late by a whole
-// one is seen by time_check.c.
+// by less than a period is an underrun, seen by the handler before the edge; what is late by a
+// whole one is seen by time_check.c.
 //
 // Smooth lines have a limit of their own: in them a run of constant steps can follow single
 // periods, and the step interrupt needs longer to load its first interval than to go on with

@@ -138,17 +138,17 @@ static void line_finished(struct axis *axis)
     }
 }
 
-void machine_account(uint8_t i)
+void machine_account(uint8_t axis)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *rested = &machine.axes[axis];
 
-    ledger_follow(&axis->ledger, &axis->feed, step_timer_sample(i));
+    ledger_follow(&rested->ledger, &rested->feed, step_timer_sample(axis));
 }
 
-void machine_discard(uint8_t i)
+void machine_discard(uint8_t axis)
 {
-    machine_account(i);
-    axis_discard(&machine.axes[i], step_timer_settle(i));
+    machine_account(axis);
+    axis_discard(&machine.axes[axis], step_timer_settle(axis));
 }
 
 // A running axis that halted or came to the end of its line.
@@ -167,9 +167,7 @@ static void supervise_running(uint8_t i)
 
 static void supervise(uint8_t i)
 {
-    struct axis *axis = &machine.axes[i];
-
-    if (axis->state == AXIS_RUNNING) {
+    if (machine.axes[i].state == AXIS_RUNNING) {
         supervise_running(i);
     }
     if ((machine.stopping & axis_bit(i)) != 0 &&
@@ -197,7 +195,7 @@ static void take_underruns(void)
 
 // An axis's account may lag so many entries behind between its turns, one every so many rounds.
 #define FOLLOW_ENTRIES 64u
-#define TURN_ROUNDS    (CONFIG_AXES == 1 ? 1u : 4u)
+#define TURN_ROUNDS    8u
 
 // False when that must wait.
 static bool follow(uint8_t i, bool all)

@@ -61,8 +61,8 @@ bool machine_do(enum machine_command command, uint8_t mask);
 // After a change of machine.settings.
 void machine_apply_settings(void);
 
-// Bring an axis's ledger up to what its interrupt has done by now. False when a captured edge must be
-// taken first.
+// Bring an axis's ledger up to what its interrupt has done by now. False when a captured edge must
+// be taken first.
 bool machine_follow(uint8_t axis);
 
 // The same at rest, whatever waits: before the account is cut short.

@@ -35,8 +35,8 @@ LIMITS = {
 }
 
 # Handlers of which only one can be active, by vector: the three of the serial line mask each other
-# before they let anybody in (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off while
-# its compare A interrupt is on (step_timer.c).
+# before they let anybody in (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off
+# while its compare A interrupt is on (step_timer.c).
 EXCLUSIVE = {
     "uno": [{18, 19, 20}, {11, 13}],
     "mega": [{25, 26, 27}, {17, 20}, {32, 35}, {42, 45}, {47, 50}],

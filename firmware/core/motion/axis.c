@@ -6,8 +6,8 @@
 #define DECODE_ROOM 64u
 // And with fewer a round ends.
 #define DECODE_ROOM_LEFT 32u
-// A round of decoding must stay short: the serial line and line starts wait for it. Costs in units of
-// an evenly spaced step or one of a flat curve, about 60 cycles.
+// A round of decoding must stay short: the serial line and line starts wait for it. Costs in units
+// of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
 #define SLOW_STEP_COST   12u
 // Shorter stretches of evenly spaced steps are not worth a run,

@@ -44,7 +44,7 @@ static void note_fresh(struct ledger *ledger)
         ledger->lengths[2] = ledger->lengths[1];
         ledger->lengths[1] = ledger->lengths[0];
         ledger->lengths[0] =
-            (uint16_t)(((uint16_t)ring->high[at] << 8 | ring->low[at]) + 1u);
+            (uint16_t)((uint16_t)(ring->high[at] << 8) + ring->low[at] + 1u);
     }
 }
 
@@ -240,8 +240,8 @@ static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_
     int16_t sum = carried->sum;
     uint8_t count = loaded < 3u ? (uint8_t)loaded : 3u;
 
-    for (uint8_t i = 2; i >= count && i < 3u; i--) {
-        ledger->lengths[i] = ledger->lengths[i - count];
+    for (uint8_t i = 3; i > count; i--) {
+        ledger->lengths[i - 1u] = ledger->lengths[i - 1u - count];
     }
     for (uint8_t i = 0; i < count; i++) {
         bool was_long =

@@ -25,6 +25,9 @@ struct pixel_record {
 
 #define LEDGER_NO_RUN 0xFFu
 
+// Entries of a run that may wait to be accounted for.
+#define LEDGER_LAG_ENTRIES 8u
+
 struct ledger {
     struct step_ring *ring;
     uint8_t retired; // first slot not yet accounted for
@@ -68,25 +71,29 @@ static inline bool ledger_inside_block(const struct ledger *ledger,
            (uint8_t)(tail - ledger->retired) < block->count;
 }
 
-// False when ledger_follow() would do nothing but count periods of a run that goes on: that can wait
-// until somebody asks.
+// False when ledger_follow_blocks() would do nothing, or only count periods of a run that goes on:
+// that can wait until somebody asks.
 static inline bool ledger_due(const struct ledger *ledger,
                               struct feed *feed,
                               struct engine_sample sample)
 {
+    uint8_t behind = (uint8_t)(sample.tail - ledger->retired);
+
     if (sample.idle_count != ledger->idle_seen) {
         return true;
     }
-    if (sample.tail != ledger->retired) {
-        return !ledger_inside_block(ledger, feed, sample.tail);
+    if (ledger->run == LEDGER_NO_RUN) {
+        return behind != 0 && !ledger_inside_block(ledger, feed, sample.tail);
     }
-    return ledger->run != LEDGER_NO_RUN &&
-           (sample.left == 0 || sample.cut ||
-            (feed->mark_tail != feed->mark_placed &&
-             feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired));
+    if (sample.left == 0 || sample.cut || behind >= LEDGER_LAG_ENTRIES) {
+        return true;
+    }
+    return feed->mark_tail != feed->mark_placed &&
+           (uint8_t)(feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot -
+                     ledger->retired) <= behind;
 }
 
-// Account for everything up to the sample. Marks and blocks are taken from the feed. Main loop only.
+// Account for everything up to the sample. Takes marks and blocks from the feed. Main loop only.
 void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample);
 
 // The same, but for a block that is not over yet: it can be taken as a whole later, at much less

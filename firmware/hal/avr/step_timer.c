@@ -79,8 +79,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
             }                                                                            \
         }                                                                                \
     }
-// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Clearing the overflow flag does what serving it would have
-// done, so that a capture can tell periods apart. Budget: 60 cycles.
+// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Clearing
+// the overflow flag does what serving it would have done, so that a capture can tell periods apart.
+// Budget: 60 cycles.
 #define HALTED_HANDLER(axis, timer)                                                      \
     ISR(TIMER##timer##_COMPA_vect)                                                       \
     {                                                                                    \

@@ -10,7 +10,7 @@
 #include "config.h"       // CONFIG_BAUD
 #include "hal/avr/pins.h" // pins_write_rs485
 
-// The main loop may be away for so many characters: 3 ms at 115200 baud 8E1, 12 ms on the larger part.
+// The main loop may be away for so many characters: 3 ms at 115200 baud 8E1, or 12 ms.
 #if defined(CONFIG_BOARD_UNO)
 #define RECEIVE_SLOTS 32u
 #else
