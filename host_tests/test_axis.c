@@ -31,7 +31,7 @@ void tearDown(void)
 
 static void watch_edges(void)
 {
-    pixel_grid_start(&grid, &bench.period, 1);
+    pixel_grid_start(&grid, &bench.period);
     edge_ticks = bench.zero_ticks + pixel_grid_advance(&grid);
     edge = 1;
     steps_at_zero = bench.steps;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The register map's contents: what the Modbus server reads and writes.
-#include <string.h>
-
 #include "app/machine.h"       // machine
 #include "app/serial.h"        // serial_counters
+#include "base/flash.h"        // IN_FLASH
 #include "hal/cpu.h"           // cpu_reset_cause
 #include "wire/bytes.h"        // get_word
 #include "wire/register_map.h" // REG_*
@@ -314,30 +313,37 @@ static enum modbus_exception commit(const struct settings *wanted,
     }
     machine.settings = *wanted;
     if (setting) {
+        // The reference is a line that is over, and its period may change.
+        machine.watch.following = false;
         machine_apply_settings();
     }
     return MODBUS_OK;
 }
 
-enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t *words)
+// Not inline: what it keeps on the stack would lie below the check of a block.
+static enum modbus_exception __attribute__((noinline)) write_settings(
+    uint16_t address, uint16_t count, const uint8_t *words)
 {
     struct settings wanted = machine.settings;
-    uint32_t end = (uint32_t)address + count;
+    uint16_t end = (uint16_t)(address + count);
 
-    if (address == REG_QUEUE_WINDOW) {
-        return queue_block(count, words);
-    }
     for (uint16_t i = 0; i < count; i++) {
         (void)settings_set(&wanted, (uint16_t)(address + i), get_word(&words[2u * i]));
     }
     return commit(&wanted, end > REG_HOLDING_command, address < REG_HOLDING_axis_mask);
 }
 
+enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t *words)
+{
+    return address == REG_QUEUE_WINDOW ? queue_block(count, words)
+                                       : write_settings(address, count, words);
+}
+
 uint8_t data_identity(uint8_t *text, uint8_t room)
 {
 #define TEXT_OF(value)             #value
 #define VERSION_TEXT(major, minor) TEXT_OF(major) "." TEXT_OF(minor)
-    static const char identity[] =
+    static const char identity[] IN_FLASH =
         "pixstep " CONFIG_BOARD_NAME
         " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);
     uint8_t length = (uint8_t)(sizeof identity - 1u);
@@ -345,7 +351,9 @@ uint8_t data_identity(uint8_t *text, uint8_t room)
     if (length > room) {
         length = room;
     }
-    memcpy(text, identity, length);
+    for (uint8_t i = 0; i < length; i++) {
+        text[i] = (uint8_t)flash_char(&identity[i]);
+    }
     return length;
 }
 

@@ -58,7 +58,8 @@ void machine_apply_settings(void)
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
         .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
         // The direction changes in the middle of the interval.
-        .reversal_min_ticks = 2u * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS),
+        .reversal_min_ticks =
+            (uint16_t)(2u * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS)),
         .max_acceleration = settings->max_acceleration,
     };
 }

@@ -16,7 +16,10 @@ static uint8_t next_axis;
 void time_check_start(void)
 {
     step_timer_start();
-    started_4us = clock_now_4us();
+    // One axis is not looked at.
+    if (CONFIG_AXES > 1) {
+        started_4us = clock_now_4us();
+    }
 }
 
 //     period     | running        | newest loaded  |

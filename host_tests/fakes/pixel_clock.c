@@ -5,8 +5,9 @@
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
 #include "hal/step_timer.h"      // step_timer_sample
-#include "motion/pixel_period.h" // struct pixel_grid
+#include "motion/pixel_period.h" // pixel_*
 
+static struct pixel_period period;
 static struct pixel_grid grid;
 static uint32_t next_ticks; // edge at the pin
 static bool on;
@@ -23,11 +24,9 @@ void fake_pixel_clock_power_on(void)
 
 void fake_pixel_clock(uint32_t first_ticks, uint32_t num, uint32_t den)
 {
-    struct pixel_period period;
-
     on = pixel_period_set(&period, CONFIG_TIMER_HZ, num, den);
     if (on) {
-        pixel_grid_start(&grid, &period, 1);
+        pixel_grid_start(&grid, &period);
         next_ticks = first_ticks;
     }
 }

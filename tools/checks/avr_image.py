@@ -118,22 +118,23 @@ def run(command: list[str]) -> str:
 class Symbols:
     """Which function an address of the code lies in. Compilers' local labels do not count.
 
-    Of several names at one address a C function's wins, then a name that is not a weak alias.
+    Of several names at one address a C function's wins, then a table's, then a name that is not a
+    weak alias.
     """
 
     def __init__(self, table: str) -> None:
         """Read the output of objdump -t."""
-        best: dict[int, tuple[bool, bool, str]] = {}
+        best: dict[int, tuple[bool, bool, bool, str]] = {}
         for match in filter(None, map(SYMBOL.match, table.splitlines())):
             address, flags = int(match["address"], 16), match["flags"]
             if not LOCAL_LABEL.match(match["name"]):
                 # Tables in flash are code to the disassembler: their one name keeps them apart.
                 name = DATA if "O" in flags else match["name"]
-                rank = ("F" in flags, "w" not in flags, name)
+                rank = ("F" in flags, "O" in flags, "w" not in flags, name)
                 best[address] = max(best.get(address, rank), rank)
         self.starts = sorted(best)
         self.names = [best[start][-1] for start in self.starts]
-        self.typed = {name for is_function, _, name in best.values() if is_function}
+        self.typed = {name for is_function, *_, name in best.values() if is_function}
 
     def at(self, address: int) -> str:
         """Name of the function around an address."""

@@ -179,6 +179,7 @@ static void queue_entry(struct plan *plan, int32_t count, uint32_t repeat)
                         (uint8_t)(repeat >> 8),
                         (uint8_t)repeat};
     struct axis *axis = &plan->axis;
+    uint32_t pixel = axis->check.pixel + 1u;
 
     enum block_result result =
         axis_queue_block(axis, &plan->limits, axis->next_block, bytes, 1);
@@ -190,7 +191,7 @@ static void queue_entry(struct plan *plan, int32_t count, uint32_t repeat)
         fail("internal: block not taken");
     }
     if (axis->check.warning != 0 && !plan->warned) {
-        report("warning", axis->check.warning, axis->check.warning_pixel);
+        report("warning", axis->check.warning, pixel);
         plan->warned = true;
     }
 }
@@ -244,7 +245,7 @@ static void plan_line(struct plan *plan)
                                (options->smooth ? RUN_START_SMOOTH : 0u) |
                                (options->negative ? RUN_START_NEGATIVE : 0u));
 
-    pixel_grid_start(&grid, &plan->period, 1);
+    pixel_grid_start(&grid, &plan->period);
     puts(options->pixels ? "pixel,tick,expected_steps" : "step,tick");
     queue_entry(plan, word, 0);
     queue_entry(plan, options->backlash_steps, options->line_speed);
@@ -360,6 +361,13 @@ static void parse(struct options *options, int argc, char **argv)
     }
 }
 
+static uint16_t reversal_ticks(const struct options *options)
+{
+    uint32_t ticks = 4u * (uint32_t)options->min_interval_ticks;
+
+    return ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)ticks;
+}
+
 int main(int argc, char **argv)
 {
     static struct plan plan;
@@ -375,7 +383,7 @@ int main(int argc, char **argv)
         .pixel_ticks = plan.period.whole_ticks,
         .min_interval_ticks = plan.options.min_interval_ticks,
         .smooth_min_interval_ticks = plan.options.min_interval_ticks,
-        .reversal_min_ticks = 4u * plan.options.min_interval_ticks,
+        .reversal_min_ticks = reversal_ticks(&plan.options),
     };
     step_engine_reset(&plan.engine, &plan.ring);
     axis_init(&plan.axis, &plan.ring, plan.slots, QUEUE_SLOTS, STEP_IDLE_TICKS);

@@ -58,7 +58,7 @@ static bool check_block(struct axis *axis,
             line_check_entry(&check, limits, run_from_bytes(&entries[4u * i]));
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;
-            axis->line_error_pixel = check.error_pixel;
+            axis->line_error_pixel = check.pixel + 1u;
             return false;
         }
         if (check.phase == LINE_CHECK_OUTSIDE) {

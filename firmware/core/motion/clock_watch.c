@@ -11,7 +11,7 @@ void clock_watch_follow(struct clock_watch *watch,
     watch->pixel = 0;
     watch->error_ticks = 0;
     watch->error_max_ticks = 0;
-    pixel_grid_start(&watch->grid, period, 1);
+    pixel_grid_start(&watch->grid, period);
 }
 
 static int16_t saturate(int32_t value)
@@ -30,10 +30,12 @@ static void plan_next(struct clock_watch *watch)
 
 bool clock_watch_edge(struct clock_watch *watch, uint32_t edge_ticks, uint32_t *pixel)
 {
-    int32_t half_period = (int32_t)(watch->grid.whole_ticks / 2u);
-
     watch->edges++;
-    if (!watch->following || (int32_t)(edge_ticks - watch->next_ticks) < -half_period) {
+    if (!watch->following) {
+        return false;
+    }
+    int32_t half_period = (int32_t)(watch->grid.period->whole_ticks / 2u);
+    if ((int32_t)(edge_ticks - watch->next_ticks) < -half_period) {
         return false;
     }
     // Edges that never came are passed over, so that one gap does not shift all later ones.

@@ -19,7 +19,7 @@ struct clock_watch {
     struct pixel_grid grid;
 };
 
-// A line begins at zero_ticks.
+// A line begins at zero_ticks. When the period changes, following must end.
 void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks);

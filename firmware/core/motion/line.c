@@ -15,7 +15,6 @@ void line_begin(struct line *line,
     (void)run_queue_pop(queue, &mark);
     (void)run_queue_pop(queue, &parameter);
     *line = (struct line){
-        .period = period,
         .queue = queue,
         .smooth = ((uint16_t)mark.count & RUN_START_SMOOTH) != 0,
         .negative = ((uint16_t)mark.count & RUN_START_NEGATIVE) != 0,
@@ -24,11 +23,8 @@ void line_begin(struct line *line,
         .line_speed = parameter.repeat,
     };
     line->shifted = line->backlash_steps != 0;
-    pixel_grid_start(&line->edges, period, 1);
+    pixel_grid_start(&line->edges, period);
     line->to_edge_ticks = pixel_grid_advance(&line->edges);
-    if (line->shifted) {
-        pixel_grid_start(&line->pieces, period, line->line_speed);
-    }
 }
 
 // The next pixel edge lies in this piece, after edge_steps of its steps.
@@ -51,8 +47,8 @@ static void count_steps(struct line *line, const struct piece *piece)
 // The non-pulsing start of the leading zero pixel. False when backlash = line speed: no wait.
 static bool delay_piece(struct line *line, struct piece *piece)
 {
-    uint32_t ticks = pixel_grid_shift(
-        &line->pieces, line->period, line->backlash_steps, line->line_speed);
+    uint32_t ticks = pixel_shift_start(
+        &line->pieces, line->edges.period, line->backlash_steps, line->line_speed);
 
     *piece = (struct piece){.ticks = ticks, .negative = line->negative};
     line->to_edge_ticks -= ticks;
@@ -91,13 +87,20 @@ static uint16_t steps_at_edge(const struct line *line, uint16_t steps)
     return divide_u32_u16(product, whole);
 }
 
+static uint32_t pixel_ticks(struct line *line)
+{
+    return line->shifted
+               ? pixel_shift_advance(&line->pieces, line->edges.period, line->line_speed)
+               : line->to_edge_ticks;
+}
+
 static void pixel_piece(struct line *line, struct piece *piece)
 {
     int16_t count = line->run.count;
     uint16_t steps = (uint16_t)(count < 0 ? -count : count);
 
     *piece = (struct piece){
-        .ticks = line->shifted ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks,
+        .ticks = pixel_ticks(line),
         .steps = steps,
         .start_speed = line->speed,
         .curved = line->smooth && steps != line->speed,

@@ -18,12 +18,13 @@ static enum line_error start(struct line_check *check, struct run entry)
         return LINE_malformed;
     }
     bool chained = (word & RUN_START_WAIT) == 0;
-    struct line_check before = *check;
+    int8_t direction = check->direction;
+    uint16_t rest_ticks = check->rest_ticks;
 
     line_check_reset(check);
     if (chained) {
-        check->direction = before.direction;
-        check->rest_ticks = before.rest_ticks;
+        check->direction = direction;
+        check->rest_ticks = rest_ticks;
     }
     check->smooth = (word & RUN_START_SMOOTH) != 0;
     check->negative = (word & RUN_START_NEGATIVE) != 0;
@@ -68,9 +69,9 @@ static enum line_error end(struct line_check *check, struct run entry)
     return LINE_none;
 }
 
-static bool too_fast(uint32_t speed, uint32_t interval_ticks, uint32_t pixel_ticks)
+static bool too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
 {
-    return (uint64_t)speed * interval_ticks > pixel_ticks;
+    return (uint32_t)speed * interval_ticks > pixel_ticks;
 }
 
 static uint32_t magnitude(int32_t value)
@@ -82,7 +83,6 @@ static void warn(struct line_check *check, enum line_error warning)
 {
     if (check->warning == LINE_none) {
         check->warning = (uint8_t)warning;
-        check->warning_pixel = check->pixel + 1u;
     }
 }
 
@@ -130,14 +130,15 @@ static enum line_error turn(const struct line_check *check,
                             struct run entry)
 {
     int8_t direction = direction_of(check, entry);
-    uint32_t wanted = limits->reversal_min_ticks;
+    uint16_t wanted = limits->reversal_min_ticks;
 
     if (direction == 0 || check->direction == 0 || direction == check->direction ||
         check->rest_ticks >= wanted) {
         return LINE_none;
     }
-    return too_fast(
-               first_speed(check, entry), wanted - check->rest_ticks, limits->pixel_ticks)
+    return too_fast(first_speed(check, entry),
+                    (uint16_t)(wanted - check->rest_ticks),
+                    limits->pixel_ticks)
                ? LINE_reversal_too_fast
                : LINE_none;
 }
@@ -147,13 +148,15 @@ static void remember_turn(struct line_check *check,
                           struct run entry)
 {
     int8_t direction = direction_of(check, entry);
-    uint64_t rest = (uint64_t)entry.repeat * limits->pixel_ticks + check->rest_ticks;
+    uint16_t pixel =
+        limits->pixel_ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)limits->pixel_ticks;
+    uint32_t rest = (uint32_t)entry.repeat * pixel + check->rest_ticks;
 
     if (direction != 0) {
         check->direction = direction;
         check->rest_ticks = 0;
     } else {
-        check->rest_ticks = rest > INT32_MAX ? INT32_MAX : (uint32_t)rest;
+        check->rest_ticks = rest > UINT16_MAX ? UINT16_MAX : (uint16_t)rest;
     }
 }
 
@@ -177,9 +180,9 @@ static enum line_error equal_counts(struct line_check *check, struct run entry)
 
 static enum line_error acceleration(struct line_check *check,
                                     const struct line_limits *limits,
-                                    int32_t value)
+                                    int16_t value)
 {
-    int32_t change = value - check->acceleration;
+    int32_t change = (int32_t)value - check->acceleration;
 
     if (limits->max_acceleration != 0 && magnitude(value) > limits->max_acceleration) {
         return LINE_acceleration;
@@ -195,15 +198,16 @@ static enum line_error acceleration(struct line_check *check,
 static enum line_error smooth_speed(struct line_check *check,
                                     const struct line_limits *limits,
                                     struct run entry,
-                                    int32_t end_speed)
+                                    uint16_t end_speed)
 {
-    int32_t top = end_speed > check->speed ? end_speed : check->speed;
-    enum line_error error = acceleration(check, limits, end_speed - check->speed);
+    uint16_t top = end_speed > check->speed ? end_speed : check->speed;
+    enum line_error error =
+        acceleration(check, limits, (int16_t)(end_speed - check->speed));
 
     if (error != LINE_none) {
         return error;
     }
-    if (too_fast((uint32_t)top, limits->smooth_min_interval_ticks, limits->pixel_ticks)) {
+    if (too_fast(top, limits->smooth_min_interval_ticks, limits->pixel_ticks)) {
         return LINE_too_fast;
     }
     if (check->backlash_steps != 0) {
@@ -243,7 +247,7 @@ static enum line_error smooth_run(struct line_check *check,
         error = equal_counts(check, entry);
     }
     if (error == LINE_none) {
-        error = smooth_speed(check, limits, entry, end_speed);
+        error = smooth_speed(check, limits, entry, (uint16_t)end_speed);
     }
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
@@ -275,19 +279,11 @@ enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
                                  struct run entry)
 {
-    enum line_error error;
-
     if (check->phase == LINE_CHECK_OUTSIDE) {
-        error = start(check, entry);
-    } else if (check->phase == LINE_CHECK_PARAMETER) {
-        error = parameter(check, entry);
-    } else if (entry.repeat == 0) {
-        error = end(check, entry);
-    } else {
-        error = run(check, limits, entry);
+        return start(check, entry);
     }
-    if (error != LINE_none) {
-        check->error_pixel = check->pixel + 1u;
+    if (check->phase == LINE_CHECK_PARAMETER) {
+        return parameter(check, entry);
     }
-    return error;
+    return entry.repeat == 0 ? end(check, entry) : run(check, limits, entry);
 }

@@ -15,7 +15,7 @@ struct line_limits {
     uint32_t pixel_ticks;               // whole ticks of a pixel period
     uint16_t min_interval_ticks;        // shortest interval between two steps, plain line
     uint16_t smooth_min_interval_ticks; // the same in a smooth line
-    uint32_t reversal_min_ticks;        // the same between steps of opposite direction
+    uint16_t reversal_min_ticks;        // the same between steps of opposite direction
     uint16_t max_acceleration;          // steps/pixel^2 of a smooth line, 0: any
     uint16_t jerk_warning; // change of acceleration that is worth a warning, 0: never
 };
@@ -28,26 +28,25 @@ enum line_check_phase {
 
 struct line_check {
     uint8_t phase;
-    bool smooth;
-    bool reached; // the line speed given with the backlash was reached
-    uint16_t backlash_steps;
-    uint16_t line_speed;
-    bool negative; // direction of a smooth line
+    bool smooth : 1;
+    bool reached : 1;  // the line speed given with the backlash was reached
+    bool negative : 1; // direction of a smooth line
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
-    uint32_t rest_ticks;  // whole zero pixels since that step
+    uint8_t warning; // first warning of the line (enum line_error, 32..)
+    uint16_t backlash_steps;
+    uint16_t line_speed;
+    uint16_t rest_ticks;  // whole zero pixels since that step, 0xFFFF: that or more
     uint16_t speed;       // at the end of the last pixel
     int16_t last_count;   // of the last pixel
-    int32_t acceleration; // in the last pixel
-    uint32_t pixel;       // pixels accepted so far
-    uint8_t warning;      // first warning of the line (enum line_error, 32..)
-    uint32_t warning_pixel;
-    uint32_t error_pixel; // 1-based pixel of the last refusal
+    int16_t acceleration; // in the last pixel
+    uint32_t pixel; // pixels accepted so far: the next entry begins with the one after
 };
 
 void line_check_reset(struct line_check *check);
 
-// Accept the next entry, or say why not. After a refusal the check must be reset.
+// Accept the next entry, or say why not: something about the pixel behind check->pixel. After a
+// refusal the check must be reset.
 enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
                                  struct run entry);

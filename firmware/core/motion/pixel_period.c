@@ -23,53 +23,59 @@ bool pixel_period_set(struct pixel_period *period,
     return true;
 }
 
-static struct pixel_fraction product(uint32_t a, uint16_t b)
+void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period)
+{
+    grid->period = period;
+    grid->sum = 0;
+}
+
+uint32_t pixel_grid_advance(struct pixel_grid *grid)
+{
+    const struct pixel_period *period = grid->period;
+    uint32_t room = period->divisor - period->remainder;
+
+    if (grid->sum >= room) {
+        grid->sum -= room;
+        return period->whole_ticks + 1u;
+    }
+    grid->sum += period->remainder;
+    return period->whole_ticks;
+}
+
+static struct pixel_shift product(uint32_t a, uint16_t b)
 {
     uint32_t low = multiply_u32_u16((uint16_t)a, b);
     uint32_t high = multiply_u32_u16(a >> 16, b) + (low >> 16);
 
-    return (struct pixel_fraction){
+    return (struct pixel_shift){
         .low = (high << 16) | (uint16_t)low,
         .high = (uint16_t)(high >> 16),
     };
 }
 
-// sum + b modulo whole, of a sum below whole and b not above it; what is carried.
-static uint8_t add_fraction(struct pixel_grid *grid, const struct pixel_fraction *b)
+// remainder * share further, modulo divisor * scale; what is carried. Share: not above the scale.
+static uint8_t add_fraction(struct pixel_shift *sum,
+                            const struct pixel_period *period,
+                            uint16_t share,
+                            uint16_t scale)
 {
-    const struct pixel_fraction *whole = &grid->divisor;
-    uint32_t low = grid->sum.low + b->low;
-    uint16_t high = (uint16_t)(grid->sum.high + b->high + (low < b->low ? 1u : 0u));
-    uint8_t carry = 0;
+    struct pixel_shift part = product(period->remainder, share);
 
-    if (high > whole->high || (high == whole->high && low >= whole->low)) {
-        high = (uint16_t)(high - whole->high - (low < whole->low ? 1u : 0u));
-        low -= whole->low;
-        carry = 1;
+    sum->low += part.low;
+    sum->high = (uint16_t)(sum->high + part.high + (sum->low < part.low ? 1u : 0u));
+    part = product(period->divisor, scale);
+    if (sum->high < part.high || (sum->high == part.high && sum->low < part.low)) {
+        return 0;
     }
-    grid->sum = (struct pixel_fraction){.low = low, .high = high};
-    return carry;
+    sum->high = (uint16_t)(sum->high - part.high - (sum->low < part.low ? 1u : 0u));
+    sum->low -= part.low;
+    return 1;
 }
 
-void pixel_grid_start(struct pixel_grid *grid,
-                      const struct pixel_period *period,
-                      uint16_t scale)
-{
-    grid->whole_ticks = period->whole_ticks;
-    grid->step = product(period->remainder, scale);
-    grid->divisor = product(period->divisor, scale);
-    grid->sum = (struct pixel_fraction){0};
-}
-
-uint32_t pixel_grid_advance(struct pixel_grid *grid)
-{
-    return grid->whole_ticks + add_fraction(grid, &grid->step);
-}
-
-uint32_t pixel_grid_shift(struct pixel_grid *grid,
-                          const struct pixel_period *period,
-                          uint16_t backlash_steps,
-                          uint16_t line_speed)
+uint32_t pixel_shift_start(struct pixel_shift *shift,
+                           const struct pixel_period *period,
+                           uint16_t backlash_steps,
+                           uint16_t line_speed)
 {
     // P (V-B)/V with P = q + r/d:  q (V-B) = ticks * V + rest, so the place is
     // ticks + (rest * d + r (V-B)) / (d V), a sum of two fractions below 1.
@@ -78,8 +84,15 @@ uint32_t pixel_grid_shift(struct pixel_grid *grid,
     uint32_t over = multiply_u32_u16(period->whole_ticks - part * line_speed, share);
     uint32_t carried = over / line_speed;
     uint16_t rest = (uint16_t)(over - carried * line_speed);
-    struct pixel_fraction more = product(period->remainder, share);
 
-    grid->sum = product(period->divisor, rest);
-    return multiply_u32_u16(part, share) + carried + add_fraction(grid, &more);
+    *shift = product(period->divisor, rest);
+    return multiply_u32_u16(part, share) + carried +
+           add_fraction(shift, period, share, line_speed);
+}
+
+uint32_t pixel_shift_advance(struct pixel_shift *shift,
+                             const struct pixel_period *period,
+                             uint16_t line_speed)
+{
+    return period->whole_ticks + add_fraction(shift, period, line_speed, line_speed);
 }

@@ -22,30 +22,30 @@ bool pixel_period_set(struct pixel_period *period,
                       uint32_t num,
                       uint32_t den);
 
-// 48 bits.
-struct pixel_fraction {
-    uint32_t low;
-    uint16_t high;
-};
-
-// A walk along multiples of P from any rational start: the fraction is kept over divisor * scale.
+// A walk along multiples of P. The period must stay as it is meanwhile.
 struct pixel_grid {
-    uint32_t whole_ticks;
-    struct pixel_fraction step;    // remainder * scale
-    struct pixel_fraction divisor; // divisor * scale
-    struct pixel_fraction sum;     // fraction of the present place, 0..divisor-1
+    const struct pixel_period *period;
+    uint32_t sum; // fraction of the present place, 0..divisor-1
 };
 
-// Grid at 0; scale 1..32767.
-void pixel_grid_start(struct pixel_grid *grid,
-                      const struct pixel_period *period,
-                      uint16_t scale);
+// Grid at 0.
+void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period);
 
 // Ticks (floor to floor) from the present place to the one P further.
 uint32_t pixel_grid_advance(struct pixel_grid *grid);
 
-// Advance a fresh grid of scale `line_speed` by P * (line_speed - backlash) / line_speed.
-uint32_t pixel_grid_shift(struct pixel_grid *grid,
-                          const struct pixel_period *period,
-                          uint16_t backlash_steps,
-                          uint16_t line_speed);
+// The same from P * (line_speed - backlash) / line_speed on: the fraction of the present place, 48
+// bits, is kept over divisor * line_speed.
+struct pixel_shift {
+    uint32_t low;
+    uint16_t high;
+};
+
+// The first place. line_speed 1..32767, backlash not above it.
+uint32_t pixel_shift_start(struct pixel_shift *shift,
+                           const struct pixel_period *period,
+                           uint16_t backlash_steps,
+                           uint16_t line_speed);
+uint32_t pixel_shift_advance(struct pixel_shift *shift,
+                             const struct pixel_period *period,
+                             uint16_t line_speed);

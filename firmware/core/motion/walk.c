@@ -3,36 +3,38 @@
 
 #define NO_EDGE 0xFFFFu
 
-// Special steps: the two around the edge, the one after them (it sees their shift), the last.
-static uint16_t next_special(const struct walk *walk)
+static uint16_t edge_of(const struct piece *piece)
 {
-    uint16_t next = walk->count;
+    return piece->has_edge ? piece->edge_steps : NO_EDGE;
+}
 
-    if (walk->edge_steps != NO_EDGE) {
+// Special steps: the two around the edge, the one after them (it sees their shift), the last.
+static void aim(struct walk *walk, uint16_t index)
+{
+    uint16_t next = walk->piece->steps;
+    uint16_t edge = edge_of(walk->piece);
+
+    if (edge != NO_EDGE) {
         for (uint8_t after = 0; after < 3; after++) {
-            uint16_t candidate = (uint16_t)(walk->edge_steps + after);
-            if (candidate > walk->index && candidate < next) {
+            uint16_t candidate = (uint16_t)(edge + after);
+            if (candidate > index && candidate < next) {
                 next = candidate;
                 break;
             }
         }
     }
-    return next;
+    walk->last_special = next;
+    walk->until = (uint16_t)(next - index);
 }
 
 void walk_start(struct walk *walk, const struct piece *piece)
 {
     walk->curved = piece->curved;
     walk->at_edge = false;
-    walk->index = 0;
-    walk->count = piece->steps;
-    walk->edge_steps = piece->has_edge ? piece->edge_steps : NO_EDGE;
-    walk->edge_ticks = piece->edge_ticks;
-    walk->end_ticks = piece->ticks;
     walk->exact_ticks = 0;
     walk->skew_ticks = 0;
-    walk->last_special = next_special(walk);
-    walk->until = walk->last_special;
+    walk->piece = piece;
+    aim(walk, 0);
     if (piece->curved) {
         curve_start(&walk->steps.curve, piece->ticks, piece->start_speed, piece->steps);
     } else {
@@ -40,53 +42,56 @@ void walk_start(struct walk *walk, const struct piece *piece)
     }
 }
 
-static uint32_t place_special(const struct walk *walk)
+static uint32_t place_special(const struct walk *walk, uint16_t index)
 {
+    const struct piece *piece = walk->piece;
+    uint16_t edge = edge_of(piece);
     uint32_t tick = walk->exact_ticks;
 
-    if (walk->index == walk->count) {
-        tick = walk->end_ticks;
-    } else if (walk->index == walk->edge_steps && tick > walk->edge_ticks) {
-        tick = walk->edge_ticks;
-    } else if (walk->index == (uint16_t)(walk->edge_steps + 1u) &&
-               tick <= walk->edge_ticks) {
-        tick = walk->edge_ticks + 1u;
+    if (index == piece->steps) {
+        tick = piece->ticks;
+    } else if (index == edge && tick > piece->edge_ticks) {
+        tick = piece->edge_ticks;
+    } else if (index == (uint16_t)(edge + 1u) && tick <= piece->edge_ticks) {
+        tick = piece->edge_ticks + 1u;
     }
     return tick;
 }
 
-static uint32_t special(struct walk *walk, uint32_t before_ticks)
+// Not inline: its registers would lie on the stack below the curve's decoder.
+static uint32_t __attribute__((noinline)) special(struct walk *walk, uint32_t ticks)
 {
-    walk->index = walk->last_special;
-    uint32_t tick = place_special(walk);
-    uint32_t interval = tick - before_ticks - (uint32_t)walk->skew_ticks;
+    uint16_t index = walk->last_special;
+    uint32_t tick = place_special(walk, index);
+    uint32_t skew = tick - walk->exact_ticks;
+    uint32_t before = (uint32_t)walk->skew_ticks;
 
-    walk->skew_ticks = (int32_t)(tick - walk->exact_ticks);
-    walk->at_edge = walk->index == walk->edge_steps;
-    if (walk->index < walk->count) {
-        walk->last_special = next_special(walk);
-        walk->until = (uint16_t)(walk->last_special - walk->index);
+    ticks += skew - before;
+    walk->at_edge = index == edge_of(walk->piece);
+    if (index < walk->piece->steps) {
+        // Rounding and the exact place of an edge are less than a tick apart.
+        walk->skew_ticks = (int16_t)skew;
+        aim(walk, index);
     }
-    return interval;
+    return ticks;
 }
 
 uint32_t walk_next(struct walk *walk)
 {
-    uint32_t before_ticks = walk->exact_ticks;
     uint32_t ticks = 0;
 
     walk->until--;
     // The very last step is at the end of the piece, whatever the decoder would say.
-    if (walk->until != 0 || walk->last_special != walk->count) {
+    if (walk->until != 0 || walk->last_special != walk->piece->steps) {
         ticks =
             walk->curved ? curve_next(&walk->steps.curve) : even_next(&walk->steps.even);
-        walk->exact_ticks = before_ticks + ticks;
+        walk->exact_ticks += ticks;
     }
     if (walk->until != 0) {
         walk->at_edge = false;
         return ticks;
     }
-    return special(walk, before_ticks);
+    return special(walk, ticks);
 }
 
 uint32_t walk_skip_even(struct walk *walk, uint16_t steps)
@@ -95,6 +100,6 @@ uint32_t walk_skip_even(struct walk *walk, uint16_t steps)
 
     walk->until = (uint16_t)(walk->until - steps);
     walk->exact_ticks += ticks;
-    walk->at_edge = walk->until == 0 && walk->edge_steps == walk->count;
+    walk->at_edge = walk->until == 0 && edge_of(walk->piece) == walk->piece->steps;
     return ticks;
 }

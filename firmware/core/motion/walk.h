@@ -17,19 +17,15 @@ struct walk {
         struct even even;
     } steps;
     bool curved;
-    bool at_edge;   // the step just returned is the last one before the pixel edge
-    uint16_t index; // steps returned so far, up to date only at special steps
-    uint16_t until; // steps to the next special one
-    uint16_t last_special;
-    uint16_t count;      // steps of the piece
-    uint16_t edge_steps; // 0xFFFF: no edge inside
-    uint32_t edge_ticks;
-    uint32_t end_ticks;
-    uint32_t exact_ticks; // where the last step would fall without the promises
-    int32_t skew_ticks;   // where it was put, minus that
+    bool at_edge;          // the step just returned is the last one before the pixel edge
+    int16_t skew_ticks;    // where the last step was put, minus exact_ticks
+    uint16_t until;        // steps to the next special one,
+    uint16_t last_special; //   which is this one of the piece
+    uint32_t exact_ticks;  // where the last step would fall without the promises
+    const struct piece *piece;
 };
 
-// piece->steps must not be 0.
+// piece->steps must not be 0; the piece must stay as it is until the walk is over.
 void walk_start(struct walk *walk, const struct piece *piece);
 
 // Ticks from the last step (or the start of the piece) to the next. Call piece->steps times.
@@ -45,7 +41,7 @@ static inline uint16_t walk_burst(const struct walk *walk)
 // is where it lies.
 static inline uint16_t walk_stretch(const struct walk *walk)
 {
-    bool to_end = walk->last_special == walk->count && walk->skew_ticks == 0;
+    bool to_end = walk->last_special == walk->piece->steps && walk->skew_ticks == 0;
 
     return to_end ? walk->until : walk_burst(walk);
 }
@@ -53,8 +49,10 @@ static inline uint16_t walk_stretch(const struct walk *walk)
 // Steps of the piece taken so far, if nothing but its end needs care any more; else 0xFFFF.
 static inline uint16_t walk_taken(const struct walk *walk)
 {
-    return walk->last_special == walk->count ? (uint16_t)(walk->count - walk->until)
-                                             : (uint16_t)0xFFFF;
+    uint16_t steps = walk->piece->steps;
+
+    return walk->last_special == steps ? (uint16_t)(steps - walk->until)
+                                       : (uint16_t)0xFFFF;
 }
 
 // Pass over that many of these steps; the ticks to the last of them.
