@@ -70,7 +70,9 @@ static uint32_t load(void)
 
 static void follow(void)
 {
-    ledger_follow(&ledger, &feed, step_engine_sample(&engine));
+    struct engine_sample sample = step_engine_sample(&engine);
+
+    ledger_follow(&ledger, &feed, &sample);
 }
 
 // The delay's two periods, and the ledger behind them.

@@ -143,7 +143,9 @@ void machine_account(uint8_t axis)
 {
     struct axis *rested = &machine.axes[axis];
 
-    ledger_follow(&rested->ledger, &rested->feed, step_timer_sample(axis));
+    struct engine_sample sample = step_timer_sample(axis);
+
+    ledger_follow(&rested->ledger, &rested->feed, &sample);
 }
 
 void machine_discard(uint8_t axis)
@@ -208,12 +210,12 @@ static bool follow(uint8_t i, bool all)
     if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
         return false;
     }
-    if (all || ledger_due(&axis->ledger, &axis->feed, sample)) {
+    if (all || ledger_due(&axis->ledger, &axis->feed, &sample)) {
         cpu_section(CPU_SECTION_LEDGER);
         if (all) {
-            ledger_follow(&axis->ledger, &axis->feed, sample);
+            ledger_follow(&axis->ledger, &axis->feed, &sample);
         } else {
-            ledger_follow_blocks(&axis->ledger, &axis->feed, sample);
+            ledger_follow_blocks(&axis->ledger, &axis->feed, &sample);
         }
         cpu_section(CPU_SECTION_ROUND);
     }
@@ -265,7 +267,7 @@ static void take_capture(void)
     if (!pixel_clock_take(&capture, &lost)) {
         return;
     }
-    ledger_follow(&axis->ledger, &axis->feed, capture.sample);
+    ledger_follow(&axis->ledger, &axis->feed, &capture.sample);
     uint32_t edge_ticks = ledger_period_start(&axis->ledger, &axis->feed, capture.back) +
                           capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     machine.edge_seen_4us = clock_now_4us();

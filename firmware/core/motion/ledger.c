@@ -275,16 +275,16 @@ static bool mark_here(const struct ledger *ledger, const struct feed *feed)
 
 static void __attribute__((noinline)) arrive_in_run(struct ledger *ledger,
                                                     struct feed *feed,
-                                                    struct engine_sample sample)
+                                                    const struct engine_sample *sample)
 {
-    ledger->left = ledger->retired == sample.tail ? sample.left : 0;
-    settle_run(ledger, feed, sample.cut);
+    ledger->left = ledger->retired == sample->tail ? sample->left : 0;
+    settle_run(ledger, feed, sample->cut);
 }
 
 // The interrupt has come so far: `retired` is where it reads next, or the account is behind.
 static inline void arrive(struct ledger *ledger,
                           struct feed *feed,
-                          struct engine_sample sample)
+                          const struct engine_sample *sample)
 {
     if (ledger->run != LEDGER_NO_RUN) {
         arrive_in_run(ledger, feed, sample);
@@ -328,18 +328,20 @@ static bool at_special(const struct ledger *ledger, uint8_t tail)
            ledger->ring->high[ledger->retired] >= STEP_HIGH_RUN;
 }
 
-void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+void ledger_follow(struct ledger *ledger,
+                   struct feed *feed,
+                   const struct engine_sample *sample)
 {
     arrive(ledger, feed, sample);
-    while (ledger->retired != sample.tail) {
-        if (at_special(ledger, sample.tail)) {
+    while (ledger->retired != sample->tail) {
+        if (at_special(ledger, sample->tail)) {
             take_special(ledger);
         } else {
-            take_periods(ledger, feed, next_stop(ledger, feed, sample.tail));
+            take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
         }
         arrive(ledger, feed, sample);
     }
-    add_idle(ledger, sample.idle_count);
+    add_idle(ledger, sample->idle_count);
 }
 
 // The frequent case: blocks that are over, one after the other. Every step of a curve is in one.
@@ -372,15 +374,15 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
 
 static void follow_blocks(struct ledger *ledger,
                           struct feed *feed,
-                          struct engine_sample sample)
+                          const struct engine_sample *sample)
 {
     arrive(ledger, feed, sample);
-    while (ledger->retired != sample.tail &&
-           !ledger_inside_block(ledger, feed, sample.tail)) {
-        if (at_special(ledger, sample.tail)) {
+    while (ledger->retired != sample->tail &&
+           !ledger_inside_block(ledger, feed, sample->tail)) {
+        if (at_special(ledger, sample->tail)) {
             take_special(ledger);
         } else {
-            take_periods(ledger, feed, next_stop(ledger, feed, sample.tail));
+            take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
         }
         arrive(ledger, feed, sample);
     }
@@ -388,18 +390,18 @@ static void follow_blocks(struct ledger *ledger,
 
 void ledger_follow_blocks(struct ledger *ledger,
                           struct feed *feed,
-                          struct engine_sample sample)
+                          const struct engine_sample *sample)
 {
     // After an idle period or a cut nothing stays behind that could be taken as a whole.
-    if (sample.cut || sample.idle_count != ledger->idle_seen) {
+    if (sample->cut || sample->idle_count != ledger->idle_seen) {
         ledger_follow(ledger, feed, sample);
         return;
     }
     if (ledger->run == LEDGER_NO_RUN) {
-        take_blocks(ledger, feed, sample.tail);
+        take_blocks(ledger, feed, sample->tail);
         if (!mark_here(ledger, feed) &&
-            (ledger->retired == sample.tail ||
-             ledger_inside_block(ledger, feed, sample.tail))) {
+            (ledger->retired == sample->tail ||
+             ledger_inside_block(ledger, feed, sample->tail))) {
             return;
         }
     }

@@ -75,17 +75,17 @@ static inline bool ledger_inside_block(const struct ledger *ledger,
 // that can wait until somebody asks.
 static inline bool ledger_due(const struct ledger *ledger,
                               struct feed *feed,
-                              struct engine_sample sample)
+                              const struct engine_sample *sample)
 {
-    uint8_t behind = (uint8_t)(sample.tail - ledger->retired);
+    uint8_t behind = (uint8_t)(sample->tail - ledger->retired);
 
-    if (sample.idle_count != ledger->idle_seen) {
+    if (sample->idle_count != ledger->idle_seen) {
         return true;
     }
     if (ledger->run == LEDGER_NO_RUN) {
-        return behind != 0 && !ledger_inside_block(ledger, feed, sample.tail);
+        return behind != 0 && !ledger_inside_block(ledger, feed, sample->tail);
     }
-    if (sample.left == 0 || sample.cut || behind >= LEDGER_LAG_ENTRIES) {
+    if (sample->left == 0 || sample->cut || behind >= LEDGER_LAG_ENTRIES) {
         return true;
     }
     return feed->mark_tail != feed->mark_placed &&
@@ -94,13 +94,15 @@ static inline bool ledger_due(const struct ledger *ledger,
 }
 
 // Account for everything up to the sample. Takes marks and blocks from the feed. Main loop only.
-void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample);
+void ledger_follow(struct ledger *ledger,
+                   struct feed *feed,
+                   const struct engine_sample *sample);
 
 // The same, but for a block that is not over yet: it can be taken as a whole later, at much less
 // cost.
 void ledger_follow_blocks(struct ledger *ledger,
                           struct feed *feed,
-                          struct engine_sample sample);
+                          const struct engine_sample *sample);
 
 // Signed steps since reset.
 static inline int32_t ledger_position(const struct ledger *ledger)
