@@ -39,7 +39,8 @@ static struct pixel_capture newest;
 
 // As short as can be with interrupts off, 13 cycles: the step interrupts come first. An edge that
 // finds the one before it not taken is noted only, so that a noisy clock cannot nest this.
-void capture_body(void) __asm__("__vector_capture_body") __attribute__((signal, used));
+static void capture_body(void) __asm__("__vector_capture_body")
+    __attribute__((signal, used));
 
 ISR(CAPTURE_VECTOR, ISR_NAKED)
 {
@@ -70,7 +71,7 @@ ISR(CAPTURE_VECTOR, ISR_NAKED)
 //
 // Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back.
 // Budget: 160 cycles, once a pixel.
-void capture_body(void)
+static void capture_body(void)
 {
     const struct step_engine *engine = &step_engines[CONFIG_PIXEL_CLOCK_AXIS];
     uint16_t captured = 0;

@@ -54,7 +54,8 @@ void uart_start(void)
 // anything else: it keeps them waiting for 14 cycles. Its body is another function, an interrupt
 // handler to the compiler; it ends by taking its source in again.
 #define SERIAL_HANDLER(vector, body)                                                     \
-    void serial_##body(void) __asm__("__vector_" #body) __attribute__((signal, used));   \
+    static void serial_##body(void) __asm__("__vector_" #body)                           \
+        __attribute__((signal, used));                                                   \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
         __asm__ volatile(                                                                \
@@ -67,7 +68,7 @@ void uart_start(void)
             :                                                                            \
             : [none] "M"(ENABLE_NONE), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));            \
     }                                                                                    \
-    void serial_##body(void)
+    static void serial_##body(void)
 
 static inline void store(uint8_t status, uint8_t byte)
 {

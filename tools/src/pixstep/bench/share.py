@@ -36,9 +36,9 @@ def measure(board: str, motion: str) -> list[dict]:
 def shares(view: dict, board: str) -> dict:
     """Return the shares of all cycles of a view.
 
-    `share` is handlers, decoding and following what the handlers did. The loop polls without end,
-    so the cycles of its other sections are mostly idleness; `upper` counts as work all that goes beyond the passes of a
-    board at rest, although a busy board would make fewer of them.
+    `share` is handlers, decoding and following what the handlers did. The loop looks for work
+    without end, so the cycles of its other sections are mostly idleness; `upper` counts as work
+    all that goes beyond the passes of a board at rest, although a busy board would make fewer.
     """
     cycles = view["cycles"]
     handlers = view["interrupt_cycles"] / cycles
