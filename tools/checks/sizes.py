@@ -29,14 +29,13 @@ class Limits:
 
 # The one table. Flash is the part's, less the Arduino boot loader.
 LIMITS = {
-    # 256 is what the Uno should keep; 128 until the memory is laid out anew.
-    "uno": Limits(flash=32_768 - 512, ram=2_048, reserve=128),
+    "uno": Limits(flash=32_768 - 512, ram=2_048, reserve=256),
     "mega": Limits(flash=262_144 - 8_192, ram=8_192, reserve=512),
 }
 
 # Handlers of which only one can be active, by vector: the three of the serial line mask each other
-# before they let anybody in (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off while
-# its compare A interrupt is on (step_timer.c).
+# before they let anybody in (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off
+# while its compare A interrupt is on (step_timer.c).
 EXCLUSIVE = {
     "uno": [{18, 19, 20}, {11, 13}],
     "mega": [{25, 26, 27}, {17, 20}, {32, 35}, {42, 45}, {47, 50}],
