@@ -39,9 +39,9 @@ static uint16_t limit_register(uint16_t address)
     case REG_INPUT_pixel_period_ticks + 1:
         return half(machine.period.whole_ticks, address != REG_INPUT_pixel_period_ticks);
     case REG_INPUT_min_interval_ticks:
-        return CONFIG_MIN_INTERVAL_TICKS;
+        return machine.limits.min_interval_ticks;
     case REG_INPUT_smooth_min_interval_ticks:
-        return CONFIG_SMOOTH_MIN_INTERVAL_TICKS;
+        return machine.limits.smooth_min_interval_ticks;
     case REG_INPUT_record_capacity:
         return LEDGER_RECORDS;
     default:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "app/time_check.h"
 
-#include "app/machine.h"     // machine_follow
-#include "hal/clock.h"       // clock_now_4us
-#include "hal/step_timer.h"  // step_timer_start
+#include "app/machine.h"    // machine_follow
+#include "hal/clock.h"      // clock_now_4us
+#include "hal/step_timer.h" // step_timer_start
 
 // The division inside a run makes a check cost up to 1500 cycles.
 #define CHECK_EVERY_4US ((uint32_t)1024)

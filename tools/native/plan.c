@@ -32,12 +32,12 @@ struct options {
 };
 
 struct plan {
+    struct step_ring ring;
     struct options options;
     struct pixel_period period;
     struct line_limits limits;
     struct axis axis;
     struct run slots[QUEUE_SLOTS];
-    struct step_ring ring;
     struct step_engine engine;
     uint64_t now_ticks; // start of the period about to be loaded
     uint64_t zero_ticks;
