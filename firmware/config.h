@@ -20,18 +20,22 @@
 // STEP is low for this many ticks from the start of each period, then rises; at least 3.
 #define CONFIG_PULSE_LOW_TICKS 31u
 
-// Axes, queue and shortest intervals of each board. An interval must be longer than everything
-// that can keep the step interrupt waiting at once, or a second overflow could pass unseen. Cycles
-// (uno, mega); the simulator measures the longest wait under load (`pixstep sim`, latest start):
+// Axes, queue and shortest intervals of each board. An entry must reach OCRnA before its period
+// begins, so an interval must be longer than everything that can keep the step interrupt waiting
+// at once and the handler's own way to OCRnA. Cycles (uno, mega); `pixstep bench --only waits` and
+// `--only handlers` measure them:
 //
-//     interrupts off in the main loop              80   80
-//     interrupt response                            4    5
-//     step handlers of the other axes               -  150
-//     pixel clock capture                         102  104
-//     coarse clock                                 62   64
-//     entry or exit of one serial handler          45   45
-//                                                 ---  ---
-//                                                 293  448
+//     interrupts off in the main loop, or in a serial handler   21    21
+//     pixel clock capture, until it lets others in              13    14
+//     step handlers of the other axes                            -   141   3 x 47
+//     from the flag's service to OCRnA                          28    30
+//                                                               --   ---
+//                                                               62   206
+//
+// The other axes take up to 86 cycles where they begin a run. They do so some steps apart from each
+// other (RUN_STAGGER_STEPS), but lines of different rates can meet all the same. What is then late
+// by less than a period is an underrun, seen by the handler before the edge; what is late by a
+// whole one is seen by time_check.c.
 //
 // Smooth lines have a limit of their own: in them a run of constant steps can follow single
 // periods, and the step interrupt needs longer to load its first interval than to go on with

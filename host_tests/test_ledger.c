@@ -43,7 +43,7 @@ static void follow(void)
 {
     struct engine_sample sample = step_engine_sample(&engine);
 
-    ledger_follow(&ledger, &feed, sample);
+    ledger_follow(&ledger, &feed, &sample);
 }
 
 static void step(uint32_t ticks, bool negative)

@@ -70,7 +70,9 @@ static uint32_t load(void)
 
 static void follow(void)
 {
-    ledger_follow(&ledger, &feed, step_engine_sample(&engine));
+    struct engine_sample sample = step_engine_sample(&engine);
+
+    ledger_follow(&ledger, &feed, &sample);
 }
 
 // The delay's two periods, and the ledger behind them.
@@ -188,7 +190,7 @@ static void single_periods_between_runs(void)
         feed_step(&feed, even_next(&even), false);
         feed_step(&feed, even_next(&even), false);
     }
-    for (uint8_t k = 0; k < 22 * STEP_RUNS - 1u; k++) {
+    for (uint16_t k = 0; k < 22u * STEP_RUNS - 1u; k++) {
         TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
         check_account();
     }
@@ -258,27 +260,33 @@ static void rest_of_a_run_taken_away(void)
 {
     static const uint16_t places[] = {1, 2, 3, 126, 127, 150, 299};
 
-    for (uint8_t i = 0; i < sizeof places / sizeof *places; i++) {
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
         open_line(false);
         check_taken_away_after(places[i]);
     }
 }
 
-static void what_cannot_be_carried(void)
+static bool can_carry(uint32_t ticks)
 {
     struct even even;
 
-    even_start(&even, 51201, 100); // 512 and 513 ticks: TOP 0x1FF and 0x200
-    TEST_ASSERT_FALSE(feed_can_carry(&feed, &even));
-    even_start(&even, 51200, 100); // 512 only
-    TEST_ASSERT_TRUE(feed_can_carry(&feed, &even));
-    even_start(&even, 51301, 100);
-    TEST_ASSERT_TRUE(feed_can_carry(&feed, &even));
-    even_start(&even, 100uL * STEP_PERIOD_MAX_TICKS + 1u, 100);
-    TEST_ASSERT_FALSE(feed_can_carry(&feed, &even));
+    even_start(&even, ticks, 100);
+    return feed_can_carry(&feed, &even);
+}
+
+static void what_cannot_be_carried(void)
+{
+    // 512 and 513 ticks: TOP 0x1FF and 0x200
+    TEST_ASSERT_FALSE(can_carry(51201));
+    TEST_ASSERT_TRUE(can_carry(51200));
+    TEST_ASSERT_TRUE(can_carry(51301));
+    TEST_ASSERT_FALSE(can_carry(100uL * STEP_PERIOD_MAX_TICKS + 1u));
+}
+
+static void nobody_to_carry(void)
+{
     feed.carried = NULL;
-    even_start(&even, 51301, 100);
-    TEST_ASSERT_FALSE(feed_can_carry(&feed, &even));
+    TEST_ASSERT_FALSE(can_carry(51301));
 }
 
 static void skip_is_as_many_nexts(void)
@@ -307,6 +315,7 @@ int main(void)
     RUN_TEST(edge_seen_late_has_the_same_record);
     RUN_TEST(rest_of_a_run_taken_away);
     RUN_TEST(what_cannot_be_carried);
+    RUN_TEST(nobody_to_carry);
     RUN_TEST(skip_is_as_many_nexts);
     return UNITY_END();
 }

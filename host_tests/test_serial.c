@@ -39,9 +39,11 @@ static void send(const uint8_t *bytes, uint8_t length)
     serial_poll();
 }
 
+// The reply is made in one round, sealed and sent in the next.
 static uint16_t answer(void)
 {
     fake_pass(SILENCE_TICKS + 64u);
+    serial_poll();
     serial_poll();
     return fake_sent(reply, sizeof reply);
 }

@@ -92,6 +92,7 @@ static void serve(uint16_t length)
 
     frame.length = frame_seal(&frame, length);
     reply_bytes = server_serve(&frame, &counters);
+    reply_bytes = reply_bytes == 0 ? 0 : frame_seal(&frame, reply_bytes);
     TEST_ASSERT_EQUAL_UINT16(ok + 1u, counters.frames_ok);
     if (reply_bytes != 0) {
         TEST_ASSERT_EQUAL_HEX16(0, crc16(frame.bytes, reply_bytes));

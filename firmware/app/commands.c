@@ -67,7 +67,7 @@ static void discard(uint8_t i)
 {
     machine.starting = (uint8_t)(machine.starting & ~(1u << i));
     machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
-    axis_discard(&machine.axes[i], step_timer_settle(i));
+    machine_discard(i);
 }
 
 static void stop(uint8_t i)
@@ -98,6 +98,9 @@ static void disable(uint8_t i)
 // Timers and ledgers agree again; positions are kept.
 static void restart_time(void)
 {
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        machine_account(i);
+    }
     time_check_start();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         axis_discard(&machine.axes[i], 0);
@@ -119,7 +122,7 @@ static bool clear_fault(void)
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (machine.axes[i].state == AXIS_FAULT) {
-            axis_discard(&machine.axes[i], step_timer_settle(i));
+            machine_discard(i);
         }
     }
     machine.fault = (struct fault_record){.code = FAULT_none};

@@ -128,9 +128,11 @@ static uint16_t axis_wide_register(const struct axis *axis, uint16_t offset)
     case REG_AXIS_line_error_pixel + 1:
         return half(axis->line_error_pixel, offset != REG_AXIS_line_error_pixel);
     case REG_AXIS_position_steps:
+        // Now, as the first of the two words is read; the second belongs to it.
+        (void)machine_follow((uint8_t)(axis - machine.axes));
+        return half((uint32_t)ledger_position(&axis->ledger), false);
     case REG_AXIS_position_steps + 1:
-        return half((uint32_t)ledger_position(&axis->ledger),
-                    offset != REG_AXIS_position_steps);
+        return half((uint32_t)ledger_position(&axis->ledger), true);
     case REG_AXIS_expected_steps:
     case REG_AXIS_expected_steps + 1:
         return half((uint32_t)expected_steps(&axis->ledger),

@@ -10,7 +10,9 @@
 #include "hal/step_timer.h"  // step_timer_*
 
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
-#define DECODE_BUDGET 120u
+#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
+#define DECODE_AT_ONCE 120u
+#define DECODE_CALLS   (CONFIG_AXES == 1 ? 1u : 3u)
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
 #define TICKS_PER_US           ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
@@ -137,6 +139,21 @@ static void line_finished(struct axis *axis)
     }
 }
 
+void machine_account(uint8_t axis)
+{
+    struct axis *rested = &machine.axes[axis];
+
+    struct engine_sample sample = step_timer_sample(axis);
+
+    ledger_follow(&rested->ledger, &rested->feed, &sample);
+}
+
+void machine_discard(uint8_t axis)
+{
+    machine_account(axis);
+    axis_discard(&machine.axes[axis], step_timer_settle(axis));
+}
+
 // A running axis that halted or came to the end of its line.
 static void supervise_running(uint8_t i)
 {
@@ -153,15 +170,13 @@ static void supervise_running(uint8_t i)
 
 static void supervise(uint8_t i)
 {
-    struct axis *axis = &machine.axes[i];
-
-    if (axis->state == AXIS_RUNNING) {
+    if (machine.axes[i].state == AXIS_RUNNING) {
         supervise_running(i);
     }
     if ((machine.stopping & axis_bit(i)) != 0 &&
         step_timer_state(i) != STEP_ENGINE_IN_LINE) {
         machine.stopping &= (uint8_t)~axis_bit(i);
-        axis_discard(axis, step_timer_settle(i));
+        machine_discard(i);
     }
 }
 
@@ -181,8 +196,9 @@ static void take_underruns(void)
     }
 }
 
-// An axis's account may lag so many entries behind between its turns.
+// An axis's account may lag so many entries behind between its turns, one every so many rounds.
 #define FOLLOW_ENTRIES 64u
+#define TURN_ROUNDS    8u
 
 // False when that must wait.
 static bool follow(uint8_t i, bool all)
@@ -194,22 +210,31 @@ static bool follow(uint8_t i, bool all)
     if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
         return false;
     }
-    if (all || ledger_due(&axis->ledger, &axis->feed, sample)) {
+    if (all || ledger_due(&axis->ledger, &axis->feed, &sample)) {
         cpu_section(CPU_SECTION_LEDGER);
-        ledger_follow(&axis->ledger, &axis->feed, sample);
+        if (all) {
+            ledger_follow(&axis->ledger, &axis->feed, &sample);
+        } else {
+            ledger_follow_blocks(&axis->ledger, &axis->feed, &sample);
+        }
         cpu_section(CPU_SECTION_ROUND);
     }
     return true;
 }
 
-// One axis after the other; out of turn only where much has happened: a look costs more than what
-// there is to see after a few steps.
+// Now and then one axis after the other; out of turn where much has happened: a look costs more
+// than what there is to see after a few steps.
 static void follow_in_turn(void)
 {
-    machine.turn = machine.turn + 1u < CONFIG_AXES ? (uint8_t)(machine.turn + 1u) : 0;
+    uint8_t due = CONFIG_AXES;
+
+    machine.turn++;
+    if (machine.turn % TURN_ROUNDS == 0) {
+        due = machine.turn / TURN_ROUNDS % CONFIG_AXES;
+    }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         uint8_t behind = (uint8_t)(step_timer_tail(i) - machine.axes[i].ledger.retired);
-        if (i == machine.turn || behind >= FOLLOW_ENTRIES) {
+        if (i == due || behind >= FOLLOW_ENTRIES) {
             (void)follow(i, false);
         }
     }
@@ -242,7 +267,7 @@ static void take_capture(void)
     if (!pixel_clock_take(&capture, &lost)) {
         return;
     }
-    ledger_follow(&axis->ledger, &axis->feed, capture.sample);
+    ledger_follow(&axis->ledger, &axis->feed, &capture.sample);
     uint32_t edge_ticks = ledger_period_start(&axis->ledger, &axis->feed, capture.back) +
                           capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     machine.edge_seen_4us = clock_now_4us();
@@ -268,22 +293,10 @@ static void watch_clock(void)
     }
 }
 
-static void decode(uint8_t i)
+// The axis nearest to starving; CONFIG_AXES when all are decoded.
+static uint8_t neediest(void)
 {
-    struct axis *axis = &machine.axes[i];
-
-    cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
-    axis_decode(axis,
-                &machine.period,
-                machine.settings.backlash_policy == 0,
-                machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
-    cpu_section(CPU_SECTION_ROUND);
-}
-
-// The axis nearest to starving is served first.
-static void decode_neediest(void)
-{
-    uint8_t neediest = CONFIG_AXES;
+    uint8_t found = CONFIG_AXES;
     uint32_t least = UINT32_MAX;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -291,13 +304,38 @@ static void decode_neediest(void)
             uint32_t ahead = axis_ahead_ticks(&machine.axes[i]);
             if (ahead < least) {
                 least = ahead;
-                neediest = i;
+                found = i;
             }
         }
     }
-    if (neediest != CONFIG_AXES) {
-        (void)follow(neediest, false);
-        decode(neediest);
+    return found;
+}
+
+// What axis i leaves of the budget.
+static uint8_t decode(uint8_t i, uint8_t budget)
+{
+    struct axis *axis = &machine.axes[i];
+
+    (void)follow(i, false);
+    cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
+    budget =
+        axis_decode(axis, &machine.period, machine.settings.backlash_policy == 0, budget);
+    cpu_section(CPU_SECTION_ROUND);
+    return budget;
+}
+
+// The axis nearest to starving is served first, and again while no other is nearer.
+static void decode_neediest(void)
+{
+    uint8_t left = machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET;
+
+    for (uint8_t calls = DECODE_CALLS; calls != 0 && left != 0; calls--) {
+        uint8_t i = neediest();
+        if (i == CONFIG_AXES) {
+            return;
+        }
+        uint8_t once = left < DECODE_AT_ONCE ? left : DECODE_AT_ONCE;
+        left = (uint8_t)(left - once + decode(i, once));
     }
 }
 

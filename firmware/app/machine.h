@@ -42,7 +42,7 @@ struct machine {
     uint8_t starting; // bit n: axis n has a line zero and waits for its release
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests
-    uint8_t turn;     // the axis that was followed last
+    uint8_t turn;     // rounds, to look after one axis after the other
     bool time_lost;   // an underrun left the timers out of step with the ledgers
     uint32_t edge_seen_4us; // when the last clock edge was handled
 };
@@ -61,9 +61,15 @@ bool machine_do(enum machine_command command, uint8_t mask);
 // After a change of machine.settings.
 void machine_apply_settings(void);
 
-// Bring an axis's ledger up to what its interrupt has done by now. False when a captured edge must be
-// taken first.
+// Bring an axis's ledger up to what its interrupt has done by now. False when a captured edge must
+// be taken first.
 bool machine_follow(uint8_t axis);
+
+// The same at rest, whatever waits: before the account is cut short.
+void machine_account(uint8_t axis);
+
+// Forget every line of an axis at rest.
+void machine_discard(uint8_t axis);
 
 bool machine_moving(void); // any axis armed or running
 bool machine_queued(void); // or any line waiting, whole or in part

@@ -16,6 +16,7 @@ static uint16_t overruns;
 static uint32_t last_byte_4us;
 static bool serve_pending; // a request is complete; the reply waits for silence
 static bool replying;
+static uint16_t to_seal_bytes; // a reply that still lacks its checksum
 
 void serial_start(uint8_t address)
 {
@@ -60,24 +61,28 @@ static void receive(void)
 
 static void serve(void)
 {
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        (void)machine_follow(i);
-    }
-    uint16_t length = server_serve(&frame, &counters);
-
     serve_pending = false;
-    if (length != 0) {
-        uart_send(frame.bytes, length);
+    to_seal_bytes = server_serve(&frame, &counters);
+    if (to_seal_bytes != 0) {
         replying = true;
     } else {
         frame_reset(&frame);
     }
 }
 
+// The checksum in a round of its own: motion waits for the longer of the two only.
+static void seal(void)
+{
+    uint16_t length = frame_seal(&frame, to_seal_bytes);
+
+    to_seal_bytes = 0;
+    uart_send(frame.bytes, length);
+}
+
 // Looked at before new bytes are: the next request may follow before this round was reached.
 static void finish_reply(void)
 {
-    if (replying && !uart_sending()) {
+    if (replying && to_seal_bytes == 0 && !uart_sending()) {
         replying = false;
         frame_reset(&frame);
         last_byte_4us = clock_now_4us();
@@ -89,6 +94,9 @@ void serial_poll(void)
     overruns = (uint16_t)(overruns + uart_take_overruns());
     finish_reply();
     receive();
+    if (to_seal_bytes != 0) {
+        seal();
+    }
     if (replying || clock_now_4us() - last_byte_4us < CONFIG_SILENCE_4US) {
         return;
     }

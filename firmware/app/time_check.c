@@ -26,7 +26,7 @@ void time_check_start(void)
 //     now        ^ in here        ^ never from here on: its interrupt would have loaded another
 static bool lags(uint8_t i, uint32_t now_4us)
 {
-    const struct axis *axis = &machine.axes[i];
+    struct axis *axis = &machine.axes[i];
     // Rounded so that it is never ahead of the time at which the axis is followed.
     uint32_t now_ticks = (now_4us - started_4us - 1u) * TICKS_PER_4US;
 

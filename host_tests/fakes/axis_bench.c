@@ -72,7 +72,7 @@ struct step_load bench_period(void)
     axis_decode(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);
-    ledger_follow(&bench.axis.ledger, &bench.axis.feed, sample);
+    ledger_follow(&bench.axis.ledger, &bench.axis.feed, &sample);
     if (load.pulse) {
         bench.steps += bench.engine.negative ? -1 : 1;
     }

@@ -137,7 +137,7 @@ static void follow(struct plan *plan)
 {
     struct engine_sample sample = step_engine_sample(&plan->engine);
 
-    ledger_follow(&plan->axis.ledger, &plan->axis.feed, sample);
+    ledger_follow(&plan->axis.ledger, &plan->axis.feed, &sample);
 }
 
 static void release(struct plan *plan)

@@ -4,8 +4,12 @@
 // Entries that must be free for a round of decoding to begin: a few steps at a time would cost more
 // in getting there than in decoding.
 #define DECODE_ROOM 64u
-// A round of decoding must stay short: the serial line and line starts wait for it.
-#define SLOW_STEP_COST 12u
+// And with fewer a round ends.
+#define DECODE_ROOM_LEFT 32u
+// A round of decoding must stay short: the serial line and line starts wait for it. Costs in units
+// of a step of a flat curve, about 60 cycles.
+#define STEEP_STEP_SHIFT 1u
+#define SLOW_STEP_COST   12u
 // Shorter stretches of evenly spaced steps are not worth a run,
 #define RUN_MIN_STEPS 16u
 // unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
@@ -15,7 +19,8 @@
 // for the main loop to come by. Else single periods follow it for the time being.
 #define RUN_WAIT_TICKS ((uint32_t)0x10000)
 // Steps of a curve that are decoded and published together: at most, and while the ring runs low.
-#define CURVE_BATCH     120u
+// The ledger takes what was decoded together as a whole, so that much of the ring may lie idle.
+#define CURVE_BATCH     (FEED_BLOCKS > 0 ? 60u : 120u)
 #define CURVE_BATCH_LOW 16u
 
 void axis_init(struct axis *axis,
@@ -321,8 +326,8 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
         slot = feed_burst_put(ring, slot, (uint16_t)ticks);
     }
     axis->walk.steps.even.sum = even.sum;
+    feed_note_block(&axis->feed, axis->feed.head, (uint8_t)(slot - axis->feed.head), sum);
     axis->feed.head = slot;
-    axis->feed.written_ticks += sum;
     return sum;
 }
 
@@ -348,21 +353,44 @@ static uint32_t burst_curve(struct axis *axis, uint8_t *count)
     axis->feed.head = (uint8_t)(slot + made.steps);
     ring->high[axis->feed.head] = STEP_HIGH_EMPTY;
     ring->high[slot] = made.first_high;
-    axis->feed.written_ticks += made.ticks;
+    feed_note_block(&axis->feed, slot, made.steps, made.ticks);
     return made.ticks;
 }
 
-// As many ordinary steps as budget, space and the walk allow; the number taken.
-static uint8_t decode_burst(struct axis *axis, uint8_t budget)
+// The cost of a step is 2 to this power.
+static uint8_t cost_shift(const struct axis *axis)
+{
+    return axis->walk.curved && axis->walk.steps.curve.kind == CURVE_FLAT_NOT
+               ? STEEP_STEP_SHIFT
+               : 0;
+}
+
+// Ordinary steps that budget, space and the walk allow.
+static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift)
 {
     uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
     uint16_t steps = walk_burst(&axis->walk);
-    uint8_t count = room < budget ? room : budget;
-    uint32_t ticks = 0;
+    uint8_t count = (uint8_t)(budget >> shift);
 
+    if (count == 0) {
+        count = 1;
+    }
+    if (room < count) {
+        count = room;
+    }
     if (steps < count) {
         count = (uint8_t)steps;
     }
+    return count;
+}
+
+// As many of them as can be had; what they cost.
+static uint8_t decode_burst(struct axis *axis, uint8_t budget)
+{
+    uint8_t shift = cost_shift(axis);
+    uint8_t count = burst_size(axis, budget, shift);
+    uint32_t ticks = 0;
+
     if (count == 0 || !feed_plain(&axis->feed, axis->piece.negative)) {
         return 0;
     }
@@ -378,7 +406,7 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
         return 0;
     }
     walk_skip(&axis->walk, count, ticks);
-    return count;
+    return (uint8_t)(count << shift);
 }
 
 // One step, special or ordinary. Returns what it cost of a round's budget: long intervals of a
@@ -404,14 +432,14 @@ static uint8_t decode_steps(struct axis *axis, uint8_t budget)
     return cost != 0 ? cost : decode_step(axis);
 }
 
-void axis_decode(struct axis *axis,
-                 const struct pixel_period *period,
-                 bool always_take_up,
-                 uint8_t budget)
+uint8_t axis_decode(struct axis *axis,
+                    const struct pixel_period *period,
+                    bool always_take_up,
+                    uint8_t budget)
 {
     axis->awaits_run = false;
     while (budget != 0 && axis->in_line &&
-           feed_space(&axis->feed, axis->ledger.retired) >= FEED_BURST) {
+           feed_space(&axis->feed, axis->ledger.retired) >= DECODE_ROOM_LEFT) {
         uint8_t cost = 1;
         if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);
@@ -421,12 +449,13 @@ void axis_decode(struct axis *axis,
         } else if (axis->walking) {
             if (run_awaited(axis)) {
                 axis->awaits_run = true;
-                return;
+                break;
             }
             cost = decode_steps(axis, budget);
         } else if (!next_piece(axis, period, always_take_up)) {
-            return;
+            break;
         }
         budget = budget > cost ? (uint8_t)(budget - cost) : 0;
     }
+    return budget;
 }

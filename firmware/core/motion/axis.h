@@ -82,11 +82,12 @@ bool axis_waits_for_edge(const struct axis *axis); // of the front line, before 
 // Back to loaded is not possible once runs were decoded: forget every queued line.
 void axis_discard(struct axis *axis, uint8_t ring_slot);
 
-// Decode up to `budget` steps or periods into the ring, as far as there is space.
-void axis_decode(struct axis *axis,
-                 const struct pixel_period *period,
-                 bool always_take_up,
-                 uint8_t budget);
+// Decode up to `budget` steps or periods into the ring, as far as there is space. Returns what is
+// left of the budget: slow steps take more of it.
+uint8_t axis_decode(struct axis *axis,
+                    const struct pixel_period *period,
+                    bool always_take_up,
+                    uint8_t budget);
 
 // True when axis_decode() has nothing it could do now.
 bool axis_decoded(const struct axis *axis);

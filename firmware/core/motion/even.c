@@ -12,6 +12,10 @@ void even_start(struct even *even, uint32_t ticks, uint16_t steps)
 
 uint32_t even_skip(struct even *even, uint16_t steps)
 {
+    // A whole round needs no division.
+    if (steps == even->steps) {
+        return steps * even->base_ticks + even->remainder;
+    }
     uint32_t fraction = (uint32_t)steps * even->remainder + even->sum;
     uint32_t whole = fraction / even->steps;
 

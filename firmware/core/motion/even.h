@@ -15,7 +15,7 @@ struct even {
 // ticks: 1..2^24, steps: 1..32767. Divides once; not for an interrupt.
 void even_start(struct even *even, uint32_t ticks, uint16_t steps);
 
-// Pass over 1..n steps; the ticks to the last of them. Divides.
+// Pass over 1..n steps; the ticks to the last of them. Divides, but for n.
 uint32_t even_skip(struct even *even, uint16_t steps);
 
 // Ticks to the next step.

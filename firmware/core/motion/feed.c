@@ -237,7 +237,7 @@ void feed_mark_here(struct feed *feed, bool line_start, int32_t position)
     struct feed_mark *mark = &feed->marks[feed->mark_head & (FEED_MARKS - 1u)];
 
     mark->line_start = line_start;
-    mark->position = position;
+    mark->position = (uint16_t)position;
     feed->mark_head++;
     if (!feed->lead) {
         place_marks(feed, 0);

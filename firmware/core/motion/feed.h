@@ -13,6 +13,7 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "motion/even.h"      // struct even
@@ -21,12 +22,26 @@
 // Pixel edges (and line starts) that can be decoded ahead, a power of two.
 #define FEED_MARKS 8u
 
+// Bursts of single periods whose sum the writer knows: so many of them are remembered for the
+// ledger, a power of two; 0: none, the ledger adds up every period. The build takes the smaller
+// board's memory for other things.
+#if !defined(FEED_BLOCKS)
+#define FEED_BLOCKS 8u
+#endif
+
+// Single pulsing periods, from slot on.
+struct feed_block {
+    uint8_t slot;
+    uint8_t count;
+    uint32_t ticks; // together
+};
+
 // A place in the stream of entries, for the ledger that follows the interrupt.
 struct feed_mark {
     uint8_t slot;      // reached when the ledger has passed every entry before this slot,
     uint8_t early : 7; //   but for so many periods of a run's entry
     bool line_start : 1; // count from here; else a pixel edge
-    int32_t position;    // expected signed steps of the line at a pixel edge
+    uint16_t position;   // expected signed steps of the line at a pixel edge, modulo 2^16
 };
 
 // What a run was when it was written; the interrupt's own half changes.
@@ -53,6 +68,11 @@ struct feed {
     uint32_t lead_in_ticks; // part of the first interval that the delay must cover
     uint32_t pending_ticks; // time decoded but not written
     uint32_t written_ticks; // lengths of all periods written (wraps)
+#if FEED_BLOCKS > 0
+    struct feed_block blocks[FEED_BLOCKS];
+    uint8_t block_head; // next to write (free running)
+    uint8_t block_tail; // next for the ledger
+#endif
     struct feed_mark marks[FEED_MARKS];
     uint8_t mark_head;   // next to write (free running)
     uint8_t mark_placed; // marks before this one have their slot
@@ -139,6 +159,48 @@ static inline uint16_t feed_run_base(const struct feed *feed, uint8_t run)
     uint16_t top_ticks = (uint16_t)((uint16_t)carried->top_high << 8);
 
     return (uint16_t)(top_ticks + carried->short_low + 1u);
+}
+
+// So many entries from slot on were put as single periods, `ticks` together.
+static inline void feed_note_block(struct feed *feed,
+                                   uint8_t slot,
+                                   uint8_t count,
+                                   uint32_t ticks)
+{
+    feed->written_ticks += ticks;
+#if FEED_BLOCKS > 0
+    if ((uint8_t)(feed->block_head - feed->block_tail) < FEED_BLOCKS) {
+        feed->blocks[feed->block_head & (FEED_BLOCKS - 1u)] =
+            (struct feed_block){slot, count, ticks};
+        feed->block_head++;
+    }
+#else
+    (void)slot;
+    (void)count;
+#endif
+}
+
+// The next block, NULL if there is none.
+static inline struct feed_block *feed_next_block(struct feed *feed)
+{
+#if FEED_BLOCKS > 0
+    return feed->block_tail == feed->block_head
+               ? NULL
+               : &feed->blocks[feed->block_tail & (FEED_BLOCKS - 1u)];
+#else
+    (void)feed;
+    return NULL;
+#endif
+}
+
+// It was taken.
+static inline void feed_drop_block(struct feed *feed)
+{
+#if FEED_BLOCKS > 0
+    feed->block_tail++;
+#else
+    (void)feed;
+#endif
 }
 
 // Time that passes without a step at its end. Only when !feed_busy().

@@ -16,6 +16,7 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
     ledger->retired = 0;
     ledger->pulse = false;
     ledger->left = 0;
+    ledger->fresh = 0;
     ledger->run = LEDGER_NO_RUN;
     ledger->run_steps = 0;
     ledger->idle_seen = 0;
@@ -33,14 +34,27 @@ void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error
     }
 }
 
-uint32_t ledger_period_start(const struct ledger *ledger,
-                             const struct feed *feed,
-                             uint8_t back)
+// Note the fresh periods' lengths: they stand in the ring until the next ones are accounted for.
+static void note_fresh(struct ledger *ledger)
+{
+    const struct step_ring *ring = ledger->ring;
+
+    for (; ledger->fresh != 0; ledger->fresh--) {
+        uint8_t at = (uint8_t)(ledger->retired - ledger->fresh);
+        ledger->lengths[2] = ledger->lengths[1];
+        ledger->lengths[1] = ledger->lengths[0];
+        ledger->lengths[0] =
+            (uint16_t)((uint16_t)(ring->high[at] << 8) + ring->low[at] + 1u);
+    }
+}
+
+uint32_t ledger_period_start(struct ledger *ledger, const struct feed *feed, uint8_t back)
 {
     uint16_t loaded = ledger_run_loaded(ledger);
     uint8_t periods = (uint8_t)(back + 1u);
     uint32_t start = ledger->loaded_ticks;
 
+    note_fresh(ledger);
     if (loaded >= periods) {
         return start + feed_run_ticks(feed, ledger->run, (uint16_t)(loaded - periods));
     }
@@ -52,12 +66,14 @@ uint32_t ledger_period_start(const struct ledger *ledger,
 
 void ledger_skip_to(struct ledger *ledger, uint8_t slot)
 {
+    note_fresh(ledger);
     ledger->retired = slot;
     ledger->pulse = false;
 }
 
 static void add_period(struct ledger *ledger, uint16_t ticks)
 {
+    note_fresh(ledger);
     ledger->lengths[2] = ledger->lengths[1];
     ledger->lengths[1] = ledger->lengths[0];
     ledger->lengths[0] = ticks;
@@ -77,8 +93,11 @@ static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
     ledger->pixel++;
     record->pixel = (uint16_t)ledger->pixel;
     record->edge_error_ticks = 0;
-    record->expected_steps = mark->position;
     record->actual_steps = position_at(ledger, mark) - ledger->line_origin;
+    // The two are nearly the same, so 16 bits say which number was meant.
+    record->expected_steps =
+        record->actual_steps +
+        (int16_t)(uint16_t)(mark->position - (uint16_t)record->actual_steps);
     ledger->record_next = (uint8_t)(ledger->record_next + 1u);
     if (ledger->record_next == LEDGER_RECORDS) {
         ledger->record_next = 0;
@@ -124,36 +143,67 @@ static void obey(struct ledger *ledger, uint8_t command)
     }
 }
 
-// The last periods before `slot`, so many of them new.
-static void shift_lengths(struct ledger *ledger, uint8_t slot, uint8_t count)
+static void count_periods(struct ledger *ledger, uint8_t count, uint32_t ticks)
 {
-    const struct step_ring *ring = ledger->ring;
+    uint8_t fresh = (uint8_t)(ledger->fresh + (count < 3u ? count : 3u));
 
-    for (uint8_t left = count < 3u ? count : 3u; left != 0; left--) {
-        uint8_t at = (uint8_t)(slot - left);
-        ledger->lengths[2] = ledger->lengths[1];
-        ledger->lengths[1] = ledger->lengths[0];
-        ledger->lengths[0] =
-            (uint16_t)(((uint16_t)ring->high[at] << 8 | ring->low[at]) + 1u);
+    // Fewer than three new ones leave some of those before among the last three.
+    if (fresh > 3u) {
+        note_fresh(ledger);
+        fresh = count < 3u ? count : 3u;
+    }
+    ledger->fresh = fresh;
+    ledger->taken_ticks += ticks;
+    ledger->loaded_ticks += ticks;
+    ledger->retired = (uint8_t)(ledger->retired + count);
+    if (ledger->pulse) {
+        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
     }
 }
 
-// Single periods up to the given slot or another kind of entry.
-static void __attribute__((noinline)) take_periods(struct ledger *ledger, uint8_t stop)
+// Single periods up to the given slot or another kind of entry, one by one.
+static uint32_t walk_periods(struct ledger *ledger, uint8_t stop)
 {
     uint8_t slot = ledger->retired;
     uint32_t ticks = step_ring_sum(ledger->ring, &slot, stop);
     uint8_t count = (uint8_t)(slot - ledger->retired);
 
-    if (count == 0) {
-        return;
+    if (count != 0) {
+        count_periods(ledger, count, ticks);
     }
-    shift_lengths(ledger, slot, count);
-    ledger->taken_ticks += ticks;
-    ledger->loaded_ticks += ticks;
-    ledger->retired = slot;
-    if (ledger->pulse) {
-        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
+    return ticks;
+}
+
+// The block at `retired`: as a whole, or its first periods up to `stop`.
+static void take_block(struct ledger *ledger,
+                       struct feed *feed,
+                       struct feed_block *block,
+                       uint8_t stop)
+{
+    uint8_t count = (uint8_t)(stop - ledger->retired);
+
+    if (count >= block->count) {
+        count_periods(ledger, block->count, block->ticks);
+        feed_drop_block(feed);
+    } else {
+        block->ticks -= walk_periods(ledger, stop);
+        block->slot = stop;
+        block->count = (uint8_t)(block->count - count);
+    }
+}
+
+// Single periods up to the given slot, another kind of entry or the start or end of a block.
+static void take_periods(struct ledger *ledger, struct feed *feed, uint8_t stop)
+{
+    struct feed_block *block = feed_next_block(feed);
+    uint8_t to_stop = (uint8_t)(stop - ledger->retired);
+
+    if (block != NULL && block->slot == ledger->retired && to_stop != 0) {
+        take_block(ledger, feed, block, stop);
+    } else if (block != NULL && (uint8_t)(block->slot - ledger->retired) < to_stop) {
+        (void)walk_periods(ledger, block->slot);
+    } else {
+        (void)walk_periods(ledger, stop);
     }
 }
 
@@ -190,8 +240,8 @@ static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_
     int16_t sum = carried->sum;
     uint8_t count = loaded < 3u ? (uint8_t)loaded : 3u;
 
-    for (uint8_t i = 2; i >= count && i < 3u; i--) {
-        ledger->lengths[i] = ledger->lengths[i - count];
+    for (uint8_t i = 3; i > count; i--) {
+        ledger->lengths[i - 1u] = ledger->lengths[i - 1u - count];
     }
     for (uint8_t i = 0; i < count; i++) {
         bool was_long =
@@ -217,14 +267,29 @@ static void settle_run(struct ledger *ledger, struct feed *feed, bool cut)
     }
 }
 
+static bool mark_here(const struct ledger *ledger, const struct feed *feed)
+{
+    return feed->mark_tail != feed->mark_placed &&
+           feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
+}
+
+static void __attribute__((noinline)) arrive_in_run(struct ledger *ledger,
+                                                    struct feed *feed,
+                                                    const struct engine_sample *sample)
+{
+    ledger->left = ledger->retired == sample->tail ? sample->left : 0;
+    settle_run(ledger, feed, sample->cut);
+}
+
 // The interrupt has come so far: `retired` is where it reads next, or the account is behind.
-static void arrive(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static inline void arrive(struct ledger *ledger,
+                          struct feed *feed,
+                          const struct engine_sample *sample)
 {
     if (ledger->run != LEDGER_NO_RUN) {
-        ledger->left = ledger->retired == sample.tail ? sample.left : 0;
-        settle_run(ledger, feed, sample.cut);
+        arrive_in_run(ledger, feed, sample);
     }
-    if (feed->mark_tail != feed->mark_placed) {
+    if (mark_here(ledger, feed)) {
         pass_marks(ledger, feed);
     }
 }
@@ -232,6 +297,7 @@ static void arrive(struct ledger *ledger, struct feed *feed, struct engine_sampl
 // A command, or an entry of a run.
 static void take_special(struct ledger *ledger)
 {
+    note_fresh(ledger);
     uint8_t low = ledger->ring->low[ledger->retired];
 
     if (ledger->ring->high[ledger->retired] == STEP_HIGH_COMMAND) {
@@ -246,36 +312,98 @@ static void take_special(struct ledger *ledger)
     ledger->retired++;
 }
 
-// Out of the way of the frequent case: its registers would be saved there too.
-static void __attribute__((noinline))
-follow_all(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static void add_idle(struct ledger *ledger, uint16_t idle_count)
 {
-    arrive(ledger, feed, sample);
-    while (ledger->retired != sample.tail) {
-        uint8_t stop = next_stop(ledger, feed, sample.tail);
-        take_periods(ledger, stop);
-        if (ledger->retired != stop) {
-            take_special(ledger);
-        }
-        arrive(ledger, feed, sample);
-    }
     // Idle periods come after the entries: they are loaded only when the ring is empty, and a new
     // line is released only after a ledger_follow() that saw every idle period before it.
-    while (ledger->idle_seen != sample.idle_count) {
+    while (ledger->idle_seen != idle_count) {
         ledger->idle_seen++;
         add_period(ledger, STEP_IDLE_TICKS);
     }
 }
 
-void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample)
+static bool at_special(const struct ledger *ledger, uint8_t tail)
 {
+    return ledger->retired != tail &&
+           ledger->ring->high[ledger->retired] >= STEP_HIGH_RUN;
+}
+
+void ledger_follow(struct ledger *ledger,
+                   struct feed *feed,
+                   const struct engine_sample *sample)
+{
+    arrive(ledger, feed, sample);
+    while (ledger->retired != sample->tail) {
+        if (at_special(ledger, sample->tail)) {
+            take_special(ledger);
+        } else {
+            take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
+        }
+        arrive(ledger, feed, sample);
+    }
+    add_idle(ledger, sample->idle_count);
+}
+
+// The frequent case: blocks that are over, one after the other. Every step of a curve is in one.
+static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
+{
+    uint32_t ticks = 0;
+    uint8_t count = 0;
+    uint8_t behind = (uint8_t)(tail - ledger->retired);
+
+    for (;;) {
+        const struct feed_block *block = feed_next_block(feed);
+        uint8_t slot = (uint8_t)(ledger->retired + count);
+        if (block == NULL || block->slot != slot ||
+            block->count > (uint8_t)(behind - count)) {
+            break;
+        }
+        // Pixel edges lie between blocks.
+        if (feed->mark_tail != feed->mark_placed &&
+            feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == slot) {
+            break;
+        }
+        ticks += block->ticks;
+        count = (uint8_t)(count + block->count);
+        feed_drop_block(feed);
+    }
+    if (count != 0) {
+        count_periods(ledger, count, ticks);
+    }
+}
+
+static void follow_blocks(struct ledger *ledger,
+                          struct feed *feed,
+                          const struct engine_sample *sample)
+{
+    arrive(ledger, feed, sample);
+    while (ledger->retired != sample->tail &&
+           !ledger_inside_block(ledger, feed, sample->tail)) {
+        if (at_special(ledger, sample->tail)) {
+            take_special(ledger);
+        } else {
+            take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
+        }
+        arrive(ledger, feed, sample);
+    }
+}
+
+void ledger_follow_blocks(struct ledger *ledger,
+                          struct feed *feed,
+                          const struct engine_sample *sample)
+{
+    // After an idle period or a cut nothing stays behind that could be taken as a whole.
+    if (sample->cut || sample->idle_count != ledger->idle_seen) {
+        ledger_follow(ledger, feed, sample);
+        return;
+    }
     if (ledger->run == LEDGER_NO_RUN) {
-        bool mark = feed->mark_tail != feed->mark_placed;
-        take_periods(ledger, mark ? next_stop(ledger, feed, sample.tail) : sample.tail);
-        if (!mark && ledger->retired == sample.tail &&
-            ledger->idle_seen == sample.idle_count) {
+        take_blocks(ledger, feed, sample->tail);
+        if (!mark_here(ledger, feed) &&
+            (ledger->retired == sample->tail ||
+             ledger_inside_block(ledger, feed, sample->tail))) {
             return;
         }
     }
-    follow_all(ledger, feed, sample);
+    follow_blocks(ledger, feed, sample);
 }

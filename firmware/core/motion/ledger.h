@@ -25,6 +25,9 @@ struct pixel_record {
 
 #define LEDGER_NO_RUN 0xFFu
 
+// Entries of a run that may wait to be accounted for.
+#define LEDGER_LAG_ENTRIES 8u
+
 struct ledger {
     struct step_ring *ring;
     uint8_t retired; // first slot not yet accounted for
@@ -32,9 +35,11 @@ struct ledger {
     bool negative;
     uint8_t left; // of the entries accounted for: periods not loaded yet, all of a run
     uint8_t run;  // the run being carried, LEDGER_NO_RUN if none
-    uint16_t run_steps;  //   its steps accounted for
-    uint16_t idle_seen;  // idle periods accounted for
-    uint16_t lengths[3]; // of the last three periods before the run, ticks, newest first
+    uint16_t run_steps; //   its steps accounted for
+    uint16_t idle_seen; // idle periods accounted for
+    uint16_t
+        lengths[3]; // of the last three periods before the run, ticks, newest first, less
+    uint8_t fresh;  //   so many newer ones that still stand in the ring (0..3)
     uint32_t
         loaded_ticks; // end of the newest period before the run, since the timers started
     uint32_t taken_ticks; // of all periods taken from the ring, not idle ones; both wrap
@@ -55,23 +60,49 @@ void ledger_reset(struct ledger *ledger,
 // The timers were started anew: time begins again, position and records stay.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
-// False when ledger_follow() would do nothing but count periods of a run that goes on: that can wait
-// until somebody asks.
-static inline bool ledger_due(const struct ledger *ledger,
-                              const struct feed *feed,
-                              struct engine_sample sample)
+// The interrupt is inside a block that begins where the account ends.
+static inline bool ledger_inside_block(const struct ledger *ledger,
+                                       struct feed *feed,
+                                       uint8_t tail)
 {
-    if (sample.tail != ledger->retired || sample.idle_count != ledger->idle_seen) {
-        return true;
-    }
-    return ledger->run != LEDGER_NO_RUN &&
-           (sample.left == 0 || sample.cut ||
-            (feed->mark_tail != feed->mark_placed &&
-             feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired));
+    const struct feed_block *block = feed_next_block(feed);
+
+    return block != NULL && block->slot == ledger->retired &&
+           (uint8_t)(tail - ledger->retired) < block->count;
 }
 
-// Account for everything up to the sample. Marks are taken from the feed. Main loop only.
-void ledger_follow(struct ledger *ledger, struct feed *feed, struct engine_sample sample);
+// False when ledger_follow_blocks() would do nothing, or only count periods of a run that goes on:
+// that can wait until somebody asks.
+static inline bool ledger_due(const struct ledger *ledger,
+                              struct feed *feed,
+                              const struct engine_sample *sample)
+{
+    uint8_t behind = (uint8_t)(sample->tail - ledger->retired);
+
+    if (sample->idle_count != ledger->idle_seen) {
+        return true;
+    }
+    if (ledger->run == LEDGER_NO_RUN) {
+        return behind != 0 && !ledger_inside_block(ledger, feed, sample->tail);
+    }
+    if (sample->left == 0 || sample->cut || behind >= LEDGER_LAG_ENTRIES) {
+        return true;
+    }
+    return feed->mark_tail != feed->mark_placed &&
+           (uint8_t)(feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot -
+                     ledger->retired) <= behind;
+}
+
+// Account for everything up to the sample. Takes marks and blocks from the feed. Main loop only.
+void ledger_follow(struct ledger *ledger,
+                   struct feed *feed,
+                   const struct engine_sample *sample);
+
+// The same, but for a block that is not over yet: it can be taken as a whole later, at much less
+// cost.
+void ledger_follow_blocks(struct ledger *ledger,
+                          struct feed *feed,
+                          const struct engine_sample *sample);
 
 // Signed steps since reset.
 static inline int32_t ledger_position(const struct ledger *ledger)
@@ -88,7 +119,7 @@ static inline uint16_t ledger_run_loaded(const struct ledger *ledger)
 
 // Start of a period relative to the newest loaded one: 0 that one itself, 1 the one before, 2.
 // Divides, inside a run.
-uint32_t ledger_period_start(const struct ledger *ledger,
+uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back);
 

@@ -24,8 +24,9 @@
 
 // Longest single period, ticks. Longer intervals are split by the writer.
 #define STEP_PERIOD_MAX_TICKS 0xFD00u
-// Entries that may stand in the ring: 256 less the empty sentinel and one to tell full from empty.
-#define STEP_RING_CAPACITY 254u
+// Entries that may stand in the ring: 256 less the empty sentinel, and three that were read last:
+// the ledger may look at them again.
+#define STEP_RING_CAPACITY 252u
 // Length of the period that an axis without entries repeats, ticks (256 us at 16 MHz).
 #define STEP_IDLE_TICKS 4096u
 

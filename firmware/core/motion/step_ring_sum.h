@@ -8,8 +8,9 @@
 // From *slot on, up to `stop` or to the first entry that is no single period; *slot is then there.
 // Returns the sum of the periods' lengths, ticks.
 #if defined(__AVR__)
-static inline uint32_t
-step_ring_sum(const struct step_ring *ring, uint8_t *slot, uint8_t stop)
+static inline uint32_t step_ring_sum(const struct step_ring *ring,
+                                     uint8_t *slot,
+                                     uint8_t stop)
 {
     uint8_t first = *slot;
     const volatile uint8_t *high = &ring->high[first];
@@ -38,8 +39,9 @@ step_ring_sum(const struct step_ring *ring, uint8_t *slot, uint8_t stop)
     return sum + (uint8_t)(*slot - first);
 }
 #else
-static inline uint32_t
-step_ring_sum(const struct step_ring *ring, uint8_t *slot, uint8_t stop)
+static inline uint32_t step_ring_sum(const struct step_ring *ring,
+                                     uint8_t *slot,
+                                     uint8_t stop)
 {
     uint32_t sum = 0;
 

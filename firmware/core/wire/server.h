@@ -23,8 +23,8 @@ struct server_counters {
     uint16_t exceptions;
 };
 
-// Serve the ready frame. Returns the bytes to send from frame->bytes (checksum included), 0 for a
-// broadcast. May take some hundred microseconds; main loop only.
+// Serve the ready frame. Returns the bytes of the reply in frame->bytes, to be sealed and sent; 0
+// for a broadcast. May take some hundred microseconds; main loop only.
 uint16_t server_serve(struct frame *frame, struct server_counters *counters);
 
 // The data behind the server; the application supplies these. Addresses 0-based.

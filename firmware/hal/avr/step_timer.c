@@ -69,7 +69,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
             OCR##timer##A = load.top_ticks;                                              \
             /* TEMP, for a run that comes next (step_isr.S). */                          \
             OCR##timer##AH = step_engines[axis].run_high;                                \
-            /* A stale flag would count this period twice, see halt in step_isr.S. */     \
+            /* A stale flag would count this period twice, see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
         if (load.turned) {                                                               \
@@ -79,8 +79,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
             }                                                                            \
         }                                                                                \
     }
-// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Clearing the overflow flag does what serving it would have
-// done, so that a capture can tell periods apart. Budget: 60 cycles.
+// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Clearing
+// the overflow flag does what serving it would have done, so that a capture can tell periods apart.
+// Budget: 60 cycles.
 #define HALTED_HANDLER(axis, timer)                                                      \
     ISR(TIMER##timer##_COMPA_vect)                                                       \
     {                                                                                    \

@@ -10,9 +10,13 @@
 #include "config.h"       // CONFIG_BAUD
 #include "hal/avr/pins.h" // pins_write_rs485
 
-// The main loop may be away for 32 characters, 3 ms at 115200 baud 8E1.
+// The main loop may be away for so many characters: 3 ms at 115200 baud 8E1, or 12 ms.
+#if defined(CONFIG_BOARD_UNO)
 #define RECEIVE_SLOTS 32u
-#define UBRR_VALUE    ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
+#else
+#define RECEIVE_SLOTS 128u
+#endif
+#define UBRR_VALUE ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
 
 static volatile uint8_t received[RECEIVE_SLOTS];
 static volatile uint8_t receive_head; // written by the interrupt (free running)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""What the cycles of a view went into: handlers, decoding, the main loop's other sections."""
+"""What the cycles of a view went into: handlers, decoding, following, looking for work."""
 
 from pixstep import boards
 
 # enum cpu_section of firmware/hal/cpu.h, in order.
-SECTIONS = ("idle", "smooth", "plain", "ledger", "serial", "other")
+SECTIONS = ("start", "smooth", "plain", "ledger", "serial", "round")
 DECODING = ("smooth", "plain")
 _PASS = "serial"  # entered once in every pass of the main loop
 
@@ -12,6 +12,11 @@ _PASS = "serial"  # entered once in every pass of the main loop
 def decoding(view: dict) -> int:
     """Return the cycles of decoding in a view, interrupts excluded."""
     return sum(view["sections"][SECTIONS.index(name)] for name in DECODING)
+
+
+def following(view: dict) -> int:
+    """Return the cycles of following the step interrupts, interrupts excluded."""
+    return view["sections"][SECTIONS.index("ledger")]
 
 
 def passes(view: dict) -> int:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""CPU share while one axis moves at one rate: handlers, decoding, and what else the loop does."""
+"""CPU share while one axis moves at one rate: handlers, decoding, following, and the rest."""
 
 from fractions import Fraction
 
@@ -36,18 +36,20 @@ def measure(board: str, motion: str) -> list[dict]:
 def shares(view: dict, board: str) -> dict:
     """Return the shares of all cycles of a view.
 
-    `share` is handlers and decoding. The loop polls without end, so the cycles of its other
-    sections are mostly idleness; `upper` counts as work all that goes beyond the passes of a
+    `share` is handlers, decoding and following what the handlers did. The loop polls without end,
+    so the cycles of its other sections are mostly idleness; `upper` counts as work all that goes beyond the passes of a
     board at rest, although a busy board would make fewer of them.
     """
     cycles = view["cycles"]
     handlers = view["interrupt_cycles"] / cycles
     decoding = sections.decoding(view) / cycles
+    following = sections.following(view) / cycles
     rest = sections.pass_cycles(stretch.at_rest(board, _HZ, 0.2))
     return {
         "handlers": handlers,
         "decoding": decoding,
-        "share": handlers + decoding,
+        "following": following,
+        "share": handlers + decoding + following,
         "upper": 1 - sections.passes(view) * rest / cycles,
         "sections": {
             name: spent / cycles
@@ -60,7 +62,7 @@ def _others(row: dict) -> str:
     parts = [
         f"{name} {share:.1%}"
         for name, share in row["sections"].items()
-        if name not in sections.DECODING
+        if name not in (*sections.DECODING, "start", "ledger")
     ]
     return ", ".join(parts)
 
@@ -68,7 +70,8 @@ def _others(row: dict) -> str:
 FIGURE = Figure(
     NAME,
     "CPU share, one axis",
-    "Share: all handlers and decoding, what grows with the steps. The main loop polls without end "
+    "Share: all handlers, decoding, and following what the handlers did: what grows with the "
+    "steps. The main loop looks for work without end "
     "in its other sections, so these tell nothing about load; the upper bound counts as work all "
     "that goes beyond as many passes of a board at rest.",
     tasks,
@@ -78,6 +81,7 @@ FIGURE = Figure(
         key("steps/s", "steps_per_s"),
         key("handlers", "handlers", ".1%"),
         key("decoding", "decoding", ".1%"),
+        key("following", "following", ".1%"),
         key("share", "share", ".1%"),
         key("upper bound", "upper", ".1%"),
         Column("the loop's other sections", _others, left=True),
