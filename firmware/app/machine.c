@@ -233,8 +233,9 @@ static void follow_in_turn(void)
         due = machine.turn / TURN_ROUNDS % CONFIG_AXES;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        uint8_t behind = (uint8_t)(step_timer_tail(i) - machine.axes[i].ledger.retired);
-        if (i == due || behind >= FOLLOW_ENTRIES) {
+        const struct axis *axis = &machine.axes[i];
+        uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
+        if (i == due || axis->awaits_run || behind >= FOLLOW_ENTRIES) {
             (void)follow(i, false);
         }
     }
