@@ -101,12 +101,32 @@ static void halves_high_word_first(void)
 static void words_read_back(void)
 {
     static const uint16_t addresses[] = {0, 2, 3, 4, 5, 6, 7, 8, 9, 0x100, 0x101};
+    static const uint16_t words[] = {
+        247, 0x8002, 0x8003, 0x8004, 0x8005, 0x8006, 0x8007, 0x8008, 1, 15, 7};
 
     for (uint8_t i = 0; i < (uint8_t)(sizeof addresses / sizeof addresses[0]); i++) {
-        set(addresses[i], (uint16_t)(0x8001u + i));
+        set(addresses[i], words[i]);
     }
     for (uint8_t i = 0; i < (uint8_t)(sizeof addresses / sizeof addresses[0]); i++) {
-        TEST_ASSERT_EQUAL_HEX16(0x8001u + i, get(addresses[i]));
+        TEST_ASSERT_EQUAL_HEX16(words[i], get(addresses[i]));
+    }
+}
+
+// Their lowest bytes would fit.
+static void words_too_large_for_a_byte(void)
+{
+    static const uint16_t addresses[] = {
+        REG_HOLDING_unit_address,
+        REG_HOLDING_backlash_policy,
+        REG_HOLDING_axis_mask,
+        REG_HOLDING_command,
+    };
+
+    for (uint8_t i = 0; i < (uint8_t)(sizeof addresses / sizeof addresses[0]); i++) {
+        setUp();
+        check_value(addresses[i], 0x101, false);
+        check_value(addresses[i], 0xFF01, false);
+        check_value(addresses[i], 1, true);
     }
 }
 
@@ -130,6 +150,7 @@ int main(void)
     RUN_TEST(wide_ranges);
     RUN_TEST(halves_high_word_first);
     RUN_TEST(words_read_back);
+    RUN_TEST(words_too_large_for_a_byte);
     RUN_TEST(gaps_are_not_mapped);
     return UNITY_END();
 }

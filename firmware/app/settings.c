@@ -7,7 +7,7 @@
 void settings_defaults(struct settings *settings)
 {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    settings->name = (settings_##type)(initial);
+    settings->name = (initial);
 #include "wire/registers.def"
 #undef HOLDING
 }
@@ -52,9 +52,23 @@ bool settings_get(const struct settings *settings, uint16_t address, uint16_t *w
     }
 }
 
+enum settings_bits {
+#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
+    BITS_##name = SETTINGS_BITS(max),
+#include "wire/registers.def"
+#undef HOLDING
+};
+
+#define MASK(name) (0xFFFFu >> (16 - BITS_##name))
+
+static uint16_t fit(uint16_t word, uint16_t mask)
+{
+    return word > mask ? mask : word;
+}
+
 #define SET_u16(address, name)                                                           \
     case (address):                                                                      \
-        settings->name = word;                                                           \
+        settings->name = fit(word, MASK(name)) & MASK(name);                             \
         return true;
 #define SET_u32(address, name)                                                           \
     case (address):                                                                      \

@@ -5,14 +5,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef uint16_t settings_u16;
-typedef uint32_t settings_u32;
+// Where a byte holds the range it is all that is kept: 255, which is in no such range, stands for
+// everything above it.
+#define SETTINGS_BITS(max) ((max) < 255 ? 8 : (max) <= 0xFFFFuL ? 16 : 32)
 
 struct settings {
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    settings_##type name;
+    uint32_t name : SETTINGS_BITS(max);
 #include "wire/registers.def"
 #undef INPUT
 #undef INPUT_AXIS

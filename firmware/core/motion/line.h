@@ -33,10 +33,10 @@ struct piece {
 struct line {
     struct run_queue *queue;
     struct run run; // the run now in work; repeat counts down
-    bool smooth;
-    bool negative; // direction of a smooth line
-    bool shifted;  // still ahead of the pixel clock: backlash not yet taken up
-    bool fresh;    // no piece taken yet
+    bool smooth : 1;
+    bool negative : 1; // direction of a smooth line
+    bool shifted : 1;  // still ahead of the pixel clock: backlash not yet taken up
+    bool fresh : 1;    // no piece taken yet
     uint16_t backlash_steps;
     uint16_t line_speed;
     uint16_t speed;         // steps/pixel at the start of the next piece (smooth)
