@@ -9,7 +9,7 @@
 #include "motion/step_ring.h" // struct step_ring
 
 // A guess that misses by so much is as good as it must be for the next one modulo 2^40.
-#define MISS_MAX ((uint16_t)CURVE_STEEP_MISS_MAX)
+#define MISS_MAX ((uint32_t)CURVE_STEEP_MISS_MAX)
 // Intervals to extrapolate from.
 #define QUICK_TICKS_MAX 0x7FFFu
 // Half the change at the start of a piece: its square has 16 bits.
@@ -55,13 +55,11 @@ uint8_t curve_steep_steps(struct curve_steep *steep,
 
 static inline uint8_t steps(struct curve_steep *steep,
                             volatile uint8_t *low,
-                            volatile uint8_t *high,
                             uint8_t slot,
                             uint8_t count)
 {
     volatile uint8_t *start = &low[slot];
 
-    (void)high;
     return (uint8_t)(curve_steep_steps(steep, start, count) - (uint8_t)(uintptr_t)start);
 }
 
@@ -134,10 +132,9 @@ static void one_step(struct curve_steep *steep)
     steep->at.slope = wide_add(difference, twice_half);
 }
 
-// What curve_steep_steps.S does.
+// What curve_steep_steps.S does: high bytes are 256 bytes behind the low ones.
 static uint8_t steps(struct curve_steep *steep,
                      volatile uint8_t *low,
-                     volatile uint8_t *high,
                      uint8_t slot,
                      uint8_t count)
 {
@@ -158,7 +155,7 @@ static uint8_t steps(struct curve_steep *steep,
         if (made == 0) {
             steep->first_high = (uint8_t)(top >> 8);
         } else {
-            high[slot] = (uint8_t)(top >> 8);
+            low[STEP_RING_SLOTS + slot] = (uint8_t)(top >> 8);
         }
         add_top(steep, top);
         slot++;
@@ -251,14 +248,13 @@ static uint32_t slow(struct curve_steep *steep)
 // Extrapolated steps as long as they are good: how many.
 static uint8_t quick(struct curve_steep *steep,
                      volatile uint8_t *low,
-                     volatile uint8_t *high,
                      uint8_t slot,
                      uint8_t count)
 {
     uint8_t made = 0;
 
     if (steep->good) {
-        made = steps(steep, low, high, slot, count);
+        made = steps(steep, low, slot, count);
         steep->change = (int16_t)steep->change;
     }
     return made;
@@ -298,7 +294,7 @@ void curve_steep_burst(struct curve_steep *steep,
                        uint8_t count,
                        struct curve_made *made)
 {
-    uint8_t steps_made = quick(steep, ring->low, ring->high, slot, count);
+    uint8_t steps_made = quick(steep, ring->low, slot, count);
 
     if (steps_made == 0) {
         steps_made = wide(steep, ring, slot, count);
@@ -314,5 +310,5 @@ uint32_t curve_steep_next(struct curve_steep *steep)
 {
     volatile uint8_t low;
 
-    return quick(steep, &low, &low, 0, 1) != 0 ? steep->last_ticks : slow(steep);
+    return quick(steep, &low, 0, 1) != 0 ? steep->last_ticks : slow(steep);
 }
