@@ -15,10 +15,12 @@
 #define RANDOM_PIECES      60u
 #define RANDOM_FLAT_PIECES 40u
 #define RANDOM_RAMPS       10u
+#define RANDOM_STEEP       60u
 #else
 #define RANDOM_PIECES      3000u
 #define RANDOM_FLAT_PIECES 4000u
 #define RANDOM_RAMPS       3000u
+#define RANDOM_STEEP       6000u
 #endif
 #define BATCH        48u
 #define ANCHOR_TICKS 1000000uL
@@ -382,6 +384,57 @@ static void random_ramps(void)
     }
 }
 
+// Steep from end to end: any length of piece, any acceleration, up to a step in 60 ticks.
+static void random_steep_pieces(void)
+{
+    for (uint16_t i = 0; i < RANDOM_STEEP; i++) {
+        uint32_t ticks = chance_between(1024, 0xFFFFFFuL >> (i % 13u));
+        uint32_t top = ticks / 120u < 250u ? ticks / 120u : 250u;
+        uint16_t steps = (uint16_t)chance_between(1, top);
+        uint16_t speed = (uint16_t)chance_between(0, 2uL * steps);
+        check_batches(ticks, speed, steps);
+    }
+}
+
+// Like those of a ramp at so many steps/s^2, pixel by pixel.
+static void check_ramp_of_batches(uint32_t ticks, uint16_t growth, uint8_t pixels)
+{
+    for (uint16_t i = 0; i < pixels; i++) {
+        uint16_t low = (uint16_t)(i * growth);
+        uint16_t steps = (uint16_t)(low + growth / 2u);
+        check_batches(ticks, low, steps);
+        check_batches(ticks, (uint16_t)(low + growth), steps);
+    }
+}
+
+// 100000 steps/s^2 in pixels of 1/30 s and 1/100 s, then 20000.
+static void ramps_of_steep_pieces(void)
+{
+    check_ramp_of_batches(533333uL, 110, 4);
+    check_ramp_of_batches(160000uL, 10, 13);
+    check_ramp_of_batches(533333uL, 22, 8);
+    check_ramp_of_batches(160000uL, 2, 20);
+}
+
+// The longest interval that a board can be asked for, and the guesses furthest off.
+static void slowest_steps(void)
+{
+    for (uint16_t steps = 2; steps <= 300; steps = (uint16_t)(2u * steps - 1u)) {
+        check_batches(0xFFFFFFuL, 0, steps);
+        check_batches(0xFFFFFFuL, (uint16_t)(2u * steps), steps);
+        check_batches(0xFFFFFFuL, 1, steps);
+        check_batches(0xFFFFFFuL, (uint16_t)(2u * steps - 1u), steps);
+        check_batches(1024, 0, steps < 17u ? steps : 17);
+    }
+}
+
+// 40 bits are not enough for any of these, nor is any of them flat.
+static void steep_and_wide(void)
+{
+    check_batches(0xFFFFFFuL, 5500, 6100);
+    check_batches(0xFFFFFFuL, 7000, 6000);
+}
+
 // Around multiples of 256 ticks both bytes of an entry change, to and fro.
 static void intervals_around_a_page(void)
 {
@@ -414,6 +467,10 @@ int main(void)
     RUN_TEST(random_pieces);
     RUN_TEST(random_flat_pieces);
     RUN_TEST(random_ramps);
+    RUN_TEST(random_steep_pieces);
+    RUN_TEST(ramps_of_steep_pieces);
+    RUN_TEST(slowest_steps);
+    RUN_TEST(steep_and_wide);
     RUN_TEST(intervals_around_a_page);
     return UNITY_END();
 }

@@ -131,22 +131,28 @@ static void flat_wide(void)
 // All of it steep, then steep at one end only.
 static void steep(void)
 {
-    check_piece(533333uL, 150, 190, 460, 1600);
-    check_piece(533333uL, 200, 240, 360, 1600);
-    check_piece(533333uL, 0, 500, 295, 1600);
-    check_piece(533333uL, 1000, 500, 295, 1600);
-    check_piece(533333uL, 0, 700, 220, 1600);
+    check_piece(533333uL, 150, 190, 190, 0);
+    check_piece(533333uL, 200, 240, 190, 0);
+    check_piece(533333uL, 240, 200, 190, 0);
+    check_piece(533333uL, 111, 166, 185, 0);
+    check_piece(533333uL, 0, 500, 190, 1200);
+    check_piece(533333uL, 1000, 500, 195, 1200);
+    check_piece(533333uL, 0, 700, 185, 1250);
+    check_piece(160000uL, 30, 35, 195, 0);
+    check_piece(160000uL, 45, 40, 195, 0);
+    check_piece(160000uL, 60, 65, 205, 0);
 }
 
-// The first pixels from rest and the last to rest.
+// The first pixels from rest and the last to rest, and where 40 bits are not enough.
 static void slow(void)
 {
-    check_piece(533333uL, 0, 4, 0, 1680);
-    check_piece(533333uL, 8, 4, 0, 1680);
-    check_piece(533333uL, 8, 12, 0, 1600);
-    check_piece(533333uL, 16, 30, 770, 1600);
-    check_piece(533333uL, 44, 86, 500, 1600);
-    check_piece(0xFFFFFFuL, 60, 160, 0, 1600);
+    check_piece(533333uL, 0, 4, 0, 1800);
+    check_piece(533333uL, 8, 4, 0, 1800);
+    check_piece(533333uL, 8, 12, 0, 1300);
+    check_piece(533333uL, 16, 30, 460, 1100);
+    check_piece(533333uL, 44, 86, 215, 1100);
+    check_piece(0xFFFFFFuL, 60, 160, 0, 1000);
+    check_piece(0xFFFFFFuL, 6000, 6100, 570, 0);
 }
 
 static struct pixel_period period;
@@ -189,8 +195,8 @@ static void check_new_pieces(uint16_t backlash, uint16_t budget)
 
 static void new_piece(void)
 {
-    check_new_pieces(0, 3550);
-    check_new_pieces(250, 4700);
+    check_new_pieces(0, 3450);
+    check_new_pieces(250, 4550);
 }
 
 int main(void)

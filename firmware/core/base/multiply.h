@@ -32,35 +32,8 @@ static inline uint32_t multiply_s16_s16(int16_t a, int16_t b)
     return product;
 }
 
-// a * b modulo 2^32. 27 cycles.
-static inline uint32_t multiply_u32_u16(uint32_t a, uint16_t b)
-{
-    uint32_t product;
-
-    __asm__("mul %A1, %A2\n\t"
-            "movw %A0, r0\n\t"
-            "mul %C1, %A2\n\t"
-            "movw %C0, r0\n\t"
-            "mul %B1, %B2\n\t"
-            "add %C0, r0\n\t"
-            "adc %D0, r1\n\t"
-            "mul %B1, %A2\n\t"
-            "add %B0, r0\n\t"
-            "adc %C0, r1\n\t"
-            "adc %D0, %3\n\t"
-            "mul %A1, %B2\n\t"
-            "add %B0, r0\n\t"
-            "adc %C0, r1\n\t"
-            "adc %D0, %3\n\t"
-            "mul %D1, %A2\n\t"
-            "add %D0, r0\n\t"
-            "mul %C1, %B2\n\t"
-            "add %D0, r0\n\t"
-            "clr r1\n\t"
-            : "=&r"(product)
-            : "r"(a), "r"(b), "r"((uint8_t)0));
-    return product;
-}
+// a * b modulo 2^32. 35 cycles. multiply.S.
+uint32_t multiply_u32_u16(uint32_t a, uint16_t b);
 
 #else
 

@@ -20,9 +20,7 @@ struct curve {
     union {
         struct {
             struct curve_flat flat;
-            uint32_t ticks;       // T
-            uint16_t start_speed; // v0
-            uint16_t steps;       // made so far
+            uint32_t ticks; // T
         } flat;
         struct curve_steep steep;
     } state;

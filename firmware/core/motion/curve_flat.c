@@ -93,9 +93,8 @@ void curve_flat_enter(struct curve_flat *flat,
     int32_t half_turn = (int32_t)multiply_u32_u16(half, interval_ticks);
     struct wide turn = wide_from_int32(2 * half_turn);
     struct wide ahead = wide_from_int32(half_turn - at->half);
-    struct wide step = {.high =
-                            (int32_t)((at->step >> 8) | ((uint32_t)at->step_high << 24)),
-                        .low = (uint8_t)at->step};
+    struct wide step = {.high = (int32_t)((at->step << 8) | (at->step_low >> 8)),
+                        .low = (uint8_t)at->step_low};
     struct wide mean = wide_add(at->slope, ahead);
 
     flat->residual = at->residual;

@@ -20,7 +20,7 @@
 #include <stdint.h>
 
 #include "base/wide.h"          // struct wide
-#include "motion/curve_place.h" // struct curve_place
+#include "motion/curve_place.h" // struct curve_place, struct curve_made
 
 struct step_ring;
 
@@ -32,13 +32,6 @@ struct curve_flat {
     int32_t turn;
     int16_t twice_half; // 2h
     uint16_t top;       // q - 1, as the ring wants it
-};
-
-// Steps made by one call; what is needed to publish them.
-struct curve_made {
-    uint32_t ticks;     // all intervals together
-    uint8_t steps;      // 0: nothing else in this struct means anything
-    uint8_t first_high; // high byte of the first entry: not yet stored
 };
 
 enum curve_flat_kind {

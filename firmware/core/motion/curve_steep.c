@@ -6,65 +6,83 @@
 #include "base/divide.h"   // divide_u32_u16
 #include "base/multiply.h" // multiply_*
 #include "motion/curve_steep_layout.h"
+#include "motion/step_ring.h" // struct step_ring
 
-// Up to so many corrections of an extrapolated interval are cheaper than the other guess.
-#define QUICK_CORRECTIONS 16u
-// What the other guess may miss by, with ample room.
-#define SLOW_CORRECTIONS 8192u
-// Extrapolated intervals and those they come from.
+// A guess that misses by so much is as good as it must be for the next one modulo 2^40.
+#define MISS_MAX ((uint32_t)CURVE_STEEP_MISS_MAX)
+// Intervals to extrapolate from.
 #define QUICK_TICKS_MAX 0x7FFFu
+// Half the change at the start of a piece: its square has 16 bits.
+#define START_CHANGE_MAX 255u
+
+static void add_top(struct curve_steep *steep, uint16_t top)
+{
+    uint32_t sum = (uint32_t)top + (uint16_t)((steep->tops[1] << 8) | steep->tops[0]);
+
+    steep->tops[0] = (uint8_t)sum;
+    steep->tops[1] = (uint8_t)(sum >> 8);
+    steep->tops[2] = (uint8_t)(steep->tops[2] + (uint8_t)(sum >> 16));
+}
 
 #if defined(__AVR__)
 
 _Static_assert(offsetof(struct curve_steep, at.residual) == CURVE_STEEP_RESIDUAL &&
                    offsetof(struct curve_steep, at.slope) == CURVE_STEEP_SLOPE &&
-                   offsetof(struct curve_steep, at.step) == CURVE_STEEP_STEP &&
-                   offsetof(struct curve_steep, at.step_high) == CURVE_STEEP_STEP + 4 &&
+                   offsetof(struct curve_steep, at.step_low) == CURVE_STEEP_STEP &&
+                   offsetof(struct curve_steep, at.step) == CURVE_STEEP_STEP + 2 &&
                    offsetof(struct curve_steep, at.half) == CURVE_STEEP_HALF &&
+                   offsetof(struct curve_steep, last_ticks) == CURVE_STEEP_LAST &&
+                   offsetof(struct curve_steep, change) == CURVE_STEEP_CHANGE &&
+                   offsetof(struct curve_steep, good) == CURVE_STEEP_GOOD &&
+                   offsetof(struct curve_steep, tops) == CURVE_STEEP_SUM &&
+                   offsetof(struct curve_steep, first_high) == CURVE_STEEP_FIRST_HIGH &&
                    offsetof(struct wide, low) == CURVE_STEEP_WIDE_LOW,
-               "known to curve_steep_fit.S");
+               "known to curve_steep_fit.S and curve_steep_steps.S");
 
 // curve_steep_fit.S.
 
-// The interval from a guess (1..2^24-1) of it, and the state behind the step; 0 and nothing changed
-// when the guess is further off than so many ticks.
-uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks, uint16_t corrections);
+// The interval from a guess (1..2^24-1) of it, and the state behind the step.
+uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks);
 
 // Largest r with r * r <= value. 370 cycles.
 uint16_t curve_steep_root(uint32_t value);
 
+// curve_steep_steps.S. Entries go to `low` and behind, by an 8-bit index, and 256 bytes higher, but
+// for the first. The low byte of the address behind the last.
+uint8_t curve_steep_steps(struct curve_steep *steep,
+                          volatile uint8_t *low,
+                          uint8_t count);
+
+static inline uint8_t steps(struct curve_steep *steep,
+                            volatile uint8_t *low,
+                            uint8_t slot,
+                            uint8_t count)
+{
+    volatile uint8_t *start = &low[slot];
+
+    return (uint8_t)(curve_steep_steps(steep, start, count) - (uint8_t)(uintptr_t)start);
+}
+
 #else
 
-static uint32_t curve_steep_fit(struct curve_steep *steep,
-                                uint32_t ticks,
-                                uint16_t corrections)
+static uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks)
 {
-    int64_t twice_half = 2 * (int64_t)steep->at.half;
-    int64_t step = ((int64_t)steep->at.step_high << 32) | steep->at.step;
-    int64_t bend = steep->at.half * ((int64_t)ticks - 1);
-    int64_t sum = wide_to(steep->at.slope) + bend;
-    int64_t value = sum * ticks + wide_to(steep->at.residual) - step;
-    int64_t difference = sum + bend;
+    int64_t half = steep->at.half;
+    int64_t step = ((int64_t)steep->at.step << 16) | steep->at.step_low;
+    int64_t misses = 1;
+    int64_t value = 0;
+    int64_t difference = 0;
 
-    if (sum < 0 || difference < 0) {
-        return 0;
-    }
-    for (; value < 0 || value >= difference; corrections--) {
-        if (corrections == 0) {
-            return 0;
-        }
-        if (value < 0) {
-            difference += twice_half;
-            value += difference;
-            ticks++;
-        } else {
-            value -= difference;
-            difference -= twice_half;
-            ticks--;
-        }
+    while (misses != 0) {
+        int64_t bend = half * ((int64_t)ticks - 1);
+        int64_t sum = wide_to(steep->at.slope) + bend;
+        value = sum * ticks + wide_to(steep->at.residual) - step;
+        difference = sum + bend;
+        misses = value < 0 ? -1 - (-1 - value) / difference : value / difference;
+        ticks = (uint32_t)(ticks - misses);
     }
     steep->at.residual = wide_from(value);
-    steep->at.slope = wide_from(difference + twice_half);
+    steep->at.slope = wide_from(difference + 2 * half);
     return ticks;
 }
 
@@ -81,118 +99,216 @@ static uint16_t curve_steep_root(uint32_t value)
     return root;
 }
 
+// One extrapolated step, modulo 2^40.
+static void one_step(struct curve_steep *steep)
+{
+    struct wide half = wide_from_int32(steep->at.half);
+    struct wide twice_half = wide_add(half, half);
+    uint16_t guess = (uint16_t)(steep->last_ticks + (uint32_t)steep->change);
+    uint16_t ticks = guess;
+    struct wide bend = wide_times(half, ticks);
+    struct wide sum = wide_add(wide_sub(steep->at.slope, twice_half), bend);
+    struct wide step = wide_from(((int64_t)steep->at.step << 16) | steep->at.step_low);
+    struct wide value = wide_sub(wide_add(wide_times(sum, ticks), bend), step);
+    struct wide difference = wide_add(sum, bend);
+
+    value = wide_add(value, steep->at.residual);
+    while (value.high < 0) {
+        difference = wide_add(difference, twice_half);
+        value = wide_add(value, difference);
+        ticks++;
+    }
+    while (wide_sub(value, difference).high >= 0) {
+        value = wide_sub(value, difference);
+        difference = wide_sub(difference, twice_half);
+        ticks--;
+    }
+    int16_t miss = (int16_t)(ticks - guess);
+    steep->good =
+        miss <= CURVE_STEEP_MISS_MAX && miss >= -CURVE_STEEP_MISS_MAX && ticks <= 0x8000u;
+    steep->change = (int16_t)(ticks - (uint16_t)steep->last_ticks);
+    steep->last_ticks = ticks;
+    steep->at.residual = value;
+    steep->at.slope = wide_add(difference, twice_half);
+}
+
+// What curve_steep_steps.S does: high bytes are 256 bytes behind the low ones.
+static uint8_t steps(struct curve_steep *steep,
+                     volatile uint8_t *low,
+                     uint8_t slot,
+                     uint8_t count)
+{
+    uint8_t made = 0;
+
+    steep->tops[0] = 0;
+    steep->tops[1] = 0;
+    steep->tops[2] = 0;
+    for (; made < count && steep->good; made++) {
+        struct wide difference =
+            wide_sub(steep->at.slope, wide_from_int32(2 * steep->at.half));
+        if (difference.high >> 24 >= CURVE_STEEP_LIMIT) {
+            break;
+        }
+        one_step(steep);
+        uint16_t top = (uint16_t)(steep->last_ticks - 1u);
+        low[slot] = (uint8_t)top;
+        if (made == 0) {
+            steep->first_high = (uint8_t)(top >> 8);
+        } else {
+            low[STEP_RING_SLOTS + slot] = (uint8_t)(top >> 8);
+        }
+        add_top(steep, top);
+        slot++;
+    }
+    return made;
+}
+
 #endif
 
 void curve_steep_enter(struct curve_steep *steep,
                        const struct curve_place *at,
+                       uint16_t last_ticks,
+                       int16_t change)
+{
+    steep->at = *at;
+    steep->last_ticks = last_ticks;
+    steep->change = change;
+    steep->seen = 2;
+    steep->good = last_ticks <= QUICK_TICKS_MAX;
+}
+
+// At the start speed v an interval has q = T/v ticks and changes by 2u = 2qh/(v*v) to the next one.
+// The first has q - u, and another before it would have had q + u. What this leaves out, the second
+// difference, is 12*u*u/q.
+static bool foresee(struct curve_steep *steep, uint32_t ticks, uint16_t speed)
+{
+    int16_t half = steep->at.half;
+
+    if (speed <= ticks >> 15) {
+        return false;
+    }
+    uint16_t interval = divide_u32_u16(ticks, speed);
+    uint32_t product = multiply_u32_u16(interval, (uint16_t)(half < 0 ? -half : half));
+    if (interval > QUICK_TICKS_MAX - START_CHANGE_MAX || product >> 16 >= speed) {
+        return false;
+    }
+    uint16_t change = divide_u32_u16(divide_u32_u16(product, speed), speed);
+    if (change > START_CHANGE_MAX || (uint16_t)(change * change) > interval) {
+        return false;
+    }
+    int16_t shorter = (int16_t)(half < 0 ? -(int16_t)change : (int16_t)change);
+    steep->last_ticks = (uint16_t)(interval + (uint16_t)shorter);
+    steep->change = -2 * (int32_t)shorter;
+    return true;
+}
+
+void curve_steep_start(struct curve_steep *steep,
+                       const struct curve_place *at,
                        uint32_t ticks,
-                       uint16_t start_speed,
-                       uint16_t steps)
+                       uint16_t start_speed)
 {
-    uint8_t scale = 0;
-
-    while (ticks < 0x00400000uL) {
-        ticks <<= 8;
-        scale = (uint8_t)(scale + 8u);
-    }
-    while (ticks < 0x40000000uL) {
-        ticks <<= 1;
-        scale++;
-    }
-    *steep = (struct curve_steep){
-        .at = *at,
-        .scaled_ticks = ticks,
-        .ticks_scale = scale,
-        .start_speed = start_speed,
-        .steps = steps,
-    };
-}
-
-static uint32_t shifted(uint32_t value, int8_t left)
-{
-    return left < 0 ? value >> -left : value << left;
-}
-
-// Speeds behind the last step and the next one, added, shifted left by root_scale, which is as much
-// as 16 bits each allow.
-static uint32_t both_speeds(struct curve_steep *steep)
-{
-    int32_t twice_half = 2 * (int32_t)steep->at.half;
-    uint32_t growth = multiply_u32_u16((uint32_t)twice_half, steep->steps);
-    uint32_t before =
-        multiply_u32_u16(steep->start_speed, steep->start_speed) + 2u * growth;
-    uint32_t after = before + 2u * (uint32_t)twice_half;
-    uint8_t scale = 0;
-
-    while ((before | after) < 0x01000000uL) {
-        before <<= 8;
-        after <<= 8;
-        scale = (uint8_t)(scale + 4u);
-    }
-    while ((before | after) < 0x40000000uL) {
-        before <<= 2;
-        after <<= 2;
-        scale++;
-    }
-    uint16_t first =
-        steep->root != 0
-            ? (uint16_t)shifted(steep->root, (int8_t)(scale - steep->root_scale))
-            : curve_steep_root(before);
-    steep->root = curve_steep_root(after);
-    steep->root_scale = scale;
-    return (uint32_t)first + steep->root;
-}
-
-static uint32_t slow_guess(struct curve_steep *steep)
-{
-    uint32_t speeds = both_speeds(steep);
-    int8_t left = (int8_t)(steep->root_scale + 1 - steep->ticks_scale);
-
-    if (speeds >> 16 != 0) {
-        speeds >>= 1;
-        left--;
-    }
-    uint16_t quotient = divide_u32_u16(steep->scaled_ticks, (uint16_t)speeds);
-    return shifted(quotient, left) | 1u;
-}
-
-static uint16_t extrapolated(const struct curve_steep *steep)
-{
-    return (uint16_t)(2u * steep->last_ticks - steep->before_ticks);
-}
-
-static void remember(struct curve_steep *steep, uint32_t ticks)
-{
-    steep->before_ticks = steep->last_ticks;
-    steep->last_ticks = ticks > QUICK_TICKS_MAX ? 0 : (uint16_t)ticks;
-    steep->steps++;
-}
-
-uint16_t curve_steep_quick(struct curve_steep *steep)
-{
+    steep->at = *at;
+    steep->seen = 2;
+    steep->good = foresee(steep, ticks, start_speed);
     if (!steep->good) {
-        return 0;
+        // The first interval is 2T / (v + sqrt(v*v + 4h)): good to an eighth. v has 11 bits here,
+        // and the quotient has its upper 8 at least.
+        uint32_t square =
+            multiply_u32_u16(start_speed, start_speed) + 4u * (uint32_t)(int32_t)at->half;
+        uint16_t speeds = (uint16_t)(4u * start_speed + curve_steep_root(16u * square));
+        uint32_t dividend = 8u * ticks;
+        steep->last_ticks = speeds > dividend >> 16
+                                ? divide_u32_u16(dividend, speeds)
+                                : (uint32_t)divide_u32_u16(dividend >> 8, speeds) << 8;
+        steep->change = 0;
+        steep->seen = 0;
     }
-    uint16_t ticks =
-        (uint16_t)curve_steep_fit(steep, extrapolated(steep), QUICK_CORRECTIONS);
-    steep->good = ticks != 0;
-    if (ticks != 0) {
-        steep->root = 0;
-        remember(steep, ticks);
+}
+
+// A step by a guess that may be far off. It must not be so far that 48 bits are not enough: the
+// next interval is never below 0.41 of the last.
+static uint32_t slow(struct curve_steep *steep)
+{
+    uint32_t last = steep->last_ticks;
+    uint32_t guess = last + (uint32_t)steep->change;
+
+    if (steep->seen != 0 && steep->at.half > 0 &&
+        (steep->seen == 1 || (int32_t)guess < (int32_t)(last / 2u))) {
+        guess = last / 2u;
     }
+    uint32_t ticks = curve_steep_fit(steep, guess);
+    uint32_t miss = ticks + MISS_MAX - guess;
+    steep->good = steep->seen == 2 && miss <= 2u * MISS_MAX && ticks <= QUICK_TICKS_MAX;
+    steep->change = steep->seen != 0 ? (int32_t)(ticks - last) : 0;
+    steep->seen = steep->seen != 0 ? 2 : 1;
+    steep->last_ticks = ticks;
     return ticks;
+}
+
+// Extrapolated steps as long as they are good: how many.
+static uint8_t quick(struct curve_steep *steep,
+                     volatile uint8_t *low,
+                     uint8_t slot,
+                     uint8_t count)
+{
+    uint8_t made = 0;
+
+    if (steep->good) {
+        made = steps(steep, low, slot, count);
+        steep->change = (int16_t)steep->change;
+    }
+    return made;
+}
+
+// The same where 40 bits are not enough.
+static uint8_t wide(struct curve_steep *steep,
+                    struct step_ring *ring,
+                    uint8_t slot,
+                    uint8_t count)
+{
+    uint8_t made = 0;
+
+    for (; made < count && steep->good; made++) {
+        uint16_t top = (uint16_t)(slow(steep) - 1u);
+        ring->low[slot] = (uint8_t)top;
+        if (made == 0) {
+            steep->first_high = (uint8_t)(top >> 8);
+        } else {
+            ring->high[slot] = (uint8_t)(top >> 8);
+        }
+        add_top(steep, top);
+        slot++;
+    }
+    return made;
+}
+
+static uint32_t sum_of_tops(const struct curve_steep *steep)
+{
+    return ((uint32_t)steep->tops[2] << 16) |
+           (uint16_t)((steep->tops[1] << 8) | steep->tops[0]);
+}
+
+void curve_steep_burst(struct curve_steep *steep,
+                       struct step_ring *ring,
+                       uint8_t slot,
+                       uint8_t count,
+                       struct curve_made *made)
+{
+    uint8_t steps_made = quick(steep, ring->low, slot, count);
+
+    if (steps_made == 0) {
+        steps_made = wide(steep, ring, slot, count);
+    }
+    *made = (struct curve_made){
+        .ticks = sum_of_tops(steep) + steps_made,
+        .steps = steps_made,
+        .first_high = steep->first_high,
+    };
 }
 
 uint32_t curve_steep_next(struct curve_steep *steep)
 {
-    uint32_t ticks = curve_steep_quick(steep);
+    volatile uint8_t low;
 
-    if (ticks == 0) {
-        ticks = curve_steep_fit(steep, slow_guess(steep), SLOW_CORRECTIONS);
-        uint16_t miss = (uint16_t)(extrapolated(steep) + QUICK_CORRECTIONS - ticks);
-        steep->good = ticks <= QUICK_TICKS_MAX && steep->last_ticks != 0 &&
-                      steep->before_ticks != 0 && miss <= 2u * QUICK_CORRECTIONS;
-        remember(steep, ticks);
-    }
-    return ticks;
+    return quick(steep, &low, 0, 1) != 0 ? steep->last_ticks : slow(steep);
 }

@@ -8,44 +8,47 @@
 // which is 0 <= residual < last difference for exactly one d. A guess is evaluated modulo 2^48 (the
 // residual itself fits 40 bits) and corrected by single ticks.
 //
-// Guesses: extrapolated from the last two intervals while that is good, else from the speeds at
-// both ends of the interval, s = sqrt(v0*v0 + 4*h*k) behind step k, as d = 2T / (s + s'). The roots
-// have 16 bits: the guess is some 2^-15 of itself off, which for a slow step is a few ticks.
+// Guesses: extrapolated from the last two intervals. While that is good to a few ticks, batches
+// correct it by single ticks and 40 bits are enough; else it is improved by Newton's method.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/curve_place.h" // struct curve_place
+#include "motion/curve_place.h" // struct curve_place, struct curve_made
+
+struct step_ring;
 
 struct curve_steep {
     struct curve_place at;
-    uint32_t scaled_ticks; // T, shifted left until its upper bit is bit 30,
-    uint8_t ticks_scale;   //   by so much
-    uint8_t root_scale;    // speed behind the last step, shifted left by so much,
-    uint16_t root;         //   0: not known
-    uint16_t start_speed;  // v0
-    uint16_t steps;        // made so far
-    uint16_t last_ticks;   // last interval, 0: longer than 15 bits
-    uint16_t before_ticks; // the one before it
-    bool good;             // extrapolation was good for the last step
+    uint32_t last_ticks; // last interval,
+    int32_t change;      //   from the one before it
+    uint8_t seen;        // of both: 0: last_ticks is a guess, 1: change is not known
+    bool good;           // extrapolation will do for the next step
+    uint8_t tops[3];     // a batch: sum of its entries,
+    uint8_t first_high;  //   high byte of the first
+    uint8_t end_kind;    // enum curve_flat_kind at the end, if it speeds up
 };
 
-// From a place behind so many steps of a piece of T ticks.
-void curve_steep_enter(struct curve_steep *steep,
+// At the start of a piece of T ticks and speed v0.
+void curve_steep_start(struct curve_steep *steep,
                        const struct curve_place *at,
                        uint32_t ticks,
-                       uint16_t start_speed,
-                       uint16_t steps);
+                       uint16_t start_speed);
 
-// T
-static inline uint32_t curve_steep_ticks(const struct curve_steep *steep)
-{
-    return steep->scaled_ticks >> steep->ticks_scale;
-}
+// From a place behind some step. The next interval is `change` ticks longer than the last, about.
+void curve_steep_enter(struct curve_steep *steep,
+                       const struct curve_place *at,
+                       uint16_t last_ticks,
+                       int16_t change);
 
-// One extrapolated step; 0 and nothing done when that is not good enough.
-uint16_t curve_steep_quick(struct curve_steep *steep);
+// Up to `count` steps (not 0) into the ring's slots from `slot` on, but for the high byte of the
+// first, as long as extrapolation is good.
+void curve_steep_burst(struct curve_steep *steep,
+                       struct step_ring *ring,
+                       uint8_t slot,
+                       uint8_t count,
+                       struct curve_made *made);
 
 // One step by whatever it takes.
 uint32_t curve_steep_next(struct curve_steep *steep);

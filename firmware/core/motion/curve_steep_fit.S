@@ -1,7 +1,7 @@
 ; SPDX-License-Identifier: MIT
 ; Arithmetic of steep curves: the assembly half of curve_steep.c, where its C stands.
 ;
-;     uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks, uint16_t corrections)
+;     uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks)
 ;     uint16_t curve_steep_root(uint32_t value)
 ;
 ; r2..r6 are left alone: they are the step interrupt's. An interrupt may come between any two
@@ -16,7 +16,7 @@
 #define V3    r11
 #define V4    r12
 #define V5    r13
-#define D0    r14                /* sum, then difference */
+#define D0    r14                /* sum, then difference and its multiples */
 #define D1    r15
 #define D2    r16
 #define D3    r17
@@ -26,14 +26,16 @@
 #define E2    r21
 #define E3    r22
 #define E4    r23
-#define H0    r20                /* 2h, when bend is done with; further bytes are the sign */
-#define H1    r21
-#define HS    r22
 #define N0    r24                /* ticks */
 #define N1    r25
 #define N2    r26
 #define ZERO  r27
-#define A0    r30                /* h, then the corrections left */
+#define Q0    r19                /* quotient, when bend is done with */
+#define Q1    r20
+#define Q2    r21
+#define BITS  r22
+#define D5    r23                /* upper byte of a multiple of the difference */
+#define A0    r30                /* h */
 #define A1    r31
 
 ; V[at..] += r1:r0, with the carry up to V5
@@ -52,12 +54,11 @@ curve_steep_fit:
     .irp reg, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29
     push r\reg                          ; 24
     .endr
-    push r19                            ; 4  corrections
-    push r18
     movw r28, r24                       ; 1
     movw N0, r20                        ; 2
     mov N2, r22
     clr ZERO                            ; 1
+fit_evaluate:
     ldd A0, Y + CURVE_STEEP_HALF        ; 4
     ldd A1, Y + CURVE_STEEP_HALF + 1
 
@@ -104,9 +105,6 @@ curve_steep_fit:
     adc D2, E2
     adc D3, E3
     adc D4, E4
-    brpl 1f
-    rjmp fit_far_off
-1:
     ; value = sum * ticks                                         50, 24 more for long intervals
     mul D0, N0
     movw V0, r0
@@ -172,77 +170,88 @@ curve_steep_fit:
     adc D2, E2
     adc D3, E3
     adc D4, E4
-    brmi fit_far_off
 
-    movw H0, A0                         ; 5  2h
-    lsl H0
-    rol H1
-    sbc HS, HS
-    pop A0                              ; 4  corrections
-    pop A1
-    tst V5                              ; 1
-    brpl fit_is_over                    ; 2
-
-fit_up:                                 ;    negative: a tick more, 20 cycles
-    sbiw A0, 1
-    brcs fit_failed
-    add D0, H0                          ;    difference += 2h
-    adc D1, H1
-    adc D2, HS
-    adc D3, HS
-    adc D4, HS
-    add V0, D0                          ;    value += difference
-    adc V1, D1
-    adc V2, D2
-    adc V3, D3
-    adc V4, D4
-    adc V5, ZERO
-    adiw N0, 1                          ;    ticks++
-    adc N2, ZERO
-    tst V5
-    brmi fit_up
-    rjmp fit_done
-
-fit_far_off:
-    pop A0
-    pop A1
-fit_failed:
-    clr r22
-    clr r23
-    movw r24, r22
-    rjmp fit_return
-
-fit_down:                               ;    not below difference: a tick less, 28 cycles
-    sbiw A0, 1
-    brcs fit_failed
-    sub V0, D0                          ;    value -= difference
-    sbc V1, D1
-    sbc V2, D2
-    sbc V3, D3
-    sbc V4, D4
-    sbc V5, ZERO
-    sub D0, H0                          ;    difference -= 2h
-    sbc D1, H1
-    sbc D2, HS
-    sbc D3, HS
-    sbc D4, HS
-    sbiw N0, 1                          ;    ticks--
-    sbc N2, ZERO
-fit_is_over:
-    cp V0, D0                           ; 8
+    ; quotient = value / difference, rounded down: by how many ticks the guess misses
+    clt
+    sbrs V5, 7
+    rjmp 1f
+    set                                 ;    -1 - value, and the quotient is one more
+    .irp reg, 8, 9, 10, 11, 12, 13
+    com r\reg
+    .endr
+1:  clr Q0
+    clr Q1
+    clr Q2
+    clr BITS
+    clr D5
+fit_multiple:                           ;    19 a bit
+    cp V0, D0
     cpc V1, D1
     cpc V2, D2
     cpc V3, D3
     cpc V4, D4
-    cpc V5, ZERO
-    brsh fit_down
+    cpc V5, D5
+    brlo fit_below
+    lsl D0
+    rol D1
+    rol D2
+    rol D3
+    rol D4
+    rol D5
+    inc BITS
+    rjmp fit_multiple
+fit_bit:                                ;    20 or 27 a bit
+    lsr D5
+    ror D4
+    ror D3
+    ror D2
+    ror D1
+    ror D0
+    lsl Q0
+    rol Q1
+    rol Q2
+    cp V0, D0
+    cpc V1, D1
+    cpc V2, D2
+    cpc V3, D3
+    cpc V4, D4
+    cpc V5, D5
+    brlo fit_below
+    sub V0, D0
+    sbc V1, D1
+    sbc V2, D2
+    sbc V3, D3
+    sbc V4, D4
+    sbc V5, D5
+    inc Q0
+fit_below:
+    subi BITS, 1
+    brcc fit_bit
+    brts fit_longer
+    mov r0, Q0
+    or r0, Q1
+    or r0, Q2
+    breq fit_done
+    sub N0, Q0
+    sbc N1, Q1
+    sbc N2, Q2
+    rjmp fit_evaluate
+fit_longer:
+    sec
+    adc N0, Q0
+    adc N1, Q1
+    adc N2, Q2
+    rjmp fit_evaluate
 
 fit_done:
-    add D0, H0                          ; 5  slope = difference + 2h
-    adc D1, H1
-    adc D2, HS
-    adc D3, HS
-    adc D4, HS
+    lsl A0                              ; 10 slope = difference + 2h
+    rol A1
+    sbc r0, r0
+    add D0, A0
+    adc D1, A1
+    adc D2, r0
+    adc D3, r0
+    adc D4, r0
     std Y + CURVE_STEEP_SLOPE + LOW, D0 ; 20
     std Y + CURVE_STEEP_SLOPE, D1
     std Y + CURVE_STEEP_SLOPE + 1, D2
@@ -256,7 +265,6 @@ fit_done:
     movw r22, N0                        ; 3  ticks
     mov r24, N2
     clr r25
-fit_return:
     clr r1                              ; 1
     .irp reg, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8
     pop r\reg                           ; 24
