@@ -125,6 +125,16 @@ static void settings_write_and_read_back(void)
     TEST_ASSERT_EQUAL_UINT16(77, machine.limits.max_acceleration);
 }
 
+// A finished line is the clock's reference no longer once the period may be another.
+static void new_settings_end_the_watch(void)
+{
+    clock_watch_follow(&machine.watch, &machine.period, 1000);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_hz(30, 0));
+    TEST_ASSERT_TRUE(machine.watch.following);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write_hz(30000, 1001));
+    TEST_ASSERT_FALSE(machine.watch.following);
+}
+
 static void impossible_settings_change_nothing(void)
 {
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_hz(30, 0));
@@ -132,6 +142,7 @@ static void impossible_settings_change_nothing(void)
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_hz(1, 2));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 0));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 248));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 257));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_dir_setup_us, 1001));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(16, COMMAND_ENABLE));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_command, 8));
@@ -331,6 +342,7 @@ int main(void)
     RUN_TEST(mapped_inputs);
     RUN_TEST(mapped_holdings);
     RUN_TEST(settings_write_and_read_back);
+    RUN_TEST(new_settings_end_the_watch);
     RUN_TEST(impossible_settings_change_nothing);
     RUN_TEST(direction_times_limit_reversals);
     RUN_TEST(settings_are_busy_while_a_line_is_queued);
