@@ -2,21 +2,25 @@
 """What goes wrong on the real images: named, without a step more, every step counted."""
 
 import json
+import random
+from fractions import Fraction
 
 import pytest
 from click.testing import CliRunner
 
 from bench import QUIET_CYCLES, Bench
 from pixstep import files, runs
+from pixstep.bench import lines
 from pixstep.cli import main
 from pixstep.client import BoardError, Upload
 from pixstep.line import PLAIN, Line
-from worked import worked_line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = ("uno", "mega")
 LONG = Line((40,) * 60, PLAIN)
 SHORT = Line((4, 16, 24, 24, 20, 8, 0))
+# 45,000 steps/s at 30 Hz, every pixel accelerating or braking: one axis does that, four cannot.
+TOO_FAST_FOR_FOUR = lines.at_peak(1500, Fraction(30), 0.3)
 
 
 def streamed(count):
@@ -46,7 +50,7 @@ def test_four_axes_too_fast_for_the_mega_are_decoder_late(phase):
     with Bench("mega", range(4), 30) as bench:
         bench.sim.run(phase * 5000)
         for axis in bench.axes:
-            bench.load(worked_line(0, pixels=40), axis)
+            bench.load(TOO_FAST_FOR_FOUR, axis)
         bench.arm()
         assert bench.run_until_fault() == "decoder_late"
         bench.assert_rest()
@@ -150,6 +154,21 @@ def test_stop_then_another_line(tmp_path, board):
 
 
 @pytest.mark.parametrize("board", BOARDS)
+def test_position_is_exact_wherever_a_run_is_cut_off(board):
+    chance = random.Random(f"stop {board}")
+    for line in (LONG, Line((300,) * 30, PLAIN), Line((20, 60, 120, *([160] * 10), 120, 60, 20))):
+        for _ in range(5):
+            with Bench(board) as bench:
+                bench.load(line)
+                bench.arm()
+                bench.run_until_steps(chance.randint(30, 1200))
+                bench.sim.run(chance.randint(1, 600))
+                bench.board.command("stop", [0])
+                bench.assert_rest()  # position and edges agree
+                assert 30 <= bench.count() < line.total_steps
+
+
+@pytest.mark.parametrize("board", BOARDS)
 def test_clear_fault_then_another_line(tmp_path, board):
     with Bench(board, edges=tmp_path / "edges.csv") as bench:
         bench.load(LONG)
@@ -170,7 +189,7 @@ def test_after_decoder_late_four_axes_run_again():
     slower = Line((4, 12, 24, 40, 52, 56, 50, 38, 22, 10, 4), PLAIN)
     with Bench("mega", range(4), 30) as bench:
         for axis in bench.axes:
-            bench.load(worked_line(0, pixels=40), axis)
+            bench.load(TOO_FAST_FOR_FOUR, axis)
         bench.arm()
         assert bench.run_until_fault() == "decoder_late"
         bench.board.command("clear_fault", bench.axes)
