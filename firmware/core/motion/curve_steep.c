@@ -8,7 +8,12 @@
 #include "motion/curve_steep_layout.h"
 #include "motion/step_ring.h" // struct step_ring
 
-// A guess that misses by so much is as good as it must be for the next one modulo 2^40.
+// Why 40 bits are enough behind a guess that missed by no more than this: it misses by the second
+// difference g = 3c*c/d of the intervals (c: change from step to step) and up to 4 ticks by
+// rounding, so g was below 16. Where the last difference D is above 2^28.9, c/d = 2h*d/D is below
+// a fourteenth, and the next miss below 23 + 4 ticks: below 2^39 / D up to D = 2^34.2. Beyond, T
+// being below 2^24 and 2h below 2^15, g itself is below 2^39 / D - 4 up to D = 2^36.4, the limit.
+// Where D is smaller there is room for any miss that could follow.
 #define MISS_MAX ((uint32_t)CURVE_STEEP_MISS_MAX)
 // Intervals to extrapolate from.
 #define QUICK_TICKS_MAX 0x7FFFu
