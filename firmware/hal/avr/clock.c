@@ -4,6 +4,7 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <stdbool.h>
 
 static volatile uint32_t overflows;
 
@@ -20,15 +21,22 @@ void clock_start(void)
     TIMSK0 = (uint8_t)_BV(TOIE0);
 }
 
+// An overflow may wait behind step interrupts while the count has long wrapped: it is looked for. One
+// that was served in between is a reason to look again, not one to hold interrupts off.
 uint32_t clock_now_4us(void)
 {
     uint32_t high = 0;
     uint8_t low = 0;
+    bool pending = false;
 
-    // Again when an overflow came in between: no reason to hold interrupts off.
     do {
         high = overflows;
         low = TCNT0;
+        pending = (TIFR0 & _BV(TOV0)) != 0;
     } while (high != overflows);
+    // The flag may have appeared behind a count that had not wrapped yet.
+    if (pending && low < 128u) {
+        high++;
+    }
     return (high << 8) | low;
 }
