@@ -146,24 +146,38 @@ static inline struct progress steps(struct curve_flat *flat,
                   : curve_flat_wide(flat, &lows[slot], count);
 }
 
-// highs[slot] and behind, by an 8-bit index: the ring's arrays lie on 256-byte boundaries. 6 cycles
-// an entry.
+// highs[slot] and behind, by an 8-bit index: the ring's arrays lie on 256-byte boundaries. Four at a
+// time: 4 cycles an entry.
 static inline void fill(volatile uint8_t *highs,
                         uint8_t slot,
                         uint8_t count,
                         uint8_t value)
 {
     volatile uint8_t *at = &highs[slot];
+    uint8_t fours = count >> 2;
 
-    if (count != 0) {
-        __asm__ volatile("1: st %a0, %2\n\t"
-                         "inc %A0\n\t"
-                         "dec %1\n\t"
-                         "brne 1b\n\t"
-                         : "+e"(at), "+r"(count)
-                         : "r"(value)
-                         : "memory");
-    }
+    __asm__ volatile("andi %[rest], 3\n\t"
+                     "breq 2f\n"
+                     "1: st %a[at], %[value]\n\t"
+                     "inc %A[at]\n\t"
+                     "dec %[rest]\n\t"
+                     "brne 1b\n"
+                     "2: tst %[fours]\n\t"
+                     "breq 4f\n"
+                     "3: st %a[at], %[value]\n\t"
+                     "inc %A[at]\n\t"
+                     "st %a[at], %[value]\n\t"
+                     "inc %A[at]\n\t"
+                     "st %a[at], %[value]\n\t"
+                     "inc %A[at]\n\t"
+                     "st %a[at], %[value]\n\t"
+                     "inc %A[at]\n\t"
+                     "dec %[fours]\n\t"
+                     "brne 3b\n"
+                     "4:\n\t"
+                     : [at] "+e"(at), [rest] "+d"(count), [fours] "+r"(fours)
+                     : [value] "r"(value)
+                     : "memory");
 }
 
 #else
