@@ -146,8 +146,8 @@ static inline struct progress steps(struct curve_flat *flat,
                   : curve_flat_wide(flat, &lows[slot], count);
 }
 
-// highs[slot] and behind, by an 8-bit index: the ring's arrays lie on 256-byte boundaries. Four at a
-// time: 4 cycles an entry.
+// highs[slot] and behind, by an 8-bit index: the ring's arrays lie on 256-byte boundaries. Four at
+// a time: 4 cycles an entry.
 static inline void fill(volatile uint8_t *highs,
                         uint8_t slot,
                         uint8_t count,

@@ -59,11 +59,11 @@ uint8_t curve_steep_steps(struct curve_steep *steep,
                           uint8_t count);
 
 static inline uint8_t steps(struct curve_steep *steep,
-                            volatile uint8_t *low,
+                            struct step_ring *ring,
                             uint8_t slot,
                             uint8_t count)
 {
-    volatile uint8_t *start = &low[slot];
+    volatile uint8_t *start = &ring->low[slot];
 
     return (uint8_t)(curve_steep_steps(steep, start, count) - (uint8_t)(uintptr_t)start);
 }
@@ -137,9 +137,9 @@ static void one_step(struct curve_steep *steep)
     steep->at.slope = wide_add(difference, twice_half);
 }
 
-// What curve_steep_steps.S does: high bytes are 256 bytes behind the low ones.
+// What curve_steep_steps.S does.
 static uint8_t steps(struct curve_steep *steep,
-                     volatile uint8_t *low,
+                     struct step_ring *ring,
                      uint8_t slot,
                      uint8_t count)
 {
@@ -156,11 +156,11 @@ static uint8_t steps(struct curve_steep *steep,
         }
         one_step(steep);
         uint16_t top = (uint16_t)(steep->last_ticks - 1u);
-        low[slot] = (uint8_t)top;
+        ring->low[slot] = (uint8_t)top;
         if (made == 0) {
             steep->first_high = (uint8_t)(top >> 8);
         } else {
-            low[STEP_RING_SLOTS + slot] = (uint8_t)(top >> 8);
+            ring->high[slot] = (uint8_t)(top >> 8);
         }
         add_top(steep, top);
         slot++;
@@ -252,14 +252,14 @@ static uint32_t slow(struct curve_steep *steep)
 
 // Extrapolated steps as long as they are good: how many.
 static uint8_t quick(struct curve_steep *steep,
-                     volatile uint8_t *low,
+                     struct step_ring *ring,
                      uint8_t slot,
                      uint8_t count)
 {
     uint8_t made = 0;
 
     if (steep->good) {
-        made = steps(steep, low, slot, count);
+        made = steps(steep, ring, slot, count);
         steep->change = (int16_t)steep->change;
     }
     return made;
@@ -299,7 +299,7 @@ void curve_steep_burst(struct curve_steep *steep,
                        uint8_t count,
                        struct curve_made *made)
 {
-    uint8_t steps_made = quick(steep, ring->low, slot, count);
+    uint8_t steps_made = quick(steep, ring, slot, count);
 
     if (steps_made == 0) {
         steps_made = wide(steep, ring, slot, count);

@@ -21,8 +21,8 @@ void clock_start(void)
     TIMSK0 = (uint8_t)_BV(TOIE0);
 }
 
-// An overflow may wait behind step interrupts while the count has long wrapped: it is looked for. One
-// that was served in between is a reason to look again, not one to hold interrupts off.
+// An overflow may wait behind step interrupts while the count has long wrapped: it is looked for.
+// One that was served in between is a reason to look again, not one to hold interrupts off.
 uint32_t clock_now_4us(void)
 {
     uint32_t high = 0;
