@@ -235,7 +235,8 @@ static void follow_in_turn(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = &machine.axes[i];
         uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
-        if (i == due || axis->awaits_run || behind >= FOLLOW_ENTRIES) {
+        if (i == due || (CONFIG_AXES > 1 && axis->awaits_run) ||
+            behind >= FOLLOW_ENTRIES) {
             (void)follow(i, false);
         }
     }

@@ -59,12 +59,14 @@ uint8_t curve_steep_steps(struct curve_steep *steep,
                           uint8_t count);
 
 static inline uint8_t steps(struct curve_steep *steep,
-                            struct step_ring *ring,
+                            volatile uint8_t *low,
+                            const volatile uint8_t *high,
                             uint8_t slot,
                             uint8_t count)
 {
-    volatile uint8_t *start = &ring->low[slot];
+    volatile uint8_t *start = &low[slot];
 
+    (void)high;
     return (uint8_t)(curve_steep_steps(steep, start, count) - (uint8_t)(uintptr_t)start);
 }
 
@@ -139,7 +141,8 @@ static void one_step(struct curve_steep *steep)
 
 // What curve_steep_steps.S does.
 static uint8_t steps(struct curve_steep *steep,
-                     struct step_ring *ring,
+                     volatile uint8_t *low,
+                     volatile uint8_t *high,
                      uint8_t slot,
                      uint8_t count)
 {
@@ -156,11 +159,11 @@ static uint8_t steps(struct curve_steep *steep,
         }
         one_step(steep);
         uint16_t top = (uint16_t)(steep->last_ticks - 1u);
-        ring->low[slot] = (uint8_t)top;
+        low[slot] = (uint8_t)top;
         if (made == 0) {
             steep->first_high = (uint8_t)(top >> 8);
         } else {
-            ring->high[slot] = (uint8_t)(top >> 8);
+            high[slot] = (uint8_t)(top >> 8);
         }
         add_top(steep, top);
         slot++;
@@ -252,14 +255,15 @@ static uint32_t slow(struct curve_steep *steep)
 
 // Extrapolated steps as long as they are good: how many.
 static uint8_t quick(struct curve_steep *steep,
-                     struct step_ring *ring,
+                     volatile uint8_t *low,
+                     volatile uint8_t *high,
                      uint8_t slot,
                      uint8_t count)
 {
     uint8_t made = 0;
 
     if (steep->good) {
-        made = steps(steep, ring, slot, count);
+        made = steps(steep, low, high, slot, count);
         steep->change = (int16_t)steep->change;
     }
     return made;
@@ -299,7 +303,7 @@ void curve_steep_burst(struct curve_steep *steep,
                        uint8_t count,
                        struct curve_made *made)
 {
-    uint8_t steps_made = quick(steep, ring, slot, count);
+    uint8_t steps_made = quick(steep, ring->low, ring->high, slot, count);
 
     if (steps_made == 0) {
         steps_made = wide(steep, ring, slot, count);
@@ -313,7 +317,7 @@ void curve_steep_burst(struct curve_steep *steep,
 
 uint32_t curve_steep_next(struct curve_steep *steep)
 {
-    volatile uint8_t low;
+    volatile uint8_t low; // the high byte of one step is not stored
 
-    return quick(steep, &low, 0, 1) != 0 ? steep->last_ticks : slow(steep);
+    return quick(steep, &low, &low, 0, 1) != 0 ? steep->last_ticks : slow(steep);
 }
