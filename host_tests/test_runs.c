@@ -178,6 +178,35 @@ static void entry_is_taken_ahead(void)
     TEST_ASSERT_EQUAL_UINT8(feed.head, engine.tail);
 }
 
+static bool due(void)
+{
+    struct engine_sample sample = step_engine_sample(&engine);
+
+    return ledger_due(&ledger, &feed, &sample);
+}
+
+// With no pixel edge between them: the writer may be waiting for the first one.
+static void run_that_is_over_is_looked_after(void)
+{
+    struct even even;
+
+    even_start(&even, 200001, 400);
+    pass_delay();
+    put_run(&even, 150);
+    put_run(&even, 150);
+    (void)load();
+    follow();
+    for (uint8_t k = 0; k < 148; k++) {
+        (void)load();
+        TEST_ASSERT_FALSE(due());
+    }
+    (void)load();
+    TEST_ASSERT_TRUE(due());
+    follow();
+    TEST_ASSERT_TRUE(feed_run_free(&feed));
+    TEST_ASSERT_FALSE(due());
+}
+
 #define SINGLES_AND_RUNS ((uint16_t)(22u * STEP_RUNS - 1u))
 
 static void single_periods_between_runs(void)
@@ -316,6 +345,7 @@ int main(void)
     RUN_TEST(same_periods_as_one_by_one);
     RUN_TEST(run_follows_run);
     RUN_TEST(entry_is_taken_ahead);
+    RUN_TEST(run_that_is_over_is_looked_after);
     RUN_TEST(single_periods_between_runs);
     RUN_TEST(edge_inside_the_first_entry);
     RUN_TEST(edge_seen_late_has_the_same_record);

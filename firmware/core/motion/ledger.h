@@ -85,7 +85,9 @@ static inline bool ledger_due(const struct ledger *ledger,
     if (ledger->run == LEDGER_NO_RUN) {
         return behind != 0 && !ledger_inside_block(ledger, feed, sample->tail);
     }
-    if (sample->left == 0 || sample->cut || behind >= LEDGER_LAG_ENTRIES) {
+    // The run that is over must be known as free.
+    if (sample->left == 0 || sample->run != ledger->run || sample->cut ||
+        behind >= LEDGER_LAG_ENTRIES) {
         return true;
     }
     return feed->mark_tail != feed->mark_placed &&

@@ -42,6 +42,7 @@ struct engine_sample {
     uint8_t tail;
     uint8_t left; // periods of the run before `tail` that are not loaded yet
     bool cut;     //   and never will be
+    uint8_t run;  //   which run, while some are left
     uint16_t idle_count;
 };
 
@@ -83,6 +84,7 @@ static inline struct engine_sample step_engine_sample_of(uint8_t tail,
         .tail = tail,
         .left = step_engine_size(cut != 0 ? cut : left),
         .cut = cut != 0,
+        .run = left < 0,
         .idle_count = idle_count,
     };
 }
