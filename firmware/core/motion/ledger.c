@@ -43,8 +43,8 @@ static void note_fresh(struct ledger *ledger)
         uint8_t at = (uint8_t)(ledger->retired - ledger->fresh);
         ledger->lengths[2] = ledger->lengths[1];
         ledger->lengths[1] = ledger->lengths[0];
-        ledger->lengths[0] =
-            (uint16_t)((uint16_t)(ring->high[at] << 8) + ring->low[at] + 1u);
+        uint16_t top_ticks = (uint16_t)(ring->high[at] << 8);
+        ledger->lengths[0] = (uint16_t)(top_ticks + ring->low[at] + 1u);
     }
 }
 
