@@ -30,17 +30,17 @@
 ;     interrupt response              4 (5)     4 (5)     4 (5)
 ;     rjmp in the vector table        2         2         2
 ;     save SREG, read left            3         3         3
-;     which case?                     3         4         3
-;     save r24, Z; find the entry     -         -         5
-;     long or short? / its kind       4 or 5    4 or 5    4
+;     which case?                     3         3         4
+;     save r24, Z; find the entry     -         -         7
+;     long or short? / its kind       4 or 5    4 or 5    2
 ;     load OCRnA                      4         4         7
 ;     has the next period begun?      2         2         2
-;     advance sum / tail              13        13        3
+;     advance sum / tail              12        12        3
 ;     count down                      4         4         -
 ;     restore, reti                   5 (6)     5 (6)     7 (8)
 ;                                     --        --        --
-;                                     44-45     45-46     40
-;                                    (46-47)   (47-48)   (42)
+;                                     43-44     43-44     41
+;                                    (45-46)   (45-46)   (43)
 ;
 ; TEMP, the high byte that a write of OCRnAL takes along, holds run_high while a run is carried: a
 ; run's two intervals differ in their low byte only, and whoever else reads or writes a 16-bit
@@ -213,8 +213,8 @@ step_isr_entry_\axis:
 .Lagain\axis:
     lds r3, \engine + STEP_ISR_LEFT
     and r3, r3
-    breq step_isr_entry_\axis
     brmi .Lsecond\axis
+    breq step_isr_entry_\axis
     run_period \axis, \engine, \engine + STEP_ISR_RUNS, dec, \top_low, \flags, \flag
 .Lsecond\axis:
     run_period \axis, \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \
