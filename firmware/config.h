@@ -28,10 +28,11 @@
 //     interrupts off in the main loop, or in a serial handler   21    21
 //     pixel clock capture, until it lets others in              13    14
 //     step handlers of the other axes                            -   141   3 x 47
-//     from the flag's service to OCRnA                          28    30
+//     a run's period, from the flag's service to OCRnA          23    25
 //                                                               --   ---
-//                                                               62   206
+//                                                               57   201
 //
+// A single period takes 29 (31) cycles to OCRnA; so short ones are only made by runs (axis.c).
 // The other axes take up to 86 cycles where they begin a run. They do so some steps apart from each
 // other (RUN_STAGGER_STEPS), but lines of different rates can meet all the same. What is then late
 // by less than a period is an underrun, seen by the handler before the edge; what is late by a
