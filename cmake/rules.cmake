@@ -21,10 +21,6 @@ rule(
     "${PIXSTEP_MEGA_IMAGE}"
 )
 rule(
-    registers "${PIXSTEP_PYTHON}" "${checks}/registers.py" "${PIXSTEP_UNO_IMAGE}"
-    "${PIXSTEP_MEGA_IMAGE}"
-)
-rule(
     sizes "${PIXSTEP_PYTHON}" "${checks}/sizes.py" "uno=${PIXSTEP_UNO_IMAGE}"
     "mega=${PIXSTEP_MEGA_IMAGE}"
 )

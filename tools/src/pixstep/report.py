@@ -119,7 +119,8 @@ def _footer(summary: dict) -> str:
     if summary.get("cpu_share") is not None:
         lines.append(
             f"CPU share {100 * summary['cpu_share']:.1f} % while moving: "
-            f"{100 * summary['interrupt_share']:.1f} % interrupts, the rest decoding\n"
+            f"{100 * summary['interrupt_share']:.1f} % interrupts, "
+            "the rest decoding and following\n"
             f"stack free {summary['stack_free_bytes']} bytes; simulated "
             f"{summary['realtime_factor']:.2f} times as fast as real time"
         )
