@@ -39,6 +39,8 @@ static const char manual[] =
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
     "                         rx at the middle of the stop bit, tx at the start bit\n"
+    "  --plant-log FILE       motor and load of every --plant, at each change:\n"
+    "                         cycle,board,axis,motor,load\n"
     "  --vcd FILE             waveforms for GTKWave\n"
     "mode, one of:\n"
     "  --control              commands on standard input, answers on standard output\n"
@@ -159,6 +161,7 @@ enum option_id {
     OPTION_EDGES,
     OPTION_CLOCK_LOG,
     OPTION_SERIAL_LOG,
+    OPTION_PLANT_LOG,
     OPTION_VCD,
     OPTION_CONTROL,
     OPTION_PTY,
@@ -179,6 +182,7 @@ static const struct option table[] = {
     {"edges", required_argument, NULL, OPTION_EDGES},
     {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
     {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
+    {"plant-log", required_argument, NULL, OPTION_PLANT_LOG},
     {"vcd", required_argument, NULL, OPTION_VCD},
     {"control", no_argument, NULL, OPTION_CONTROL},
     {"pty", no_argument, NULL, OPTION_PTY},
@@ -250,6 +254,9 @@ static void take(struct options *o, int id, char *value)
         break;
     case OPTION_SERIAL_LOG:
         o->serial_log_path = value;
+        break;
+    case OPTION_PLANT_LOG:
+        o->plant_log_path = value;
         break;
     case OPTION_VCD:
         o->vcd_path = value;
