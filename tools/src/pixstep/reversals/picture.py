@@ -84,7 +84,7 @@ def _speeds(axes: Axes, made: Compensated) -> None:
 def _offset(axes: Axes, made: Compensated) -> None:
     axes.plot(range(len(made.offsets) + 1), (0, *made.offsets), color=MADE, lw=1.4)
     axes.set_ylabel("steps")
-    axes.set_title("Offset taken up: motor ahead of ideal")
+    axes.set_title("Offset taken up: motor minus ideal")
 
 
 def _error(axes: Axes, made: Compensated, request: Request) -> None:
