@@ -74,6 +74,6 @@ def _error_title(load: AxisLoad) -> str:
     found = load.summary()
     worst = abs(found["max_load_error_steps"])
     if not load.spans:
-        return f"Load minus ideal: at most {worst} steps"
+        return f"Load minus ideal: largest {worst} steps"
     outside = abs(found["max_load_error_outside_steps"])
-    return f"Load minus ideal: at most {outside} steps away from the transitions, {worst} inside"
+    return f"Load minus ideal: largest {outside} steps away from the transitions, {worst} inside"
