@@ -111,9 +111,9 @@ def direction_gaps(edges):
 
 
 def fast_turns():
-    """The counts of a line that turns as fast as the default times allow, nearly."""
-    ideal = [way * 95 for way in (1, -1, 1, -1, 1) for _ in range(6)]
-    return compensate(ideal, Request(PLAY, MotionLimits(10, 95))).counts
+    """The counts of a line that turns with 125 us between the steps around DIR."""
+    ideal = [way * 80 for way in (1, -1, 1, -1, 1) for _ in range(6)]
+    return compensate(ideal, Request(PLAY, MotionLimits(10, 80))).counts
 
 
 @pytest.mark.usefixtures("simulator")
