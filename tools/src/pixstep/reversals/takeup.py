@@ -70,12 +70,10 @@ class Window:
         """
         if self.room() < steps:
             return None
-        level = self._lowest_level(steps)
-        counts = self.highest(level)
-        lower = self.highest(level - 1) if level else counts
+        counts = self.highest(self._lowest_level(steps))
         start = len(counts) - 1
         for _ in range(sum(counts) - sum(self.ideal) - steps):
-            index = self._last_spare(counts, lower, start)
+            index = self._last_spare(counts, start)
             counts[index] -= 1
             start = min(index + 1, len(counts) - 1)  # only its neighbours can have become spare
         return counts
@@ -91,12 +89,15 @@ class Window:
                 low = middle + 1
         return low
 
-    def _last_spare(self, counts: list[int], lower: list[int], start: int) -> int:
-        """Return the last pixel up to `start` above `lower` that can do with one step less."""
+    def _last_spare(self, counts: list[int], start: int) -> int:
+        """Return the last pixel up to `start` that can do with one step less.
+
+        Only the pixel before can forbid it: the one behind is at its ideal, or was passed over
+        because this one is too high for it.
+        """
         for index in range(start, -1, -1):
             best = self.limits.highest_beside(counts[index] - 1)
             before = counts[index - 1] if index else self.before
-            behind = counts[index + 1] if index + 1 < len(counts) else self.behind
-            if counts[index] > lower[index] and max(before, behind) <= best:
+            if counts[index] > self.ideal[index] and before <= best:
                 return index
         raise AssertionError("two sequences within the limits and no step between them")
