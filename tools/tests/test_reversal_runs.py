@@ -90,6 +90,17 @@ def test_the_same_run_without_compensation(tmp_path, board):
 
 
 @pytest.mark.usefixtures("simulator")
+def test_with_four_zero_pixels_at_each_reversal_the_load_is_never_off(tmp_path):
+    ideal = [
+        count for start in range(0, 120, 24) for count in (*IDEAL[start : start + 24], *[0] * 4)
+    ]
+    made = compensate(ideal, Request(PLAY, LIMITS))
+    run("mega", made.counts, tmp_path, ideals={0: tuple(ideal)})
+    motor, load = columns(tmp_path)
+    assert load == np.cumsum(ideal).tolist() != motor
+
+
+@pytest.mark.usefixtures("simulator")
 def test_a_line_that_begins_in_the_minus_direction(tmp_path):
     # The simulated play is taken up in + at the start: the first motion is a reversal too.
     ideal = tuple(-count for count in IDEAL)

@@ -63,7 +63,11 @@ def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, n
 @click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
 @click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
 @click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
-@click.option("--start-stop", type=click.IntRange(1), help="Plain: free up to here, steps/pixel.")
+@click.option(
+    "--start-stop",
+    type=click.IntRange(1),
+    help="steps/pixel; up to here a plain line may start, stop and turn without a ramp.",
+)
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.pass_context
