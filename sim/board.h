@@ -17,6 +17,7 @@
 #include "line.h"
 #include "pixel_clock.h"
 #include "plant.h"
+#include "plant_log.h"
 #include "serial_log.h"
 #include "stack.h"
 #include "timer16.h"
@@ -41,6 +42,7 @@ struct board {
     avr_io_t reset_hook; // hears of every reset of the part
     struct edges *edges;
     struct serial_log *serial_log; // NULL for none
+    struct plant_log *plant_log;   // NULL for none
     char error[BOARD_ERROR];       // not empty: the board has stopped for this reason
 
     struct timer16 timer[BOARD_TIMERS];

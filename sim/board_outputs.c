@@ -88,12 +88,29 @@ static void drive_switches(struct board *b, unsigned axis, uint64_t cycle)
     }
 }
 
+static void log_plant(struct board *b, unsigned axis, uint64_t cycle)
+{
+    const struct plant *plant = &b->axis[axis].plant;
+    struct plant_row row = {
+        .cycle = cycle,
+        .motor = plant->motor,
+        .load = plant->load,
+        .board = (uint8_t)b->index,
+        .axis = (uint8_t)axis,
+    };
+
+    if (b->plant_log != NULL && plant->settings.present) {
+        plant_log_add(b->plant_log, &row);
+    }
+}
+
 void board_set_plant(struct board *b,
                      unsigned axis,
                      const struct plant_settings *settings)
 {
     plant_init(&b->axis[axis].plant, settings);
     drive_switches(b, axis, b->avr->cycle);
+    log_plant(b, axis, b->avr->cycle);
 }
 
 static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle)
@@ -106,8 +123,13 @@ static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle
     if (level) {
         a->steps_rising++;
         a->steps_signed += direction;
+        int64_t motor_before = a->plant.motor;
+
         if (plant_step(&a->plant, direction)) {
             drive_switches(b, axis, cycle);
+        }
+        if (a->plant.motor != motor_before) {
+            log_plant(b, axis, cycle);
         }
     }
 }

@@ -269,6 +269,7 @@ static void do_flush(struct control *c)
 {
     edges_flush(&c->bench->edges);
     serial_log_flush(&c->bench->serial_log);
+    plant_log_flush(&c->bench->plant_log);
     if (c->bench->clock.log != NULL) {
         (void)fflush(c->bench->clock.log);
     }

@@ -14,6 +14,7 @@
 #include "edges.h"
 #include "line.h"
 #include "pixel_clock.h"
+#include "plant_log.h"
 #include "serial_log.h"
 #include "vcd.h"
 
@@ -24,6 +25,7 @@ struct bench {
     struct pixel_clock clock;
     struct edges edges;
     struct serial_log serial_log; // of the first board
+    struct plant_log plant_log;
     struct vcd vcd;
     bool has_vcd;
     uint64_t cycle; // every board has reached it

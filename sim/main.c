@@ -47,6 +47,7 @@ static bool open_boards(const struct options *o)
         }
         bench.boards++;
         b->serial_log = (i == 0) ? &bench.serial_log : NULL;
+        b->plant_log = &bench.plant_log;
         for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
             if (o->plant[i][axis].present) {
                 board_set_plant(b, axis, &o->plant[i][axis]);
@@ -79,6 +80,9 @@ static bool open_outputs(const struct options *o)
     }
     if (!serial_log_open(&bench.serial_log, o->serial_log_path)) {
         return cannot_write(o->serial_log_path);
+    }
+    if (!plant_log_open(&bench.plant_log, o->plant_log_path)) {
+        return cannot_write(o->plant_log_path);
     }
     return true;
 }
@@ -120,22 +124,26 @@ static int run(const struct options *o)
     }
 }
 
+// The exit status after a file has been closed: what cannot be written is a failure.
+static int after_close(bool written, const char *path, int status)
+{
+    if (written) {
+        return status;
+    }
+    (void)cannot_write(path);
+    return (status == 0) ? 1 : status;
+}
+
 static int close_all(const struct options *o, int status)
 {
     const char *error = bench_error(&bench);
 
-    if (!edges_close(&bench.edges)) {
-        (void)cannot_write(o->edges_path);
-        status = (status == 0) ? 1 : status;
+    status = after_close(edges_close(&bench.edges), o->edges_path, status);
+    if (bench.has_vcd) {
+        status = after_close(vcd_close(&bench.vcd, bench.cycle), o->vcd_path, status);
     }
-    if (bench.has_vcd && !vcd_close(&bench.vcd, bench.cycle)) {
-        (void)cannot_write(o->vcd_path);
-        status = (status == 0) ? 1 : status;
-    }
-    if (!serial_log_close(&bench.serial_log)) {
-        (void)cannot_write(o->serial_log_path);
-        status = (status == 0) ? 1 : status;
-    }
+    status = after_close(serial_log_close(&bench.serial_log), o->serial_log_path, status);
+    status = after_close(plant_log_close(&bench.plant_log), o->plant_log_path, status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);

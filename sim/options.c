@@ -39,6 +39,8 @@ static const char manual[] =
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
     "                         rx at the middle of the stop bit, tx at the start bit\n"
+    "  --plant-log FILE       motor and load of every --plant, at each change:\n"
+    "                         cycle,board,axis,motor,load\n"
     "  --vcd FILE             waveforms for GTKWave\n"
     "mode, one of:\n"
     "  --control              commands on standard input, answers on standard output\n"
@@ -148,6 +150,7 @@ static void set_mode(struct options *o, enum run_mode mode)
     o->mode = mode;
 }
 
+// In groups, told apart by their first: the clock, output files, modes.
 enum option_id {
     OPTION_BOARD = 1000,
     OPTION_PLANT,
@@ -159,6 +162,7 @@ enum option_id {
     OPTION_EDGES,
     OPTION_CLOCK_LOG,
     OPTION_SERIAL_LOG,
+    OPTION_PLANT_LOG,
     OPTION_VCD,
     OPTION_CONTROL,
     OPTION_PTY,
@@ -179,6 +183,7 @@ static const struct option table[] = {
     {"edges", required_argument, NULL, OPTION_EDGES},
     {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
     {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
+    {"plant-log", required_argument, NULL, OPTION_PLANT_LOG},
     {"vcd", required_argument, NULL, OPTION_VCD},
     {"control", no_argument, NULL, OPTION_CONTROL},
     {"pty", no_argument, NULL, OPTION_PTY},
@@ -233,6 +238,27 @@ static void take_mode(struct options *o, int id, const char *value)
     }
 }
 
+static void take_output(struct options *o, int id, const char *path)
+{
+    switch (id) {
+    case OPTION_EDGES:
+        o->edges_path = path;
+        break;
+    case OPTION_CLOCK_LOG:
+        o->clock_log_path = path;
+        break;
+    case OPTION_SERIAL_LOG:
+        o->serial_log_path = path;
+        break;
+    case OPTION_PLANT_LOG:
+        o->plant_log_path = path;
+        break;
+    default:
+        o->vcd_path = path;
+        break;
+    }
+}
+
 static void take(struct options *o, int id, char *value)
 {
     switch (id) {
@@ -242,18 +268,6 @@ static void take(struct options *o, int id, char *value)
     case OPTION_PLANT:
         read_plant(o, value);
         break;
-    case OPTION_EDGES:
-        o->edges_path = value;
-        break;
-    case OPTION_CLOCK_LOG:
-        o->clock_log_path = value;
-        break;
-    case OPTION_SERIAL_LOG:
-        o->serial_log_path = value;
-        break;
-    case OPTION_VCD:
-        o->vcd_path = value;
-        break;
     case OPTION_HELP:
         (void)fputs(manual, stdout);
         exit(0);
@@ -262,6 +276,8 @@ static void take(struct options *o, int id, char *value)
     default:
         if (id >= OPTION_CONTROL) {
             take_mode(o, id, value);
+        } else if (id >= OPTION_EDGES) {
+            take_output(o, id, value);
         } else {
             take_clock(o, id, value);
         }
