@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// One simulated board: the part with our models of timers, comparator and UART in it, its pins wired to the
-// signals of firmware/hal/boards/<name>.def, its axes' mechanics.
+// One simulated board: the part with our models of timers, comparator and UART in it, its pins
+// wired to the signals of firmware/hal/boards/<name>.def, its axes' mechanics.
 #pragma once
 
 #include <stdbool.h>
@@ -31,8 +31,9 @@
 // What a home or limit pin saw, driven from outside.
 struct board_switch {
     bool level;
-    uint64_t cycle;       // of its last change, 0 if there was none
-    uint64_t first_cycle; // of the first edge of the change that made it, before all bouncing
+    uint64_t cycle; // of its last change, 0 if there was none
+    uint64_t
+        first_cycle; // of the first edge of the change that made it, before all bouncing
 };
 
 struct board_axis {
@@ -74,7 +75,8 @@ struct board {
     } pins[BOARD_PORTS];
     struct board_axis axis[BOARD_AXES];
     uint8_t switch_on[BOARD_PORTS][8]; // by pin (board_find_switches)
-    bool switches_moving; // inside the cycle timer's callback: the return value reschedules
+    bool
+        switches_moving; // inside the cycle timer's callback: the return value reschedules
 
     struct pixel_pulse pulse[BOARD_PULSES];
     unsigned pulse_first, pulse_last;

@@ -78,7 +78,8 @@ static avr_cycle_count_t on_switch(avr_t *avr, avr_cycle_count_t when, void *par
     b->switches_moving = true;
     while ((due = next_due(b, &axis, &which)) <= avr->cycle) {
         for (int i = 0; i < b->timers; i++) {
-            timer16_sync(&b->timer[i], due); // a step of before this may move a switch sooner
+            timer16_sync(&b->timer[i],
+                         due); // a step of before this may move a switch sooner
         }
         (void)next_due(b, &axis, &which);
         move(b, axis, which);
@@ -170,7 +171,10 @@ void board_find_switches(struct board *b)
     }
 }
 
-static void write_row(const struct board *b, unsigned axis, unsigned which, uint64_t cycle)
+static void write_row(const struct board *b,
+                      unsigned axis,
+                      unsigned which,
+                      uint64_t cycle)
 {
     if (b->switch_log != NULL) {
         (void)fprintf(b->switch_log,

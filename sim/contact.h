@@ -20,7 +20,8 @@
 
 struct contact_settings {
     uint32_t delay_ticks;
-    uint32_t bounce; // edges after the first of each change: even, to end in the right state
+    uint32_t
+        bounce; // edges after the first of each change: even, to end in the right state
     uint32_t bounce_ticks; // within which they fall, each in a cycle of its own
 };
 

@@ -99,4 +99,3 @@ bool plant_step(struct plant *p, int direction)
     }
     return false;
 }
-

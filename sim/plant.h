@@ -30,7 +30,7 @@ struct plant_settings {
     bool has_home;
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
     bool has_start;                // start was among the knobs
-    int64_t start; // where motor and load are at reset, or are put at run time
+    int64_t start;    // where motor and load are at reset, or are put at run time
     bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
     struct contact_settings contact;
     enum plant_stuck stuck[PLANT_SWITCHES];
@@ -58,9 +58,9 @@ bool plant_has(const struct plant *plant, enum plant_switch which);
 // One motor step, +1 or -1. Returns true if a switch has changed.
 bool plant_step(struct plant *plant, int direction);
 
-// Reads "play=40,travel=-100..9000,..." (options.c's manual lists all) into the settings; knobs that
-// are not named stay, or get their defaults if none were ever given. On an error returns false, with
-// one line about it in `error`. Changes the text.
+// Reads "play=40,travel=-100..9000,..." (options.c's manual lists all) into the settings; knobs
+// that are not named stay, or get their defaults if none were ever given. On an error returns
+// false, with one line about it in `error`. Changes the text.
 bool plant_parse(struct plant_settings *settings,
                  char *text,
                  char *error,

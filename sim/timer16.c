@@ -154,7 +154,8 @@ static void happen_capture(struct timer16 *t)
     uint64_t cycle = t->capture_due;
 
     t->capture_due = TIMER16_NEVER;
-    if (t->counting && cycle < t->bottom) { // heard of after BOTTOM, within one instruction
+    if (t->counting &&
+        cycle < t->bottom) { // heard of after BOTTOM, within one instruction
         t->icr = (uint16_t)(cycle - t->bottom_before);
     } else {
         t->icr = timer16_count(t, cycle);
@@ -331,8 +332,8 @@ void timer16_hold(struct timer16 *t, bool held, uint64_t cycle)
     }
 }
 
-// A level that the noise canceler has not seen for its whole time has never been: its edge's capture
-// is taken back. Returns the level before this change that did last.
+// A level that the noise canceler has not seen for its whole time has never been: its edge's
+// capture is taken back. Returns the level before this change that did last.
 static bool lasting_level(struct timer16 *t, uint64_t cycle, bool rising_wanted)
 {
     bool canceled = (t->tccrb & ICNC_BIT) != 0 &&

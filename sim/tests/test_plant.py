@@ -61,9 +61,7 @@ class PlantTest(SimTest):
 
     def session(self, knobs, board="uno", name="shuttle", options=()):
         files = ["--edges", str(self.edges_path), "--switch-log", str(self.log_path)]
-        sim = Session(
-            image(board, name), options=[*files, "--plant", f"0.0:{knobs}", *options]
-        )
+        sim = Session(image(board, name), options=[*files, "--plant", f"0.0:{knobs}", *options])
         self.addCleanup(sim.__exit__)
         return sim
 
@@ -133,9 +131,7 @@ class Bounce(PlantTest):
         return [rows[i * (1 + bounce) : (i + 1) * (1 + bounce)] for i in range(whole)]
 
     def check(self, bounce, bounce_ticks, delay):
-        sim = self.session(
-            f"{KNOBS},delay={delay},bounce={bounce},bounce_ticks={bounce_ticks}"
-        )
+        sim = self.session(f"{KNOBS},delay={delay},bounce={bounce},bounce_ticks={bounce_ticks}")
         self.tell(sim, f"run {RUN_CYCLES}")
         bursts = self.bursts(sim, bounce)
         firsts = [burst[0] for burst in bursts]
@@ -150,7 +146,13 @@ class Bounce(PlantTest):
         return bursts
 
     def test_edges_in_their_time(self):
-        for bounce, bounce_ticks in ((2, 2), (2, 100), (10, 1_000), (64, 64), (64, 3_000)):
+        for bounce, bounce_ticks in (
+            (2, 2),
+            (2, 100),
+            (10, 1_000),
+            (64, 64),
+            (64, 3_000),
+        ):
             for delay in (0, 5_000):
                 with self.subTest(bounce=bounce, ticks=bounce_ticks, delay=delay):
                     self.check(bounce, bounce_ticks, delay)
@@ -340,7 +342,10 @@ class Knobs(PlantTest):
         self.assertEqual(self.log(sim, "home"), self.changes(sim, RUN_CYCLES, 70, "home"))
 
     def test_a_switch_that_is_not_there(self):
-        for knobs, text in (("home=1,stuck=plus:open", "travel"), ("stuck=home:open", "home=N")):
+        for knobs, text in (
+            ("home=1,stuck=plus:open", "travel"),
+            ("stuck=home:open", "home=N"),
+        ):
             with Session(image("uno", "shuttle")) as sim:
                 self.assertIn(text, sim.ask(f"knobs 0 0 {knobs}"))
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Timer 1's input capture from the analog comparator, in mode 15, TOP = 9999: a STEP edge every
-// period (so that the test knows BOTTOM), and every captured count in RESULT[1...]. RESULT[0] counts
-// them. The test pokes before the start: GPIOR2 what to do (bits below), RESULT[62] the ADC channel;
-// and later RESULT[63], the channel to change to.
+// period (so that the test knows BOTTOM), and every captured count in RESULT[1...]. RESULT[0]
+// counts them. The test pokes before the start: GPIOR2 what to do (bits below), RESULT[62] the ADC
+// channel; and later RESULT[63], the channel to change to.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -60,10 +60,9 @@ static void start_timer(uint8_t what)
     OCR1A = TOP_TICKS;
     OCR1B = 31;
     TCCR1A = (uint8_t)((1U << COM1B1) | (1U << COM1B0) | (1U << WGM11) | (1U << WGM10));
-    TCCR1B =
-        (uint8_t)((1U << WGM13) | (1U << WGM12) | (1U << CS10) |
-                  (((what & DO_RISING) != 0U) ? (1U << ICES1) : 0U) |
-                  (((what & DO_CANCELER) != 0U) ? (1U << ICNC1) : 0U));
+    TCCR1B = (uint8_t)((1U << WGM13) | (1U << WGM12) | (1U << CS10) |
+                       (((what & DO_RISING) != 0U) ? (1U << ICES1) : 0U) |
+                       (((what & DO_CANCELER) != 0U) ? (1U << ICNC1) : 0U));
 }
 
 int main(void)
