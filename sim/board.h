@@ -75,16 +75,15 @@ struct board {
     } pins[BOARD_PORTS];
     struct board_axis axis[BOARD_AXES];
     uint8_t switch_on[BOARD_PORTS][8]; // by pin (board_find_switches)
-    bool
-        switches_moving; // inside the cycle timer's callback: the return value reschedules
 
     struct pixel_pulse pulse[BOARD_PULSES];
     unsigned pulse_first, pulse_last;
     bool pulse_high;
+    bool switches_moving; // inside on_switch: its return value reschedules
+    uint8_t strap;        // GPIOR2 after a reset
 
     uint64_t sleep_cycles;
     uint64_t quantum_end;
-    uint8_t strap; // GPIOR2 after a reset
 };
 
 // Loads an image into a new board. The board must stay where it is in memory. On failure returns

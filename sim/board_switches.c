@@ -17,11 +17,6 @@ static const enum board_signal signals[PLANT_SWITCHES] = {
 
 static const char *const names[PLANT_SWITCHES] = {"home", "minus", "plus"};
 
-// What makes the seeds of one bench's contacts differ.
-#define SEED_BOARD  1000000U
-#define SEED_AXIS   1000U
-#define SEED_SWITCH 1U
-
 static void drive(struct board *b, unsigned axis, unsigned which, uint64_t cycle)
 {
     const struct board_pin *pin = board_kind_pin(b->kind, signals[which], axis);
@@ -119,6 +114,12 @@ void board_follow_plant(struct board *b, unsigned axis, uint64_t cycle)
     board_schedule_switches(b);
 }
 
+// A number of its own for every switch of a bench, so that no two bounce alike.
+static unsigned place_of(const struct board *b, unsigned axis, unsigned which)
+{
+    return ((unsigned)b->index * BOARD_AXES + axis) * PLANT_SWITCHES + which;
+}
+
 // All contacts are at once what their switches are.
 static void settle(struct board *b, unsigned axis)
 {
@@ -126,9 +127,7 @@ static void settle(struct board *b, unsigned axis)
 
     for (unsigned i = 0; i < PLANT_SWITCHES; i++) {
         if (a->plant.settings.has_seed) {
-            contact_seed(&a->contact[i],
-                         a->plant.settings.seed + (unsigned)b->index * SEED_BOARD +
-                             axis * SEED_AXIS + i * SEED_SWITCH);
+            contact_seed(&a->contact[i], a->plant.settings.seed, place_of(b, axis, i));
         }
         contact_settle(&a->contact[i], a->plant.closed[i]);
         drive(b, axis, i, b->avr->cycle);

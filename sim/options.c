@@ -253,6 +253,27 @@ static void take_mode(struct options *o, int id, const char *value)
     }
 }
 
+static void take_output(struct options *o, int id, const char *path)
+{
+    switch (id) {
+    case OPTION_EDGES:
+        o->edges_path = path;
+        break;
+    case OPTION_CLOCK_LOG:
+        o->clock_log_path = path;
+        break;
+    case OPTION_SERIAL_LOG:
+        o->serial_log_path = path;
+        break;
+    case OPTION_SWITCH_LOG:
+        o->switch_log_path = path;
+        break;
+    default:
+        o->vcd_path = path;
+        break;
+    }
+}
+
 static void take(struct options *o, int id, char *value)
 {
     switch (id) {
@@ -262,21 +283,6 @@ static void take(struct options *o, int id, char *value)
     case OPTION_PLANT:
         read_plant(o, value);
         break;
-    case OPTION_EDGES:
-        o->edges_path = value;
-        break;
-    case OPTION_CLOCK_LOG:
-        o->clock_log_path = value;
-        break;
-    case OPTION_SERIAL_LOG:
-        o->serial_log_path = value;
-        break;
-    case OPTION_SWITCH_LOG:
-        o->switch_log_path = value;
-        break;
-    case OPTION_VCD:
-        o->vcd_path = value;
-        break;
     case OPTION_HELP:
         (void)fputs(manual, stdout);
         exit(0);
@@ -285,6 +291,8 @@ static void take(struct options *o, int id, char *value)
     default:
         if (id >= OPTION_CONTROL) {
             take_mode(o, id, value);
+        } else if (id >= OPTION_EDGES) {
+            take_output(o, id, value);
         } else {
             take_clock(o, id, value);
         }
