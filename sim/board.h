@@ -79,8 +79,7 @@ struct board {
     struct pixel_pulse pulse[BOARD_PULSES];
     unsigned pulse_first, pulse_last;
     bool pulse_high;
-    bool switches_moving; // inside on_switch: its return value reschedules
-    uint8_t strap;        // GPIOR2 after a reset
+    uint8_t strap; // GPIOR2 after a reset
 
     uint64_t sleep_cycles;
     uint64_t quantum_end;

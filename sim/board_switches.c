@@ -70,16 +70,9 @@ static avr_cycle_count_t on_switch(avr_t *avr, avr_cycle_count_t when, void *par
     uint64_t due;
 
     (void)when;
-    b->switches_moving = true;
     while ((due = next_due(b, &axis, &which)) <= avr->cycle) {
-        for (int i = 0; i < b->timers; i++) {
-            timer16_sync(&b->timer[i],
-                         due); // a step of before this may move a switch sooner
-        }
-        (void)next_due(b, &axis, &which);
         move(b, axis, which);
     }
-    b->switches_moving = false;
     return (due == CONTACT_NEVER) ? 0 : due;
 }
 
@@ -89,7 +82,7 @@ void board_schedule_switches(struct board *b)
     unsigned which;
     uint64_t due = next_due(b, &axis, &which);
 
-    if (!b->switches_moving && due != CONTACT_NEVER) {
+    if (due != CONTACT_NEVER) {
         avr_cycle_timer_register(
             b->avr, (due > b->avr->cycle) ? due - b->avr->cycle : 0, on_switch, b);
     }
