@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "board.h"
 #include "edges.h"
@@ -26,6 +27,7 @@ struct bench {
     struct edges edges;
     struct serial_log serial_log; // of the first board
     struct plant_log plant_log;
+    FILE *switch_log; // NULL for none
     struct vcd vcd;
     bool has_vcd;
     uint64_t cycle; // every board has reached it

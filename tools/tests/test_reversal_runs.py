@@ -122,9 +122,9 @@ def direction_gaps(edges):
 
 
 def fast_turns():
-    """The counts of a line that turns with 125 us between the steps around DIR."""
-    ideal = [way * 80 for way in (1, -1, 1, -1, 1) for _ in range(6)]
-    return compensate(ideal, Request(PLAY, MotionLimits(10, 80))).counts
+    """The counts of a line that turns with 278 us between the steps around DIR."""
+    ideal = [way * 36 for way in (1, -1, 1, -1, 1) for _ in range(6)]
+    return compensate(ideal, Request(PLAY, MotionLimits(10, 36))).counts
 
 
 @pytest.mark.usefixtures("simulator")
