@@ -3,11 +3,11 @@
 
 import pytest
 
-from pixstep import files
+from pixstep import formats
 from pixstep.errors import UserError
 from worked import MPOS, PRN, SAMPLE_CSV
 
-HEADER = files.ProfileHeader("Mon Oct 12 15:13:35 2009", "4editing1n", 1, 10, 0, "30")
+HEADER = formats.ProfileHeader("Mon Oct 12 15:13:35 2009", "4editing1n", 1, 10, 0, "30")
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def put(tmp_path):
 
 
 def test_sample_prn():
-    values, notes = files.read_prn(PRN)
+    values, notes = formats.read_prn(PRN)
     assert values == [
         8,
         16,
@@ -70,13 +70,13 @@ def test_sample_prn():
 def test_bad_prn_is_refused(put, data, message):
     path = put(data)
     with pytest.raises(UserError) as caught:
-        files.read_prn(path)
+        formats.read_prn(path)
     assert message in str(caught.value)
     assert str(path) in str(caught.value)
 
 
 def test_lenient_prn_says_what_it_tolerated(put):
-    values, notes = files.read_prn(put(b"       8\n      16"), lenient=True)
+    values, notes = formats.read_prn(put(b"       8\n      16"), lenient=True)
     assert values == [8, 16]
     assert any("LF" in note for note in notes)
     assert any("no newline" in note for note in notes)
@@ -84,18 +84,18 @@ def test_lenient_prn_says_what_it_tolerated(put):
 
 def test_missing_file_is_one_line():
     with pytest.raises(UserError, match=r"nowhere\.PRN: No such file"):
-        files.read_prn("nowhere.PRN")
+        formats.read_prn("nowhere.PRN")
 
 
 def test_bare_csv():
-    read = files.read_csv(MPOS)
+    read = formats.read_csv(MPOS)
     assert read.values[:4] == (0, 4, 12, 20) and read.header is None and read.notes == ()
 
 
 def test_sample_csv_is_truncated():
     with pytest.raises(UserError, match="truncated, 3 of 100"):
-        files.read_csv(SAMPLE_CSV)
-    read = files.read_csv(SAMPLE_CSV, raw=True)
+        formats.read_csv(SAMPLE_CSV)
+    read = formats.read_csv(SAMPLE_CSV, raw=True)
     assert read.values == (1, 100, 2, 4, 5)
     assert read.header == HEADER
 
@@ -103,11 +103,11 @@ def test_sample_csv_is_truncated():
 def test_csv_round_trip(tmp_path):
     path = tmp_path / "line.csv"
     counts = [0, 5, -7, 32767, 0]
-    files.write_csv(path, counts)
+    formats.write_csv(path, counts)
     assert path.read_bytes() == b"     0\r\n     5\r\n    -7\r\n 32767\r\n     0\r\n"
-    assert list(files.read_csv(path).values) == counts
-    files.write_csv(path, counts, HEADER)
-    read = files.read_csv(path)
+    assert list(formats.read_csv(path).values) == counts
+    formats.write_csv(path, counts, HEADER)
+    read = formats.read_csv(path)
     assert list(read.values) == counts and read.header == HEADER
     assert path.read_bytes().startswith(SAMPLE_CSV.read_bytes()[:168])
 
@@ -134,16 +134,16 @@ def test_csv_round_trip(tmp_path):
 )
 def test_bad_csv_is_refused(put, data, message):
     with pytest.raises(UserError) as caught:
-        files.read_csv(put(data, "x.csv"))
+        formats.read_csv(put(data, "x.csv"))
     assert message in str(caught.value)
 
 
 def test_csv_with_lf_is_noted(put):
-    read = files.read_csv(put(b"     1\n     2\n"))
+    read = formats.read_csv(put(b"     1\n     2\n"))
     assert read.values == (1, 2) and "LF" in read.notes[0]
 
 
 def test_value_too_wide_to_write(tmp_path):
     with pytest.raises(UserError, match="6 columns"):
-        files.write_csv(tmp_path / "x.csv", [1_000_000])
+        formats.write_csv(tmp_path / "x.csv", [1_000_000])
     assert not list(tmp_path.iterdir())

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: MIT
+"""CSB: the binary twin of a CSV, by a layout of our own.
+
+```
+ offset    bytes  what
+ 0         4      "CSB1"
+ 4         4      h, uint32: length of the header text, 168 or 0
+ 8         h      the four lines of a CSV header, 40 characters and CR LF each
+ 8 + h     4 n    n rows of the data, int32 each: what the CSV has a record each for
+ 8 + h+4n  4      CRC-32 (as in zip) of all bytes before it, uint32
+```
+
+All numbers are little-endian. n follows from the length of the file.
+"""
+
+import struct
+import zlib
+from dataclasses import replace
+
+from pixstep.errors import UserError
+from pixstep.formats import header as head
+from pixstep.formats import motion
+from pixstep.formats.findings import Findings, shown, shown_path
+from pixstep.formats.motion import MotionFile
+
+MAGIC = b"CSB1"
+_LENGTH_AT = 4
+_TEXT_AT = 8
+_CRC_BYTES = 4
+_ROW_BYTES = 4
+_LINE_BYTES = head.WIDTH + 2
+_TEXT_BYTES = head.LINES * _LINE_BYTES
+_SMALLEST = -(2**31)
+_LARGEST = 2**31 - 1
+
+
+def parse_csb(data: bytes, findings: Findings, *, raw: bool = False) -> MotionFile | None:
+    """Read a CSB; the result is right only if nothing is refused. Columns are bytes from 1."""
+    length = _check_frame(data, findings)
+    if length is None:
+        return None
+    header, before = None, len(findings.found)
+    if length:
+        header = _parse_text(data[_TEXT_AT : _TEXT_AT + length], findings)
+    if findings.refused_since(before):
+        return None
+    start = _TEXT_AT + length
+    rows = [row for (row,) in struct.iter_unpack("<i", data[start:-_CRC_BYTES])]
+    return _make(rows, header, raw, start, findings)
+
+
+def encode_csb(file: MotionFile, path: object) -> bytes:
+    """Return the bytes of a CSB. Raises UserError for a value or a header that does not fit."""
+    text = b""
+    if file.header:
+        head.check_header(file.header, path)
+        text = "".join(f"{row}\r\n" for row in file.header.rows).encode("ascii")
+    rows = file.rows
+    for number, value in enumerate(rows):
+        if not _SMALLEST <= value <= _LARGEST:
+            column = _TEXT_AT + len(text) + _ROW_BYTES * number + 1
+            raise UserError(f"{shown_path(path)}:1:{column}: value {value} does not fit 32 bits")
+    body = MAGIC + struct.pack("<I", len(text)) + text + struct.pack(f"<{len(rows)}i", *rows)
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def _check_frame(data: bytes, findings: Findings) -> int | None:
+    """Check magic, lengths and CRC; return the length of the header text, None if refused."""
+    if not data.startswith(MAGIC):
+        findings.error("magic", 1, 1, f"{shown(data[:4])} is not the magic {shown(MAGIC)}")
+        return None
+    if len(data) < _TEXT_AT + _CRC_BYTES:
+        message = f"truncated: {len(data)} bytes, a CSB has at least {_TEXT_AT + _CRC_BYTES}"
+        findings.error("truncated", 1, len(data) + 1, message)
+        return None
+    stored, crc = struct.unpack("<I", data[-_CRC_BYTES:])[0], zlib.crc32(data[:-_CRC_BYTES])
+    if stored != crc:
+        message = f"CRC-32 0x{stored:08X}, 0x{crc:08X} computed: the file is damaged or cut short"
+        findings.error("crc", 1, len(data) - _CRC_BYTES + 1, message)
+        return None
+    (length,) = struct.unpack_from("<I", data, _LENGTH_AT)
+    if length not in (0, _TEXT_BYTES):
+        message = f"header text of {length} bytes, 0 or {_TEXT_BYTES} expected"
+        findings.error("header_length", 1, _LENGTH_AT + 1, message)
+        return None
+    rest = len(data) - _TEXT_AT - length - _CRC_BYTES
+    if rest < 0 or rest % _ROW_BYTES:
+        message = f"{max(rest, 0)} bytes of data are no whole number of {_ROW_BYTES}-byte values"
+        findings.error("truncated", 1, min(len(data), _TEXT_AT + length) + 1, message)
+        return None
+    return length
+
+
+def _parse_text(text: bytes, findings: Findings) -> head.ProfileHeader | None:
+    """Read the header text."""
+    lines = [text[at : at + _LINE_BYTES] for at in range(0, _TEXT_BYTES, _LINE_BYTES)]
+    placed = findings.placed(_header_place)
+    for number, line in enumerate(lines, 1):
+        if line[head.WIDTH :] != b"\r\n":
+            message = f"{shown(line[head.WIDTH :])} after a header line, CR LF expected"
+            placed.error("line_end", number, head.WIDTH + 1, message)
+    return head.parse_header([line[: head.WIDTH] for line in lines], placed)
+
+
+def _header_place(line: int, column: int) -> tuple[int, int]:
+    """Map a place in the header's text to the byte of the file."""
+    return 1, _TEXT_AT + (line - 1) * _LINE_BYTES + column
+
+
+def _make(
+    rows: list[int], header: head.ProfileHeader | None, raw: bool, start: int, findings: Findings
+) -> MotionFile | None:
+    """Return the lines of rows, every finding at its byte."""
+
+    def place(line: int, column: int) -> tuple[int, int]:
+        return _header_place(line, column) if line else (1, column)
+
+    made = motion.make_file(
+        rows,
+        header,
+        raw=raw,
+        place=lambda row: (0, start + _ROW_BYTES * row + 1),
+        findings=findings.placed(place),
+    )
+    return made and replace(made, kind=motion.CSB_KIND)

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""A text file as records: its bytes, its line ends, and the same bytes again."""
+
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pixstep.errors import UserError
+from pixstep.formats.findings import Findings, shown, shown_path
+
+MAX_BYTES = 16 * 1024 * 1024  # two million values; the longest real files have thousands
+
+CRLF = "\r\n"
+LF = "\n"
+
+
+@dataclass(frozen=True)
+class LineEnds:
+    """How the records of a file end; all that its text does not say.
+
+    `usual` ends every record but those numbered (from 1) in `others`, which end with the other one
+    of CR LF and LF, and the last, which ends with `last`: also "" or, cut in two, "\\r".
+    """
+
+    usual: str = CRLF
+    others: frozenset[int] = frozenset()
+    last: str = CRLF
+
+    @property
+    def words(self) -> str:
+        """Name them for a person."""
+        name = {CRLF: "CR LF", LF: "LF"}
+        text = name[self.usual]
+        if self.others:
+            other = name[LF if self.usual == CRLF else CRLF]
+            text += f", {len(self.others)} records {other}"
+        if self.last not in name:
+            text += ", no newline at the end"
+        return text
+
+
+def load(path: Path) -> bytes:
+    """Return the bytes of a file. Raises UserError: unreadable, empty, larger than MAX_BYTES."""
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"{shown_path(path)}: {reason}") from None
+    if not data:
+        raise UserError(f"{shown_path(path)}:1:1: the file is empty")
+    if len(data) > MAX_BYTES:
+        raise UserError(
+            f"{shown_path(path)}:1:1: larger than {MAX_BYTES} bytes (16 MiB): no profile or line "
+            "file is so large"
+        )
+    return data
+
+
+def records(data: bytes) -> Iterator[bytes]:
+    """Yield the records without their line ends."""
+    for line in io.BytesIO(data):
+        if line.endswith(b"\r\n"):
+            yield line[:-2]
+        elif line.endswith((b"\n", b"\r")):
+            yield line[:-1]
+        else:
+            yield line
+
+
+def line_ends(data: bytes) -> LineEnds:
+    """Return how the records of a file end."""
+    last = next((end for end in ("\r\n", "\n", "\r") if data.endswith(end.encode())), "")
+    lf_all, crlf = data.count(b"\n"), data.count(b"\r\n")
+    if lf_all == crlf:
+        return LineEnds(CRLF, last=last)
+    if crlf == 0:
+        return LineEnds(LF, last=last)
+    usual = CRLF if 2 * crlf >= lf_all else LF
+    ends = (line.endswith(b"\r\n") for line in io.BytesIO(data) if line.endswith(b"\n"))
+    others = [number for number, has_cr in enumerate(ends, 1) if has_cr != (usual == CRLF)]
+    total = lf_all + (last not in (CRLF, LF))
+    return LineEnds(usual, frozenset(number for number in others if number != total), last)
+
+
+def check_line_ends(data: bytes, findings: Findings) -> None:
+    """Find the two quirks of line ends, each once, at the first record that has it."""
+    bare = data.count(b"\n") - data.count(b"\r\n")
+    if bare:
+        number, record = _first_with_lf(data)
+        findings.quirk(
+            "line_end",
+            findings.rules.line_ends,
+            (number, len(record) + 1),
+            (
+                f"{bare} records end with LF instead of CR LF",
+                f"{shown(record)} ends with LF, CR LF expected ({bare} records do)",
+            ),
+        )
+    if not data.endswith(b"\n"):
+        number, start = data.count(b"\n") + 1, data.rfind(b"\n") + 1
+        record = data[start:]
+        findings.quirk(
+            "no_final_newline",
+            findings.rules.line_ends,
+            (number, len(record) + 1),
+            (
+                f"no newline after the last record {shown(record)}",
+                f"{shown(record)} has no CR LF after it",
+            ),
+        )
+
+
+def _first_with_lf(data: bytes) -> tuple[int, bytes]:
+    """Return the number and text of the first record that ends with LF alone."""
+    for number, line in enumerate(io.BytesIO(data), 1):
+        if not line.endswith(b"\r\n"):
+            return number, line[:-1]
+    raise AssertionError("no record ends with LF")
+
+
+def join(texts: Sequence[str], ends: LineEnds) -> bytes:
+    """Return the bytes of records with their line ends."""
+    if not ends.others:
+        return (ends.usual.join(texts) + ends.last).encode("ascii")
+    other = LF if ends.usual == CRLF else CRLF
+    parts = [
+        text + (other if number in ends.others else ends.usual)
+        for number, text in enumerate(texts[:-1], 1)
+    ]
+    return "".join([*parts, texts[-1], ends.last]).encode("ascii")
