@@ -71,8 +71,10 @@ def _delete(data: bytes, chance: random.Random) -> bytes:
 
 def _flip(data: bytes, chance: random.Random) -> bytes:
     at = chance.randrange(len(data) or 1)
-    return data[:at] + bytes(byte ^ 1 << chance.randrange(8) for byte in data[at : at + 1]) + (
-        data[at + 1 :]
+    return (
+        data[:at]
+        + bytes(byte ^ 1 << chance.randrange(8) for byte in data[at : at + 1])
+        + (data[at + 1 :])
     )
 
 

@@ -74,7 +74,7 @@ def _lines(
     if not rows:
         return None
     if not header or raw:
-        good = not header or _announced_lines(header) > 0 and _above_zero(header)
+        good = not header or (_announced_lines(header) > 0 and _above_zero(header))
         return Content(kind, header, ((len(rows), tuple(rows)),)) if good else None
     lines, rest = [], list(reversed(rows))
     while rest:

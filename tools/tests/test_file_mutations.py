@@ -134,7 +134,9 @@ def test_commands_refuse_in_one_line(tmp_path, monkeypatch):
     for _, data in mutants(600, seed=2):
         (tmp_path / "damaged").write_bytes(data)
         strict = reference_reader.read(data)
-        readable = strict or any(reference_reader.read(data, lenient=True, raw=raw) for raw in (0, 1))
+        readable = strict or any(
+            reference_reader.read(data, lenient=True, raw=raw) for raw in (0, 1)
+        )
         expected = {"convert damaged out.csv --force --plain --drop-header": strict is None}
         expected["info damaged"] = not readable
         expected["info damaged --json"] = not readable

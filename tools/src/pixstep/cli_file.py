@@ -15,7 +15,7 @@ from pixstep.formats.convert import HeaderChanges, Request
 from pixstep.formats.convert import convert as converted
 from pixstep.formats.describe import describe, table
 from pixstep.formats.examine import NAMES, Examined, check_name, examine
-from pixstep.formats.findings import ERROR, LENIENT, STRICT, Finding, shown_path
+from pixstep.formats.findings import LENIENT, STRICT, Finding, shown_path
 from pixstep.formats.recognise import KINDS
 
 _VERDICTS = ("fine", "accepted with notes", "refused")

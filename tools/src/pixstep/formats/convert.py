@@ -10,7 +10,7 @@ from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import Block, MotionFile
 from pixstep.formats.prn import KIND as PRN_KIND
 from pixstep.formats.prn import PrnFile
-from pixstep.formats.records import LineEnds
+from pixstep.formats.records import REGULAR, LineEnds
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def _chosen(file: MotionFile, request: Request) -> MotionFile:
 
 def _to_motion(file: MotionFile, request: Request) -> tuple[MotionFile, tuple[str, ...]]:
     """Return a CSV or CSB with the header asked for."""
-    made = replace(file, kind=request.to, ends=LineEnds(), notes=())
+    made = replace(file, kind=request.to, ends=REGULAR, notes=())
     if request.drop_header:
         return _without_header(made, "--drop-header")
     if not request.changes.given:
@@ -134,4 +134,4 @@ def _new_header(changes: HeaderChanges) -> ProfileHeader:
 
 def _ends_note(ends: LineEnds) -> tuple[str, ...]:
     """Say that line ends become regular ones."""
-    return () if ends == LineEnds() else (f"line ends were {ends.words}",)
+    return () if ends == REGULAR else (f"line ends were {ends.words}",)

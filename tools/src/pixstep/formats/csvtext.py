@@ -32,8 +32,9 @@ def parse_csv(data: bytes, findings: Findings, *, raw: bool = False) -> MotionFi
         return None
 
     def place(row: int) -> tuple[int, int]:
-        column = numbers.CSV.column(values[row]) if row < len(values) else 1
-        return first + row, column
+        if not values:
+            return head.LINES, head.WIDTH + 1
+        return first + row, numbers.CSV.column(values[row])
 
     made = motion.make_file(values, header, raw=raw, place=place, findings=findings)
     return made and replace(made, ends=records.line_ends(data))

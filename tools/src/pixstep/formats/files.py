@@ -81,9 +81,7 @@ def encode(file: PrnFile | MotionFile, path: object = "file") -> bytes:
     return (csb.encode_csb if file.kind == CSB_KIND else csvtext.encode_csv)(file, path)
 
 
-def _read(
-    path: Path, kinds: tuple[str, ...], raw: bool, lenient: bool, strict: bool
-) -> MotionFile:
+def _read(path: Path, kinds: tuple[str, ...], raw: bool, lenient: bool, strict: bool) -> MotionFile:
     rules = LENIENT if lenient else STRICT if strict else _EDITED
     return examine(path, rules, raw=raw, kinds=kinds).required()
 

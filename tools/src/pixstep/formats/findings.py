@@ -120,7 +120,7 @@ def shown(text: bytes | str) -> str:
         text = text.decode("latin-1")
     if len(text) <= _SHOWN_BYTES:
         return ascii(text)
-    return f"{ascii(text[:_SHOWN_BYTES])}... ({len(text)} bytes)"
+    return f"{text[:_SHOWN_BYTES]!a}... ({len(text)} bytes)"
 
 
 def shown_path(path: Path | str) -> str:

@@ -198,5 +198,7 @@ def _check_date(header: ProfileHeader, findings: Findings) -> None:
 
 
 def _complain(field: Field, name: str, message: str, rows: Sequence[str], findings: Findings):
-    """Add an error at the first column of a field, with the text that is there."""
-    findings.error(name, field.line, field.start + 1, f"{shown(field.of(rows))}: {message}")
+    """Add an error at the first character of a field that is not blank, with its text."""
+    text = field.of(rows)
+    blanks = len(text) - len(text.lstrip(" ")) if text.strip(" ") else 0
+    findings.error(name, field.line, field.start + blanks + 1, f"{shown(text)}: {message}")

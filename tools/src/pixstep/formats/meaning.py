@@ -26,10 +26,7 @@ FIELDS = {
 
 def header_fields(header: ProfileHeader) -> dict[str, str | int]:
     """Return the fields of a header by the names of FIELDS."""
-    found = (
-        header.timestamp, header.name, header.lines, header.haps, header.lead_in_px, header.pixel_hz,
-    )  # fmt: skip
-    return dict(zip(FIELDS, found, strict=True))
+    return dict(zip(FIELDS, vars(header).values(), strict=True))
 
 
 def smooth_steps(speeds: tuple[int, ...]) -> int | None:

@@ -13,7 +13,7 @@ from pixstep.errors import UserError
 from pixstep.formats import header as head
 from pixstep.formats.findings import Findings, shown_path
 from pixstep.formats.header import ProfileHeader
-from pixstep.formats.records import LineEnds
+from pixstep.formats.records import REGULAR, LineEnds
 
 CSV_KIND = "csv"
 CSB_KIND = "csb"
@@ -46,7 +46,7 @@ class MotionFile:
     header: ProfileHeader | None = None
     reading: str = BARE
     kind: str = CSV_KIND
-    ends: LineEnds = LineEnds()
+    ends: LineEnds = REGULAR
     notes: tuple[str, ...] = ()
     path: str = CSV_KIND
 
@@ -97,7 +97,7 @@ def make_file(
 ) -> MotionFile | None:
     """Return the lines that rows stand for; None if they are refused. `place`: row to position."""
     if not rows:
-        findings.error("no_values", *place(0), "no values")
+        findings.error("no_values", *place(0), "no values after the header")
         return None
     if header is None or raw:
         blocks = (Block(tuple(rows), len(rows)),)
@@ -157,9 +157,7 @@ def _block(
         text = f"truncated, {len(values)} of {declared} values"
         hint = f"{text} of line {number} (--raw takes every row as a value)"
         tolerated = findings.rules.truncated and bool(values)
-        findings.quirk(
-            "truncated", tolerated, place(start + 1), (f"{text} of line {number}", hint)
-        )
+        findings.quirk("truncated", tolerated, place(start + 1), (f"{text} of line {number}", hint))
         if not values:
             return None
     return Block(tuple(values), declared)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pixstep.formats import numbers, records
 from pixstep.formats.findings import Findings
-from pixstep.formats.records import LineEnds
+from pixstep.formats.records import REGULAR, LineEnds
 
 KIND = "prn"
 
@@ -20,7 +20,7 @@ class PrnFile:
     """
 
     values: tuple[int, ...]
-    ends: LineEnds = LineEnds()
+    ends: LineEnds = REGULAR
     notes: tuple[str, ...] = ()
 
     kind = KIND

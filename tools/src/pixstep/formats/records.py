@@ -40,6 +40,9 @@ class LineEnds:
         return text
 
 
+REGULAR = LineEnds()  # what every writer makes
+
+
 def load(path: Path) -> bytes:
     """Return the bytes of a file. Raises UserError: unreadable, empty, larger than MAX_BYTES."""
     try:
