@@ -48,8 +48,7 @@ _LABELS = (
 )
 _BLANKS = (Field(1, 0, 16), Field(3, 11, 14), Field(3, 23, 27))
 _NUMBERS = (Field(3, 6, 11, "Lines"), Field(3, 19, 23, "HAPs"), Field(3, 34, 40, "LeadIn"))
-LINES_COLUMN = _NUMBERS[0].start + 1
-HAPS_COLUMN = _NUMBERS[1].start + 1
+_LINES, _HAPS, _LEAD_IN = _NUMBERS
 _TIMESTAMP = Field(1, 16, 40)
 _NAME = Field(2, 20, 40)
 _FREQUENCY = Field(4, 15, 40)
@@ -70,6 +69,16 @@ class ProfileHeader:
     def frequency(self) -> Fraction:
         """The pixel frequency in Hz, exactly as written."""
         return Fraction(self.pixel_hz)
+
+    @property
+    def lines_place(self) -> tuple[int, int]:
+        """Line and column where the number of lines is written."""
+        return _LINES.line, _LINES.end - len(str(self.lines)) + 1
+
+    @property
+    def haps_place(self) -> tuple[int, int]:
+        """Line and column where HAPs is written."""
+        return _HAPS.line, _HAPS.end - len(str(self.haps)) + 1
 
     @property
     def rows(self) -> list[str]:
@@ -169,8 +178,8 @@ def _check_fields(rows: Sequence[str], findings: Findings) -> None:
     if not _CTIME.fullmatch(_TIMESTAMP.of(rows)):
         message = "expected a ctime text in columns 17 to 40"
         _complain(_TIMESTAMP, "timestamp", message, rows, findings)
-    if _NUMBERS[0].of(rows).strip(" ") == "0":
-        _complain(_NUMBERS[0], "lines", "at least 1 line is expected", rows, findings)
+    if _LINES.of(rows).strip(" ") == "0":
+        _complain(_LINES, "lines", "at least 1 line is expected", rows, findings)
 
 
 def _check_frequency(rows: Sequence[str], findings: Findings) -> None:

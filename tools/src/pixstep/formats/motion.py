@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from pixstep.errors import UserError
-from pixstep.formats import header as head
 from pixstep.formats.findings import Findings, shown_path
 from pixstep.formats.header import ProfileHeader
 from pixstep.formats.records import REGULAR, LineEnds
@@ -68,7 +67,8 @@ class MotionFile:
     def line(self, number: int | None = None) -> Block:
         """Return a line by its number from 1; None stands for the only one there is."""
         count = len(self.blocks)
-        where = f"{shown_path(self.path)}:{3 if self.header else 1}:{7 if self.header else 1}"
+        line, column = self.header.lines_place if self.header else (1, 1)
+        where = f"{shown_path(self.path)}:{line}:{column}"
         if number is None and count > 1:
             raise UserError(f"{where}: holds {count} lines: choose one by --line 1..{count}")
         if not 1 <= (number or 1) <= count:
@@ -97,7 +97,7 @@ def make_file(
 ) -> MotionFile | None:
     """Return the lines that rows stand for; None if they are refused. `place`: row to position."""
     if not rows:
-        findings.error("no_values", *place(0), "no values after the header")
+        findings.error("no_values", *place(0), "no values")
         return None
     if header is None or raw:
         blocks = (Block(tuple(rows), len(rows)),)
@@ -130,8 +130,8 @@ def _blocks(
         _surplus(len(rows) - start, header, blocks[-1], place(start), findings)
     elif len(blocks) < header.lines:
         missing = f"truncated, {len(blocks)} of {header.lines} lines"
-        field = (3, head.LINES_COLUMN)
-        findings.quirk("truncated", findings.rules.truncated, field, (missing, missing))
+        tolerated = findings.rules.truncated
+        findings.quirk("truncated", tolerated, header.lines_place, (missing, missing))
     return tuple(blocks)
 
 
@@ -179,4 +179,4 @@ def _check_haps(header: ProfileHeader, blocks: tuple[Block, ...], findings: Find
     fewest = min(len(block.values) for block in blocks)
     if header.haps > fewest:
         message = f"HAPs {header.haps} are more than the {fewest} values of a line"
-        findings.warning("haps", 3, head.HAPS_COLUMN, message)
+        findings.warning("haps", *header.haps_place, message)
