@@ -103,12 +103,10 @@ def convert(source: Path, target: Path, to, lenient: bool, raw: bool, force: boo
     if target.exists() and not force:
         raise UserError(f"{shown_path(target)}: is there already (--force replaces it)")
     read = _read(source, lenient, raw)
-    say(read.notes)
     made, notes = _converted(source, read, kind, options)
     data = formats.encode(made, target)
     atomic.write_bytes(target, data)
-    for note in notes:
-        click.echo(f"note: {shown_path(source)}: {note}", err=True)
+    say([*read.notes, *(f"{shown_path(source)}: {note}" for note in notes)])
     lines = [made.values] if kind == prn.KIND else [block.values for block in made.blocks]
     count = f"{len(lines)} lines, " if len(lines) > 1 else ""
     values = sum(len(values) for values in lines)
@@ -169,8 +167,6 @@ def _read(source: Path, lenient: bool, raw: bool) -> formats.PrnFile | formats.M
 def _converted(source: Path, read, kind: str, options: dict) -> tuple:
     """Convert; a refusal names the input."""
     hz = options["pixel_hz"]
-    if hz is not None and Fraction(formats.hz_text(hz)) != hz:
-        say([f"pixel frequency {hz} Hz is written as {formats.hz_text(hz)}"])
     changes = HeaderChanges(
         name=options["name"],
         haps=options["haps"],
@@ -179,8 +175,12 @@ def _converted(source: Path, read, kind: str, options: dict) -> tuple:
         timestamp=options["date"],
     )
     request = Request(kind, options["line"], options["plain"], options["drop_header"], changes)
+    rounded = ()
+    if hz is not None and Fraction(changes.pixel_hz) != hz:
+        rounded = (f"pixel frequency {hz} Hz is written as {changes.pixel_hz}",)
     try:
-        return converted(read, request)
+        made, notes = converted(read, request)
+        return made, notes + rounded
     except UserError as error:
         if str(error).startswith(shown_path(source)):
             raise

@@ -73,9 +73,10 @@ def load_line(
     `number` chooses a line, from 1; without it the file must hold only one.
     """
     read = formats.read_motion(path, raw=raw)
+    chosen = read.line(number)
     say(read.notes)
     name = str(path) if number is None else f"{path} line {number}"
-    return Line(read.line(number).values, decode, backlash, negative, name=name)
+    return Line(chosen.values, decode, backlash, negative, name=name)
 
 
 def say(notes) -> None:

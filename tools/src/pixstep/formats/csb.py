@@ -25,11 +25,10 @@ from pixstep.formats.motion import MotionFile
 
 MAGIC = b"CSB1"
 _LENGTH_AT = 4
-_TEXT_AT = 8
+_TEXT_AT = head.CSB_TEXT_AT
 _CRC_BYTES = 4
 _ROW_BYTES = 4
-_LINE_BYTES = head.WIDTH + 2
-_TEXT_BYTES = head.LINES * _LINE_BYTES
+_TEXT_BYTES = head.LINES * head.LINE_BYTES
 _SMALLEST = -(2**31)
 _LARGEST = 2**31 - 1
 
@@ -93,18 +92,13 @@ def _check_frame(data: bytes, findings: Findings) -> int | None:
 
 def _parse_text(text: bytes, findings: Findings) -> head.ProfileHeader | None:
     """Read the header text."""
-    lines = [text[at : at + _LINE_BYTES] for at in range(0, _TEXT_BYTES, _LINE_BYTES)]
-    placed = findings.placed(_header_place)
+    lines = [text[at : at + head.LINE_BYTES] for at in range(0, _TEXT_BYTES, head.LINE_BYTES)]
+    placed = findings.placed(head.place_in_csb)
     for number, line in enumerate(lines, 1):
         if line[head.WIDTH :] != b"\r\n":
             message = f"{shown(line[head.WIDTH :])} after a header line, CR LF expected"
             placed.error("line_end", number, head.WIDTH + 1, message)
     return head.parse_header([line[: head.WIDTH] for line in lines], placed)
-
-
-def _header_place(line: int, column: int) -> tuple[int, int]:
-    """Map a place in the header's text to the byte of the file."""
-    return 1, _TEXT_AT + (line - 1) * _LINE_BYTES + column
 
 
 def _make(
@@ -113,7 +107,7 @@ def _make(
     """Return the lines of rows, every finding at its byte."""
 
     def place(line: int, column: int) -> tuple[int, int]:
-        return _header_place(line, column) if line else (1, column)
+        return head.place_in_csb(line, column) if line else (1, column)
 
     made = motion.make_file(
         rows,

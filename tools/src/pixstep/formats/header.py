@@ -25,6 +25,15 @@ _HZ = re.compile(r"[0-9]+(\.[0-9]+)?")
 _NUMBER = re.compile(r" *(?:0|[1-9][0-9]*)")
 
 
+LINE_BYTES = WIDTH + 2  # with CR LF
+CSB_TEXT_AT = 8  # where a CSB holds the four lines
+
+
+def place_in_csb(line: int, column: int) -> tuple[int, int]:
+    """Map a place in the header to the byte of a CSB: line 1, the byte's number from 1."""
+    return 1, CSB_TEXT_AT + (line - 1) * LINE_BYTES + column
+
+
 @dataclass(frozen=True)
 class Field:
     """Columns of a header line, `start` counted from 0: a label, a number, or blanks."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from pixstep.errors import UserError
 from pixstep.formats.findings import Findings, shown_path
-from pixstep.formats.header import ProfileHeader
+from pixstep.formats.header import ProfileHeader, place_in_csb
 from pixstep.formats.records import REGULAR, LineEnds
 
 CSV_KIND = "csv"
@@ -47,7 +47,7 @@ class MotionFile:
     kind: str = CSV_KIND
     ends: LineEnds = REGULAR
     notes: tuple[str, ...] = ()
-    path: str = CSV_KIND
+    path: str = "file"
 
     @property
     def values(self) -> tuple[int, ...]:
@@ -68,6 +68,8 @@ class MotionFile:
         """Return a line by its number from 1; None stands for the only one there is."""
         count = len(self.blocks)
         line, column = self.header.lines_place if self.header else (1, 1)
+        if self.kind == CSB_KIND and self.header:
+            line, column = place_in_csb(line, column)
         where = f"{shown_path(self.path)}:{line}:{column}"
         if number is None and count > 1:
             raise UserError(f"{where}: holds {count} lines: choose one by --line 1..{count}")
