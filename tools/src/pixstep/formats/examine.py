@@ -40,8 +40,18 @@ def examine(
 
     Raises UserError only for a file that cannot be loaded: unreadable, empty, too large.
     """
-    path = Path(path)
-    data = records.load(path)
+    return examine_bytes(Path(path), records.load(path), rules, raw=raw, kinds=kinds)
+
+
+def examine_bytes(
+    path: Path,
+    data: bytes,
+    rules: Rules = STRICT,
+    *,
+    raw: bool = False,
+    kinds: tuple[str, ...] = KINDS,
+) -> Examined:
+    """Do what `examine` does with bytes that are loaded already and are not empty."""
     found = recognise(data)
     findings = Findings(rules)
     file = None
