@@ -42,7 +42,7 @@ def test_info_says_what_is_in_the_sample(pixstep):
     lines = pixstep("file", "info", SAMPLE_CSV).stdout.splitlines()
     facts = {line[:18].strip(): line[19:] for line in lines[1:]}
     assert lines[0] == str(SAMPLE_CSV)
-    assert facts["format"].startswith("CSV profile: its first line is 40 columns wide")
+    assert facts["format"].startswith("CSV file: its first line is 40 columns wide")
     assert facts["line ends"] == "CR LF"
     assert facts["name"] == "4editing1n (profile name)"
     assert facts["HAPs"].startswith("10 (homing acceleration pixels")
@@ -73,16 +73,16 @@ def test_check_prints_every_finding_in_order(pixstep, tmp_path):
     (tmp_path / "x.csv").write_bytes(data.replace(b"   100\r\n", b"   100\n"))
     assert pixstep("file", "check", "x.csv", status=2).stdout.splitlines() == [
         "x.csv:3:15: error: 'Haps:': expected 'HAPs:' at column 15",
-        "x.csv:6:7: error: '   100' ends with LF, CR LF expected (1 records do)",
+        "x.csv:6:7: error: '   100' ends with LF, CR LF expected (1 of 9 records)",
         "x.csv:8:5: error: '   4.0' is not an integer right-aligned in 6 columns",
-        "x.csv: refused: CSV profile",
+        "x.csv: refused: CSV file",
     ]
 
 
 def test_check_statuses_and_hint(pixstep):
-    assert pixstep("file", "check", MPOS).stdout == f"{MPOS}: fine: CSV profile\n"
+    assert pixstep("file", "check", MPOS).stdout == f"{MPOS}: fine: CSV file\n"
     output = pixstep("file", "check", SAMPLE_CSV, status=2).stdout
-    assert output.endswith("refused: CSV profile (--lenient accepts it)\n")
+    assert output.endswith("refused: CSV file (--lenient accepts it)\n")
     output = pixstep("file", "check", SAMPLE_CSV, "--lenient", status=1).stdout
     assert "6:4: note: truncated, 3 of 100" in output and "accepted with notes" in output
     pixstep("file", "check", "nowhere.csv", status=2)
@@ -225,7 +225,7 @@ def test_sim_takes_a_line_number_for_each_file(pixstep, many):
 
 def test_a_profile_is_no_line(pixstep):
     output = pixstep("line", "check", PRN, "--decode", "smooth", status=2).stderr
-    assert "looks like a PRN profile, not like a CSV profile or CSB file" in output
+    assert "looks like a PRN profile, not like a CSV file or CSB file" in output
 
 
 def test_the_real_command_refuses_in_one_line(tmp_path):

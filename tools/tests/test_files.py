@@ -171,7 +171,7 @@ def damaged(old: bytes, new: bytes) -> bytes:
         (SAMPLE_CSV.read_bytes()[:168], ":4:41: no values"),
         (SAMPLE_CSV.read_bytes()[:176], ":5:6: truncated: line number 1 without its number of"),
         (SAMPLE_CSV.read_bytes()[:184], ":6:4: truncated, 0 of 100 values of line 1"),
-        (damaged(b"   100\r", b"     2\r"), ":9:6: 1 rows more than the 2 values announced"),
+        (damaged(b"   100\r", b"     2\r"), ":9:6: 1 row more than the 2 values announced"),
         (damaged(b"   100\r", b"     0\r"), ":6:6: number of values 0, at least 1 expected"),
         (damaged(b"   100\r", b"    -3\r"), ":6:5: number of values -3, at least 1 expected"),
         (damaged(b"     1\r", b"     7\r"), ":5:6: line number 7, 1 expected"),

@@ -105,7 +105,7 @@ def test_1_3_prn_lenient_accepts_lf_and_a_missing_final_newline_and_says_so(put)
     values, notes = formats.read_prn(path, lenient=True)
     assert values == [8, 16]
     assert notes == [
-        f"{path}:1:9: 1 records end with LF instead of CR LF: accepted",
+        f"{path}:1:9: LF instead of CR LF after 1 record: accepted",
         f"{path}:2:9: no newline after the last record '      16': accepted",
     ]
     assert f"{path}:1:9: '       8' ends with LF, CR LF expected" in refusal(formats.read_prn, path)
@@ -370,7 +370,7 @@ def test_q4_haps_are_leading_entries_usable_in_homing(put):
     few = put(formats.encode(formats.of_lines([[4, 12], [4]], HEADER)))
     assert found(few) == [("haps", WARNING, 3, 23)]
     assert formats.read_motion(few).notes == (
-        f"{few}:3:23: HAPs 2 are more than the 1 values of a line",
+        f"{few}:3:23: HAPs 2 are more than the 1 value of a line",
     )
 
 

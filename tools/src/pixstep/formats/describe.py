@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pixstep.formats import meaning, motion
 from pixstep.formats.examine import NAMES, Examined, examine
-from pixstep.formats.findings import LENIENT
+from pixstep.formats.findings import LENIENT, counted
 from pixstep.formats.motion import Block, MotionFile
 from pixstep.formats.prn import PrnFile
 
@@ -113,7 +113,7 @@ def _other_readings(file: MotionFile, read: Examined, blocks_refused: str | None
         blocks = examine(read.path, LENIENT)
         if blocks.findings.refused:
             return [f"numbered blocks: refused: {blocks.findings.in_order()[0].text(read.path)}"]
-        return [f"numbered blocks: {len(blocks.required().blocks)} lines"]
+        return [f"numbered blocks: {counted(len(blocks.required().blocks), 'line')}"]
     if motion.could_be_blocks(file.rows):
         return [f"numbered block without its header: line 1 of {file.rows[1]} values"]
     return []
@@ -132,12 +132,12 @@ def _line_rows(lines: list[dict]) -> list[tuple[str, str]]:
 
 def _line_row(line: dict) -> tuple[str, str]:
     """Return the row of one line's figures."""
-    count = f"{line['values']} values"
+    count = counted(line["values"], "value")
     if line["values"] < line["announced"]:
         count = f"{line['values']} of {line['announced']} values (truncated)"
     extremes = f"{line['minimum']} to {line['maximum']}"
     if "steps" in line:
         return f"line {line['line']}", f"{count}, {extremes}, {line['steps']} steps"
     smooth = line["steps_smooth"]
-    made = "odd speeds, no smooth motor can" if smooth is None else f"smooth {smooth} steps"
-    return "entries", f"{count}, {extremes}; {made}, plain {line['steps_plain']} steps"
+    made = "odd speeds, for no smooth motor" if smooth is None else f"{smooth} steps if smooth"
+    return "entries", f"{count}, {extremes}; over all {made}, {line['steps_plain']} if plain"

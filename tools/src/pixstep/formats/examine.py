@@ -11,7 +11,8 @@ from pixstep.formats.prn import KIND as PRN_KIND
 from pixstep.formats.prn import PrnFile
 from pixstep.formats.recognise import KINDS, recognise
 
-NAMES = {PRN_KIND: "PRN profile", CSV_KIND: "CSV profile", CSB_KIND: "CSB file"}
+NAMES = {PRN_KIND: "PRN profile", CSV_KIND: "CSV file", CSB_KIND: "CSB file"}
+_LOOKS = {**NAMES, CSV_KIND: "CSV profile"}  # six columns, where eight are expected
 
 
 @dataclass(frozen=True)
@@ -100,11 +101,9 @@ def _refuse_kind(
     if kind is None:
         findings.error("kind", 1, 1, why)
         return
-    first = next(records.records(data))
     wanted = " or ".join(NAMES[name] for name in kinds)
-    findings.error(
-        "kind", 1, 1, f"{shown(first)} looks like a {NAMES[kind]}, not like a {wanted}: {why}"
-    )
+    message = f"{_beginning(data)} looks like a {_LOOKS[kind]}, not like a {wanted}: {why}"
+    findings.error("kind", 1, 1, message)
 
 
 def check_name(examined: Examined) -> None:
@@ -115,8 +114,12 @@ def check_name(examined: Examined) -> None:
     named = examined.path.suffix.lower().removeprefix(".")
     if named not in KINDS or examined.kind in (None, named):
         return
-    first = shown(next(records.records(examined.data)))
-    looks = f"{first} looks like a {NAMES[examined.kind]}, though the name ends in "
-    text = f"{looks}{shown(examined.path.suffix)}: {examined.why}"
+    looks = f"{_beginning(examined.data)} looks like a {_LOOKS[examined.kind]}"
+    text = f"{looks}, though the name ends in {shown(examined.path.suffix)}: {examined.why}"
     tolerated = examined.findings.rules.names and named != PRN_KIND
     examined.findings.quirk("name", tolerated, (1, 1), (text, text))
+
+
+def _beginning(data: bytes) -> str:
+    """Return the first record, or a CSB's magic, as it is quoted in a message."""
+    return shown(data[:4] if data.startswith(b"CSB") else next(records.records(data)))

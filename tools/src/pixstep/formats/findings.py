@@ -123,6 +123,11 @@ def shown(text: bytes | str) -> str:
     return f"{text[:_SHOWN_BYTES]!a}... ({len(text)} bytes)"
 
 
+def counted(number: int, what: str) -> str:
+    """Return a number of things: 1 row, 2 rows."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def shown_path(path: Path | str) -> str:
     """Return a path as it is; one that cannot be printed on a line, escaped."""
     text = str(path)

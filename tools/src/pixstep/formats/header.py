@@ -15,7 +15,8 @@ WIDTH = 40
 LINES = 4
 NAME_WIDTH = 20
 
-_DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
+_WEEK = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+_DAYS = tuple(day[:3] for day in _WEEK)
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _CTIME = re.compile(
     rf"({'|'.join(_DAYS)}) ({'|'.join(_MONTHS)}) "
@@ -211,7 +212,7 @@ def _check_date(header: ProfileHeader, findings: Findings) -> None:
         findings.warning("timestamp", 1, _TIMESTAMP.start + 1, message)
         return
     if _DAYS[date.weekday()] != day_name:
-        message = f"{shown(header.timestamp)}: that day was a {_DAYS[date.weekday()]}"
+        message = f"{shown(header.timestamp)}: that day was a {_WEEK[date.weekday()]}"
         findings.warning("timestamp", 1, _TIMESTAMP.start + 1, message)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from pixstep.errors import UserError
-from pixstep.formats.findings import Findings, shown_path
+from pixstep.formats.findings import Findings, counted, shown_path
 from pixstep.formats.header import ProfileHeader, place_in_csb
 from pixstep.formats.records import REGULAR, LineEnds
 
@@ -74,8 +74,7 @@ class MotionFile:
         if number is None and count > 1:
             raise UserError(f"{where}: holds {count} lines: choose one by --line 1..{count}")
         if not 1 <= (number or 1) <= count:
-            text = f"{count} line{'s' if count > 1 else ''}"
-            raise UserError(f"{where}: holds {text}, there is no line {number}")
+            raise UserError(f"{where}: holds {counted(count, 'line')}, there is no line {number}")
         return self.blocks[(number or 1) - 1]
 
 
@@ -170,8 +169,8 @@ def _surplus(
 ) -> None:
     """Refuse rows after the last announced line."""
     message = (
-        f"{rows_left} rows more than the {last.declared} values announced for line "
-        f"{header.lines}, the last by the header"
+        f"{counted(rows_left, 'row')} more than the {counted(last.declared, 'value')} announced "
+        f"for line {header.lines}, the last by the header"
     )
     findings.error("surplus", *where, message)
 
@@ -180,5 +179,5 @@ def _check_haps(header: ProfileHeader, blocks: tuple[Block, ...], findings: Find
     """Warn if more entries are usable in homing than there are."""
     fewest = min(len(block.values) for block in blocks)
     if header.haps > fewest:
-        message = f"HAPs {header.haps} are more than the {fewest} values of a line"
+        message = f"HAPs {header.haps} are more than the {counted(fewest, 'value')} of a line"
         findings.warning("haps", *header.haps_place, message)

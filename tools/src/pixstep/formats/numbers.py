@@ -134,9 +134,8 @@ def _not_number(text: bytes, columns: Columns) -> tuple[str, int, str]:
     body = text[start:]
     what = "an integer" if columns.signed else "an unsigned decimal integer"
     if body[:1] in b"+-" and not (columns.signed and body[:1] == b"-"):
-        sign = "only a minus sign is legal" if columns.signed else "values are unsigned"
-        message = f"{shown(text)} has a sign, {sign}: not {what} right-aligned in its columns"
-        return "sign", start + 1, message
+        reason = "only a minus sign is legal" if columns.signed else "values are unsigned"
+        return "sign", start + 1, f"{shown(text)} has a sign, {reason}"
     bad = re.search(rb"[^0-9]", body[1:] if body[:1] == b"-" else body)
     if bad:
         column = start + 1 + bad.start() + (body[:1] == b"-")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep.errors import UserError
-from pixstep.formats.findings import Findings, shown, shown_path
+from pixstep.formats.findings import Findings, counted, shown, shown_path
 
 MAX_BYTES = 16 * 1024 * 1024  # two million values; the longest real files have thousands
 
@@ -34,7 +34,7 @@ class LineEnds:
         text = name[self.usual]
         if self.others:
             other = name[LF if self.usual == CRLF else CRLF]
-            text += f", {len(self.others)} records {other}"
+            text += f", {other} after {counted(len(self.others), 'record')}"
         if self.last not in name:
             text += ", no newline at the end"
         return text
@@ -89,7 +89,8 @@ def line_ends(data: bytes) -> LineEnds:
 
 def check_line_ends(data: bytes, findings: Findings) -> None:
     """Find the two quirks of line ends, each once, at the first record that has it."""
-    bare = data.count(b"\n") - data.count(b"\r\n")
+    ends = data.count(b"\n")
+    bare = ends - data.count(b"\r\n")
     if bare:
         number, record = _first_with_lf(data)
         findings.quirk(
@@ -97,8 +98,8 @@ def check_line_ends(data: bytes, findings: Findings) -> None:
             findings.rules.line_ends,
             (number, len(record) + 1),
             (
-                f"{bare} records end with LF instead of CR LF",
-                f"{shown(record)} ends with LF, CR LF expected ({bare} records do)",
+                f"LF instead of CR LF after {counted(bare, 'record')}",
+                f"{shown(record)} ends with LF, CR LF expected ({bare} of {ends} records)",
             ),
         )
     if not data.endswith(b"\n"):
