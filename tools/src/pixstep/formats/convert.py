@@ -5,9 +5,8 @@ import time
 from dataclasses import dataclass, replace
 
 from pixstep.errors import UserError
-from pixstep.formats import motion
 from pixstep.formats.header import ProfileHeader
-from pixstep.formats.motion import Block, MotionFile
+from pixstep.formats.motion import BARE, BLOCKS, Block, MotionFile
 from pixstep.formats.prn import KIND as PRN_KIND
 from pixstep.formats.prn import PrnFile
 from pixstep.formats.records import REGULAR, LineEnds
@@ -100,7 +99,7 @@ def _to_motion(file: MotionFile, request: Request) -> tuple[MotionFile, tuple[st
         changed = ", ".join(request.changes.given)
         return replace(made, header=header), (f"header: {changed} changed",)
     header = _new_header(request.changes)
-    return replace(made, header=header, reading=motion.BLOCKS), (f"header {header.name!r} added",)
+    return replace(made, header=header, reading=BLOCKS), (f"header {header.name!r} added",)
 
 
 def _without_header(file: MotionFile, why: str) -> tuple[MotionFile, tuple[str, ...]]:
@@ -115,7 +114,7 @@ def _without_header(file: MotionFile, why: str) -> tuple[MotionFile, tuple[str, 
         announced = file.blocks[0].declared
         notes.append(f"{len(values)} values, that {announced} were announced is dropped with it")
     blocks = (Block(values, len(values)),)
-    return replace(file, header=None, reading=motion.BARE, blocks=blocks), tuple(notes)
+    return replace(file, header=None, reading=BARE, blocks=blocks), tuple(notes)
 
 
 def _new_header(changes: HeaderChanges) -> ProfileHeader:

@@ -18,17 +18,24 @@ import zlib
 from dataclasses import replace
 
 from pixstep.errors import UserError
-from pixstep.formats import header as head
-from pixstep.formats import motion
 from pixstep.formats.findings import Findings, shown, shown_path
-from pixstep.formats.motion import MotionFile
+from pixstep.formats.header import (
+    CSB_TEXT_AT,
+    HEADER_LINES,
+    HEADER_WIDTH,
+    LINE_BYTES,
+    ProfileHeader,
+    check_header,
+    parse_header,
+    place_in_csb,
+)
+from pixstep.formats.motion import CSB_KIND, MotionFile, make_file
 
 MAGIC = b"CSB1"
 _LENGTH_AT = 4
-_TEXT_AT = head.CSB_TEXT_AT
 _CRC_BYTES = 4
 _ROW_BYTES = 4
-_TEXT_BYTES = head.LINES * head.LINE_BYTES
+_TEXT_BYTES = HEADER_LINES * LINE_BYTES
 _SMALLEST = -(2**31)
 _LARGEST = 2**31 - 1
 
@@ -40,10 +47,10 @@ def parse_csb(data: bytes, findings: Findings, *, raw: bool = False) -> MotionFi
         return None
     header, before = None, len(findings.found)
     if length:
-        header = _parse_text(data[_TEXT_AT : _TEXT_AT + length], findings)
+        header = _parse_text(data[CSB_TEXT_AT : CSB_TEXT_AT + length], findings)
     if findings.refused_since(before):
         return None
-    start = _TEXT_AT + length
+    start = CSB_TEXT_AT + length
     rows = [row for (row,) in struct.iter_unpack("<i", data[start:-_CRC_BYTES])]
     return _make(rows, header, raw, start, findings)
 
@@ -52,12 +59,12 @@ def encode_csb(file: MotionFile, path: object) -> bytes:
     """Return the bytes of a CSB. Raises UserError for a value or a header that does not fit."""
     text = b""
     if file.header:
-        head.check_header(file.header, path)
+        check_header(file.header, path)
         text = "".join(f"{row}\r\n" for row in file.header.rows).encode("ascii")
     rows = file.rows
     for number, value in enumerate(rows):
         if not _SMALLEST <= value <= _LARGEST:
-            column = _TEXT_AT + len(text) + _ROW_BYTES * number + 1
+            column = CSB_TEXT_AT + len(text) + _ROW_BYTES * number + 1
             raise UserError(f"{shown_path(path)}:1:{column}: value {value} does not fit 32 bits")
     body = MAGIC + struct.pack("<I", len(text)) + text + struct.pack(f"<{len(rows)}i", *rows)
     return body + struct.pack("<I", zlib.crc32(body))
@@ -68,8 +75,8 @@ def _check_frame(data: bytes, findings: Findings) -> int | None:
     if not data.startswith(MAGIC):
         findings.error("magic", 1, 1, f"{shown(data[:4])} is not the magic {shown(MAGIC)}")
         return None
-    if len(data) < _TEXT_AT + _CRC_BYTES:
-        message = f"truncated: {len(data)} bytes, a CSB has at least {_TEXT_AT + _CRC_BYTES}"
+    if len(data) < CSB_TEXT_AT + _CRC_BYTES:
+        message = f"truncated: {len(data)} bytes, a CSB has at least {CSB_TEXT_AT + _CRC_BYTES}"
         findings.error("truncated", 1, len(data) + 1, message)
         return None
     stored, crc = struct.unpack("<I", data[-_CRC_BYTES:])[0], zlib.crc32(data[:-_CRC_BYTES])
@@ -82,38 +89,38 @@ def _check_frame(data: bytes, findings: Findings) -> int | None:
         message = f"header text of {length} bytes, 0 or {_TEXT_BYTES} expected"
         findings.error("header_length", 1, _LENGTH_AT + 1, message)
         return None
-    rest = len(data) - _TEXT_AT - length - _CRC_BYTES
+    rest = len(data) - CSB_TEXT_AT - length - _CRC_BYTES
     if rest < 0 or rest % _ROW_BYTES:
         message = f"{max(rest, 0)} bytes of data are no whole number of {_ROW_BYTES}-byte values"
-        findings.error("truncated", 1, min(len(data), _TEXT_AT + length) + 1, message)
+        findings.error("truncated", 1, min(len(data), CSB_TEXT_AT + length) + 1, message)
         return None
     return length
 
 
-def _parse_text(text: bytes, findings: Findings) -> head.ProfileHeader | None:
+def _parse_text(text: bytes, findings: Findings) -> ProfileHeader | None:
     """Read the header text."""
-    lines = [text[at : at + head.LINE_BYTES] for at in range(0, _TEXT_BYTES, head.LINE_BYTES)]
-    placed = findings.placed(head.place_in_csb)
+    lines = [text[at : at + LINE_BYTES] for at in range(0, _TEXT_BYTES, LINE_BYTES)]
+    placed = findings.placed(place_in_csb)
     for number, line in enumerate(lines, 1):
-        if line[head.WIDTH :] != b"\r\n":
-            message = f"{shown(line[head.WIDTH :])} after a header line, CR LF expected"
-            placed.error("line_end", number, head.WIDTH + 1, message)
-    return head.parse_header([line[: head.WIDTH] for line in lines], placed)
+        if line[HEADER_WIDTH:] != b"\r\n":
+            message = f"{shown(line[HEADER_WIDTH:])} after a header line, CR LF expected"
+            placed.error("line_end", number, HEADER_WIDTH + 1, message)
+    return parse_header([line[:HEADER_WIDTH] for line in lines], placed)
 
 
 def _make(
-    rows: list[int], header: head.ProfileHeader | None, raw: bool, start: int, findings: Findings
+    rows: list[int], header: ProfileHeader | None, raw: bool, start: int, findings: Findings
 ) -> MotionFile | None:
     """Return the lines of rows, every finding at its byte."""
 
     def place(line: int, column: int) -> tuple[int, int]:
-        return head.place_in_csb(line, column) if line else (1, column)
+        return place_in_csb(line, column) if line else (1, column)
 
-    made = motion.make_file(
+    made = make_file(
         rows,
         header,
         raw=raw,
         place=lambda row: (0, start + _ROW_BYTES * row + 1),
         findings=findings.placed(place),
     )
-    return made and replace(made, kind=motion.CSB_KIND)
+    return made and replace(made, kind=CSB_KIND)

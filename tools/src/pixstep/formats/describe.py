@@ -4,18 +4,26 @@
 import hashlib
 from pathlib import Path
 
-from pixstep.formats import meaning, motion
 from pixstep.formats.examine import NAMES, Examined, examine
 from pixstep.formats.findings import LENIENT, counted
-from pixstep.formats.motion import Block, MotionFile
+from pixstep.formats.meaning import FIELDS, VALUES, header_fields, line_figures, smooth_steps
+from pixstep.formats.motion import (
+    BARE,
+    BLOCKS,
+    CSV_KIND,
+    RAW,
+    Block,
+    MotionFile,
+    could_be_blocks,
+)
 from pixstep.formats.prn import PrnFile
 
 _LINES_SHOWN = 20
 
 _READINGS = {
-    motion.BARE: "no header: every row is a value",
-    motion.BLOCKS: "numbered blocks: line number, number of values, values",
-    motion.RAW: "raw: every row after the header is a value",
+    BARE: "no header: every row is a value",
+    BLOCKS: "numbered blocks: line number, number of values, values",
+    RAW: "raw: every row after the header is a value",
 }
 
 
@@ -32,7 +40,7 @@ def describe(path: Path, *, raw: bool = False) -> dict:
         if not again.findings.refused:
             blocks_refused, read = read.findings.in_order()[0].text(path), again
     file = read.required()
-    smooth, plain = meaning.VALUES[read.kind]
+    smooth, plain = VALUES[read.kind]
     common = {
         "file": str(path),
         "kind": read.kind,
@@ -69,8 +77,8 @@ def table(facts: dict) -> list[tuple[str, str]]:
 
 def _profile(file: PrnFile) -> dict:
     """Return what only a PRN has: one list, whose steps depend on the motor."""
-    figures = meaning.line_figures(1, Block(file.values, len(file.values)))
-    smooth, plain = meaning.smooth_steps(file.values), figures.pop("steps")
+    figures = line_figures(1, Block(file.values, len(file.values)))
+    smooth, plain = smooth_steps(file.values), figures.pop("steps")
     figures["steps_smooth"], figures["steps_plain"] = smooth, plain
     return {
         "line_ends": file.ends.words,
@@ -85,18 +93,13 @@ def _motion(file: MotionFile, read: Examined, blocks_refused: str | None) -> dic
     """Return what a CSV or CSB has: header, lines and the readings not taken."""
     header = None
     if file.header:
-        fields = meaning.header_fields(file.header)
-        header = {
-            name: {"value": value, "meaning": meaning.FIELDS[name]}
-            for name, value in fields.items()
-        }
+        fields = header_fields(file.header)
+        header = {name: {"value": value, "meaning": FIELDS[name]} for name, value in fields.items()}
     return {
-        "line_ends": file.ends.words if read.kind == motion.CSV_KIND else None,
+        "line_ends": file.ends.words if read.kind == CSV_KIND else None,
         "header": header,
         "reading": _READINGS[file.reading],
-        "lines": [
-            meaning.line_figures(number, block) for number, block in enumerate(file.blocks, 1)
-        ],
+        "lines": [line_figures(number, block) for number, block in enumerate(file.blocks, 1)],
         "other_readings": _other_readings(file, read, blocks_refused),
     }
 
@@ -105,16 +108,16 @@ def _other_readings(file: MotionFile, read: Examined, blocks_refused: str | None
     """Say what the rows are by the readings that were not taken."""
     if blocks_refused:
         return [f"numbered blocks: refused: {blocks_refused}"]
-    if file.reading == motion.BLOCKS:
+    if file.reading == BLOCKS:
         rows = tuple(file.rows)
-        _, text = _line_row(meaning.line_figures(1, Block(rows, len(rows))))
+        _, text = _line_row(line_figures(1, Block(rows, len(rows))))
         return [f"raw (--raw): {text}"]
-    if file.reading == motion.RAW:
+    if file.reading == RAW:
         blocks = examine(read.path, LENIENT)
         if blocks.findings.refused:
             return [f"numbered blocks: refused: {blocks.findings.in_order()[0].text(read.path)}"]
         return [f"numbered blocks: {counted(len(blocks.required().blocks), 'line')}"]
-    if motion.could_be_blocks(file.rows):
+    if could_be_blocks(file.rows):
         return [f"numbered block without its header: line 1 of {file.rows[1]} values"]
     return []
 

@@ -4,12 +4,14 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pixstep.formats import csb, csvtext, prn, records
+from pixstep.formats.csb import parse_csb
+from pixstep.formats.csvtext import parse_csv
 from pixstep.formats.findings import MAX_FINDINGS, STRICT, Findings, Rules, shown
 from pixstep.formats.motion import CSB_KIND, CSV_KIND, MotionFile, could_be_blocks
 from pixstep.formats.prn import KIND as PRN_KIND
-from pixstep.formats.prn import PrnFile
+from pixstep.formats.prn import PrnFile, parse_prn
 from pixstep.formats.recognise import KINDS, recognise
+from pixstep.formats.records import load, split_records
 
 NAMES = {PRN_KIND: "PRN profile", CSV_KIND: "CSV file", CSB_KIND: "CSB file"}
 _LOOKS = {**NAMES, CSV_KIND: "CSV profile"}  # six columns, where eight are expected
@@ -41,7 +43,7 @@ def examine(
 
     Raises UserError only for a file that cannot be loaded: unreadable, empty, too large.
     """
-    return examine_bytes(Path(path), records.load(path), rules, raw=raw, kinds=kinds)
+    return examine_bytes(Path(path), load(path), rules, raw=raw, kinds=kinds)
 
 
 def examine_bytes(
@@ -60,9 +62,9 @@ def examine_bytes(
     if kind not in kinds:
         _refuse_kind(data, found.kind, found.why, kinds, findings)
     elif kind == PRN_KIND:
-        file = prn.parse_prn(data, findings)
+        file = parse_prn(data, findings)
     else:
-        parse = csvtext.parse_csv if kind == CSV_KIND else csb.parse_csb
+        parse = parse_csv if kind == CSV_KIND else parse_csb
         file = _motion(parse(data, findings, raw=raw), path, findings)
     if findings.full:
         findings.found[-1] = replace(
@@ -122,4 +124,4 @@ def check_name(examined: Examined) -> None:
 
 def _beginning(data: bytes) -> str:
     """Return the first record, or a CSB's magic, as it is quoted in a message."""
-    return shown(data[:4] if data.startswith(b"CSB") else next(records.records(data)))
+    return shown(data[:4] if data.startswith(b"CSB") else next(split_records(data)))

@@ -6,11 +6,12 @@ from pathlib import Path
 
 from pixstep import atomic
 from pixstep.errors import UserError
-from pixstep.formats import csb, csvtext, motion
+from pixstep.formats.csb import encode_csb
+from pixstep.formats.csvtext import encode_csv
 from pixstep.formats.examine import examine
 from pixstep.formats.findings import LENIENT, STRICT, Rules, shown_path
 from pixstep.formats.header import ProfileHeader
-from pixstep.formats.motion import CSB_KIND, CSV_KIND, MotionFile
+from pixstep.formats.motion import CSB_KIND, CSV_KIND, MotionFile, of_lines
 from pixstep.formats.prn import KIND as PRN_KIND
 from pixstep.formats.prn import PrnFile
 
@@ -66,7 +67,7 @@ def write_prn(path: Path, values: Sequence[int]) -> None:
 def write_csv(path: Path, counts: Sequence[int], header: ProfileHeader | None = None) -> None:
     """Write one count per record, right-aligned in 6 columns, CR LF; after `header` if given."""
     _require_values(path, counts)
-    write_motion(path, motion.of_lines([counts], header))
+    write_motion(path, of_lines([counts], header))
 
 
 def write_motion(path: Path, file: MotionFile) -> None:
@@ -78,7 +79,7 @@ def encode(file: PrnFile | MotionFile, path: object = "file") -> bytes:
     """Return the bytes of a file: the very ones that it was read from, if it was read."""
     if isinstance(file, PrnFile):
         return file.encode(path)
-    return (csb.encode_csb if file.kind == CSB_KIND else csvtext.encode_csv)(file, path)
+    return (encode_csb if file.kind == CSB_KIND else encode_csv)(file, path)
 
 
 def _read(path: Path, kinds: tuple[str, ...], raw: bool, lenient: bool, strict: bool) -> MotionFile:

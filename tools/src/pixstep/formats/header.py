@@ -11,8 +11,8 @@ from pixstep.errors import UserError
 from pixstep.formats.findings import Findings, shown, shown_path
 from pixstep.formats.numbers import odd_byte
 
-WIDTH = 40
-LINES = 4
+HEADER_WIDTH = 40
+HEADER_LINES = 4
 NAME_WIDTH = 20
 
 _WEEK = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
@@ -26,7 +26,7 @@ _HZ = re.compile(r"[0-9]+(\.[0-9]+)?")
 _NUMBER = re.compile(r" *(?:0|[1-9][0-9]*)")
 
 
-LINE_BYTES = WIDTH + 2  # with CR LF
+LINE_BYTES = HEADER_WIDTH + 2  # with CR LF
 CSB_TEXT_AT = 8  # where a CSB holds the four lines
 
 
@@ -105,8 +105,8 @@ def parse_header(lines: Sequence[bytes], findings: Findings) -> ProfileHeader | 
     """Read the four lines column by column; None if any of them is refused."""
     before = len(findings.found)
     rows = [_row(number, line, findings) for number, line in enumerate(lines, 1)]
-    if len(lines) < LINES:
-        text = f"the header has {LINES} lines, only {len(lines)} here: {shown(lines[-1])}"
+    if len(lines) < HEADER_LINES:
+        text = f"the header has {HEADER_LINES} lines, only {len(lines)} here: {shown(lines[-1])}"
         findings.error("header_cut", len(lines), 1, text)
     if len(findings.found) > before:
         return None
@@ -162,9 +162,9 @@ def _row(number: int, line: bytes, findings: Findings) -> str:
     if odd:
         name, column, message = odd
         findings.error(name, number, column, message)
-    elif len(line) != WIDTH:
-        message = f"header line {shown(line)} is {len(line)} columns wide, not {WIDTH}"
-        findings.error("width", number, min(len(line), WIDTH) + 1, message)
+    elif len(line) != HEADER_WIDTH:
+        message = f"header line {shown(line)} is {len(line)} columns wide, not {HEADER_WIDTH}"
+        findings.error("width", number, min(len(line), HEADER_WIDTH) + 1, message)
     return line.decode("latin-1")
 
 

@@ -41,8 +41,8 @@ class Columns:
         return self.width - len(str(value)) + 1
 
 
-PRN = Columns(8, False, "PRN", ((6, "CSV"),))
-CSV = Columns(6, True, "CSV", ((8, "PRN"),))
+PRN_COLUMNS = Columns(8, False, "PRN", ((6, "CSV"),))
+CSV_COLUMNS = Columns(6, True, "CSV", ((8, "PRN"),))
 
 # What a writer would have written and nothing else, so that reading loses nothing.
 _CANONICAL = {
@@ -57,7 +57,9 @@ _ODD_BYTES = {
 }
 
 
-def scan(rows: Iterable[bytes], columns: Columns, findings: Findings, first: int = 1) -> list[int]:
+def read_numbers(
+    rows: Iterable[bytes], columns: Columns, findings: Findings, first: int = 1
+) -> list[int]:
     """Return the values of records, the first of them on line `first`; a bad one is a finding."""
     match, width, values = _CANONICAL[columns.signed].fullmatch, columns.width, []
     for number, text in enumerate(rows, first):
@@ -82,7 +84,9 @@ def odd_byte(text: bytes) -> tuple[str, int, str] | None:
     return name, found.start() + 1, f"{shown(text)} {message}"
 
 
-def texts(values: Iterable[int], columns: Columns, path: object, first: int = 1) -> list[str]:
+def number_texts(
+    values: Iterable[int], columns: Columns, path: object, first: int = 1
+) -> list[str]:
     """Return the records of values. Raises UserError for one that does not fit its columns."""
     rows = []
     for number, value in enumerate(values, first):

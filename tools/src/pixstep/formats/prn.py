@@ -4,9 +4,16 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pixstep.formats import numbers, records
 from pixstep.formats.findings import Findings
-from pixstep.formats.records import REGULAR, LineEnds
+from pixstep.formats.numbers import PRN_COLUMNS, number_texts, read_numbers
+from pixstep.formats.records import (
+    REGULAR,
+    LineEnds,
+    check_line_ends,
+    find_line_ends,
+    join_records,
+    split_records,
+)
 
 KIND = "prn"
 
@@ -27,20 +34,20 @@ class PrnFile:
 
     def encode(self, path: object = KIND) -> bytes:
         """Return the bytes of the file. Raises UserError for a value that does not fit."""
-        return records.join(numbers.texts(self.values, numbers.PRN, path), self.ends)
+        return join_records(number_texts(self.values, PRN_COLUMNS, path), self.ends)
 
 
 def parse_prn(data: bytes, findings: Findings) -> PrnFile:
     """Read a profile; the result is right only if nothing is refused."""
-    records.check_line_ends(data, findings)
-    values = numbers.scan(records.records(data), numbers.PRN, findings)
-    return PrnFile(tuple(values), records.line_ends(data))
+    check_line_ends(data, findings)
+    values = read_numbers(split_records(data), PRN_COLUMNS, findings)
+    return PrnFile(tuple(values), find_line_ends(data))
 
 
 def check_smooth(values: tuple[int, ...], findings: Findings) -> None:
     """Find what a smooth motor's profile may not have: an odd speed, zero, a decrease."""
     for number, name, message in _smooth_faults(values):
-        column = numbers.PRN.column(values[number - 1])
+        column = PRN_COLUMNS.column(values[number - 1])
         findings.error(name, number, column, message)
 
 

@@ -5,10 +5,12 @@ from collections import Counter
 from dataclasses import dataclass
 from itertools import islice
 
-from pixstep.formats import csvtext, header, records
+from pixstep.formats.csvtext import has_header
 from pixstep.formats.findings import shown
+from pixstep.formats.header import HEADER_WIDTH
 from pixstep.formats.motion import CSB_KIND, CSV_KIND
 from pixstep.formats.prn import KIND as PRN_KIND
+from pixstep.formats.records import split_records
 
 KINDS = (PRN_KIND, CSV_KIND, CSB_KIND)
 _LOOKED_AT = 64
@@ -27,11 +29,11 @@ def recognise(data: bytes) -> Recognised:
     """Say which format bytes have, whether or not they are right in it."""
     if data.startswith(b"CSB"):
         return Recognised(CSB_KIND, f"begins with {shown(data[:4])}")
-    first = next(records.records(data), b"")
-    if csvtext.has_header(data):
-        what = f"{header.WIDTH} columns wide" if len(first) == header.WIDTH else "text"
+    first = next(split_records(data), b"")
+    if has_header(data):
+        what = f"{HEADER_WIDTH} columns wide" if len(first) == HEADER_WIDTH else "text"
         return Recognised(CSV_KIND, f"its first line is {what}, as a header is")
-    looked_at = list(islice(records.records(data), _LOOKED_AT))
+    looked_at = list(islice(split_records(data), _LOOKED_AT))
     widths = Counter(len(text) for text in looked_at if text.strip(b" +-0123456789") == b"")
     votes = {width: widths[width] for width in _BY_WIDTH if widths[width]}
     if not votes:

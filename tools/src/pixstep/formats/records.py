@@ -61,7 +61,7 @@ def load(path: Path) -> bytes:
     return data
 
 
-def records(data: bytes) -> Iterator[bytes]:
+def split_records(data: bytes) -> Iterator[bytes]:
     """Yield the records without their line ends."""
     for line in io.BytesIO(data):
         if line.endswith(b"\r\n"):
@@ -72,7 +72,7 @@ def records(data: bytes) -> Iterator[bytes]:
             yield line
 
 
-def line_ends(data: bytes) -> LineEnds:
+def find_line_ends(data: bytes) -> LineEnds:
     """Return how the records of a file end."""
     last = next((end for end in ("\r\n", "\n", "\r") if data.endswith(end.encode())), "")
     lf_all, crlf = data.count(b"\n"), data.count(b"\r\n")
@@ -124,7 +124,7 @@ def _first_with_lf(data: bytes) -> tuple[int, bytes]:
     raise AssertionError("no record ends with LF")
 
 
-def join(texts: Sequence[str], ends: LineEnds) -> bytes:
+def join_records(texts: Sequence[str], ends: LineEnds) -> bytes:
     """Return the bytes of records with their line ends."""
     if not ends.others:
         return (ends.usual.join(texts) + ends.last).encode("ascii")
