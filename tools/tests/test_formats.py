@@ -55,6 +55,26 @@ def test_every_data_file_is_written_back_byte_by_byte(path):
     assert formats.encode(formats.read_any(path, lenient=True)) == path.read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"     1\r\n     2\r\n", "CR LF"),
+        (b"     1\n     2\n", "LF"),
+        (b"     1", "CR LF, no newline at the end"),
+        (b"     1\r\n     2\r", "CR LF, no newline at the end"),
+        (b"     1\n     2", "LF, no newline at the end"),
+        (b"     1\r\n     2\n     3\r\n", "CR LF, LF after 1 record"),
+        (b"     1\r\n     2\r\n     3\n", "CR LF, LF after 1 record"),
+        (b"     1\n     2\n     3\r\n", "LF, CR LF after 1 record"),
+        (b"     1\n     2\n     3\r\n     4\r", "LF, CR LF after 1 record, no newline at the end"),
+    ],
+)
+def test_line_ends_are_kept_and_named(put, data, words):
+    path = put(data)
+    assert formats.encode(formats.read_any(path, lenient=True)) == data
+    assert describe.describe(path)["line_ends"] == words
+
+
 # 1.2: the meaning of a number depends on motor and file
 
 

@@ -20,12 +20,18 @@ class LineEnds:
     """How the records of a file end; all that its text does not say.
 
     `usual` ends every record but those numbered (from 1) in `others`, which end with the other one
-    of CR LF and LF, and the last, which ends with `last`: also "" or, cut in two, "\\r".
+    of CR LF and LF. `cut` is None, or what the last record ends with if that is neither: "", or
+    the first half of a CR LF.
     """
 
     usual: str = CRLF
     others: frozenset[int] = frozenset()
-    last: str = CRLF
+    cut: str | None = None
+
+    @property
+    def other(self) -> str:
+        """The one of CR LF and LF that is not usual here."""
+        return LF if self.usual == CRLF else CRLF
 
     @property
     def words(self) -> str:
@@ -33,11 +39,8 @@ class LineEnds:
         name = {CRLF: "CR LF", LF: "LF"}
         text = name[self.usual]
         if self.others:
-            other = name[LF if self.usual == CRLF else CRLF]
-            text += f", {other} after {counted(len(self.others), 'record')}"
-        if self.last not in name:
-            text += ", no newline at the end"
-        return text
+            text += f", {name[self.other]} after {counted(len(self.others), 'record')}"
+        return text if self.cut is None else f"{text}, no newline at the end"
 
 
 REGULAR = LineEnds()  # what every writer makes
@@ -74,17 +77,16 @@ def split_records(data: bytes) -> Iterator[bytes]:
 
 def find_line_ends(data: bytes) -> LineEnds:
     """Return how the records of a file end."""
-    last = next((end for end in ("\r\n", "\n", "\r") if data.endswith(end.encode())), "")
+    cut = None if data.endswith(b"\n") else "\r" if data.endswith(b"\r") else ""
     lf_all, crlf = data.count(b"\n"), data.count(b"\r\n")
     if lf_all == crlf:
-        return LineEnds(CRLF, last=last)
+        return LineEnds(CRLF, cut=cut)
     if crlf == 0:
-        return LineEnds(LF, last=last)
+        return LineEnds(LF, cut=cut)
     usual = CRLF if 2 * crlf >= lf_all else LF
     ends = (line.endswith(b"\r\n") for line in io.BytesIO(data) if line.endswith(b"\n"))
-    others = [number for number, has_cr in enumerate(ends, 1) if has_cr != (usual == CRLF)]
-    total = lf_all + (last not in (CRLF, LF))
-    return LineEnds(usual, frozenset(number for number in others if number != total), last)
+    others = (number for number, has_cr in enumerate(ends, 1) if has_cr != (usual == CRLF))
+    return LineEnds(usual, frozenset(others), cut)
 
 
 def check_line_ends(data: bytes, findings: Findings) -> None:
@@ -127,10 +129,11 @@ def _first_with_lf(data: bytes) -> tuple[int, bytes]:
 def join_records(texts: Sequence[str], ends: LineEnds) -> bytes:
     """Return the bytes of records with their line ends."""
     if not ends.others:
-        return (ends.usual.join(texts) + ends.last).encode("ascii")
-    other = LF if ends.usual == CRLF else CRLF
-    parts = [
-        text + (other if number in ends.others else ends.usual)
-        for number, text in enumerate(texts[:-1], 1)
+        last = ends.usual if ends.cut is None else ends.cut
+        return (ends.usual.join(texts) + last).encode("ascii")
+    used = [
+        ends.other if number in ends.others else ends.usual for number in range(1, len(texts) + 1)
     ]
-    return "".join([*parts, texts[-1], ends.last]).encode("ascii")
+    if ends.cut is not None:
+        used[-1] = ends.cut
+    return "".join(text + end for text, end in zip(texts, used, strict=True)).encode("ascii")
