@@ -9,7 +9,7 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
-from mutants import HEADER, LINES
+from mutants import HEADER, LINES, sealed
 from pixstep import formats
 from pixstep.cli import main
 from pixstep.errors import UserError
@@ -314,7 +314,8 @@ def test_q1_rows_without_a_header_that_look_like_a_block_are_pointed_at(put):
     path = put(b"     1\r\n     2\r\n     8\r\n     9\r\n")
     assert formats.read_csv(path).values == (1, 2, 8, 9)
     assert found(path) == [("could_be_blocks", WARNING, 1, 1)]
-    assert found(put(b"     1\r\n     3\r\n     8\r\n     9\r\n")) == []
+    for rows in ((1, 3, 8, 9), (2, 2, 8, 9), (1, 0)):
+        assert found(put(b"".join(b"%6d\r\n" % row for row in rows))) == []
 
 
 def test_q2_csb_byte_by_byte():
@@ -378,6 +379,25 @@ def test_q2_damaged_and_foreign_csb_are_refused_by_name(put):
         (good + b"\0", "the file is damaged or cut short"),
     ):
         assert message in refusal(formats.read_motion, put(data, "x.csb"), lenient=True)
+
+
+def test_q2_wrong_lengths_are_refused_even_with_a_right_checksum(put):
+    header = formats.encode(formats.of_lines([[1]], HEADER))[:168]
+    row = struct.pack("<i", 7)
+    for body, message in (
+        (struct.pack("<I", 42) + header[:42] + row, ":1:5: header text of 42 bytes, 0 or 168"),
+        (
+            struct.pack("<I", 168) + header[:84],
+            ":1:93: truncated: header text of 168 bytes announced",
+        ),
+        (struct.pack("<I", 0) + row + b"\0", ":1:9: 5 bytes of data are no whole number"),
+        (struct.pack("<I", 0), ":1:9: no values"),
+        (struct.pack("<I", 168) + header, ":1:177: no values"),
+        (struct.pack("<I", 168) + header.replace(b"\r\n", b"\n\r") + row, ":1:49: '\\n\\r' after"),
+        (struct.pack("<I", 168) + header.replace(b"HAPs", b"haps") + row, ":1:107: 'haps:': exp"),
+    ):
+        path = put(sealed(b"CSB1" + body), "x.csb")
+        assert refusal(formats.read_motion, path).startswith(f"{path}{message}"), message
 
 
 def test_q4_haps_are_leading_entries_usable_in_homing(put):

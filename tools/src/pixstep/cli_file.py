@@ -29,7 +29,7 @@ _lenient_option = click.option(
 
 @click.group("file")
 def file_group() -> None:
-    """Look into, check and convert profiles and motion files: PRN, CSV, CSB.
+    """Look into, check, convert PRN, CSV and CSB.
 
     The format is recognised by the content. Layouts, quirks and messages: docs/FILES.md.
     """
@@ -40,7 +40,11 @@ def file_group() -> None:
 @raw_option
 @_json_option
 def info(path: Path, raw: bool, as_json: bool) -> None:
-    """Say what is in a file: format, header in words, lines, steps, both readings."""
+    """Say what is in a file.
+
+    Its format and why, the header in words, lines, values, steps, line ends, the reading taken and
+    the one not taken.
+    """
     facts = describe(path, raw=raw)
     if as_json:
         click.echo(json.dumps(facts, indent=2))
@@ -58,9 +62,10 @@ def info(path: Path, raw: bool, as_json: bool) -> None:
 @_json_option
 @click.pass_context
 def check(ctx, path: Path, lenient: bool, raw: bool, smooth: bool, as_json: bool) -> None:
-    """List everything that is wrong with a file, each at file:line:column.
+    """List everything wrong with a file.
 
-    Exit status 0 fine, 1 accepted with notes or warnings, 2 refused.
+    Every finding is a line `file:line:column: severity: message`. Exit status 0 fine, 1 accepted
+    with notes or warnings, 2 refused.
     """
     examined = _examined(path, lenient, raw, smooth)
     findings = examined.findings.in_order()
@@ -94,8 +99,9 @@ def check(ctx, path: Path, lenient: bool, raw: bool, smooth: bool, as_json: bool
 @raw_option
 @click.option("--force", is_flag=True, help="Replace OUT if it is there.")
 def convert(source: Path, target: Path, to, lenient: bool, raw: bool, force: bool, **options):
-    """Write IN in another format, CR LF, losing nothing without being told to.
+    """Write a file in another format.
 
+    Nothing is lost and no meaning is changed without being told to; text is written with CR LF.
     Header options change the header of IN or, with --header and --pixel-hz, make one; --haps and
     --lead-in are then 0 unless given.
     """

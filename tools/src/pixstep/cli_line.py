@@ -56,7 +56,7 @@ def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, n
 
 
 @line.command("check")
-@click.argument("csv", type=FILE)
+@click.argument("csv", metavar="FILE", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
 @raw_option
@@ -69,7 +69,7 @@ def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, n
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.pass_context
 def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, **limits):
-    """Check a line: exit status 0 fine, 1 warnings, 2 refused."""
+    """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 2 refused."""
     checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
     bounds = linecheck.Limits(
         max_speed=limits["max_speed"],
@@ -102,7 +102,7 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, 
 
 
 @click.command()
-@click.argument("csv", type=FILE)
+@click.argument("csv", metavar="FILE", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @pixel_hz_option
 @backlash_option
@@ -112,7 +112,7 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, 
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
 def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, output):
-    """Plan the edges of a line with the native build of the firmware's core."""
+    """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
     chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
     planned = planner.plan(chosen, pixel_hz, timer_hz=timer_hz, pixels=pixels)
     say(planned.warnings)

@@ -24,7 +24,7 @@ from pixstep.simtask import simulate
 
 
 @click.command()
-@click.argument("csv", type=FILE, nargs=-1, required=True)
+@click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @pixel_hz_option
@@ -57,7 +57,7 @@ from pixstep.simtask import simulate
 )
 @click.pass_context
 def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **options):
-    """Run lines on a simulated board and judge every edge; one line file per axis.
+    """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for a refused line or misuse.
     """

@@ -42,7 +42,7 @@ _LARGEST = 2**31 - 1
 
 def parse_csb(data: bytes, findings: Findings, *, raw: bool = False) -> MotionFile | None:
     """Read a CSB; the result is right only if nothing is refused. Columns are bytes from 1."""
-    length = _check_frame(data, findings)
+    length = _header_length(data, findings) if _check_frame(data, findings) else None
     if length is None:
         return None
     header, before = None, len(findings.found)
@@ -70,31 +70,39 @@ def encode_csb(file: MotionFile, path: object) -> bytes:
     return body + struct.pack("<I", zlib.crc32(body))
 
 
-def _check_frame(data: bytes, findings: Findings) -> int | None:
-    """Check magic, lengths and CRC; return the length of the header text, None if refused."""
+def _check_frame(data: bytes, findings: Findings) -> bool:
+    """Check magic, shortest length and CRC; True if they are right."""
     if not data.startswith(MAGIC):
         findings.error("magic", 1, 1, f"{shown(data[:4])} is not the magic {shown(MAGIC)}")
-        return None
+        return False
     if len(data) < CSB_TEXT_AT + _CRC_BYTES:
         message = f"truncated: {len(data)} bytes, a CSB has at least {CSB_TEXT_AT + _CRC_BYTES}"
         findings.error("truncated", 1, len(data) + 1, message)
-        return None
+        return False
     stored, crc = struct.unpack("<I", data[-_CRC_BYTES:])[0], zlib.crc32(data[:-_CRC_BYTES])
     if stored != crc:
         message = f"CRC-32 0x{stored:08X}, 0x{crc:08X} computed: the file is damaged or cut short"
         findings.error("crc", 1, len(data) - _CRC_BYTES + 1, message)
-        return None
+        return False
+    return True
+
+
+def _header_length(data: bytes, findings: Findings) -> int | None:
+    """Return the length of the header text, None if it or the rest is refused."""
     (length,) = struct.unpack_from("<I", data, _LENGTH_AT)
+    there = len(data) - CSB_TEXT_AT - _CRC_BYTES
     if length not in (0, _TEXT_BYTES):
         message = f"header text of {length} bytes, 0 or {_TEXT_BYTES} expected"
         findings.error("header_length", 1, _LENGTH_AT + 1, message)
-        return None
-    rest = len(data) - CSB_TEXT_AT - length - _CRC_BYTES
-    if rest < 0 or rest % _ROW_BYTES:
-        message = f"{max(rest, 0)} bytes of data are no whole number of {_ROW_BYTES}-byte values"
-        findings.error("truncated", 1, min(len(data), CSB_TEXT_AT + length) + 1, message)
-        return None
-    return length
+    elif length > there:
+        message = f"truncated: header text of {length} bytes announced, {there} are there"
+        findings.error("truncated", 1, len(data) - _CRC_BYTES + 1, message)
+    elif (there - length) % _ROW_BYTES:
+        message = f"{there - length} bytes of data are no whole number of {_ROW_BYTES}-byte values"
+        findings.error("truncated", 1, CSB_TEXT_AT + length + 1, message)
+    else:
+        return length
+    return None
 
 
 def _parse_text(text: bytes, findings: Findings) -> ProfileHeader | None:
