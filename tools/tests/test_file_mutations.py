@@ -105,7 +105,10 @@ def test_reference_reads_the_good_files(tmp_path):
         assert formats.encode(read) == data
 
 
-@pytest.mark.parametrize("name", ["many.csb", "bare.csb", "truncated.csb"])
+CSB_SAMPLES = ["many.csb", "one.csb", "bare.csb", "truncated.csb"]
+
+
+@pytest.mark.parametrize("name", CSB_SAMPLES)
 def test_checksum_catches_every_change_of_a_byte(name):
     data = good_files()[name]
     refused = 0
@@ -118,8 +121,9 @@ def test_checksum_catches_every_change_of_a_byte(name):
     assert refused == len(data) * 255
 
 
-def test_checksum_catches_every_truncation():
-    data = good_files()["many.csb"]
+@pytest.mark.parametrize("name", CSB_SAMPLES)
+def test_checksum_catches_every_truncation(name):
+    data = good_files()[name]
     for length in range(len(data)):
         findings = Findings()
         assert csb.parse_csb(data[:length], findings) is None
