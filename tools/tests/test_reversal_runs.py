@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench import Bench
-from pixstep import files, verdict
+from pixstep import formats, verdict
 from pixstep.cli import main
 from pixstep.edges import read_edges
 from pixstep.errors import UserError
@@ -162,7 +162,7 @@ def test_direction_times_at_every_reversal(tmp_path, board, setting_us, counts):
 def pixstep(tmp_path, monkeypatch):
     """Return a function that runs a command line in a folder that holds ideal.csv."""
     monkeypatch.chdir(tmp_path)
-    files.write_csv(tmp_path / "ideal.csv", list(IDEAL))
+    formats.write_csv(tmp_path / "ideal.csv", list(IDEAL))
 
     def command(*words, status=0):
         done = CliRunner().invoke(main, [str(word) for word in words])
@@ -180,7 +180,7 @@ COMPENSATE = ("line", "compensate", "ideal.csv", "--play", PLAY, *LIMIT_WORDS, "
 def test_compensate_command(pixstep, tmp_path):
     output = pixstep(*COMPENSATE, "--transition-px", TRANSITION_PX, "--plot", "made.png")
     assert "4 transitions of 40 steps" in output and "0 steps away from the transitions" in output
-    assert files.read_csv(tmp_path / "made.csv").values == compensated().counts
+    assert formats.read_csv(tmp_path / "made.csv").values == compensated().counts
     assert (tmp_path / "made.png").read_bytes().startswith(b"\x89PNG")
     pixstep("line", "check", "made.csv", "--decode", "plain", *LIMIT_WORDS)
 
@@ -205,7 +205,7 @@ def test_compensate_refusals_are_one_line_and_write_nothing(pixstep, tmp_path):
 
 
 def test_a_broken_off_transition_is_a_warning(pixstep, tmp_path):
-    files.write_csv(tmp_path / "ideal.csv", [4, 12, 4, -4, -8, -4, 4, 12, *[20] * 8, 12, 4])
+    formats.write_csv(tmp_path / "ideal.csv", [4, 12, 4, -4, -8, -4, 4, 12, *[20] * 8, 12, 4])
     output = pixstep(*COMPENSATE, status=1)
     assert "pixel 4: warning: the next reversal breaks the transition off" in output
     assert (tmp_path / "made.csv").exists()
@@ -233,7 +233,7 @@ def test_sim_command_with_a_plant(pixstep, tmp_path):
 def test_sim_command_misuse(pixstep, tmp_path):
     pixstep(*COMPENSATE)
     assert "give the axis a --plant" in pixstep(*SIM, "--ideal", "ideal.csv", status=2)
-    files.write_csv(tmp_path / "short.csv", [4, 4])
+    formats.write_csv(tmp_path / "short.csv", [4, 4])
     output = pixstep(*SIM, "--plant", "play=40", "--ideal", "short.csv", status=2)
     assert "short.csv: 2 pixels, made.csv has 120" in output
     assert not (tmp_path / "run").exists()

@@ -10,7 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from pixstep import files
+from pixstep import formats
 from pixstep.cli_options import FILE, raw_option, say
 from pixstep.linecheck import MAX_COUNT
 from pixstep.reversals.compensate import (
@@ -83,14 +83,14 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     pixels outside these transitions keep their counts. Exit status 1 if the next reversal breaks a
     transition off before all of the play is taken up, 2 if a transition does not fit.
     """
-    read = files.read_csv(csv, raw=raw)
+    read = formats.read_csv(csv, raw=raw)
     say(read.notes)
     limits = MotionLimits(options["max_acceleration"], options["start_stop"], options["max_speed"])
     request = Request(
         options["play"], limits, options["transition_px"], options["initial_direction"]
     )
     made = compensate(read.values, request, str(csv))
-    files.write_csv(output, list(made.counts), read.header)
+    formats.write_csv(output, list(made.counts), read.header)
     if plot:
         _draw(made, request, csv, plot)
     if as_json:

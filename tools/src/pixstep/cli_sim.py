@@ -8,7 +8,15 @@ import click
 from rich.console import Console
 
 from pixstep import atomic, boards, campaign, demo, linecheck, progress, report
-from pixstep.cli_options import DECODE, FILE, FOLDER, load_line, pixel_hz_option, raw_option
+from pixstep.cli_options import (
+    DECODE,
+    FILE,
+    FOLDER,
+    LINE_NUMBER,
+    load_line,
+    pixel_hz_option,
+    raw_option,
+)
 from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.simrun import Job
@@ -16,7 +24,7 @@ from pixstep.simtask import simulate
 
 
 @click.command()
-@click.argument("csv", type=FILE, nargs=-1, required=True)
+@click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @pixel_hz_option
@@ -52,9 +60,17 @@ from pixstep.simtask import simulate
 @click.option("--vcd", is_flag=True, help="Write run.vcd for GTKWave into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @raw_option
+@click.option(
+    "--line",
+    "line_number",
+    type=LINE_NUMBER,
+    metavar="N",
+    multiple=True,
+    help="Line N of files of many lines; once, or per line file.",
+)
 @click.pass_context
 def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **options):
-    """Run lines on a simulated board and judge every edge; one line file per axis.
+    """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for a refused line or misuse.
     """
@@ -144,6 +160,7 @@ def _lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict)
     """Read the lines, each with its decode rule and backlash."""
     decodes = _per_line(decode, len(csv), None, "--decode")
     plays = _per_line(backlash, len(csv), 0, "--backlash")
+    numbers = _per_line(options["line_number"], len(csv), None, "--line")
     if len(backlash) == 1 and len(csv) > 1:  # one figure for all means the smooth ones
         plays = [play if rule == "smooth" else 0 for play, rule in zip(plays, decodes, strict=True)]
     return [
@@ -153,8 +170,9 @@ def _lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict)
             play,
             raw=options["raw"],
             negative=options["negative"] and rule == "smooth",
+            number=number,
         )
-        for path, rule, play in zip(csv, decodes, plays, strict=True)
+        for path, rule, play, number in zip(csv, decodes, plays, numbers, strict=True)
     ]
 
 
