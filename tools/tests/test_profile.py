@@ -3,7 +3,8 @@
 
 import pytest
 
-from pixstep import files, profile
+from pixstep import files
+from pixstep.profiles import generator
 from pixstep.errors import UserError
 from pixstep.line import Line
 from worked import ACCELERATING, MPOS, PRN
@@ -12,12 +13,12 @@ SPEEDS, _ = files.read_prn(PRN)
 
 
 def make(**changes):
-    request = profile.LineRequest(**{"speed": 1000, "pixels": 60, **changes})
-    return profile.generate(SPEEDS, request)
+    request = generator.LineRequest(**{"speed": 1000, "pixels": 60, **changes})
+    return generator.generate(SPEEDS, request)
 
 
 def test_worked_example():
-    assert profile.acceleration_counts(SPEEDS, 1000) == ACCELERATING
+    assert generator.acceleration_counts(SPEEDS, 1000) == ACCELERATING
     assert sum(ACCELERATING) == 4418
     line = make(backlash=250)
     assert line.counts[:19] == list(files.read_csv(MPOS).values)
@@ -72,15 +73,15 @@ def test_minimum_length_is_enough():
 )
 def test_bad_profiles(speeds, message):
     with pytest.raises(UserError, match=message):
-        profile.acceleration_counts(speeds, 20)
+        generator.acceleration_counts(speeds, 20)
 
 
 def test_speed_below_the_first_entry_is_one_partial_pixel():
-    assert profile.acceleration_counts(SPEEDS, 6) == [3]
+    assert generator.acceleration_counts(SPEEDS, 6) == [3]
 
 
 def test_equal_entries_hold_the_speed():
-    assert profile.acceleration_counts([8, 8, 16], 16) == [4, 8, 12]
+    assert generator.acceleration_counts([8, 8, 16], 16) == [4, 8, 12]
 
 
 def test_plain_counts_are_the_entries():

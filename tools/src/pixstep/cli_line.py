@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import click
 
-from pixstep import atomic, files, linecheck, planner, profile
+from pixstep import atomic, files, linecheck, planner
 from pixstep.cli_options import (
     DECODE,
     FILE,
@@ -19,6 +19,7 @@ from pixstep.cli_options import (
     say,
 )
 from pixstep.errors import UserError
+from pixstep.profiles import generator
 from pixstep.rational import TIMER_HZ, period_ticks
 
 
@@ -42,8 +43,8 @@ def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, n
     """Make a line from an acceleration profile: up, constant speed, down."""
     speeds, notes = files.read_prn(prn, lenient=lenient)
     say(notes)
-    request = profile.LineRequest(speed, pixels, backlash, lead_in, plain)
-    made = profile.generate(speeds, request, str(prn))
+    request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
+    made = generator.generate(speeds, request, str(prn))
     files.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
     steps = sum(made.counts) + backlash
     rate = float(speed * pixel_hz)

@@ -92,7 +92,7 @@ def propose_repair(entry_speed: int, count: int, max_acceleration: int | None = 
 def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
     """Yield what breaks the decode rule: v' = 2n - v, never negative, 0 at the end."""
     speed = 0
-    previous = None
+    previous = 0  # a line begins at rest
     for pixel, count in enumerate(line.counts, 1):
         following = 2 * count - speed
         broken = _broken_pixel(pixel, count, speed)
@@ -101,13 +101,20 @@ def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
             return
         acceleration = following - speed
         yield from _limit_findings(pixel, acceleration, following, limits)
-        jump = 0 if previous is None else abs(acceleration - previous)
-        if limits.jerk_warning is not None and jump > limits.jerk_warning:
-            yield Finding("jerk", WARNING, pixel, f"the acceleration changes by {jump}")
+        yield from _jerk_findings(pixel, acceleration - previous, "", limits)
         speed, previous = following, acceleration
     yield from _oscillations(line, limits)
+    if not speed:
+        yield from _jerk_findings(line.pixels, -previous, " on coming to rest", limits)
     if speed:
         yield Finding("ends_moving", ERROR, line.pixels, f"the line ends at speed {speed}, not 0")
+
+
+def _jerk_findings(pixel: int, change: int, where: str, limits: Limits) -> Iterator[Finding]:
+    """Yield a warning if the acceleration changes by more than the limit."""
+    if limits.jerk_warning is not None and abs(change) > limits.jerk_warning:
+        text = f"the acceleration changes by {abs(change)}{where}"
+        yield Finding("jerk", WARNING, pixel, text)
 
 
 def _broken_pixel(pixel: int, count: int, speed: int) -> Finding | None:
