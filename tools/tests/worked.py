@@ -24,5 +24,5 @@ EXPECTED = {0: _WITHOUT, 250: _B250, 1000: _WITHOUT}
 def worked_line(backlash: int, pixels: int = 60, speed: int = 1000) -> Line:
     """Return the worked example: 30 Hz profile, the given backlash and speed."""
     speeds, _ = files.read_prn(PRN)
-    made = generator.generate(speeds, profile.LineRequest(speed, pixels, backlash))
+    made = generator.generate(speeds, generator.LineRequest(speed, pixels, backlash))
     return Line(tuple(made.counts), backlash=backlash, name="worked example")

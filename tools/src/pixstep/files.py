@@ -13,6 +13,7 @@ from pixstep import atomic
 from pixstep.errors import UserError
 
 PRN_WIDTH = 8
+PRN_MAX = 99_999_999
 CSV_WIDTH = 6
 HEADER_WIDTH = 40
 _HEADER_LINES = 4
@@ -59,6 +60,15 @@ def read_prn(path: Path, *, lenient: bool = False) -> tuple[list[int], list[str]
         _records(path, lenient=False)
     values = [_prn_value(path, number, text) for number, text in enumerate(records, 1)]
     return values, notes
+
+
+def write_prn(path: Path, speeds: list[int]) -> None:
+    """Write one speed per record, right-aligned in 8 columns, CR LF."""
+    for number, value in enumerate(speeds, 1):
+        if not 0 <= value <= PRN_MAX:
+            raise UserError(f"{path}:{number}: value {value} is outside 0..{PRN_MAX}")
+    rows = "".join(f"{value:>{PRN_WIDTH}d}\r\n" for value in speeds)
+    atomic.write_bytes(path, rows.encode("ascii"))
 
 
 def read_csv(path: Path, *, raw: bool = False) -> CsvFile:
@@ -140,8 +150,8 @@ def _prn_value(path: Path, number: int, text: str) -> int:
         raise UserError(f"{path}:{number}: {text!r} has a sign, values are unsigned")
     if not digits.isdigit():
         raise UserError(f"{path}:{number}: {text!r} is not an unsigned decimal integer")
-    if int(digits) > 99_999_999:
-        raise UserError(f"{path}:{number}: {digits} is above 99999999")
+    if int(digits) > PRN_MAX:
+        raise UserError(f"{path}:{number}: {digits} is above {PRN_MAX}")
     if len(text) != PRN_WIDTH:
         raise UserError(f"{path}:{number}: {text!r} is {len(text)} columns wide, not {PRN_WIDTH}")
     if text.endswith(" "):

@@ -103,10 +103,10 @@ def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
         yield from _limit_findings(pixel, acceleration, following, limits)
         yield from _jerk_findings(pixel, acceleration - previous, "", limits)
         speed, previous = following, acceleration
-    yield from _oscillations(line, limits)
-    if not speed:
+    yield from (_oscillation(run, limits) for run in oscillations(line))
+    if speed == 0:
         yield from _jerk_findings(line.pixels, -previous, " on coming to rest", limits)
-    if speed:
+    else:
         yield Finding("ends_moving", ERROR, line.pixels, f"the line ends at speed {speed}, not 0")
 
 
@@ -157,33 +157,52 @@ def _rate_findings(pixel: int, speed: int, limits: Limits) -> Iterator[Finding]:
         yield Finding("too_fast", ERROR, pixel, text)
 
 
-def _oscillations(line: Line, limits: Limits) -> Iterator[Finding]:
+@dataclass(frozen=True)
+class Oscillation:
+    """`length` pixels of `count` from a 1-based pixel, entered at another speed."""
+
+    pixel: int
+    length: int
+    count: int
+    entry_speed: int
+
+    @property
+    def amplitude(self) -> int:
+        """How far the boundary speed swings around the count, steps/pixel."""
+        return abs(self.entry_speed - self.count)
+
+    @property
+    def swing(self) -> tuple[int, int]:
+        """The lower and the higher of the two boundary speeds."""
+        other = 2 * self.count - self.entry_speed
+        return min(other, self.entry_speed), max(other, self.entry_speed)
+
+
+def oscillations(line: Line) -> Iterator[Oscillation]:
     """Yield every run of two or more equal counts that is entered at another speed."""
     pixel = 1
     for count, group in groupby(line.counts):
-        length = len(list(group))
-        entry = line.speeds[pixel - 1]
-        amplitude = abs(entry - count)
-        if length >= 2 and amplitude:
-            yield _oscillation(pixel, length, count, entry, limits)
-        pixel += length
+        run = Oscillation(pixel, len(list(group)), count, line.speeds[pixel - 1])
+        if run.length >= 2 and run.amplitude:
+            yield run
+        pixel += run.length
 
 
-def _oscillation(pixel: int, length: int, count: int, entry: int, limits: Limits) -> Finding:
+def _oscillation(run: Oscillation, limits: Limits) -> Finding:
     """Describe one oscillating run: error above max(2, 1 % of n), else a warning."""
-    amplitude = abs(entry - count)
-    serious = amplitude > 2 and 100 * amplitude > count
+    count, entry = run.count, run.entry_speed
+    serious = run.amplitude > 2 and 100 * run.amplitude > count
     repair = propose_repair(entry, count, limits.max_acceleration)
     text = (
-        f"{length} pixels of {count} entered at speed {entry}: the boundary speed swings between "
-        f"{2 * count - entry} and {entry}"
+        f"{run.length} pixels of {count} entered at speed {entry}: the boundary speed swings "
+        f"between {2 * count - entry} and {entry}"
     )
     if repair:
         text += f"; put {', '.join(map(str, repair))} before them"
     else:
         text += f"; {count} is odd, no boundary speed can equal it: use {count - 1} or {count + 1}"
     name, severity = ("oscillates", ERROR) if serious else ("ripple", WARNING)
-    return Finding(name, severity, pixel, text, amplitude, 0 if repair else None, repair)
+    return Finding(name, severity, run.pixel, text, run.amplitude, 0 if repair else None, repair)
 
 
 def _plain_findings(line: Line, limits: Limits) -> Iterator[Finding]:
