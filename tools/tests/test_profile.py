@@ -4,9 +4,9 @@
 import pytest
 
 from pixstep import files
-from pixstep.profiles import generator
 from pixstep.errors import UserError
 from pixstep.line import Line
+from pixstep.profiles import generator
 from worked import ACCELERATING, MPOS, PRN
 
 SPEEDS, _ = files.read_prn(PRN)

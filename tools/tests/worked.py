@@ -4,8 +4,8 @@
 from pathlib import Path
 
 from pixstep import files
-from pixstep.profiles import generator
 from pixstep.line import Line
+from pixstep.profiles import generator
 
 DATA = Path(__file__).resolve().parent.parent / "data"
 PRN = DATA / "AccProfM39-30Hz-1.PRN"

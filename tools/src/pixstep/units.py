@@ -18,7 +18,7 @@ _QUANTITY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?) *(?:steps/(px|pixel|s)([23]?))
 
 @dataclass(frozen=True)
 class Quantity:
-    """A figure as it was given: its value, its order (1 speed, 2 acceleration, 3 jerk), its unit."""
+    """A figure as it was given; the order is 1 for a speed, 2 an acceleration, 3 a jerk."""
 
     value: Fraction
     order: int

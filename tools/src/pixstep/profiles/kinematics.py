@@ -31,7 +31,8 @@ class Kinematics:
     """A line cut into its pieces: pixels, and the backlash take-up where there is one.
 
     `edges_px` has one entry more than there are pieces; the other arrays have one a piece. Speeds
-    are signed by the direction, accelerations too.
+    are signed by the direction, accelerations too. `going_on` is for a part of a line: a plain one
+    then holds its last speed behind the end instead of coming to rest.
     """
 
     line: Line
@@ -39,6 +40,7 @@ class Kinematics:
     begin_speeds: np.ndarray
     end_speeds: np.ndarray
     steps: np.ndarray
+    going_on: bool = False
 
     @cached_property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +56,8 @@ class Kinematics:
     @cached_property
     def speed_changes(self) -> np.ndarray:
         """Change of the speed at every edge of a plain line, from rest and to rest, steps/px2."""
-        return np.diff(np.concatenate([[0], self.begin_speeds, [0]]))
+        behind = self.begin_speeds[-1:] if self.going_on else [0]
+        return np.diff(np.concatenate([[0], self.begin_speeds, behind]))
 
     @cached_property
     def jerks(self) -> np.ndarray:
@@ -97,7 +100,7 @@ class Kinematics:
         )
 
 
-def of(line: Line) -> Kinematics:
+def of(line: Line, *, going_on: bool = False) -> Kinematics:
     """Return the kinematics of a line, backlash take-up included."""
     pieces = list(exact.pieces(line))
     edges = np.array([float(piece.begin) for piece in pieces] + [float(line.pixels)])
@@ -106,7 +109,8 @@ def of(line: Line) -> Kinematics:
     begin = np.array([piece.speed for piece in pieces], dtype=np.int64)
     accel = np.array([piece.accel for piece in pieces], dtype=np.int64)
     steps = np.array([piece.steps for piece in pieces], dtype=np.int64)
-    return Kinematics(line, edges, signs * begin, signs * (begin + accel), signs * steps)
+    ends = signs * (begin + accel)
+    return Kinematics(line, edges, signs * begin, ends, signs * steps, going_on)
 
 
 def _peak(values: np.ndarray) -> int:

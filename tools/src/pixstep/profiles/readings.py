@@ -55,7 +55,10 @@ class ProfileFile:
 
 @dataclass(frozen=True)
 class Reading:
-    """A file read in one way: form of the rows, decode rule, and what was found."""
+    """A file read in one way: form of the rows, decode rule, and what was found.
+
+    The decode rule is empty where the rows cannot be read in that form.
+    """
 
     rows: Rows
     decode: str
@@ -106,14 +109,17 @@ def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[Readi
         decodes = (SMOOTH,)
     readings = []
     for rows in profile.rows:
+        if rows.values is None:
+            readings.append(Reading(rows, "", ()))
+            continue
         for decode in decodes:
-            found = () if rows.values is None else tuple(_findings(profile, rows, decode, limits))
-            readings.append(Reading(rows, decode, found))
+            findings = tuple(_findings(profile, rows, decode, limits))
+            readings.append(Reading(rows, decode, findings))
     return readings
 
 
 def exit_status(readings: list[Reading]) -> int:
-    """Return 2 if no adopted reading is sound, 1 if one has findings or another form is sound."""
+    """Return 2 if no adopted reading is sound, 1 if one has findings or the form is ambiguous."""
     adopted = [reading for reading in readings if reading.rows.adopted]
     if not any(reading.sound for reading in adopted):
         return 2
@@ -121,8 +127,11 @@ def exit_status(readings: list[Reading]) -> int:
 
 
 def ambiguous(readings: list[Reading]) -> bool:
-    """True if the rows make a sound profile in more than one form."""
-    return len({reading.rows.form for reading in readings if reading.sound}) > 1
+    """True if all rows are taken as values although they fit a block that is sound too."""
+    return any(
+        reading.sound and reading.rows.form == BLOCK and not reading.rows.adopted
+        for reading in readings
+    )
 
 
 def _block(path: Path) -> Rows:

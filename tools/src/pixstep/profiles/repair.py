@@ -85,9 +85,11 @@ def repair_counts(counts: tuple[int, ...], wish: Wish) -> Repair:
     """
     _refuse_range(counts)
     stretches, between = _split(counts, wish.part)
-    blocks = []
-    for left, inside, right in zip(stretches, between, stretches[1:], strict=False):
-        blocks.append(_ramp_block(left, inside, right, wish))
+    blocks = _ramp_blocks(stretches, between, wish)
+    while (pair := _consumed_pair(stretches)) is not None:
+        inside = stretches.pop(pair).counts
+        between[pair - 1 : pair + 1] = [[*between[pair - 1], *inside, *between[pair]]]
+        blocks = _ramp_blocks(stretches, between, wish)
     for number, stretch in enumerate(stretches):
         _refuse_consumed(stretch, wish)
         blocks.insert(2 * number, _stretch_block(stretch))
@@ -131,6 +133,27 @@ def _split(counts: tuple[int, ...], part: str) -> tuple[list[_Stretch], list[lis
     if between[-1] or (part == LINE and stretches[-1].speed):
         stretches.append(_Stretch(0 if part == LINE else None, pixel))
     return stretches, between
+
+
+def _ramp_blocks(stretches: list[_Stretch], between: list[list[int]], wish: Wish) -> list[_Block]:
+    """Plan all ramps anew."""
+    for stretch in stretches:
+        stretch.first = stretch.last = 0
+    joints = zip(stretches, between, stretches[1:], strict=False)
+    return [_ramp_block(left, inside, right, wish) for left, inside, right in joints]
+
+
+def _consumed_pair(stretches: list[_Stretch]) -> int | None:
+    """Return the index of two equal counts that the ramps took and that need not be a stretch.
+
+    Between moving stretches two equal counts are more likely an accident of a ramp.
+    """
+    for index in range(1, len(stretches) - 1):
+        pair = stretches[index]
+        moving = stretches[index - 1].speed != 0 and stretches[index + 1].speed != 0
+        if len(pair.counts) == 2 and not pair.kept and moving:
+            return index
+    return None
 
 
 def _ramp_block(left: _Stretch, inside: list[int], right: _Stretch, wish: Wish) -> _Block:
@@ -213,16 +236,15 @@ def _assemble(blocks: list[_Block]) -> Repair:
 
 
 def _trimmed(block: _Block, after: tuple[int, ...]) -> Change:
-    """Return the change of a block without the equal counts at its ends."""
+    """Return the change of a block, without the equal counts at its ends if the length stays."""
+    before = block.counts
+    first, end = 0, len(before)
+    if len(after) == len(before):
+        differ = [k for k in range(end) if before[k] != after[k]]
+        first, end = differ[0], differ[-1] + 1
+        after = after[first:end]
     reason = block.reason or "two pixels of one count at a peak would swing"
-    first, last = 0, 0
-    if len(after) == len(block.counts):
-        differ = [k for k, (old, new) in enumerate(zip(block.counts, after, strict=True))
-                  if old != new]  # fmt: skip
-        first, last = differ[0], len(after) - 1 - differ[-1]
-    end = len(after) - last
-    return Change(block.pixel + first, block.counts[first:end or None] if first or last else
-                  block.counts, after[first:end], reason)  # fmt: skip
+    return Change(block.pixel + first, before[first:end], after, reason)
 
 
 def _flatten(speeds: list[int]) -> None:
