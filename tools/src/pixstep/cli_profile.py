@@ -22,6 +22,8 @@ _FORMS = {
     readings.ROWS: "all rows as values",
 }
 
+_REPAIRABLE = {"speed", "oscillates", "reverses_inside_pixel"}
+
 
 @click.group()
 def profile() -> None:
@@ -156,6 +158,9 @@ def _advice(found: list[readings.Reading]) -> Iterator[str]:
         yield "ambiguous: the rows fit a block too: line number 1, number of values, values"
     elif not sound and any(reading.sound for reading in found):
         yield "only all rows as values make a profile: --raw reads them so"
+    failing = (reading for reading in adopted if reading.decode == SMOOTH and not reading.sound)
+    if any(item.name in _REPAIRABLE for reading in failing for item in reading.findings):
+        yield "pixstep profile repair proposes values that a smooth motor can follow"
 
 
 def _check_json(path: Path, found: list[readings.Reading], status: int) -> dict:
