@@ -227,6 +227,12 @@ def test_command_repairs_a_line(tmp_path, monkeypatch):
     assert report["changes"][0]["before"] == [10, 10]
 
 
+def test_a_long_list_of_changes_is_cut_short(tmp_path):
+    files.write_csv(tmp_path / "a.csv", [501, 1000, 1000, 501, 0] * 20)
+    output = run("profile", "repair", tmp_path / "a.csv", "-o", tmp_path / "b.csv")
+    assert "and 20 more; --json lists them all" in output and output.count("\n") == 23
+
+
 def test_command_keeps_the_header_of_a_profile(tmp_path):
     header = files.ProfileHeader("Mon Oct 12 15:13:35 2009", "mine", 1, 3, 2, "30")
     files.write_csv(tmp_path / "a.csv", list(TEN), header)

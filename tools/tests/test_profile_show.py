@@ -206,6 +206,9 @@ def test_no_texts_overlap(draw, line, image):
     }  # fmt: skip
     assert clashes == set()
     assert len(boxes) > 25
+    inside = one.bbox.padded(1)
+    assert [text for text, box in boxes if not inside.contains(box.x0, box.y0)
+            or not inside.contains(box.x1, box.y1)] == []  # fmt: skip
 
 
 def run(*words, status=0):
@@ -245,9 +248,21 @@ def test_line_show_takes_lead_in_and_frequency_from_the_header(tmp_path):
     assert report["steps"] == worked_line(250).total_steps
 
 
+def test_a_line_at_rest_and_one_that_reverses_can_be_drawn(tmp_path):
+    for name, counts in (("rest", [0, 0]), ("wrong", [10, 2, 30])):
+        files.write_csv(tmp_path / f"{name}.csv", counts)
+        run("line", "show", tmp_path / f"{name}.csv", "--decode", "smooth",
+            "-o", tmp_path / f"{name}.png")  # fmt: skip
+        assert (tmp_path / f"{name}.png").exists()
+
+
 def test_misuse(tmp_path):
     text = run("line", "show", MPOS, "--decode", "smooth", "-o", tmp_path / "a.txt", status=2)
     assert "a drawing ends with .png, .svg, .pdf" in text
+    text = run("line", "show", MPOS, "--decode", "smooth", "--backlash", 1001, status=2)
+    assert "above the line speed 1000" in text
+    text = run("line", "show", MPOS, "--decode", "plain", "--backlash", 1, status=2)
+    assert "only a smooth line" in text
     text = run("profile", "show", MPOS, "--speed", 10, status=2)
     assert "--speed is for a PRN" in text
     assert list(tmp_path.iterdir()) == []

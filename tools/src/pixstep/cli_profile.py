@@ -13,7 +13,7 @@ from pixstep.cli_options import DECODE, FILE, HZ, raw_option, say
 from pixstep.cli_quantities import limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.profiles import figure, generator, names, readings
+from pixstep.profiles import figure, generator, names, page, readings
 from pixstep.rational import parse_hz
 
 _FORMS = {
@@ -134,13 +134,19 @@ def _name(reading: readings.Reading) -> str:
     return f"{_FORMS[reading.rows.form]}, {size}, decoded as {reading.decode}{adopted}"
 
 
+def _finding_text(item: linecheck.Finding) -> str:
+    """Return a finding as a line."""
+    where = f"entry {item.pixel}: " if item.pixel else ""
+    return f"{where}{item.severity} {item.name}: {item.message}"
+
+
 def _print_check(path: Path, found: list[readings.Reading], status: int) -> None:
     """Print every reading with its findings, then the verdict."""
     for reading in found:
         click.echo(f"{_name(reading)}: {reading.rows.problem or _state(reading)}")
-        for item in reading.findings if reading.rows.adopted else ():
-            where = f"entry {item.pixel}: " if item.pixel else ""
-            click.echo(f"  {where}{item.severity} {item.name}: {item.message}")
+        items = reading.findings if reading.rows.adopted else ()
+        for text in page.first_lines([_finding_text(item) for item in items]):
+            click.echo(f"  {text}")
     for text in _advice(found):
         click.echo(text)
     click.echo(f"{path}: {('fine', 'warnings', 'refused')[status]}")

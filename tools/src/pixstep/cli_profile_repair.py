@@ -3,6 +3,7 @@
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import click
@@ -13,6 +14,7 @@ from pixstep.cli_quantities import ACCELERATION_TYPE
 from pixstep.errors import UserError
 from pixstep.profiles import legal_prn, make, page, readings
 from pixstep.profiles.repair import LINE, START, Repair, Wish, repair_counts
+from pixstep.units import Quantity
 
 
 @click.command("repair")
@@ -54,14 +56,14 @@ def profile_repair(file, max_acceleration, part, insert, raw, lenient, pixel_hz,
         _print(file, output, part, read.values, repair)
 
 
-def _limit(quantity, hz) -> int | None:
+def _limit(quantity: Quantity | None, hz: Fraction | None) -> int | None:
     """Return the limit as an even number."""
     if quantity is None:
         return None
     return make.legal_limit(quantity.per_pixel(hz), "acceleration limit")
 
 
-def _refuse_for_prn(file: Path, limit, part: str | None, *, insert: bool) -> None:
+def _refuse_for_prn(file: Path, limit: Quantity | None, part: str | None, *, insert: bool) -> None:
     """Refuse options that mean nothing for the speeds of a PRN."""
     for name, given in (("--max-acceleration", limit), ("--part", part), ("--insert", insert)):
         if given:
@@ -93,8 +95,8 @@ def _print(file: Path, output: Path, part: str | None, before: tuple, repair: Re
     kinds = {LINE: "a line from rest to rest", START: "an accelerating start", None: "PRN speeds"}
     place = "entry" if part is None else "pixel"
     click.echo(f"{file}: read as {kinds[part]}")
-    for change in repair.changes:
-        click.echo(f"  {page.change_text(change, place)}")
+    for text in page.first_lines([page.change_text(change, place) for change in repair.changes]):
+        click.echo(f"  {text}")
     if not repair.changes:
         click.echo("  nothing to repair")
     length = f"{len(before)} -> {len(repair.values)}" if len(before) != len(repair.values) else (

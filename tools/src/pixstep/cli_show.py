@@ -2,14 +2,16 @@
 """`pixstep line show`, and what it has in common with `pixstep profile show`."""
 
 import json
+from fractions import Fraction
 from pathlib import Path
 
 import click
 from rich.console import Console
 
-from pixstep import files
+from pixstep import files, linecheck
 from pixstep.cli_options import DECODE, FILE, HZ, backlash_option, raw_option, say
 from pixstep.cli_quantities import limit_options, whole_limit
+from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.profiles import figure, page
 from pixstep.rational import parse_hz
@@ -36,12 +38,20 @@ def line_show(csv, decode, backlash, raw, lead_in, pixel_hz, output, as_json, **
         pixel_hz = pixel_hz or parse_hz(read.header.pixel_hz)
         lead_in = read.header.lead_in_px if lead_in is None else lead_in
     shown = Line(read.values, decode, backlash, name=str(csv))
+    _refuse_backlash(shown)
     bounds = drawn_limits(limits, pixel_hz)
     drawing = figure.Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
     show(drawing, output, as_json=as_json)
 
 
-def drawn_limits(limits: dict, hz) -> dict[int, int]:
+def _refuse_backlash(line: Line) -> None:
+    """Refuse a backlash that the line cannot take up: there is nothing right to draw."""
+    for item in linecheck.check(line):
+        if item.name.startswith("backlash"):
+            raise UserError(f"{line.name}: {item.message}")
+
+
+def drawn_limits(limits: dict, hz: Fraction | None) -> dict[int, int]:
     """Return the limits that are given, by order."""
     names = {SPEED: "max_speed", ACCELERATION: "max_acceleration", JERK: "max_jerk"}
     found = {order: whole_limit(limits[name], hz) for order, name in names.items()}

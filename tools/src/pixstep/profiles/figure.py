@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
-from pixstep import atomic, linecheck, units
+from pixstep import atomic, linecheck, progress, units
 from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
@@ -23,6 +23,14 @@ from pixstep.profiles import kinematics, phases
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _PALE = "#f7e9e6"  # BOARD at the 12 % of the shading
+_PHASE_COLOURS = {
+    phases.REST: "#eef1f4",
+    phases.UP: "#cfe5ea",
+    phases.CONSTANT: "#9cc6d1",
+    phases.DOWN: "#cfe5ea",
+    phases.SWING: "#e9b9ac",
+    phases.TAKE_UP: "#dd8a72",
+}
 _DENSE = 240  # pixels from which single marks would run together
 
 
@@ -61,8 +69,9 @@ def save(drawing: Drawing, path: Path) -> None:
     """Write the figure in the format of the suffix. Raises UserError for an unknown suffix."""
     if path.suffix.lower() not in SUFFIXES:
         raise UserError(f"{path}: a drawing ends with {', '.join(SUFFIXES)}")
-    with mpl.rc_context({**STYLE, "axes.axisbelow": True}):
+    with progress.shown("drawing") as progressed, mpl.rc_context({**STYLE, "axes.axisbelow": True}):
         figure = build(drawing)
+        progressed(0.5)
         atomic.write_with(path, figure.savefig)
         plt.close(figure)
 
@@ -99,7 +108,8 @@ def _captions(figure: Figure, drawing: Drawing, marks: list) -> None:
     figure.suptitle(f"{drawing.title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
     figure.text(0.012, 0.957, drawing.subtitle, fontsize=9.5, color=FAINT, va="top")
     if marks:
-        figure.legend(handles=marks, loc="outside lower left", ncols=min(3, len(marks)),
+        longest = max(len(mark.get_label()) for mark in marks)
+        figure.legend(handles=marks, loc="outside lower left", ncols=max(1, 160 // (longest + 10)),
                       labelcolor=INK, fontsize=9)  # fmt: skip
 
 
@@ -153,6 +163,7 @@ def _stems(
 
 def _position(axes: Axes, motion: kinematics.Kinematics) -> None:
     _panel(axes, "position", "steps")
+    axes.yaxis.set_major_formatter(EngFormatter(sep=""))
     times, steps = motion.curve()
     axes.plot(times, steps, color=MADE, lw=1.8, gid="position")
     if motion.line.pixels <= _DENSE:
@@ -197,7 +208,7 @@ def _marks(panels: tuple[Axes, ...], drawing: Drawing) -> list:
     if line.shifted_pixels:
         end = line.shifted_pixels
         begin = end - line.backlash / line.line_speed
-        _shade(panels, begin, end, 0.30)
+        _shade(panels, [(begin, end - begin)], 0.30)
         text = f"{line.backlash} steps of backlash taken up, px {begin:.6g} to {end}"
         handles.append(Patch(color=BOARD, alpha=0.30, lw=0, label=text))
     if drawing.image_pixel is not None:
@@ -212,8 +223,7 @@ def _marks(panels: tuple[Axes, ...], drawing: Drawing) -> list:
 def _oscillation_marks(panels: tuple[Axes, ...], line: Line) -> list[Patch]:
     """Shade every oscillating run; name the first five."""
     runs = list(linecheck.oscillations(line)) if line.smooth else []
-    for run in runs:
-        _shade(panels, run.pixel - 1, run.pixel - 1 + run.length, 0.12)
+    _shade(panels, [(run.pixel - 1, run.length) for run in runs], 0.12)
     texts = [
         f"pixels {run.pixel} to {run.pixel + run.length - 1} oscillate: {run.count} entered at "
         f"{run.entry_speed}, the speed swings {run.swing[0]} to {run.swing[1]}"
@@ -224,9 +234,11 @@ def _oscillation_marks(panels: tuple[Axes, ...], line: Line) -> list[Patch]:
     return [Patch(facecolor=_PALE, edgecolor=BOARD, lw=0.6, label=text) for text in texts]
 
 
-def _shade(panels: tuple[Axes, ...], begin: float, end: float, alpha: float) -> None:
+def _shade(panels: tuple[Axes, ...], spans: list[tuple[float, float]], alpha: float) -> None:
+    """Shade (begin, length) spans over the whole height of the panels."""
     for axes in panels:
-        axes.axvspan(begin, end, color=BOARD, alpha=alpha, lw=0, zorder=0)
+        axes.broken_barh(spans, (0, 1), transform=axes.get_xaxis_transform(), color=BOARD,
+                         alpha=alpha, lw=0, zorder=0)  # fmt: skip
 
 
 def _lane(axes: Axes, line: Line) -> None:
@@ -234,15 +246,14 @@ def _lane(axes: Axes, line: Line) -> None:
     axes.set_label("phases")
     axes.set_axis_off()
     axes.set_ylim(0, 1)
-    colours = {
-        phases.REST: "#eef1f4", phases.UP: "#cfe5ea", phases.CONSTANT: "#9cc6d1",
-        phases.DOWN: "#cfe5ea", phases.SWING: "#e9b9ac", phases.TAKE_UP: "#dd8a72",
-    }  # fmt: skip
-    for phase in phases.of(line):
-        width = phase.end - phase.begin
-        axes.axvspan(phase.begin, phase.end, color=colours[phase.kind], lw=0)
-        axes.axvline(phase.begin, color="white", lw=1.5)
-        characters = 118 * width / line.pixels
+    found = phases.of(line)
+    for kind, colour in _PHASE_COLOURS.items():
+        spans = [(phase.begin, phase.end - phase.begin) for phase in found if phase.kind == kind]
+        axes.broken_barh(spans, (0, 1), color=colour, lw=0)
+    if len(found) <= _DENSE:
+        axes.vlines([phase.begin for phase in found], 0, 1, color="white", lw=1.5)
+    for phase in found:
+        characters = 118 * (phase.end - phase.begin) / line.pixels
         texts = [text for text in (phase.text, phase.short) if len(text) + 1 <= characters]
         if texts:
             axes.text((phase.begin + phase.end) / 2, 0.46, texts[0], ha="center", va="center",

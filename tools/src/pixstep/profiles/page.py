@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the profile commands print: figures per pixel and per second, changes of a repair."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
 
@@ -12,6 +13,7 @@ from pixstep.profiles.repair import Change
 from pixstep.units import ACCELERATION, JERK, SPEED
 
 _SHOWN = 12  # values of a change that are printed
+_LINES = 20  # findings or changes that are printed
 
 
 def figures_table(figures: Figures, hz: Fraction | None) -> Table:
@@ -74,6 +76,13 @@ def change_text(change: Change, place: str) -> str:
 def changes_json(changes: tuple[Change, ...]) -> list[dict]:
     """Return the changes as plain data."""
     return [asdict(change) for change in changes]
+
+
+def first_lines(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a long list, and how many more there are."""
+    if len(lines) <= _LINES:
+        return list(lines)
+    return [*lines[:_LINES], f"and {len(lines) - _LINES} more; --json lists them all"]
 
 
 def _values(values: tuple[int, ...]) -> str:
