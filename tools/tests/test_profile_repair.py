@@ -15,7 +15,8 @@ from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.profiles import legal_prn, ramps
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep.profiles.repair import LINE, START, Wish, repair_counts, whole_line
+from pixstep.profiles.repair import Wish, repair_counts, whole_line
+from pixstep.profiles.stretches import LINE, START
 from worked import ACCELERATING, MPOS, worked_line
 
 TEN = (10, 10, 10, 10)

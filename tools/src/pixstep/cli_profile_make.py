@@ -14,7 +14,8 @@ from pixstep.cli_quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE
 from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.profiles import generator, kinematics, make, names, page
-from pixstep.profiles.repair import START, whole_line
+from pixstep.profiles.repair import whole_line
+from pixstep.profiles.stretches import START
 from pixstep.units import ACCELERATION, JERK, SPEED, Quantity
 
 

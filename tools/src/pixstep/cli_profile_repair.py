@@ -13,7 +13,8 @@ from pixstep.cli_options import FILE, HZ, raw_option, say
 from pixstep.cli_quantities import ACCELERATION_TYPE
 from pixstep.errors import UserError
 from pixstep.profiles import legal_prn, make, page, readings
-from pixstep.profiles.repair import LINE, START, Repair, Wish, repair_counts
+from pixstep.profiles.repair import Repair, Wish, repair_counts
+from pixstep.profiles.stretches import LINE, START
 from pixstep.units import Quantity
 
 

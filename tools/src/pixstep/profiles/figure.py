@@ -9,28 +9,19 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
-from pixstep import atomic, linecheck, progress, units
+from pixstep import atomic, progress, units
 from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
-from pixstep.profiles import kinematics, phases
+from pixstep.profiles import kinematics, marks
 
 SUFFIXES = (".png", ".svg", ".pdf")
-_PALE = "#f7e9e6"  # BOARD at the 12 % of the shading
-_PHASE_COLOURS = {
-    phases.REST: "#eef1f4",
-    phases.UP: "#cfe5ea",
-    phases.CONSTANT: "#9cc6d1",
-    phases.DOWN: "#cfe5ea",
-    phases.SWING: "#e9b9ac",
-    phases.TAKE_UP: "#dd8a72",
-}
 _DENSE = 240  # pixels from which single marks would run together
 
 
@@ -92,24 +83,28 @@ def build(drawing: Drawing) -> Figure:
     for order, axes in enumerate(panels[:3], 1):
         _limit(axes, drawing, order)
         _second_scale(axes, drawing, order)
-    marks = _marks(panels, drawing)
-    _lane(lane, drawing.line)
+    meanings = marks.add(panels, drawing.line, drawing.image_pixel)
+    marks.lane(lane, drawing.line)
     position.set_xlabel("pixel periods after line zero")
     edge = 0.006 * drawing.line.pixels  # so that marks at both ends are whole
     position.set_xlim(-edge, drawing.line.pixels + edge)
     position.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
     figure.align_ylabels(panels)
-    _captions(figure, drawing, marks)
+    _captions(figure, drawing, meanings)
     return figure
 
 
-def _captions(figure: Figure, drawing: Drawing, marks: list) -> None:
+def _captions(figure: Figure, drawing: Drawing, meanings: list[Artist]) -> None:
     """Put the title on top and what the marks mean at the bottom."""
+    if drawing.limits:
+        limit = Line2D([], [], color=BOARD, lw=1.1, ls=(0, (5, 3)), label="limit")
+        meanings = [limit, *meanings]
     figure.suptitle(f"{drawing.title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
     figure.text(0.012, 0.957, drawing.subtitle, fontsize=9.5, color=FAINT, va="top")
-    if marks:
-        longest = max(len(mark.get_label()) for mark in marks)
-        figure.legend(handles=marks, loc="outside lower left", ncols=max(1, 160 // (longest + 10)),
+    if meanings:
+        longest = max(len(one.get_label()) for one in meanings)
+        columns = max(1, 160 // (longest + 10))  # characters that fit, and room for a mark
+        figure.legend(handles=meanings, loc="outside lower left", ncols=columns,
                       labelcolor=INK, fontsize=9)  # fmt: skip
 
 
@@ -197,64 +192,3 @@ def _second_scale(axes: Axes, drawing: Drawing, order: int) -> None:
     scale.yaxis.set_major_formatter(EngFormatter(sep=""))
     scale.spines["right"].set_visible(True)
     scale.spines["right"].set_color("#dfe5ea")
-
-
-def _marks(panels: tuple[Axes, ...], drawing: Drawing) -> list:
-    """Shade oscillations and the backlash take-up, mark the image; return the legend's entries."""
-    line = drawing.line
-    handles: list = []
-    if drawing.limits:
-        handles.append(Line2D([], [], color=BOARD, lw=1.1, ls=(0, (5, 3)), label="limit"))
-    if line.shifted_pixels:
-        end = line.shifted_pixels
-        begin = end - line.backlash / line.line_speed
-        _shade(panels, [(begin, end - begin)], 0.30)
-        text = f"{line.backlash} steps of backlash taken up, px {begin:.6g} to {end}"
-        handles.append(Patch(color=BOARD, alpha=0.30, lw=0, label=text))
-    if drawing.image_pixel is not None:
-        at = drawing.image_pixel - 1
-        for axes in panels:
-            axes.axvline(at, color=INK, lw=1, ls=(0, (1, 2)), gid="image")
-        text = f"image starts with pixel {drawing.image_pixel}"
-        handles.append(Line2D([], [], color=INK, lw=1, ls=(0, (1, 2)), label=text))
-    return handles + _oscillation_marks(panels, line)
-
-
-def _oscillation_marks(panels: tuple[Axes, ...], line: Line) -> list[Patch]:
-    """Shade every oscillating run; name the first five."""
-    runs = list(linecheck.oscillations(line)) if line.smooth else []
-    _shade(panels, [(run.pixel - 1, run.length) for run in runs], 0.12)
-    texts = [
-        f"pixels {run.pixel} to {run.pixel + run.length - 1} oscillate: {run.count} entered at "
-        f"{run.entry_speed}, the speed swings {run.swing[0]} to {run.swing[1]}"
-        for run in runs[:5]
-    ]
-    if len(runs) > 5:
-        texts.append(f"and {len(runs) - 5} more oscillating runs")
-    return [Patch(facecolor=_PALE, edgecolor=BOARD, lw=0.6, label=text) for text in texts]
-
-
-def _shade(panels: tuple[Axes, ...], spans: list[tuple[float, float]], alpha: float) -> None:
-    """Shade (begin, length) spans over the whole height of the panels."""
-    for axes in panels:
-        axes.broken_barh(spans, (0, 1), transform=axes.get_xaxis_transform(), color=BOARD,
-                         alpha=alpha, lw=0, zorder=0)  # fmt: skip
-
-
-def _lane(axes: Axes, line: Line) -> None:
-    """Draw the strip that names the parts of the line, where a name fits."""
-    axes.set_label("phases")
-    axes.set_axis_off()
-    axes.set_ylim(0, 1)
-    found = phases.of(line)
-    for kind, colour in _PHASE_COLOURS.items():
-        spans = [(phase.begin, phase.end - phase.begin) for phase in found if phase.kind == kind]
-        axes.broken_barh(spans, (0, 1), color=colour, lw=0)
-    if len(found) <= _DENSE:
-        axes.vlines([phase.begin for phase in found], 0, 1, color="white", lw=1.5)
-    for phase in found:
-        characters = 118 * (phase.end - phase.begin) / line.pixels
-        texts = [text for text in (phase.text, phase.short) if len(text) + 1 <= characters]
-        if texts:
-            axes.text((phase.begin + phase.end) / 2, 0.46, texts[0], ha="center", va="center",
-                      fontsize=8.5, color=INK)  # fmt: skip

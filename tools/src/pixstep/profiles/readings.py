@@ -16,7 +16,8 @@ from pixstep.errors import UserError
 from pixstep.line import PLAIN, SMOOTH, Line
 from pixstep.linecheck import ERROR, WARNING, Finding, Limits
 from pixstep.profiles import generator
-from pixstep.profiles.repair import START, whole_line
+from pixstep.profiles.repair import whole_line
+from pixstep.profiles.stretches import START
 
 PRN, BLOCK, ROWS = "prn", "block", "rows"
 

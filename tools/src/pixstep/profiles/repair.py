@@ -9,16 +9,14 @@ stretches, so that the line keeps its length, or they are inserted.
 """
 
 from dataclasses import dataclass
-from itertools import groupby, pairwise
+from itertools import pairwise
 
 from pixstep import linecheck
 from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.profiles import ramps
 from pixstep.profiles.generator import MAX_SPEED
-
-LINE = "line"
-START = "start"
+from pixstep.profiles.stretches import LINE, Stretch, consumed_pair, split
 
 
 @dataclass(frozen=True)
@@ -53,22 +51,6 @@ class Wish:
 
 
 @dataclass
-class _Stretch:
-    """Pixels of constant speed (None: the free end of an accelerating part)."""
-
-    speed: int | None
-    pixel: int
-    counts: tuple[int, ...] = ()
-    first: int = 0  # pixels that the ramp before takes
-    last: int = 0  # pixels that the ramp behind takes
-
-    @property
-    def kept(self) -> tuple[int, ...]:
-        """The pixels left."""
-        return self.counts[self.first : len(self.counts) - self.last]
-
-
-@dataclass
 class _Block:
     """Pixels of the original, the speeds at the ends of those that replace them, and why."""
 
@@ -84,9 +66,9 @@ def repair_counts(counts: tuple[int, ...], wish: Wish) -> Repair:
     Raises UserError for a count out of range, and if the pixels do not suffice.
     """
     _refuse_range(counts)
-    stretches, between = _split(counts, wish.part)
+    stretches, between = split(counts, wish.part)
     blocks = _ramp_blocks(stretches, between, wish)
-    while (pair := _consumed_pair(stretches)) is not None:
+    while (pair := consumed_pair(stretches)) is not None:
         inside = stretches.pop(pair).counts
         between[pair - 1 : pair + 1] = [[*between[pair - 1], *inside, *between[pair]]]
         blocks = _ramp_blocks(stretches, between, wish)
@@ -114,28 +96,7 @@ def _refuse_range(counts: tuple[int, ...]) -> None:
             )
 
 
-def _split(counts: tuple[int, ...], part: str) -> tuple[list[_Stretch], list[list[int]]]:
-    """Return the stretches, rest at both ends included, and the counts between them."""
-    stretches = [_Stretch(0, 1)]
-    between: list[list[int]] = [[]]
-    pixel = 1
-    for count, group in groupby(counts):
-        length = len(list(group))
-        if count == 0 and pixel == 1:
-            stretches[0].counts = (0,) * length
-        elif count == 0 or length > 1:
-            stretches.append(_Stretch(max(count // 2 * 2, min(count, 1) * 2), pixel,
-                                      (count,) * length))  # fmt: skip
-            between.append([])
-        else:
-            between[-1].append(count)
-        pixel += length
-    if between[-1] or (part == LINE and stretches[-1].speed):
-        stretches.append(_Stretch(0 if part == LINE else None, pixel))
-    return stretches, between
-
-
-def _ramp_blocks(stretches: list[_Stretch], between: list[list[int]], wish: Wish) -> list[_Block]:
+def _ramp_blocks(stretches: list[Stretch], between: list[list[int]], wish: Wish) -> list[_Block]:
     """Plan all ramps anew."""
     for stretch in stretches:
         stretch.first = stretch.last = 0
@@ -143,20 +104,7 @@ def _ramp_blocks(stretches: list[_Stretch], between: list[list[int]], wish: Wish
     return [_ramp_block(left, inside, right, wish) for left, inside, right in joints]
 
 
-def _consumed_pair(stretches: list[_Stretch]) -> int | None:
-    """Return the index of two equal counts that the ramps took and that need not be a stretch.
-
-    Between moving stretches two equal counts are more likely an accident of a ramp.
-    """
-    for index in range(1, len(stretches) - 1):
-        pair = stretches[index]
-        moving = stretches[index - 1].speed != 0 and stretches[index + 1].speed != 0
-        if len(pair.counts) == 2 and not pair.kept and moving:
-            return index
-    return None
-
-
-def _ramp_block(left: _Stretch, inside: list[int], right: _Stretch, wish: Wish) -> _Block:
+def _ramp_block(left: Stretch, inside: list[int], right: Stretch, wish: Wish) -> _Block:
     """Plan what leads from one stretch to the next, taking or inserting missing pixels."""
     limit = wish.max_acceleration
     ramp = ramps.Ramp(tuple(inside), left.speed, right.speed, limit)
@@ -180,7 +128,7 @@ def _ramp_block(left: _Stretch, inside: list[int], right: _Stretch, wish: Wish) 
     return _Block(pixel - missing, left.counts[-missing:] + ramp.counts, speeds, reason)
 
 
-def _reason(left: _Stretch, ramp: ramps.Ramp, right: _Stretch) -> str:
+def _reason(left: Stretch, ramp: ramps.Ramp, right: Stretch) -> str:
     """Say why a ramp does not do as it is."""
     limit = ramp.max_acceleration
     within = f" within {limit} steps/px2" if limit else ""
@@ -200,7 +148,7 @@ def _reason(left: _Stretch, ramp: ramps.Ramp, right: _Stretch) -> str:
     return f"the counts lead from speed {ramp.begin} to {ends[-1]}, not to {ramp.end}"
 
 
-def _refuse_consumed(stretch: _Stretch, wish: Wish) -> None:
+def _refuse_consumed(stretch: Stretch, wish: Wish) -> None:
     """Refuse a moving stretch of which the ramps leave nothing."""
     if stretch.speed and stretch.counts and not stretch.kept:
         needed = stretch.first + stretch.last
@@ -211,7 +159,7 @@ def _refuse_consumed(stretch: _Stretch, wish: Wish) -> None:
         )
 
 
-def _stretch_block(stretch: _Stretch) -> _Block:
+def _stretch_block(stretch: Stretch) -> _Block:
     """Return the constant pixels that are left."""
     kept = stretch.kept
     reason = ""
