@@ -15,6 +15,7 @@ from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.profiles import generator, make
 from pixstep.profiles.make import ProfileLimits, shortest_pixels, shortest_profile
+from pixstep.units import ACCELERATION, JERK
 
 RANDOM_LIMITS = 2000
 
@@ -148,12 +149,12 @@ def run(*words, group="profile", status=0):
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (Fraction(1001), "nearest legal 1000 and 1002"),
-        (Fraction(3001, 3), "nearest legal 1000 and 1002"),
-        (Fraction(1), "nearest legal 2$"),
-        (Fraction(0), "nearest legal 2$"),
-        (Fraction(16_383), "above 16382, nearest legal 16382"),
-        (Fraction(32_763, 2), "nearest legal 16380 and 16382|above 16382"),
+        (Fraction(1001), "nearest legal 1000 steps/px and 1002 steps/px$"),
+        (Fraction(3001, 3), "nearest legal 1000 steps/px and 1002 steps/px$"),
+        (Fraction(1), "nearest legal 2 steps/px$"),
+        (Fraction(0), "nearest legal 2 steps/px$"),
+        (Fraction(16_383), "above the largest, nearest legal 16382 steps/px$"),
+        (Fraction(32_763, 2), "nearest legal 16380 steps/px and 16382 steps/px$"),
     ],
 )
 def test_illegal_top_speeds(value, message):
@@ -162,10 +163,17 @@ def test_illegal_top_speeds(value, message):
 
 
 def test_limits_are_rounded_down_to_even():
-    assert make.legal_limit(Fraction(7), "limit") == 6
-    assert make.legal_limit(Fraction(17, 2), "limit") == 8
+    assert make.legal_limit(Fraction(7), ACCELERATION) == 6
+    assert make.legal_limit(Fraction(17, 2), JERK) == 8
     with pytest.raises(UserError, match=r"below 2.*nearest legal 2"):
-        make.legal_limit(Fraction(19, 10), "limit")
+        make.legal_limit(Fraction(19, 10), JERK)
+
+
+def test_refusals_name_legal_values_per_second_too():
+    with pytest.raises(UserError, match=r"= 30000 steps/s and 1002 .* 30060 steps/s$"):
+        make.legal_speed(Fraction(30_010, 30), Fraction(30))
+    with pytest.raises(UserError, match="nearest legal 2 steps/px2 = 1800 steps/s2"):
+        make.legal_limit(Fraction(1), ACCELERATION, Fraction(30))
 
 
 def test_conventional_name_and_si_units(tmp_path, monkeypatch):
@@ -216,7 +224,7 @@ def test_csv_for_fast_moves_and_homing(tmp_path, monkeypatch):
         (["--csv", "a.csv", "--pixel-hz", 30, "--haps", 99], "--haps 99: the CSV profile has"),
         (["--csv", "a.csv", "--pixel-hz", 30, "--name", "x" * 21], "longer than 20"),
         (["--motor", "M39"], "have no use"),
-        (["--max-jerk", "1"], "jerk limit 1 is below 2"),
+        (["--max-jerk", "1"], "jerk limit 1 steps/px3 is below 2"),
         (["--max-jerk", "40steps/s3"], "needs --pixel-hz"),
         (["--max-jerk", "40steps/px2"], "expected steps/px3 or steps/s3"),
     ],

@@ -13,7 +13,7 @@ from pixstep import files, linecheck
 from pixstep.cli import main
 from pixstep.errors import UserError
 from pixstep.line import Line
-from pixstep.profiles import legal_prn, ramps
+from pixstep.profiles import generator, legal_prn, ramps
 from pixstep.profiles.generator import MAX_SPEED
 from pixstep.profiles.repair import Wish, repair_counts, whole_line
 from pixstep.profiles.stretches import LINE, START
@@ -203,6 +203,8 @@ def test_no_legal_prn_is_nearer():
         assert all(value % 2 == 0 and value > 0 for value in made) and list(made) == sorted(made)
         changed = sum(abs(a - b) for a, b in zip(made, speeds, strict=True))
         assert changed == nearest_by_search(speeds), speeds
+        counts = generator.acceleration_counts(list(made), made[-1])
+        assert findings(counts, part=START) == []
 
 
 def run(*words, status=0):

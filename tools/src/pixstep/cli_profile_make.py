@@ -48,9 +48,9 @@ def profile_make(top_speed, max_acceleration, max_jerk, pixel_hz, output, as_jso
     last entry.
     """
     limits = make.ProfileLimits(
-        make.legal_speed(top_speed.per_pixel(pixel_hz)),
-        _legal(max_acceleration, pixel_hz, "acceleration limit"),
-        _legal(max_jerk, pixel_hz, "jerk limit"),
+        make.legal_speed(top_speed.per_pixel(pixel_hz), pixel_hz),
+        _legal(max_acceleration, pixel_hz),
+        _legal(max_jerk, pixel_hz),
     )
     path = _prn_path(output, pixel_hz, options["motor"], options["variant"])
     speeds = make.shortest_profile(limits)
@@ -76,13 +76,13 @@ def profile_make(top_speed, max_acceleration, max_jerk, pixel_hz, output, as_jso
     _print(path, options["csv"], speeds, limits, pixel_hz)
 
 
-def _legal(limit: Quantity, hz: Fraction | None, what: str) -> int:
+def _legal(limit: Quantity, hz: Fraction | None) -> int:
     """Return a limit as an even whole number; a note says if that is less than was given."""
     given = limit.per_pixel(hz)
-    legal = make.legal_limit(given, what)
+    legal = make.legal_limit(given, limit.order, hz)
     if legal != given:
         unit = units.unit(limit.order)
-        say([f"{what} {units.number_text(given)} {unit}: changes are even, at most {legal} used"])
+        say([f"limit {units.number_text(given)} {unit}: changes are even, at most {legal} used"])
     return legal
 
 

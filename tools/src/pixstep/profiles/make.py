@@ -15,6 +15,7 @@ from itertools import accumulate
 
 from pixstep.errors import UserError
 from pixstep.profiles.generator import MAX_SPEED
+from pixstep.units import ACCELERATION, SPEED, both_text, number_text, unit
 
 
 @dataclass(frozen=True)
@@ -26,34 +27,38 @@ class ProfileLimits:
     max_jerk: int
 
 
-def legal_speed(value: Fraction) -> int:
+def legal_speed(value: Fraction, hz: Fraction | None = None) -> int:
     """Return a top speed as an even whole number of steps/pixel.
 
-    Raises UserError naming the nearest legal ones for a speed that is odd, not whole, below 2 or
-    above MAX_SPEED.
+    Raises UserError naming the nearest legal ones, per second too if `hz` is given, for a speed
+    that is odd, not whole, below 2 or above MAX_SPEED.
     """
     if value > MAX_SPEED:
         raise UserError(
-            f"top speed {_text(value)} steps/px is above {MAX_SPEED}, nearest legal {MAX_SPEED}"
+            f"top speed {number_text(value)} steps/px is above the largest, nearest legal "
+            f"{both_text(MAX_SPEED, SPEED, hz)}"
         )
     if value.denominator == 1 and value >= 2 and value % 2 == 0:
         return int(value)
     below = int(value // 2) * 2
-    legal = [str(speed) for speed in (below, below + 2) if 2 <= speed <= MAX_SPEED]
+    legal = [speed for speed in (below, below + 2) if 2 <= speed <= MAX_SPEED]
     raise UserError(
-        f"top speed {_text(value)} steps/px is not an even whole number: every boundary speed of "
-        f"a smooth line is even, nearest legal {' and '.join(legal)}"
+        f"top speed {number_text(value)} steps/px is not an even whole number: every boundary "
+        f"speed of a smooth line is even, nearest legal "
+        f"{' and '.join(both_text(speed, SPEED, hz) for speed in legal)}"
     )
 
 
-def legal_limit(value: Fraction, what: str) -> int:
+def legal_limit(value: Fraction, order: int, hz: Fraction | None = None) -> int:
     """Return the largest even whole number not above a limit: accelerations change by even ones.
 
-    Raises UserError for a limit below 2.
+    Raises UserError naming the nearest legal one for a limit below 2.
     """
     if value < 2:
         raise UserError(
-            f"{what} {_text(value)} is below 2: boundary speeds are even, nearest legal 2"
+            f"{'acceleration' if order == ACCELERATION else 'jerk'} limit {number_text(value)} "
+            f"{unit(order)} is below 2: boundary speeds are even, nearest legal "
+            f"{both_text(2, order, hz)}"
         )
     return int(value // 2) * 2
 
@@ -94,7 +99,3 @@ def _lower(accelerations: list[int], surplus: int) -> None:
         for k in plateau[len(plateau) - taken :]:
             accelerations[k] -= 1
         surplus -= taken
-
-
-def _text(value: Fraction) -> str:
-    return str(value) if value.denominator == 1 else f"{float(value):.7g}"
