@@ -99,6 +99,7 @@ static void on_reset(avr_io_t *io)
     for (int i = 0; i < b->timers; i++) {
         timer16_reset(&b->timer[i]);
     }
+    comparator_reset(&b->comparator);
     uart_reset(&b->uart);
     irq_stats_reset(&b->stats);
     board_release_outputs(b);
@@ -109,6 +110,7 @@ static void on_reset(avr_io_t *io)
     }
     b->avr->data[GPIOR2] = b->strap;
     board_schedule_pulse(b); // the reset has emptied simavr's list of events
+    board_schedule_switches(b);
 }
 
 static void attach_timers(struct board *b)
@@ -157,6 +159,11 @@ static void init_with_models(avr_t *avr)
     part_init[b->index](avr);
     irq_stats_attach(&b->stats, avr);
     attach_timers(b);
+    b->comparator_hooks = (struct comparator_hooks){.board = b,
+                                                    .pin = board_pin_level,
+                                                    .changed = board_follow_comparator,
+                                                    .refuse = board_refuse};
+    comparator_attach(&b->comparator, avr, &b->comparator_hooks);
     b->uart_hooks = (struct uart_hooks){.board = b,
                                         .refuse = board_refuse,
                                         .may_send = board_may_send,
@@ -245,6 +252,7 @@ bool board_open(struct board *b,
         set_error(b, "unknown board '%s': one of %s", kind_name, board_kind_names());
         return false;
     }
+    board_find_switches(b);
     avr_global_logger_set(log_errors_only);
     attach_line = line;
     if (!make_part(b) || !load_image(b, image_path)) {

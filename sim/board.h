@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// One simulated board: the part with our models of timers and UART in it, its pins wired to the
-// signals of firmware/hal/boards/<name>.def, its axes' mechanics.
+// One simulated board: the part with our models of timers, comparator and UART in it, its pins
+// wired to the signals of firmware/hal/boards/<name>.def, its axes' mechanics.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include <sim_avr.h>
 
 #include "board_pins.h"
+#include "comparator.h"
 #include "edges.h"
 #include "irq_stats.h"
 #include "line.h"
 #include "pixel_clock.h"
 #include "plant.h"
+#include "plant_log.h"
 #include "serial_log.h"
 #include "stack.h"
 #include "timer16.h"
@@ -26,11 +29,21 @@
 #define BOARD_PULSES 64 // pixel pulses handed over ahead of time; a power of two
 #define BOARD_ERROR  256
 
+// What a home or limit pin saw, driven from outside.
+struct board_switch {
+    bool level;
+    uint64_t cycle; // of its last change, 0 if there was none
+    uint64_t
+        first_cycle; // of the first edge of the change that made it, before all bouncing
+};
+
 struct board_axis {
     bool step, dir, enable; // levels
     uint64_t steps_rising;
     int64_t steps_signed; // DIR low counts up
     struct plant plant;
+    struct contact contact[PLANT_SWITCHES];
+    struct board_switch switches[PLANT_SWITCHES];
 };
 
 struct board {
@@ -40,6 +53,8 @@ struct board {
     avr_io_t reset_hook; // hears of every reset of the part
     struct edges *edges;
     struct serial_log *serial_log; // NULL for none
+    struct plant_log *plant_log;   // NULL for none
+    FILE *switch_log;              // NULL for none
     char error[BOARD_ERROR];       // not empty: the board has stopped for this reason
 
     struct timer16 timer[BOARD_TIMERS];
@@ -49,6 +64,8 @@ struct board {
         uint8_t bit;
     } icp[BOARD_TIMERS]; // input capture pin of each timer
     struct timer16_hooks timer_hooks;
+    struct comparator comparator;
+    struct comparator_hooks comparator_hooks;
     struct uart uart;
     struct uart_hooks uart_hooks;
     struct irq_stats stats;
@@ -59,14 +76,15 @@ struct board {
         uint8_t driven_mask, driven_level; // from outside
     } pins[BOARD_PORTS];
     struct board_axis axis[BOARD_AXES];
+    uint8_t switch_on[BOARD_PORTS][8]; // by pin (board_find_switches)
 
     struct pixel_pulse pulse[BOARD_PULSES];
     unsigned pulse_first, pulse_last;
     bool pulse_high;
+    uint8_t strap; // GPIOR2 after a reset
 
     uint64_t sleep_cycles;
     uint64_t quantum_end;
-    uint8_t strap; // GPIOR2 after a reset
 };
 
 // Loads an image into a new board. The board must stay where it is in memory. On failure returns
@@ -83,6 +101,11 @@ void board_set_plant(struct board *board,
                      unsigned axis,
                      const struct plant_settings *settings);
 
+// Other knobs at run time; the contacts are at once what the switches then are.
+void board_change_plant(struct board *board,
+                        unsigned axis,
+                        const struct plant_settings *settings);
+
 // Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or
 // has stopped. True while it goes on.
 bool board_run(struct board *board, uint64_t cycle);
@@ -93,6 +116,9 @@ bool board_is_done(const struct board *board);
 // Drives an input pin from outside at this cycle.
 void board_drive_pin(
     struct board *board, char port, unsigned bit, bool level, uint64_t cycle);
+
+// The level that a home or limit pin reads (an enum plant_switch).
+bool board_switch_level(struct board *board, unsigned axis, unsigned which);
 
 // A pixel pulse to come. False if the board's queue is full.
 bool board_add_pulse(struct board *board, const struct pixel_pulse *pulse);
@@ -107,11 +133,33 @@ void board_refuse(void *board, const char *text);
 // The input capture pins of this port may have changed level (board_inputs.c).
 void board_follow_icp(struct board *board, unsigned port, uint64_t cycle);
 
+// The level of a pin as the program would read it (board_inputs.c).
+bool board_pin_level(void *board, char port, unsigned bit);
+
+// The comparator's output, or whether timer 1 captures it, may have changed (board_inputs.c).
+void board_follow_comparator(void *board, uint64_t cycle);
+
 // Finds the input capture pin of a timer (board_inputs.c).
 void board_find_icp(struct board *board, int timer);
 
 // Tells simavr when the next pixel pulse is due (board_inputs.c).
 void board_schedule_pulse(struct board *board);
+
+// Finds the pins of the switches (board_switches.c).
+void board_find_switches(struct board *board);
+
+// A pin is driven at this cycle: the log, if it is a switch's (board_switches.c).
+void board_log_switch(
+    struct board *board, unsigned port, unsigned bit, bool level, uint64_t cycle);
+
+// A step has moved a switch of this axis (board_switches.c).
+void board_follow_plant(struct board *board, unsigned axis, uint64_t cycle);
+
+// A row of the plant log, if there is one and the axis has a plant.
+void board_log_plant(struct board *board, unsigned axis, uint64_t cycle);
+
+// Tells simavr when a contact next does something (board_switches.c).
+void board_schedule_switches(struct board *board);
 
 // Follows the ports that carry outputs (board_outputs.c).
 void board_watch_outputs(struct board *board);

@@ -59,41 +59,20 @@ static void add_edge(
     edges_add(b->edges, &edge);
 }
 
-static void drive_switch(struct board *b,
-                         unsigned axis,
-                         enum board_signal signal,
-                         enum plant_switch which,
-                         uint64_t cycle)
+void board_log_plant(struct board *b, unsigned axis, uint64_t cycle)
 {
-    const struct board_pin *pin = board_kind_pin(b->kind, signal, axis);
     const struct plant *plant = &b->axis[axis].plant;
+    struct plant_row row = {
+        .cycle = cycle,
+        .motor = plant->motor,
+        .load = plant->load,
+        .board = (uint8_t)b->index,
+        .axis = (uint8_t)axis,
+    };
 
-    if (pin != NULL) {
-        bool level = plant->closed[which] == plant->settings.active_high;
-
-        board_drive_pin(b, pin->port, pin->bit, level, cycle);
+    if (b->plant_log != NULL && plant->settings.present) {
+        plant_log_add(b->plant_log, &row);
     }
-}
-
-static void drive_switches(struct board *b, unsigned axis, uint64_t cycle)
-{
-    const struct plant_settings *s = &b->axis[axis].plant.settings;
-
-    if (s->has_home) {
-        drive_switch(b, axis, SIGNAL_HOME, PLANT_HOME, cycle);
-    }
-    if (s->has_travel) {
-        drive_switch(b, axis, SIGNAL_LIMIT_MINUS, PLANT_LIMIT_MINUS, cycle);
-        drive_switch(b, axis, SIGNAL_LIMIT_PLUS, PLANT_LIMIT_PLUS, cycle);
-    }
-}
-
-void board_set_plant(struct board *b,
-                     unsigned axis,
-                     const struct plant_settings *settings)
-{
-    plant_init(&b->axis[axis].plant, settings);
-    drive_switches(b, axis, b->avr->cycle);
 }
 
 static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle)
@@ -106,8 +85,13 @@ static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle
     if (level) {
         a->steps_rising++;
         a->steps_signed += direction;
+        int64_t motor_before = a->plant.motor;
+
         if (plant_step(&a->plant, direction)) {
-            drive_switches(b, axis, cycle);
+            board_follow_plant(b, axis, cycle);
+        }
+        if (a->plant.motor != motor_before) {
+            board_log_plant(b, axis, cycle);
         }
     }
 }

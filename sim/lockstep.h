@@ -9,11 +9,13 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "board.h"
 #include "edges.h"
 #include "line.h"
 #include "pixel_clock.h"
+#include "plant_log.h"
 #include "serial_log.h"
 #include "vcd.h"
 
@@ -24,6 +26,8 @@ struct bench {
     struct pixel_clock clock;
     struct edges edges;
     struct serial_log serial_log; // of the first board
+    struct plant_log plant_log;
+    FILE *switch_log; // NULL for none
     struct vcd vcd;
     bool has_vcd;
     uint64_t cycle; // every board has reached it

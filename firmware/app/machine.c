@@ -8,6 +8,7 @@
 #include "hal/cpu.h"         // cpu_section
 #include "hal/pixel_clock.h" // pixel_clock_take
 #include "hal/step_timer.h"  // step_timer_*
+#include "hal/switches.h"    // switch_capture_waiting
 
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
 #define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
@@ -19,8 +20,6 @@
 // All axes cross a pixel edge at the same time. Beginning a run costs their step interrupts more
 // than going on with one: let them do so some steps apart.
 #define RUN_STAGGER_STEPS 2u
-// Room for the commands of a reversal on top of the driver's own times, ticks.
-#define TURN_MARGIN_TICKS ((uint32_t)512)
 
 struct machine machine;
 
@@ -32,6 +31,7 @@ static uint8_t axis_bit(uint8_t axis)
 void machine_init(void)
 {
     settings_defaults(&machine.settings);
+    seek_init();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         axis_init(&machine.axes[i],
                   step_timer_ring(i),
@@ -59,8 +59,9 @@ void machine_apply_settings(void)
         .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
         // The direction changes in the middle of the interval.
         .reversal_min_ticks =
-            (uint16_t)(2u * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS)),
+            (uint16_t)(2u * (turn_us * TICKS_PER_US + CONFIG_TURN_MARGIN_TICKS)),
         .max_acceleration = settings->max_acceleration,
+        .start_stop_steps = settings->start_stop_steps,
     };
 }
 
@@ -200,14 +201,21 @@ static void take_underruns(void)
 #define FOLLOW_ENTRIES 64u
 #define TURN_ROUNDS    8u
 
+// An edge was captured with a sample of this axis, which comes before any newer one.
+static bool capture_waits(uint8_t i)
+{
+    bool clock = i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting();
+
+    return clock || (machine.seek.axis != SEEK_NOBODY && switch_capture_waiting());
+}
+
 // False when that must wait.
 static bool follow(uint8_t i, bool all)
 {
     struct axis *axis = &machine.axes[i];
     struct engine_sample sample = step_timer_sample(i);
 
-    // A capture that waits may be older than this sample: its own sample comes first.
-    if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
+    if (capture_waits(i)) {
         return false;
     }
     if (all || ledger_due(&axis->ledger, &axis->feed, &sample)) {
@@ -269,6 +277,13 @@ static void take_capture(void)
     if (!pixel_clock_take(&capture, &lost)) {
         return;
     }
+    // A command may have had the axis accounted for meanwhile, or the axis's switch was captured and
+    // it is not known which of the two was first: the next edge will do.
+    if (ledger_has_passed(&axis->ledger, &capture.sample) ||
+        (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
+        machine.edge_seen_4us = clock_now_4us();
+        return;
+    }
     ledger_follow(&axis->ledger, &axis->feed, &capture.sample);
     uint32_t edge_ticks = ledger_period_start(&axis->ledger, &axis->feed, capture.back) +
                           capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
@@ -293,6 +308,12 @@ static void watch_clock(void)
         }
         machine_fault(FAULT_pixel_clock_missing, axis, 0);
     }
+}
+
+static void poll_inputs(void)
+{
+    inputs_poll(machine.turn % CONFIG_AXES);
+    seek_poll();
 }
 
 // The axis nearest to starving; CONFIG_AXES when all are decoded.
@@ -344,7 +365,9 @@ static void decode_neediest(void)
 void machine_poll(void)
 {
     cpu_section(CPU_SECTION_ROUND);
-    take_capture();
+    if (!seek_has_clock_input()) {
+        take_capture();
+    }
     take_underruns();
     follow_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -354,6 +377,7 @@ void machine_poll(void)
     if (CONFIG_AXES > 1) {
         time_check_poll();
     }
+    poll_inputs();
     start_poll();
     watch_clock();
     decode_neediest();

@@ -86,7 +86,7 @@ def test_prn_means_speeds_for_a_smooth_motor(tmp_path):
 
 
 def test_limits_of_both_readings():
-    assert states(PRN, SMOOTH, Limits(1280, 128, 128))[1] == 0
+    assert states(PRN, SMOOTH, Limits(1280, 128, jerk_warning=128))[1] == 0
     assert states(PRN, SMOOTH, Limits(1280, 126))[1] == 2
     assert states(PRN, SMOOTH, Limits(1278))[1] == 2
     assert states(PRN, SMOOTH, Limits(jerk_warning=127))[1] == 1

@@ -34,7 +34,11 @@ def line_of(limits: ProfileLimits, constant: int = 3, backlash: int = 0) -> Line
 
 
 def line_limits(limits: ProfileLimits) -> linecheck.Limits:
-    return linecheck.Limits(limits.top_speed, limits.max_acceleration, limits.max_jerk)
+    return linecheck.Limits(
+        max_speed=limits.top_speed,
+        max_acceleration=limits.max_acceleration,
+        jerk_warning=limits.max_jerk,
+    )
 
 
 def reached_in(limits: ProfileLimits) -> int:

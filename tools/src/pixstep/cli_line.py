@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import click
 
-from pixstep import atomic, files, linecheck, planner
+from pixstep import atomic, cli_reversal, files, linecheck, planner
 from pixstep.cli_options import (
     DECODE,
     FILE,
@@ -74,6 +74,11 @@ def line_make(
 @click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
 @click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
 @click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
+@click.option(
+    "--start-stop",
+    type=click.IntRange(1),
+    help="steps/pixel; up to here a plain line may start, stop and turn without a ramp.",
+)
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.pass_context
@@ -83,6 +88,7 @@ def line_check(ctx, csv, decode, backlash, raw, pixel_hz, min_interval, as_json,
     bounds = linecheck.Limits(
         max_speed=limits["max_speed"],
         max_acceleration=limits["max_acceleration"],
+        start_stop=limits["start_stop"],
         jerk_warning=limits["jerk_warn"],
         min_interval_ticks=min_interval,
         period_ticks=period_ticks(pixel_hz) if pixel_hz else None,
@@ -153,5 +159,7 @@ def _header(name: str | None, lead_in: int, hz: Fraction) -> files.ProfileHeader
     frequency = f"{float(hz):.10g}"
     return files.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)
 
+
+line.add_command(cli_reversal.line_compensate)
 
 COMMANDS = (line, ticks)

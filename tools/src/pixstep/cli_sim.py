@@ -36,6 +36,19 @@ from pixstep.simtask import simulate
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
 @click.option("--force-upload", is_flag=True, help="Upload even what the host check refuses.")
 @click.option("--plot", is_flag=True, help="Draw plots (PNG) into the folder.")
+@click.option(
+    "--plant",
+    multiple=True,
+    metavar="KNOBS",
+    help='Mechanics of the axis, as "play=40" (pixstep-sim --help lists the knobs); once, or per '
+    "line. Play starts taken up in the + direction.",
+)
+@click.option(
+    "--ideal",
+    type=FILE,
+    multiple=True,
+    help="CSV that the load should follow: a compensated line's original; per line.",
+)
 @click.option("--vcd", is_flag=True, help="Write run.vcd for GTKWave into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @raw_option
@@ -61,6 +74,7 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
         backlash_policy=options["backlash_policy"],
         image=options["image"],
         vcd=options["vcd"],
+        **_plants(lines, options),
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)
@@ -142,6 +156,25 @@ def _lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict)
         )
         for path, rule, play in zip(csv, decodes, plays, strict=True)
     ]
+
+
+def _plants(lines: list[Line], options: dict) -> dict:
+    """Return the plants and the ideal counts of a job, by axis."""
+    knobs = _per_line(options["plant"], len(lines), None, "--plant")
+    paths = _per_line(options["ideal"], len(lines), None, "--ideal")
+    if any(paths) and not any(knobs):
+        raise UserError("--ideal says what the load should do: give the axis a --plant too")
+    axes = range(options["axis"], options["axis"] + len(lines))
+    ideals = {}
+    for axis, line, path in zip(axes, lines, paths, strict=True):
+        if path:
+            ideals[axis] = load_line(path, line.decode, raw=options["raw"]).counts
+            if len(ideals[axis]) != line.pixels:
+                raise UserError(
+                    f"{path}: {len(ideals[axis])} pixels, {line.name} has {line.pixels}"
+                )
+    plants = {axis: text for axis, text in zip(axes, knobs, strict=True) if text}
+    return {"plants": plants, "ideals": ideals}
 
 
 def _refuse_bad(lines: list[Line]) -> None:
