@@ -132,6 +132,66 @@ static void limit_of_an_axis_at_rest_is_no_fault(void)
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
 }
 
+// 40 rounds, in each of which the axis's turn of every four sees another level.
+static void chatter(uint8_t axis, uint8_t which)
+{
+    for (uint8_t i = 0; i < 40; i++) {
+        fake_switch(axis, which, i % 2 == 0 ? CLOSED : OPEN);
+        bench_rounds(CONFIG_AXES);
+    }
+}
+
+static void chattering_switch_does_not_hide_another(void)
+{
+    fake_switch(1, SWITCH_LIMIT_PLUS, CLOSED);
+    chatter(1, SWITCH_HOME);
+    TEST_ASSERT_EQUAL_HEX16(0x0040, bench_input(REG_INPUT_inputs));
+    setUp();
+    fake_switch(2, SWITCH_HOME, CLOSED);
+    fake_switch(2, SWITCH_LIMIT_MINUS, CLOSED);
+    chatter(2, SWITCH_LIMIT_PLUS);
+    TEST_ASSERT_EQUAL_HEX16(0x0300, bench_input(REG_INPUT_inputs));
+}
+
+static void chattering_limit_stays_what_it_was(void)
+{
+    fake_switch(1, SWITCH_LIMIT_PLUS, CLOSED);
+    bench_rounds(FILTER_ROUNDS);
+    chatter(1, SWITCH_LIMIT_PLUS);
+    TEST_ASSERT_EQUAL_HEX16(0x0040, bench_input(REG_INPUT_inputs));
+}
+
+// A position that becomes another one at rest is no movement.
+static void zero_is_no_move_towards_a_limit(void)
+{
+    run_line(1, 8);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    fake_switch(1, SWITCH_LIMIT_MINUS, CLOSED);
+    bench_rounds(FILTER_ROUNDS);
+    ledger_zero(&machine.axes[1].ledger, 500);
+    bench_rounds(FILTER_ROUNDS);
+    run_line(1, 8);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL_INT32(1600, fake_axes[1].steps);
+}
+
+static void reversal_towards_a_limit_is_stopped(void)
+{
+    fake_switch(1, SWITCH_LIMIT_PLUS, CLOSED);
+    bench_rounds(FILTER_ROUNDS);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_START | RUN_START_WAIT, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 0, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, -3, 20));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 3, 20));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_FAULT));
+    TEST_ASSERT_EQUAL(FAULT_limit_plus, machine.fault.code);
+    check_nothing_moves();
+    TEST_ASSERT_TRUE(fake_axes[1].steps <= -60 + 4 && fake_axes[1].steps > -60);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -143,5 +203,9 @@ int main(void)
     RUN_TEST(moving_away_is_allowed);
     RUN_TEST(moving_on_is_not);
     RUN_TEST(limit_of_an_axis_at_rest_is_no_fault);
+    RUN_TEST(chattering_switch_does_not_hide_another);
+    RUN_TEST(chattering_limit_stays_what_it_was);
+    RUN_TEST(zero_is_no_move_towards_a_limit);
+    RUN_TEST(reversal_towards_a_limit_is_stopped);
     return UNITY_END();
 }

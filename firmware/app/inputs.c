@@ -17,40 +17,46 @@ static uint8_t tripped_levels(void)
     return (uint8_t)(home | limits);
 }
 
-static bool lasted(const struct inputs *inputs)
+static bool lasted(uint16_t since_4us)
 {
-    uint16_t since_4us = (uint16_t)((uint16_t)clock_now_4us() - inputs->since_4us);
-
-    return since_4us > machine.settings.input_filter_us / US_PER_UNIT;
+    return (uint16_t)((uint16_t)clock_now_4us() - since_4us) >
+           machine.settings.input_filter_us / US_PER_UNIT;
 }
 
-// True when the filtered state has just changed.
+// Each switch for itself: one that chatters must not hide another. True when the filtered state of
+// one has just changed.
 static bool filter(struct inputs *inputs, uint8_t now)
 {
-    if (now != inputs->seen) {
-        inputs->seen = now;
-        inputs->since_4us = (uint16_t)clock_now_4us();
-    } else if (now != inputs->state && lasted(inputs)) {
-        inputs->state = now;
-        return true;
+    bool changed = false;
+
+    for (uint8_t i = 0; i < INPUTS_SWITCHES; i++) {
+        uint8_t bit = (uint8_t)(1u << i);
+        if (((now ^ inputs->seen) & bit) != 0) {
+            inputs->since_4us[i] = (uint16_t)clock_now_4us();
+        } else if (((now ^ inputs->state) & bit) != 0 && lasted(inputs->since_4us[i])) {
+            inputs->state ^= bit;
+            changed = true;
+        }
     }
-    return false;
+    inputs->seen = now;
+    return changed;
 }
 
-// A limit stops what moves on towards it; what moves away from it, or stands there, may.
+// A limit stops what moves on towards it; what moves away from it, or stands there, may. The place
+// is noted at rest too: after a stop a last step may follow, and a zero moves it.
 static void watch_limits(uint8_t i, bool first_look)
 {
     struct axis *axis = &machine.axes[i];
     struct inputs *inputs = &machine.inputs[i];
 
-    if (axis->state != AXIS_RUNNING && !first_look) {
-        return;
-    }
     (void)machine_follow(i);
     uint16_t position = (uint16_t)ledger_position(&axis->ledger);
-    int16_t moved = first_look ? 0 : (int16_t)(position - inputs->position);
+    int16_t moved = (int16_t)(position - inputs->position);
 
     inputs->position = position;
+    if (first_look || axis->state != AXIS_RUNNING) {
+        return;
+    }
     if (moved > 0 && (inputs->state & SWITCH_LIMIT_PLUS) != 0) {
         machine_fault(FAULT_limit_plus, i, 0);
     } else if (moved < 0 && (inputs->state & SWITCH_LIMIT_MINUS) != 0) {
@@ -78,7 +84,8 @@ bool inputs_settled(uint8_t axis)
 {
     const struct inputs *inputs = &machine.inputs[axis];
 
-    return inputs->seen == inputs->state && lasted(inputs);
+    return ((inputs->seen ^ inputs->state) & SWITCH_HOME) == 0 &&
+           lasted(inputs->since_4us[0]);
 }
 
 uint16_t inputs_all(void)

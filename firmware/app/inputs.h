@@ -6,12 +6,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#define INPUTS_SWITCHES 3u
+
 // One axis's look at its switches. Bits as in hal/switches.h, set for closed or tripped.
 struct inputs {
-    uint8_t state;      // filtered
-    uint8_t seen;       // at the last look
-    uint16_t since_4us; // when that changed, low 16 bits
-    uint16_t position;  // low 16 bits, at the last look with a limit tripped
+    uint8_t state;                       // filtered
+    uint8_t seen;                        // at the last look
+    uint16_t since_4us[INPUTS_SWITCHES]; // when each changed, low 16 bits; home first
+    uint16_t position; // low 16 bits, at the last look with a limit tripped
 };
 
 // One look at an axis's switches; a limit that is passed latches a fault.
@@ -20,7 +22,7 @@ void inputs_poll(uint8_t axis);
 // The home switch is closed, and was for as long as the filter asks for; or is open.
 bool inputs_home_closed(uint8_t axis);
 
-// Nothing has changed for so long.
+// The home switch has not changed for so long.
 bool inputs_settled(uint8_t axis);
 
 // Filtered switches of all axes, four bits each.
