@@ -398,6 +398,26 @@ static void seek_is_plain_and_does_not_wait(void)
     refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | RUN_START_OPEN), 0);
 }
 
+// When it trips its runs become neighbours that were none, rests between them are left out.
+static void seek_goes_one_way(void)
+{
+    begin(SEEK, 0, 0);
+    taken(3, 1);
+    taken(0, 100);
+    refused(LINE_seek_reverses, 102, -3, 1);
+    setUp();
+    begin(SEEK, 0, 0);
+    taken(-3, 1);
+    taken(RUN_MARK_DOWN, 0);
+    refused(LINE_seek_reverses, 2, 1, 1);
+    setUp();
+    begin_plain();
+    taken(3, 1);
+    ends();
+    begin(SEEK, 0, 0); // whatever came before
+    taken(-300, 1);
+}
+
 static void start_mark_missing(void)
 {
     refused(LINE_malformed, 1, 4, 1);
@@ -491,6 +511,7 @@ static void reversals_and_seeks(void)
     RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
     RUN_TEST(seek_needs_one_down_mark);
     RUN_TEST(seek_is_plain_and_does_not_wait);
+    RUN_TEST(seek_goes_one_way);
 }
 
 int main(void)

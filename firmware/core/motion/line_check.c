@@ -27,7 +27,8 @@ static enum line_error start(struct line_check *check, struct run entry)
         !seek_shape(word)) {
         return LINE_malformed;
     }
-    bool chained = (word & RUN_START_WAIT) == 0;
+    // A seek is started by itself.
+    bool chained = (word & (RUN_START_WAIT | RUN_START_SEEK)) == 0;
     int8_t direction = check->direction;
     uint16_t rest_ticks = check->rest_ticks;
 
@@ -39,6 +40,7 @@ static enum line_error start(struct line_check *check, struct run entry)
     check->smooth = (word & RUN_START_SMOOTH) != 0;
     check->negative = (word & RUN_START_NEGATIVE) != 0;
     check->seek = (word & RUN_START_SEEK) != 0;
+    check->one_way = check->seek;
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
 }
@@ -141,6 +143,9 @@ static enum line_error turn(const struct line_check *check,
 
     if (direction == 0 || check->direction == 0 || direction == check->direction) {
         return LINE_none;
+    }
+    if (check->one_way) {
+        return LINE_seek_reverses;
     }
     if (lacks_ramp(check, limits, entry)) {
         return LINE_reversal_without_ramp;

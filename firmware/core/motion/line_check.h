@@ -33,6 +33,7 @@ struct line_check {
     bool reached : 1;  // the line speed given with the backlash was reached
     bool negative : 1; // direction of a smooth line
     bool seek : 1;     // its down mark is still to come
+    bool one_way : 1;  // a seek: any of its runs may come next when it trips
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     uint8_t warning; // first warning of the line (enum line_error, 32..)
