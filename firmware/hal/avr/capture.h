@@ -54,7 +54,7 @@ static inline void capture_note(struct capture *source,
 // As short as can be with interrupts off, 13 cycles: the step interrupts come first. An edge that
 // finds the one before it not taken is noted only, so that a noisy input cannot nest this.
 //
-// The sample, the flag and the counter belong together: 19 cycles with interrupts off. Right as
+// The sample, the flag and the counter belong together: 21 cycles with interrupts off. Right as
 // long as no more than one period began since the edge: up to about 150 cycles may lie between. In
 // shorter periods the place of an edge may be off by periods; line zero and a switch never are,
 // because an axis at rest and one that seeks slowly have long ones.
@@ -89,6 +89,7 @@ static inline void capture_note(struct capture *source,
         uint8_t flags_after = 0;                                                         \
         uint8_t tail = 0;                                                                \
         int8_t left = 0;                                                                 \
+        int8_t cut = 0;                                                                  \
         uint16_t idle_count = 0;                                                         \
                                                                                          \
         ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
@@ -101,6 +102,7 @@ static inline void capture_note(struct capture *source,
         {                                                                                \
             tail = engine->tail;                                                         \
             left = engine->left;                                                         \
+            cut = engine->cut;                                                           \
             idle_count = engine->idle_count;                                             \
             flags_before = TIFR##timer;                                                  \
             counter = TCNT##timer;                                                       \
@@ -111,7 +113,7 @@ static inline void capture_note(struct capture *source,
                        ((flags_after & _BV(TOV##timer)) != 0 &&                          \
                         counter < CAPTURE_JUST_WRAPPED_TICKS);                           \
         capture_note(&(name), captured, counter, wrapped);                               \
-        (name).newest.sample = step_engine_sample_of(tail, left, 0, idle_count);         \
+        (name).newest.sample = step_engine_sample_of(tail, left, cut, idle_count);       \
         (note);                                                                          \
         (name).waiting = true;                                                           \
     }
