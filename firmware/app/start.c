@@ -94,17 +94,26 @@ void start_on_edge(uint32_t edge_ticks)
 
 void start_now(uint8_t axis)
 {
-    struct axis *starter = &machine.axes[axis];
-
-    starter->zero_ticks = starter->ledger.loaded_ticks + 2u * (uint32_t)START_MIN_TICKS;
     machine.starting = (uint8_t)(machine.starting | (1u << axis));
+}
+
+// The line's first interval can be merged into the delay only as long as that is not released.
+static bool begun(const struct axis *axis)
+{
+    return !axis->in_line || !axis->feed.merge;
 }
 
 static void release(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
 
-    (void)machine_follow(i);
+    if (!machine_follow(i) || !begun(axis)) {
+        return;
+    }
+    if ((machine.clocked & (1u << i)) == 0) {
+        axis->zero_ticks = axis->ledger.loaded_ticks + STEP_TIMER_EDGE_TICKS -
+                           axis->feed.lead_in_ticks + 2u * (uint32_t)START_MIN_TICKS;
+    }
     int32_t delay = ticks_to_start(axis, axis->zero_ticks);
 
     if (delay > RELEASE_MAX_TICKS) {
