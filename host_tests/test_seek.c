@@ -206,6 +206,76 @@ static void disturbance_does_not_count(void)
                             (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
 }
 
+// It was open for longer than the filter asks for in between: the edge is the later one.
+static void disturbance_just_before_does_not_count(void)
+{
+    queue_seek(0, 0, 1, 200);
+    start(0);
+    go_to(0, 200000);
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    fake_switch(0, SWITCH_HOME, OPEN);
+    go_to(0, 200000 + FILTER_TICKS * 3u / 2u);
+    uint32_t edge = fake_now_ticks();
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(edge, bench_input_wide(REG_INPUT_trip_ticks));
+}
+
+// It never was open for so long: the edge is the first one.
+static void long_bouncing_counts_from_its_first_edge(void)
+{
+    queue_seek(0, 0, 1, 200);
+    start(0);
+    go_to(0, 200000);
+    uint32_t first = fake_now_ticks();
+    for (uint8_t i = 0; i < 5; i++) {
+        fake_switch(0, SWITCH_HOME, CLOSED);
+        bench_rounds(7);
+        fake_switch(0, SWITCH_HOME, OPEN);
+        bench_rounds(2);
+    }
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT16(TRIP_CLOSED, bench_input(REG_INPUT_trip_code));
+    TEST_ASSERT_EQUAL_UINT32(first, bench_input_wide(REG_INPUT_trip_ticks));
+}
+
+static void seek_without_its_end_is_not_armed(void)
+{
+    entry(0, RUN_MARK_START | RUN_START_SEEK, 0);
+    entry(0, 0, 0);
+    for (uint8_t i = 0; i < CONFIG_QUEUE_ENTRIES - 4u; i++) {
+        entry(0, (int16_t)(1 + i % 2), 1);
+    }
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_EQUAL_UINT8(SEEK_NOBODY, machine.seek.axis);
+    entry(0, RUN_MARK_DOWN, 0);
+    entry(0, RUN_MARK_END, 0);
+    start(0);
+}
+
+// The first interval is part of the delay before the line, however long the board is busy.
+static void first_step_comes_in_time_at_any_rate(void)
+{
+    entry(0, RUN_MARK_START, 0);
+    entry(0, 0, 0);
+    entry(0, BENCH_PIXEL_TICKS / CONFIG_MIN_INTERVAL_TICKS, 20);
+    entry(0, RUN_MARK_END, 0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_TRUE(machine.axes[0].feed.lead_in_ticks != 0);
+}
+
+static void seek_of_an_axis_long_unaccounted_for_starts(void)
+{
+    queue_seek(2, 0, 1, 200);
+    fake_pass(1000000); // a round that long stands for many that looked after others
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(2, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
 static void never_closing_is_a_fault(void)
 {
     queue_seek(1, 0, 1, 20);
@@ -289,6 +359,11 @@ int main(void)
     RUN_TEST(inverted_switch_closes_high);
     RUN_TEST(bouncing_switch_counts_from_its_first_edge);
     RUN_TEST(disturbance_does_not_count);
+    RUN_TEST(disturbance_just_before_does_not_count);
+    RUN_TEST(long_bouncing_counts_from_its_first_edge);
+    RUN_TEST(seek_without_its_end_is_not_armed);
+    RUN_TEST(first_step_comes_in_time_at_any_rate);
+    RUN_TEST(seek_of_an_axis_long_unaccounted_for_starts);
     RUN_TEST(never_closing_is_a_fault);
     RUN_TEST(never_opening_is_another);
     RUN_TEST(stopped_seek_is_no_fault);

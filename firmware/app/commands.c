@@ -3,8 +3,9 @@
 #include "app/machine.h"
 #include "app/start.h" // start_now
 #include "app/time_check.h"
-#include "hal/clock.h"      // clock_now_4us
-#include "hal/step_timer.h" // step_timer_*
+#include "hal/clock.h"       // clock_now_4us
+#include "hal/pixel_clock.h" // pixel_clock_take
+#include "hal/step_timer.h"  // step_timer_*
 
 typedef bool (*axis_test)(const struct axis *axis);
 typedef void (*axis_action)(uint8_t axis);
@@ -38,7 +39,7 @@ static bool armable(const struct axis *axis)
     return axis->state == AXIS_LOADED && machine.fault.code == FAULT_none;
 }
 
-// One switch is watched at a time.
+// One switch is watched at a time; a seek is in memory whole, or it could not slow down at once.
 static bool seeks_fit(uint8_t mask)
 {
     bool opening = false;
@@ -46,7 +47,7 @@ static bool seeks_fit(uint8_t mask)
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if ((mask & (1u << i)) != 0 && axis_seeks(&machine.axes[i], &opening)) {
-            if (taken) {
+            if (taken || machine.axes[i].whole_lines == 0) {
                 return false;
             }
             taken = true;
@@ -130,6 +131,9 @@ static void disable(uint8_t i)
 // Timers and ledgers agree again; positions are kept.
 static void restart_time(void)
 {
+    struct pixel_capture edge;
+    bool lost = false;
+
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         machine_account(i);
     }
@@ -138,6 +142,8 @@ static void restart_time(void)
         axis_discard(&machine.axes[i], 0);
         ledger_restart(&machine.axes[i].ledger, STEP_IDLE_TICKS);
     }
+    // A clock edge that waits is of the time before.
+    (void)pixel_clock_take(&edge, &lost);
     machine.watch.following = false;
     machine.time_lost = false;
 }

@@ -18,6 +18,7 @@ static uint8_t seeker(void)
 void seek_init(void)
 {
     machine.seek.axis = SEEK_NOBODY;
+    switch_capture_stop();
 }
 
 void seek_begin(uint8_t axis, bool opening)
@@ -30,6 +31,9 @@ void seek_begin(uint8_t axis, bool opening)
         .trip_axis = axis,
         .trip_code = TRIP_NONE,
     };
+    if (seek_has_clock_input()) {
+        machine.watch.following = false; // its edges are not seen meanwhile
+    }
     switch_capture_start(axis, opening != inverted);
 }
 
@@ -54,8 +58,8 @@ static void note_edge(struct seek *seek, const struct switch_capture *capture)
     seek->captured = true;
 }
 
-// A clock edge whose sample of the seeking axis may be older than the switch's cannot be placed
-// once the account has come to that one.
+// A clock edge that waits may have an older sample of the seeking axis than the switch's: it cannot
+// be placed once the account has come to that one.
 static void drop_clock_edge(void)
 {
     struct pixel_capture edge;
@@ -79,20 +83,24 @@ static void take_edge(struct seek *seek)
 {
     struct switch_capture capture;
 
-    if (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS)) {
+    if (!switch_capture_take(&capture)) {
+        return;
+    }
+    // In this order: a clock edge that comes after this look is newer than the switch's.
+    if (CONFIG_AXES > 1 && seeker() == CONFIG_PIXEL_CLOCK_AXIS) {
         drop_clock_edge();
     }
-    // A switch that bounces has more edges: the first one counts.
-    if (switch_capture_take(&capture) && !seek->captured &&
-        seek->trip_code == TRIP_NONE && is_new(&capture)) {
+    if (seek->captured) {
+        // A switch that bounces has more edges: the first one counts.
+        seek->captured_4us = (uint16_t)clock_now_4us();
+    } else if (seek->trip_code == TRIP_NONE && is_new(&capture)) {
         note_edge(seek, &capture);
     }
 }
 
 static void look(struct seek *seek)
 {
-    uint16_t patience_4us =
-        (uint16_t)(2u * machine.settings.input_filter_us / US_PER_UNIT);
+    uint16_t patience_4us = machine.settings.input_filter_us / US_PER_UNIT;
     uint16_t since_4us = (uint16_t)((uint16_t)clock_now_4us() - seek->captured_4us);
 
     if (inputs_home_closed(seeker()) != seek->opening) {

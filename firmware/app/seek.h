@@ -21,7 +21,7 @@ struct seek {
     bool captured;          // an edge, not confirmed yet
     uint8_t trip_axis;      // of the last seek
     uint8_t trip_code;      // enum trip_code
-    uint16_t captured_4us;  // when the edge was taken, low 16 bits
+    uint16_t captured_4us;  // when the last edge was taken, low 16 bits
     uint32_t ticks;         // of the edge
     int32_t position_steps; // at the edge
 };

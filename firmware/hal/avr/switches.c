@@ -69,15 +69,17 @@ static inline void note_seeker(void)
     const struct step_engine *engine = &step_engines[seeker_axis];
     uint8_t tail = 0;
     int8_t left = 0;
+    int8_t cut = 0;
     uint16_t idle_count = 0;
 
     ATOMIC_BLOCK(ATOMIC_FORCEON)
     {
         tail = engine->tail;
         left = engine->left;
+        cut = engine->cut;
         idle_count = engine->idle_count;
     }
-    seeker = step_engine_sample_of(tail, left, 0, idle_count);
+    seeker = step_engine_sample_of(tail, left, cut, idle_count);
 }
 
 CAPTURE_HANDLER(switch_edge,
@@ -139,7 +141,8 @@ void switch_capture_start(uint8_t axis, bool to_high)
     choose(axis, (uint8_t)(_BV(ACBG) | _BV(ACIC)), !to_high);
 }
 
+// The reference stays on: it takes 70 us to settle, and would be an edge meanwhile.
 void switch_capture_stop(void)
 {
-    choose(0, 0, true);
+    choose(0, (uint8_t)_BV(ACBG), true);
 }
