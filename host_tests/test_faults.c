@@ -6,6 +6,7 @@
 #include "base/require.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
+#include "hal/pixel_clock.h"
 #include "hal/step_timer.h"
 #include "nothing_moves.h"
 #include "unity.h"
@@ -132,6 +133,22 @@ static void underrun(void)
     TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[0].state);
     check_recovery(1);
     TEST_ASSERT_FALSE(machine.time_lost);
+    check_new_line(0);
+}
+
+// It was captured when time began earlier.
+static void clock_edge_that_waits_does_not_survive_a_restart(void)
+{
+    fake_underrun(1);
+    bench_rounds(3);
+    check_fault(FAULT_underrun, 1);
+    fake_pass(BENCH_PIXEL_TICKS);
+    TEST_ASSERT_TRUE(pixel_clock_waiting());
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
+    bench_rounds(200);
+    uint32_t behind = machine.axes[0].ledger.loaded_ticks -
+                      machine.axes[CONFIG_PIXEL_CLOCK_AXIS].ledger.loaded_ticks;
+    TEST_ASSERT_TRUE(behind + 0x40000u < 0x80000u);
     check_new_line(0);
 }
 
@@ -277,6 +294,7 @@ int main(void)
     RUN_TEST(decoder_late);
     RUN_TEST(underrun);
     RUN_TEST(period_without_interrupt);
+    RUN_TEST(clock_edge_that_waits_does_not_survive_a_restart);
     RUN_TEST(underrun_at_rest);
     RUN_TEST(pixel_clock_missing_in_a_line);
     RUN_TEST(pixel_clock_missing_when_armed);
