@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Switches, limits and lines without the clock on the real images: what only real time shows."""
+
+from fractions import Fraction
+
+import pytest
+
+from bench import Bench
+from pixstep.client import Upload
+from pixstep.line import PLAIN, Line
+
+pytestmark = pytest.mark.usefixtures("simulator")
+BOARDS = ("uno", "mega")
+HZ = Fraction(100)
+PIXEL_TICKS = 160_000
+START, WAIT, SEEK, END, DOWN = 0x01, 0x20, 0x80, (2, 0), (3, 0)
+
+
+def queue(bench, axis, runs, flags=0):
+    """Queue a plain line of these runs."""
+    upload = Upload(bench.board, axis, [(START | flags, 0), (0, 0), *runs, END])
+    upload.push()
+    assert upload.done
+
+
+def over(bench):
+    """True when no axis moves or is about to."""
+    return all(bench.state(axis) in ("done", "fault", "empty") for axis in bench.axes)
+
+
+@pytest.mark.parametrize("count", [5, 50, 300])
+@pytest.mark.parametrize("board", BOARDS)
+def test_an_axis_moves_away_from_its_limit_whatever_its_rate_was(board, count):
+    """A last step follows the stop: it must not be taken for a move towards the limit."""
+    knobs = "0.0:travel=-100000..700,over=100000"
+    with Bench(board, hz=HZ, extra=("--plant", knobs)) as bench:
+        queue(bench, 0, [(count, 30_000)])
+        bench.arm()
+        assert bench.run_until_fault() == "limit_plus"
+        bench.assert_rest()
+        at = bench.sim.steps(0, 0)
+        assert 700 <= at <= 700 + 2 + count * 2
+        bench.board.command("clear_fault", [0])
+        queue(bench, 0, [(-count, 8)])
+        bench.arm()
+        bench.until(lambda: over(bench))
+        assert bench.fault() == "none"
+        bench.assert_rest()
+        assert bench.sim.steps(0, 0) == at - 8 * count
+
+
+def test_position_is_exact_when_a_clock_edge_comes_as_a_run_is_cut_off():
+    """Stopped at any distance from a clock edge: its sample must know of the cut."""
+    for wait in range(0, PIXEL_TICKS, 800):
+        with Bench("uno", hz=HZ) as bench:
+            queue(bench, 0, [(100, 100)], WAIT)
+            bench.arm()
+            bench.run_until_steps(406)
+            bench.sim.run(wait)
+            bench.board.command("stop", [0])
+            bench.sim.run(PIXEL_TICKS)
+            assert bench.board.axis(0)["position_steps"] == bench.sim.steps(0, 0), wait
+
+
+@pytest.mark.parametrize("flags", [0, SEEK])
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_line_without_the_clock_begins_at_any_rate(board, flags):
+    for phase in range(6):
+        with Bench(board, hz=HZ) as bench:
+            queue(bench, 0, [(600, 20), *([DOWN] if flags else [])], flags)
+            bench.sim.run(phase * 777)
+            bench.arm()
+            bench.until(lambda: over(bench))
+            assert bench.fault() == ("home_not_found" if flags else "none")
+            bench.assert_rest()
+            assert bench.count() == 600 * 20
+
+
+def test_a_seek_begins_while_other_axes_keep_the_board_busy():
+    """Its own account is old by then, and a clock edge of its timer may be waiting."""
+    ramp = [5, 25, *range(50, 180, 20)]
+    line = Line((*ramp, *([190, 189, 188, 189] * 12), *ramp[::-1]), PLAIN)
+    for phase in range(10):
+        with Bench("mega", range(4), HZ) as bench:
+            for axis in range(3):
+                bench.load(line, axis)
+            queue(bench, 3, [(20, 30), DOWN], SEEK)
+            bench.board.command("arm", [0, 1, 2])
+            bench.run_until_steps(1500)
+            bench.sim.run(phase * PIXEL_TICKS // 10)
+            bench.board.command("arm", [3])
+            bench.until(lambda: over(bench))
+            assert bench.fault() == "home_not_found"
+            assert bench.count(3) == 600
+            bench.assert_rest()
