@@ -17,28 +17,32 @@ static uint8_t tripped_levels(void)
     return (uint8_t)(home | limits);
 }
 
-static bool lasted(uint16_t since_4us)
+static bool lasted(uint16_t now_4us, uint16_t since_4us)
 {
-    return (uint16_t)((uint16_t)clock_now_4us() - since_4us) >
+    return (uint16_t)(now_4us - since_4us) >
            machine.settings.input_filter_us / US_PER_UNIT;
 }
 
-// Each switch for itself: one that chatters must not hide another. True when the filtered state of
-// one has just changed.
-static bool filter(struct inputs *inputs, uint8_t now)
+// Each switch for itself: one that chatters must not hide another. The switches whose filtered
+// state has just changed.
+static uint8_t filter(struct inputs *inputs, uint8_t now)
 {
-    bool changed = false;
+    uint16_t now_4us = (uint16_t)clock_now_4us();
+    uint8_t moved = now ^ inputs->seen;
+    uint8_t wrong = now ^ inputs->state;
+    uint8_t changed = 0;
+    uint16_t *since = inputs->since_4us;
 
-    for (uint8_t i = 0; i < INPUTS_SWITCHES; i++) {
-        uint8_t bit = (uint8_t)(1u << i);
-        if (((now ^ inputs->seen) & bit) != 0) {
-            inputs->since_4us[i] = (uint16_t)clock_now_4us();
-        } else if (((now ^ inputs->state) & bit) != 0 && lasted(inputs->since_4us[i])) {
-            inputs->state ^= bit;
-            changed = true;
+    for (uint8_t bit = 1; bit < SWITCH_ALL; bit = (uint8_t)(bit << 1)) {
+        if ((moved & bit) != 0) {
+            *since = now_4us;
+        } else if ((wrong & bit) != 0 && lasted(now_4us, *since)) {
+            changed |= bit;
         }
+        since++;
     }
     inputs->seen = now;
+    inputs->state ^= changed;
     return changed;
 }
 
@@ -68,7 +72,7 @@ void inputs_poll(uint8_t axis)
 {
     struct inputs *inputs = &machine.inputs[axis];
     uint8_t now = (uint8_t)((switches_read(axis) ^ tripped_levels()) ^ SWITCH_ALL);
-    bool changed = filter(inputs, now);
+    bool changed = (filter(inputs, now) & LIMITS) != 0;
 
     if ((inputs->state & LIMITS) != 0) {
         watch_limits(axis, changed);
@@ -85,7 +89,7 @@ bool inputs_settled(uint8_t axis)
     const struct inputs *inputs = &machine.inputs[axis];
 
     return ((inputs->seen ^ inputs->state) & SWITCH_HOME) == 0 &&
-           lasted(inputs->since_4us[0]);
+           lasted((uint16_t)clock_now_4us(), inputs->since_4us[0]);
 }
 
 uint16_t inputs_all(void)

@@ -103,12 +103,13 @@ static bool begun(const struct axis *axis)
     return !axis->in_line || !axis->feed.merge;
 }
 
-static void release(uint8_t i)
+// False when an idle period began meanwhile: the next attempt has a whole one.
+static bool release(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
 
     if (!machine_follow(i) || !begun(axis)) {
-        return;
+        return true;
     }
     if ((machine.clocked & (1u << i)) == 0) {
         axis->zero_ticks = axis->ledger.loaded_ticks + STEP_TIMER_EDGE_TICKS -
@@ -117,23 +118,28 @@ static void release(uint8_t i)
     int32_t delay = ticks_to_start(axis, axis->zero_ticks);
 
     if (delay > RELEASE_MAX_TICKS) {
-        return;
+        return true;
     }
     if (delay < release_min_ticks()) {
         machine_fault(FAULT_start_late, i, 0);
-        return;
+        return true;
     }
-    if (step_timer_release(i, &axis->feed, (uint32_t)delay, axis->ledger.idle_seen)) {
-        machine.starting = (uint8_t)(machine.starting & ~(1u << i));
-        axis->state = AXIS_RUNNING;
+    if (!step_timer_release(i, &axis->feed, (uint32_t)delay, axis->ledger.idle_seen)) {
+        return false;
     }
+    machine.starting = (uint8_t)(machine.starting & ~(1u << i));
+    axis->state = AXIS_RUNNING;
+    return true;
 }
 
 void start_poll(void)
 {
-    for (uint8_t i = 0; machine.starting != 0 && i < CONFIG_AXES; i++) {
-        if ((machine.starting & (1u << i)) != 0) {
-            release(i);
+    uint8_t i = 0;
+
+    // At once again: rounds as long as an idle period would meet its end every time.
+    while (machine.starting != 0 && i < CONFIG_AXES) {
+        if ((machine.starting & (1u << i)) == 0 || release(i)) {
+            i++;
         }
     }
 }
