@@ -8,14 +8,13 @@ from fractions import Fraction
 import numpy as np
 
 from bench import Bench
-from pixstep import verdict
 from pixstep import registers as regs
+from pixstep import verdict
 from pixstep.client import BoardError, Upload
 from pixstep.edges import read_edges
 from pixstep.line import Line
 from pixstep.randomlines import Bounds, smooth_case
 from pixstep.rational import TIMER_HZ, period_ticks
-from pixstep.runs import queue_entries
 
 SEEK, SEEK_OPEN, DOWN, START, END = 0x81, 0x181, (3, 0), 0x01, (2, 0)
 HZ = (Fraction(30), Fraction(100), Fraction(30000, 1001))
@@ -53,7 +52,7 @@ class Trial:
         self.high, self.inverted = rng.random() < 0.5, rng.random() < 0.5
         self.ramp = self._ramp()
         self.hold_px = rng.randint(1, 30)
-        self.distance = rng.randint(1, int(1.2 * self.top_steps()) + 2)
+        self.distance = rng.randint(6, int(1.2 * self.top_steps()) + 7)
         self.limit = rng.random() < 0.15 and not self.high
         self.command = rng.choice(COMMANDS)
         self.command_ticks = rng.randint(0, int(12 * self.pixel))
