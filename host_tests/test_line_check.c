@@ -418,6 +418,19 @@ static void seek_goes_one_way(void)
     taken(-300, 1);
 }
 
+// Its switch's edge must be placed among the steps.
+static void seek_keeps_the_longer_intervals(void)
+{
+    limits.min_interval_ticks = 200;
+    begin_plain();
+    taken(533333 / 200, 1);
+    setUp();
+    limits.min_interval_ticks = 200;
+    begin(SEEK, 0, 0);
+    taken(533333 / 400, 1);
+    refused(LINE_too_fast, 2, 533333 / 400 + 1, 1);
+}
+
 static void start_mark_missing(void)
 {
     refused(LINE_malformed, 1, 4, 1);
@@ -512,6 +525,7 @@ static void reversals_and_seeks(void)
     RUN_TEST(seek_needs_one_down_mark);
     RUN_TEST(seek_is_plain_and_does_not_wait);
     RUN_TEST(seek_goes_one_way);
+    RUN_TEST(seek_keeps_the_longer_intervals);
 }
 
 int main(void)

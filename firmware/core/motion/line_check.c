@@ -88,11 +88,16 @@ static uint16_t steps_of(struct run entry)
     return (uint16_t)(entry.count < 0 ? -entry.count : entry.count);
 }
 
-static enum line_error plain_run(const struct line_limits *limits, struct run entry)
+// The edge of a seek's switch is placed by the capture interrupt, which needs the longer intervals.
+static enum line_error plain_run(const struct line_check *check,
+                                 const struct line_limits *limits,
+                                 struct run entry)
 {
-    return too_fast(steps_of(entry), limits->min_interval_ticks, limits->pixel_ticks)
-               ? LINE_too_fast
-               : LINE_none;
+    uint16_t interval_ticks = check->one_way ? limits->smooth_min_interval_ticks
+                                             : limits->min_interval_ticks;
+
+    return too_fast(steps_of(entry), interval_ticks, limits->pixel_ticks) ? LINE_too_fast
+                                                                          : LINE_none;
 }
 
 static int8_t direction_of(const struct line_check *check, struct run entry)
@@ -310,7 +315,7 @@ static enum line_error run(struct line_check *check,
         return LINE_out_of_range;
     }
     enum line_error error =
-        check->smooth ? smooth_run(check, limits, entry) : plain_run(limits, entry);
+        check->smooth ? smooth_run(check, limits, entry) : plain_run(check, limits, entry);
     if (error == LINE_none) {
         error = turn(check, limits, entry);
     }
