@@ -426,6 +426,7 @@ static void seek_keeps_the_longer_intervals(void)
     taken(533333 / 200, 1);
     setUp();
     limits.min_interval_ticks = 200;
+    limits.seek_min_interval_ticks = 400;
     begin(SEEK, 0, 0);
     taken(533333 / 400, 1);
     refused(LINE_too_fast, 2, 533333 / 400 + 1, 1);

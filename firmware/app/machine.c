@@ -57,6 +57,7 @@ void machine_apply_settings(void)
         .pixel_ticks = machine.period.whole_ticks,
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
         .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
+        .seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS,
         // The direction changes in the middle of the interval.
         .reversal_min_ticks =
             (uint16_t)(2u * (turn_us * TICKS_PER_US + CONFIG_TURN_MARGIN_TICKS)),

@@ -31,8 +31,8 @@ void seek_begin(uint8_t axis, bool opening)
         .trip_axis = axis,
         .trip_code = TRIP_NONE,
     };
-    if (seek_has_clock_input()) {
-        machine.watch.following = false; // its edges are not seen meanwhile
+    if (CONFIG_AXES == 1) {
+        machine.watch.following = false; // the clock's edges are not seen meanwhile
     }
     switch_capture_start(axis, opening != inverted);
 }

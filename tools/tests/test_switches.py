@@ -3,16 +3,19 @@
 
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from bench import Bench
-from pixstep.client import Upload
+from pixstep.client import LineRefusedByBoardError, Upload
+from pixstep.edges import read_edges
 from pixstep.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = ("uno", "mega")
 HZ = Fraction(100)
 PIXEL_TICKS = 160_000
+FASTEST_SEEK = {"uno": 600, "mega": 400}  # steps/px
 START, WAIT, SEEK, END, DOWN = 0x01, 0x20, 0x80, (2, 0), (3, 0)
 
 
@@ -65,15 +68,42 @@ def test_position_is_exact_when_a_clock_edge_comes_as_a_run_is_cut_off():
 @pytest.mark.parametrize("flags", [0, SEEK])
 @pytest.mark.parametrize("board", BOARDS)
 def test_a_line_without_the_clock_begins_at_any_rate(board, flags):
+    count = FASTEST_SEEK[board] if flags else 600
     for phase in range(6):
         with Bench(board, hz=HZ) as bench:
-            queue(bench, 0, [(600, 20), *([DOWN] if flags else [])], flags)
+            queue(bench, 0, [(count, 20), *([DOWN] if flags else [])], flags)
             bench.sim.run(phase * 777)
             bench.arm()
             bench.until(lambda: over(bench))
             assert bench.fault() == ("home_not_found" if flags else "none")
             bench.assert_rest()
-            assert bench.count() == 600 * 20
+            assert bench.count() == count * 20
+
+
+@pytest.mark.parametrize(("board", "axes"), [("uno", [0]), ("mega", [1, 0, 2, 3])])
+def test_the_fastest_seek_places_its_edge(tmp_path, board, axes):
+    """Each step interrupt may come between the edge and the look at where it fell."""
+    count, path = FASTEST_SEEK[board], tmp_path / "edges.csv"
+    offsets = set()
+    for trial in range(8):
+        knobs = f"0.{axes[0]}:home={4321 + 7 * trial},delay={trial * 137},over=1000000"
+        with Bench(board, axes, HZ, path, extra=("--plant", knobs)) as bench:
+            queue(bench, axes[0], [(count, 40), DOWN], SEEK)
+            for axis in axes[1:]:
+                queue(bench, axis, [(450, 60)], WAIT)
+            bench.arm()
+            bench.until(lambda: over(bench))
+            bench.sim.command("flush")
+            rising = read_edges(path).axis(0, axes[0]).rising
+            found = bench.board.inputs()
+            edge = int(bench.sim.command(f"switches 0 {axes[0]}").split()[7])
+        assert found["trip_code"] == 1
+        assert found["trip_position_steps"] == np.count_nonzero(rising <= edge)
+        offsets.add(edge - found["trip_ticks"])
+    assert len(offsets) == 1, offsets
+    with Bench(board, axes[:1], HZ) as bench, pytest.raises(LineRefusedByBoardError) as refusal:
+        queue(bench, axes[0], [(count + 2, 40), DOWN], SEEK)
+    assert refusal.value.name == "too_fast"
 
 
 def test_a_seek_begins_while_other_axes_keep_the_board_busy():

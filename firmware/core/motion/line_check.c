@@ -93,8 +93,8 @@ static enum line_error plain_run(const struct line_check *check,
                                  const struct line_limits *limits,
                                  struct run entry)
 {
-    uint16_t interval_ticks = check->one_way ? limits->smooth_min_interval_ticks
-                                             : limits->min_interval_ticks;
+    uint16_t interval_ticks =
+        check->one_way ? limits->seek_min_interval_ticks : limits->min_interval_ticks;
 
     return too_fast(steps_of(entry), interval_ticks, limits->pixel_ticks) ? LINE_too_fast
                                                                           : LINE_none;
@@ -314,8 +314,8 @@ static enum line_error run(struct line_check *check,
     if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
         return LINE_out_of_range;
     }
-    enum line_error error =
-        check->smooth ? smooth_run(check, limits, entry) : plain_run(check, limits, entry);
+    enum line_error error = check->smooth ? smooth_run(check, limits, entry)
+                                          : plain_run(check, limits, entry);
     if (error == LINE_none) {
         error = turn(check, limits, entry);
     }

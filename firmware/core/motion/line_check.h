@@ -15,6 +15,7 @@ struct line_limits {
     uint32_t pixel_ticks;               // whole ticks of a pixel period
     uint16_t min_interval_ticks;        // shortest interval between two steps, plain line
     uint16_t smooth_min_interval_ticks; // the same in a smooth line
+    uint16_t seek_min_interval_ticks;   // the same in seeks
     uint16_t reversal_min_ticks;        // the same between steps of opposite direction
     uint16_t max_acceleration;          // steps/pixel^2 of a smooth line, 0: any
     uint16_t start_stop_steps;          // of both pixels at a direct reversal, 0: any
