@@ -111,7 +111,7 @@ def _table(*names: str) -> Table:
 
 def _footer(summary: dict) -> str:
     lines = []
-    if summary.get("line_zero_cycle") is not None:
+    if summary.get("clock_edge_cycle") is not None:
         lines.append(
             f"line zero at cycle {summary['line_zero_cycle']}, one pixel period after the clock "
             f"edge at {summary['clock_edge_cycle']}"
