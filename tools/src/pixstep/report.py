@@ -66,12 +66,12 @@ def _headline(summary: dict) -> str:
 
 
 def _axes_table(summary: dict) -> Table:
-    table = _table("axis", "steps", "max ticks", "rms ns", "ppm", "on edge", "positions", "late")
+    table = new_table("axis", "steps", "max ticks", "rms ns", "ppm", "on edge", "positions", "late")
     for axis in summary["axes"]:
         ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
         table.add_row(
             str(axis["axis"]),
-            f"{axis['steps']}/{axis['expected_steps']}",
+            _of(axis["steps"], axis["expected_steps"]),
             ticks_text(axis["max_edge_error_ticks"]),
             f"{1000 * axis['rms_edge_error_us']:.1f}",
             f"{axis['rate_error_ppm']:.3f}",
@@ -87,8 +87,13 @@ def _axes_table(summary: dict) -> Table:
     return table
 
 
+def _of(made: int, wanted: int) -> str:
+    """Return "made/wanted", or one number if they agree: a long move's line stays short."""
+    return str(made) if made == wanted else f"{made}/{wanted}"
+
+
 def _handlers_table(summary: dict) -> Table:
-    table = _table("interrupt", "count", "min", "mean", "max cycles", "latest start")
+    table = new_table("interrupt", "count", "min", "mean", "max cycles", "latest start")
     table.columns[0].justify = "left"
     for row in summary["handlers"]:
         table.add_row(
@@ -102,7 +107,8 @@ def _handlers_table(summary: dict) -> Table:
     return table
 
 
-def _table(*names: str) -> Table:
+def new_table(*names: str) -> Table:
+    """Return a table with right-aligned columns, in the style of every page."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in names:
         table.add_column(name, justify="right", no_wrap=True)

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The CSV acceleration profile of fast moves and homing: steps in each pixel, from rest upwards."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import accumulate
 from pathlib import Path
 
 from pixstep import files
 from pixstep.errors import UserError
 from pixstep.linecheck import MAX_COUNT
+from pixstep.rational import parse_hz
 
 HEADER_ROWS = 4
 BLOCK_ROWS = 2  # line number and number of values before the values of a block
@@ -17,12 +19,14 @@ BLOCK_ROWS = 2  # line number and number of values before the values of a block
 class Acceleration:
     """Steps in each pixel of an acceleration from rest: above 0, never falling.
 
-    `haps` is how many leading entries homing may use (0: the file does not say).
+    `haps` is how many leading entries homing may use (0: the file does not say), `made_for_hz` the
+    pixel frequency its header names (None: it has no header).
     """
 
     counts: tuple[int, ...]
     haps: int = 0
     source: str = "profile"
+    made_for_hz: Fraction | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -53,7 +57,17 @@ class Acceleration:
         return list(accumulate(self.counts, initial=0))
 
     def _replaced(self, counts: tuple[int, ...]) -> "Acceleration":
-        return Acceleration(counts, self.haps, self.source, self.notes)
+        return replace(self, counts=counts)
+
+    def notes_at(self, pixel_hz: Fraction) -> list[str]:
+        """Return what was tolerated on reading, and a pixel frequency other than the file's."""
+        notes = list(self.notes)
+        if self.made_for_hz not in (None, pixel_hz):
+            notes.append(
+                f"{self.source}: made for {float(self.made_for_hz):g} Hz, used at "
+                f"{float(pixel_hz):g} Hz: its acceleration per second is another"
+            )
+        return notes
 
 
 def read(path: Path, *, raw: bool = False, max_speed: int | None = None) -> Acceleration:
@@ -68,7 +82,8 @@ def read(path: Path, *, raw: bool = False, max_speed: int | None = None) -> Acce
         first += HEADER_ROWS + (0 if raw else BLOCK_ROWS)
     check(found.values, str(path), first)
     haps = found.header.haps if found.header else 0
-    profile = Acceleration(found.values, haps, str(path), found.notes).limited(max_speed)
+    hz = parse_hz(found.header.pixel_hz) if found.header else None
+    profile = Acceleration(found.values, haps, str(path), hz, found.notes).limited(max_speed)
     _check_top(profile, first)
     return profile
 

@@ -124,5 +124,5 @@ def _runs(counts: tuple[int, ...], pixels: int, level: int, above: int) -> Runs:
     before = (flat - above) // 2
     middle = [(level, before), (level + 1, above), (level, flat - above - before)]
     rising = [(count, 1) for count in ramp]
-    parts = [*rising, *middle, *reversed(rising)]
+    parts = [*rising, *(middle if above else [(level, flat)]), *reversed(rising)]
     return [(count, repeat) for count, repeat in parts if repeat]
