@@ -52,6 +52,32 @@ class Record:
     edge_error_ticks: int
 
 
+TRIP_NONE, TRIP_CLOSED, TRIP_OPENED = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Trip:
+    """The edge of a home switch that ended the last seek line, as the hardware captured it.
+
+    `code` is one of TRIP_*, `position_steps` the axis' position at the edge (the steps whose STEP
+    edge lies at or before it), `ticks` when it was since the board's timers started, modulo 2^32.
+    """
+
+    code: int
+    axis: int
+    position_steps: int
+    ticks: int
+
+
+@dataclass(frozen=True)
+class Switches:
+    """The filtered switches of one axis; True is tripped."""
+
+    home: bool
+    limit_minus: bool
+    limit_plus: bool
+
+
 class Board:
     """One board on the line; `unit` is its Modbus address."""
 
@@ -136,6 +162,22 @@ class Board:
         """Give a command (a key of registers.COMMANDS) to some axes at once."""
         mask = sum(1 << axis for axis in axes)
         self.write(regs.COMMAND_BASE, [mask, regs.COMMANDS[name]])
+
+    def switches(self, axis: int) -> Switches:
+        """Return the home and limit switches of an axis."""
+        bits = self.input("inputs") >> 4 * axis
+        return Switches(bool(bits & 1), bool(bits & 2), bool(bits & 4))
+
+    def trip(self) -> Trip:
+        """Return the last captured edge of a home switch."""
+        state = self.inputs()
+        return Trip(
+            *(state[f"trip_{name}"] for name in ("code", "axis", "position_steps", "ticks"))
+        )
+
+    def zero(self, axis: int) -> None:
+        """Make the captured edge the position 0 of an axis at rest."""
+        self.command("zero", [axis])
 
     def write_block(self, axis: int, block: int, entries: list[tuple[int, int]]) -> None:
         """Write one block of 1..60 queue entries."""
