@@ -8,6 +8,7 @@ last, which lies up to 8 ms and the rest of a pixel ahead of the switch.
 """
 
 from dataclasses import dataclass, field
+from math import ceil
 
 from pixstep import registers as regs
 from pixstep import runs
@@ -55,6 +56,8 @@ class FakeHome(Board):
         self.end_s, self.final, self.pixels = 0.0, "empty", 0
         self.fault = self.code = self.trip_position = self.trip_ticks = 0
         self.moves = []  # the counts of every line as made
+        self.steps = []  # (cycle, direction) of every STEP edge
+        self.switch_edges = []  # (cycle, 1 closed) of the home switch
 
     def now_s(self):
         return self.time
@@ -119,6 +122,7 @@ class FakeHome(Board):
             counts.append(count)
             edge_s = self.pixel(count, wanted if seeks else None, edge_s)
             if self.final == "fault":
+                self.pixels += 1
                 break
         self.moves.append(counts)
         self.end_s = self.time + self.pixels / self.hz
@@ -131,12 +135,17 @@ class FakeHome(Board):
         sign = 1 if count > 0 else -1
         for step in range(1, abs(count) + 1):
             when = begin + step / abs(count) / self.hz
+            was = self.plant.closed
             self.plant.step(sign)
             self.position += sign
+            self.steps.append((ceil(when * TICK_HZ), sign))
+            if self.plant.closed != was:
+                contact_s = when + self.plant.delay_s
+                self.switch_edges.append((ceil(contact_s * TICK_HZ), int(self.plant.closed)))
             if wanted is not None and edge_s is None and self.plant.closed == wanted:
                 edge_s = when + self.plant.delay_s
                 self.trip_position = self.position  # and the steps made during the delay
-                self.trip_ticks = round(edge_s * TICK_HZ)
+                self.trip_ticks = ceil(edge_s * TICK_HZ)
                 self.code = TRIP_CLOSED if wanted else TRIP_OPENED
             elif edge_s is not None and when <= edge_s:
                 self.trip_position = self.position

@@ -117,6 +117,11 @@ class Simulator:
         """Return the rising STEP edges that an axis has made."""
         return int(self.command(f"counts {board} {axis}").split()[1])
 
+    def plant(self, board: int, axis: int) -> tuple[int, int]:
+        """Return where motor and load of an axis are, in the plant's steps."""
+        motor, load = self.command(f"plant {board} {axis}").split()[1:3]
+        return int(motor), int(load)
+
     def mark(self) -> None:
         """Begin the handlers' counts, means and extremes in `stats` anew."""
         self.command("mark")

@@ -86,7 +86,7 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
     image = job.image or natives.image(job.board)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
-    with _scratch(out) as scratch:
+    with scratch_folder(out) as scratch:
         options = SimOptions(
             boards=[(job.board, image)],
             pixel_hz=job.pixel_hz,
@@ -230,7 +230,7 @@ def _refuse_period(job: Job) -> None:
 
 
 @contextlib.contextmanager
-def _scratch(out: Path) -> Iterator[Path]:
+def scratch_folder(out: Path) -> Iterator[Path]:
     """Yield a folder beside the results, on the same file system, gone afterwards."""
     path = Path(tempfile.mkdtemp(prefix=".run-", dir=out))
     try:

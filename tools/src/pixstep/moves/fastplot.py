@@ -96,13 +96,13 @@ def _draw_made(done: "MoveRun", speed: Axes, position: Axes) -> None:
 def _finish_speed(axes: Axes, job: "MoveJob") -> None:
     axes.set_title("Speed")
     axes.set_ylabel("steps/s")
-    axes.yaxis.set_major_formatter(FuncFormatter(_thousands))
+    axes.yaxis.set_major_formatter(FuncFormatter(thousands))
     top = float(job.profile.top * job.pixel_hz) * (1 if job.move.steps > 0 else -1)
     reached = float(job.move.top * job.pixel_hz) * (1 if job.move.steps > 0 else -1)
     if abs(top) < 1.6 * abs(reached):
         axes.axhline(top, color=FAINT, lw=0.9, ls=(0, (4, 3)), zorder=0)
         axes.annotate(
-            f"profile's top {_thousands(top)} steps/s",
+            f"profile's top {thousands(top)} steps/s",
             xy=(0, top),
             xycoords=axes.get_yaxis_transform(),
             xytext=(6, 4 if top > 0 else -4),
@@ -120,10 +120,10 @@ def _finish_position(axes: Axes, job: "MoveJob", end_s: float) -> None:
     axes.set_title("Position")
     axes.set_ylabel("steps")
     axes.set_xlabel("seconds after the start")
-    axes.yaxis.set_major_formatter(FuncFormatter(_thousands))
+    axes.yaxis.set_major_formatter(FuncFormatter(thousands))
     axes.plot([end_s], [job.move.steps], "o", ms=6, mfc="white", mec=INK, mew=1.3, zorder=5)
     axes.annotate(
-        f"{_thousands(job.move.steps)}",
+        f"{thousands(job.move.steps)}",
         xy=(end_s, job.move.steps),
         xytext=(0, -12 if job.move.steps > 0 else 12),
         textcoords="offset points",
@@ -137,7 +137,7 @@ def _finish_position(axes: Axes, job: "MoveJob", end_s: float) -> None:
 
 
 def _title(job: "MoveJob") -> str:
-    return f"Fast move of {_thousands(job.move.steps)} steps"
+    return f"Fast move of {thousands(job.move.steps)} steps"
 
 
 def _subtitle(job: "MoveJob", done: "MoveRun | None") -> str:
@@ -156,6 +156,6 @@ def _subtitle(job: "MoveJob", done: "MoveRun | None") -> str:
     return f"{text}; worst edge {worst} ticks from its exact instant"
 
 
-def _thousands(value: float, _: object = None) -> str:
+def thousands(value: float, _: object = None) -> str:
     """Return a number with thin spaces between its thousands, and a real minus."""
     return f"{value:,.0f}".replace(",", "\u2009").replace("-", "\u2212")

@@ -44,6 +44,7 @@ class Leg:
     """One leg as it was made: positions in steps (the board's register), times in seconds."""
 
     name: str
+    first_steps_px: int  # as planned
     top_steps_px: int
     start_steps: int
     end_steps: int
@@ -138,39 +139,49 @@ class _Homing:
         return Homed(self.plan, tuple(self.legs), edge, beyond, self.position())
 
     def stand_clear(self) -> None:
-        """Move on, away from the switch, if it opened too near for the slow approach."""
+        """Stand so far from where the switch opened that the slow approach has its speed there.
+
+        Much further away (the back-off needs room to slow down) would only take longer.
+        """
         leg = self.legs[-1]
-        stands = abs(leg.end_steps - leg.trip.position_steps) if leg.trip else 0
-        if stands < self.plan.clear_steps:
-            self.move(_CLEAR, -self.plan.direction * (self.plan.clear_steps - stands))
+        if leg.trip is None:
+            return
+        stands = self.plan.direction * (leg.trip.position_steps - leg.end_steps)
+        if not self.plan.clear_steps <= stands <= 2 * self.plan.clear_steps:
+            self.move(_CLEAR, self.plan.direction * (stands - self.plan.clear_steps))
 
     def seek(self, name: str, seek: Seek) -> Trip | None:
         """Make a seek line; return the switch's edge, None if it already was as sought."""
-        top = max(abs(count) for count in seek.rising)
         wanted = TRIP_OPENED if seek.opens else TRIP_CLOSED
-        self._leg(name, seek_entries(seek), seek.pixels, top, wanted)
+        self._leg(name, seek_entries(seek), wanted)
         return self.legs[-1].trip
 
     def move(self, name: str, steps: int) -> None:
         """Make a move of exactly `steps` steps, no faster than homing is."""
-        made = fast.plan(self.plan.ramp, steps)
-        self._leg(name, queue_entries(made.line(name)), made.pixels, made.top, 0)
+        self._leg(name, queue_entries(fast.plan(self.plan.ramp, steps).line(name)), 0)
 
     def position(self) -> int:
         """Return the board's position register, steps."""
         return self.board.axis(self.plan.axis)["position_steps"]
 
-    def _leg(
-        self, name: str, entries: list[tuple[int, int]], pixels: int, top: int, wanted: int
-    ) -> None:
-        """Upload, arm and follow a line of `pixels` pixels; `wanted` is the trip it looks for."""
+    def _leg(self, name: str, entries: list[tuple[int, int]], wanted: int) -> None:
+        """Upload, arm and follow a line; `wanted` is the trip it looks for, 0 for none."""
         self._upload(name, entries)
+        runs = [(abs(count), repeat) for count, repeat in entries[2:] if repeat]
         start, began = self.position(), self.world.now_s()
         self.board.command("arm", [self.plan.axis])
-        state = self._follow(name, pixels)
-        ended = self.world.now_s()
-        trip = self._trip(wanted) if state["axis_state"] == _state("done") else None
-        leg = Leg(name, top, start, state["position_steps"], state["pixel"], began, ended, trip)
+        state = self._follow(name, sum(repeat for _, repeat in runs))
+        leg = Leg(
+            name=name,
+            first_steps_px=runs[0][0],
+            top_steps_px=max(count for count, _ in runs),
+            start_steps=start,
+            end_steps=state["position_steps"],
+            pixels=state["pixel"],
+            began_s=began,
+            ended_s=self.world.now_s(),
+            trip=self._trip(wanted) if state["axis_state"] == _state("done") else None,
+        )
         self.legs.append(leg)
         if state["axis_state"] != _state("done"):
             raise self._fault(leg)
