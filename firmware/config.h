@@ -46,6 +46,7 @@
 #define CONFIG_BOARD_ID                  1
 #define CONFIG_AXES                      1
 #define CONFIG_PIXEL_CLOCK_AXIS          0
+#define CONFIG_SWITCH_CAPTURE_AXIS       0  // the comparator's timer is timer 1
 #define CONFIG_QUEUE_ENTRIES             32 // runs and marks per axis
 #define CONFIG_MIN_INTERVAL_TICKS        63u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 120u
@@ -54,6 +55,7 @@
 #define CONFIG_BOARD_ID                  2
 #define CONFIG_AXES                      4
 #define CONFIG_PIXEL_CLOCK_AXIS          3
+#define CONFIG_SWITCH_CAPTURE_AXIS       0
 #define CONFIG_QUEUE_ENTRIES             128
 #define CONFIG_MIN_INTERVAL_TICKS        266u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 266u

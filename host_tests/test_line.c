@@ -249,6 +249,86 @@ static void dry_queue_goes_on_when_refilled(void)
     TEST_ASSERT_EQUAL_INT32(5, piece.edge_position);
 }
 
+// 1 2 4 8 8 8 ... down 4 2 1
+static void queue_seek(int16_t sign)
+{
+    static const int16_t up[] = {1, 2, 4};
+
+    queue_entry(RUN_MARK_START | RUN_START_SEEK, 0);
+    queue_entry(0, 0);
+    for (uint8_t i = 0; i < 3; i++) {
+        queue_entry((int16_t)(sign * up[i]), 1);
+    }
+    queue_entry((int16_t)(sign * 8), 100);
+    queue_entry(RUN_MARK_DOWN, 0);
+    for (uint8_t i = 3; i-- != 0;) {
+        queue_entry((int16_t)(sign * up[i]), 1);
+    }
+    queue_entry(RUN_MARK_END, 0);
+    line_begin(&line, &period, &queue, true);
+}
+
+static void check_counts(const uint16_t *counts, uint8_t length)
+{
+    for (uint8_t i = 0; i < length; i++) {
+        TEST_ASSERT_TRUE(take());
+        TEST_ASSERT_EQUAL_UINT16(counts[i], piece.steps);
+    }
+    TEST_ASSERT_EQUAL(LINE_OVER, line_next(&line, &piece));
+}
+
+static void seek_that_never_trips_runs_to_its_end(void)
+{
+    queue_seek(1);
+    while (take()) {
+    }
+    TEST_ASSERT_EQUAL_INT32(7 + 800 + 7, line.position);
+}
+
+static void tripped_seek_slows_down_from_top_speed(void)
+{
+    static const uint16_t rest[] = {4, 2, 1};
+
+    queue_seek(1);
+    for (uint8_t i = 0; i < 10; i++) {
+        TEST_ASSERT_TRUE(take());
+    }
+    line_trip(&line);
+    check_counts(rest, 3);
+    TEST_ASSERT_EQUAL_INT32(7 + 7 * 8 + 7, line.position);
+}
+
+static void tripped_seek_slows_down_from_where_it_is(void)
+{
+    static const uint16_t rest[] = {1};
+
+    queue_seek(-1);
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_TRUE(take());
+    line_trip(&line);
+    check_counts(rest, 1);
+    TEST_ASSERT_EQUAL_INT32(-4, line.position);
+}
+
+static void seek_tripped_before_it_begins_makes_no_step(void)
+{
+    queue_seek(1);
+    line_trip(&line);
+    check_counts(NULL, 0);
+}
+
+static void seek_tripped_on_its_way_down_is_left_alone(void)
+{
+    static const uint16_t rest[] = {2, 1};
+
+    queue_seek(1);
+    for (uint8_t i = 0; i < 104; i++) {
+        TEST_ASSERT_TRUE(take());
+    }
+    line_trip(&line);
+    check_counts(rest, 2);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -263,5 +343,10 @@ int main(void)
     RUN_TEST(negative_smooth_line);
     RUN_TEST(plain_line_turns);
     RUN_TEST(dry_queue_goes_on_when_refilled);
+    RUN_TEST(seek_that_never_trips_runs_to_its_end);
+    RUN_TEST(tripped_seek_slows_down_from_top_speed);
+    RUN_TEST(tripped_seek_slows_down_from_where_it_is);
+    RUN_TEST(seek_tripped_before_it_begins_makes_no_step);
+    RUN_TEST(seek_tripped_on_its_way_down_is_left_alone);
     return UNITY_END();
 }

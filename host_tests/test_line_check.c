@@ -8,6 +8,7 @@
 
 #define SMOOTH ((uint16_t)(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT))
 #define PLAIN  ((uint16_t)(RUN_MARK_START | RUN_START_WAIT))
+#define SEEK   ((uint16_t)(RUN_MARK_START | RUN_START_SEEK))
 
 static struct line_check check;
 static struct line_limits limits;
@@ -338,6 +339,65 @@ static void reversal_into_a_chained_smooth_line(void)
     refused(LINE_reversal_too_fast, 1, 16, 1);
 }
 
+static void reversal_needs_a_ramp_above_the_start_stop_speed(void)
+{
+    limits.start_stop_steps = 20;
+    begin_plain();
+    taken(20, 2);
+    taken(-20, 1);
+    taken(-40, 1);
+    taken(-20, 1);
+    refused(LINE_reversal_without_ramp, 6, 21, 1);
+    setUp();
+    limits.start_stop_steps = 20;
+    begin_plain();
+    taken(21, 1);
+    refused(LINE_reversal_without_ramp, 2, -1, 1);
+}
+
+static void a_rest_or_no_limit_lets_any_reversal_pass(void)
+{
+    limits.start_stop_steps = 20;
+    begin_plain();
+    taken(300, 1);
+    taken(0, 1);
+    taken(-300, 1);
+    ends();
+    setUp();
+    begin_plain();
+    taken(300, 1);
+    taken(-300, 1);
+    ends();
+}
+
+static void seek_needs_one_down_mark(void)
+{
+    begin(SEEK, 0, 0);
+    taken(3, 100);
+    taken(RUN_MARK_DOWN, 0);
+    taken(1, 1);
+    ends();
+    begin(SEEK | RUN_START_OPEN, 0, 0);
+    taken(-3, 100);
+    refused(LINE_malformed, 101, RUN_MARK_END, 0);
+    setUp();
+    begin(SEEK, 0, 0);
+    taken(RUN_MARK_DOWN, 0);
+    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
+    setUp();
+    begin_plain();
+    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
+}
+
+static void seek_is_plain_and_does_not_wait(void)
+{
+    refused(LINE_malformed, 1, (int16_t)(SEEK | RUN_START_WAIT), 0);
+    setUp();
+    refused(LINE_malformed, 1, (int16_t)(SEEK | RUN_START_SMOOTH), 0);
+    setUp();
+    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | RUN_START_OPEN), 0);
+}
+
 static void start_mark_missing(void)
 {
     refused(LINE_malformed, 1, 4, 1);
@@ -349,7 +409,7 @@ static void start_mark_missing(void)
 
 static void unknown_flags(void)
 {
-    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | 0x80), 0);
+    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | 0x200), 0);
     setUp();
     refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | 0x8000u), 0);
 }
@@ -442,6 +502,10 @@ int main(void)
     RUN_TEST(reversal_into_a_chained_line);
     RUN_TEST(reversal_into_a_line_that_waits);
     RUN_TEST(reversal_into_a_chained_smooth_line);
+    RUN_TEST(reversal_needs_a_ramp_above_the_start_stop_speed);
+    RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
+    RUN_TEST(seek_needs_one_down_mark);
+    RUN_TEST(seek_is_plain_and_does_not_wait);
     RUN_TEST(start_mark_missing);
     RUN_TEST(unknown_flags);
     RUN_TEST(mark_inside_a_line);

@@ -89,8 +89,8 @@ static void check_inputs(bool mapped, uint16_t address, uint16_t count)
 
 static void mapped_inputs(void)
 {
-    check_inputs(true, 0, REG_INPUT_record_capacity + 1);
-    check_inputs(false, 0, REG_INPUT_record_capacity + 2);
+    check_inputs(true, 0, REG_INPUT_trip_ticks + 2);
+    check_inputs(false, 0, REG_INPUT_trip_ticks + 3);
     check_inputs(true, REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE);
     check_inputs(false, REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE + 1);
     check_inputs(true, REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
@@ -106,8 +106,8 @@ static void check_holdings(bool mapped, uint16_t address, uint16_t count)
 
 static void mapped_holdings(void)
 {
-    check_holdings(true, REG_HOLDING_pixel_hz_num, 8);
-    check_holdings(false, REG_HOLDING_pixel_hz_num, 9);
+    check_holdings(true, REG_HOLDING_pixel_hz_num, 11);
+    check_holdings(false, REG_HOLDING_pixel_hz_num, 12);
     check_holdings(false, 0, 2);
     check_holdings(true, REG_HOLDING_axis_mask, 2);
     check_holdings(true, REG_QUEUE_WINDOW, 122);
@@ -145,7 +145,7 @@ static void impossible_settings_change_nothing(void)
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 257));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_dir_setup_us, 1001));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(16, COMMAND_ENABLE));
-    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_command, 8));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_command, 9));
     TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS,
                              bench_input_wide(REG_INPUT_pixel_period_ticks));
     TEST_ASSERT_EQUAL_UINT16(1, data_holding(REG_HOLDING_unit_address));

@@ -69,7 +69,10 @@ static void ranges(void)
     check_range(REG_HOLDING_max_acceleration, 0, 0xFFFF);
     check_range(REG_HOLDING_backlash_policy, 0, 1);
     check_range(REG_HOLDING_axis_mask, 0, 15);
-    check_range(REG_HOLDING_command, 0, 7);
+    check_range(REG_HOLDING_command, 0, 8);
+    check_range(REG_HOLDING_input_filter_us, 100, 20000);
+    check_range(REG_HOLDING_inputs_inverted, 0, 3);
+    check_range(REG_HOLDING_start_stop_steps, 0, 16383);
 }
 
 static void check_hz(bool fits, uint32_t num, uint32_t den)
@@ -132,7 +135,7 @@ static void words_too_large_for_a_byte(void)
 
 static void gaps_are_not_mapped(void)
 {
-    static const uint16_t gaps[] = {1, 10, 0xFF, 0x102, 0x1000, 0xFFFF};
+    static const uint16_t gaps[] = {1, 0x0D, 0xFF, 0x102, 0x1000, 0xFFFF};
     uint16_t word = 77;
 
     for (uint8_t i = 0; i < (uint8_t)(sizeof gaps / sizeof gaps[0]); i++) {

@@ -99,6 +99,7 @@ static void on_reset(avr_io_t *io)
     for (int i = 0; i < b->timers; i++) {
         timer16_reset(&b->timer[i]);
     }
+    comparator_reset(&b->comparator);
     uart_reset(&b->uart);
     irq_stats_reset(&b->stats);
     board_release_outputs(b);
@@ -157,6 +158,11 @@ static void init_with_models(avr_t *avr)
     part_init[b->index](avr);
     irq_stats_attach(&b->stats, avr);
     attach_timers(b);
+    b->comparator_hooks = (struct comparator_hooks){.board = b,
+                                                    .pin = board_pin_level,
+                                                    .changed = board_follow_comparator,
+                                                    .refuse = board_refuse};
+    comparator_attach(&b->comparator, avr, &b->comparator_hooks);
     b->uart_hooks = (struct uart_hooks){.board = b,
                                         .refuse = board_refuse,
                                         .may_send = board_may_send,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// One simulated board: the part with our models of timers and UART in it, its pins wired to the
+// One simulated board: the part with our models of timers, comparator and UART in it, its pins wired to the
 // signals of firmware/hal/boards/<name>.def, its axes' mechanics.
 #pragma once
 
@@ -11,6 +11,7 @@
 #include <sim_avr.h>
 
 #include "board_pins.h"
+#include "comparator.h"
 #include "edges.h"
 #include "irq_stats.h"
 #include "line.h"
@@ -49,6 +50,8 @@ struct board {
         uint8_t bit;
     } icp[BOARD_TIMERS]; // input capture pin of each timer
     struct timer16_hooks timer_hooks;
+    struct comparator comparator;
+    struct comparator_hooks comparator_hooks;
     struct uart uart;
     struct uart_hooks uart_hooks;
     struct irq_stats stats;
@@ -106,6 +109,12 @@ void board_refuse(void *board, const char *text);
 
 // The input capture pins of this port may have changed level (board_inputs.c).
 void board_follow_icp(struct board *board, unsigned port, uint64_t cycle);
+
+// The level of a pin as the program would read it (board_inputs.c).
+bool board_pin_level(void *board, char port, unsigned bit);
+
+// The comparator's output, or whether timer 1 captures it, may have changed (board_inputs.c).
+void board_follow_comparator(void *board, uint64_t cycle);
 
 // Finds the input capture pin of a timer (board_inputs.c).
 void board_find_icp(struct board *board, int timer);

@@ -25,21 +25,47 @@ void board_find_icp(struct board *b, int timer)
 }
 
 // What the pin reads: its own output, else what drives it from outside, else its pull-up.
-static bool pin_level(const struct board *b, unsigned port, unsigned bit)
+bool board_pin_level(void *board, char port, unsigned bit)
 {
+    const struct board *b = board;
+    unsigned index = (unsigned)(port - 'A');
     uint8_t mask = (uint8_t)(1U << bit);
 
-    if ((b->pins[port].ddr & mask) == 0 && (b->pins[port].driven_mask & mask) != 0) {
-        return (b->pins[port].driven_level & mask) != 0;
+    if ((b->pins[index].ddr & mask) == 0 && (b->pins[index].driven_mask & mask) != 0) {
+        return (b->pins[index].driven_level & mask) != 0;
     }
-    return (b->pins[port].port & mask) != 0;
+    return (b->pins[index].port & mask) != 0;
+}
+
+// The comparator takes the place of timer 1's pin.
+static bool follows_comparator(const struct board *b, int timer)
+{
+    return b->timer[timer].name == '1' && comparator_captures(&b->comparator);
 }
 
 void board_follow_icp(struct board *b, unsigned port, uint64_t cycle)
 {
+    char name = (char)('A' + port);
+
     for (int i = 0; i < b->timers; i++) {
-        if ((unsigned)(b->icp[i].port - 'A') == port) {
-            timer16_icp(&b->timer[i], pin_level(b, port, b->icp[i].bit), cycle);
+        if (b->icp[i].port == name && !follows_comparator(b, i)) {
+            timer16_icp(&b->timer[i], board_pin_level(b, name, b->icp[i].bit), cycle);
+        }
+    }
+    comparator_follow(&b->comparator, name, cycle);
+}
+
+void board_follow_comparator(void *board, uint64_t cycle)
+{
+    struct board *b = board;
+
+    for (int i = 0; i < b->timers; i++) {
+        if (b->timer[i].name == '1') {
+            bool level = follows_comparator(b, i)
+                             ? b->comparator.output
+                             : board_pin_level(b, b->icp[i].port, b->icp[i].bit);
+
+            timer16_icp(&b->timer[i], level, cycle);
         }
     }
 }

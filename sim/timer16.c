@@ -137,6 +137,7 @@ static void load_buffers(struct timer16 *t, uint64_t cycle)
 
 static void happen_bottom(struct timer16 *t)
 {
+    t->bottom_before = t->bottom;
     t->bottom = t->bottom_due;
     if (timer16_mode(t) == MODE_FAST_PWM_OCRA) {
         load_buffers(t, t->bottom);
@@ -153,7 +154,11 @@ static void happen_capture(struct timer16 *t)
     uint64_t cycle = t->capture_due;
 
     t->capture_due = TIMER16_NEVER;
-    t->icr = timer16_count(t, cycle);
+    if (t->counting && cycle < t->bottom) { // heard of after BOTTOM, within one instruction
+        t->icr = (uint16_t)(cycle - t->bottom_before);
+    } else {
+        t->icr = timer16_count(t, cycle);
+    }
     set_flag(t, &t->part->icr, cycle);
 }
 
@@ -326,13 +331,34 @@ void timer16_hold(struct timer16 *t, bool held, uint64_t cycle)
     }
 }
 
+// A level that the noise canceler has not seen for its whole time has never been: its edge's capture
+// is taken back. Returns the level before this change that did last.
+static bool lasting_level(struct timer16 *t, uint64_t cycle, bool rising_wanted)
+{
+    bool canceled = (t->tccrb & ICNC_BIT) != 0 &&
+                    cycle - t->icp_cycle < TIMER16_NOISE_CANCELER_CYCLES;
+
+    if (!canceled) {
+        return t->icp_level;
+    }
+    if (t->icp_level != t->icp_lasting && t->icp_level == rising_wanted) {
+        t->capture_due = TIMER16_NEVER;
+    }
+    return t->icp_lasting;
+}
+
 void timer16_icp(struct timer16 *t, bool level, uint64_t cycle)
 {
     bool rising_wanted = (t->tccrb & ICES_BIT) != 0;
-    bool edge = level != t->icp_level && level == rising_wanted;
 
+    if (level == t->icp_level) {
+        return;
+    }
+    timer16_sync(t, cycle); // a capture due before this edge is not lost to it
+    t->icp_lasting = lasting_level(t, cycle, rising_wanted);
     t->icp_level = level;
-    if (edge) {
+    t->icp_cycle = cycle;
+    if (level != t->icp_lasting && level == rising_wanted) {
         t->capture_due = cycle + TIMER16_ICP_SYNC_CYCLES;
         if ((t->tccrb & ICNC_BIT) != 0) {
             t->capture_due += TIMER16_NOISE_CANCELER_CYCLES;
@@ -368,7 +394,8 @@ void timer16_attach(struct timer16 *t,
     t->part = part;
     t->hooks = hooks;
     t->name = part->name;
-    t->icp_level = false;
+    t->icp_level = t->icp_lasting = false;
+    t->icp_cycle = 0;
     // simavr's own input capture keeps quiet where ICRn is TOP: else each edge would interrupt
     // twice.
     part->mode.top = avr_timer_wgm_reg_icr;

@@ -35,7 +35,8 @@
 // 2.5 to 3.5 cycles from the edge to its effect; an edge exactly on a clock edge takes 3.
 #define TIMER16_ICP_SYNC_CYCLES 3
 
-// "When enabled, the input capture is delayed by four oscillator cycles" (noise canceler, ICNCn).
+// "When enabled, the input capture is delayed by four oscillator cycles" (noise canceler, ICNCn);
+// "all four [samples] must be equal": a level that lasts less is not seen at all.
 #define TIMER16_NOISE_CANCELER_CYCLES 4
 
 struct timer16;
@@ -68,7 +69,10 @@ struct timer16 {
     bool counting;   // clock selected and not held
     uint16_t frozen; // TCNT while not counting
     uint64_t bottom; // cycle of TCNT = 0 while counting
-    bool icp_level;
+    uint64_t bottom_before;
+    bool icp_level;     // what the input capture's front end gets now, since icp_cycle
+    bool icp_lasting;   // and the last level before that which the noise canceler let through
+    uint64_t icp_cycle;
     bool delivering; // inside the cycle timer's callback: the return value reschedules
 
     // Cycles at which these take effect; TIMER16_NEVER when not due.
@@ -99,8 +103,9 @@ void timer16_schedule(struct timer16 *timer);
 // GTCCR: from this cycle on all timers stand still (held) or count again.
 void timer16_hold(struct timer16 *timer, bool held, uint64_t cycle);
 
-// The level on ICPn changed at this cycle, which may not be earlier than the last sync less
-// TIMER16_ICP_SYNC_CYCLES.
+// The level at the input capture's front end (ICPn; on timer 1 also the comparator) may have changed
+// at this cycle, which may not be earlier than the last sync less TIMER16_ICP_SYNC_CYCLES. Not from
+// within the hooks: it syncs.
 void timer16_icp(struct timer16 *timer, bool level, uint64_t cycle);
 
 // COMnx1:0 (0 = the pin follows PORT).

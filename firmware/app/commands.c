@@ -38,11 +38,32 @@ static bool armable(const struct axis *axis)
     return axis->state == AXIS_LOADED && machine.fault.code == FAULT_none;
 }
 
+// One switch is watched at a time.
+static bool seeks_fit(uint8_t mask)
+{
+    bool opening = false;
+    bool taken = machine.seek.axis != SEEK_NOBODY;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if ((mask & (1u << i)) != 0 && axis_seeks(&machine.axes[i], &opening)) {
+            if (taken) {
+                return false;
+            }
+            taken = true;
+        }
+    }
+    return true;
+}
+
 static void arm(uint8_t i)
 {
     struct axis *axis = &machine.axes[i];
     bool clocked = axis_waits_for_edge(axis);
+    bool opening = false;
 
+    if (axis_seeks(axis, &opening)) {
+        seek_begin(i, opening);
+    }
     if (!axis_arm(axis, &machine.period, machine.settings.backlash_policy == 0)) {
         return;
     }
@@ -83,6 +104,12 @@ static void stop(uint8_t i)
     } else if (axis->state != AXIS_FAULT) {
         discard(i);
     }
+}
+
+static bool zeroable(const struct axis *axis)
+{
+    return resting(axis) && axis->state != AXIS_ARMED &&
+           seek_can_zero((uint8_t)(axis - machine.axes));
 }
 
 static void enable(uint8_t i)
@@ -135,7 +162,7 @@ bool machine_do(enum machine_command command, uint8_t mask)
     case COMMAND_NONE:
         return true;
     case COMMAND_ARM:
-        return for_axes(mask, armable, arm);
+        return seeks_fit(mask) && for_axes(mask, armable, arm);
     case COMMAND_DISARM:
     case COMMAND_DISCARD:
         return for_axes(mask, resting, discard);
@@ -147,6 +174,8 @@ bool machine_do(enum machine_command command, uint8_t mask)
         return for_axes(mask, always, enable);
     case COMMAND_DISABLE:
         return for_axes(mask, resting, disable);
+    case COMMAND_ZERO:
+        return for_axes(mask, zeroable, seek_zero);
     default:
         return false;
     }

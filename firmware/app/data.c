@@ -32,6 +32,29 @@ static uint16_t half(uint32_t value, bool low)
     return (uint16_t)(low ? value : value >> 16);
 }
 
+static uint16_t seek_register(uint16_t address)
+{
+    const struct seek *seek = &machine.seek;
+
+    switch (address) {
+    case REG_INPUT_inputs:
+        return inputs_all();
+    case REG_INPUT_trip_code:
+        return seek->trip_code;
+    case REG_INPUT_trip_axis:
+        return seek->trip_axis;
+    case REG_INPUT_trip_position_steps:
+    case REG_INPUT_trip_position_steps + 1:
+        return half((uint32_t)seek->position_steps,
+                    address != REG_INPUT_trip_position_steps);
+    case REG_INPUT_trip_ticks:
+    case REG_INPUT_trip_ticks + 1:
+        return half(seek->ticks, address != REG_INPUT_trip_ticks);
+    default:
+        return 0;
+    }
+}
+
 static uint16_t limit_register(uint16_t address)
 {
     switch (address) {
@@ -45,7 +68,7 @@ static uint16_t limit_register(uint16_t address)
     case REG_INPUT_record_capacity:
         return LEDGER_RECORDS;
     default:
-        return 0;
+        return seek_register(address);
     }
 }
 
@@ -223,7 +246,7 @@ bool data_input_mapped(uint16_t address, uint16_t count)
 {
     uint32_t end = (uint32_t)address + count;
 
-    return inside(address, end, 0, REG_INPUT_record_capacity + 1) ||
+    return inside(address, end, 0, REG_INPUT_trip_ticks + 2) ||
            inside(address, end, REG_AXIS_BASE, AXIS_END) ||
            inside(address, end, REG_RECORD_BASE, RECORD_END);
 }

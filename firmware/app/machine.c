@@ -8,6 +8,7 @@
 #include "hal/cpu.h"         // cpu_section
 #include "hal/pixel_clock.h" // pixel_clock_take
 #include "hal/step_timer.h"  // step_timer_*
+#include "hal/switches.h"    // switch_capture_waiting
 
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
 #define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
@@ -32,6 +33,7 @@ static uint8_t axis_bit(uint8_t axis)
 void machine_init(void)
 {
     settings_defaults(&machine.settings);
+    seek_init();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         axis_init(&machine.axes[i],
                   step_timer_ring(i),
@@ -61,6 +63,7 @@ void machine_apply_settings(void)
         .reversal_min_ticks =
             (uint16_t)(2u * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS)),
         .max_acceleration = settings->max_acceleration,
+        .start_stop_steps = settings->start_stop_steps,
     };
 }
 
@@ -200,14 +203,21 @@ static void take_underruns(void)
 #define FOLLOW_ENTRIES 64u
 #define TURN_ROUNDS    8u
 
+// An edge was captured with a sample of this axis, which comes before any newer one.
+static bool capture_waits(uint8_t i)
+{
+    bool clock = i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting();
+
+    return clock || (machine.seek.axis != SEEK_NOBODY && switch_capture_waiting());
+}
+
 // False when that must wait.
 static bool follow(uint8_t i, bool all)
 {
     struct axis *axis = &machine.axes[i];
     struct engine_sample sample = step_timer_sample(i);
 
-    // A capture that waits may be older than this sample: its own sample comes first.
-    if (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) {
+    if (capture_waits(i)) {
         return false;
     }
     if (all || ledger_due(&axis->ledger, &axis->feed, &sample)) {
@@ -295,6 +305,19 @@ static void watch_clock(void)
     }
 }
 
+// One capture input may serve both: then the clock is not looked at while an axis seeks.
+static bool clock_listens(void)
+{
+    return CONFIG_PIXEL_CLOCK_AXIS != CONFIG_SWITCH_CAPTURE_AXIS ||
+           machine.seek.axis == SEEK_NOBODY;
+}
+
+static void poll_inputs(void)
+{
+    inputs_poll(machine.turn % CONFIG_AXES);
+    seek_poll();
+}
+
 // The axis nearest to starving; CONFIG_AXES when all are decoded.
 static uint8_t neediest(void)
 {
@@ -344,7 +367,9 @@ static void decode_neediest(void)
 void machine_poll(void)
 {
     cpu_section(CPU_SECTION_ROUND);
-    take_capture();
+    if (clock_listens()) {
+        take_capture();
+    }
     take_underruns();
     follow_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -354,6 +379,7 @@ void machine_poll(void)
     if (CONFIG_AXES > 1) {
         time_check_poll();
     }
+    poll_inputs();
     start_poll();
     watch_clock();
     decode_neediest();

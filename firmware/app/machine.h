@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/inputs.h"         // struct inputs
+#include "app/seek.h"           // struct seek
 #include "app/settings.h"       // struct settings
 #include "base/names.h"         // enum fault
 #include "config.h"             // CONFIG_AXES
@@ -21,6 +23,7 @@ enum machine_command {
     COMMAND_DISCARD = 5,
     COMMAND_ENABLE = 6,
     COMMAND_DISABLE = 7,
+    COMMAND_ZERO = 8,
 };
 
 struct fault_record {
@@ -39,6 +42,8 @@ struct machine {
     struct line_limits limits;
     struct clock_watch watch;
     struct fault_record fault;
+    struct inputs inputs[CONFIG_AXES];
+    struct seek seek;
     uint8_t starting; // bit n: axis n has a line zero and waits for its release
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests

@@ -16,6 +16,7 @@ void fake_power_on(void)
     now_ticks = 0;
     fake_timers_power_on();
     fake_pixel_clock_power_on();
+    fake_switches_power_on();
     fake_uart_power_on();
 }
 

@@ -19,4 +19,6 @@ void fake_pixel_clock_power_on(void);
 bool fake_pixel_clock_due(uint32_t *ticks);
 void fake_pixel_clock_capture(void);
 
+void fake_switches_power_on(void);
+
 void fake_uart_power_on(void);

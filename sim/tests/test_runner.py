@@ -146,11 +146,11 @@ class Plant(SimTest):
             steps = int(sim.ask("counts 0 0").split()[1])
             motor, load = map(int, sim.ask("plant 0 0").split()[1:])
             self.assertEqual((motor, load), (60 + steps, 60 + steps))
-            pind = int(sim.ask("peek 0 0x29 1").split()[1], 16)
-            self.assertEqual(pind >> 6 & 1, 1 if load < 100 else 0)  # HOME = PD6, to ground
+            pinc = int(sim.ask("peek 0 0x26 1").split()[1], 16)
+            self.assertEqual(pinc & 1, 1 if load < 100 else 0)  # HOME = PC0, to ground
             sim.run(160_000)
-            sim.ask("poke 0 0x2b 10")  # PORTD: has no effect on the wire (no write by the program)
-            self.assertEqual(int(sim.ask("peek 0 0x29 1").split()[1], 16) >> 6 & 1, 0)
+            sim.ask("poke 0 0x28 01")  # PORTC: has no effect on the wire (no write by the program)
+            self.assertEqual(int(sim.ask("peek 0 0x26 1").split()[1], 16) & 1, 0)
 
     def test_hard_stop(self):
         options = ["--plant", "0.0:travel=-10..50,over=5"]

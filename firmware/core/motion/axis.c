@@ -18,6 +18,9 @@
 // The next run waits for one of the two to be free if the newer one is as long as this, time enough
 // for the main loop to come by. Else single periods follow it for the time being.
 #define RUN_WAIT_TICKS ((uint32_t)0x10000)
+// A seek is decoded no further ahead than this (8 ms, several rounds of the main loop): what stands
+// in the ring is made even if its switch trips.
+#define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
 // Steps of a curve that are decoded and published together: at most, and while the ring runs low.
 // The ledger takes what was decoded together as a whole, so that much of the ring may lie idle.
 #define CURVE_BATCH     (FEED_BLOCKS > 0 ? 60u : 120u)
@@ -121,12 +124,26 @@ enum block_result axis_queue_block(struct axis *axis,
     return BLOCK_TAKEN;
 }
 
+// The start mark's word, when it is in front.
+static uint16_t front_word(const struct axis *axis)
+{
+    struct run mark = {0};
+
+    (void)run_queue_peek(&axis->queue, 0, &mark);
+    return (uint16_t)mark.count;
+}
+
 bool axis_waits_for_edge(const struct axis *axis)
 {
-    struct run mark;
+    return (front_word(axis) & RUN_START_WAIT) != 0;
+}
 
-    return run_queue_peek(&axis->queue, 0, &mark) &&
-           ((uint16_t)mark.count & RUN_START_WAIT) != 0;
+bool axis_seeks(const struct axis *axis, bool *opening)
+{
+    uint16_t word = front_word(axis);
+
+    *opening = (word & RUN_START_OPEN) != 0;
+    return (word & RUN_START_SEEK) != 0;
 }
 
 static bool start_queued(const struct axis *axis)
@@ -142,10 +159,7 @@ static void begin_line(struct axis *axis,
                        const struct pixel_period *period,
                        bool always_take_up)
 {
-    struct run mark = {0};
-
-    (void)run_queue_peek(&axis->queue, 0, &mark);
-    bool negative = ((uint16_t)mark.count & RUN_START_NEGATIVE) != 0;
+    bool negative = (front_word(axis) & RUN_START_NEGATIVE) != 0;
     bool reverses = !axis->direction_known || negative != axis->feed.negative;
 
     line_begin(&axis->line, period, &axis->queue, always_take_up || reverses);
@@ -185,7 +199,15 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     axis->state = AXIS_EMPTY;
 }
 
-// The line is decoded to its end. A queued line that does not wait for the clock follows at once.
+// A queued line that does not wait for the clock follows at once. Seeks stand alone: their switch is
+// watched from arming to rest.
+static bool chains(const struct axis *axis)
+{
+    return start_queued(axis) && !axis->line.seek &&
+           (front_word(axis) & (RUN_START_WAIT | RUN_START_SEEK)) == 0;
+}
+
+// The line is decoded to its end.
 static void finish_line(struct axis *axis,
                         const struct pixel_period *period,
                         bool always_take_up)
@@ -194,7 +216,7 @@ static void finish_line(struct axis *axis,
         axis->whole_lines--;
     }
     axis->direction_known = true;
-    if (start_queued(axis) && !axis_waits_for_edge(axis)) {
+    if (chains(axis)) {
         axis->lines_done++;
         begin_line(axis, period, always_take_up);
         return;
@@ -219,13 +241,31 @@ static void begin_piece(struct axis *axis)
     axis->walking = true;
 }
 
+uint32_t axis_ahead_ticks(const struct axis *axis)
+{
+    uint32_t ahead = axis->feed.written_ticks - axis->ledger.taken_ticks;
+
+    if (axis->ledger.run != LEDGER_NO_RUN) {
+        ahead -= (uint32_t)ledger_run_loaded(&axis->ledger) *
+                 feed_run_base(&axis->feed, axis->ledger.run);
+    }
+    return ahead;
+}
+
+// The piece in work is the last for now.
+static bool no_more_pieces(const struct axis *axis)
+{
+    return feed_marks_full(&axis->feed) ||
+           (axis->line.seek && axis_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
+}
+
 // False when nothing can be decoded now. Not inline: its registers would lie on the stack below the
 // decoder of steps.
 static bool __attribute__((noinline)) next_piece(struct axis *axis,
                                                  const struct pixel_period *period,
                                                  bool always_take_up)
 {
-    if (feed_marks_full(&axis->feed)) {
+    if (no_more_pieces(axis)) {
         return false;
     }
     switch (line_next(&axis->line, &axis->piece)) {
@@ -240,17 +280,6 @@ static bool __attribute__((noinline)) next_piece(struct axis *axis,
         axis->dry = true;
         return false;
     }
-}
-
-uint32_t axis_ahead_ticks(const struct axis *axis)
-{
-    uint32_t ahead = axis->feed.written_ticks - axis->ledger.taken_ticks;
-
-    if (axis->ledger.run != LEDGER_NO_RUN) {
-        ahead -= (uint32_t)ledger_run_loaded(&axis->ledger) *
-                 feed_run_base(&axis->feed, axis->ledger.run);
-    }
-    return ahead;
 }
 
 // Steps that must pass before the piece may become a run.
@@ -293,7 +322,8 @@ bool axis_decoded(const struct axis *axis)
     if (axis->awaits_run) {
         return !feed_run_free(&axis->feed);
     }
-    return !axis->walking && !feed_busy(&axis->feed) && feed_marks_full(&axis->feed);
+    return !axis->walking && !axis->edge_due && !feed_busy(&axis->feed) &&
+           no_more_pieces(axis);
 }
 
 // Hand as many of the steps to come as the ring has room for to the interrupt.

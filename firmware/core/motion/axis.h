@@ -77,7 +77,11 @@ enum block_result axis_queue_block(struct axis *axis,
 // Decode the front line ahead. False when there is none to arm. always_take_up: the backlash
 // policy; else backlash is inserted only when the direction changes or is not known.
 bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up);
-bool axis_waits_for_edge(const struct axis *axis); // of the front line, before axis_arm()
+
+// Of the front line, before axis_arm(): it waits for the pixel clock; it is a seek, for the switch
+// to open.
+bool axis_waits_for_edge(const struct axis *axis);
+bool axis_seeks(const struct axis *axis, bool *opening);
 
 // Back to loaded is not possible once runs were decoded: forget every queued line.
 void axis_discard(struct axis *axis, uint8_t ring_slot);

@@ -17,6 +17,7 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
     ledger->pulse = false;
     ledger->left = 0;
     ledger->fresh = 0;
+    ledger->pulsed = 0;
     ledger->run = LEDGER_NO_RUN;
     ledger->run_steps = 0;
     ledger->idle_seen = 0;
@@ -34,6 +35,17 @@ void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error
     }
 }
 
+static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
+{
+    ledger->lengths[2] = ledger->lengths[1];
+    ledger->lengths[1] = ledger->lengths[0];
+    ledger->lengths[0] = newest_ticks;
+    ledger->pulsed = (uint8_t)(ledger->pulsed << 1);
+    if (pulse) {
+        ledger->pulsed |= 1u;
+    }
+}
+
 // Note the fresh periods' lengths: they stand in the ring until the next ones are accounted for.
 static void note_fresh(struct ledger *ledger)
 {
@@ -41,10 +53,10 @@ static void note_fresh(struct ledger *ledger)
 
     for (; ledger->fresh != 0; ledger->fresh--) {
         uint8_t at = (uint8_t)(ledger->retired - ledger->fresh);
-        ledger->lengths[2] = ledger->lengths[1];
-        ledger->lengths[1] = ledger->lengths[0];
         uint16_t top_ticks = (uint16_t)(ring->high[at] << 8);
-        ledger->lengths[0] = (uint16_t)(top_ticks + ring->low[at] + 1u);
+        // What was taken since the last command pulses as that said.
+        uint16_t ticks = (uint16_t)(top_ticks + ring->low[at] + 1u);
+        shift_lengths(ledger, ticks, ledger->pulse);
     }
 }
 
@@ -64,6 +76,33 @@ uint32_t ledger_period_start(struct ledger *ledger, const struct feed *feed, uin
     return start;
 }
 
+uint8_t ledger_steps_after(struct ledger *ledger,
+                           const struct feed *feed,
+                           uint32_t ticks,
+                           uint8_t edge_ticks)
+{
+    uint16_t loaded = ledger_run_loaded(ledger);
+    uint8_t steps = 0;
+
+    for (uint8_t back = 0; back < 3u; back++) {
+        uint32_t edge = ledger_period_start(ledger, feed, back) + edge_ticks;
+        bool pulsed = back < loaded;
+        if (!pulsed) {
+            pulsed = (ledger->pulsed & (1u << (uint8_t)(back - loaded))) != 0;
+        }
+        if (pulsed && (int32_t)(edge - ticks) > 0) {
+            steps++;
+        }
+    }
+    return steps;
+}
+
+void ledger_zero(struct ledger *ledger, int32_t origin_steps)
+{
+    ledger->position_steps -= origin_steps;
+    ledger->line_origin -= origin_steps;
+}
+
 void ledger_skip_to(struct ledger *ledger, uint8_t slot)
 {
     note_fresh(ledger);
@@ -71,12 +110,10 @@ void ledger_skip_to(struct ledger *ledger, uint8_t slot)
     ledger->pulse = false;
 }
 
-static void add_period(struct ledger *ledger, uint16_t ticks)
+static void add_quiet_period(struct ledger *ledger, uint16_t ticks)
 {
     note_fresh(ledger);
-    ledger->lengths[2] = ledger->lengths[1];
-    ledger->lengths[1] = ledger->lengths[0];
-    ledger->lengths[0] = ticks;
+    shift_lengths(ledger, ticks, false);
     ledger->loaded_ticks += ticks;
 }
 
@@ -244,6 +281,7 @@ static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_
         ledger->lengths[i - 1u] = ledger->lengths[i - 1u - count];
     }
     for (uint8_t i = 0; i < count; i++) {
+        ledger->pulsed = (uint8_t)(ledger->pulsed << 1) | 1u;
         bool was_long =
             sum < (int32_t)carried->after_short + (int32_t)carried->after_long;
         sum = (int16_t)(sum - (was_long ? carried->after_long : carried->after_short));
@@ -318,7 +356,7 @@ static void add_idle(struct ledger *ledger, uint16_t idle_count)
     // line is released only after a ledger_follow() that saw every idle period before it.
     while (ledger->idle_seen != idle_count) {
         ledger->idle_seen++;
-        add_period(ledger, STEP_IDLE_TICKS);
+        add_quiet_period(ledger, STEP_IDLE_TICKS);
     }
 }
 

@@ -40,6 +40,7 @@ struct ledger {
     uint16_t
         lengths[3]; // of the last three periods before the run, ticks, newest first, less
     uint8_t fresh;  //   so many newer ones that still stand in the ring (0..3)
+    uint8_t pulsed; // of those in lengths[], bit 0 the newest: it began with a STEP edge
     uint32_t
         loaded_ticks; // end of the newest period before the run, since the timers started
     uint32_t taken_ticks; // of all periods taken from the ring, not idle ones; both wrap
@@ -124,6 +125,16 @@ static inline uint16_t ledger_run_loaded(const struct ledger *ledger)
 uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back);
+
+// Of the steps in ledger_position(), those whose edge comes after an instant that is no older than
+// the period before the running one. edge_ticks: from the start of a period to its STEP edge.
+uint8_t ledger_steps_after(struct ledger *ledger,
+                           const struct feed *feed,
+                           uint32_t ticks,
+                           uint8_t edge_ticks);
+
+// From here on the position is counted from `origin_steps`.
+void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 
 // The clock edge that ends a pixel was seen so many ticks after its planned place.
 void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);

@@ -18,6 +18,7 @@ void line_begin(struct line *line,
         .queue = queue,
         .smooth = ((uint16_t)mark.count & RUN_START_SMOOTH) != 0,
         .negative = ((uint16_t)mark.count & RUN_START_NEGATIVE) != 0,
+        .seek = ((uint16_t)mark.count & RUN_START_SEEK) != 0,
         .fresh = true,
         .backlash_steps = take_up ? (uint16_t)parameter.count : 0,
         .line_speed = parameter.repeat,
@@ -94,38 +95,62 @@ static uint32_t pixel_ticks(struct line *line)
                : line->to_edge_ticks;
 }
 
-static void pixel_piece(struct line *line, struct piece *piece)
+static uint16_t run_steps(const struct line *line)
 {
     int16_t count = line->run.count;
-    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
+
+    return (uint16_t)(count < 0 ? -count : count);
+}
+
+static void pixel_piece(struct line *line, struct piece *piece)
+{
+    uint16_t steps = run_steps(line);
 
     *piece = (struct piece){
         .ticks = pixel_ticks(line),
         .steps = steps,
         .start_speed = line->speed,
         .curved = line->smooth && steps != line->speed,
-        .negative = line->smooth ? line->negative : count < 0,
+        .negative = line->smooth ? line->negative : line->run.count < 0,
     };
     place_edge(line, piece, line->shifted ? steps_at_edge(line, steps) : steps);
     count_steps(line, piece);
-    if (line->smooth) {
-        line->speed = (uint16_t)(2u * steps - line->speed);
-    }
+    line->speed = line->smooth ? (uint16_t)(2u * steps - line->speed) : steps;
     line->run.repeat--;
+}
+
+// Pixels of the run in work are to be made.
+static bool run_serves(struct line *line)
+{
+    if (line->run.repeat == 0) {
+        return false;
+    }
+    if (line->leaving_out && line->down && run_steps(line) < line->speed) {
+        line->leaving_out = false;
+    }
+    return !line->leaving_out;
 }
 
 // Have a run in work: LINE_PIECE when there is one.
 static enum line_status take_run(struct line *line)
 {
-    if (line->run.repeat == 0) {
+    while (!run_serves(line)) {
         if (!run_queue_pop(line->queue, &line->run)) {
             return LINE_DRY;
         }
         if (line->run.repeat == 0) {
-            return LINE_OVER;
+            if (line->run.count != (int16_t)RUN_MARK_DOWN) {
+                return LINE_OVER;
+            }
+            line->down = true;
         }
     }
     return LINE_PIECE;
+}
+
+void line_trip(struct line *line)
+{
+    line->leaving_out = !line->down;
 }
 
 enum line_status line_next(struct line *line, struct piece *piece)

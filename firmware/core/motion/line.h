@@ -34,12 +34,16 @@ struct line {
     struct run_queue *queue;
     struct run run; // the run now in work; repeat counts down
     bool smooth : 1;
-    bool negative : 1; // direction of a smooth line
-    bool shifted : 1;  // still ahead of the pixel clock: backlash not yet taken up
-    bool fresh : 1;    // no piece taken yet
+    bool negative : 1;    // direction of a smooth line
+    bool shifted : 1;     // still ahead of the pixel clock: backlash not yet taken up
+    bool fresh : 1;       // no piece taken yet
+    bool seek : 1;        // ends early when its switch trips:
+    bool leaving_out : 1; // it has; runs up to one that slows down are left out
+    bool down : 1;        // the down mark was taken
     uint16_t backlash_steps;
     uint16_t line_speed;
-    uint16_t speed;         // steps/pixel at the start of the next piece (smooth)
+    uint16_t
+        speed; // steps/pixel at the start of the next piece; plain: in the last pixel
     int32_t position;       // signed steps up to the start of the next piece
     uint32_t to_edge_ticks; // from the start of the next piece to the next pixel edge
     struct pixel_grid edges;
@@ -60,3 +64,6 @@ void line_begin(struct line *line,
                 bool take_up);
 
 enum line_status line_next(struct line *line, struct piece *piece);
+
+// The switch of a seek has tripped: slow down from the next piece on.
+void line_trip(struct line *line);

@@ -9,12 +9,22 @@ void line_check_reset(struct line_check *check)
     *check = (struct line_check){.phase = LINE_CHECK_OUTSIDE};
 }
 
+// A seek is plain and does not wait for the clock.
+static bool seek_shape(uint16_t word)
+{
+    if ((word & RUN_START_SEEK) == 0) {
+        return (word & RUN_START_OPEN) == 0;
+    }
+    return (word & (RUN_START_SMOOTH | RUN_START_WAIT)) == 0;
+}
+
 static enum line_error start(struct line_check *check, struct run entry)
 {
     uint16_t word = (uint16_t)entry.count;
 
     if (entry.repeat != 0 || (word & RUN_MARK_KIND) != RUN_MARK_START ||
-        (word & (uint16_t)~(RUN_START_KNOWN | RUN_START_WAIT)) != 0) {
+        (word & (uint16_t)~(RUN_START_KNOWN | RUN_START_WAIT)) != 0 ||
+        !seek_shape(word)) {
         return LINE_malformed;
     }
     bool chained = (word & RUN_START_WAIT) == 0;
@@ -28,6 +38,7 @@ static enum line_error start(struct line_check *check, struct run entry)
     }
     check->smooth = (word & RUN_START_SMOOTH) != 0;
     check->negative = (word & RUN_START_NEGATIVE) != 0;
+    check->seek = (word & RUN_START_SEEK) != 0;
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
 }
@@ -53,10 +64,14 @@ static enum line_error parameter(struct line_check *check, struct run entry)
                                                      : LINE_none;
 }
 
-// The end mark.
-static enum line_error end(struct line_check *check, struct run entry)
+// The end mark, or the down mark of a seek.
+static enum line_error mark(struct line_check *check, struct run entry)
 {
-    if ((uint16_t)entry.count != RUN_MARK_END) {
+    if (check->seek && (uint16_t)entry.count == RUN_MARK_DOWN) {
+        check->seek = false;
+        return LINE_none;
+    }
+    if (check->seek || (uint16_t)entry.count != RUN_MARK_END) {
         return LINE_malformed;
     }
     if (check->smooth && check->speed != 0) {
@@ -124,6 +139,18 @@ static uint16_t first_speed(const struct line_check *check, struct run entry)
     return root;
 }
 
+// A reversal from pixel to pixel, faster than the motor can start and stop.
+static bool lacks_ramp(const struct line_check *check,
+                       const struct line_limits *limits,
+                       struct run entry)
+{
+    uint16_t most = limits->start_stop_steps;
+    int16_t last = check->last_count;
+
+    return most != 0 && check->rest_ticks == 0 && !check->smooth &&
+           (steps_of(entry) > most || magnitude(last) > most);
+}
+
 // The direction changes in the middle of the time since the last step.
 static enum line_error turn(const struct line_check *check,
                             const struct line_limits *limits,
@@ -132,8 +159,13 @@ static enum line_error turn(const struct line_check *check,
     int8_t direction = direction_of(check, entry);
     uint16_t wanted = limits->reversal_min_ticks;
 
-    if (direction == 0 || check->direction == 0 || direction == check->direction ||
-        check->rest_ticks >= wanted) {
+    if (direction == 0 || check->direction == 0 || direction == check->direction) {
+        return LINE_none;
+    }
+    if (lacks_ramp(check, limits, entry)) {
+        return LINE_reversal_without_ramp;
+    }
+    if (check->rest_ticks >= wanted) {
         return LINE_none;
     }
     return too_fast(first_speed(check, entry),
@@ -285,5 +317,5 @@ enum line_error line_check_entry(struct line_check *check,
     if (check->phase == LINE_CHECK_PARAMETER) {
         return parameter(check, entry);
     }
-    return entry.repeat == 0 ? end(check, entry) : run(check, limits, entry);
+    return entry.repeat == 0 ? mark(check, entry) : run(check, limits, entry);
 }

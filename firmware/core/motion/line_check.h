@@ -17,6 +17,7 @@ struct line_limits {
     uint16_t smooth_min_interval_ticks; // the same in a smooth line
     uint16_t reversal_min_ticks;        // the same between steps of opposite direction
     uint16_t max_acceleration;          // steps/pixel^2 of a smooth line, 0: any
+    uint16_t start_stop_steps;          // of both pixels at a direct reversal, 0: any
     uint16_t jerk_warning; // change of acceleration that is worth a warning, 0: never
 };
 
@@ -31,6 +32,7 @@ struct line_check {
     bool smooth : 1;
     bool reached : 1;  // the line speed given with the backlash was reached
     bool negative : 1; // direction of a smooth line
+    bool seek : 1;     // its down mark is still to come
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     uint8_t warning; // first warning of the line (enum line_error, 32..)

@@ -6,6 +6,13 @@
 //     start   (word, 0) (backlash_steps, line_speed)    word: kind, flags below
 //     runs    (count, repeat) ...
 //     end     (RUN_MARK_END, 0)
+//
+// A seek is a plain line that ends early when the axis's home switch is as sought. Its runs speed
+// up and hold; those behind a down mark slow down to rest. From wherever it trips, it goes on with
+// the first run behind the mark that is slower than its last pixel.
+//
+//     (1, 1) (2, 1) (4, 1) (8, 900)  (RUN_MARK_DOWN, 0)  (4, 1) (2, 1) (1, 1)
+//                   ^ trips here: one pixel of 4, then ---------^
 #pragma once
 
 #include <stdint.h>
@@ -13,12 +20,15 @@
 #define RUN_MARK_KIND  0x000Fu
 #define RUN_MARK_START 0x0001u
 #define RUN_MARK_END   0x0002u
+#define RUN_MARK_DOWN  0x0003u
 #define RUN_START_SMOOTH                                                                 \
     0x0010u // constant acceleration inside a pixel; else constant speed
 #define RUN_START_WAIT                                                                   \
     0x0020u // zero is one period after a pixel clock edge; else chained
 #define RUN_START_NEGATIVE 0x0040u // a smooth line that runs in negative direction
-#define RUN_START_KNOWN 0x0071u // every bit of a start mark that has a meaning, less WAIT
+#define RUN_START_SEEK     0x0080u // until the home switch closes,
+#define RUN_START_OPEN     0x0100u //   or, together with it, opens
+#define RUN_START_KNOWN    0x01D1u // bits of a start mark that have a meaning, less WAIT
 
 struct run {
     int16_t count;   // steps in each pixel, signed for plain lines

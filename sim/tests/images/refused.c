@@ -3,11 +3,66 @@
 
 #include <avr/io.h>
 
+#if defined(__AVR_ATmega2560__)
+#define POWER PRR0
+#else
+#define POWER PRR
+#endif
+
 static void fast_pwm(uint16_t top)
 {
     OCR1A = top;
     TCCR1A = (uint8_t)((1U << WGM11) | (1U << WGM10));
     TCCR1B = (uint8_t)((1U << WGM13) | (1U << WGM12) | (1U << CS10));
+}
+
+// Everything as it must be for the comparator to capture, but for `acsr`, `adcsra` and `admux`.
+static void comparator(uint8_t acsr, uint8_t adcsra, uint8_t admux)
+{
+    ADCSRB = (uint8_t)(1U << ACME);
+    ADCSRA = adcsra;
+    ADMUX = admux;
+    ACSR = acsr;
+}
+
+static void ask_comparator(uint8_t what)
+{
+    const uint8_t good = (uint8_t)((1U << ACBG) | (1U << ACIC));
+
+    switch (what) {
+    case 20:
+        comparator((uint8_t)(good | (1U << ACIE)), 0, 0);
+        break;
+    case 21: // AIN0
+        comparator((uint8_t)(1U << ACIC), 0, 0);
+        break;
+    case 22:
+        comparator(good, (uint8_t)(1U << ADEN), 0);
+        break;
+    case 23: // AIN1, chosen when it already captures
+        comparator(good, 0, 0);
+        ADCSRB = 0;
+        break;
+    case 24:
+        comparator((uint8_t)(good | (1U << ACD)), 0, 0);
+        break;
+    case 25: // no digital pin
+        comparator(good, 0, 6);
+        break;
+    case 26: // the ADC's own bandgap input
+        comparator(good, 0, 14);
+        break;
+    case 27:
+        comparator(good, 0, 0);
+        POWER = (uint8_t)(1U << PRADC);
+        break;
+    case 28:
+        comparator((uint8_t)(good | (1U << ACIS0)), 0, 0);
+        break;
+    default: // as modelled: no complaint
+        comparator(good, 0, 5);
+        break;
+    }
 }
 
 static void ask(uint8_t what)
@@ -45,6 +100,7 @@ static void ask(uint8_t what)
         TCCR1B |= (uint8_t)(1U << CS10);
         break;
     default:
+        ask_comparator(what);
         break;
     }
 }

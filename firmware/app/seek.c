@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "app/seek.h"
+
+#include "app/inputs.h" // inputs_*
+#include "app/machine.h"
+#include "hal/clock.h"      // clock_now_4us
+#include "hal/step_timer.h" // STEP_TIMER_EDGE_TICKS
+#include "hal/switches.h"   // switch_capture_*
+
+#define US_PER_UNIT 4u
+
+// The axis that seeks.
+static uint8_t seeker(void)
+{
+    return CONFIG_AXES == 1 ? 0 : machine.seek.axis;
+}
+
+void seek_init(void)
+{
+    machine.seek.axis = SEEK_NOBODY;
+}
+
+void seek_begin(uint8_t axis, bool opening)
+{
+    bool inverted = (machine.settings.inputs_inverted & 1u) != 0;
+
+    machine.seek = (struct seek){
+        .axis = axis,
+        .opening = opening,
+        .trip_axis = axis,
+        .trip_code = TRIP_NONE,
+    };
+    switch_capture_start(axis, opening != inverted);
+}
+
+// Where the axis was at the edge. Both axes are followed exactly as far as when it was captured, so
+// that the edge lies in one of the last three periods.
+static void note_edge(struct seek *seek, const struct switch_capture *capture)
+{
+    struct axis *clock = &machine.axes[CONFIG_SWITCH_CAPTURE_AXIS];
+    struct axis *axis = &machine.axes[seeker()];
+
+    ledger_follow(&clock->ledger, &clock->feed, &capture->edge.sample);
+    if (CONFIG_AXES > 1 && axis != clock) {
+        ledger_follow(&axis->ledger, &axis->feed, &capture->seeker);
+    }
+    seek->ticks = ledger_period_start(&clock->ledger, &clock->feed, capture->edge.back) +
+                  capture->edge.ticks - SWITCH_CAPTURE_DELAY_TICKS;
+    uint8_t after = ledger_steps_after(
+        &axis->ledger, &axis->feed, seek->ticks, (uint8_t)STEP_TIMER_EDGE_TICKS);
+    seek->position_steps = ledger_position(&axis->ledger) +
+                           (axis->ledger.negative ? after : -(int16_t)after);
+    seek->captured_4us = (uint16_t)clock_now_4us();
+    seek->captured = true;
+}
+
+static void take_edge(struct seek *seek)
+{
+    struct switch_capture capture;
+
+    // A switch that bounces has more edges: the first one counts.
+    if (switch_capture_take(&capture) && !seek->captured &&
+        seek->trip_code == TRIP_NONE) {
+        note_edge(seek, &capture);
+    }
+}
+
+static void look(struct seek *seek)
+{
+    uint16_t patience_4us =
+        (uint16_t)(2u * machine.settings.input_filter_us / US_PER_UNIT);
+    uint16_t since_4us = (uint16_t)((uint16_t)clock_now_4us() - seek->captured_4us);
+
+    if (inputs_home_closed(seeker()) != seek->opening) {
+        seek->trip_code = TRIP_ALREADY;
+        if (seek->captured) {
+            seek->trip_code = seek->opening ? TRIP_OPENED : TRIP_CLOSED;
+        }
+        line_trip(&machine.axes[seeker()].line);
+    } else if (seek->captured && since_4us > patience_4us && inputs_settled(seeker())) {
+        seek->captured = false; // a disturbance: the switch is as it was
+    }
+}
+
+static void end_seek(struct seek *seek)
+{
+    uint8_t axis = seeker();
+
+    seek->axis = SEEK_NOBODY;
+    switch_capture_stop();
+    if (seek->trip_code == TRIP_NONE && machine.fault.code == FAULT_none &&
+        machine.axes[axis].state != AXIS_EMPTY) {
+        machine_fault(seek->opening ? FAULT_home_stuck : FAULT_home_not_found, axis, 0);
+    }
+}
+
+void seek_poll(void)
+{
+    struct seek *seek = &machine.seek;
+
+    if (seek->axis == SEEK_NOBODY) {
+        return;
+    }
+    uint8_t axis = seeker();
+    uint8_t state = machine.axes[axis].state;
+    // In this order: what is read after an edge was taken is not older than it.
+    take_edge(seek);
+    inputs_poll(axis);
+    if (seek->trip_code == TRIP_NONE) {
+        look(seek);
+    }
+    // How far it is decided what is decoded next.
+    (void)machine_follow(axis);
+    if (state != AXIS_ARMED && state != AXIS_RUNNING) {
+        end_seek(seek);
+    }
+}
+
+bool seek_can_zero(uint8_t axis)
+{
+    const struct seek *seek = &machine.seek;
+
+    return seek->axis == SEEK_NOBODY && seek->trip_axis == axis &&
+           (seek->trip_code == TRIP_CLOSED || seek->trip_code == TRIP_OPENED);
+}
+
+void seek_zero(uint8_t axis)
+{
+    machine_account(axis);
+    ledger_zero(&machine.axes[axis].ledger, machine.seek.position_steps);
+    machine.seek.position_steps = 0;
+}

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+// Input capture of one timer: hardware holds the count of an edge, the handler says in which period
+// it fell, because the counter restarts in every period.
+#pragma once
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <util/atomic.h>
+
+#include "hal/avr/step_isr.h" // step_engines
+#include "hal/pixel_clock.h"  // struct pixel_capture
+
+struct capture {
+    volatile bool waiting; // `newest` is complete
+    struct pixel_capture newest;
+};
+
+// A counter read between two looks at the overflow flag has wrapped before it was read, if the flag
+// appeared between them and the counter is still below this.
+#define CAPTURE_JUST_WRAPPED_TICKS 16u
+
+// Bits of GPIOR0: BUSY from an edge on, until the main loop has taken it; OVERRUN when another edge
+// came meanwhile.
+#define CAPTURE_PIXEL_CLOCK_BUSY    0
+#define CAPTURE_PIXEL_CLOCK_OVERRUN 1
+#define CAPTURE_SWITCH_BUSY         2
+#define CAPTURE_SWITCH_OVERRUN      3
+
+// The capture interrupt of `timer`, which serves `axis`, into struct capture `name`; `note` is what
+// else it has to do.
+//
+// As short as can be with interrupts off, 13 cycles: the step interrupts come first. An edge that
+// finds the one before it not taken is noted only, so that a noisy input cannot nest this.
+//
+// m is the period whose interrupt was served last; it loaded m + 1.
+//
+//     served:      m         (m + 1 begins, overflow pending)
+//     counter   ---|---------------|------
+//     edge in m: no overflow pending, or the captured value is beyond the counter
+//     edge in m + 1: overflow pending and the captured value is not beyond the counter
+//
+// The sample, the flag and the counter belong together: 19 cycles with interrupts off. Right as
+// long as no more than one period began since the edge: up to about 150 cycles may lie between. In
+// shorter periods the place of an edge may be off by periods; line zero and a switch never are,
+// because an axis at rest and one that seeks slowly have long ones.
+//
+// Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back. The
+// instruction behind an SEI runs before any interrupt: it must not be the next CLI.
+// Budget: 160 cycles.
+#define CAPTURE_HANDLER(name, timer, axis, busy, overrun, note)                          \
+    static struct capture name;                                                          \
+    static void name##_body(void) __asm__("__vector_" #name "_body")                     \
+        __attribute__((signal, used));                                                   \
+    ISR(TIMER##timer##_CAPT_vect, ISR_NAKED)                                             \
+    {                                                                                    \
+        __asm__ volatile("sbic %[flags], %[is_busy]\n\t"                                 \
+                         "rjmp 1f\n\t"                                                   \
+                         "sbi %[flags], %[is_busy]\n\t"                                  \
+                         "sei\n\t"                                                       \
+                         "rjmp __vector_" #name "_body\n"                                \
+                         "1: sbi %[flags], %[one_more]\n\t"                              \
+                         "reti"                                                          \
+                         :                                                               \
+                         : [flags] "I"(_SFR_IO_ADDR(GPIOR0)),                            \
+                           [is_busy] "I"(busy),                                          \
+                           [one_more] "I"(overrun));                                     \
+    }                                                                                    \
+    static void name##_body(void)                                                        \
+    {                                                                                    \
+        const struct step_engine *engine = &step_engines[axis];                          \
+        uint16_t captured = 0;                                                           \
+        uint16_t counter = 0;                                                            \
+        uint8_t flags_before = 0;                                                        \
+        uint8_t flags_after = 0;                                                         \
+        uint8_t tail = 0;                                                                \
+        int8_t left = 0;                                                                 \
+        uint16_t idle_count = 0;                                                         \
+                                                                                         \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            captured = ICR##timer;                                                       \
+            OCR##timer##AH = engine->run_high;                                           \
+        }                                                                                \
+        __asm__ volatile("nop");                                                         \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            tail = engine->tail;                                                         \
+            left = engine->left;                                                         \
+            idle_count = engine->idle_count;                                             \
+            flags_before = TIFR##timer;                                                  \
+            counter = TCNT##timer;                                                       \
+            flags_after = TIFR##timer;                                                   \
+            OCR##timer##AH = engine->run_high;                                           \
+        }                                                                                \
+        bool wrapped = (flags_before & _BV(TOV##timer)) != 0 ||                          \
+                       ((flags_after & _BV(TOV##timer)) != 0 &&                          \
+                        counter < CAPTURE_JUST_WRAPPED_TICKS);                           \
+                                                                                         \
+        name.newest.back = 1;                                                            \
+        if (wrapped && captured <= counter) {                                            \
+            name.newest.back = 0;                                                        \
+        } else if (!wrapped && captured > counter) {                                     \
+            name.newest.back = 2;                                                        \
+        }                                                                                \
+        name.newest.ticks = captured;                                                    \
+        name.newest.sample = step_engine_sample_of(tail, left, 0, idle_count);           \
+        note;                                                                            \
+        name.waiting = true;                                                             \
+    }
+
+// The oldest capture not yet taken. The handler leaves an edge that waits alone.
+static inline bool capture_take(struct capture *source,
+                                struct pixel_capture *capture,
+                                uint8_t busy)
+{
+    if (!source->waiting) {
+        return false;
+    }
+    *capture = source->newest;
+    source->waiting = false;
+    GPIOR0 &= (uint8_t)~_BV(busy);
+    return true;
+}
+
+#define CAPTURE_NOTE_NOTHING ((void)0)
+
+// Another came before it was taken. After capture_take(), in this order: an edge from there on is
+// either taken next or noted as one too many.
+static inline bool capture_lost(uint8_t overrun)
+{
+    bool lost = (GPIOR0 & _BV(overrun)) != 0;
+
+    GPIOR0 &= (uint8_t)~_BV(overrun);
+    return lost;
+}

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+// Switches over the fake board: the filter, and limits that stop what moves towards them.
+#include <stdint.h>
+
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "hal/switches.h"
+#include "nothing_moves.h"
+#include "unity.h"
+#include "wire/register_map.h"
+
+#define CLOSED false
+#define OPEN   true
+// Rounds that are longer than the filter's default of 1000 us, by a little.
+#define FILTER_ROUNDS 20u
+
+void setUp(void)
+{
+    bench_power_on();
+    bench_rounds(FILTER_ROUNDS);
+}
+
+void tearDown(void)
+{
+}
+
+static void switches_are_four_bits_an_axis(void)
+{
+    TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    fake_switch(1, SWITCH_LIMIT_MINUS, CLOSED);
+    fake_switch(3, SWITCH_LIMIT_PLUS, CLOSED);
+    bench_rounds(FILTER_ROUNDS);
+    TEST_ASSERT_EQUAL_HEX16(0x4021, bench_input(REG_INPUT_inputs));
+}
+
+static void change_counts_when_it_lasts(void)
+{
+    fake_switch(2, SWITCH_HOME, CLOSED);
+    bench_rounds(8);
+    TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
+    fake_switch(2, SWITCH_HOME, OPEN);
+    bench_rounds(4);
+    fake_switch(2, SWITCH_HOME, CLOSED);
+    bench_rounds(8);
+    TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
+    bench_rounds(8);
+    TEST_ASSERT_EQUAL_HEX16(0x0100, bench_input(REG_INPUT_inputs));
+}
+
+static void filter_time_is_a_setting(void)
+{
+    machine.settings.input_filter_us = 20000;
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    bench_rounds(200);
+    TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
+    bench_rounds(40);
+    TEST_ASSERT_EQUAL_HEX16(1, bench_input(REG_INPUT_inputs));
+}
+
+static void levels_can_be_inverted(void)
+{
+    machine.settings.inputs_inverted = 2;
+    bench_rounds(FILTER_ROUNDS);
+    TEST_ASSERT_EQUAL_HEX16(0x6666, bench_input(REG_INPUT_inputs));
+    machine.settings.inputs_inverted = 1;
+    bench_rounds(FILTER_ROUNDS);
+    TEST_ASSERT_EQUAL_HEX16(0x1111, bench_input(REG_INPUT_inputs));
+}
+
+static void run_line(uint8_t axis, int16_t count)
+{
+    bench_plain_line(axis, count, 100);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command((uint16_t)(1u << axis), COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(axis, AXIS_RUNNING));
+}
+
+// Its filter, a turn of the main loop's and the step that shows it; 8 steps are a pixel.
+static void limit_stops(uint8_t axis, int16_t count, uint8_t which, enum fault fault)
+{
+    setUp();
+    run_line(axis, count);
+    bench_rounds(300);
+    int32_t before = fake_axes[axis].steps;
+    fake_switch(axis, which, CLOSED);
+    bench_rounds(FILTER_ROUNDS + 10u);
+    TEST_ASSERT_EQUAL(fault, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(axis, machine.fault.axis);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[axis].state);
+    check_nothing_moves();
+    int32_t after = fake_axes[axis].steps - before;
+    TEST_ASSERT_TRUE(after * count > 0 && after * (count < 0 ? -1 : 1) <= 16);
+    TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps,
+                            ledger_position(&machine.axes[axis].ledger));
+}
+
+static void limit_stops_what_moves_towards_it(void)
+{
+    limit_stops(0, 8, SWITCH_LIMIT_PLUS, FAULT_limit_plus);
+    limit_stops(3, 8, SWITCH_LIMIT_PLUS, FAULT_limit_plus);
+    limit_stops(2, -8, SWITCH_LIMIT_MINUS, FAULT_limit_minus);
+}
+
+static void moving_away_is_allowed(void)
+{
+    limit_stops(1, 8, SWITCH_LIMIT_PLUS, FAULT_limit_plus);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_CLEAR_FAULT));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_DISCARD));
+    run_line(1, -8);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+static void moving_on_is_not(void)
+{
+    limit_stops(1, 8, SWITCH_LIMIT_PLUS, FAULT_limit_plus);
+    int32_t before = fake_axes[1].steps;
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_CLEAR_FAULT));
+    run_line(1, 8);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_FAULT));
+    TEST_ASSERT_EQUAL(FAULT_limit_plus, machine.fault.code);
+    check_nothing_moves();
+    TEST_ASSERT_TRUE(fake_axes[1].steps - before <= 4);
+}
+
+static void limit_of_an_axis_at_rest_is_no_fault(void)
+{
+    fake_switch(1, SWITCH_LIMIT_PLUS, CLOSED);
+    fake_switch(1, SWITCH_LIMIT_MINUS, CLOSED);
+    run_line(0, 8);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(switches_are_four_bits_an_axis);
+    RUN_TEST(change_counts_when_it_lasts);
+    RUN_TEST(filter_time_is_a_setting);
+    RUN_TEST(levels_can_be_inverted);
+    RUN_TEST(limit_stops_what_moves_towards_it);
+    RUN_TEST(moving_away_is_allowed);
+    RUN_TEST(moving_on_is_not);
+    RUN_TEST(limit_of_an_axis_at_rest_is_no_fault);
+    return UNITY_END();
+}

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT
+// Seeks over the fake board: where they stop, what the switch's edge is worth, how they fail.
+#include <stdint.h>
+
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "hal/switches.h"
+#include "nothing_moves.h"
+#include "unity.h"
+#include "wire/register_map.h"
+
+#define TOP_STEPS    8
+#define RAMP_STEPS   7 // 1 + 2 + 4
+#define RAMP_PX      3
+#define CLOSED       false
+#define OPEN         true
+#define FILTER_TICKS 16000u
+
+void setUp(void)
+{
+    bench_power_on();
+    bench_rounds(20);
+}
+
+void tearDown(void)
+{
+}
+
+static void entry(uint8_t axis, int16_t count, uint16_t repeat)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, count, repeat));
+}
+
+// 1 2 4, 8 for so many pixels, 4 2 1; upwards or, with sign -1, downwards.
+static void queue_seek(uint8_t axis, uint16_t flags, int16_t sign, uint16_t pixels)
+{
+    entry(axis, (int16_t)(RUN_MARK_START | RUN_START_SEEK | flags), 0);
+    entry(axis, 0, 0);
+    for (int16_t count = 1; count < TOP_STEPS; count = (int16_t)(2 * count)) {
+        entry(axis, (int16_t)(sign * count), 1);
+    }
+    entry(axis, (int16_t)(sign * TOP_STEPS), pixels);
+    entry(axis, RUN_MARK_DOWN, 0);
+    for (int16_t count = TOP_STEPS / 2; count != 0; count = (int16_t)(count / 2)) {
+        entry(axis, (int16_t)(sign * count), 1);
+    }
+    entry(axis, RUN_MARK_END, 0);
+}
+
+static void start(uint8_t axis)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command((uint16_t)(1u << axis), COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(axis, AXIS_RUNNING));
+}
+
+// Rounds until `ticks` after line zero, then as many more ticks as are left.
+static void go_to(uint8_t axis, uint32_t ticks)
+{
+    uint32_t until = machine.axes[axis].zero_ticks + ticks;
+
+    while ((int32_t)(until - fake_now_ticks()) > (int32_t)BENCH_ROUND_TICKS) {
+        bench_rounds(1);
+    }
+    fake_pass(until - fake_now_ticks());
+}
+
+// Steps of such a seek at an instant after line zero: the last of each pixel on its end.
+static int32_t steps_at(uint32_t ticks)
+{
+    static const uint16_t places[] = {16000, 24000, 32000, 36000, 40000, 44000, 48000};
+    int32_t steps = 0;
+
+    for (uint8_t i = 0; i < 7; i++) {
+        steps += places[i] <= ticks;
+    }
+    if (ticks > 48000u) {
+        steps += (int32_t)((ticks - 48000u) / 2000u);
+    }
+    return steps;
+}
+
+static void stops_at(uint8_t axis, int16_t sign, uint32_t ticks)
+{
+    setUp();
+    queue_seek(axis, 0, sign, 200);
+    start(axis);
+    go_to(axis, ticks);
+    uint32_t edge = fake_now_ticks();
+    fake_switch(axis, SWITCH_HOME, CLOSED);
+    TEST_ASSERT_TRUE(bench_until(axis, AXIS_DONE));
+    bench_rounds(10);
+    TEST_ASSERT_EQUAL_UINT16(TRIP_CLOSED, bench_input(REG_INPUT_trip_code));
+    TEST_ASSERT_EQUAL_UINT16(axis, bench_input(REG_INPUT_trip_axis));
+    TEST_ASSERT_EQUAL_UINT32(edge, bench_input_wide(REG_INPUT_trip_ticks));
+    TEST_ASSERT_EQUAL_INT32(sign * steps_at(ticks),
+                            (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+static void edge_has_its_tick_and_position(void)
+{
+    static const uint32_t places[] = {100000, 99999, 100001, 101999, 123456, 777777};
+
+    for (uint8_t i = 0; i < (uint8_t)(sizeof places / sizeof places[0]); i++) {
+        stops_at(0, 1, places[i]);
+        stops_at(0, -1, places[i]);
+        stops_at(2, 1, places[i]);
+        stops_at(3, -1, places[i]);
+    }
+}
+
+// Filter, what is decoded ahead and a pixel at most; then the ramp.
+static void stop_is_controlled_and_soon(void)
+{
+    stops_at(0, 1, 400000);
+    int32_t late = fake_axes[0].steps - steps_at(400000) - RAMP_STEPS;
+    uint32_t most_ticks = FILTER_TICKS + 0x20000u + 3u * BENCH_PIXEL_TICKS;
+
+    TEST_ASSERT_TRUE(late > 0 && (uint32_t)late * 2000u <= most_ticks);
+    TEST_ASSERT_EQUAL_INT32(0, (fake_axes[0].steps - 2 * RAMP_STEPS) % TOP_STEPS);
+    check_nothing_moves();
+}
+
+static void trip_while_speeding_up(void)
+{
+    stops_at(1, 1, 17000);
+    TEST_ASSERT_EQUAL_INT32(1, steps_at(17000));
+    TEST_ASSERT_TRUE(fake_axes[1].steps < 200);
+}
+
+static void switch_already_closed_makes_no_step(void)
+{
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    bench_rounds(40);
+    queue_seek(0, 0, 1, 200);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    bench_rounds(5);
+    TEST_ASSERT_EQUAL_UINT16(TRIP_ALREADY, bench_input(REG_INPUT_trip_code));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_TRUE(fake_axes[0].steps < 200);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ZERO));
+}
+
+static void opening_is_sought_too(void)
+{
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    bench_rounds(40);
+    queue_seek(0, RUN_START_OPEN, -1, 200);
+    start(0);
+    go_to(0, 90000);
+    fake_switch(0, SWITCH_HOME, OPEN);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    bench_rounds(5);
+    TEST_ASSERT_EQUAL_UINT16(TRIP_OPENED, bench_input(REG_INPUT_trip_code));
+    TEST_ASSERT_EQUAL_INT32(-steps_at(90000),
+                            (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
+}
+
+static void inverted_switch_closes_high(void)
+{
+    machine.settings.inputs_inverted = 1;
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    bench_rounds(40);
+    queue_seek(0, 0, 1, 200);
+    start(0);
+    go_to(0, 90000);
+    fake_switch(0, SWITCH_HOME, OPEN);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    bench_rounds(5);
+    TEST_ASSERT_EQUAL_UINT16(TRIP_CLOSED, bench_input(REG_INPUT_trip_code));
+}
+
+static void bouncing_switch_counts_from_its_first_edge(void)
+{
+    queue_seek(0, 0, 1, 200);
+    start(0);
+    go_to(0, 200000);
+    uint32_t first = fake_now_ticks();
+    for (uint8_t i = 0; i < 9; i++) {
+        fake_switch(0, SWITCH_HOME, i % 2 == 0 ? CLOSED : OPEN);
+        fake_pass(700);
+        machine_poll();
+    }
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    bench_rounds(5);
+    TEST_ASSERT_EQUAL_UINT32(first, bench_input_wide(REG_INPUT_trip_ticks));
+    TEST_ASSERT_EQUAL_INT32(steps_at(200000),
+                            (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
+}
+
+static void disturbance_does_not_count(void)
+{
+    queue_seek(0, 0, 1, 200);
+    start(0);
+    go_to(0, 200000);
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    fake_pass(300);
+    fake_switch(0, SWITCH_HOME, OPEN);
+    go_to(0, 400000);
+    TEST_ASSERT_EQUAL_UINT16(TRIP_NONE, bench_input(REG_INPUT_trip_code));
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    bench_rounds(5);
+    TEST_ASSERT_EQUAL_INT32(steps_at(400000),
+                            (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
+}
+
+static void never_closing_is_a_fault(void)
+{
+    queue_seek(1, 0, 1, 20);
+    start(1);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    bench_rounds(5);
+    TEST_ASSERT_EQUAL(FAULT_home_not_found, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(1, machine.fault.axis);
+    TEST_ASSERT_EQUAL_INT32(2 * RAMP_STEPS + 20 * TOP_STEPS, fake_axes[1].steps);
+    TEST_ASSERT_EQUAL_INT32(fake_axes[1].steps, ledger_position(&machine.axes[1].ledger));
+}
+
+static void never_opening_is_another(void)
+{
+    fake_switch(1, SWITCH_HOME, CLOSED);
+    bench_rounds(40);
+    queue_seek(1, RUN_START_OPEN, 1, 20);
+    start(1);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    bench_rounds(5);
+    TEST_ASSERT_EQUAL(FAULT_home_stuck, machine.fault.code);
+}
+
+static void stopped_seek_is_no_fault(void)
+{
+    queue_seek(1, 0, 1, 200);
+    start(1);
+    go_to(1, 100000);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_STOP));
+    bench_rounds(50);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(SEEK_NOBODY, machine.seek.axis);
+}
+
+static void zero_is_the_edge(void)
+{
+    stops_at(2, 1, 300000);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ZERO));
+    for (uint8_t i = 0; i < 2; i++) { // once more changes nothing
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_ZERO));
+        TEST_ASSERT_EQUAL_INT32(fake_axes[2].steps - steps_at(300000),
+                                ledger_position(&machine.axes[2].ledger));
+    }
+}
+
+static void one_axis_seeks_at_a_time(void)
+{
+    queue_seek(0, 0, 1, 200);
+    queue_seek(1, 0, 1, 200);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(3, COMMAND_ARM));
+    start(0);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(2, COMMAND_ARM));
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    bench_rounds(5);
+    start(1);
+}
+
+static void seek_does_not_follow_another_line_unasked(void)
+{
+    entry(0, RUN_MARK_START, 0);
+    entry(0, 0, 0);
+    entry(0, 5, 2);
+    entry(0, RUN_MARK_END, 0);
+    queue_seek(0, 0, 1, 200);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_LOADED));
+    bench_rounds(100);
+    TEST_ASSERT_EQUAL_INT32(10, fake_axes[0].steps);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(edge_has_its_tick_and_position);
+    RUN_TEST(stop_is_controlled_and_soon);
+    RUN_TEST(trip_while_speeding_up);
+    RUN_TEST(switch_already_closed_makes_no_step);
+    RUN_TEST(opening_is_sought_too);
+    RUN_TEST(inverted_switch_closes_high);
+    RUN_TEST(bouncing_switch_counts_from_its_first_edge);
+    RUN_TEST(disturbance_does_not_count);
+    RUN_TEST(never_closing_is_a_fault);
+    RUN_TEST(never_opening_is_another);
+    RUN_TEST(stopped_seek_is_no_fault);
+    RUN_TEST(zero_is_the_edge);
+    RUN_TEST(one_axis_seeks_at_a_time);
+    RUN_TEST(seek_does_not_follow_another_line_unasked);
+    return UNITY_END();
+}
