@@ -110,6 +110,7 @@ static void on_reset(avr_io_t *io)
     }
     b->avr->data[GPIOR2] = b->strap;
     board_schedule_pulse(b); // the reset has emptied simavr's list of events
+    board_schedule_switches(b);
 }
 
 static void attach_timers(struct board *b)
@@ -251,6 +252,7 @@ bool board_open(struct board *b,
         set_error(b, "unknown board '%s': one of %s", kind_name, board_kind_names());
         return false;
     }
+    board_find_switches(b);
     avr_global_logger_set(log_errors_only);
     attach_line = line;
     if (!make_part(b) || !load_image(b, image_path)) {

@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include <sim_avr.h>
 
@@ -27,11 +28,20 @@
 #define BOARD_PULSES 64 // pixel pulses handed over ahead of time; a power of two
 #define BOARD_ERROR  256
 
+// What a home or limit pin saw, driven from outside.
+struct board_switch {
+    bool level;
+    uint64_t cycle;       // of its last change, 0 if there was none
+    uint64_t first_cycle; // of the first edge of the change that made it, before all bouncing
+};
+
 struct board_axis {
     bool step, dir, enable; // levels
     uint64_t steps_rising;
     int64_t steps_signed; // DIR low counts up
     struct plant plant;
+    struct contact contact[PLANT_SWITCHES];
+    struct board_switch switches[PLANT_SWITCHES];
 };
 
 struct board {
@@ -41,6 +51,7 @@ struct board {
     avr_io_t reset_hook; // hears of every reset of the part
     struct edges *edges;
     struct serial_log *serial_log; // NULL for none
+    FILE *switch_log;              // NULL for none
     char error[BOARD_ERROR];       // not empty: the board has stopped for this reason
 
     struct timer16 timer[BOARD_TIMERS];
@@ -62,6 +73,8 @@ struct board {
         uint8_t driven_mask, driven_level; // from outside
     } pins[BOARD_PORTS];
     struct board_axis axis[BOARD_AXES];
+    uint8_t switch_on[BOARD_PORTS][8]; // by pin (board_find_switches)
+    bool switches_moving; // inside the cycle timer's callback: the return value reschedules
 
     struct pixel_pulse pulse[BOARD_PULSES];
     unsigned pulse_first, pulse_last;
@@ -86,6 +99,11 @@ void board_set_plant(struct board *board,
                      unsigned axis,
                      const struct plant_settings *settings);
 
+// Other knobs at run time; the contacts are at once what the switches then are.
+void board_change_plant(struct board *board,
+                        unsigned axis,
+                        const struct plant_settings *settings);
+
 // Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or
 // has stopped. True while it goes on.
 bool board_run(struct board *board, uint64_t cycle);
@@ -96,6 +114,9 @@ bool board_is_done(const struct board *board);
 // Drives an input pin from outside at this cycle.
 void board_drive_pin(
     struct board *board, char port, unsigned bit, bool level, uint64_t cycle);
+
+// The level that a home or limit pin reads (an enum plant_switch).
+bool board_switch_level(struct board *board, unsigned axis, unsigned which);
 
 // A pixel pulse to come. False if the board's queue is full.
 bool board_add_pulse(struct board *board, const struct pixel_pulse *pulse);
@@ -121,6 +142,19 @@ void board_find_icp(struct board *board, int timer);
 
 // Tells simavr when the next pixel pulse is due (board_inputs.c).
 void board_schedule_pulse(struct board *board);
+
+// Finds the pins of the switches (board_switches.c).
+void board_find_switches(struct board *board);
+
+// A pin is driven at this cycle: the log, if it is a switch's (board_switches.c).
+void board_log_switch(
+    struct board *board, unsigned port, unsigned bit, bool level, uint64_t cycle);
+
+// A step has moved a switch of this axis (board_switches.c).
+void board_follow_plant(struct board *board, unsigned axis, uint64_t cycle);
+
+// Tells simavr when a contact next does something (board_switches.c).
+void board_schedule_switches(struct board *board);
 
 // Follows the ports that carry outputs (board_outputs.c).
 void board_watch_outputs(struct board *board);

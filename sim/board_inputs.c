@@ -89,6 +89,7 @@ void board_drive_pin(struct board *b, char port, unsigned bit, bool level, uint6
     external.value = b->pins[index].driven_level;
     (void)avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL((uint32_t)port), &external);
     avr_raise_irq(pin, level ? 1 : 0);
+    board_log_switch(b, index, bit, level, cycle);
     board_follow_icp(b, index, cycle);
 }
 

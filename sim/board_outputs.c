@@ -59,43 +59,6 @@ static void add_edge(
     edges_add(b->edges, &edge);
 }
 
-static void drive_switch(struct board *b,
-                         unsigned axis,
-                         enum board_signal signal,
-                         enum plant_switch which,
-                         uint64_t cycle)
-{
-    const struct board_pin *pin = board_kind_pin(b->kind, signal, axis);
-    const struct plant *plant = &b->axis[axis].plant;
-
-    if (pin != NULL) {
-        bool level = plant->closed[which] == plant->settings.active_high;
-
-        board_drive_pin(b, pin->port, pin->bit, level, cycle);
-    }
-}
-
-static void drive_switches(struct board *b, unsigned axis, uint64_t cycle)
-{
-    const struct plant_settings *s = &b->axis[axis].plant.settings;
-
-    if (s->has_home) {
-        drive_switch(b, axis, SIGNAL_HOME, PLANT_HOME, cycle);
-    }
-    if (s->has_travel) {
-        drive_switch(b, axis, SIGNAL_LIMIT_MINUS, PLANT_LIMIT_MINUS, cycle);
-        drive_switch(b, axis, SIGNAL_LIMIT_PLUS, PLANT_LIMIT_PLUS, cycle);
-    }
-}
-
-void board_set_plant(struct board *b,
-                     unsigned axis,
-                     const struct plant_settings *settings)
-{
-    plant_init(&b->axis[axis].plant, settings);
-    drive_switches(b, axis, b->avr->cycle);
-}
-
 static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle)
 {
     struct board_axis *a = &b->axis[axis];
@@ -107,7 +70,7 @@ static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle
         a->steps_rising++;
         a->steps_signed += direction;
         if (plant_step(&a->plant, direction)) {
-            drive_switches(b, axis, cycle);
+            board_follow_plant(b, axis, cycle);
         }
     }
 }

@@ -91,15 +91,26 @@ static struct board *board_of(struct control *c)
     return &c->bench->board[index];
 }
 
+// The board and axis of the second and third word; false after an error's answer.
+static bool board_and_axis(struct control *c, struct board **board, unsigned *axis)
+{
+    uint64_t index;
+
+    *board = board_of(c);
+    if (*board == NULL ||
+        !number(c->word[2], (uint64_t)(*board)->kind->axes - 1, &index)) {
+        return false;
+    }
+    *axis = (unsigned)index;
+    return true;
+}
+
 static struct board_axis *axis_of(struct control *c)
 {
-    struct board *board = board_of(c);
-    uint64_t axis;
+    struct board *board;
+    unsigned axis;
 
-    if (board == NULL || !number(c->word[2], (uint64_t)board->kind->axes - 1, &axis)) {
-        return NULL;
-    }
-    return &board->axis[axis];
+    return board_and_axis(c, &board, &axis) ? &board->axis[axis] : NULL;
 }
 
 static void answer_stopped(const struct control *c)
@@ -203,6 +214,44 @@ static void do_plant(struct control *c)
     }
 }
 
+static void do_knobs(struct control *c)
+{
+    struct board *board;
+    unsigned axis;
+    struct plant_settings settings;
+    char error[128];
+
+    if (!board_and_axis(c, &board, &axis)) {
+        return;
+    }
+    settings = board->axis[axis].plant.settings;
+    settings.has_start = settings.has_seed = false; // only if named now
+    if (plant_parse(&settings, c->word[3], error, sizeof error)) {
+        board_change_plant(board, axis, &settings);
+        answer("ok");
+    } else {
+        answer("error knobs: %s", error);
+    }
+}
+
+static void do_switches(struct control *c)
+{
+    struct board *board;
+    unsigned axis;
+    const struct board_switch *log;
+
+    if (!board_and_axis(c, &board, &axis)) {
+        return;
+    }
+    log = board->axis[axis].switches;
+    (void)fputs("switches", stdout);
+    for (unsigned i = 0; i < PLANT_SWITCHES; i++) {
+        (void)printf(
+            " %" PRIu64 " %d", log[i].cycle, board_switch_level(board, axis, i) ? 1 : 0);
+    }
+    answer(" %" PRIu64, log[PLANT_HOME].first_cycle);
+}
+
 static void do_peek(struct control *c)
 {
     struct board *board = board_of(c);
@@ -269,6 +318,9 @@ static void do_flush(struct control *c)
 {
     edges_flush(&c->bench->edges);
     serial_log_flush(&c->bench->serial_log);
+    if (c->bench->switch_log != NULL) {
+        (void)fflush(c->bench->switch_log);
+    }
     if (c->bench->clock.log != NULL) {
         (void)fflush(c->bench->clock.log);
     }
@@ -288,6 +340,8 @@ static const struct command commands[] = {
     {"steps", 3, 3, do_steps},
     {"counts", 3, 3, do_counts},
     {"plant", 3, 3, do_plant},
+    {"knobs", 4, 4, do_knobs},
+    {"switches", 3, 3, do_switches},
     {"peek", 4, 4, do_peek},
     {"poke", 4, 4, do_poke},
     {"pin", 5, 5, do_pin},

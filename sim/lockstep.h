@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "board.h"
 #include "edges.h"
@@ -24,6 +25,7 @@ struct bench {
     struct pixel_clock clock;
     struct edges edges;
     struct serial_log serial_log; // of the first board
+    FILE *switch_log;             // NULL for none
     struct vcd vcd;
     bool has_vcd;
     uint64_t cycle; // every board has reached it

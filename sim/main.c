@@ -46,14 +46,44 @@ static bool open_boards(const struct options *o)
             return false;
         }
         bench.boards++;
+        b->switch_log = bench.switch_log;
         b->serial_log = (i == 0) ? &bench.serial_log : NULL;
         for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
-            if (o->plant[i][axis].present) {
-                board_set_plant(b, axis, &o->plant[i][axis]);
+            struct plant_settings plant = o->plant[i][axis];
+
+            if (!plant.has_seed) {
+                plant.seed = o->clock.seed;
+                plant.has_seed = true;
             }
+            board_set_plant(b, axis, &plant);
         }
     }
     return true;
+}
+
+static bool open_switch_log(const char *path)
+{
+    if (path == NULL) {
+        return true;
+    }
+    bench.switch_log = fopen(path, "w");
+    if (bench.switch_log == NULL) {
+        return cannot_write(path);
+    }
+    (void)fputs("cycle,board,axis,switch,level\n", bench.switch_log);
+    return true;
+}
+
+static bool close_switch_log(void)
+{
+    bool fine = true;
+
+    if (bench.switch_log != NULL) {
+        fine = ferror(bench.switch_log) == 0;
+        fine = fclose(bench.switch_log) == 0 && fine;
+        bench.switch_log = NULL;
+    }
+    return fine;
 }
 
 static bool open_outputs(const struct options *o)
@@ -80,7 +110,7 @@ static bool open_outputs(const struct options *o)
     if (!serial_log_open(&bench.serial_log, o->serial_log_path)) {
         return cannot_write(o->serial_log_path);
     }
-    return true;
+    return open_switch_log(o->switch_log_path);
 }
 
 static int run_ms(uint64_t ms)
@@ -120,22 +150,25 @@ static int run(const struct options *o)
     }
 }
 
+// A file that could not be written makes a fine run fail.
+static void closed(bool fine, const char *path, int *status)
+{
+    if (!fine) {
+        (void)cannot_write(path);
+        *status = (*status == 0) ? 1 : *status;
+    }
+}
+
 static int close_all(const struct options *o, int status)
 {
     const char *error = bench_error(&bench);
 
-    if (!edges_close(&bench.edges)) {
-        (void)cannot_write(o->edges_path);
-        status = (status == 0) ? 1 : status;
+    closed(edges_close(&bench.edges), o->edges_path, &status);
+    if (bench.has_vcd) {
+        closed(vcd_close(&bench.vcd, bench.cycle), o->vcd_path, &status);
     }
-    if (bench.has_vcd && !vcd_close(&bench.vcd, bench.cycle)) {
-        (void)cannot_write(o->vcd_path);
-        status = (status == 0) ? 1 : status;
-    }
-    if (!serial_log_close(&bench.serial_log)) {
-        (void)cannot_write(o->serial_log_path);
-        status = (status == 0) ? 1 : status;
-    }
+    closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
+    closed(close_switch_log(), o->switch_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);

@@ -23,9 +23,23 @@ static const char manual[] =
     "\n"
     "  --board NAME=IMAGE     a board (uno or mega) and its firmware; board i answers as "
     "unit i + 1\n"
-    "  --plant B.A:KNOBS      mechanics of board B's axis A, knobs in steps, any of\n"
-    "                         "
-    "play=40,travel=-100..9000,over=50,home=0,hyst=8,start=0,active=low\n"
+    "  --plant B.A:KNOBS      mechanics of board B's axis A; knobs joined by commas, any "
+    "of these\n"
+    "                         (steps, or ticks of 62.5 ns):\n"
+    "    play=N               between motor and load (0)\n"
+    "    travel=MIN..MAX      limit switches closed at and beyond these (no switches)\n"
+    "    over=N               from a limit switch to its hard stop (100)\n"
+    "    home=N               home switch closed above this (no switch)\n"
+    "    hyst=N               it opens so many steps below where it closed (8)\n"
+    "    start=N              where motor and load are at reset (0)\n"
+    "    active=low|high      level of a closed switch (low)\n"
+    "    delay=TICKS          contacts follow the load so much later, at most 16000000 (0)\n"
+    "    bounce=N             after each change a contact has N more edges, an even number, "
+    "at most 64 (0)\n"
+    "    bounce_ticks=M       in the M ticks after the first (0)\n"
+    "    seed=S               of the places of these edges (that of --seed)\n"
+    "    stuck=SWITCH:STATE[+...]  SWITCH home, minus or plus; STATE closed, open or free; "
+    "or none\n"
     "pixel clock:\n"
     "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
     "  --pixel-ppm X          frequency error\n"
@@ -39,6 +53,8 @@ static const char manual[] =
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
     "                         rx at the middle of the stop bit, tx at the start bit\n"
+    "  --switch-log FILE      every edge of a home or limit pin: "
+    "cycle,board,axis,switch,level\n"
     "  --vcd FILE             waveforms for GTKWave\n"
     "mode, one of:\n"
     "  --control              commands on standard input, answers on standard output\n"
@@ -125,7 +141,7 @@ static void read_hz(struct options *o, char *text)
 
 static void read_plant(struct options *o, char *text)
 {
-    const char *wrong;
+    char error[128];
     unsigned board = (unsigned)(unsigned char)text[0] - '0';
     unsigned axis = (board < LINE_BOARDS && text[1] == '.')
                         ? (unsigned)(unsigned char)text[2] - '0'
@@ -134,9 +150,9 @@ static void read_plant(struct options *o, char *text)
     if (axis >= BOARD_AXES || text[3] != ':') {
         fail("--plant '%s': BOARD.AXIS:KNOBS is wanted, as in 0.1:play=40", text);
     }
-    wrong = plant_parse(&o->plant[board][axis], text + strlen("0.0:"));
-    if (wrong != NULL) {
-        fail("--plant %u.%u: cannot make sense of '%s'", board, axis, wrong);
+    if (!plant_parse(
+            &o->plant[board][axis], text + strlen("0.0:"), error, sizeof error)) {
+        fail("--plant %u.%u: %s", board, axis, error);
     }
 }
 
@@ -159,6 +175,7 @@ enum option_id {
     OPTION_EDGES,
     OPTION_CLOCK_LOG,
     OPTION_SERIAL_LOG,
+    OPTION_SWITCH_LOG,
     OPTION_VCD,
     OPTION_CONTROL,
     OPTION_PTY,
@@ -179,6 +196,7 @@ static const struct option table[] = {
     {"edges", required_argument, NULL, OPTION_EDGES},
     {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
     {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
+    {"switch-log", required_argument, NULL, OPTION_SWITCH_LOG},
     {"vcd", required_argument, NULL, OPTION_VCD},
     {"control", no_argument, NULL, OPTION_CONTROL},
     {"pty", no_argument, NULL, OPTION_PTY},
@@ -250,6 +268,9 @@ static void take(struct options *o, int id, char *value)
         break;
     case OPTION_SERIAL_LOG:
         o->serial_log_path = value;
+        break;
+    case OPTION_SWITCH_LOG:
+        o->switch_log_path = value;
         break;
     case OPTION_VCD:
         o->vcd_path = value;

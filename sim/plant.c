@@ -3,43 +3,70 @@
 
 #include "plant.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-#define DEFAULT_OVER       100
-#define DEFAULT_HYSTERESIS 8
-
-static bool set_switch(struct plant *p, enum plant_switch which, bool closed)
+bool plant_has(const struct plant *p, enum plant_switch which)
 {
-    bool changed = p->closed[which] != closed;
+    return (which == PLANT_HOME) ? p->settings.has_home : p->settings.has_travel;
+}
 
-    p->closed[which] = closed;
-    return changed;
+// The switch by the load's position; home's hysteresis makes it depend on what it was.
+static bool pressed(const struct plant *p, enum plant_switch which)
+{
+    const struct plant_settings *s = &p->settings;
+
+    if (!plant_has(p, which)) {
+        return false;
+    }
+    switch (which) {
+    case PLANT_LIMIT_MINUS:
+        return p->load <= s->travel_min;
+    case PLANT_LIMIT_PLUS:
+        return p->load >= s->travel_max;
+    case PLANT_HOME:
+    case PLANT_SWITCHES:
+    default:
+        return p->pressed_home ? p->load > s->home - s->home_hysteresis
+                               : p->load >= s->home;
+    }
 }
 
 static bool update_switches(struct plant *p)
 {
-    const struct plant_settings *s = &p->settings;
     bool changed = false;
 
-    if (s->has_home) {
-        int64_t edge = p->closed[PLANT_HOME] ? s->home - s->home_hysteresis : s->home;
-        bool closed = p->closed[PLANT_HOME] ? p->load > edge : p->load >= edge;
+    p->pressed_home = pressed(p, PLANT_HOME);
+    for (int i = 0; i < PLANT_SWITCHES; i++) {
+        enum plant_stuck stuck = p->settings.stuck[i];
+        bool closed = (i == PLANT_HOME) ? p->pressed_home : pressed(p, i);
 
-        changed = set_switch(p, PLANT_HOME, closed);
-    }
-    if (s->has_travel) {
-        changed |= set_switch(p, PLANT_LIMIT_MINUS, p->load <= s->travel_min);
-        changed |= set_switch(p, PLANT_LIMIT_PLUS, p->load >= s->travel_max);
+        closed = (stuck == STUCK_FREE) ? closed : stuck == STUCK_CLOSED;
+        changed |= p->closed[i] != closed;
+        p->closed[i] = closed;
     }
     return changed;
+}
+
+static void put(struct plant *p)
+{
+    p->motor = p->load = p->settings.start;
+    p->pressed_home = false; // within the hysteresis home is open
 }
 
 void plant_init(struct plant *p, const struct plant_settings *settings)
 {
     memset(p, 0, sizeof *p);
     p->settings = *settings;
-    p->motor = p->load = settings->start;
+    put(p);
+    (void)update_switches(p);
+}
+
+void plant_change(struct plant *p, const struct plant_settings *settings)
+{
+    p->settings = *settings;
+    if (settings->has_start) {
+        put(p);
+    }
     (void)update_switches(p);
 }
 
@@ -73,82 +100,3 @@ bool plant_step(struct plant *p, int direction)
     return false;
 }
 
-static bool number(const char *text, int64_t *value)
-{
-    char *end;
-
-    *value = strtoll(text, &end, 10);
-    return end != text && *end == '\0';
-}
-
-static bool range(char *text, int64_t *low, int64_t *high)
-{
-    char *dots = strstr(text, "..");
-
-    if (dots == NULL) {
-        return false;
-    }
-    *dots = '\0';
-    return number(text, low) && number(dots + 2, high) && *low < *high;
-}
-
-static bool not_negative(const char *text, int64_t *value)
-{
-    return number(text, value) && *value >= 0;
-}
-
-static bool switch_knob(struct plant_settings *s, const char *name, char *value)
-{
-    if (strcmp(name, "travel") == 0) {
-        s->has_travel = true;
-        return range(value, &s->travel_min, &s->travel_max);
-    }
-    if (strcmp(name, "home") == 0) {
-        s->has_home = true;
-        return number(value, &s->home);
-    }
-    if (strcmp(name, "active") == 0) {
-        s->active_high = strcmp(value, "high") == 0;
-        return s->active_high || strcmp(value, "low") == 0;
-    }
-    return false;
-}
-
-static bool knob(struct plant_settings *s, const char *name, char *value)
-{
-    if (strcmp(name, "play") == 0) {
-        return not_negative(value, &s->play);
-    }
-    if (strcmp(name, "over") == 0) {
-        return not_negative(value, &s->over);
-    }
-    if (strcmp(name, "hyst") == 0) {
-        return not_negative(value, &s->home_hysteresis);
-    }
-    if (strcmp(name, "start") == 0) {
-        return number(value, &s->start);
-    }
-    return switch_knob(s, name, value);
-}
-
-const char *plant_parse(struct plant_settings *s, char *text)
-{
-    char *rest = text;
-    char *word;
-
-    s->present = true;
-    s->over = DEFAULT_OVER;
-    s->home_hysteresis = DEFAULT_HYSTERESIS;
-    while ((word = strsep(&rest, ",")) != NULL) {
-        char *equals = strchr(word, '=');
-
-        if (equals == NULL) {
-            return word;
-        }
-        *equals = '\0';
-        if (!knob(s, word, equals + 1)) {
-            return word;
-        }
-    }
-    return NULL;
-}

@@ -2,42 +2,66 @@
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The mechanics of one axis: motor steps move a load through play, between hard stops, past limit
-// and home switches. All lengths in steps.
+// and home switches. Lengths in steps, times in ticks (cycles).
 //
 //   hard stop   limit-            home (closed above it)             limit+   hard stop
 //   ----|----------|------------------|-----------------------------------|----------|----
 //       travel_min - over             home                       travel_max + over
+//
+//   load's position --> switch --> stuck? --> contact: delay, bounce (contact.h) --> pin
 #pragma once
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
+#include "contact.h"
+
+enum plant_switch { PLANT_HOME, PLANT_LIMIT_MINUS, PLANT_LIMIT_PLUS, PLANT_SWITCHES };
+
+enum plant_stuck { STUCK_FREE, STUCK_OPEN, STUCK_CLOSED };
+
 struct plant_settings {
-    bool present; // --plant was given for this axis: its switches drive their pins
+    bool present; // knobs were given for this axis: its switches drive their pins
     int64_t play; // between motor and load
     bool has_travel;
     int64_t travel_min, travel_max; // limit switches close at and beyond these
     int64_t over; // from a limit to its hard stop; steps beyond it are lost
     bool has_home;
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    int64_t start;                 // where motor and load are at reset
+    bool has_start;                // start was among the knobs
+    int64_t start; // where motor and load are at reset, or are put at run time
     bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
+    struct contact_settings contact;
+    enum plant_stuck stuck[PLANT_SWITCHES];
+    bool has_seed;
+    uint64_t seed; // of the bouncing
 };
-
-enum plant_switch { PLANT_HOME, PLANT_LIMIT_MINUS, PLANT_LIMIT_PLUS, PLANT_SWITCHES };
 
 struct plant {
     struct plant_settings settings;
     int64_t motor, load;
     int64_t lost_steps;
-    bool closed[PLANT_SWITCHES];
+    bool pressed_home;           // by its position, stuck or not
+    bool closed[PLANT_SWITCHES]; // as the contacts are to follow
 };
 
+// Motor and load at `start`, play taken up in the positive direction.
 void plant_init(struct plant *plant, const struct plant_settings *settings);
+
+// Other knobs at run time: motor and load stay, unless `start` is among the knobs.
+void plant_change(struct plant *plant, const struct plant_settings *settings);
+
+// True if the axis has this switch.
+bool plant_has(const struct plant *plant, enum plant_switch which);
 
 // One motor step, +1 or -1. Returns true if a switch has changed.
 bool plant_step(struct plant *plant, int direction);
 
-// Reads "play=40,travel=-100..9000,over=50,home=0,hyst=8,start=0,active=low" into the settings;
-// on an error returns the word it cannot make sense of, else NULL. Changes the text.
-const char *plant_parse(struct plant_settings *settings, char *text);
+// Reads "play=40,travel=-100..9000,..." (options.c's manual lists all) into the settings; knobs that
+// are not named stay, or get their defaults if none were ever given. On an error returns false, with
+// one line about it in `error`. Changes the text.
+bool plant_parse(struct plant_settings *settings,
+                 char *text,
+                 char *error,
+                 size_t error_size);

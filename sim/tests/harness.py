@@ -73,6 +73,13 @@ def read_edges(path):
         ]
 
 
+def read_switches(path, board=0, axis=0):
+    """Rows (cycle, switch, level) of one axis in a switch log."""
+    with Path(path).open(newline="") as file:
+        rows = [r for r in csv.DictReader(file) if (r["board"], r["axis"]) == (f"{board}", f"{axis}")]
+    return [(int(r["cycle"]), r["switch"], int(r["level"])) for r in rows]
+
+
 def rising(edges, axis=0, board=0):
     return [e[0] for e in edges if e[1:] == (board, axis, "STEP", 1)]
 

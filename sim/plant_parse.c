@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The knobs of the mechanics, as text.
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "plant.h"
+
+#define DEFAULT_OVER       100
+#define DEFAULT_HYSTERESIS 8
+#define TICKS_MOST         16000000U // one second
+
+static bool number(const char *text, int64_t *value)
+{
+    char *end;
+
+    errno = 0;
+    *value = strtoll(text, &end, 10);
+    return end != text && *end == '\0' && errno == 0;
+}
+
+static bool range(char *text, int64_t *low, int64_t *high)
+{
+    char *dots = strstr(text, "..");
+
+    if (dots == NULL) {
+        return false;
+    }
+    *dots = '\0';
+    return number(text, low) && number(dots + 2, high) && *low < *high;
+}
+
+static bool not_negative(const char *text, int64_t *value)
+{
+    return number(text, value) && *value >= 0;
+}
+
+static bool at_most(const char *text, uint32_t most, uint32_t *value)
+{
+    int64_t wide;
+
+    if (!not_negative(text, &wide) || wide > (int64_t)most) {
+        return false;
+    }
+    *value = (uint32_t)wide;
+    return true;
+}
+
+static bool play(struct plant_settings *s, char *value)
+{
+    return not_negative(value, &s->play);
+}
+
+static bool travel(struct plant_settings *s, char *value)
+{
+    s->has_travel = true;
+    return range(value, &s->travel_min, &s->travel_max);
+}
+
+static bool over(struct plant_settings *s, char *value)
+{
+    return not_negative(value, &s->over);
+}
+
+static bool home(struct plant_settings *s, char *value)
+{
+    s->has_home = true;
+    return number(value, &s->home);
+}
+
+static bool hysteresis(struct plant_settings *s, char *value)
+{
+    return not_negative(value, &s->home_hysteresis);
+}
+
+static bool start(struct plant_settings *s, char *value)
+{
+    s->has_start = true;
+    return number(value, &s->start);
+}
+
+static bool active(struct plant_settings *s, char *value)
+{
+    s->active_high = strcmp(value, "high") == 0;
+    return s->active_high || strcmp(value, "low") == 0;
+}
+
+static bool delay(struct plant_settings *s, char *value)
+{
+    return at_most(value, TICKS_MOST, &s->contact.delay_ticks);
+}
+
+static bool bounce(struct plant_settings *s, char *value)
+{
+    return at_most(value, CONTACT_BOUNCE_MOST, &s->contact.bounce) &&
+           s->contact.bounce % 2 == 0;
+}
+
+static bool bounce_ticks(struct plant_settings *s, char *value)
+{
+    return at_most(value, TICKS_MOST, &s->contact.bounce_ticks);
+}
+
+static bool seed(struct plant_settings *s, char *value)
+{
+    int64_t wide;
+
+    s->has_seed = true;
+    if (!not_negative(value, &wide)) {
+        return false;
+    }
+    s->seed = (uint64_t)wide;
+    return true;
+}
+
+// The index of a word in a list, or `count`.
+static unsigned find(const char *word, const char *const list[], unsigned count)
+{
+    unsigned i = 0;
+
+    while (i < count && strcmp(word, list[i]) != 0) {
+        i++;
+    }
+    return i;
+}
+
+static bool stick(struct plant_settings *s, char *word)
+{
+    static const char *const switches[] = {"home", "minus", "plus"};
+    static const char *const states[] = {"free", "open", "closed"};
+    char *colon = strchr(word, ':');
+    unsigned which;
+    unsigned state;
+
+    if (colon == NULL) {
+        return false;
+    }
+    *colon = '\0';
+    which = find(word, switches, PLANT_SWITCHES);
+    state = find(colon + 1, states, STUCK_CLOSED + 1U);
+    *colon = ':';
+    if (which == PLANT_SWITCHES || state > STUCK_CLOSED) {
+        return false;
+    }
+    s->stuck[which] = (enum plant_stuck)state;
+    return true;
+}
+
+// home:closed+plus:open, or none.
+static bool stuck(struct plant_settings *s, char *value)
+{
+    char *rest = value;
+    char *word;
+
+    if (strcmp(value, "none") == 0) {
+        memset(s->stuck, 0, sizeof s->stuck);
+        return true;
+    }
+    while ((word = strsep(&rest, "+")) != NULL) {
+        if (!stick(s, word)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static const struct {
+    const char *name;
+    bool (*read)(struct plant_settings *s, char *value);
+    const char *wanted;
+} knobs[] = {
+    {"play", play, "steps, 0 or more"},
+    {"travel", travel, "FIRST..LAST in steps"},
+    {"over", over, "steps, 0 or more"},
+    {"home", home, "a position in steps"},
+    {"hyst", hysteresis, "steps, 0 or more"},
+    {"start", start, "a position in steps"},
+    {"active", active, "low or high"},
+    {"delay", delay, "ticks, 0 to 16000000"},
+    {"bounce", bounce, "an even number of edges, 0 to 64"},
+    {"bounce_ticks", bounce_ticks, "ticks, 0 to 16000000"},
+    {"seed", seed, "a whole number, 0 or more"},
+    {"stuck", stuck, "none, or home, minus, plus with :closed, :open, :free, joined by +"},
+};
+#define KNOBS (sizeof knobs / sizeof knobs[0])
+
+static bool knob(struct plant_settings *s, char *word, char *error, size_t size)
+{
+    char *equals = strchr(word, '=');
+    char value[64];
+    size_t i = 0;
+
+    if (equals == NULL) {
+        (void)snprintf(error, size, "cannot make sense of '%s'", word);
+        return false;
+    }
+    *equals = '\0';
+    (void)snprintf(value, sizeof value, "%s", equals + 1); // the knobs cut it up
+    while (i < KNOBS && strcmp(word, knobs[i].name) != 0) {
+        i++;
+    }
+    if (i == KNOBS) {
+        (void)snprintf(error, size, "there is no knob '%s'", word);
+        return false;
+    }
+    if (strlen(equals + 1) >= sizeof value || !knobs[i].read(s, equals + 1)) {
+        (void)snprintf(error, size, "%s='%s': %s wanted", word, value, knobs[i].wanted);
+        return false;
+    }
+    return true;
+}
+
+static void set_defaults(struct plant_settings *s)
+{
+    s->present = true;
+    s->over = DEFAULT_OVER;
+    s->home_hysteresis = DEFAULT_HYSTERESIS;
+}
+
+static bool fits_together(const struct plant_settings *s, char *error, size_t size)
+{
+    bool limit_stuck =
+        s->stuck[PLANT_LIMIT_MINUS] != STUCK_FREE || s->stuck[PLANT_LIMIT_PLUS] != STUCK_FREE;
+
+    if (s->contact.bounce > s->contact.bounce_ticks) {
+        (void)snprintf(error,
+                       size,
+                       "bounce=%u: bounce_ticks must be at least as many, not %u",
+                       s->contact.bounce,
+                       s->contact.bounce_ticks);
+        return false;
+    }
+    if (s->stuck[PLANT_HOME] != STUCK_FREE && !s->has_home) {
+        (void)snprintf(error, size, "stuck=home: there is no home switch (home=N)");
+        return false;
+    }
+    if (limit_stuck && !s->has_travel) {
+        (void)snprintf(
+            error, size, "stuck=minus, plus: there are no limit switches (travel=MIN..MAX)");
+        return false;
+    }
+    return true;
+}
+
+bool plant_parse(struct plant_settings *s, char *text, char *error, size_t error_size)
+{
+    char *rest = text;
+    char *word;
+
+    if (!s->present) {
+        set_defaults(s);
+    }
+    while ((word = strsep(&rest, ",")) != NULL) {
+        if (!knob(s, word, error, error_size)) {
+            return false;
+        }
+    }
+    return fits_together(s, error, error_size);
+}
