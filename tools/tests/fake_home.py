@@ -12,7 +12,7 @@ from math import ceil
 
 from pixstep import registers as regs
 from pixstep import runs
-from pixstep.client import TRIP_CLOSED, TRIP_OPENED, Board
+from pixstep.client import TRIP_ALREADY, TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board
 
 FILTER_S = 0.001
 AHEAD_S = 0.008
@@ -114,8 +114,10 @@ class FakeHome(Board):
         seeks = bool(mark & runs.MARK_SEEK)
         wanted = not mark & runs.MARK_SEEK_OPEN
         self.pixels, self.final, counts = 0, "done", []
+        if seeks:
+            self.code = TRIP_NONE
         if seeks and self.plant.closed == wanted:
-            body = []
+            self.code, body = TRIP_ALREADY, []
         line = _Line(body)
         edge_s = None
         while (count := line.following(edge_s, self.time + self.pixels / self.hz)) is not None:
@@ -127,7 +129,7 @@ class FakeHome(Board):
         self.moves.append(counts)
         self.end_s = self.time + self.pixels / self.hz
         if seeks and body and edge_s is None and self.final == "done":
-            self.final, self.fault = "fault", 10 if wanted else 11
+            self.fault = 10 if wanted else 11  # at rest, in state done
 
     def pixel(self, count, wanted, edge_s):
         """Make the steps of a pixel; return when the sought edge came, None if not yet."""

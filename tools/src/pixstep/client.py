@@ -52,15 +52,17 @@ class Record:
     edge_error_ticks: int
 
 
-TRIP_NONE, TRIP_CLOSED, TRIP_OPENED = 0, 1, 2
+TRIP_NONE, TRIP_CLOSED, TRIP_OPENED, TRIP_ALREADY = range(4)
 
 
 @dataclass(frozen=True)
 class Trip:
-    """The edge of a home switch that ended the last seek line, as the hardware captured it.
+    """How the last seek line ended: the edge of a home switch, as the hardware captured it.
 
-    `code` is one of TRIP_*, `position_steps` the axis' position at the edge (the steps whose STEP
-    edge lies at or before it), `ticks` when it was since the board's timers started, modulo 2^32.
+    `code` is TRIP_CLOSED or TRIP_OPENED; TRIP_NONE if the line went to its end or still runs,
+    TRIP_ALREADY if the switch was as sought from the start: no edge then. `position_steps` is the
+    axis' position at the edge (the steps whose STEP edge lies at or before it), `ticks` when it was
+    since the board's timers started, modulo 2^32.
     """
 
     code: int
@@ -169,7 +171,7 @@ class Board:
         return Switches(bool(bits & 1), bool(bits & 2), bool(bits & 4))
 
     def trip(self) -> Trip:
-        """Return the last captured edge of a home switch."""
+        """Return how the last seek line ended."""
         state = self.inputs()
         return Trip(
             *(state[f"trip_{name}"] for name in ("code", "axis", "position_steps", "ticks"))

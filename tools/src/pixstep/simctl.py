@@ -122,6 +122,10 @@ class Simulator:
         motor, load = self.command(f"plant {board} {axis}").split()[1:3]
         return int(motor), int(load)
 
+    def knobs(self, board: int, axis: int, text: str) -> None:
+        """Change knobs of an axis' plant, "start=40,delay=16000"; the others stay as they are."""
+        self.command(f"knobs {board} {axis} {text}")
+
     def mark(self) -> None:
         """Begin the handlers' counts, means and extremes in `stats` anew."""
         self.command("mark")

@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: MIT
 """The verdict on a simulated homing: from its STEP edges, its captured edges, its plant."""
 
+from collections.abc import Callable
 from dataclasses import asdict
 from fractions import Fraction
 from itertools import pairwise
+from math import ceil
 from pathlib import Path
 
 import numpy as np
 
 from pixstep import atomic
 from pixstep.client import TRIP_CLOSED, Trip
-from pixstep.moves.homesim import HomeRun
+from pixstep.moves import homesim
+from pixstep.moves.homesim import HomeJob, HomeRun
 from pixstep.moves.homing import Leg, legs_as_json
 from pixstep.rational import TIMER_HZ, edge_tick, hz_text
 
+OUTPUTS = (*homesim.OUTPUTS, "summary.json", "homing.png")
 _TICKS = 1 << 32  # the board's tick count wraps
 _NEAR = 2  # ticks: a leg's beginning as its first edge tells it, and roundings
 
@@ -54,9 +58,24 @@ def judge(run: HomeRun) -> dict:
     return summary
 
 
-def write(path: Path, summary: dict) -> None:
-    """Write summary.json."""
-    atomic.write_json(path, summary)
+def simulate(
+    job: HomeJob,
+    out: Path,
+    *,
+    plot: bool = False,
+    progress: Callable[[float], None] = lambda _: None,
+) -> dict:
+    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked)."""
+    for name in OUTPUTS:
+        (out / name).unlink(missing_ok=True)
+    done = homesim.run(job, out, progress)
+    summary = judge(done)
+    if plot and len(done.edges.rising):
+        from pixstep.moves import homeplot  # matplotlib takes a second to load
+
+        summary["plots"] = [str(homeplot.draw(done, out / "homing.png", summary["verdict"]))]
+    atomic.write_json(out / "summary.json", summary)
+    return summary
 
 
 def leg_edges(run: HomeRun, leg: Leg) -> tuple[np.ndarray, np.ndarray]:
@@ -164,10 +183,31 @@ def _found(run: HomeRun, reasons: list[str]) -> dict:
             f"{run.counted_steps} steps counted from reset, the switch's edge was at "
             f"{edge.position_steps}"
         )
+    beyond = _load_beyond(run, reasons)
     return {
         "found": True,
+        "switch_closes_at_steps": run.job.closes_at,
+        "load_beyond_switch_steps": beyond,
         "edge": asdict(edge),
         "beyond_edge_steps": run.homed.zeroed_steps,
         "position_steps": run.homed.position_steps,
         "home_s": round(run.legs[-1].ended_s - run.legs[0].began_s, 6),
     }
+
+
+def _load_beyond(run: HomeRun, reasons: list[str]) -> int | None:
+    """Require the load at rest where its switch closes, but for the switch's delay; how far off.
+
+    With play between motor and load the load need not follow the last move back.
+    """
+    job = run.job
+    if job.closes_at is None:
+        return None
+    beyond = job.plan.direction * (run.load_steps - job.closes_at)
+    most = ceil(job.knob("delay") * job.plan.slow * job.pixel_hz / TIMER_HZ)
+    if not job.knob("play") and not 0 <= beyond <= most:
+        reasons.append(
+            f"the load rests {beyond} steps beyond the place where its switch closes, its delay "
+            f"explains 0 to {most}"
+        )
+    return beyond

@@ -10,15 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pixstep import atomic
+from pixstep.client import TRIP_CLOSED, TRIP_OPENED
 from pixstep.moves.fastplot import thousands
 from pixstep.moves.homejudge import leg_edges, switch_edge
-from pixstep.moves.homesim import HomeRun
+from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Leg
 from pixstep.plots import BAND, BOARD, FAINT, IDEAL, INK, MADE, STYLE
 from pixstep.rational import TIMER_HZ
 
 # One colour a leg, in the order of LEGS.
 COLOURS = dict(zip(LEGS, ("#7b6ca8", MADE, IDEAL, "#c9a66b", BOARD, "#4c8c5c"), strict=True))
+_MARKERS = {TRIP_CLOSED: ("^", "switch closes"), TRIP_OPENED: ("v", "switch opens")}
 _FINAL = LEGS[4:]  # what the magnified view shows
 
 
@@ -75,7 +77,7 @@ def _draw_place(axes: Axes, run: HomeRun, leg: Leg, width: float = 2.2) -> None:
     if edge is not None:
         when = edge / TIMER_HZ - _origin_s(run)
         made = int(np.searchsorted(times, when + 1 / TIMER_HZ)) - 1
-        marker = "^" if leg.trip.code == 1 else "v"
+        marker, _ = _MARKERS[leg.trip.code]
         axes.plot(
             [when], [places[max(made, 0)]], marker, ms=7, mfc="white", mec=INK, mew=1.3, zorder=6
         )
@@ -103,7 +105,8 @@ def _finish_place(axes: Axes, run: HomeRun) -> None:
         for name in LEGS
         if name in {leg.name for leg in run.legs}
     ]
-    handles += [_marker("^", "switch closes"), _marker("v", "switch opens")]
+    trips = {leg.trip.code for leg in run.legs if leg.trip}
+    handles += [_marker(*_MARKERS[code]) for code in sorted(trips)]
     axes.legend(handles=handles, loc="best", labelcolor=INK, fontsize=9)
 
 
@@ -130,23 +133,29 @@ def _finish_speed(axes: Axes, run: HomeRun) -> None:
 
 
 def _switch(axes: Axes, run: HomeRun) -> None:
-    """Shade where the home switch is closed, and its hysteresis."""
-    home, low = run.job.knob("home"), run.job.knob("home") - run.job.knob("hyst", 8)
+    """Shade where the home switch is closed, and where it stays so: its hysteresis."""
+    place = run.job.closes_at
+    if place is None:
+        return
+    above = run.job.closes_above
+    way = 1 if above else -1
     bottom, top = axes.get_ylim()
-    top = max(top, home + 0.06 * (top - bottom))
-    axes.axhspan(home, top + (top - bottom), color=BAND, zorder=0, lw=0)
-    axes.axhspan(low, home, color=BAND, alpha=0.5, zorder=0, lw=0)
-    axes.axhline(home, color=INK, lw=0.9, zorder=1)
+    room = 0.06 * (top - bottom)
+    bottom, top = min(bottom, place - room), max(top, place + room)
+    axes.axhspan(place, place + way * 2 * (top - bottom), color=BAND, zorder=0, lw=0)
+    opens = place - way * run.job.knob("hyst", HYSTERESIS)
+    axes.axhspan(opens, place, color=BAND, alpha=0.5, zorder=0, lw=0)
+    axes.axhline(place, color=INK, lw=0.9, zorder=1)
     axes.set_ylim(bottom, top)
     axes.annotate(
-        f"home switch closes at {thousands(home)}",
-        xy=(0, home),
+        f"home switch closes at {thousands(place)}",
+        xy=(0, place),
         xycoords=axes.get_yaxis_transform(),
-        xytext=(6, 3),
+        xytext=(6, 3 * way),
         textcoords="offset points",
         color=INK,
         fontsize=8.5,
-        va="bottom",
+        va="bottom" if above else "top",
     )
 
 
@@ -190,10 +199,10 @@ def _draw_near(axes: Axes, run: HomeRun) -> None:
         axes.annotate(
             f"position {run.homed.position_steps}",
             xy=(times[-1], places[-1]),
-            xytext=(4, -14),
+            xytext=(4, 14 if shown[-1].steps > 0 else -14),
             textcoords="offset points",
             ha="right",
-            va="top",
+            va="bottom" if shown[-1].steps > 0 else "top",
             weight="bold",
             color=INK,
         )

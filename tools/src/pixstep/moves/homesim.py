@@ -19,6 +19,8 @@ from pixstep.simrun import BOOT_CYCLES, scratch_folder
 from pixstep.transport import SimClient
 
 SETTLE_CYCLES = TIMER_HZ // 20
+OUTPUTS = ("edges.csv", "switches.csv")
+HYSTERESIS = 8  # steps, of a simulated home switch unless its knobs say otherwise
 INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
 
 
@@ -53,10 +55,31 @@ class HomeJob:
             raise UserError(f"--plant: {name}={text!r} is not a whole number") from None
 
     @property
+    def home_tripped_level(self) -> int:
+        """The pin's level that the board takes for a closed home switch."""
+        return INVERTED[self.inverted] & 1
+
+    @property
+    def closes_above(self) -> bool:
+        """True if the board sees the home switch closed above its place, not below."""
+        closed_level = int(self.knobs.get("active") == "high")
+        return closed_level == self.home_tripped_level
+
+    @property
+    def closes_at(self) -> int | None:
+        """The load's position at which the board sees the home switch close, if there is one."""
+        if "home" not in self.knobs:
+            return None
+        return self.knob("home") - (0 if self.closes_above else self.knob("hyst", HYSTERESIS))
+
+    @property
     def travel(self) -> tuple[int, ...]:
         """Where the limit switches trip, minus and plus; empty if there are none."""
         low, _, high = self.knobs.get("travel", "").partition("..")
-        return (int(low), int(high)) if low and high else ()
+        try:
+            return (int(low), int(high)) if low and high else ()
+        except ValueError:
+            raise UserError(f"--plant: travel={low}..{high}: two whole numbers") from None
 
 
 @dataclass
@@ -96,7 +119,7 @@ class SimWorld:
 
 
 def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: None) -> HomeRun:
-    """Run a homing; leave edges.csv in `out`.
+    """Run a homing; leave OUTPUTS in `out`.
 
     Raises UserError if the simulator cannot run; what the board does wrong is in the result.
     """
@@ -111,14 +134,31 @@ def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: N
             pixel_hz=job.pixel_hz,
             seed=job.seed,
             edges=folder / "edges.csv",
-            extra=("--plant", f"0.{job.plan.axis}:{job.plant}"),
+            extra=(
+                *("--plant", f"0.{job.plan.axis}:{job.plant}"),
+                *("--switch-log", str(folder / "switches.csv")),
+            ),
         )
         with Simulator(options) as simulator:
             _home(done, simulator, progress)
             simulator.quit()
-        (folder / "edges.csv").replace(out / "edges.csv")
+        for name in OUTPUTS:
+            (folder / name).replace(out / name)
     done.edges = read_edges(out / "edges.csv").axis(0, job.plan.axis)
+    done.switch_edges = home_edges(out / "switches.csv", job)
     return done
+
+
+def home_edges(path: Path, job: HomeJob) -> list[tuple[int, int]]:
+    """Return (cycle, 1 tripped or 0) of every edge of the home switch, as the board takes it."""
+    tripped_level = str(job.home_tripped_level)
+    rows = (row.split(",") for row in path.read_text(encoding="ascii").split()[1:])
+    wanted = ["0", str(job.plan.axis), "home"]
+    return [
+        (int(cycle), int(level == tripped_level))
+        for cycle, *where, level in rows
+        if where == wanted
+    ]
 
 
 def _home(done: HomeRun, simulator: Simulator, progress: Callable[[float], None]) -> None:

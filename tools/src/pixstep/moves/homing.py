@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from pixstep import registers as regs
-from pixstep.client import TRIP_CLOSED, TRIP_OPENED, Board, BoardError, Trip, Upload
+from pixstep.client import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board, BoardError, Trip, Upload
 from pixstep.moves import fast
 from pixstep.moves.legs import HomingPlan
 from pixstep.runs import Seek, queue_entries, seek_entries
@@ -171,6 +171,7 @@ class _Homing:
         start, began = self.position(), self.world.now_s()
         self.board.command("arm", [self.plan.axis])
         state = self._follow(name, sum(repeat for _, repeat in runs))
+        trip = self.board.trip() if wanted else None
         leg = Leg(
             name=name,
             first_steps_px=runs[0][0],
@@ -180,10 +181,11 @@ class _Homing:
             pixels=state["pixel"],
             began_s=began,
             ended_s=self.world.now_s(),
-            trip=self._trip(wanted) if state["axis_state"] == _state("done") else None,
+            trip=trip if trip and trip.code == wanted and trip.axis == self.plan.axis else None,
         )
         self.legs.append(leg)
-        if state["axis_state"] != _state("done"):
+        in_vain = trip is not None and trip.code == TRIP_NONE
+        if in_vain or state["axis_state"] != _state("done"):
             raise self._fault(leg)
 
     def _upload(self, name: str, entries: list[tuple[int, int]]) -> None:
@@ -216,12 +218,6 @@ class _Homing:
                 )
             self.progress(begun + min(1.0, state["pixel"] / pixels) / len(LEGS))
             self.world.wait(_POLL_S)
-
-    def _trip(self, wanted: int) -> Trip | None:
-        """Return the edge that ended the leg, if there is one and it is this axis'."""
-        trip = self.board.trip()
-        mine = trip.code == wanted and trip.axis == self.plan.axis
-        return trip if wanted and mine else None
 
     def _fault(self, leg: Leg) -> HomingError:
         """Return the fault that stopped a leg, in words."""
