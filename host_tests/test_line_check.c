@@ -470,9 +470,18 @@ static void pixels_count_beyond_16_bits(void)
     refused(LINE_out_of_range, 131071uL, 20000, 1);
 }
 
+static void reversals_and_seeks(void)
+{
+    RUN_TEST(reversal_needs_a_ramp_above_the_start_stop_speed);
+    RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
+    RUN_TEST(seek_needs_one_down_mark);
+    RUN_TEST(seek_is_plain_and_does_not_wait);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    reversals_and_seeks();
     RUN_TEST(worked_example_is_fine);
     RUN_TEST(empty_line_is_fine);
     RUN_TEST(odd_line_speed);
@@ -502,10 +511,6 @@ int main(void)
     RUN_TEST(reversal_into_a_chained_line);
     RUN_TEST(reversal_into_a_line_that_waits);
     RUN_TEST(reversal_into_a_chained_smooth_line);
-    RUN_TEST(reversal_needs_a_ramp_above_the_start_stop_speed);
-    RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
-    RUN_TEST(seek_needs_one_down_mark);
-    RUN_TEST(seek_is_plain_and_does_not_wait);
     RUN_TEST(start_mark_missing);
     RUN_TEST(unknown_flags);
     RUN_TEST(mark_inside_a_line);

@@ -154,7 +154,8 @@ static void happen_capture(struct timer16 *t)
     uint64_t cycle = t->capture_due;
 
     t->capture_due = TIMER16_NEVER;
-    if (t->counting && cycle < t->bottom) { // heard of after BOTTOM, within one instruction
+    if (t->counting &&
+        cycle < t->bottom) { // heard of after BOTTOM, within one instruction
         t->icr = (uint16_t)(cycle - t->bottom_before);
     } else {
         t->icr = timer16_count(t, cycle);

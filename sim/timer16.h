@@ -70,8 +70,9 @@ struct timer16 {
     uint16_t frozen; // TCNT while not counting
     uint64_t bottom; // cycle of TCNT = 0 while counting
     uint64_t bottom_before;
-    bool icp_level;     // what the input capture's front end gets now, since icp_cycle
-    bool icp_lasting;   // and the last level before that which the noise canceler let through
+    bool icp_level; // what the input capture's front end gets now, since icp_cycle
+    bool
+        icp_lasting; // and the last level before that which the noise canceler let through
     uint64_t icp_cycle;
     bool delivering; // inside the cycle timer's callback: the return value reschedules
 

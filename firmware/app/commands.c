@@ -78,6 +78,11 @@ static void arm(uint8_t i)
     }
 }
 
+static bool arm_all(uint8_t mask)
+{
+    return seeks_fit(mask) && for_axes(mask, armable, arm);
+}
+
 static bool resting(const struct axis *axis)
 {
     return axis->state != AXIS_RUNNING && axis->state != AXIS_FAULT;
@@ -162,7 +167,7 @@ bool machine_do(enum machine_command command, uint8_t mask)
     case COMMAND_NONE:
         return true;
     case COMMAND_ARM:
-        return seeks_fit(mask) && for_axes(mask, armable, arm);
+        return arm_all(mask);
     case COMMAND_DISARM:
     case COMMAND_DISCARD:
         return for_axes(mask, resting, discard);

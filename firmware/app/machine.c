@@ -305,13 +305,6 @@ static void watch_clock(void)
     }
 }
 
-// One capture input may serve both: then the clock is not looked at while an axis seeks.
-static bool clock_listens(void)
-{
-    return CONFIG_PIXEL_CLOCK_AXIS != CONFIG_SWITCH_CAPTURE_AXIS ||
-           machine.seek.axis == SEEK_NOBODY;
-}
-
 static void poll_inputs(void)
 {
     inputs_poll(machine.turn % CONFIG_AXES);
@@ -367,7 +360,7 @@ static void decode_neediest(void)
 void machine_poll(void)
 {
     cpu_section(CPU_SECTION_ROUND);
-    if (clock_listens()) {
+    if (!seek_has_clock_input()) {
         take_capture();
     }
     take_underruns();

@@ -116,6 +116,12 @@ void seek_poll(void)
     }
 }
 
+bool seek_has_clock_input(void)
+{
+    return CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS &&
+           machine.seek.axis != SEEK_NOBODY;
+}
+
 bool seek_can_zero(uint8_t axis)
 {
     const struct seek *seek = &machine.seek;

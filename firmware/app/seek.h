@@ -33,6 +33,9 @@ void seek_begin(uint8_t axis, bool opening);
 
 void seek_poll(void);
 
+// The input that captures the pixel clock captures the switch now.
+bool seek_has_clock_input(void);
+
 // The captured edge becomes the axis's position 0. False without one.
 bool seek_can_zero(uint8_t axis);
 void seek_zero(uint8_t axis);

@@ -199,8 +199,8 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     axis->state = AXIS_EMPTY;
 }
 
-// A queued line that does not wait for the clock follows at once. Seeks stand alone: their switch is
-// watched from arming to rest.
+// A queued line that does not wait for the clock follows at once. Seeks stand alone: their switch
+// is watched from arming to rest.
 static bool chains(const struct axis *axis)
 {
     return start_queued(axis) && !axis->line.seek &&

@@ -28,18 +28,31 @@ struct capture {
 #define CAPTURE_SWITCH_BUSY         2
 #define CAPTURE_SWITCH_OVERRUN      3
 
-// The capture interrupt of `timer`, which serves `axis`, into struct capture `name`; `note` is what
-// else it has to do.
-//
-// As short as can be with interrupts off, 13 cycles: the step interrupts come first. An edge that
-// finds the one before it not taken is noted only, so that a noisy input cannot nest this.
-//
 // m is the period whose interrupt was served last; it loaded m + 1.
 //
 //     served:      m         (m + 1 begins, overflow pending)
 //     counter   ---|---------------|------
 //     edge in m: no overflow pending, or the captured value is beyond the counter
 //     edge in m + 1: overflow pending and the captured value is not beyond the counter
+static inline void capture_note(struct capture *source,
+                                uint16_t captured,
+                                uint16_t counter,
+                                bool wrapped)
+{
+    source->newest.back = 1;
+    if (wrapped && captured <= counter) {
+        source->newest.back = 0;
+    } else if (!wrapped && captured > counter) {
+        source->newest.back = 2;
+    }
+    source->newest.ticks = captured;
+}
+
+// The capture interrupt of `timer`, which serves `axis`, into struct capture `name`; `note` is what
+// else it has to do.
+//
+// As short as can be with interrupts off, 13 cycles: the step interrupts come first. An edge that
+// finds the one before it not taken is noted only, so that a noisy input cannot nest this.
 //
 // The sample, the flag and the counter belong together: 19 cycles with interrupts off. Right as
 // long as no more than one period began since the edge: up to about 150 cycles may lie between. In
@@ -97,17 +110,10 @@ struct capture {
         bool wrapped = (flags_before & _BV(TOV##timer)) != 0 ||                          \
                        ((flags_after & _BV(TOV##timer)) != 0 &&                          \
                         counter < CAPTURE_JUST_WRAPPED_TICKS);                           \
-                                                                                         \
-        name.newest.back = 1;                                                            \
-        if (wrapped && captured <= counter) {                                            \
-            name.newest.back = 0;                                                        \
-        } else if (!wrapped && captured > counter) {                                     \
-            name.newest.back = 2;                                                        \
-        }                                                                                \
-        name.newest.ticks = captured;                                                    \
-        name.newest.sample = step_engine_sample_of(tail, left, 0, idle_count);           \
-        note;                                                                            \
-        name.waiting = true;                                                             \
+        capture_note(&(name), captured, counter, wrapped);                               \
+        (name).newest.sample = step_engine_sample_of(tail, left, 0, idle_count);         \
+        (note);                                                                          \
+        (name).waiting = true;                                                           \
     }
 
 // The oldest capture not yet taken. The handler leaves an edge that waits alone.

@@ -3,6 +3,7 @@
 
 #include <avr/io.h>
 #include <util/atomic.h>
+#include <util/delay_basic.h>
 
 #include "config.h"        // CONFIG_*
 #include "hal/avr/board.h" // BOARD_FILE
@@ -26,6 +27,7 @@
     READ_BIT(number, port, bit, SWITCH_LIMIT_MINUS)
 #define READ_LIMIT_PLUS(number, port, bit) READ_BIT(number, port, bit, SWITCH_LIMIT_PLUS)
 
+// NOLINTNEXTLINE(readability-function-*): one statement for each switch of the board file
 uint8_t switches_read(uint8_t axis)
 {
     uint8_t levels = 0;
@@ -116,7 +118,7 @@ bool switch_capture_take(struct switch_capture *capture)
 
 // Choosing input and edge can make an edge of its own: what was captured before the comparator's
 // and the capture's own stages have settled is forgotten.
-#define SETTLE_CYCLES 16
+#define SETTLE_LOOPS 6 // of three cycles
 
 static void choose(uint8_t axis, uint8_t comparator, bool rising)
 {
@@ -126,7 +128,7 @@ static void choose(uint8_t axis, uint8_t comparator, bool rising)
     ADMUX = axis; // home switches lie on the multiplexer's inputs of their axes' numbers
     ACSR = comparator;
     TCCR1B = (uint8_t)(rising ? TCCR1B | _BV(ICES1) : TCCR1B & ~_BV(ICES1));
-    __builtin_avr_delay_cycles(SETTLE_CYCLES);
+    _delay_loop_1(SETTLE_LOOPS);
     listen(axis, (comparator & _BV(ACIC)) != 0);
     (void)take_edge(&stale);
 }

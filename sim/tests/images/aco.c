@@ -26,12 +26,12 @@
 #define ICP_DDR  DDRB
 #endif
 
-#define NOTHING   0xFFFFU
-#define RISING    ((uint8_t)(1U << ICES1))
-#define FALLING   0U
-#define CANCELER  ((uint8_t)(1U << ICNC1))
-#define COMPARE   ((uint8_t)(1U << ACBG))
-#define CAPTURE   ((uint8_t)((1U << ACBG) | (1U << ACIC)))
+#define NOTHING  0xFFFFU
+#define RISING   ((uint8_t)(1U << ICES1))
+#define FALLING  0U
+#define CANCELER ((uint8_t)(1U << ICNC1))
+#define COMPARE  ((uint8_t)(1U << ACBG))
+#define CAPTURE  ((uint8_t)((1U << ACBG) | (1U << ACIC)))
 #define REGISTERS                                                                        \
     [acsr] "I"(_SFR_IO_ADDR(ACSR)), [port] "I"(_SFR_IO_ADDR(ADC_PORT)),                  \
         [tccrb] "n"(_SFR_MEM_ADDR(TCCR1B)), [tifr] "I"(_SFR_IO_ADDR(TIFR1)),             \
@@ -90,9 +90,10 @@ static uint16_t captured(void)
 static uint16_t capture(uint8_t timer, uint8_t acsr)
 {
     prepare(acsr);
-    __asm__ volatile("sts %[tccrb], %[on]\n\t"
-                     "cbi %[port], 0\n\t" NOPS(32)::[on] "r"((uint8_t)(timer | (1U << CS10))),
-                     REGISTERS);
+    __asm__ volatile(
+        "sts %[tccrb], %[on]\n\t"
+        "cbi %[port], 0\n\t" NOPS(32)::[on] "r"((uint8_t)(timer | (1U << CS10))),
+        REGISTERS);
     return captured();
 }
 
@@ -102,8 +103,8 @@ static uint16_t short_pulse(void)
     prepare(CAPTURE);
     __asm__ volatile("sts %[tccrb], %[on]\n\t"
                      "cbi %[port], 0\n\t"
-                     "sbi %[port], 0\n\t" NOPS(32)::[on] "r"((uint8_t)(RISING | CANCELER |
-                                                                      (1U << CS10))),
+                     "sbi %[port], 0\n\t" NOPS(32)::[on] "r"(
+                         (uint8_t)(RISING | CANCELER | (1U << CS10))),
                      REGISTERS);
     return captured();
 }
@@ -134,11 +135,11 @@ static uint16_t long_pulse(void)
 static uint16_t other_channel(void)
 {
     prepare(CAPTURE);
-    __asm__ volatile("sts %[tccrb], %[on]\n\t"
-                     "sts %[admux], %[one]\n\t" NOPS(32)::[on] "r"(
-                         (uint8_t)(RISING | (1U << CS10))),
-                     [one] "r"((uint8_t)1U),
-                     REGISTERS);
+    __asm__ volatile(
+        "sts %[tccrb], %[on]\n\t"
+        "sts %[admux], %[one]\n\t" NOPS(32)::[on] "r"((uint8_t)(RISING | (1U << CS10))),
+        [one] "r"((uint8_t)1U),
+        REGISTERS);
     return captured();
 }
 
@@ -149,10 +150,11 @@ static uint16_t other_source(uint8_t from, uint8_t to, uint8_t timer)
     ADC_PORT = 0;
     __asm__ volatile(NOPS(16));
     TIFR1 = 0xFFU;
-    __asm__ volatile("sts %[tccrb], %[on]\n\t"
-                     "out %[acsr], %[to]\n\t" NOPS(32)::[on] "r"((uint8_t)(timer | (1U << CS10))),
-                     [to] "r"(to),
-                     REGISTERS);
+    __asm__ volatile(
+        "sts %[tccrb], %[on]\n\t"
+        "out %[acsr], %[to]\n\t" NOPS(32)::[on] "r"((uint8_t)(timer | (1U << CS10))),
+        [to] "r"(to),
+        REGISTERS);
     return captured();
 }
 

@@ -60,10 +60,9 @@ static void start_timer(uint8_t what)
     OCR1A = TOP_TICKS;
     OCR1B = 31;
     TCCR1A = (uint8_t)((1U << COM1B1) | (1U << COM1B0) | (1U << WGM11) | (1U << WGM10));
-    TCCR1B =
-        (uint8_t)((1U << WGM13) | (1U << WGM12) | (1U << CS10) |
-                  (((what & DO_RISING) != 0U) ? (1U << ICES1) : 0U) |
-                  (((what & DO_CANCELER) != 0U) ? (1U << ICNC1) : 0U));
+    TCCR1B = (uint8_t)((1U << WGM13) | (1U << WGM12) | (1U << CS10) |
+                       (((what & DO_RISING) != 0U) ? (1U << ICES1) : 0U) |
+                       (((what & DO_CANCELER) != 0U) ? (1U << ICNC1) : 0U));
 }
 
 int main(void)
