@@ -132,7 +132,8 @@ bool seek_can_zero(uint8_t axis)
 
 void seek_zero(uint8_t axis)
 {
-    machine_account(axis);
+    // At rest every step has been taken note of. A look now could be newer than a pixel clock edge
+    // that was captured and waits.
     ledger_zero(&machine.axes[axis].ledger, machine.seek.position_steps);
     machine.seek.position_steps = 0;
 }

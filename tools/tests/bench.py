@@ -22,9 +22,10 @@ _POLL_CYCLES = TIMER_HZ // 500
 class Bench:
     """One board with its axes enabled; use as a context manager."""
 
-    def __init__(self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None):
+    def __init__(self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None, extra=()):
         self.axes, self.hz, self.edges_path = list(axes), Fraction(hz), edges
-        self.options = SimOptions([(board, natives.image(board))], self.hz, edges=edges)
+        images = [(board, natives.image(board))]
+        self.options = SimOptions(images, self.hz, edges=edges, extra=extra)
 
     def __enter__(self):
         self.sim = Simulator(self.options)
