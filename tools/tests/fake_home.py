@@ -12,7 +12,7 @@ from math import ceil
 
 from pixstep import registers as regs
 from pixstep import runs
-from pixstep.client import TRIP_ALREADY, TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board
+from pixstep.client import TRIP_ALREADY, TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board, Trip
 
 FILTER_S = 0.001
 AHEAD_S = 0.008
@@ -79,11 +79,10 @@ class FakeHome(Board):
         minus, plus = self.plant.limits()
         return {
             "inputs": self.plant.closed | minus << 1 | plus << 2,
-            "trip_code": self.code,
-            "trip_axis": 0,
-            "trip_position_steps": self.trip_position,
-            "trip_ticks": self.trip_ticks,
         }
+
+    def trip(self):
+        return Trip(self.code, 0, self.trip_position, self.trip_ticks)
 
     def input(self, name):
         return self.inputs()[name]

@@ -230,12 +230,23 @@ class Board:
 
 
 class Upload:
-    """The blocks of one line on their way into an axis' queue."""
+    """The blocks of one line on their way into an axis' queue.
 
-    def __init__(self, board: Board, axis: int, entries: list[tuple[int, int]]) -> None:
+    `state` is what `Board.axis` says of it, if that has just been asked.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        axis: int,
+        entries: list[tuple[int, int]],
+        state: dict[str, int] | None = None,
+    ) -> None:
         self.board, self.axis = board, axis
         self._left = list(entries)
-        self._block = board.axis(axis)["next_block"]
+        state = state or board.axis(axis)
+        self._block = state["next_block"]
+        self._free: int | None = state["queue_free"]  # None: to be asked for again
         self.last: tuple[int, list[tuple[int, int]]] | None = None
 
     @property
@@ -250,8 +261,10 @@ class Upload:
         """
         before = len(self._left)
         while self._left:
-            free = self.board.axis(self.axis)["queue_free"]
-            size = min(free, len(self._left), regs.MAX_ENTRIES)
+            if self._free is None:
+                self._free = self.board.axis(self.axis)["queue_free"]
+            size = min(self._free, len(self._left), regs.MAX_ENTRIES)
+            self._free = None
             if size == 0 or not self._send(self._left[:size]):
                 break
             del self._left[:size]

@@ -166,9 +166,9 @@ class _Homing:
 
     def _leg(self, name: str, entries: list[tuple[int, int]], wanted: int) -> None:
         """Upload, arm and follow a line; `wanted` is the trip it looks for, 0 for none."""
-        self._upload(name, entries)
+        start = self._upload(name, entries)
         runs = [(abs(count), repeat) for count, repeat in entries[2:] if repeat]
-        start, began = self.position(), self.world.now_s()
+        began = self.world.now_s()
         self.board.command("arm", [self.plan.axis])
         state = self._follow(name, sum(repeat for _, repeat in runs))
         trip = self.board.trip() if wanted else None
@@ -188,19 +188,24 @@ class _Homing:
         if in_vain or state["axis_state"] != _state("done"):
             raise self._fault(leg)
 
-    def _upload(self, name: str, entries: list[tuple[int, int]]) -> None:
-        """Queue a whole leg: a seek line that is not all there cannot slow down."""
-        room = self.board.axis(self.plan.axis)["queue_free"]
+    def _upload(self, name: str, entries: list[tuple[int, int]]) -> int:
+        """Queue a whole leg, for one that is not all there cannot slow down; return the position.
+
+        The axis is at rest, so its position is that of the leg's start.
+        """
+        state = self.board.axis(self.plan.axis)
+        room = state["queue_free"]
         if len(entries) > room:
             raise HomingError(
                 f"axis {self.plan.axis}: {name} takes {len(entries)} queue entries, the board has "
                 f"room for {room}: fewer HAPs (now {len(self.plan.ramp.counts)}) make it shorter",
                 legs=tuple(self.legs),
             )
-        upload = Upload(self.board, self.plan.axis, entries)
+        upload = Upload(self.board, self.plan.axis, entries, state)
         while not upload.done:
             if not upload.push():
                 raise BoardError(f"axis {self.plan.axis}: {name} is not accepted by the queue")
+        return state["position_steps"]
 
     def _follow(self, name: str, pixels: int) -> dict[str, int]:
         """Poll until the leg is done or a fault has stopped it; return the axis' registers."""
