@@ -22,7 +22,7 @@ from pixstep.runs import Seek, queue_entries, seek_entries
 
 LEGS = ("leave the switch", "approach", "back off", "stand clear", "slow approach", "return to 0")
 _LEAVE, _APPROACH, _BACK_OFF, _CLEAR, _SLOW, _RETURN = LEGS
-_POLL_S = 0.01
+_POLL_S = 0.005
 _PATIENCE_S = 2.0  # beyond a leg's own time
 _LIMITS = {"limit_minus": "minus", "limit_plus": "plus"}
 
