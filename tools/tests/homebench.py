@@ -38,6 +38,12 @@ class HomeBench(Bench):
         """Cycle of the first edge of the home switch's last change."""
         return int(self.sim.command(f"switches 0 {self.axis}").split()[-1])
 
+    def assert_follows_zero(self):
+        """The register counts on from 0: a move to and fro ends on it."""
+        for steps in (-35, 35):
+            self.move(steps)
+        assert self.board.axis(self.axis)["position_steps"] == 0
+
     def move(self, steps):
         """Make a fast move and wait for its end."""
         self.load(fast.plan(PROFILE.leading(PROFILE.haps), steps).line(), self.axis)
