@@ -156,6 +156,7 @@ def _switch(axes: Axes, run: HomeRun) -> None:
         color=INK,
         fontsize=8.5,
         va="bottom" if above else "top",
+        bbox={"facecolor": BAND, "alpha": 0.8, "edgecolor": "none", "pad": 1},
     )
 
 
