@@ -14,6 +14,7 @@ set(checks "${CMAKE_SOURCE_DIR}/tools/checks")
 rule(layers "${PIXSTEP_PYTHON}" "${checks}/layers.py")
 rule(imports "${PIXSTEP_PYTHON}" "${checks}/imports.py")
 rule(protocol "${PIXSTEP_PYTHON}" -m pixstep docs protocol --check docs/PROTOCOL.md)
+rule(files "${PIXSTEP_PYTHON}" -m pixstep docs files --check docs/FILES.md)
 rule(wiring "${PIXSTEP_PYTHON}" -m pixstep docs wiring --check docs/WIRING.md)
 rule(text "${PIXSTEP_PYTHON}" "${checks}/text.py")
 rule(

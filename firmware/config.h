@@ -41,6 +41,10 @@
 // Smooth lines have a limit of their own: in them a run of constant steps can follow single
 // periods, and the step interrupt needs longer to load its first interval than to go on with
 // single periods or with a run (RUN_ENTRY_MIN_TICKS in axis.c).
+// A reversal has the driver's set-up and hold times on both sides of its middle, and so many ticks
+// more: the direction output changes that long after the middle at most. One axis's commands take 370
+// ticks on the Uno and 630 on the Mega; there four axes that turn at once take 1530, and a byte on the
+// serial line may come between (test_reversal_runs.py turns all of them at the limit).
 #if defined(CONFIG_BOARD_UNO)
 #define CONFIG_BOARD_NAME                "uno"
 #define CONFIG_BOARD_ID                  1
@@ -50,6 +54,7 @@
 #define CONFIG_QUEUE_ENTRIES             32 // runs and marks per axis
 #define CONFIG_MIN_INTERVAL_TICKS        63u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 120u
+#define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)512)
 #elif defined(CONFIG_BOARD_MEGA)
 #define CONFIG_BOARD_NAME                "mega"
 #define CONFIG_BOARD_ID                  2
@@ -59,6 +64,7 @@
 #define CONFIG_QUEUE_ENTRIES             128
 #define CONFIG_MIN_INTERVAL_TICKS        266u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 266u
+#define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)1800)
 #else
 #error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
 #endif

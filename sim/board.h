@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// One simulated board: the part with our models of timers, comparator and UART in it, its pins wired to the
-// signals of firmware/hal/boards/<name>.def, its axes' mechanics.
+// One simulated board: the part with our models of timers, comparator and UART in it, its pins
+// wired to the signals of firmware/hal/boards/<name>.def, its axes' mechanics.
 #pragma once
 
 #include <stdbool.h>
@@ -18,6 +18,7 @@
 #include "line.h"
 #include "pixel_clock.h"
 #include "plant.h"
+#include "plant_log.h"
 #include "serial_log.h"
 #include "stack.h"
 #include "timer16.h"
@@ -31,8 +32,9 @@
 // What a home or limit pin saw, driven from outside.
 struct board_switch {
     bool level;
-    uint64_t cycle;       // of its last change, 0 if there was none
-    uint64_t first_cycle; // of the first edge of the change that made it, before all bouncing
+    uint64_t cycle; // of its last change, 0 if there was none
+    uint64_t
+        first_cycle; // of the first edge of the change that made it, before all bouncing
 };
 
 struct board_axis {
@@ -51,6 +53,7 @@ struct board {
     avr_io_t reset_hook; // hears of every reset of the part
     struct edges *edges;
     struct serial_log *serial_log; // NULL for none
+    struct plant_log *plant_log;   // NULL for none
     FILE *switch_log;              // NULL for none
     char error[BOARD_ERROR];       // not empty: the board has stopped for this reason
 
@@ -74,15 +77,14 @@ struct board {
     } pins[BOARD_PORTS];
     struct board_axis axis[BOARD_AXES];
     uint8_t switch_on[BOARD_PORTS][8]; // by pin (board_find_switches)
-    bool switches_moving; // inside the cycle timer's callback: the return value reschedules
 
     struct pixel_pulse pulse[BOARD_PULSES];
     unsigned pulse_first, pulse_last;
     bool pulse_high;
+    uint8_t strap; // GPIOR2 after a reset
 
     uint64_t sleep_cycles;
     uint64_t quantum_end;
-    uint8_t strap; // GPIOR2 after a reset
 };
 
 // Loads an image into a new board. The board must stay where it is in memory. On failure returns
@@ -152,6 +154,9 @@ void board_log_switch(
 
 // A step has moved a switch of this axis (board_switches.c).
 void board_follow_plant(struct board *board, unsigned axis, uint64_t cycle);
+
+// A row of the plant log, if there is one and the axis has a plant.
+void board_log_plant(struct board *board, unsigned axis, uint64_t cycle);
 
 // Tells simavr when a contact next does something (board_switches.c).
 void board_schedule_switches(struct board *board);

@@ -59,6 +59,22 @@ static void add_edge(
     edges_add(b->edges, &edge);
 }
 
+void board_log_plant(struct board *b, unsigned axis, uint64_t cycle)
+{
+    const struct plant *plant = &b->axis[axis].plant;
+    struct plant_row row = {
+        .cycle = cycle,
+        .motor = plant->motor,
+        .load = plant->load,
+        .board = (uint8_t)b->index,
+        .axis = (uint8_t)axis,
+    };
+
+    if (b->plant_log != NULL && plant->settings.present) {
+        plant_log_add(b->plant_log, &row);
+    }
+}
+
 static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle)
 {
     struct board_axis *a = &b->axis[axis];
@@ -69,8 +85,13 @@ static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle
     if (level) {
         a->steps_rising++;
         a->steps_signed += direction;
+        int64_t motor_before = a->plant.motor;
+
         if (plant_step(&a->plant, direction)) {
             board_follow_plant(b, axis, cycle);
+        }
+        if (a->plant.motor != motor_before) {
+            board_log_plant(b, axis, cycle);
         }
     }
 }

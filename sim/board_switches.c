@@ -17,11 +17,6 @@ static const enum board_signal signals[PLANT_SWITCHES] = {
 
 static const char *const names[PLANT_SWITCHES] = {"home", "minus", "plus"};
 
-// What makes the seeds of one bench's contacts differ.
-#define SEED_BOARD  1000000U
-#define SEED_AXIS   1000U
-#define SEED_SWITCH 1U
-
 static void drive(struct board *b, unsigned axis, unsigned which, uint64_t cycle)
 {
     const struct board_pin *pin = board_kind_pin(b->kind, signals[which], axis);
@@ -75,15 +70,9 @@ static avr_cycle_count_t on_switch(avr_t *avr, avr_cycle_count_t when, void *par
     uint64_t due;
 
     (void)when;
-    b->switches_moving = true;
     while ((due = next_due(b, &axis, &which)) <= avr->cycle) {
-        for (int i = 0; i < b->timers; i++) {
-            timer16_sync(&b->timer[i], due); // a step of before this may move a switch sooner
-        }
-        (void)next_due(b, &axis, &which);
         move(b, axis, which);
     }
-    b->switches_moving = false;
     return (due == CONTACT_NEVER) ? 0 : due;
 }
 
@@ -93,7 +82,7 @@ void board_schedule_switches(struct board *b)
     unsigned which;
     uint64_t due = next_due(b, &axis, &which);
 
-    if (!b->switches_moving && due != CONTACT_NEVER) {
+    if (due != CONTACT_NEVER) {
         avr_cycle_timer_register(
             b->avr, (due > b->avr->cycle) ? due - b->avr->cycle : 0, on_switch, b);
     }
@@ -118,6 +107,12 @@ void board_follow_plant(struct board *b, unsigned axis, uint64_t cycle)
     board_schedule_switches(b);
 }
 
+// A number of its own for every switch of a bench, so that no two bounce alike.
+static unsigned place_of(const struct board *b, unsigned axis, unsigned which)
+{
+    return ((unsigned)b->index * BOARD_AXES + axis) * PLANT_SWITCHES + which;
+}
+
 // All contacts are at once what their switches are.
 static void settle(struct board *b, unsigned axis)
 {
@@ -125,9 +120,7 @@ static void settle(struct board *b, unsigned axis)
 
     for (unsigned i = 0; i < PLANT_SWITCHES; i++) {
         if (a->plant.settings.has_seed) {
-            contact_seed(&a->contact[i],
-                         a->plant.settings.seed + (unsigned)b->index * SEED_BOARD +
-                             axis * SEED_AXIS + i * SEED_SWITCH);
+            contact_seed(&a->contact[i], a->plant.settings.seed, place_of(b, axis, i));
         }
         contact_settle(&a->contact[i], a->plant.closed[i]);
         drive(b, axis, i, b->avr->cycle);
@@ -140,6 +133,7 @@ void board_set_plant(struct board *b,
 {
     plant_init(&b->axis[axis].plant, settings);
     settle(b, axis);
+    board_log_plant(b, axis, b->avr->cycle);
 }
 
 void board_change_plant(struct board *b,
@@ -148,6 +142,7 @@ void board_change_plant(struct board *b,
 {
     plant_change(&b->axis[axis].plant, settings);
     settle(b, axis);
+    board_log_plant(b, axis, b->avr->cycle);
 }
 
 bool board_switch_level(struct board *b, unsigned axis, unsigned which)
@@ -170,7 +165,10 @@ void board_find_switches(struct board *b)
     }
 }
 
-static void write_row(const struct board *b, unsigned axis, unsigned which, uint64_t cycle)
+static void write_row(const struct board *b,
+                      unsigned axis,
+                      unsigned which,
+                      uint64_t cycle)
 {
     if (b->switch_log != NULL) {
         (void)fprintf(b->switch_log,

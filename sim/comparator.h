@@ -24,8 +24,8 @@
 //    as ACIS1:0 say.
 // Not modelled: the time that the comparator itself takes (some 0.5 us), the bandgap's start
 // (70 us at most, when the brown-out detector is off), its interrupt, and all other inputs. With
-// other inputs ACO reads 0 (a read while the set-up is not yet complete must be harmless); capturing with
-// them, or enabling the interrupt, is refused by name.
+// other inputs ACO reads 0 (a read while the set-up is not yet complete must be harmless);
+// capturing with them, or enabling the interrupt, is refused by name.
 #pragma once
 
 #include <stdbool.h>

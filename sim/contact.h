@@ -20,7 +20,8 @@
 
 struct contact_settings {
     uint32_t delay_ticks;
-    uint32_t bounce; // edges after the first of each change: even, to end in the right state
+    uint32_t
+        bounce; // edges after the first of each change: even, to end in the right state
     uint32_t bounce_ticks; // within which they fall, each in a cycle of its own
 };
 
@@ -48,8 +49,8 @@ struct contact_edge {
 // At rest in this state, with nothing under way.
 void contact_settle(struct contact *contact, bool closed);
 
-// Where its bouncing starts from: the same seed gives the same cycles.
-void contact_seed(struct contact *contact, uint64_t seed);
+// Where its bouncing starts from: the same seed and place give the same cycles.
+void contact_seed(struct contact *contact, uint64_t seed, unsigned place);
 
 // Its switch is so at this cycle. False if too many changes are under way.
 bool contact_follow(struct contact *contact,

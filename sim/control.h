@@ -18,10 +18,11 @@
 //   poke BOARD ADDR HEX     ok                  RAM
 //   pin BOARD PORT BIT L    ok                  drive an input pin
 //   plant BOARD AXIS        plant MOTOR LOAD
-//   knobs BOARD AXIS KNOBS  ok                  mechanics, as --plant (--help lists the knobs); those
-//                                               not named stay. start=N puts motor and load there,
-//                                               seed=S begins the bouncing's row anew. Contacts are at
-//                                               once what their switches are: nothing stays under way
+//   knobs BOARD AXIS KNOBS  ok                  mechanics, as --plant (--help lists the knobs);
+//                                               those not named stay. start=N puts motor and load
+//                                               there, seed=S begins the bouncing's row anew.
+//                                               Contacts are at once what their switches are:
+//                                               nothing stays under way
 //   switches BOARD AXIS     switches HOME_CYCLE HOME_LEVEL MINUS_CYCLE MINUS_LEVEL PLUS_CYCLE
 //                                    PLUS_LEVEL HOME_FIRST_CYCLE
 //                                               last change of each switch's pin as driven from

@@ -59,6 +59,7 @@ static bool run_quantum(struct bench *bench, uint64_t end)
     }
     bench->cycle = end;
     edges_settle(&bench->edges, end);
+    plant_log_settle(&bench->plant_log, end);
     return alive;
 }
 

@@ -15,6 +15,7 @@
 #include "edges.h"
 #include "line.h"
 #include "pixel_clock.h"
+#include "plant_log.h"
 #include "serial_log.h"
 #include "vcd.h"
 
@@ -25,7 +26,8 @@ struct bench {
     struct pixel_clock clock;
     struct edges edges;
     struct serial_log serial_log; // of the first board
-    FILE *switch_log;             // NULL for none
+    struct plant_log plant_log;
+    FILE *switch_log; // NULL for none
     struct vcd vcd;
     bool has_vcd;
     uint64_t cycle; // every board has reached it

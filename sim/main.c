@@ -48,6 +48,7 @@ static bool open_boards(const struct options *o)
         bench.boards++;
         b->switch_log = bench.switch_log;
         b->serial_log = (i == 0) ? &bench.serial_log : NULL;
+        b->plant_log = &bench.plant_log;
         for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
             struct plant_settings plant = o->plant[i][axis];
 
@@ -110,6 +111,9 @@ static bool open_outputs(const struct options *o)
     if (!serial_log_open(&bench.serial_log, o->serial_log_path)) {
         return cannot_write(o->serial_log_path);
     }
+    if (!plant_log_open(&bench.plant_log, o->plant_log_path)) {
+        return cannot_write(o->plant_log_path);
+    }
     return open_switch_log(o->switch_log_path);
 }
 
@@ -168,6 +172,7 @@ static int close_all(const struct options *o, int status)
         closed(vcd_close(&bench.vcd, bench.cycle), o->vcd_path, &status);
     }
     closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
+    closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
     closed(close_switch_log(), o->switch_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {

@@ -33,13 +33,15 @@ static const char manual[] =
     "    hyst=N               it opens so many steps below where it closed (8)\n"
     "    start=N              where motor and load are at reset (0)\n"
     "    active=low|high      level of a closed switch (low)\n"
-    "    delay=TICKS          contacts follow the load so much later, at most 16000000 (0)\n"
-    "    bounce=N             after each change a contact has N more edges, an even number, "
-    "at most 64 (0)\n"
+    "    delay=TICKS          contacts follow the load so much later (0; at most "
+    "16000000)\n"
+    "    bounce=N             after each change a contact has N more edges (0; even, at "
+    "most 64)\n"
     "    bounce_ticks=M       in the M ticks after the first (0)\n"
     "    seed=S               of the places of these edges (that of --seed)\n"
-    "    stuck=SWITCH:STATE[+...]  SWITCH home, minus or plus; STATE closed, open or free; "
-    "or none\n"
+    "    stuck=SWITCH:STATE   home, minus or plus; closed, open or free; several are "
+    "joined by +,\n"
+    "                         stuck=none frees all\n"
     "pixel clock:\n"
     "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
     "  --pixel-ppm X          frequency error\n"
@@ -53,6 +55,8 @@ static const char manual[] =
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
     "                         rx at the middle of the stop bit, tx at the start bit\n"
+    "  --plant-log FILE       motor and load of every --plant, at each change:\n"
+    "                         cycle,board,axis,motor,load\n"
     "  --switch-log FILE      every edge of a home or limit pin: "
     "cycle,board,axis,switch,level\n"
     "  --vcd FILE             waveforms for GTKWave\n"
@@ -164,6 +168,7 @@ static void set_mode(struct options *o, enum run_mode mode)
     o->mode = mode;
 }
 
+// In groups, told apart by their first: the clock, output files, modes.
 enum option_id {
     OPTION_BOARD = 1000,
     OPTION_PLANT,
@@ -175,6 +180,7 @@ enum option_id {
     OPTION_EDGES,
     OPTION_CLOCK_LOG,
     OPTION_SERIAL_LOG,
+    OPTION_PLANT_LOG,
     OPTION_SWITCH_LOG,
     OPTION_VCD,
     OPTION_CONTROL,
@@ -196,6 +202,7 @@ static const struct option table[] = {
     {"edges", required_argument, NULL, OPTION_EDGES},
     {"clock-log", required_argument, NULL, OPTION_CLOCK_LOG},
     {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
+    {"plant-log", required_argument, NULL, OPTION_PLANT_LOG},
     {"switch-log", required_argument, NULL, OPTION_SWITCH_LOG},
     {"vcd", required_argument, NULL, OPTION_VCD},
     {"control", no_argument, NULL, OPTION_CONTROL},
@@ -251,6 +258,30 @@ static void take_mode(struct options *o, int id, const char *value)
     }
 }
 
+static void take_output(struct options *o, int id, const char *path)
+{
+    switch (id) {
+    case OPTION_EDGES:
+        o->edges_path = path;
+        break;
+    case OPTION_CLOCK_LOG:
+        o->clock_log_path = path;
+        break;
+    case OPTION_SERIAL_LOG:
+        o->serial_log_path = path;
+        break;
+    case OPTION_PLANT_LOG:
+        o->plant_log_path = path;
+        break;
+    case OPTION_SWITCH_LOG:
+        o->switch_log_path = path;
+        break;
+    default:
+        o->vcd_path = path;
+        break;
+    }
+}
+
 static void take(struct options *o, int id, char *value)
 {
     switch (id) {
@@ -260,21 +291,6 @@ static void take(struct options *o, int id, char *value)
     case OPTION_PLANT:
         read_plant(o, value);
         break;
-    case OPTION_EDGES:
-        o->edges_path = value;
-        break;
-    case OPTION_CLOCK_LOG:
-        o->clock_log_path = value;
-        break;
-    case OPTION_SERIAL_LOG:
-        o->serial_log_path = value;
-        break;
-    case OPTION_SWITCH_LOG:
-        o->switch_log_path = value;
-        break;
-    case OPTION_VCD:
-        o->vcd_path = value;
-        break;
     case OPTION_HELP:
         (void)fputs(manual, stdout);
         exit(0);
@@ -283,6 +299,8 @@ static void take(struct options *o, int id, char *value)
     default:
         if (id >= OPTION_CONTROL) {
             take_mode(o, id, value);
+        } else if (id >= OPTION_EDGES) {
+            take_output(o, id, value);
         } else {
             take_clock(o, id, value);
         }

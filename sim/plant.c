@@ -36,9 +36,10 @@ static bool update_switches(struct plant *p)
     bool changed = false;
 
     p->pressed_home = pressed(p, PLANT_HOME);
-    for (int i = 0; i < PLANT_SWITCHES; i++) {
+    for (unsigned i = 0; i < PLANT_SWITCHES; i++) {
         enum plant_stuck stuck = p->settings.stuck[i];
-        bool closed = (i == PLANT_HOME) ? p->pressed_home : pressed(p, i);
+        bool closed =
+            (i == PLANT_HOME) ? p->pressed_home : pressed(p, (enum plant_switch)i);
 
         closed = (stuck == STUCK_FREE) ? closed : stuck == STUCK_CLOSED;
         changed |= p->closed[i] != closed;
@@ -99,4 +100,3 @@ bool plant_step(struct plant *p, int direction)
     }
     return false;
 }
-

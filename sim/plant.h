@@ -23,18 +23,16 @@ enum plant_stuck { STUCK_FREE, STUCK_OPEN, STUCK_CLOSED };
 
 struct plant_settings {
     bool present; // knobs were given for this axis: its switches drive their pins
-    int64_t play; // between motor and load
-    bool has_travel;
-    int64_t travel_min, travel_max; // limit switches close at and beyond these
-    int64_t over; // from a limit to its hard stop; steps beyond it are lost
-    bool has_home;
-    int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    bool has_start;                // start was among the knobs
-    int64_t start; // where motor and load are at reset, or are put at run time
+    bool has_travel, has_home; // it has these switches
+    bool has_start, has_seed;  // these were among the knobs
     bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
     struct contact_settings contact;
     enum plant_stuck stuck[PLANT_SWITCHES];
-    bool has_seed;
+    int64_t play;                   // between motor and load
+    int64_t travel_min, travel_max; // limit switches close at and beyond these
+    int64_t over; // from a limit to its hard stop; steps beyond it are lost
+    int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
+    int64_t start; // where motor and load are at reset, or are put at run time
     uint64_t seed; // of the bouncing
 };
 
@@ -58,9 +56,9 @@ bool plant_has(const struct plant *plant, enum plant_switch which);
 // One motor step, +1 or -1. Returns true if a switch has changed.
 bool plant_step(struct plant *plant, int direction);
 
-// Reads "play=40,travel=-100..9000,..." (options.c's manual lists all) into the settings; knobs that
-// are not named stay, or get their defaults if none were ever given. On an error returns false, with
-// one line about it in `error`. Changes the text.
+// Reads "play=40,travel=-100..9000,..." (options.c's manual lists all) into the settings; knobs
+// that are not named stay, or get their defaults if none were ever given. On an error returns
+// false, with one line about it in `error`. Changes the text.
 bool plant_parse(struct plant_settings *settings,
                  char *text,
                  char *error,

@@ -184,7 +184,9 @@ static const struct {
     {"bounce", bounce, "an even number of edges, 0 to 64"},
     {"bounce_ticks", bounce_ticks, "ticks, 0 to 16000000"},
     {"seed", seed, "a whole number, 0 or more"},
-    {"stuck", stuck, "none, or home, minus, plus with :closed, :open, :free, joined by +"},
+    {"stuck",
+     stuck,
+     "none, or home, minus, plus with :closed, :open, :free, joined by +"},
 };
 #define KNOBS (sizeof knobs / sizeof knobs[0])
 
@@ -223,8 +225,8 @@ static void set_defaults(struct plant_settings *s)
 
 static bool fits_together(const struct plant_settings *s, char *error, size_t size)
 {
-    bool limit_stuck =
-        s->stuck[PLANT_LIMIT_MINUS] != STUCK_FREE || s->stuck[PLANT_LIMIT_PLUS] != STUCK_FREE;
+    bool limit_stuck = s->stuck[PLANT_LIMIT_MINUS] != STUCK_FREE ||
+                       s->stuck[PLANT_LIMIT_PLUS] != STUCK_FREE;
 
     if (s->contact.bounce > s->contact.bounce_ticks) {
         (void)snprintf(error,
@@ -240,7 +242,9 @@ static bool fits_together(const struct plant_settings *s, char *error, size_t si
     }
     if (limit_stuck && !s->has_travel) {
         (void)snprintf(
-            error, size, "stuck=minus, plus: there are no limit switches (travel=MIN..MAX)");
+            error,
+            size,
+            "stuck=minus, plus: there are no limit switches (travel=MIN..MAX)");
         return false;
     }
     return true;

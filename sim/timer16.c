@@ -137,7 +137,6 @@ static void load_buffers(struct timer16 *t, uint64_t cycle)
 
 static void happen_bottom(struct timer16 *t)
 {
-    t->bottom_before = t->bottom;
     t->bottom = t->bottom_due;
     if (timer16_mode(t) == MODE_FAST_PWM_OCRA) {
         load_buffers(t, t->bottom);
@@ -154,12 +153,7 @@ static void happen_capture(struct timer16 *t)
     uint64_t cycle = t->capture_due;
 
     t->capture_due = TIMER16_NEVER;
-    if (t->counting &&
-        cycle < t->bottom) { // heard of after BOTTOM, within one instruction
-        t->icr = (uint16_t)(cycle - t->bottom_before);
-    } else {
-        t->icr = timer16_count(t, cycle);
-    }
+    t->icr = timer16_count(t, cycle);
     set_flag(t, &t->part->icr, cycle);
 }
 
@@ -332,8 +326,8 @@ void timer16_hold(struct timer16 *t, bool held, uint64_t cycle)
     }
 }
 
-// A level that the noise canceler has not seen for its whole time has never been: its edge's capture
-// is taken back. Returns the level before this change that did last.
+// A level that the noise canceler has not seen for its whole time has never been: its edge's
+// capture is taken back. Returns the level before this change that did last.
 static bool lasting_level(struct timer16 *t, uint64_t cycle, bool rising_wanted)
 {
     bool canceled = (t->tccrb & ICNC_BIT) != 0 &&
@@ -355,7 +349,6 @@ void timer16_icp(struct timer16 *t, bool level, uint64_t cycle)
     if (level == t->icp_level) {
         return;
     }
-    timer16_sync(t, cycle); // a capture due before this edge is not lost to it
     t->icp_lasting = lasting_level(t, cycle, rising_wanted);
     t->icp_level = level;
     t->icp_cycle = cycle;

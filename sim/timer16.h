@@ -69,8 +69,7 @@ struct timer16 {
     bool counting;   // clock selected and not held
     uint16_t frozen; // TCNT while not counting
     uint64_t bottom; // cycle of TCNT = 0 while counting
-    uint64_t bottom_before;
-    bool icp_level; // what the input capture's front end gets now, since icp_cycle
+    bool icp_level;  // what the input capture's front end gets now, since icp_cycle
     bool
         icp_lasting; // and the last level before that which the noise canceler let through
     uint64_t icp_cycle;
@@ -104,9 +103,9 @@ void timer16_schedule(struct timer16 *timer);
 // GTCCR: from this cycle on all timers stand still (held) or count again.
 void timer16_hold(struct timer16 *timer, bool held, uint64_t cycle);
 
-// The level at the input capture's front end (ICPn; on timer 1 also the comparator) may have changed
-// at this cycle, which may not be earlier than the last sync less TIMER16_ICP_SYNC_CYCLES. Not from
-// within the hooks: it syncs.
+// The level at the input capture's front end (ICPn; on timer 1 also the comparator) may have
+// changed at this cycle, which may not be earlier than the last sync less
+// TIMER16_ICP_SYNC_CYCLES.
 void timer16_icp(struct timer16 *timer, bool level, uint64_t cycle);
 
 // COMnx1:0 (0 = the pin follows PORT).

@@ -20,8 +20,6 @@
 // All axes cross a pixel edge at the same time. Beginning a run costs their step interrupts more
 // than going on with one: let them do so some steps apart.
 #define RUN_STAGGER_STEPS 2u
-// Room for the commands of a reversal on top of the driver's own times, ticks.
-#define TURN_MARGIN_TICKS ((uint32_t)512)
 
 struct machine machine;
 
@@ -61,7 +59,7 @@ void machine_apply_settings(void)
         .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
         // The direction changes in the middle of the interval.
         .reversal_min_ticks =
-            (uint16_t)(2u * (turn_us * TICKS_PER_US + TURN_MARGIN_TICKS)),
+            (uint16_t)(2u * (turn_us * TICKS_PER_US + CONFIG_TURN_MARGIN_TICKS)),
         .max_acceleration = settings->max_acceleration,
         .start_stop_steps = settings->start_stop_steps,
     };
@@ -277,6 +275,13 @@ static void take_capture(void)
     bool lost = false;
 
     if (!pixel_clock_take(&capture, &lost)) {
+        return;
+    }
+    // A command may have had the axis accounted for meanwhile, or the axis's switch was captured and
+    // it is not known which of the two was first: the next edge will do.
+    if (ledger_has_passed(&axis->ledger, &capture.sample) ||
+        (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
+        machine.edge_seen_4us = clock_now_4us();
         return;
     }
     ledger_follow(&axis->ledger, &axis->feed, &capture.sample);

@@ -54,13 +54,37 @@ static void note_edge(struct seek *seek, const struct switch_capture *capture)
     seek->captured = true;
 }
 
+// A clock edge whose sample of the seeking axis may be older than the switch's cannot be placed once
+// the account has come to that one.
+static void drop_clock_edge(void)
+{
+    struct pixel_capture edge;
+    bool lost = false;
+
+    if (pixel_clock_take(&edge, &lost)) {
+        machine.edge_seen_4us = clock_now_4us();
+    }
+}
+
+// No command has had the axes accounted for since.
+static bool is_new(const struct switch_capture *capture)
+{
+    return !ledger_has_passed(&machine.axes[CONFIG_SWITCH_CAPTURE_AXIS].ledger,
+                              &capture->edge.sample) &&
+           (CONFIG_AXES == 1 ||
+            !ledger_has_passed(&machine.axes[seeker()].ledger, &capture->seeker));
+}
+
 static void take_edge(struct seek *seek)
 {
     struct switch_capture capture;
 
+    if (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS)) {
+        drop_clock_edge();
+    }
     // A switch that bounces has more edges: the first one counts.
     if (switch_capture_take(&capture) && !seek->captured &&
-        seek->trip_code == TRIP_NONE) {
+        seek->trip_code == TRIP_NONE && is_new(&capture)) {
         note_edge(seek, &capture);
     }
 }
@@ -103,13 +127,18 @@ void seek_poll(void)
     }
     uint8_t axis = seeker();
     uint8_t state = machine.axes[axis].state;
+
+    if (state == AXIS_EMPTY || state == AXIS_FAULT) {
+        end_seek(seek);
+        return;
+    }
     // In this order: what is read after an edge was taken is not older than it.
     take_edge(seek);
     inputs_poll(axis);
     if (seek->trip_code == TRIP_NONE) {
         look(seek);
     }
-    // How far it is decided what is decoded next.
+    // How far it has come decides what is decoded next.
     (void)machine_follow(axis);
     if (state != AXIS_ARMED && state != AXIS_RUNNING) {
         end_seek(seek);
@@ -120,6 +149,11 @@ bool seek_has_clock_input(void)
 {
     return CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS &&
            machine.seek.axis != SEEK_NOBODY;
+}
+
+bool seek_edge_waits(uint8_t axis)
+{
+    return machine.seek.axis == axis && switch_capture_waiting();
 }
 
 bool seek_can_zero(uint8_t axis)

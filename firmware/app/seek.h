@@ -36,6 +36,9 @@ void seek_poll(void);
 // The input that captures the pixel clock captures the switch now.
 bool seek_has_clock_input(void);
 
+// This axis seeks, and an edge of its switch was captured and not taken.
+bool seek_edge_waits(uint8_t axis);
+
 // The captured edge becomes the axis's position 0. False without one.
 bool seek_can_zero(uint8_t axis);
 void seek_zero(uint8_t axis);

@@ -7,6 +7,7 @@
 //  * GTCCR: timers are not held while TSM is set;
 //  * an interrupt response of 2 cycles: the part takes 4;
 //  * one due event an instruction: all that are due are served here;
+//  * no pull-ups: every pin reads high unless it is an output;
 //  * a write to UCSR0A clears UDRE0 and RXC0, and one to UCSR0B loses a received byte that waits.
 //
 // Left as they are: pin changes of a timer are seen at the ends of instructions (they are snapped
@@ -59,6 +60,11 @@ class Uno {
             C: new avr8js.AVRIOPort(this.cpu, avr8js.portCConfig),
             D: new avr8js.AVRIOPort(this.cpu, avr8js.portDConfig),
         };
+        for (const port of Object.values(this.ports)) {
+            for (let bit = 0; bit < 8; bit++) {
+                port.setPin(bit, true);
+            }
+        }
         this.timers = [avr8js.timer0Config, avr8js.timer1Config, avr8js.timer2Config].map(
             (config) => new avr8js.AVRTimer(this.cpu, config),
         );

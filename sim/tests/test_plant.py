@@ -6,6 +6,7 @@ edges by a model of their own here.
 """
 
 import unittest
+from itertools import pairwise
 
 from harness import (
     GPIOR2,
@@ -61,9 +62,7 @@ class PlantTest(SimTest):
 
     def session(self, knobs, board="uno", name="shuttle", options=()):
         files = ["--edges", str(self.edges_path), "--switch-log", str(self.log_path)]
-        sim = Session(
-            image(board, name), options=[*files, "--plant", f"0.0:{knobs}", *options]
-        )
+        sim = Session(image(board, name), options=[*files, "--plant", f"0.0:{knobs}", *options])
         self.addCleanup(sim.__exit__)
         return sim
 
@@ -110,6 +109,18 @@ class Delay(PlantTest):
         tenth = rising(read_edges(self.edges_path))[9]
         self.assertEqual(self.log(sim), [(tenth + SECOND_TICKS, "home", CLOSED)])
 
+    def test_across_a_reset(self):
+        """images/watchdog.c resets itself at 15 ms: the wire does not care."""
+        for board in ("uno", "mega"):
+            with self.subTest(board=board):
+                sim = self.session("home=200,delay=100000", board, "watchdog")
+                self.tell(sim, "run 400000")
+                self.tell(sim, "flush")
+                step = rising(read_edges(self.edges_path))[199]
+                self.assertLess(step, 240_000)
+                self.assertEqual(sim.results(1), [2])
+                self.assertEqual(self.log(sim), [(step + 100_000, "home", CLOSED)])
+
     def test_too_many_changes_under_way(self):
         sim = self.session(f"{KNOBS},delay={SECOND_TICKS}")
         answer = sim.ask(f"run {SECOND_TICKS}")
@@ -133,9 +144,7 @@ class Bounce(PlantTest):
         return [rows[i * (1 + bounce) : (i + 1) * (1 + bounce)] for i in range(whole)]
 
     def check(self, bounce, bounce_ticks, delay):
-        sim = self.session(
-            f"{KNOBS},delay={delay},bounce={bounce},bounce_ticks={bounce_ticks}"
-        )
+        sim = self.session(f"{KNOBS},delay={delay},bounce={bounce},bounce_ticks={bounce_ticks}")
         self.tell(sim, f"run {RUN_CYCLES}")
         bursts = self.bursts(sim, bounce)
         firsts = [burst[0] for burst in bursts]
@@ -150,7 +159,13 @@ class Bounce(PlantTest):
         return bursts
 
     def test_edges_in_their_time(self):
-        for bounce, bounce_ticks in ((2, 2), (2, 100), (10, 1_000), (64, 64), (64, 3_000)):
+        for bounce, bounce_ticks in (
+            (2, 2),
+            (2, 100),
+            (10, 1_000),
+            (64, 64),
+            (64, 3_000),
+        ):
             for delay in (0, 5_000):
                 with self.subTest(bounce=bounce, ticks=bounce_ticks, delay=delay):
                     self.check(bounce, bounce_ticks, delay)
@@ -180,6 +195,16 @@ class Bounce(PlantTest):
         self.assertEqual(row(",seed=2"), other)
         self.assertEqual(row(",seed=2", "--seed", "5"), other)
 
+    def test_no_two_switches_bounce_alike(self):
+        """Home and the upper limit at one place."""
+        sim = self.session(
+            f"home={HOME},hyst=1,travel=-100..{HOME},over=1000,bounce=6,bounce_ticks=2000"
+        )
+        self.tell(sim, "run 8000")
+        home, plus = ([row[0] for row in self.log(sim, name)] for name in ("home", "plus"))
+        self.assertEqual((len(home), len(plus), home[0]), (7, 7, plus[0]))
+        self.assertNotEqual(home, plus)
+
     def test_cut_off_by_the_next_change(self):
         """Bounces go on for longer than the switch stays: it ends with each change."""
         sim = self.session(f"{KNOBS},bounce=64,bounce_ticks=60000")
@@ -191,6 +216,29 @@ class Bounce(PlantTest):
         for cycle, _, level in made:
             upto = [row for row in rows if row[0] <= cycle]
             self.assertEqual(upto[-1][2], level)
+
+    def test_ends_open_after_a_cut(self):
+        """Closed for six steps, less than the bounces last; open for long enough."""
+        bounce, ticks = 20, 10_000
+        sim = self.session(f"home=18,hyst=1,bounce={bounce},bounce_ticks={ticks}")
+        self.tell(sim, f"run {RUN_CYCLES}")
+        rows = self.log(sim, "home")
+        steps = positions(read_edges(self.edges_path))
+        closings = [
+            cycle for (_, before), (cycle, at) in pairwise(steps) if (before, at) == (17, 18)
+        ]
+        openings = [
+            cycle for (_, before), (cycle, at) in pairwise(steps) if (before, at) == (18, 17)
+        ]
+        whole = [
+            pair for pair in zip(closings, openings, strict=False) if pair[1] + ticks < RUN_CYCLES
+        ]
+        self.assertGreater(len(whole), 6)
+        for closes, opens in whole:
+            self.assertLess(opens - closes, ticks / 2)
+            after = [row for row in rows if opens < row[0] <= opens + ticks + 1_000]
+            self.assertEqual(len(after), bounce)
+            self.assertEqual(after[-1][2], OPEN)
 
     def test_answer(self):
         """`switches` against the log, in the middle of bounces and after them."""
@@ -289,6 +337,12 @@ class Knobs(PlantTest):
         self.tell(sim, "knobs 0 0 delay=5")
         self.assertEqual(sim.ask("plant 0 0"), before)
 
+    def test_start_within_the_hysteresis_is_open(self):
+        sim = self.session(f"home={HOME},hyst={HYSTERESIS},start={HOME}")
+        self.assertEqual(sim.ask("switches 0 0").split()[2], str(CLOSED))
+        self.tell(sim, f"knobs 0 0 start={HOME - 1}")
+        self.assertEqual(sim.ask("switches 0 0").split()[2], str(OPEN))
+
     def test_nothing_stays_under_way(self):
         """A new delay leaves no edge of the old one behind."""
         sim = self.session(f"{KNOBS},delay=50000")
@@ -340,7 +394,10 @@ class Knobs(PlantTest):
         self.assertEqual(self.log(sim, "home"), self.changes(sim, RUN_CYCLES, 70, "home"))
 
     def test_a_switch_that_is_not_there(self):
-        for knobs, text in (("home=1,stuck=plus:open", "travel"), ("stuck=home:open", "home=N")):
+        for knobs, text in (
+            ("home=1,stuck=plus:open", "travel"),
+            ("stuck=home:open", "home=N"),
+        ):
             with Session(image("uno", "shuttle")) as sim:
                 self.assertIn(text, sim.ask(f"knobs 0 0 {knobs}"))
 

@@ -159,6 +159,56 @@ class Plant(SimTest):
             self.assertEqual(sim.ask("plant 0 0"), "plant 55 55")
 
 
+class PlantLog(SimTest):
+    """images/turns.c: 5 steps up, 9 down, 3 up through a play of 4, starting at 100."""
+
+    MOTOR = (100, *range(101, 106), *range(104, 95, -1), *range(97, 100))
+    LOAD = (*range(100, 106), *[105] * 4, *range(104, 99, -1), *[100] * 3)
+
+    def log(self, *boards, options):
+        path = self.folder / "plant.csv"
+        with Session(*boards, options=["--plant-log", str(path), *options]) as sim:
+            sim.run(100_000)
+            self.assertEqual(sim.ask("flush"), "ok")
+            rows = path.read_text().splitlines()
+        self.assertEqual(path.read_text().splitlines(), rows)  # complete after the flush
+        self.assertEqual(rows[0], "cycle,board,axis,motor,load")
+        return [tuple(map(int, row.split(","))) for row in rows[1:]]
+
+    def test_motor_and_load_at_every_step(self):
+        for board in ("uno", "mega"):
+            edges = self.folder / "edges.csv"
+            options = ["--plant", "0.0:play=4,start=100", "--edges", str(edges)]
+            rows = self.log(image(board, "turns"), options=options)
+            self.assertEqual(tuple(row[3] for row in rows), self.MOTOR)
+            self.assertEqual(tuple(row[4] for row in rows), self.LOAD)
+            self.assertEqual({row[1:3] for row in rows}, {(0, 0)})
+            self.assertEqual([row[0] for row in rows], [0, *rising(read_edges(edges))])
+
+    def test_boards_are_in_order_of_cycles(self):
+        options = ["--plant", "0.0:play=4,start=100", "--plant", "1.0:start=-3"]
+        rows = self.log(image("uno", "turns"), image("mega", "turns"), options=options)
+        self.assertEqual([row[0] for row in rows], sorted(row[0] for row in rows))
+        self.assertEqual(tuple(row[3] for row in rows if row[1] == 0), self.MOTOR)
+        second = [row[3:] for row in rows if row[1] == 1]
+        self.assertEqual((second[0], second[-1], len(second)), ((-3, -3), (-4, -4), 18))
+
+    def test_only_axes_with_a_plant_and_only_what_moves(self):
+        self.assertEqual(self.log(image("uno", "turns"), options=[]), [])
+        # The hard stop at 102 swallows three of the five steps up.
+        options = ["--plant", "0.0:travel=-50..100,over=2,start=100"]
+        rows = self.log(image("uno", "turns"), options=options)
+        self.assertEqual(max(row[3] for row in rows), 102)
+        self.assertEqual(len(rows), 1 + 2 + 9 + 3)
+
+    def test_a_log_that_cannot_be_written(self):
+        result = call(
+            "--board", image("uno", "turns"), "--run-ms", "1", "--plant-log", "/nowhere/x"
+        )
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("/nowhere/x: ", result.stderr)
+
+
 class Files(SimTest):
     def test_vcd_and_edges_agree(self):
         vcd = self.folder / "waves.vcd"

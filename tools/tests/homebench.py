@@ -21,7 +21,7 @@ class HomeBench(Bench):
     """A board with a load and switches on one axis."""
 
     def __init__(self, board, axis=0, knobs=KNOBS, hz=HZ, edges=None):
-        super().__init__(board, (axis,), hz, edges, ("--plant", f"0.{axis}:{knobs}"))
+        super().__init__(board, (axis,), hz, edges, {(0, axis): knobs})
         self.axis = axis
 
     def plan(self, direction=1, profile=PROFILE, **changes):

@@ -6,7 +6,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from pixstep import files
+from pixstep import formats
 from pixstep.cli import main
 from worked import ACCELERATING, PRN
 
@@ -33,20 +33,20 @@ def make(pixstep, *more, status=0):
 
 
 def put(path, counts):
-    files.write_csv(path, counts)
+    formats.write_csv(path, counts)
     return path
 
 
 def test_make(pixstep, tmp_path):
     output = make(pixstep, "--backlash", 250)
-    counts = list(files.read_csv(tmp_path / "line.csv").values)
+    counts = list(formats.read_csv(tmp_path / "line.csv").values)
     assert counts[:17] == [0, *ACCELERATING, 1000] and len(counts) == 60
     assert "image from pixel 17" in output and "30000 steps/s" in output
 
 
 def test_make_with_header_round_trips(pixstep, tmp_path):
     make(pixstep, "--header", "mine", "--lead-in", 3)
-    read = files.read_csv(tmp_path / "line.csv")
+    read = formats.read_csv(tmp_path / "line.csv")
     assert read.header.name == "mine" and read.header.lead_in_px == 3
     assert len(read.values) == 60
     assert "fine" in pixstep("line", "check", "line.csv", "--decode", "smooth")
@@ -112,7 +112,7 @@ def test_ticks(pixstep, tmp_path):
     pixstep("ticks", *common, "-o", "ticks.csv")
     rows = (tmp_path / "ticks.csv").read_text().splitlines()
     assert rows[0] == "step,tick" and len(rows) == 1 + sum(
-        files.read_csv(tmp_path / "line.csv").values, 250
+        formats.read_csv(tmp_path / "line.csv").values, 250
     )
     pixstep("ticks", *common, "--pixels", "-o", "pixels.csv")
     assert (tmp_path / "pixels.csv").read_text().splitlines()[16] == "16,8533333,4668"

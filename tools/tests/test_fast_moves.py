@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench import Bench
-from pixstep import files, runs
+from pixstep import formats, runs
 from pixstep.cli import main
 from pixstep.errors import UserError
 from pixstep.line import PLAIN, Line
@@ -122,27 +122,27 @@ def test_refused_moves(steps, top, text):
 
 
 def header(name="p", haps=10):
-    return files.ProfileHeader("Mon Oct 12 15:13:35 2009", name, 1, haps, 0, "30")
+    return formats.ProfileHeader("Mon Oct 12 15:13:35 2009", name, 1, haps, 0, "30")
 
 
 @pytest.mark.parametrize(
     ("values", "with_header", "text"),
     [
-        ([4, 0, 5], False, r":2: 0 steps in a pixel"),
-        ([4, -3], True, r":8: -3 steps in a pixel"),
-        ([4, 9, 8], True, r":9: the speed falls from 9 to 8"),
-        ([4, 16_384], False, r":2: 16384 steps in a pixel, the board takes at most 16383"),
+        ([4, 0, 5], False, r":2:6: 0 steps in a pixel"),
+        ([4, -3], True, r":8:5: -3 steps in a pixel"),
+        ([4, 9, 8], True, r":9:6: the speed falls from 9 to 8"),
+        ([4, 16_384], False, r":2:2: 16384 steps in a pixel, the board takes at most 16383"),
     ],
 )
 def test_profiles_are_refused_by_file_and_row(tmp_path, values, with_header, text):
     path = tmp_path / "p.csv"
-    files.write_csv(path, values, header() if with_header else None)
+    formats.write_csv(path, values, header() if with_header else None)
     with pytest.raises(UserError, match=f"p.csv{text}"):
         accel.read(path)
 
 
 def test_a_speed_limit_makes_a_steep_profile_usable(tmp_path):
-    files.write_csv(tmp_path / "p.csv", [4, 16_384])
+    formats.write_csv(tmp_path / "p.csv", [4, 16_384])
     assert accel.read(tmp_path / "p.csv", max_speed=900).counts == (4, 900)
 
 
@@ -169,7 +169,7 @@ def test_make_writes_the_move(tmp_path):
     out = tmp_path / "move.csv"
     done = invoke("make", PROFILE, "--steps", -3000, "--pixel-hz", 30, "-o", out)
     assert done.exit_code == 0, done.output
-    assert sum(files.read_csv(out).values) == -3000
+    assert sum(formats.read_csv(out).values) == -3000
     assert "-3000 steps in 30 pixels, 1.000 s at 30 Hz" in done.output
 
 
@@ -187,7 +187,7 @@ def test_show_tells_pixels_speeds_and_places(tmp_path):
     ("words", "text"),
     [
         ((SAMPLE_CSV, "--steps", 5), "truncated, 3 of 100"),
-        ((SAMPLE_CSV, "--raw", "--steps", 5), ":7: the speed falls from 100 to 2"),
+        ((SAMPLE_CSV, "--raw", "--steps", 5), ":7:6: the speed falls from 100 to 2"),
         ((PROFILE, "--steps", 0), "a move of 0 steps"),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench import QUIET_CYCLES, Bench
-from pixstep import files, runs
+from pixstep import formats, runs
 from pixstep.bench import lines
 from pixstep.cli import main
 from pixstep.client import BoardError, Upload
@@ -95,7 +95,7 @@ REFUSED = [
 @pytest.mark.parametrize(("counts", "backlash", "name"), REFUSED)
 @pytest.mark.parametrize("board", BOARDS)
 def test_the_board_refuses_by_itself(tmp_path, board, counts, backlash, name):
-    files.write_csv(tmp_path / "line.csv", counts)
+    formats.write_csv(tmp_path / "line.csv", counts)
     words = [
         "sim", tmp_path / "line.csv", "--board", board, "--decode", "smooth", "--pixel-hz", 30,
         "--backlash", backlash, "--force-upload", "--out", tmp_path / "run", "--json",

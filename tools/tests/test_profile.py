@@ -3,12 +3,12 @@
 
 import pytest
 
-from pixstep import files, profile
+from pixstep import formats, profile
 from pixstep.errors import UserError
 from pixstep.line import Line
 from worked import ACCELERATING, MPOS, PRN
 
-SPEEDS, _ = files.read_prn(PRN)
+SPEEDS, _ = formats.read_prn(PRN)
 
 
 def make(**changes):
@@ -20,7 +20,7 @@ def test_worked_example():
     assert profile.acceleration_counts(SPEEDS, 1000) == ACCELERATING
     assert sum(ACCELERATING) == 4418
     line = make(backlash=250)
-    assert line.counts[:19] == list(files.read_csv(MPOS).values)
+    assert line.counts[:19] == list(formats.read_csv(MPOS).values)
     assert line.counts == line.counts[::-1]
     assert len(line.counts) == 60 and line.accelerating_pixels == 15
     assert Line(tuple(line.counts)).speeds[-1] == 0

@@ -3,7 +3,7 @@
 
 from pathlib import Path
 
-from pixstep import files, profile
+from pixstep import formats, profile
 from pixstep.line import Line
 
 DATA = Path(__file__).resolve().parent.parent / "data"
@@ -22,6 +22,6 @@ EXPECTED = {0: _WITHOUT, 250: _B250, 1000: _WITHOUT}
 
 def worked_line(backlash: int, pixels: int = 60, speed: int = 1000) -> Line:
     """Return the worked example: 30 Hz profile, the given backlash and speed."""
-    speeds, _ = files.read_prn(PRN)
+    speeds, _ = formats.read_prn(PRN)
     made = profile.generate(speeds, profile.LineRequest(speed, pixels, backlash))
     return Line(tuple(made.counts), backlash=backlash, name="worked example")

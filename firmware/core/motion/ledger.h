@@ -96,6 +96,14 @@ static inline bool ledger_due(const struct ledger *ledger,
                      ledger->retired) <= behind;
 }
 
+// A sample of an axis now at rest whose account has come further already: nothing can be placed by it
+// any more.
+static inline bool ledger_has_passed(const struct ledger *ledger,
+                                     const struct engine_sample *sample)
+{
+    return (int16_t)(sample->idle_count - ledger->idle_seen) < 0;
+}
+
 // Account for everything up to the sample. Takes marks and blocks from the feed. Main loop only.
 void ledger_follow(struct ledger *ledger,
                    struct feed *feed,

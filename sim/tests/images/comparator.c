@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Timer 1's input capture from the analog comparator, in mode 15, TOP = 9999: a STEP edge every
-// period (so that the test knows BOTTOM), and every captured count in RESULT[1...]. RESULT[0] counts
-// them. The test pokes before the start: GPIOR2 what to do (bits below), RESULT[62] the ADC channel;
-// and later RESULT[63], the channel to change to.
+// period (so that the test knows BOTTOM), and every captured count in RESULT[1...]. RESULT[0]
+// counts them. The test pokes before the start: GPIOR2 what to do (bits below), RESULT[62] the ADC
+// channel; and later RESULT[63], the channel to change to.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>

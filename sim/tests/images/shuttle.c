@@ -4,8 +4,8 @@
 #include <avr/io.h>
 #include <util/delay_basic.h>
 
-#define STEPS       20U
-#define HALF_LOOPS  60U // of four cycles: half a step
+#define STEPS      20U
+#define HALF_LOOPS 60U // of four cycles: half a step
 
 #if defined(__AVR_ATmega2560__)
 #define STEP_DDR  DDRB

@@ -3,7 +3,16 @@
 
 import click
 
-from pixstep import __version__, cli_bench, cli_docs, cli_home, cli_line, cli_move, cli_sim
+from pixstep import (
+    __version__,
+    cli_bench,
+    cli_docs,
+    cli_file,
+    cli_home,
+    cli_line,
+    cli_move,
+    cli_sim,
+)
 from pixstep.cli_options import Group
 
 
@@ -13,6 +22,6 @@ def main() -> None:
     """Line files to exact STEP edges: make, check, plan, simulate, prove."""
 
 
-_groups = (cli_line, cli_sim, cli_move, cli_home, cli_bench, cli_docs)
+_groups = (cli_file, cli_line, cli_sim, cli_move, cli_home, cli_bench, cli_docs)
 for command in (command for group in _groups for command in group.COMMANDS):
     main.add_command(command)

@@ -3,7 +3,7 @@
 
 import click
 
-from pixstep import docs
+from pixstep import docs, filesdoc
 from pixstep.cli_options import FILE
 
 _check = click.option("--check", type=FILE, help="Fail if the table in FILE is out of date.")
@@ -31,6 +31,15 @@ def protocol(ctx, check, write):
 def wiring(ctx, check, write):
     """Pin tables of the boards, for docs/WIRING.md."""
     _deliver(ctx, "wiring", docs.wiring(), check, write)
+
+
+@docs_group.command()
+@_check
+@_write
+@click.pass_context
+def files(ctx, check, write):
+    """Meanings, messages, bytes of a CSB and listings, for docs/FILES.md."""
+    _deliver(ctx, "files", filesdoc.files(), check, write)
 
 
 def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:

@@ -7,7 +7,7 @@ import click
 from rich.console import Console
 
 from pixstep import boards, progress, report
-from pixstep.cli_options import FILE, FOLDER, pixel_hz_option, raw_option, say
+from pixstep.cli_options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
 from pixstep.moves import accel, homejudge, homesim, legs
 
 DIRECTIONS = {"plus": 1, "minus": -1}
@@ -60,13 +60,14 @@ def home() -> None:
 @click.option("--plot", is_flag=True, help="Draw homing.png into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @raw_option
+@line_option
 @click.pass_context
-def home_sim(ctx, profile, raw, out, plot, as_json, **options):
+def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
     """Home a simulated axis by a CSV profile, and judge it against the simulator's own log.
 
     Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse.
     """
-    read = accel.read(profile, raw=raw)
+    read = accel.read(profile, raw=raw, number=line_number)
     say(read.notes_at(options["pixel_hz"]))
     job = _job(read, options)
     with progress.shown("homing") as show:

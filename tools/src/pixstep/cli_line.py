@@ -7,12 +7,13 @@ from fractions import Fraction
 
 import click
 
-from pixstep import atomic, files, linecheck, planner, profile
+from pixstep import atomic, cli_reversal, formats, linecheck, planner, profile
 from pixstep.cli_options import (
     DECODE,
     FILE,
     HZ,
     backlash_option,
+    line_option,
     load_line,
     pixel_hz_option,
     raw_option,
@@ -40,11 +41,11 @@ def line() -> None:
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
 def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, name, output):
     """Make a line from an acceleration profile: up, constant speed, down."""
-    speeds, notes = files.read_prn(prn, lenient=lenient)
+    speeds, notes = formats.read_prn(prn, lenient=lenient)
     say(notes)
     request = profile.LineRequest(speed, pixels, backlash, lead_in, plain)
     made = profile.generate(speeds, request, str(prn))
-    files.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
+    formats.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
     steps = sum(made.counts) + backlash
     rate = float(speed * pixel_hz)
     click.echo(
@@ -55,25 +56,32 @@ def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, n
 
 
 @line.command("check")
-@click.argument("csv", type=FILE)
+@click.argument("csv", metavar="FILE", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
 @raw_option
+@line_option
 @click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
 @click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
 @click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
 @click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
+@click.option(
+    "--start-stop",
+    type=click.IntRange(1),
+    help="steps/pixel; up to here a plain line may start, stop and turn without a ramp.",
+)
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.pass_context
-def line_check(ctx, csv, decode, backlash, raw, pixel_hz, min_interval, as_json, **limits):
-    """Check a line: exit status 0 fine, 1 warnings, 2 refused."""
-    checked = load_line(csv, decode, backlash, raw=raw)
+def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, **limits):
+    """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 2 refused."""
+    checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
     bounds = linecheck.Limits(
         max_speed=limits["max_speed"],
         max_acceleration=limits["max_acceleration"],
+        start_stop=limits["start_stop"],
         jerk_warning=limits["jerk_warn"],
-        min_interval_ticks=min_interval,
+        min_interval_ticks=limits["min_interval"],
         period_ticks=period_ticks(pixel_hz) if pixel_hz else None,
     )
     found = linecheck.check(checked, bounds)
@@ -82,6 +90,7 @@ def line_check(ctx, csv, decode, backlash, raw, pixel_hz, min_interval, as_json,
     if as_json:
         report = {
             "file": str(csv),
+            "line": line_number or 1,
             "decode": decode,
             "backlash": backlash,
             "verdict": verdict,
@@ -99,33 +108,35 @@ def line_check(ctx, csv, decode, backlash, raw, pixel_hz, min_interval, as_json,
 
 
 @click.command()
-@click.argument("csv", type=FILE)
+@click.argument("csv", metavar="FILE", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @pixel_hz_option
 @backlash_option
 @raw_option
+@line_option
 @click.option("--timer-hz", type=click.IntRange(1), default=TIMER_HZ, show_default=True)
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
-def ticks(csv, decode, pixel_hz, backlash, raw, timer_hz, pixels, output):
-    """Plan the edges of a line with the native build of the firmware's core."""
-    planned = planner.plan(
-        load_line(csv, decode, backlash, raw=raw), pixel_hz, timer_hz=timer_hz, pixels=pixels
-    )
+def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, output):
+    """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
+    chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
+    planned = planner.plan(chosen, pixel_hz, timer_hz=timer_hz, pixels=pixels)
     say(planned.warnings)
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1
     click.echo(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
 
 
-def _header(name: str | None, lead_in: int, hz: Fraction) -> files.ProfileHeader | None:
+def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHeader | None:
     """Return a header stamped now, if one is wanted."""
     if name is None:
         return None
     if len(name) > 20:
         raise UserError(f"header name {name!r} is longer than 20 characters")
     frequency = f"{float(hz):.10g}"
-    return files.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)
+    return formats.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)
 
+
+line.add_command(cli_reversal.line_compensate)
 
 COMMANDS = (line, ticks)

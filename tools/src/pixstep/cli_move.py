@@ -2,24 +2,32 @@
 """`pixstep move make`, `move show`, `move sim`: fast moves of exactly N steps."""
 
 import json
-from pathlib import Path
 
 import click
 from rich.console import Console
 
-from pixstep import boards, files, progress, report
-from pixstep.cli_options import FILE, FOLDER, pixel_hz_option, raw_option, say
+from pixstep import boards, formats, progress, report
+from pixstep.cli_options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
 from pixstep.errors import UserError
 from pixstep.moves import accel, fast, fastsim
 
 STEPS = click.IntRange(-fast.MAX_STEPS, fast.MAX_STEPS)
 _MOST_ROWS = 40
-steps_option = click.option(
-    "--steps", type=STEPS, required=True, help="Steps to move, signed, not 0."
+_PLAN_OPTIONS = (
+    click.argument("profile", type=FILE),
+    click.option("--steps", type=STEPS, required=True, help="Steps to move, signed, not 0."),
+    pixel_hz_option,
+    click.option("--max-speed", type=click.IntRange(1), help="Never faster, steps/pixel."),
+    raw_option,
+    line_option,
 )
-max_speed_option = click.option(
-    "--max-speed", type=click.IntRange(1), help="Never faster than this, steps/pixel."
-)
+
+
+def _plans(command):
+    """Give a command the argument and the options that plan a move."""
+    for option in reversed(_PLAN_OPTIONS):
+        command = option(command)
+    return command
 
 
 @click.group()
@@ -28,30 +36,22 @@ def move() -> None:
 
 
 @move.command("make")
-@click.argument("profile", type=FILE)
-@steps_option
-@pixel_hz_option
-@max_speed_option
-@raw_option
+@_plans
 @click.option("-o", "--output", type=FILE, required=True, help="CSV line file to write (plain).")
-def move_make(profile, steps, pixel_hz, max_speed, raw, output):
+def move_make(output, **options):
     """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
-    job = _job(profile, steps, pixel_hz, max_speed, raw=raw)
-    files.write_csv(output, list(job.move.counts))
+    job = _job(options)
+    formats.write_csv(output, list(job.move.counts))
     click.echo(f"{output}: {_headline(job)}")
 
 
 @move.command("show")
-@click.argument("profile", type=FILE)
-@steps_option
-@pixel_hz_option
-@max_speed_option
-@raw_option
+@_plans
 @click.option("--plot", type=FILE, help="Draw speed and position over time (PNG).")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
-def move_show(profile, steps, pixel_hz, max_speed, raw, plot, as_json):
+def move_show(plot, as_json, **options):
     """Show a move: how fast in which pixels, how long, where."""
-    job = _job(profile, steps, pixel_hz, max_speed, raw=raw)
+    job = _job(options)
     if plot:
         from pixstep.moves import fastplot  # matplotlib takes a second to load
 
@@ -64,25 +64,21 @@ def move_show(profile, steps, pixel_hz, max_speed, raw, plot, as_json):
 
 
 @move.command("sim")
-@click.argument("profile", type=FILE)
-@steps_option
+@_plans
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
-@pixel_hz_option
-@max_speed_option
 @click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 @click.option("--plot", is_flag=True, help="Draw move.png into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
-@raw_option
 @click.pass_context
-def move_sim(ctx, profile, steps, pixel_hz, max_speed, raw, board, axis, out, plot, as_json):
+def move_sim(ctx, board, axis, out, plot, as_json, **options):
     """Make a move on a simulated board and judge every STEP edge and where it ends.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse.
     """
     if axis >= boards.load(board).axes:
         raise UserError(f"axis {axis}: the {board} has {boards.load(board).axes}")
-    job = _job(profile, steps, pixel_hz, max_speed, raw=raw, board=board, axis=axis)
+    job = _job(options, board, axis)
     with progress.shown("moving") as show:
         done = fastsim.simulate(job, out, plot=plot, progress=show)
     summary = done.judged.summary
@@ -98,13 +94,17 @@ def move_sim(ctx, profile, steps, pixel_hz, max_speed, raw, board, axis, out, pl
     ctx.exit(0 if done.judged.passed else 1)
 
 
-def _job(
-    path: Path, steps: int, pixel_hz, max_speed: int | None, *, raw: bool, board="", axis=0
-) -> fastsim.MoveJob:
+def _job(options: dict, board: str = "", axis: int = 0) -> fastsim.MoveJob:
     """Read the profile and plan the move."""
-    profile = accel.read(path, raw=raw, max_speed=max_speed)
+    profile = accel.read(
+        options["profile"],
+        raw=options["raw"],
+        number=options["line_number"],
+        max_speed=options["max_speed"],
+    )
+    pixel_hz = options["pixel_hz"]
     say(profile.notes_at(pixel_hz))
-    return fastsim.MoveJob(profile, fast.plan(profile, steps), board, axis, pixel_hz)
+    return fastsim.MoveJob(profile, fast.plan(profile, options["steps"]), board, axis, pixel_hz)
 
 
 def _headline(job: fastsim.MoveJob) -> str:

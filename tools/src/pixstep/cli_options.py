@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pixstep import files
+from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.line import PLAIN, SMOOTH, Line
 from pixstep.rational import parse_hz
@@ -41,6 +41,10 @@ backlash_option = click.option(
 raw_option = click.option(
     "--raw", is_flag=True, help="Take every row after a CSV header as a value."
 )
+LINE_NUMBER = click.IntRange(min=1)
+line_option = click.option(
+    "--line", "line_number", type=LINE_NUMBER, metavar="N", help="Line N of a file of many lines."
+)
 
 
 class Group(click.Group):
@@ -56,12 +60,23 @@ class Group(click.Group):
 
 
 def load_line(
-    path: Path, decode: str, backlash: int = 0, *, raw: bool = False, negative: bool = False
+    path: Path,
+    decode: str,
+    backlash: int = 0,
+    *,
+    raw: bool = False,
+    negative: bool = False,
+    number: int | None = None,
 ) -> Line:
-    """Read a CSV line file as a line; notes of what was tolerated go to the error stream."""
-    read = files.read_csv(path, raw=raw)
+    """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
+
+    `number` chooses a line, from 1; without it the file must hold only one.
+    """
+    read = formats.read_motion(path, raw=raw)
+    chosen = read.line(number)
     say(read.notes)
-    return Line(read.values, decode, backlash, negative, name=str(path))
+    name = str(path) if number is None else f"{path} line {number}"
+    return Line(chosen.values, decode, backlash, negative, name=name)
 
 
 def say(notes) -> None:

@@ -8,7 +8,15 @@ import click
 from rich.console import Console
 
 from pixstep import atomic, boards, campaign, demo, linecheck, progress, report
-from pixstep.cli_options import DECODE, FILE, FOLDER, load_line, pixel_hz_option, raw_option
+from pixstep.cli_options import (
+    DECODE,
+    FILE,
+    FOLDER,
+    LINE_NUMBER,
+    load_line,
+    pixel_hz_option,
+    raw_option,
+)
 from pixstep.errors import UserError
 from pixstep.line import Line
 from pixstep.simrun import Job
@@ -16,7 +24,7 @@ from pixstep.simtask import simulate
 
 
 @click.command()
-@click.argument("csv", type=FILE, nargs=-1, required=True)
+@click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @pixel_hz_option
@@ -36,12 +44,33 @@ from pixstep.simtask import simulate
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
 @click.option("--force-upload", is_flag=True, help="Upload even what the host check refuses.")
 @click.option("--plot", is_flag=True, help="Draw plots (PNG) into the folder.")
+@click.option(
+    "--plant",
+    multiple=True,
+    metavar="KNOBS",
+    help='Mechanics of the axis, as "play=40" (pixstep-sim --help lists the knobs); once, or per '
+    "line. Play starts taken up in the + direction.",
+)
+@click.option(
+    "--ideal",
+    type=FILE,
+    multiple=True,
+    help="CSV that the load should follow: a compensated line's original; per line.",
+)
 @click.option("--vcd", is_flag=True, help="Write run.vcd for GTKWave into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @raw_option
+@click.option(
+    "--line",
+    "line_number",
+    type=LINE_NUMBER,
+    metavar="N",
+    multiple=True,
+    help="Line N of files of many lines; once, or per line file.",
+)
 @click.pass_context
 def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **options):
-    """Run lines on a simulated board and judge every edge; one line file per axis.
+    """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for a refused line or misuse.
     """
@@ -61,6 +90,7 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
         backlash_policy=options["backlash_policy"],
         image=options["image"],
         vcd=options["vcd"],
+        **_plants(lines, options),
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)
@@ -130,6 +160,7 @@ def _lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict)
     """Read the lines, each with its decode rule and backlash."""
     decodes = _per_line(decode, len(csv), None, "--decode")
     plays = _per_line(backlash, len(csv), 0, "--backlash")
+    numbers = _per_line(options["line_number"], len(csv), None, "--line")
     if len(backlash) == 1 and len(csv) > 1:  # one figure for all means the smooth ones
         plays = [play if rule == "smooth" else 0 for play, rule in zip(plays, decodes, strict=True)]
     return [
@@ -139,9 +170,29 @@ def _lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict)
             play,
             raw=options["raw"],
             negative=options["negative"] and rule == "smooth",
+            number=number,
         )
-        for path, rule, play in zip(csv, decodes, plays, strict=True)
+        for path, rule, play, number in zip(csv, decodes, plays, numbers, strict=True)
     ]
+
+
+def _plants(lines: list[Line], options: dict) -> dict:
+    """Return the plants and the ideal counts of a job, by axis."""
+    knobs = _per_line(options["plant"], len(lines), None, "--plant")
+    paths = _per_line(options["ideal"], len(lines), None, "--ideal")
+    if any(paths) and not any(knobs):
+        raise UserError("--ideal says what the load should do: give the axis a --plant too")
+    axes = range(options["axis"], options["axis"] + len(lines))
+    ideals = {}
+    for axis, line, path in zip(axes, lines, paths, strict=True):
+        if path:
+            ideals[axis] = load_line(path, line.decode, raw=options["raw"]).counts
+            if len(ideals[axis]) != line.pixels:
+                raise UserError(
+                    f"{path}: {len(ideals[axis])} pixels, {line.name} has {line.pixels}"
+                )
+    plants = {axis: text for axis, text in zip(axes, knobs, strict=True) if text}
+    return {"plants": plants, "ideals": ideals}
 
 
 def _refuse_bad(lines: list[Line]) -> None:

@@ -255,19 +255,22 @@ class Upload:
         return not self._left
 
     def push(self) -> int:
-        """Send blocks until all are accepted or the queue is full; return entries accepted.
+        """Send blocks until all are accepted or one filled the queue; return entries accepted.
 
-        Raises LineRefusedByBoardError if the board refuses the line.
+        What the board takes out of the queue meanwhile waits for the next call: fast pixels would
+        otherwise keep this one busy to the end of the line. Raises LineRefusedByBoardError if the
+        board refuses the line.
         """
         before = len(self._left)
         while self._left:
-            if self._free is None:
-                self._free = self.board.axis(self.axis)["queue_free"]
-            size = min(self._free, len(self._left), regs.MAX_ENTRIES)
-            self._free = None
+            known, self._free = self._free, None
+            free = self.board.axis(self.axis)["queue_free"] if known is None else known
+            size = min(free, len(self._left), regs.MAX_ENTRIES)
             if size == 0 or not self._send(self._left[:size]):
                 break
             del self._left[:size]
+            if size == free:
+                break
         return before - len(self._left)
 
     def _send(self, entries: list[tuple[int, int]]) -> bool:

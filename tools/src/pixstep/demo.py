@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pixstep import atomic, exact, files, linecheck, natives, planner, profile, progress, report
+from pixstep import atomic, exact, formats, linecheck, natives, planner, profile, progress, report
 from pixstep.line import Line
 from pixstep.simrun import Job
 from pixstep.simtask import simulate
@@ -22,9 +22,9 @@ def run(console: Console, out: Path | None = None, *, serial_load: bool = False)
     started = time.monotonic()
     out = out or natives.root() / "build" / "demo"
     source = natives.source(PROFILE)
-    speeds, _ = files.read_prn(source)
+    speeds, _ = formats.read_prn(source)
     made = profile.generate(speeds, REQUEST, str(source))
-    files.write_csv(out / "line.csv", made.counts)
+    formats.write_csv(out / "line.csv", made.counts)
     line = Line(tuple(made.counts), backlash=REQUEST.backlash, name="worked example")
     findings = linecheck.check(line)
     plan = planner.plan(line, PIXEL_HZ)

@@ -16,12 +16,12 @@ def protocol() -> str:
     parsed = registers.register_map()
     parts = [
         "### Input registers of the board\n",
-        _table(("address", "name", "type", "unit", "meaning"), _rows(parsed.inputs)),
+        table(("address", "name", "type", "unit", "meaning"), _rows(parsed.inputs)),
         f"\n### Input registers of axis a, at 0x{registers.AXIS_BASE:04X} + "
         f"0x{registers.AXIS_STRIDE:02X} * a\n",
-        _table(("offset", "name", "type", "unit", "meaning"), _rows(parsed.axis_inputs)),
+        table(("offset", "name", "type", "unit", "meaning"), _rows(parsed.axis_inputs)),
         "\n### Holding registers\n",
-        _table(
+        table(
             ("address", "name", "type", "unit", "min", "max", "default", "meaning"),
             _rows(parsed.holdings, limits=True),
         ),
@@ -49,7 +49,7 @@ def wiring() -> str:
             )
             for pin in board.pins
         ]
-        parts.append(_table(("signal", "axis", "header pin", "port", "timer output"), rows))
+        parts.append(table(("signal", "axis", "header pin", "port", "timer output"), rows))
         parts.append("")
     return "\n".join(parts)
 
@@ -123,9 +123,10 @@ def _rows(found: tuple[registers.Register, ...], *, limits: bool = False) -> lis
 
 def _codes(codes: dict[int, registers.Code]) -> str:
     rows = [(str(code.code), f"`{code.name}`", code.text) for code in codes.values()]
-    return _table(("code", "name", "meaning"), rows)
+    return table(("code", "name", "meaning"), rows)
 
 
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """Return a Markdown table."""
     lines = [head, tuple("---" for _ in head), *rows]
     return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in lines)

@@ -21,13 +21,16 @@ MAX_COUNT = 16_383  # steps in a pixel, either direction
 class Limits:
     """What the machine allows; None switches a rule off.
 
-    Speeds in steps/pixel, accelerations in steps/pixel2, the interval and the period in ticks. A
-    board has two shortest intervals, one for plain and one for smooth lines (input registers
-    min_interval_ticks and smooth_min_interval_ticks): give the one for the line's decode rule.
+    Speeds in steps/pixel, accelerations in steps/pixel2, the interval and the period in ticks. Up
+    to `start_stop` a plain line may change its count, and its direction, from one pixel to the
+    next; without it every change counts as acceleration. A board has two shortest intervals, one
+    for plain and one for smooth lines (input registers min_interval_ticks and
+    smooth_min_interval_ticks): give the one for the line's decode rule.
     """
 
     max_speed: int | None = None
     max_acceleration: int | None = None
+    start_stop: int | None = None
     jerk_warning: int | None = None
     min_interval_ticks: int | None = None
     period_ticks: Fraction | None = None
@@ -180,7 +183,8 @@ def _oscillation(pixel: int, length: int, count: int, entry: int, limits: Limits
 
 
 def _plain_findings(line: Line, limits: Limits) -> Iterator[Finding]:
-    """Yield what breaks a plain line: range and rate of every pixel."""
+    """Yield what breaks a plain line: range and rate of every pixel, changes between pixels."""
+    yield from _change_findings(line, limits)
     for pixel, count in enumerate(line.counts, 1):
         if not -MAX_COUNT <= count <= MAX_COUNT:
             text = f"count {count} is outside -{MAX_COUNT}..{MAX_COUNT}"
@@ -190,6 +194,25 @@ def _plain_findings(line: Line, limits: Limits) -> Iterator[Finding]:
             text = f"speed {abs(count)} is above {limits.max_speed}"
             yield Finding("too_fast", ERROR, pixel, text)
         yield from _rate_findings(pixel, abs(count), limits)
+
+
+def _change_findings(line: Line, limits: Limits) -> Iterator[Finding]:
+    """Yield every change of a plain line's count that is too much, from rest and to rest included.
+
+    It is noted at the later of the two pixels, a stop at the end at the last.
+    """
+    slow = limits.start_stop or 0
+    for pixel, (before, after) in enumerate(pairwise((0, *line.counts, 0)), 1):
+        if max(abs(before), abs(after)) <= slow:
+            continue
+        at = min(pixel, line.pixels)
+        if limits.start_stop is not None and before * after < 0:
+            text = f"{before} to {after} without a ramp, the start/stop speed is {slow}"
+            yield Finding("reversal_without_ramp", ERROR, at, text)
+        change = after - before
+        if limits.max_acceleration and abs(change) > limits.max_acceleration:
+            text = f"acceleration {change} is above {limits.max_acceleration}"
+            yield Finding("acceleration", ERROR, at, text)
 
 
 def _backlash_findings(line: Line) -> Iterator[Finding]:

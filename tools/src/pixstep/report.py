@@ -24,11 +24,13 @@ class PixelRow:
     edge_cycle: int | None
     expected_steps: int | None
     actual_steps: int | None
+    load_steps: int | None = None  # only of an axis with a plant
 
-    def text(self) -> str:
-        """Return the row; an unknown value is empty."""
+    def text(self, *, loads: bool = False) -> str:
+        """Return the row, with the load's column if asked; an unknown value is empty."""
         values = (self.board, self.axis, self.pixel)
         values += (self.edge_cycle, self.expected_steps, self.actual_steps)
+        values += (self.load_steps,) if loads else ()
         return ",".join("" if value is None else str(value) for value in values)
 
 
@@ -38,8 +40,10 @@ def ticks_text(value: float) -> str:
 
 
 def write_pixels(path: Path, rows: list[PixelRow]) -> None:
-    """Write pixels.csv."""
-    atomic.write_text(path, "\n".join([PIXELS_HEADER, *(row.text() for row in rows)]) + "\n")
+    """Write pixels.csv; with the column load_steps if any axis has a plant."""
+    loads = any(row.load_steps is not None for row in rows)
+    header = f"{PIXELS_HEADER},load_steps" if loads else PIXELS_HEADER
+    atomic.write_text(path, "\n".join([header, *(row.text(loads=loads) for row in rows)]) + "\n")
 
 
 def print_page(console: Console, summary: dict) -> None:
@@ -116,7 +120,7 @@ def new_table(*names: str) -> Table:
 
 
 def _footer(summary: dict) -> str:
-    lines = []
+    lines = [_load_text(axis["axis"], axis["load"]) for axis in summary["axes"] if "load" in axis]
     if summary.get("clock_edge_cycle") is not None:
         lines.append(
             f"line zero at cycle {summary['line_zero_cycle']}, one pixel period after the clock "
@@ -131,3 +135,16 @@ def _footer(summary: dict) -> str:
             f"{summary['realtime_factor']:.2f} times as fast as real time"
         )
     return "\n".join(lines)
+
+
+def _load_text(axis: int, load: dict) -> str:
+    """Return one line on the largest load errors of an axis."""
+    worst, pixel = load["max_load_error_steps"], load["max_load_error_pixel"]
+    text = f"axis {axis}: load at most {abs(worst)} steps off at a pixel edge"
+    text += f" (pixel {pixel})" if pixel else ""
+    if load["transitions"]:
+        outside, where = load["max_load_error_outside_steps"], load["max_load_error_outside_pixel"]
+        text += f", away from the transitions {abs(outside)}" + (
+            f" (pixel {where})" if where else ""
+        )
+    return text

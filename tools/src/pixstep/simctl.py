@@ -6,7 +6,7 @@ import json
 import os
 import selectors
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -35,6 +35,9 @@ class SimOptions:
     clock_log: Path | None = None
     serial_log: Path | None = None
     vcd: Path | None = None
+    plants: Mapping[tuple[int, int], str] = field(default_factory=dict)  # knobs by board, axis
+    plant_log: Path | None = None
+    switch_log: Path | None = None
     extra: Sequence[str] = field(default_factory=tuple)
 
     def arguments(self) -> list[str]:
@@ -50,9 +53,13 @@ class SimOptions:
             ("--clock-log", self.clock_log),
             ("--serial-log", self.serial_log),
             ("--vcd", self.vcd),
+            ("--plant-log", self.plant_log),
+            ("--switch-log", self.switch_log),
         ):
             if path:
                 words += [option, str(path)]
+        for (board, axis), knobs in self.plants.items():
+            words += ["--plant", f"{board}.{axis}:{knobs}"]
         return [*words, *self.extra, "--control"]
 
 

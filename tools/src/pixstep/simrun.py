@@ -8,7 +8,7 @@ runs can be compared edge by edge.
 import contextlib
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -19,6 +19,7 @@ from pixstep.client import Board, BoardError, LineRefusedByBoardError, Record, U
 from pixstep.edges import EdgeLog, read_clock, read_edges
 from pixstep.errors import UserError
 from pixstep.line import Line
+from pixstep.plantlog import AxisPlant, read_plant
 from pixstep.rational import TIMER_HZ, period_ticks
 from pixstep.runs import queue_entries
 from pixstep.serialload import SerialLoad
@@ -47,6 +48,8 @@ class Job:
     backlash_policy: str = "always"
     image: Path | None = None
     vcd: bool = False
+    plants: Mapping[int, str] = field(default_factory=dict)  # the simulator's knobs, by axis
+    ideals: Mapping[int, tuple[int, ...]] = field(default_factory=dict)  # the load's counts
     program: Sequence[str | Path] | None = None  # the runner, if not the built one
 
     @property
@@ -67,6 +70,7 @@ class RunResult:
     job: Job
     edges: EdgeLog | None = None
     clock: list[int] = field(default_factory=list)
+    plants: dict[tuple[int, int], AxisPlant] = field(default_factory=dict)
     records: dict[int, dict[int, Record]] = field(default_factory=dict)
     axis_states: dict[int, dict[str, int]] = field(default_factory=dict)
     refused: LineRefusedByBoardError | None = None
@@ -78,6 +82,8 @@ class RunResult:
 
 def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResult:
     """Run a job; leave edges, clock, serial (.csv) and, if asked, run.vcd in `out`, each whole.
+
+    With plants also plant.csv.
 
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
@@ -96,15 +102,19 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
             clock_log=scratch / "clock.csv",
             serial_log=scratch / "serial.csv",
             vcd=scratch / "run.vcd" if job.vcd else None,
+            plants={(0, axis): knobs for axis, knobs in job.plants.items()},
+            plant_log=scratch / "plant.csv" if job.plants else None,
         )
         with Simulator(options, job.program) as simulator:
             _Run(job, simulator, result, progress).go()
             simulator.quit()
-        for name in ("edges.csv", "clock.csv", "serial.csv", "run.vcd"):
+        for name in ("edges.csv", "clock.csv", "serial.csv", "plant.csv", "run.vcd"):
             if (scratch / name).is_file():
                 (scratch / name).replace(out / name)
     result.edges = read_edges(out / "edges.csv")
     result.clock = read_clock(out / "clock.csv")
+    if job.plants:
+        result.plants = read_plant(out / "plant.csv")
     return result
 
 

@@ -2,16 +2,26 @@
 """One simulated run from lines to files on disk: run, judge, write, plot."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from pixstep import atomic, report
 from pixstep.judge import Judgement, judge
+from pixstep.load import AxisLoad, axis_load
 from pixstep.rational import hz_text
 from pixstep.simrun import Job, RunResult, run_job
 
 # What a run may leave in its folder; an earlier run's must not pass for this one's.
-OUTPUTS = ("edges.csv", "clock.csv", "serial.csv", "pixels.csv", "summary.json", "run.vcd")
-_PLOTS = ("motion.png", "edge-error.png", "positions.png")
+OUTPUTS = (
+    "edges.csv",
+    "clock.csv",
+    "serial.csv",
+    "plant.csv",
+    "pixels.csv",
+    "summary.json",
+    "run.vcd",
+)
+_PLOTS = ("motion.png", "edge-error.png", "positions.png", "load.png")
 
 
 def _forget(out: Path) -> None:
@@ -29,11 +39,47 @@ def simulate(
     _forget(out)
     result = run_job(job, out, progress or (lambda _: None))
     judged = judge(result)
+    loads = follow_loads(result, judged)
     report.write_pixels(out / "pixels.csv", judged.pixels)
     atomic.write_json(out / "summary.json", judged.summary)
     if plots:
         judged.summary["plots"] = [str(path) for path in draw_plots(result, judged, out)]
+        judged.summary["plots"] += [str(path) for path in _draw_loads(job, loads, out)]
     return judged
+
+
+def follow_loads(result: RunResult, judged: Judgement) -> list[AxisLoad]:
+    """Return the loads of the axes with a plant; note them in the summary and the pixel rows.
+
+    An axis that made no step, or whose edges have no place in time, has none.
+    """
+    loads = []
+    for row in judged.summary["axes"]:
+        axis = row["axis"]
+        mine = [index for index, pixel in enumerate(judged.pixels) if pixel.axis == axis]
+        cycles = [judged.pixels[index].edge_cycle for index in mine]
+        if axis not in result.job.plants or not cycles or None in cycles:
+            continue
+        line, ideal = result.job.lines[axis], result.job.ideals.get(axis)
+        found = axis_load(axis, line, ideal, result.plants[0, axis], cycles)
+        row["load"] = found.summary()
+        for index, steps in zip(mine, found.load_steps, strict=True):
+            judged.pixels[index] = replace(judged.pixels[index], load_steps=int(steps))
+        loads.append(found)
+    return loads
+
+
+def _draw_loads(job: Job, loads: list[AxisLoad], out: Path) -> list[Path]:
+    """Draw every axis' load; return the paths."""
+    from pixstep import load_plot  # matplotlib takes a second to load
+
+    paths = []
+    for found in loads:
+        prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
+        title = f"{_title(job, found.axis)}, plant {job.plants[found.axis]}"
+        load_plot.draw(found, title, out / f"{prefix}load.png")
+        paths.append(out / f"{prefix}load.png")
+    return paths
 
 
 def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""The CSV acceleration profile of fast moves and homing: steps in each pixel, from rest upwards."""
+"""The acceleration profile of fast moves and homing, CSV or CSB: steps in each pixel, from rest."""
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate
 from pathlib import Path
 
-from pixstep import files
+from pixstep import formats
 from pixstep.errors import UserError
+from pixstep.formats.header import HEADER_LINES
+from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.linecheck import MAX_COUNT
-from pixstep.rational import parse_hz
 
-HEADER_ROWS = 4
+CSV_WIDTH = 6
 BLOCK_ROWS = 2  # line number and number of values before the values of a block
 
 
@@ -70,45 +71,58 @@ class Acceleration:
         return notes
 
 
-def read(path: Path, *, raw: bool = False, max_speed: int | None = None) -> Acceleration:
-    """Read a CSV profile, bare or with the 40-column header, limited to `max_speed`.
+def read(
+    path: Path, *, raw: bool = False, number: int | None = None, max_speed: int | None = None
+) -> Acceleration:
+    """Read a CSV or CSB profile, bare or with the 40-column header, limited to `max_speed`.
 
-    Raises UserError naming file and line for an entry of 0 or less, a falling one, and one that
-    no pixel can hold.
+    `number` chooses a line, from 1; without it the file must hold only one. Raises UserError naming
+    the place of an entry of 0 or less, of a falling one, and of one that no pixel can hold.
     """
-    found = files.read_csv(path, raw=raw)
-    first = 1
-    if found.header:
-        first += HEADER_ROWS + (0 if raw else BLOCK_ROWS)
-    check(found.values, str(path), first)
+    found = formats.read_motion(path, raw=raw)
+    counts = found.line(number).values
+    _check(counts, found, number or 1)
     haps = found.header.haps if found.header else 0
-    hz = parse_hz(found.header.pixel_hz) if found.header else None
-    profile = Acceleration(found.values, haps, str(path), hz, found.notes).limited(max_speed)
-    _check_top(profile, first)
+    hz = found.header.frequency if found.header else None
+    profile = Acceleration(counts, haps, str(path), hz, found.notes).limited(max_speed)
+    _check_top(profile, found, number or 1)
     return profile
 
 
-def check(counts: tuple[int, ...], source: str, first_row: int = 1) -> None:
-    """Refuse entries of 0 or less and falling ones, by file and row."""
+def _check(counts: tuple[int, ...], file: formats.MotionFile, number: int) -> None:
+    """Refuse entries of 0 or less and falling ones."""
     previous = 0
-    for row, count in enumerate(counts, first_row):
+    for index, count in enumerate(counts):
         if count <= 0:
             raise UserError(
-                f"{source}:{row}: {count} steps in a pixel: an acceleration profile's entries are "
-                f"above 0"
+                f"{_place(file, number, index)}: {count} steps in a pixel: an acceleration "
+                f"profile's entries are above 0"
             )
         if count < previous:
             raise UserError(
-                f"{source}:{row}: the speed falls from {previous} to {count} steps/pixel"
+                f"{_place(file, number, index)}: the speed falls from {previous} to {count} "
+                f"steps/pixel"
             )
         previous = count
 
 
-def _check_top(profile: Acceleration, first_row: int) -> None:
+def _check_top(profile: Acceleration, file: formats.MotionFile, number: int) -> None:
     """Refuse an entry beyond what a pixel can hold."""
-    for row, count in enumerate(profile.counts, first_row):
+    for index, count in enumerate(profile.counts):
         if count > MAX_COUNT:
             raise UserError(
-                f"{profile.source}:{row}: {count} steps in a pixel, the board takes at most "
+                f"{_place(file, number, index)}: {count} steps in a pixel, the board takes at most "
                 f"{MAX_COUNT} (--max-speed limits it)"
             )
+
+
+def _place(file: formats.MotionFile, number: int, index: int) -> str:
+    """Return where the value at `index` of a line is: file, row and column; in a CSB its entry."""
+    if file.kind == CSB_KIND:
+        return f"{file.path}: line {number}, entry {index + 1}"
+    before = [len(block.values) for block in file.blocks[: number - 1]]
+    row = 1 + index + (HEADER_LINES if file.header else 0)
+    if file.reading == BLOCKS:
+        row += sum(before) + BLOCK_ROWS * number
+    value = str(file.blocks[number - 1].values[index])
+    return f"{file.path}:{row}:{CSV_WIDTH + 1 - len(value)}"

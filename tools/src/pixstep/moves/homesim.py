@@ -134,10 +134,8 @@ def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: N
             pixel_hz=job.pixel_hz,
             seed=job.seed,
             edges=folder / "edges.csv",
-            extra=(
-                *("--plant", f"0.{job.plan.axis}:{job.plant}"),
-                *("--switch-log", str(folder / "switches.csv")),
-            ),
+            plants={(0, job.plan.axis): job.plant},
+            switch_log=folder / "switches.csv",
         )
         with Simulator(options) as simulator:
             _home(done, simulator, progress)

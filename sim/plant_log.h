@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The log of the mechanics, in steps:
+//
+//   cycle,board,axis,motor,load
+//
+// First one row for every axis that was given a plant, with where both are at reset; then one row
+// whenever motor or load has moved. A step that a hard stop swallows moves neither. Boards run one
+// after the other within a quantum, so rows are put in order at its end, as edges are.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+struct plant_row {
+    uint64_t cycle;
+    int64_t motor, load;
+    uint8_t board, axis;
+};
+
+struct plant_log {
+    FILE *csv; // NULL for none
+    struct plant_row *waiting;
+    size_t count, room;
+};
+
+// Opens the file (NULL: no log). False with errno set if it cannot be written.
+bool plant_log_open(struct plant_log *log, const char *path);
+
+void plant_log_add(struct plant_log *log, const struct plant_row *row);
+
+// No row up to and including this cycle can still come: writes them, in order of cycles.
+void plant_log_settle(struct plant_log *log, uint64_t cycle);
+
+void plant_log_flush(struct plant_log *log);
+
+// Settles everything and closes the file. False if something could not be written.
+bool plant_log_close(struct plant_log *log);

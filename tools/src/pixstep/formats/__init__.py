@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""File formats: PRN profiles, CSV and CSB profiles and motion files.
+
+`findings` collects what is wrong, `records` are bytes and line ends, `numbers` the columns,
+`header` the four lines, `motion` the blocks; `prn`, `csvtext` and `csb` are the formats,
+`recognise` tells them apart, `examine` reads any of them, `files` reads and writes whole files,
+`convert` turns one into another, `describe` says what is in one.
+"""
+
+from pixstep.formats.files import (
+    encode,
+    read_any,
+    read_csv,
+    read_motion,
+    read_prn,
+    write_csv,
+    write_motion,
+    write_prn,
+)
+from pixstep.formats.header import ProfileHeader, hz_text
+from pixstep.formats.motion import Block, MotionFile, of_lines
+from pixstep.formats.prn import PrnFile
+
+__all__ = [
+    "Block",
+    "MotionFile",
+    "PrnFile",
+    "ProfileHeader",
+    "encode",
+    "hz_text",
+    "of_lines",
+    "read_any",
+    "read_csv",
+    "read_motion",
+    "read_prn",
+    "write_csv",
+    "write_motion",
+    "write_prn",
+]

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""One format into another: nothing is lost and no meaning is changed without being told so."""
+
+import time
+from dataclasses import dataclass, replace
+
+from pixstep.errors import UserError
+from pixstep.formats.header import ProfileHeader
+from pixstep.formats.motion import BARE, BLOCKS, Block, MotionFile
+from pixstep.formats.prn import KIND as PRN_KIND
+from pixstep.formats.prn import PrnFile
+from pixstep.formats.records import REGULAR, LineEnds
+
+
+@dataclass(frozen=True)
+class HeaderChanges:
+    """Header fields to set; None leaves the one of the input."""
+
+    name: str | None = None
+    haps: int | None = None
+    lead_in_px: int | None = None
+    pixel_hz: str | None = None
+    timestamp: str | None = None
+
+    @property
+    def given(self) -> dict[str, str | int]:
+        """The fields that are set."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to make, and what the user said may be lost or taken as the same."""
+
+    to: str  # prn, csv or csb
+    line: int | None = None
+    plain: bool = False  # the motor is plain: a PRN's numbers are counts
+    drop_header: bool = False
+    changes: HeaderChanges = HeaderChanges()
+
+
+def convert(
+    file: PrnFile | MotionFile, request: Request
+) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
+    """Return the file in the format asked for and what is different in it, one sentence each.
+
+    Raises UserError for what would be lost or mistaken without a word of the user's.
+    """
+    from_prn, to_prn = isinstance(file, PrnFile), request.to == PRN_KIND
+    _check_options(from_prn, to_prn, request)
+    if from_prn and to_prn:
+        return PrnFile(file.values), _ends_note(file.ends)
+    if from_prn:
+        values = MotionFile((Block(file.values, len(file.values)),))
+        made, notes = _to_motion(values, request)
+    elif to_prn:
+        bare, notes = _without_header(_chosen(file, request), "a PRN has none")
+        made = PrnFile(bare.values)
+    else:
+        made, notes = _to_motion(_chosen(file, request), request)
+    return made, _ends_note(file.ends) + notes
+
+
+def _check_options(from_prn: bool, to_prn: bool, request: Request) -> None:
+    """Refuse what the options leave open or contradict."""
+    if from_prn != to_prn and not request.plain:
+        raise UserError(
+            "a PRN holds speeds for a smooth motor and counts for a plain one, a CSV or CSB counts "
+            "for both: --plain says that the motor is plain (for a smooth one, `pixstep line make` "
+            "makes counts from speeds)"
+        )
+    if request.changes.given and (to_prn or request.drop_header):
+        raise UserError("header options are given, though the output has no header")
+    if from_prn and (request.drop_header or request.line):
+        raise UserError("a PRN has neither a header nor lines: no --drop-header, no --line")
+
+
+def _chosen(file: MotionFile, request: Request) -> MotionFile:
+    """Return the file with the asked-for line alone, or the only one if it must be one."""
+    to_bare = request.to == PRN_KIND or request.drop_header
+    if file.header and to_bare and not request.drop_header:
+        raise UserError("the header would be lost: --drop-header says that it may")
+    if request.line is None and not to_bare:
+        return file
+    block = file.line(request.line)
+    header = file.header and replace(file.header, lines=1)
+    return replace(file, blocks=(block,), header=header)
+
+
+def _to_motion(file: MotionFile, request: Request) -> tuple[MotionFile, tuple[str, ...]]:
+    """Return a CSV or CSB with the header asked for."""
+    made = replace(file, kind=request.to, ends=REGULAR, notes=())
+    if request.drop_header:
+        return _without_header(made, "--drop-header")
+    if not request.changes.given:
+        return made, ()
+    if made.header:
+        header = replace(made.header, **request.changes.given)
+        changed = ", ".join(request.changes.given)
+        return replace(made, header=header), (f"header: {changed} changed",)
+    header = _new_header(request.changes)
+    return replace(made, header=header, reading=BLOCKS), (f"header {header.name!r} added",)
+
+
+def _without_header(file: MotionFile, why: str) -> tuple[MotionFile, tuple[str, ...]]:
+    """Return the values of one line alone."""
+    if file.header is None:
+        return file, ()
+    values = file.values
+    notes = [f"header {file.header.name!r} dropped: {why}"]
+    if file.header.lines > 1:
+        notes.append(f"that {file.header.lines} lines were announced is dropped with it")
+    if file.blocks[0].truncated:
+        announced = file.blocks[0].declared
+        notes.append(f"{len(values)} values, that {announced} were announced is dropped with it")
+    blocks = (Block(values, len(values)),)
+    return replace(file, header=None, reading=BARE, blocks=blocks), tuple(notes)
+
+
+def _new_header(changes: HeaderChanges) -> ProfileHeader:
+    """Return a header of what was given; name and pixel frequency must be."""
+    if changes.name is None or changes.pixel_hz is None:
+        raise UserError("a new header needs --header NAME and --pixel-hz")
+    return ProfileHeader(
+        timestamp=changes.timestamp or time.ctime(),
+        name=changes.name,
+        lines=1,
+        haps=changes.haps or 0,
+        lead_in_px=changes.lead_in_px or 0,
+        pixel_hz=changes.pixel_hz,
+    )
+
+
+def _ends_note(ends: LineEnds) -> tuple[str, ...]:
+    """Say that line ends become regular ones."""
+    return () if ends == REGULAR else (f"line ends were {ends.words}",)

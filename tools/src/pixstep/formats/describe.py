@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: MIT
+"""What is in a file, as a table of words and as JSON."""
+
+import hashlib
+from pathlib import Path
+
+from pixstep.formats.examine import NAMES, Examined, examine
+from pixstep.formats.findings import LENIENT, counted
+from pixstep.formats.meaning import FIELDS, VALUES, header_fields, line_figures, smooth_steps
+from pixstep.formats.motion import (
+    BARE,
+    BLOCKS,
+    CSV_KIND,
+    RAW,
+    Block,
+    MotionFile,
+    could_be_blocks,
+)
+from pixstep.formats.prn import PrnFile
+
+_LINES_SHOWN = 20
+
+_READINGS = {
+    BARE: "no header: every row is a value",
+    BLOCKS: "numbered blocks: line number, number of values, values",
+    RAW: "raw: every row after the header is a value",
+}
+
+
+def describe(path: Path, *, raw: bool = False) -> dict:
+    """Return what is in a file that at least a lenient reader takes.
+
+    A CSV or CSB whose rows are no numbered blocks is described by its raw reading. Raises
+    UserError for the first error if there is no reading.
+    """
+    read = examine(path, LENIENT, raw=raw)
+    blocks_refused = None
+    if read.findings.refused and not raw:
+        again = examine(path, LENIENT, raw=True)
+        if not again.findings.refused:
+            blocks_refused, read = read.findings.in_order()[0].text(path), again
+    file = read.required()
+    smooth, plain = VALUES[read.kind]
+    common = {
+        "file": str(path),
+        "kind": read.kind,
+        "why": read.why,
+        "bytes": len(read.data),
+        "sha256": hashlib.sha256(read.data).hexdigest(),
+        "values_mean": {"smooth": smooth, "plain": plain},
+    }
+    special = _profile(file) if isinstance(file, PrnFile) else _motion(file, read, blocks_refused)
+    return {**common, **special, "notes": list(file.notes)}
+
+
+def table(facts: dict) -> list[tuple[str, str]]:
+    """Return the description as rows of a label and its text."""
+    rows = [
+        ("format", f"{NAMES[facts['kind']]}: {facts['why']}"),
+        ("size", f"{facts['bytes']} bytes, sha256 {facts['sha256'][:16]}"),
+    ]
+    if facts["line_ends"]:
+        rows.append(("line ends", facts["line_ends"]))
+    for name, field in (facts["header"] or {}).items():
+        rows.append((name, f"{field['value']} ({field['meaning']})"))
+    mean = facts["values_mean"]
+    if mean["smooth"] == mean["plain"]:
+        rows.append(("values", f"{mean['smooth']}, whatever the motor"))
+    else:
+        rows += [("smooth motor", mean["smooth"]), ("plain motor", mean["plain"])]
+    if facts["reading"]:
+        rows.append(("reading", facts["reading"]))
+    rows += _line_rows(facts["lines"])
+    rows += [("other reading", text) for text in facts["other_readings"]]
+    return rows + [("note", note) for note in facts["notes"]]
+
+
+def _profile(file: PrnFile) -> dict:
+    """Return what only a PRN has: one list, whose steps depend on the motor."""
+    figures = line_figures(1, Block(file.values, len(file.values)))
+    smooth, plain = smooth_steps(file.values), figures.pop("steps")
+    figures["steps_smooth"], figures["steps_plain"] = smooth, plain
+    return {
+        "line_ends": file.ends.words,
+        "header": None,
+        "reading": None,
+        "lines": [figures],
+        "other_readings": [],
+    }
+
+
+def _motion(file: MotionFile, read: Examined, blocks_refused: str | None) -> dict:
+    """Return what a CSV or CSB has: header, lines and the readings not taken."""
+    header = None
+    if file.header:
+        fields = header_fields(file.header)
+        header = {name: {"value": value, "meaning": FIELDS[name]} for name, value in fields.items()}
+    return {
+        "line_ends": file.ends.words if read.kind == CSV_KIND else None,
+        "header": header,
+        "reading": _READINGS[file.reading],
+        "lines": [line_figures(number, block) for number, block in enumerate(file.blocks, 1)],
+        "other_readings": _other_readings(file, read, blocks_refused),
+    }
+
+
+def _other_readings(file: MotionFile, read: Examined, blocks_refused: str | None) -> list[str]:
+    """Say what the rows are by the readings that were not taken."""
+    if blocks_refused:
+        return [f"numbered blocks: refused: {blocks_refused}"]
+    if file.reading == BLOCKS:
+        rows = tuple(file.rows)
+        _, text = _line_row(line_figures(1, Block(rows, len(rows))))
+        return [f"raw (--raw): {text}"]
+    if file.reading == RAW:
+        blocks = examine(read.path, LENIENT)
+        if blocks.findings.refused:
+            return [f"numbered blocks: refused: {blocks.findings.in_order()[0].text(read.path)}"]
+        return [f"numbered blocks: {counted(len(blocks.required().blocks), 'line')}"]
+    if could_be_blocks(file.rows):
+        return [f"numbered block without its header: line 1 of {file.rows[1]} values"]
+    return []
+
+
+def _line_rows(lines: list[dict]) -> list[tuple[str, str]]:
+    """Return a row a line, and for many their sums."""
+    rows = [_line_row(line) for line in lines[:_LINES_SHOWN]]
+    if len(lines) > _LINES_SHOWN:
+        rows.append(("...", f"{len(lines) - _LINES_SHOWN} more lines (--json lists all)"))
+    if len(lines) > 1:
+        values, steps = (sum(line[name] for line in lines) for name in ("values", "steps"))
+        rows.append(("all lines", f"{len(lines)} lines, {values} values, {steps} steps"))
+    return rows
+
+
+def _line_row(line: dict) -> tuple[str, str]:
+    """Return the row of one line's figures."""
+    count = counted(line["values"], "value")
+    if line["values"] < line["announced"]:
+        count = f"{line['values']} of {line['announced']} values (truncated)"
+    extremes = f"{line['minimum']} to {line['maximum']}"
+    if "steps" in line:
+        return f"line {line['line']}", f"{count}, {extremes}, {line['steps']} steps"
+    smooth = line["steps_smooth"]
+    made = "odd speeds, for no smooth motor" if smooth is None else f"{smooth} steps if smooth"
+    return "entries", f"{count}, {extremes}; over all {made}, {line['steps_plain']} if plain"

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""The picture of a compensated line: speeds, the offset taken up, the load's predicted error."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pixstep import atomic
+from pixstep.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.reversals.compensate import Compensated, Request
+from pixstep.reversals.play import load_positions
+
+
+def shade(axes: Axes, spans: list[tuple[int, int]]) -> None:
+    """Shade transitions, given as (first, last) 1-based pixels."""
+    for first, last in spans:
+        axes.axvspan(first - 1, last, color=BOARD, alpha=0.13, lw=0, zorder=0)
+
+
+def draw(made: Compensated, request: Request, name: str, path: Path) -> None:
+    """Write the picture as PNG to `path`, whole or not at all."""
+    with mpl.rc_context(STYLE):
+        figure = _figure(made, request, name)
+        atomic.write_with(path, figure.savefig)
+        plt.close(figure)
+
+
+def _figure(made: Compensated, request: Request, name: str) -> Figure:
+    figure, (speed, offset, error) = plt.subplots(
+        3,
+        1,
+        figsize=(11, 8.2),
+        layout="constrained",
+        sharex=True,
+        gridspec_kw={"height_ratios": [2.2, 1, 1.4]},
+    )
+    figure.suptitle(
+        "Reversals: play taken up over the motion\n",
+        x=0.012, ha="left", fontsize=14, weight="bold", color=INK,
+    )  # fmt: skip
+    figure.text(0.012, 0.954, _subtitle(made, request, name), fontsize=9.5, color=FAINT, va="top")
+    for axes in (speed, offset, error):
+        shade(axes, [(item.pixel, item.last_pixel) for item in made.transitions])
+        axes.axhline(0, color=FAINT, lw=0.8, zorder=1)
+    _speeds(speed, made)
+    _offset(offset, made)
+    _error(error, made, request)
+    error.set_xlabel("pixel edges from the start of the line")
+    error.set_xlim(-0.5, len(made.counts) + 0.5)
+    return figure
+
+
+def _subtitle(made: Compensated, request: Request, name: str) -> str:
+    limits = request.limits
+    length = f"{request.transition_px} pixels" if request.transition_px else "fewest pixels"
+    return (
+        f"{name}: {len(made.counts)} pixels, play {request.play} steps, {length} a transition, "
+        f"at most {limits.max_acceleration} steps/pixel² beyond {limits.start_stop} steps/pixel"
+    )
+
+
+def _speeds(axes: Axes, made: Compensated) -> None:
+    edges = np.arange(len(made.counts) + 1)
+    axes.stairs(made.ideal, edges, baseline=None, color=IDEAL, lw=5, alpha=0.55, label="ideal")
+    axes.stairs(made.counts, edges, baseline=None, color=MADE, lw=1.4, label="motor")
+    handles, labels = axes.get_legend_handles_labels()
+    patch = mpl.patches.Patch(color=BOARD, alpha=0.13, lw=0)
+    axes.legend(
+        [*handles, patch], [*labels, "transition"],
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, labelcolor=INK,
+        borderaxespad=0.2,
+    )  # fmt: skip
+    axes.set_ylabel("steps / pixel")
+    axes.set_title("Speed")
+
+
+def _offset(axes: Axes, made: Compensated) -> None:
+    axes.plot(range(len(made.offsets) + 1), (0, *made.offsets), color=MADE, lw=1.4)
+    axes.set_ylabel("steps")
+    axes.set_title("Offset taken up: motor minus ideal")
+
+
+def _error(axes: Axes, made: Compensated, request: Request) -> None:
+    edges = range(len(made.counts) + 1)
+    ideal = np.cumsum(made.ideal)
+    bare = np.array(load_positions(ideal.tolist(), request.play, made.taken_up)) - ideal
+    axes.plot(edges, (0, *bare), color=FAINT, lw=1.1, ls=(0, (4, 3)), label="without compensation")
+    axes.plot(edges, (0, *made.load_errors), color=BOARD, lw=1.4, label="compensated")
+    axes.set_ylabel("steps")
+    axes.set_title(
+        f"Load error, predicted: {made.worst_outside} steps away from the transitions, "
+        f"{max(map(abs, made.load_errors))} inside"
+    )
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, labelcolor=INK,
+                borderaxespad=0.2)  # fmt: skip
