@@ -4,6 +4,7 @@
 import itertools
 import json
 import random
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -139,6 +140,20 @@ def test_profiles_are_refused_by_file_and_row(tmp_path, values, with_header, tex
     formats.write_csv(path, values, header() if with_header else None)
     with pytest.raises(UserError, match=f"p.csv{text}"):
         accel.read(path)
+
+
+def test_profiles_of_many_lines_and_binary_ones(tmp_path):
+    """The second line is chosen, read alike from CSV and CSB, its faults named at their places."""
+    made = formats.of_lines([(4, 9), (5, 8, 11)], header())
+    broken = formats.of_lines([(4, 9), (5, 8, 7)], header())
+    for kind, place in (("csv", r":13:6"), ("csb", ": line 2, entry 3")):
+        formats.write_motion(tmp_path / f"p.{kind}", replace(made, kind=kind))
+        assert accel.read(tmp_path / f"p.{kind}", number=2).counts == (5, 8, 11)
+        with pytest.raises(UserError, match=r"--line 1\.\.2"):
+            accel.read(tmp_path / f"p.{kind}")
+        formats.write_motion(tmp_path / f"q.{kind}", replace(broken, kind=kind))
+        with pytest.raises(UserError, match=f"q.{kind}{place}: the speed falls from 8 to 7"):
+            accel.read(tmp_path / f"q.{kind}", number=2)
 
 
 def test_a_speed_limit_makes_a_steep_profile_usable(tmp_path):
