@@ -42,9 +42,9 @@
 // periods, and the step interrupt needs longer to load its first interval than to go on with
 // single periods or with a run (RUN_ENTRY_MIN_TICKS in axis.c).
 // A reversal has the driver's set-up and hold times on both sides of its middle, and so many ticks
-// more: the direction output changes that long after the middle at most. One axis's commands take 370
-// ticks on the Uno and 630 on the Mega; there four axes that turn at once take 1530, and a byte on the
-// serial line may come between (test_reversal_runs.py turns all of them at the limit).
+// more: the direction output changes that long after the middle at most. One axis's commands take
+// 370 ticks on the Uno and 630 on the Mega; there four axes that turn at once take 1530, and a byte
+// on the serial line may come between (test_turns.py turns all of them at the limit).
 #if defined(CONFIG_BOARD_UNO)
 #define CONFIG_BOARD_NAME                "uno"
 #define CONFIG_BOARD_ID                  1

@@ -277,8 +277,8 @@ static void take_capture(void)
     if (!pixel_clock_take(&capture, &lost)) {
         return;
     }
-    // A command may have had the axis accounted for meanwhile, or the axis's switch was captured and
-    // it is not known which of the two was first: the next edge will do.
+    // A command may have had the axis accounted for meanwhile, or its switch was captured too and
+    // it is not known which was first: the next edge will do.
     if (ledger_has_passed(&axis->ledger, &capture.sample) ||
         (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
         machine.edge_seen_4us = clock_now_4us();

@@ -54,8 +54,8 @@ static void note_edge(struct seek *seek, const struct switch_capture *capture)
     seek->captured = true;
 }
 
-// A clock edge whose sample of the seeking axis may be older than the switch's cannot be placed once
-// the account has come to that one.
+// A clock edge whose sample of the seeking axis may be older than the switch's cannot be placed
+// once the account has come to that one.
 static void drop_clock_edge(void)
 {
     struct pixel_capture edge;

@@ -15,7 +15,7 @@ from pixstep import formats, runs
 from pixstep.cli import main
 from pixstep.errors import UserError
 from pixstep.line import PLAIN, Line
-from pixstep.moves import accel, fast, fastsim
+from pixstep.moves import accel, fast, fastsim, fasttask
 from worked import DATA, SAMPLE_CSV
 
 PROFILE = DATA / "AccProf-fast-move.csv"
@@ -237,7 +237,7 @@ def test_random_moves_on_one_board_end_on_their_step(board):
 )
 def test_every_edge_of_a_move(tmp_path, board, axis, steps):
     job = fastsim.MoveJob(FAST, fast.plan(FAST, steps), board, axis, Fraction(30))
-    done = fastsim.simulate(job, tmp_path)
+    done = fasttask.simulate(job, tmp_path)
     summary = done.judged.summary
     assert summary["reasons"] == [] and done.judged.passed
     assert summary["move"]["position_register_steps"] == steps
@@ -261,7 +261,7 @@ def test_sim_command_draws_and_judges(tmp_path):
 def test_a_move_too_fast_for_the_board_is_refused(tmp_path):
     steep = accel.Acceleration((100, 9000))
     job = fastsim.MoveJob(steep, fast.plan(steep, 50_000), "uno", 0, Fraction(60))
-    done = fastsim.simulate(job, tmp_path)
+    done = fasttask.simulate(job, tmp_path)
     assert done.judged.summary["verdict"] == "refused"
     assert done.judged.summary["refusal"]["name"] == "too_fast"
     assert done.judged.summary["move"]["counted_steps"] == 0

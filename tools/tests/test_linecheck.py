@@ -111,6 +111,21 @@ def test_jerk_warning():
     assert ("jerk", 3) in found
 
 
+@pytest.mark.parametrize(
+    ("counts", "limit", "pixels"),
+    [
+        ([10, 20, 10], 19, [1, 2, 3, 3]),  # from rest, to constant, from constant, to rest
+        ([10, 20, 10], 20, []),
+        ([0, 10, 20, 10, 0], 19, [2, 3, 4, 5]),
+        ([2, 6, 8, 8, 6, 2], 3, [1, 3, 5, 6]),
+    ],
+)
+def test_jerk_counts_from_rest_and_to_rest(counts, limit, pixels):
+    found = check(Line(tuple(counts)), Limits(jerk_warning=limit))
+    assert [item.pixel for item in found if item.name == "jerk"] == pixels
+    assert len(found) == len(pixels)
+
+
 def test_rate_limit():
     limits = Limits(min_interval_ticks=100, period_ticks=Fraction(16_000_000, 30))
     assert ("too_fast", 1) in names([6000], limits, decode=PLAIN)

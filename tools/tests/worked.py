@@ -3,8 +3,9 @@
 
 from pathlib import Path
 
-from pixstep import formats, profile
+from pixstep import formats
 from pixstep.line import Line
+from pixstep.profiles import generator
 
 DATA = Path(__file__).resolve().parent.parent / "data"
 PRN = DATA / "AccProfM39-30Hz-1.PRN"
@@ -23,5 +24,5 @@ EXPECTED = {0: _WITHOUT, 250: _B250, 1000: _WITHOUT}
 def worked_line(backlash: int, pixels: int = 60, speed: int = 1000) -> Line:
     """Return the worked example: 30 Hz profile, the given backlash and speed."""
     speeds, _ = formats.read_prn(PRN)
-    made = profile.generate(speeds, profile.LineRequest(speed, pixels, backlash))
+    made = generator.generate(speeds, generator.LineRequest(speed, pixels, backlash))
     return Line(tuple(made.counts), backlash=backlash, name="worked example")

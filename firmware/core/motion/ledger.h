@@ -96,8 +96,8 @@ static inline bool ledger_due(const struct ledger *ledger,
                      ledger->retired) <= behind;
 }
 
-// A sample of an axis now at rest whose account has come further already: nothing can be placed by it
-// any more.
+// A sample of an axis now at rest whose account has come further already: nothing can be placed by
+// it any more.
 static inline bool ledger_has_passed(const struct ledger *ledger,
                                      const struct engine_sample *sample)
 {

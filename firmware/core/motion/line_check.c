@@ -64,26 +64,6 @@ static enum line_error parameter(struct line_check *check, struct run entry)
                                                      : LINE_none;
 }
 
-// The end mark, or the down mark of a seek.
-static enum line_error mark(struct line_check *check, struct run entry)
-{
-    if (check->seek && (uint16_t)entry.count == RUN_MARK_DOWN) {
-        check->seek = false;
-        return LINE_none;
-    }
-    if (check->seek || (uint16_t)entry.count != RUN_MARK_END) {
-        return LINE_malformed;
-    }
-    if (check->smooth && check->speed != 0) {
-        return LINE_ends_moving;
-    }
-    if (check->backlash_steps != 0 && !check->reached) {
-        return LINE_speed_not_reached;
-    }
-    check->phase = LINE_CHECK_OUTSIDE;
-    return LINE_none;
-}
-
 static bool too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
 {
     return (uint32_t)speed * interval_ticks > pixel_ticks;
@@ -210,19 +190,26 @@ static enum line_error equal_counts(struct line_check *check, struct run entry)
     return LINE_none;
 }
 
+static void note_jerk(struct line_check *check,
+                      const struct line_limits *limits,
+                      int16_t acceleration)
+{
+    int32_t change = (int32_t)acceleration - check->acceleration;
+
+    if (limits->jerk_warning != 0 && magnitude(change) > limits->jerk_warning) {
+        warn(check, LINE_jerk);
+    }
+    check->acceleration = acceleration;
+}
+
 static enum line_error acceleration(struct line_check *check,
                                     const struct line_limits *limits,
                                     int16_t value)
 {
-    int32_t change = (int32_t)value - check->acceleration;
-
     if (limits->max_acceleration != 0 && magnitude(value) > limits->max_acceleration) {
         return LINE_acceleration;
     }
-    if (limits->jerk_warning != 0 && magnitude(change) > limits->jerk_warning) {
-        warn(check, LINE_jerk);
-    }
-    check->acceleration = value;
+    note_jerk(check, limits, value);
     return LINE_none;
 }
 
@@ -287,6 +274,29 @@ static enum line_error smooth_run(struct line_check *check,
     return error;
 }
 
+// The end mark, or the down mark of a seek.
+static enum line_error mark(struct line_check *check,
+                            const struct line_limits *limits,
+                            struct run entry)
+{
+    if (check->seek && (uint16_t)entry.count == RUN_MARK_DOWN) {
+        check->seek = false;
+        return LINE_none;
+    }
+    if (check->seek || (uint16_t)entry.count != RUN_MARK_END) {
+        return LINE_malformed;
+    }
+    if (check->smooth && check->speed != 0) {
+        return LINE_ends_moving;
+    }
+    if (check->backlash_steps != 0 && !check->reached) {
+        return LINE_speed_not_reached;
+    }
+    note_jerk(check, limits, 0);
+    check->phase = LINE_CHECK_OUTSIDE;
+    return LINE_none;
+}
+
 static enum line_error run(struct line_check *check,
                            const struct line_limits *limits,
                            struct run entry)
@@ -317,5 +327,5 @@ enum line_error line_check_entry(struct line_check *check,
     if (check->phase == LINE_CHECK_PARAMETER) {
         return parameter(check, entry);
     }
-    return entry.repeat == 0 ? mark(check, entry) : run(check, limits, entry);
+    return entry.repeat == 0 ? mark(check, limits, entry) : run(check, limits, entry);
 }

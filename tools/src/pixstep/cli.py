@@ -11,6 +11,8 @@ from pixstep import (
     cli_home,
     cli_line,
     cli_move,
+    cli_profile,
+    cli_show,
     cli_sim,
 )
 from pixstep.cli_options import Group
@@ -22,6 +24,16 @@ def main() -> None:
     """Line files to exact STEP edges: make, check, plan, simulate, prove."""
 
 
-_groups = (cli_file, cli_line, cli_sim, cli_move, cli_home, cli_bench, cli_docs)
+_groups = (
+    cli_file,
+    cli_profile,
+    cli_line,
+    cli_sim,
+    cli_move,
+    cli_home,
+    cli_bench,
+    cli_docs,
+)
 for command in (command for group in _groups for command in group.COMMANDS):
     main.add_command(command)
+cli_line.line.add_command(cli_show.line_show)

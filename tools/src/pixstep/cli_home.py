@@ -8,7 +8,7 @@ from rich.console import Console
 
 from pixstep import boards, progress, report
 from pixstep.cli_options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
-from pixstep.moves import accel, homejudge, homesim, legs
+from pixstep.moves import accel, homesim, hometask, legs
 
 DIRECTIONS = {"plus": 1, "minus": -1}
 
@@ -71,7 +71,7 @@ def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
     say(read.notes_at(options["pixel_hz"]))
     job = _job(read, options)
     with progress.shown("homing") as show:
-        summary = homejudge.simulate(job, out, plot=plot, progress=show)
+        summary = hometask.simulate(job, out, plot=plot, progress=show)
     if as_json:
         click.echo(json.dumps(summary, indent=2))
     else:

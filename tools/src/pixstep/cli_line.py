@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import click
 
-from pixstep import atomic, cli_reversal, formats, linecheck, planner, profile
+from pixstep import atomic, cli_reversal, formats, linecheck, planner
 from pixstep.cli_options import (
     DECODE,
     FILE,
@@ -20,6 +20,8 @@ from pixstep.cli_options import (
     say,
 )
 from pixstep.errors import UserError
+from pixstep.line import Line
+from pixstep.profiles import generator
 from pixstep.rational import TIMER_HZ, period_ticks
 
 
@@ -37,14 +39,21 @@ def line() -> None:
 @click.option("--lead-in", type=int, default=0, help="Constant pixels before the image.")
 @click.option("--plain", is_flag=True, help="For a plain motor: each entry is a count.")
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
+@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
-def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, name, output):
-    """Make a line from an acceleration profile: up, constant speed, down."""
+@click.pass_context
+def line_make(
+    ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, jerk_warn, name, output
+):
+    """Make a line from an acceleration profile: up, constant speed, down.
+
+    Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
+    """
     speeds, notes = formats.read_prn(prn, lenient=lenient)
     say(notes)
-    request = profile.LineRequest(speed, pixels, backlash, lead_in, plain)
-    made = profile.generate(speeds, request, str(prn))
+    request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
+    made = generator.generate(speeds, request, str(prn))
     formats.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
     steps = sum(made.counts) + backlash
     rate = float(speed * pixel_hz)
@@ -53,6 +62,8 @@ def line_make(prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, n
         f"pixel {made.image_pixel}, {steps} steps with backlash {backlash}, "
         f"{rate:g} steps/s at {float(pixel_hz):g} Hz"
     )
+    if jerk_warn is not None and not plain:
+        ctx.exit(_warn_of_jerk(made, speed, jerk_warn))
 
 
 @line.command("check")
@@ -125,6 +136,21 @@ def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, o
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1
     click.echo(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
+
+
+def _warn_of_jerk(made: generator.GeneratedLine, speed: int, limit: int) -> int:
+    """Say where the acceleration changes by more than `limit`; return the exit status."""
+    found = linecheck.check(Line(tuple(made.counts)), linecheck.Limits(jerk_warning=limit))
+    rising = [item for item in found if item.pixel <= len(made.counts) // 2]
+    for item in rising:
+        click.echo(f"warning: pixel {item.pixel}: {item.message}, above {limit}", err=True)
+    if rising:
+        click.echo(
+            f"warning: a profile made for this speed keeps the limit: "
+            f"pixstep profile make --top-speed {speed} --max-jerk {limit} ...",
+            err=True,
+        )
+    return int(bool(rising))
 
 
 def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHeader | None:

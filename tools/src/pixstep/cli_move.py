@@ -9,7 +9,7 @@ from rich.console import Console
 from pixstep import boards, formats, progress, report
 from pixstep.cli_options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
 from pixstep.errors import UserError
-from pixstep.moves import accel, fast, fastsim
+from pixstep.moves import accel, fast, fastsim, fasttask
 
 STEPS = click.IntRange(-fast.MAX_STEPS, fast.MAX_STEPS)
 _MOST_ROWS = 40
@@ -80,7 +80,7 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
         raise UserError(f"axis {axis}: the {board} has {boards.load(board).axes}")
     job = _job(options, board, axis)
     with progress.shown("moving") as show:
-        done = fastsim.simulate(job, out, plot=plot, progress=show)
+        done = fasttask.simulate(job, out, plot=plot, progress=show)
     summary = done.judged.summary
     if as_json:
         click.echo(json.dumps(summary, indent=2))

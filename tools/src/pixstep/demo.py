@@ -7,14 +7,15 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pixstep import atomic, exact, formats, linecheck, natives, planner, profile, progress, report
+from pixstep import atomic, exact, formats, linecheck, natives, planner, progress, report
 from pixstep.line import Line
+from pixstep.profiles import generator
 from pixstep.simrun import Job
 from pixstep.simtask import simulate
 
 PROFILE = "tools/data/AccProfM39-30Hz-1.PRN"
 PIXEL_HZ = Fraction(30)
-REQUEST = profile.LineRequest(speed=1000, pixels=60, backlash=250)
+REQUEST = generator.LineRequest(speed=1000, pixels=60, backlash=250)
 
 
 def run(console: Console, out: Path | None = None, *, serial_load: bool = False) -> bool:
@@ -23,7 +24,7 @@ def run(console: Console, out: Path | None = None, *, serial_load: bool = False)
     out = out or natives.root() / "build" / "demo"
     source = natives.source(PROFILE)
     speeds, _ = formats.read_prn(source)
-    made = profile.generate(speeds, REQUEST, str(source))
+    made = generator.generate(speeds, REQUEST, str(source))
     formats.write_csv(out / "line.csv", made.counts)
     line = Line(tuple(made.counts), backlash=REQUEST.backlash, name="worked example")
     findings = linecheck.check(line)

@@ -95,7 +95,7 @@ def propose_repair(entry_speed: int, count: int, max_acceleration: int | None = 
 def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
     """Yield what breaks the decode rule: v' = 2n - v, never negative, 0 at the end."""
     speed = 0
-    previous = None
+    previous = 0  # a line begins at rest
     for pixel, count in enumerate(line.counts, 1):
         following = 2 * count - speed
         broken = _broken_pixel(pixel, count, speed)
@@ -104,13 +104,20 @@ def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
             return
         acceleration = following - speed
         yield from _limit_findings(pixel, acceleration, following, limits)
-        jump = 0 if previous is None else abs(acceleration - previous)
-        if limits.jerk_warning is not None and jump > limits.jerk_warning:
-            yield Finding("jerk", WARNING, pixel, f"the acceleration changes by {jump}")
+        yield from _jerk_findings(pixel, acceleration - previous, "", limits)
         speed, previous = following, acceleration
-    yield from _oscillations(line, limits)
-    if speed:
+    yield from (_oscillation(run, limits) for run in oscillations(line))
+    if speed == 0:
+        yield from _jerk_findings(line.pixels, -previous, " on coming to rest", limits)
+    else:
         yield Finding("ends_moving", ERROR, line.pixels, f"the line ends at speed {speed}, not 0")
+
+
+def _jerk_findings(pixel: int, change: int, where: str, limits: Limits) -> Iterator[Finding]:
+    """Yield a warning if the acceleration changes by more than the limit."""
+    if limits.jerk_warning is not None and abs(change) > limits.jerk_warning:
+        text = f"the acceleration changes by {abs(change)}{where}"
+        yield Finding("jerk", WARNING, pixel, text)
 
 
 def _broken_pixel(pixel: int, count: int, speed: int) -> Finding | None:
@@ -153,33 +160,52 @@ def _rate_findings(pixel: int, speed: int, limits: Limits) -> Iterator[Finding]:
         yield Finding("too_fast", ERROR, pixel, text)
 
 
-def _oscillations(line: Line, limits: Limits) -> Iterator[Finding]:
+@dataclass(frozen=True)
+class Oscillation:
+    """`length` pixels of `count` from a 1-based pixel, entered at another speed."""
+
+    pixel: int
+    length: int
+    count: int
+    entry_speed: int
+
+    @property
+    def amplitude(self) -> int:
+        """How far the boundary speed swings around the count, steps/pixel."""
+        return abs(self.entry_speed - self.count)
+
+    @property
+    def swing(self) -> tuple[int, int]:
+        """The lower and the higher of the two boundary speeds."""
+        other = 2 * self.count - self.entry_speed
+        return min(other, self.entry_speed), max(other, self.entry_speed)
+
+
+def oscillations(line: Line) -> Iterator[Oscillation]:
     """Yield every run of two or more equal counts that is entered at another speed."""
     pixel = 1
     for count, group in groupby(line.counts):
-        length = len(list(group))
-        entry = line.speeds[pixel - 1]
-        amplitude = abs(entry - count)
-        if length >= 2 and amplitude:
-            yield _oscillation(pixel, length, count, entry, limits)
-        pixel += length
+        run = Oscillation(pixel, len(list(group)), count, line.speeds[pixel - 1])
+        if run.length >= 2 and run.amplitude:
+            yield run
+        pixel += run.length
 
 
-def _oscillation(pixel: int, length: int, count: int, entry: int, limits: Limits) -> Finding:
+def _oscillation(run: Oscillation, limits: Limits) -> Finding:
     """Describe one oscillating run: error above max(2, 1 % of n), else a warning."""
-    amplitude = abs(entry - count)
-    serious = amplitude > 2 and 100 * amplitude > count
+    count, entry = run.count, run.entry_speed
+    serious = run.amplitude > 2 and 100 * run.amplitude > count
     repair = propose_repair(entry, count, limits.max_acceleration)
     text = (
-        f"{length} pixels of {count} entered at speed {entry}: the boundary speed swings between "
-        f"{2 * count - entry} and {entry}"
+        f"{run.length} pixels of {count} entered at speed {entry}: the boundary speed swings "
+        f"between {2 * count - entry} and {entry}"
     )
     if repair:
         text += f"; put {', '.join(map(str, repair))} before them"
     else:
         text += f"; {count} is odd, no boundary speed can equal it: use {count - 1} or {count + 1}"
     name, severity = ("oscillates", ERROR) if serious else ("ripple", WARNING)
-    return Finding(name, severity, pixel, text, amplitude, 0 if repair else None, repair)
+    return Finding(name, severity, run.pixel, text, run.amplitude, 0 if repair else None, repair)
 
 
 def _plain_findings(line: Line, limits: Limits) -> Iterator[Finding]:

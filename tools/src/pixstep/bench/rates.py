@@ -12,7 +12,7 @@ from pixstep.bench.figure import Column, Figure, Task, key
 from pixstep.bench.search import LONG_S, Found, Search
 from pixstep.bench.trial import CLEAN, Trial, attempt
 from pixstep.line import Line
-from pixstep.profile import MAX_SPEED
+from pixstep.profiles.generator import MAX_SPEED
 from pixstep.rational import period_ticks
 
 NAME = "rates"

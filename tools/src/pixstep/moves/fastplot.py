@@ -2,7 +2,6 @@
 """Pictures of a fast move: speed and position over time, planned and made."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -12,27 +11,25 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from pixstep import atomic
+from pixstep.moves.fastsim import MoveJob, MoveRun
 from pixstep.plots import FAINT, IDEAL, INK, MADE, STYLE
 from pixstep.rational import TIMER_HZ
 from pixstep.report import ticks_text
 
-if TYPE_CHECKING:
-    from pixstep.moves.fastsim import MoveJob, MoveRun
-
 _MOST_DOTS = 60_000
 
 
-def draw_plan(job: "MoveJob", path: Path) -> Path:
+def draw_plan(job: MoveJob, path: Path) -> Path:
     """Draw the planned speed and position."""
     return _save(path, job, None)
 
 
-def draw_run(done: "MoveRun", path: Path) -> Path:
+def draw_run(done: MoveRun, path: Path) -> Path:
     """Draw the speed and position of every STEP edge over the plan."""
     return _save(path, done.job, done)
 
 
-def _save(path: Path, job: "MoveJob", done: "MoveRun | None") -> Path:
+def _save(path: Path, job: MoveJob, done: MoveRun | None) -> Path:
     with mpl.rc_context(STYLE):
         figure = _figure(job, done)
         atomic.write_with(path, figure.savefig)
@@ -40,7 +37,7 @@ def _save(path: Path, job: "MoveJob", done: "MoveRun | None") -> Path:
     return path
 
 
-def _figure(job: "MoveJob", done: "MoveRun | None") -> Figure:
+def _figure(job: MoveJob, done: MoveRun | None) -> Figure:
     figure, (speed, position) = plt.subplots(
         2, 1, figsize=(11, 7.2), layout="constrained", sharex=True
     )
@@ -61,7 +58,7 @@ def _figure(job: "MoveJob", done: "MoveRun | None") -> Figure:
     return figure
 
 
-def _planned(job: "MoveJob") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _planned(job: MoveJob) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return pixel ends in seconds (from 0), signed steps/s in each pixel, steps at its ends."""
     counts = np.array(job.move.counts, dtype=np.int64)
     hz = float(job.pixel_hz)
@@ -72,7 +69,7 @@ def _planned(job: "MoveJob") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     )
 
 
-def _draw_made(done: "MoveRun", speed: Axes, position: Axes) -> None:
+def _draw_made(done: MoveRun, speed: Axes, position: Axes) -> None:
     """Draw what the edges say; of many, evenly chosen ones."""
     job = done.job
     edges = done.result.edges.axis(0, job.axis)
@@ -93,7 +90,7 @@ def _draw_made(done: "MoveRun", speed: Axes, position: Axes) -> None:
         )
 
 
-def _finish_speed(axes: Axes, job: "MoveJob") -> None:
+def _finish_speed(axes: Axes, job: MoveJob) -> None:
     axes.set_title("Speed")
     axes.set_ylabel("steps/s")
     axes.yaxis.set_major_formatter(FuncFormatter(thousands))
@@ -116,7 +113,7 @@ def _finish_speed(axes: Axes, job: "MoveJob") -> None:
     axes.set_ylim(low, high)
 
 
-def _finish_position(axes: Axes, job: "MoveJob", end_s: float) -> None:
+def _finish_position(axes: Axes, job: MoveJob, end_s: float) -> None:
     axes.set_title("Position")
     axes.set_ylabel("steps")
     axes.set_xlabel("seconds after the start")
@@ -136,11 +133,11 @@ def _finish_position(axes: Axes, job: "MoveJob", end_s: float) -> None:
     axes.margins(y=0.09)
 
 
-def _title(job: "MoveJob") -> str:
+def _title(job: MoveJob) -> str:
     return f"Fast move of {thousands(job.move.steps)} steps"
 
 
-def _subtitle(job: "MoveJob", done: "MoveRun | None") -> str:
+def _subtitle(job: MoveJob, done: MoveRun | None) -> str:
     move = job.move
     text = (
         f"{move.pixels} pixels at {float(job.pixel_hz):g} Hz = "

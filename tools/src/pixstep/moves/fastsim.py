@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import atomic, report
 from pixstep.judge import Judgement, judge
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.fast import FastMove
 from pixstep.rational import TIMER_HZ
 from pixstep.simrun import Job, RunResult, run_job
-
-OUTPUTS = ("edges.csv", "clock.csv", "serial.csv", "pixels.csv", "summary.json", "move.png")
 
 
 @dataclass(frozen=True)
@@ -47,26 +44,6 @@ def run(job: MoveJob, progress: Callable[[float], None] = lambda _: None, *, out
     judged = judge(result)
     _judge_end(job, result, judged.summary)
     return MoveRun(job, result, judged)
-
-
-def simulate(
-    job: MoveJob,
-    out: Path,
-    *,
-    plot: bool = False,
-    progress: Callable[[float], None] = lambda _: None,
-) -> MoveRun:
-    """Run a move and write OUTPUTS (move.png only if asked) to `out`."""
-    for name in OUTPUTS:
-        (out / name).unlink(missing_ok=True)
-    done = run(job, progress, out=out)
-    report.write_pixels(out / "pixels.csv", done.judged.pixels)
-    if plot and done.result.edges is not None:
-        from pixstep.moves import fastplot  # matplotlib takes a second to load
-
-        done.judged.summary["plots"] = [str(fastplot.draw_run(done, out / "move.png"))]
-    atomic.write_json(out / "summary.json", done.judged.summary)
-    return done
 
 
 def plan_summary(job: MoveJob) -> dict:

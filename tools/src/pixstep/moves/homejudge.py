@@ -1,23 +1,18 @@
 # SPDX-License-Identifier: MIT
 """The verdict on a simulated homing: from its STEP edges, its captured edges, its plant."""
 
-from collections.abc import Callable
 from dataclasses import asdict
 from fractions import Fraction
 from itertools import pairwise
 from math import ceil
-from pathlib import Path
 
 import numpy as np
 
-from pixstep import atomic
 from pixstep.client import TRIP_CLOSED, Trip
-from pixstep.moves import homesim
-from pixstep.moves.homesim import HomeJob, HomeRun
+from pixstep.moves.homesim import HomeRun
 from pixstep.moves.homing import Leg, legs_as_json
 from pixstep.rational import TIMER_HZ, edge_tick, hz_text
 
-OUTPUTS = (*homesim.OUTPUTS, "summary.json", "homing.png")
 _TICKS = 1 << 32  # the board's tick count wraps
 _NEAR = 2  # ticks: a leg's beginning as its first edge tells it, and roundings
 
@@ -55,26 +50,6 @@ def judge(run: HomeRun) -> dict:
     }
     if not reasons:
         summary["verdict"] = "pass"
-    return summary
-
-
-def simulate(
-    job: HomeJob,
-    out: Path,
-    *,
-    plot: bool = False,
-    progress: Callable[[float], None] = lambda _: None,
-) -> dict:
-    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked)."""
-    for name in OUTPUTS:
-        (out / name).unlink(missing_ok=True)
-    done = homesim.run(job, out, progress)
-    summary = judge(done)
-    if plot and len(done.edges.rising):
-        from pixstep.moves import homeplot  # matplotlib takes a second to load
-
-        summary["plots"] = [str(homeplot.draw(done, out / "homing.png", summary["verdict"]))]
-    atomic.write_json(out / "summary.json", summary)
     return summary
 
 

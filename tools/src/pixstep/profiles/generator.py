@@ -2,6 +2,7 @@
 """From an acceleration profile (speeds at pixel ends) to the counts of a whole line."""
 
 import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from pixstep.errors import UserError
@@ -39,10 +40,9 @@ def acceleration_counts(speeds: list[int], speed: int, source: str = "profile") 
     """
     _check_speeds(speeds, source)
     if speed % 2:
-        legal = [str(value) for value in (speed - 1, speed + 1) if 0 < value <= MAX_SPEED]
         raise UserError(
             f"speed {speed} is odd: every boundary speed of a smooth line is even, "
-            f"nearest legal {' and '.join(legal)}"
+            f"nearest legal {_even_neighbours(speed)}"
         )
     if not speeds or speeds[-1] < speed:
         last = speeds[-1] if speeds else 0
@@ -84,20 +84,28 @@ def generate(speeds: list[int], request: LineRequest, source: str = "profile") -
     return GeneratedLine(counts, len(ramp), image)
 
 
-def _check_speeds(speeds: list[int], source: str) -> None:
-    """Refuse a smooth profile with an odd, zero or falling speed, naming the record."""
+def speed_problems(speeds: Sequence[int]) -> Iterator[tuple[int, str]]:
+    """Yield (record, problem) for every odd, zero or falling speed of a smooth profile."""
     previous = 0
     for number, value in enumerate(speeds, 1):
         if value <= 0:
-            raise UserError(f"{source}:{number}: speed {value} must be above 0")
-        if value % 2:
-            raise UserError(
-                f"{source}:{number}: speed {value} is odd, nearest legal {value - 1} and "
-                f"{value + 1}"
-            )
-        if value < previous:
-            raise UserError(f"{source}:{number}: speed falls from {previous} to {value}")
+            yield number, f"speed {value} must be above 0"
+        elif value % 2:
+            yield number, f"speed {value} is odd, nearest legal {_even_neighbours(value)}"
+        elif value < previous:
+            yield number, f"speed falls from {previous} to {value}"
         previous = value
+
+
+def _even_neighbours(value: int) -> str:
+    """Return the even speeds above 0 beside an odd one, as text."""
+    return " and ".join(str(even) for even in (value - 1, value + 1) if 0 < even <= MAX_SPEED)
+
+
+def _check_speeds(speeds: list[int], source: str) -> None:
+    """Refuse a smooth profile with an odd, zero or falling speed, naming the record."""
+    for number, problem in speed_problems(speeds):
+        raise UserError(f"{source}:{number}: {problem}")
 
 
 def _check_request(request: LineRequest) -> None:

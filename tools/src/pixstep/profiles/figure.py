@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""One figure of a line: speed, acceleration, jerk and position over the same pixel axis."""
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import EngFormatter, MaxNLocator
+
+from pixstep import atomic, progress, units
+from pixstep.errors import UserError
+from pixstep.line import Line
+from pixstep.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.profiles import kinematics, marks
+
+SUFFIXES = (".png", ".svg", ".pdf")
+_DENSE = 240  # pixels from which single marks would run together
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What to draw: limits in steps/px^order by order; `image_pixel` is 1-based, None: none."""
+
+    line: Line
+    title: str
+    pixel_hz: Fraction | None = None
+    limits: dict[int, int] = field(default_factory=dict)
+    image_pixel: int | None = None
+    going_on: bool = False  # a part of a line: it does not come to rest
+
+    @cached_property
+    def motion(self) -> kinematics.Kinematics:
+        """The arrays drawn."""
+        return kinematics.of(self.line, going_on=self.going_on)
+
+    @property
+    def subtitle(self) -> str:
+        """The figures in a line."""
+        figures, hz = self.motion.figures, self.pixel_hz
+        time = f" = {float(figures.pixels / hz):.4g} s at {float(hz):.7g} Hz" if hz else ""
+        peaks = (
+            f"{figures.peak_speed} steps/px, {figures.peak_acceleration} steps/px², "
+            f"{figures.peak_jerk} steps/px³"
+        )
+        return (
+            f"{self.line.decode}, {figures.pixels} px{time}, {figures.steps} steps; "
+            f"peak speed, acceleration, jerk: {peaks}"
+        )
+
+
+def save(drawing: Drawing, path: Path) -> None:
+    """Write the figure in the format of the suffix. Raises UserError for an unknown suffix."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise UserError(f"{path}: a drawing ends with {', '.join(SUFFIXES)}")
+    with progress.shown("drawing") as progressed, mpl.rc_context({**STYLE, "axes.axisbelow": True}):
+        figure = build(drawing)
+        progressed(0.5)
+        atomic.write_with(path, figure.savefig)
+        plt.close(figure)
+
+
+def build(drawing: Drawing) -> Figure:
+    """Return the figure; its axes are labelled phases, speed, acceleration, jerk, position."""
+    figure, rows = plt.subplots(
+        5, 1, figsize=(11, 9.4), sharex=True, layout="constrained",
+        gridspec_kw={"height_ratios": [0.16, 1.5, 1, 0.9, 1.2]},
+    )  # fmt: skip
+    motion = drawing.motion
+    lane, speed, acceleration, jerk, position = rows
+    _speed(speed, motion)
+    _acceleration(acceleration, motion, drawing.limits.get(units.ACCELERATION))
+    _jerk(jerk, motion, drawing.limits.get(units.JERK))
+    _position(position, motion)
+    panels = (speed, acceleration, jerk, position)
+    for order, axes in enumerate(panels[:3], 1):
+        _limit(axes, drawing, order)
+        _second_scale(axes, drawing, order)
+    meanings = marks.add(panels, drawing.line, drawing.image_pixel)
+    marks.lane(lane, drawing.line)
+    position.set_xlabel("pixel periods after line zero")
+    edge = 0.006 * drawing.line.pixels  # so that marks at both ends are whole
+    position.set_xlim(-edge, drawing.line.pixels + edge)
+    position.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+    figure.align_ylabels(panels)
+    _captions(figure, drawing, meanings)
+    return figure
+
+
+def _captions(figure: Figure, drawing: Drawing, meanings: list[Artist]) -> None:
+    """Put the title on top and what the marks mean at the bottom."""
+    if drawing.limits:
+        limit = Line2D([], [], color=BOARD, lw=1.1, ls=(0, (5, 3)), label="limit")
+        meanings = [limit, *meanings]
+    figure.suptitle(f"{drawing.title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
+    figure.text(0.012, 0.957, drawing.subtitle, fontsize=9.5, color=FAINT, va="top")
+    if meanings:
+        longest = max(len(one.get_label()) for one in meanings)
+        columns = max(1, 160 // (longest + 10))  # characters that fit, and room for a mark
+        figure.legend(handles=meanings, loc="outside lower left", ncols=columns,
+                      labelcolor=INK, fontsize=9)  # fmt: skip
+
+
+def _panel(axes: Axes, name: str, unit: str) -> None:
+    axes.set_label(name)
+    axes.set_ylabel(unit)
+    axes.set_title(name.capitalize())
+    axes.margins(y=0.1)
+
+
+def _speed(axes: Axes, motion: kinematics.Kinematics) -> None:
+    _panel(axes, "speed", units.unit(units.SPEED))
+    times, speeds = motion.corners
+    axes.fill_between(times, speeds, color=MADE, alpha=0.10, lw=0)
+    axes.plot(times, speeds, color=MADE, lw=1.8, gid="speed")
+    if motion.line.smooth and motion.line.pixels <= _DENSE:
+        axes.plot(motion.edges_px, np.append(motion.begin_speeds, motion.end_speeds[-1]), ".",
+                  color=MADE, ms=5, clip_on=False, gid="boundary speeds")  # fmt: skip
+    if np.min(speeds, initial=0) >= 0:
+        axes.set_ylim(0, 1.1 * max(1, np.max(speeds)))
+
+
+def _acceleration(axes: Axes, motion: kinematics.Kinematics, limit: int | None) -> None:
+    _panel(axes, "acceleration", "steps/px²")
+    if motion.line.smooth:
+        axes.stairs(motion.accelerations, motion.edges_px, fill=True, color=IDEAL, alpha=0.22)
+        axes.stairs(motion.accelerations, motion.edges_px, color=IDEAL, lw=1.8, baseline=None,
+                    gid="acceleration")  # fmt: skip
+        axes.axhline(0, color=FAINT, lw=0.8)
+    else:
+        _stems(axes, motion.edges_px, motion.speed_changes, IDEAL, limit)
+
+
+def _jerk(axes: Axes, motion: kinematics.Kinematics, limit: int | None) -> None:
+    _panel(axes, "jerk", "steps/px³")
+    _stems(axes, motion.edges_px, motion.jerks, INK, limit)
+
+
+def _stems(
+    axes: Axes, times: np.ndarray, values: np.ndarray, colour: str, limit: int | None
+) -> None:
+    """Draw changes at pixel edges; a zero change is no stem, one beyond the limit stands out."""
+    dense = len(times) > _DENSE
+    beyond = np.abs(values) > (np.inf if limit is None else limit)
+    axes.axhline(0, color=FAINT, lw=0.8)
+    for shown, ink, name in ((~beyond & (values != 0), colour, "kept"), (beyond, BOARD, "beyond")):
+        axes.vlines(times[shown], 0, values[shown], color=ink, lw=0.8 if dense else 1.6)
+        axes.plot(times[shown], values[shown], "o", color=ink, ms=0 if dense else 3.2,
+                  gid=f"{axes.get_label()} {name}")  # fmt: skip
+
+
+def _position(axes: Axes, motion: kinematics.Kinematics) -> None:
+    _panel(axes, "position", "steps")
+    axes.yaxis.set_major_formatter(EngFormatter(sep=""))
+    times, steps = motion.curve()
+    axes.plot(times, steps, color=MADE, lw=1.8, gid="position")
+    if motion.line.pixels <= _DENSE:
+        axes.plot(motion.edges_px, motion.positions, ".", color=MADE, ms=5)
+
+
+def _limit(axes: Axes, drawing: Drawing, order: int) -> None:
+    """Draw a limit, on both sides where the figure has both signs."""
+    limit = drawing.limits.get(order)
+    if limit is None:
+        return
+    low, high = axes.dataLim.intervaly
+    for value in (limit, -limit) if low < 0 else (limit,):
+        axes.axhline(value, color=BOARD, lw=1.1, ls=(0, (5, 3)), gid=f"limit {axes.get_label()}")
+    top = max(high, limit)
+    bottom = min(low, -limit) if low < 0 else 0
+    space = 0.12 * (top - bottom)
+    axes.set_ylim(bottom - space if low < 0 else 0, top + 1.6 * space)
+    axes.text(0.5, limit, f"limit {limit}", transform=axes.get_yaxis_transform(), ha="center",
+              va="center", fontsize=8.5, color=BOARD,
+              bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
+
+
+def _second_scale(axes: Axes, drawing: Drawing, order: int) -> None:
+    """Put the same figures per second on the right."""
+    if drawing.pixel_hz is None:
+        return
+    factor = float(drawing.pixel_hz) ** order
+    scale = axes.secondary_yaxis("right", functions=(lambda y: y * factor, lambda y: y / factor))
+    scale.set_ylabel(units.unit(order, per_second=True).replace("2", "²").replace("3", "³"))
+    scale.yaxis.set_major_formatter(EngFormatter(sep=""))
+    scale.spines["right"].set_visible(True)
+    scale.spines["right"].set_color("#dfe5ea")

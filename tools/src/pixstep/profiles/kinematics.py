@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""Speed, acceleration, jerk and position of a line as arrays: what the drawings show.
+
+Positions on the axis are pixel periods after line zero. Inside a smooth pixel the acceleration is
+constant, the speed linear and the position quadratic; inside a plain pixel the speed is constant.
+Changes at a boundary (all jerks, the accelerations of a plain line) are figures of that boundary.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pixstep import exact
+from pixstep.line import Line
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Magnitudes of a line: steps/px, steps/px2, steps/px3; lengths in pixels and steps."""
+
+    pixels: int
+    steps: int
+    peak_speed: int
+    peak_acceleration: int
+    peak_jerk: int
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """A line cut into its pieces: pixels, and the backlash take-up where there is one.
+
+    `edges_px` has one entry more than there are pieces; the other arrays have one a piece. Speeds
+    are signed by the direction, accelerations too. `going_on` is for a part of a line: a plain one
+    then holds its last speed behind the end instead of coming to rest.
+    """
+
+    line: Line
+    edges_px: np.ndarray
+    begin_speeds: np.ndarray
+    end_speeds: np.ndarray
+    steps: np.ndarray
+    going_on: bool = False
+
+    @cached_property
+    def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners of the speed: pixel periods and steps/px, two a piece."""
+        speeds = np.column_stack([self.begin_speeds, self.end_speeds]).ravel()
+        return np.repeat(self.edges_px, 2)[1:-1], speeds
+
+    @cached_property
+    def accelerations(self) -> np.ndarray:
+        """Acceleration inside each piece of a smooth line, steps/px2."""
+        return self.end_speeds - self.begin_speeds
+
+    @cached_property
+    def speed_changes(self) -> np.ndarray:
+        """Change of the speed at every edge of a plain line, from rest and to rest, steps/px2."""
+        behind = self.begin_speeds[-1:] if self.going_on else [0]
+        return np.diff(np.concatenate([[0], self.begin_speeds, behind]))
+
+    @cached_property
+    def jerks(self) -> np.ndarray:
+        """Change of the acceleration at every edge, from rest and to rest, steps/px3."""
+        if self.line.smooth:
+            return np.diff(np.concatenate([[0], self.accelerations, [0]]))
+        return np.diff(np.concatenate([[0], self.speed_changes]))
+
+    @cached_property
+    def positions(self) -> np.ndarray:
+        """Steps made at every edge."""
+        return np.concatenate([[0], np.cumsum(self.steps)])
+
+    def curve(self, points: int = 16) -> tuple[np.ndarray, np.ndarray]:
+        """Return times in pixel periods and positions in steps, `points` a piece and the start.
+
+        The last point of each piece is its end, where the position is a whole number.
+        """
+        share = np.arange(1, points + 1) / points
+        lengths = np.diff(self.edges_px)
+        times = self.edges_px[:-1, None] + lengths[:, None] * share
+        slope = self.end_speeds - self.begin_speeds
+        area = self.begin_speeds[:, None] * share + slope[:, None] * share**2 / 2
+        inside = self.positions[:-1, None] + area * lengths[:, None]
+        inside[:, -1] = self.positions[1:]
+        start = self.edges_px[:1]
+        return np.concatenate([start, times.ravel()]), np.concatenate([[0.0], inside.ravel()])
+
+    @property
+    def figures(self) -> Figures:
+        """Peaks and lengths."""
+        acceleration = self.accelerations if self.line.smooth else self.speed_changes
+        speeds = np.concatenate([self.begin_speeds, self.end_speeds])
+        return Figures(
+            self.line.pixels,
+            self.line.total_steps,
+            _peak(speeds),
+            _peak(acceleration),
+            _peak(self.jerks),
+        )
+
+
+def of(line: Line, *, going_on: bool = False) -> Kinematics:
+    """Return the kinematics of a line, backlash take-up included."""
+    pieces = list(exact.pieces(line))
+    edges = np.array([float(piece.begin) for piece in pieces] + [float(line.pixels)])
+    edges[0] = 0.0  # the leading zero pixel is shortened by the shift
+    signs = np.array([piece.direction for piece in pieces], dtype=np.int64)
+    begin = np.array([piece.speed for piece in pieces], dtype=np.int64)
+    accel = np.array([piece.accel for piece in pieces], dtype=np.int64)
+    steps = np.array([piece.steps for piece in pieces], dtype=np.int64)
+    ends = signs * (begin + accel)
+    return Kinematics(line, edges, signs * begin, ends, signs * steps, going_on)
+
+
+def _peak(values: np.ndarray) -> int:
+    return int(np.max(np.abs(values), initial=0))

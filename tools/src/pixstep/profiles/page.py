@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""What the profile commands print: figures per pixel and per second, changes of a repair."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from fractions import Fraction
+
+from rich.table import Table
+
+from pixstep import units
+from pixstep.profiles.kinematics import Figures
+from pixstep.profiles.repair import Change
+from pixstep.units import ACCELERATION, JERK, SPEED
+
+_SHOWN = 12  # values of a change that are printed
+_LINES = 20  # findings or changes that are printed
+
+
+def figures_table(figures: Figures, hz: Fraction | None) -> Table:
+    """Return the figures as a table, with a column per second if the frequency is known."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("")
+    table.add_column("per pixel", justify="right")
+    table.add_column("")
+    if hz is not None:
+        table.add_column("per second", justify="right")
+        table.add_column("")
+    for name, order, value in (
+        ("peak speed", SPEED, figures.peak_speed),
+        ("peak acceleration", ACCELERATION, figures.peak_acceleration),
+        ("peak jerk", JERK, figures.peak_jerk),
+    ):
+        row = [name, str(value), units.unit(order)]
+        if hz is not None:
+            row += [units.number_text(units.per_second(value, order, hz)),
+                    units.unit(order, per_second=True)]  # fmt: skip
+        table.add_row(*row)
+    row = ["length", str(figures.pixels), "px"]
+    if hz is not None:
+        row += [f"{float(figures.pixels / hz):.6g}", "s"]
+    table.add_row(*row)
+    table.add_row("steps made", str(figures.steps), "steps")
+    return table
+
+
+def figures_json(figures: Figures, hz: Fraction | None) -> dict:
+    """Return the figures as plain data."""
+    data = {
+        "pixels": figures.pixels,
+        "steps": figures.steps,
+        "peak_speed_steps_per_px": figures.peak_speed,
+        "peak_acceleration_steps_per_px2": figures.peak_acceleration,
+        "peak_jerk_steps_per_px3": figures.peak_jerk,
+    }
+    if hz is not None:
+        data |= {
+            "pixel_hz": str(hz),
+            "length_s": float(figures.pixels / hz),
+            "peak_speed_steps_per_s": float(figures.peak_speed * hz),
+            "peak_acceleration_steps_per_s2": float(figures.peak_acceleration * hz**2),
+            "peak_jerk_steps_per_s3": float(figures.peak_jerk * hz**3),
+        }
+    return data
+
+
+def change_text(change: Change, place: str) -> str:
+    """Return one change as a line: 'pixel 1: 10 -> 5: why'."""
+    after = _values(change.after)
+    if not change.before:
+        return f"before {place} {change.pixel}: {after} inserted: {change.reason}"
+    last = change.pixel + len(change.before) - 1
+    where = f"{place} {change.pixel}" if last == change.pixel else f"{place}s {change.pixel}-{last}"
+    return f"{where}: {_values(change.before)} -> {after}: {change.reason}"
+
+
+def changes_json(changes: tuple[Change, ...]) -> list[dict]:
+    """Return the changes as plain data."""
+    return [asdict(change) for change in changes]
+
+
+def first_lines(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a long list, and how many more there are."""
+    if len(lines) <= _LINES:
+        return list(lines)
+    return [*lines[:_LINES], f"and {len(lines) - _LINES} more; --json lists them all"]
+
+
+def _values(values: tuple[int, ...]) -> str:
+    """Return values as text, long equal runs and long lists cut short."""
+    if len(values) > 3 and len(set(values)) == 1:
+        return f"{len(values)} x {values[0]}"
+    if len(values) > _SHOWN:
+        head = ", ".join(map(str, values[: _SHOWN - 2]))
+        return f"{head}, ... {values[-1]} ({len(values)} values)"
+    return ", ".join(map(str, values))
