@@ -162,3 +162,18 @@ def test_minus_direction_turns_every_leg():
         turned, straight = getattr(minus, leg)(), getattr(plus, leg)()
         assert [-count for count in turned.rising] == list(straight.rising)
         assert (turned.hold_px, turned.opens) == (straight.hold_px, straight.opens)
+
+
+def test_a_board_that_never_answers_done_is_given_up(monkeypatch):
+    """By the wall clock: a leg's own time and a little patience."""
+
+    class Stuck(FakeHome):
+        def run(self, entries):
+            self.end_s = float("inf")
+
+    monkeypatch.setattr(homing, "_PATIENCE_S", 0.02)
+    clock = homing.WallClock()
+    began = clock.now_s()
+    with pytest.raises(HomingError, match="axis 0: approach not done in time: running"):
+        homing.home(Stuck(Plant(), hz=100_000), plan(), Fraction(100_000), clock)
+    assert 0.02 <= clock.now_s() - began < 2

@@ -9,6 +9,7 @@ zero          position 0 is where that edge was
 return        by a move of its own onto 0
 """
 
+import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from fractions import Fraction
@@ -37,6 +38,18 @@ class World(Protocol):
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""
+
+
+class WallClock:
+    """The time of a real board."""
+
+    def now_s(self) -> float:
+        """Return seconds since any fixed instant."""
+        return time.monotonic()
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        time.sleep(seconds)
 
 
 @dataclass(frozen=True)
