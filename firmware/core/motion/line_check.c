@@ -9,13 +9,12 @@ void line_check_reset(struct line_check *check)
     *check = (struct line_check){.phase = LINE_CHECK_OUTSIDE};
 }
 
-// A seek is plain and does not wait for the clock.
+// A seek does not wait for the clock.
 static bool seek_shape(uint16_t word)
 {
-    if ((word & RUN_START_SEEK) == 0) {
-        return (word & RUN_START_OPEN) == 0;
-    }
-    return (word & (RUN_START_SMOOTH | RUN_START_WAIT)) == 0;
+    uint16_t without = (word & RUN_START_SEEK) != 0 ? RUN_START_WAIT : RUN_START_OPEN;
+
+    return (word & without) == 0;
 }
 
 static enum line_error start(struct line_check *check, struct run entry)
@@ -51,7 +50,7 @@ static enum line_error parameter(struct line_check *check, struct run entry)
     if (check->backlash_steps == 0) {
         return LINE_none;
     }
-    if (!check->smooth) {
+    if (!check->smooth || check->seek) {
         return LINE_backlash_plain;
     }
     if (check->line_speed > 2 * COUNT_MAX) {
