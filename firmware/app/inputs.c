@@ -40,8 +40,8 @@ static bool filter(struct inputs *inputs, uint8_t now)
 // A limit stops what moves on towards it; what moves away from it, or stands there, may.
 static void watch_limits(uint8_t i, bool first_look)
 {
-    struct axis *axis = &machine.axes[i];
-    struct inputs *inputs = &machine.inputs[i];
+    struct axis *axis = machine_axis(i);
+    struct inputs *inputs = machine_inputs(i);
 
     if (axis->state != AXIS_RUNNING && !first_look) {
         return;
@@ -60,7 +60,7 @@ static void watch_limits(uint8_t i, bool first_look)
 
 void inputs_poll(uint8_t axis)
 {
-    struct inputs *inputs = &machine.inputs[axis];
+    struct inputs *inputs = machine_inputs(axis);
     uint8_t now = (uint8_t)((switches_read(axis) ^ tripped_levels()) ^ SWITCH_ALL);
     bool changed = filter(inputs, now);
 
@@ -71,12 +71,12 @@ void inputs_poll(uint8_t axis)
 
 bool inputs_home_closed(uint8_t axis)
 {
-    return (machine.inputs[axis].state & SWITCH_HOME) != 0;
+    return (machine_inputs(axis)->state & SWITCH_HOME) != 0;
 }
 
 bool inputs_settled(uint8_t axis)
 {
-    const struct inputs *inputs = &machine.inputs[axis];
+    const struct inputs *inputs = machine_inputs(axis);
 
     return inputs->seen == inputs->state && lasted(inputs);
 }
@@ -86,7 +86,7 @@ uint16_t inputs_all(void)
     uint16_t all = 0;
 
     for (uint8_t i = CONFIG_AXES; i-- != 0;) {
-        all = (uint16_t)(all << 4 | machine.inputs[i].state);
+        all = (uint16_t)(all << 4 | machine_inputs(i)->state);
     }
     return all;
 }

@@ -270,6 +270,9 @@ static enum line_error smooth_run(struct line_check *check,
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
     }
+    if (check->pixel == 0 && entry.count == 0 && check->backlash_steps == 0) {
+        warn(check, LINE_idle_pixel);
+    }
     return error;
 }
 
