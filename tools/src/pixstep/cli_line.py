@@ -141,7 +141,8 @@ def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, o
 def _warn_of_jerk(made: generator.GeneratedLine, speed: int, limit: int) -> int:
     """Say where the acceleration changes by more than `limit`; return the exit status."""
     found = linecheck.check(Line(tuple(made.counts)), linecheck.Limits(jerk_warning=limit))
-    rising = [item for item in found if item.pixel <= len(made.counts) // 2]
+    jerks = [item for item in found if item.name == "jerk"]
+    rising = [item for item in jerks if item.pixel <= len(made.counts) // 2]
     for item in rising:
         click.echo(f"warning: pixel {item.pixel}: {item.message}, above {limit}", err=True)
     if rising:
