@@ -75,7 +75,9 @@ def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
     if as_json:
         click.echo(json.dumps(summary, indent=2))
     else:
-        _print_page(Console(highlight=False), summary)
+        console = Console(highlight=False)
+        _print_page(console, summary)
+        report.print_files(console, out)
     ctx.exit(0 if summary["verdict"] == "pass" else 1)
 
 
