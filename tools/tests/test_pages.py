@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What a person sees first: pages of runs, gathered findings, legends beside the curves."""
 
+import subprocess
+import sys
 from fractions import Fraction
 
 import matplotlib as mpl
@@ -66,8 +68,8 @@ def test_equal_findings_of_neighbours_are_one_line(tmp_path):
 
 
 def test_axes_of_a_board_in_words():
-    assert boards.axes_text("uno") == "uno has 1 axis, 0"
-    assert boards.axes_text("mega") == "mega has 4 axes, 0 to 3"
+    assert boards.axes_text("uno") == "uno has 1 axis: 0"
+    assert boards.axes_text("mega") == "mega has 4 axes: 0 to 3"
 
 
 def test_a_refusal_shows_its_reason_and_no_table_of_nothing():
@@ -102,3 +104,8 @@ def test_a_fault_is_said_with_its_meaning(monkeypatch):
         "fault decoder_late on axis 0 at pixel 9, argument 0: "
         "the next interval was not decoded in time"
     )
+
+
+def test_commands_start_without_the_plotting_library():
+    code = "import sys, pixstep.cli; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

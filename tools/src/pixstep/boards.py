@@ -55,6 +55,6 @@ def load(name: str) -> Board:
 
 
 def axes_text(name: str) -> str:
-    """Return what axes a board has, in words: "mega has 4 axes, 0 to 3"."""
+    """Return what axes a board has, in words: "mega has 4 axes: 0 to 3"."""
     count = load(name).axes
-    return f"{name} has 1 axis, 0" if count == 1 else f"{name} has {count} axes, 0 to {count - 1}"
+    return f"{name} has 1 axis: 0" if count == 1 else f"{name} has {count} axes: 0 to {count - 1}"
