@@ -110,11 +110,11 @@ def _print_page(console: Console, summary: dict) -> None:
         f"towards {summary['direction']}, {summary['pixel_hz']} Hz"
     )
     for reason in summary["reasons"]:
-        console.print(f"  {reason}", style="red", markup=False, highlight=False)
+        console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
     if summary["legs"]:
         console.print(_legs_table(summary))
     for line in _findings(summary):
-        console.print(line, markup=False, highlight=False)
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def _legs_table(summary: dict):
