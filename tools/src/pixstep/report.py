@@ -51,11 +51,22 @@ def print_page(console: Console, summary: dict) -> None:
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
     for reason in summary["reasons"]:
-        console.print(f"  {reason}", style="red", markup=False, highlight=False)
+        console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+    if summary.get("refusal"):
+        return
     console.print(_axes_table(summary))
     if summary.get("handlers"):
         console.print(_handlers_table(summary))
-    console.print(_footer(summary), highlight=False)
+    console.print(_footer(summary), highlight=False, soft_wrap=True)
+
+
+def print_files(console: Console, out: Path) -> None:
+    """Print where the results of a run are, relative to the current folder if below it."""
+    folder = out.resolve()
+    if folder.is_relative_to(Path.cwd()):
+        folder = folder.relative_to(Path.cwd())
+    names = ", ".join(sorted(path.name for path in out.iterdir() if path.is_file()))
+    console.print(f"files in {folder}: {names}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _headline(summary: dict) -> str:
