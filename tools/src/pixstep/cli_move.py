@@ -93,7 +93,7 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
             f"register, {summary['move']['counted_steps']} by the simulator's count of STEP edges"
         )
         report.print_files(console, out)
-    ctx.exit(0 if done.judged.passed else 1)
+    ctx.exit(report.exit_status(done.judged.summary))
 
 
 def _job(options: dict, board: str = "", axis: int = 0) -> fastsim.MoveJob:

@@ -100,7 +100,7 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
         console = Console(highlight=False)
         report.print_page(console, judged.summary)
         report.print_files(console, out)
-    ctx.exit(0 if judged.passed else 1)
+    ctx.exit(report.exit_status(judged.summary))
 
 
 @click.command("demo")

@@ -46,6 +46,11 @@ def write_pixels(path: Path, rows: list[PixelRow]) -> None:
     atomic.write_text(path, "\n".join([header, *(row.text(loads=loads) for row in rows)]) + "\n")
 
 
+def exit_status(summary: dict) -> int:
+    """Return 0 for a pass, 1 for a failure, 2 for a line that the board refused."""
+    return {"pass": 0, "refused": 2}.get(summary["verdict"], 1)
+
+
 def print_page(console: Console, summary: dict) -> None:
     """Print the one-page verdict of a run."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
