@@ -329,6 +329,65 @@ static void seek_tripped_on_its_way_down_is_left_alone(void)
     check_counts(rest, 2);
 }
 
+// Speeds 0 8 16 24, held, and mirrored.
+static void queue_smooth_seek(void)
+{
+    static const int16_t up[] = {4, 12, 20};
+
+    queue_entry(RUN_MARK_START | RUN_START_SEEK | RUN_START_SMOOTH, 0);
+    queue_entry(0, 0);
+    for (uint8_t i = 0; i < 3; i++) {
+        queue_entry(up[i], 1);
+    }
+    queue_entry(24, 100);
+    queue_entry(RUN_MARK_DOWN, 0);
+    for (uint8_t i = 3; i-- != 0;) {
+        queue_entry(up[i], 1);
+    }
+    queue_entry(RUN_MARK_END, 0);
+    line_begin(&line, &period, &queue, true);
+}
+
+static void smooth_seek_stops_from_any_pixel(void)
+{
+    static const uint16_t speeds[] = {0, 8, 16, 24, 24};
+    static const uint16_t rest[] = {20, 12, 4};
+
+    for (uint8_t pixels = 0; pixels < 5; pixels++) {
+        setUp();
+        queue_smooth_seek();
+        for (uint8_t i = 0; i < pixels; i++) {
+            TEST_ASSERT_TRUE(take());
+        }
+        TEST_ASSERT_EQUAL_UINT16(speeds[pixels], line.speed);
+        line_trip(&line);
+        uint8_t length = pixels < 3 ? pixels : 3;
+        check_counts(&rest[3u - length], length);
+        TEST_ASSERT_EQUAL_UINT16(0, line.speed);
+    }
+}
+
+// Its speeds cannot be followed: it runs dry, which is a fault, before the first wrong step.
+static void smooth_seek_that_is_not_mirrored_runs_dry(void)
+{
+    queue_entry(RUN_MARK_START | RUN_START_SEEK | RUN_START_SMOOTH, 0);
+    queue_entry(0, 0);
+    queue_entry(4, 1);
+    queue_entry(12, 1);
+    queue_entry(16, 100);
+    queue_entry(RUN_MARK_DOWN, 0);
+    queue_entry(15, 1); // 16 to 14
+    queue_entry(7, 1);  // 14 to 0
+    queue_entry(RUN_MARK_END, 0);
+    line_begin(&line, &period, &queue, true);
+    TEST_ASSERT_TRUE(take());
+    line_trip(&line); // at speed 8
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_EQUAL_UINT16(7, piece.steps);
+    TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
+    TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -348,5 +407,7 @@ int main(void)
     RUN_TEST(tripped_seek_slows_down_from_where_it_is);
     RUN_TEST(seek_tripped_before_it_begins_makes_no_step);
     RUN_TEST(seek_tripped_on_its_way_down_is_left_alone);
+    RUN_TEST(smooth_seek_stops_from_any_pixel);
+    RUN_TEST(smooth_seek_that_is_not_mirrored_runs_dry);
     return UNITY_END();
 }

@@ -370,6 +370,18 @@ static void a_rest_or_no_limit_lets_any_reversal_pass(void)
     ends();
 }
 
+static void seek_may_be_smooth_but_takes_up_no_backlash(void)
+{
+    begin(SEEK | RUN_START_SMOOTH, 0, 0);
+    taken(4, 1);
+    taken(8, 100);
+    taken(RUN_MARK_DOWN, 0);
+    taken(4, 1);
+    ends();
+    taken((int16_t)(SEEK | RUN_START_SMOOTH), 0);
+    refused(LINE_backlash_plain, 1, 4, 8);
+}
+
 static void seek_needs_one_down_mark(void)
 {
     begin(SEEK, 0, 0);
@@ -389,11 +401,9 @@ static void seek_needs_one_down_mark(void)
     refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
 }
 
-static void seek_is_plain_and_does_not_wait(void)
+static void seek_does_not_wait(void)
 {
     refused(LINE_malformed, 1, (int16_t)(SEEK | RUN_START_WAIT), 0);
-    setUp();
-    refused(LINE_malformed, 1, (int16_t)(SEEK | RUN_START_SMOOTH), 0);
     setUp();
     refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | RUN_START_OPEN), 0);
 }
@@ -524,7 +534,8 @@ static void reversals_and_seeks(void)
     RUN_TEST(reversal_needs_a_ramp_above_the_start_stop_speed);
     RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
     RUN_TEST(seek_needs_one_down_mark);
-    RUN_TEST(seek_is_plain_and_does_not_wait);
+    RUN_TEST(seek_does_not_wait);
+    RUN_TEST(seek_may_be_smooth_but_takes_up_no_backlash);
     RUN_TEST(seek_goes_one_way);
     RUN_TEST(seek_keeps_the_longer_intervals);
 }

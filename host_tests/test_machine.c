@@ -54,6 +54,21 @@ static void armed_line_runs_to_its_end(void)
     check_nothing_moves();
 }
 
+// A line that does not wait follows the one before it, unless that is over.
+static void line_after_a_rest_may_go_either_way_at_once(void)
+{
+    bench_plain_line(1, 40, 3);
+    arm(2);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_START, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 0, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, -40, 3));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_END, 0));
+    arm(2);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[1].steps);
+}
+
 static uint32_t step_ticks(uint8_t axis, uint32_t steps_per_pixel)
 {
     return fake_axes[axis].first_step_ticks - BENCH_PIXEL_TICKS / steps_per_pixel;
@@ -272,6 +287,7 @@ int main(void)
     RUN_TEST(at_rest_after_power_on);
     RUN_TEST(loaded_line_waits_for_arming);
     RUN_TEST(armed_line_runs_to_its_end);
+    RUN_TEST(line_after_a_rest_may_go_either_way_at_once);
     RUN_TEST(axes_share_a_zero_on_the_pixel_clock);
     RUN_TEST(start_is_one_period_after_an_edge);
     RUN_TEST(clock_errors_are_zero_on_an_exact_clock);

@@ -16,7 +16,7 @@ static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if ((mask & (1u << i)) != 0 && !possible(&machine.axes[i])) {
+        if ((mask & (1u << i)) != 0 && !possible(machine_axis(i))) {
             return false;
         }
     }
@@ -46,8 +46,8 @@ static bool seeks_fit(uint8_t mask)
     bool taken = machine.seek.axis != SEEK_NOBODY;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if ((mask & (1u << i)) != 0 && axis_seeks(&machine.axes[i], &opening)) {
-            if (taken || machine.axes[i].whole_lines == 0) {
+        if ((mask & (1u << i)) != 0 && axis_seeks(machine_axis(i), &opening)) {
+            if (taken || machine_axis(i)->whole_lines == 0) {
                 return false;
             }
             taken = true;
@@ -58,7 +58,7 @@ static bool seeks_fit(uint8_t mask)
 
 static void arm(uint8_t i)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *axis = machine_axis(i);
     bool clocked = axis_waits_for_edge(axis);
     bool opening = false;
 
@@ -99,7 +99,7 @@ static void discard(uint8_t i)
 
 static void stop(uint8_t i)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *axis = machine_axis(i);
 
     if (axis->state == AXIS_RUNNING) {
         step_timer_empty(i);
@@ -139,8 +139,8 @@ static void restart_time(void)
     }
     time_check_start();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        axis_discard(&machine.axes[i], 0);
-        ledger_restart(&machine.axes[i].ledger, STEP_IDLE_TICKS);
+        axis_discard(machine_axis(i), 0);
+        ledger_restart(&machine_axis(i)->ledger, STEP_IDLE_TICKS);
     }
     // A clock edge that waits is of the time before.
     (void)pixel_clock_take(&edge, &lost);
@@ -159,7 +159,7 @@ static bool clear_fault(void)
         restart_time();
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine.axes[i].state == AXIS_FAULT) {
+        if (machine_axis(i)->state == AXIS_FAULT) {
             machine_discard(i);
         }
     }

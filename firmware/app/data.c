@@ -18,9 +18,9 @@ static uint16_t status(void)
     uint16_t bits = machine_clock_present() ? STATUS_CLOCK : 0;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine.axes[i].state == AXIS_ARMED) {
+        if (machine_axis(i)->state == AXIS_ARMED) {
             bits |= STATUS_ARMED;
-        } else if (machine.axes[i].state == AXIS_RUNNING) {
+        } else if (machine_axis(i)->state == AXIS_RUNNING) {
             bits |= STATUS_RUNNING;
         }
     }
@@ -255,12 +255,13 @@ uint16_t data_input(uint16_t address)
 {
     if (address >= REG_RECORD_BASE) {
         uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
-        return record_register(&machine.axes[offset / REG_RECORD_STRIDE].ledger,
-                               (uint8_t)(offset % REG_RECORD_STRIDE));
+        return record_register(
+            &machine_axis((uint8_t)(offset / REG_RECORD_STRIDE))->ledger,
+            (uint8_t)(offset % REG_RECORD_STRIDE));
     }
     if (address >= REG_AXIS_BASE && address < AXIS_END) {
         uint16_t offset = (uint16_t)(address - REG_AXIS_BASE);
-        return axis_register(&machine.axes[offset / REG_AXIS_STRIDE],
+        return axis_register(machine_axis((uint8_t)(offset / REG_AXIS_STRIDE)),
                              (uint16_t)(offset % REG_AXIS_STRIDE));
     }
     return counter_register(address);
@@ -298,7 +299,7 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
     if (axis >= CONFIG_AXES) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    switch (axis_queue_block(&machine.axes[axis],
+    switch (axis_queue_block(machine_axis((uint8_t)axis),
                              &machine.limits,
                              get_word(&words[0]),
                              &words[4],

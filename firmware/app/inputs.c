@@ -50,8 +50,8 @@ static uint8_t filter(struct inputs *inputs, uint8_t now)
 // is noted at rest too: after a stop a last step may follow, and a zero moves it.
 static void watch_limits(uint8_t i, bool first_look)
 {
-    struct axis *axis = &machine.axes[i];
-    struct inputs *inputs = &machine.inputs[i];
+    struct axis *axis = machine_axis(i);
+    struct inputs *inputs = machine_inputs(i);
 
     (void)machine_follow(i);
     uint16_t position = (uint16_t)ledger_position(&axis->ledger);
@@ -70,7 +70,7 @@ static void watch_limits(uint8_t i, bool first_look)
 
 void inputs_poll(uint8_t axis)
 {
-    struct inputs *inputs = &machine.inputs[axis];
+    struct inputs *inputs = machine_inputs(axis);
     uint8_t now = (uint8_t)((switches_read(axis) ^ tripped_levels()) ^ SWITCH_ALL);
     bool changed = (filter(inputs, now) & LIMITS) != 0;
 
@@ -81,12 +81,12 @@ void inputs_poll(uint8_t axis)
 
 bool inputs_home_closed(uint8_t axis)
 {
-    return (machine.inputs[axis].state & SWITCH_HOME) != 0;
+    return (machine_inputs(axis)->state & SWITCH_HOME) != 0;
 }
 
 bool inputs_settled(uint8_t axis)
 {
-    const struct inputs *inputs = &machine.inputs[axis];
+    const struct inputs *inputs = machine_inputs(axis);
 
     return ((inputs->seen ^ inputs->state) & SWITCH_HOME) == 0 &&
            lasted((uint16_t)clock_now_4us(), inputs->since_4us[0]);
@@ -97,7 +97,7 @@ uint16_t inputs_all(void)
     uint16_t all = 0;
 
     for (uint8_t i = CONFIG_AXES; i-- != 0;) {
-        all = (uint16_t)(all << 4 | machine.inputs[i].state);
+        all = (uint16_t)(all << 4 | machine_inputs(i)->state);
     }
     return all;
 }

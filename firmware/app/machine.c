@@ -33,13 +33,13 @@ void machine_init(void)
     settings_defaults(&machine.settings);
     seek_init();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        axis_init(&machine.axes[i],
+        axis_init(machine_axis(i),
                   step_timer_ring(i),
                   machine.slots[i],
                   CONFIG_QUEUE_ENTRIES,
                   STEP_IDLE_TICKS);
-        machine.axes[i].feed.carried = step_timer_runs(i);
-        machine.axes[i].stagger = (uint8_t)(RUN_STAGGER_STEPS * i);
+        machine_axis(i)->feed.carried = step_timer_runs(i);
+        machine_axis(i)->stagger = (uint8_t)(RUN_STAGGER_STEPS * i);
     }
     machine_apply_settings();
 }
@@ -69,8 +69,8 @@ void machine_apply_settings(void)
 bool machine_moving(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine.axes[i].state == AXIS_ARMED ||
-            machine.axes[i].state == AXIS_RUNNING) {
+        if (machine_axis(i)->state == AXIS_ARMED ||
+            machine_axis(i)->state == AXIS_RUNNING) {
             return true;
         }
     }
@@ -82,7 +82,7 @@ bool machine_queued(void)
     bool queued = machine_moving();
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        queued = queued || run_queue_fill(&machine.axes[i].queue) != 0;
+        queued = queued || run_queue_fill(&machine_axis(i)->queue) != 0;
     }
     return queued;
 }
@@ -101,10 +101,10 @@ bool machine_clock_present(void)
 
 static void halt_axis(uint8_t i, enum axis_state state)
 {
-    if (machine.axes[i].state == AXIS_ARMED || machine.axes[i].state == AXIS_RUNNING) {
+    if (machine_axis(i)->state == AXIS_ARMED || machine_axis(i)->state == AXIS_RUNNING) {
         step_timer_empty(i);
-        machine.axes[i].in_line = false;
-        machine.axes[i].state = (uint8_t)state;
+        machine_axis(i)->in_line = false;
+        machine_axis(i)->state = (uint8_t)state;
     }
     machine.starting &= (uint8_t)~axis_bit(i);
     machine.clocked &= (uint8_t)~axis_bit(i);
@@ -118,7 +118,7 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
         fault->code = (uint8_t)code;
         fault->axis = axis;
         fault->argument = argument;
-        fault->pixel = machine.axes[axis].ledger.pixel + 1u;
+        fault->pixel = machine_axis(axis)->ledger.pixel + 1u;
     }
     fault->mask |= (uint16_t)(1uL << (uint8_t)code);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -143,7 +143,7 @@ static void line_finished(struct axis *axis)
 
 void machine_account(uint8_t axis)
 {
-    struct axis *rested = &machine.axes[axis];
+    struct axis *rested = machine_axis(axis);
 
     struct engine_sample sample = step_timer_sample(axis);
 
@@ -153,13 +153,13 @@ void machine_account(uint8_t axis)
 void machine_discard(uint8_t axis)
 {
     machine_account(axis);
-    axis_discard(&machine.axes[axis], step_timer_settle(axis));
+    axis_discard(machine_axis(axis), step_timer_settle(axis));
 }
 
 // A running axis that halted or came to the end of its line.
 static void supervise_running(uint8_t i)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *axis = machine_axis(i);
 
     if (step_timer_state(i) == STEP_ENGINE_HALTED) {
         machine_fault(axis->dry ? FAULT_starved : FAULT_decoder_late, i, 0);
@@ -172,7 +172,7 @@ static void supervise_running(uint8_t i)
 
 static void supervise(uint8_t i)
 {
-    if (machine.axes[i].state == AXIS_RUNNING) {
+    if (machine_axis(i)->state == AXIS_RUNNING) {
         supervise_running(i);
     }
     if ((machine.stopping & axis_bit(i)) != 0 &&
@@ -184,9 +184,9 @@ static void supervise(uint8_t i)
 
 void machine_underrun(uint8_t axis)
 {
-    machine.axes[axis].underruns++;
+    machine_axis(axis)->underruns++;
     machine.time_lost = true;
-    machine_fault(FAULT_underrun, axis, machine.axes[axis].underruns);
+    machine_fault(FAULT_underrun, axis, machine_axis(axis)->underruns);
 }
 
 static void take_underruns(void)
@@ -213,7 +213,7 @@ static bool capture_waits(uint8_t i)
 // False when that must wait.
 static bool follow(uint8_t i, bool all)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *axis = machine_axis(i);
     struct engine_sample sample = step_timer_sample(i);
 
     if (capture_waits(i)) {
@@ -242,7 +242,7 @@ static void follow_in_turn(void)
         due = machine.turn / TURN_ROUNDS % CONFIG_AXES;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        const struct axis *axis = &machine.axes[i];
+        const struct axis *axis = machine_axis(i);
         uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
         if (i == due || (CONFIG_AXES > 1 && axis->awaits_run) ||
             behind >= FOLLOW_ENTRIES) {
@@ -261,16 +261,16 @@ bool machine_follow(uint8_t axis)
 static void note_edge_error(uint32_t pixel)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine.axes[i].zero_ticks == machine.watch.zero_ticks) {
+        if (machine_axis(i)->zero_ticks == machine.watch.zero_ticks) {
             ledger_note_edge_error(
-                &machine.axes[i].ledger, pixel, machine.watch.error_ticks);
+                &machine_axis(i)->ledger, pixel, machine.watch.error_ticks);
         }
     }
 }
 
 static void take_capture(void)
 {
-    struct axis *axis = &machine.axes[CONFIG_PIXEL_CLOCK_AXIS];
+    struct axis *axis = machine_axis(CONFIG_PIXEL_CLOCK_AXIS);
     struct pixel_capture capture;
     uint32_t pixel = 0;
     bool lost = false;
@@ -324,8 +324,8 @@ static uint8_t neediest(void)
     uint32_t least = UINT32_MAX;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (!axis_decoded(&machine.axes[i])) {
-            uint32_t ahead = axis_ahead_ticks(&machine.axes[i]);
+        if (!axis_decoded(machine_axis(i))) {
+            uint32_t ahead = axis_ahead_ticks(machine_axis(i));
             if (ahead < least) {
                 least = ahead;
                 found = i;
@@ -338,7 +338,7 @@ static uint8_t neediest(void)
 // What axis i leaves of the budget.
 static uint8_t decode(uint8_t i, uint8_t budget)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *axis = machine_axis(i);
 
     (void)follow(i, false);
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);

@@ -54,6 +54,17 @@ struct machine {
 
 extern struct machine machine;
 
+// One of the axes; with a single one its place is known when the image is built.
+static inline struct axis *machine_axis(uint8_t axis)
+{
+    return &machine.axes[CONFIG_AXES == 1 ? 0 : axis];
+}
+
+static inline struct inputs *machine_inputs(uint8_t axis)
+{
+    return &machine.inputs[CONFIG_AXES == 1 ? 0 : axis];
+}
+
 // Interrupts off; time_check_start() must follow, and interrupts on before an idle period is over.
 void machine_init(void);
 

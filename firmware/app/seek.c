@@ -41,8 +41,8 @@ void seek_begin(uint8_t axis, bool opening)
 // that the edge lies in one of the last three periods.
 static void note_edge(struct seek *seek, const struct switch_capture *capture)
 {
-    struct axis *clock = &machine.axes[CONFIG_SWITCH_CAPTURE_AXIS];
-    struct axis *axis = &machine.axes[seeker()];
+    struct axis *clock = machine_axis(CONFIG_SWITCH_CAPTURE_AXIS);
+    struct axis *axis = machine_axis(seeker());
 
     ledger_follow(&clock->ledger, &clock->feed, &capture->edge.sample);
     if (CONFIG_AXES > 1 && axis != clock) {
@@ -73,10 +73,10 @@ static void drop_clock_edge(void)
 // No command has had the axes accounted for since.
 static bool is_new(const struct switch_capture *capture)
 {
-    return !ledger_has_passed(&machine.axes[CONFIG_SWITCH_CAPTURE_AXIS].ledger,
+    return !ledger_has_passed(&machine_axis(CONFIG_SWITCH_CAPTURE_AXIS)->ledger,
                               &capture->edge.sample) &&
            (CONFIG_AXES == 1 ||
-            !ledger_has_passed(&machine.axes[seeker()].ledger, &capture->seeker));
+            !ledger_has_passed(&machine_axis(seeker())->ledger, &capture->seeker));
 }
 
 static void take_edge(struct seek *seek)
@@ -108,7 +108,7 @@ static void look(struct seek *seek)
         if (seek->captured) {
             seek->trip_code = seek->opening ? TRIP_OPENED : TRIP_CLOSED;
         }
-        line_trip(&machine.axes[seeker()].line);
+        line_trip(&machine_axis(seeker())->line);
     } else if (seek->captured && since_4us > patience_4us && inputs_settled(seeker())) {
         seek->captured = false; // a disturbance: the switch is as it was
     }
@@ -121,7 +121,7 @@ static void end_seek(struct seek *seek)
     seek->axis = SEEK_NOBODY;
     switch_capture_stop();
     if (seek->trip_code == TRIP_NONE && machine.fault.code == FAULT_none &&
-        machine.axes[axis].state != AXIS_EMPTY) {
+        machine_axis(axis)->state != AXIS_EMPTY) {
         machine_fault(seek->opening ? FAULT_home_stuck : FAULT_home_not_found, axis, 0);
     }
 }
@@ -134,7 +134,7 @@ void seek_poll(void)
         return;
     }
     uint8_t axis = seeker();
-    uint8_t state = machine.axes[axis].state;
+    uint8_t state = machine_axis(axis)->state;
 
     if (state == AXIS_EMPTY || state == AXIS_FAULT) {
         end_seek(seek);
@@ -176,6 +176,6 @@ void seek_zero(uint8_t axis)
 {
     // At rest every step has been taken note of. A look now could be newer than a pixel clock edge
     // that was captured and waits.
-    ledger_zero(&machine.axes[axis].ledger, machine.seek.position_steps);
+    ledger_zero(&machine_axis(axis)->ledger, machine.seek.position_steps);
     machine.seek.position_steps = 0;
 }

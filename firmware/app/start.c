@@ -32,7 +32,7 @@ static bool waits(uint8_t i)
 {
     uint8_t bit = (uint8_t)(1u << i);
 
-    return machine.axes[i].state == AXIS_ARMED && (machine.clocked & bit) != 0 &&
+    return machine_axis(i)->state == AXIS_ARMED && (machine.clocked & bit) != 0 &&
            (machine.starting & bit) == 0;
 }
 
@@ -42,7 +42,7 @@ static uint32_t common_zero(uint32_t edge_ticks)
     uint32_t zero = edge_ticks + machine.period.whole_ticks;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        while (waits(i) && ticks_to_start(&machine.axes[i], zero) < START_MIN_TICKS) {
+        while (waits(i) && ticks_to_start(machine_axis(i), zero) < START_MIN_TICKS) {
             zero += machine.period.whole_ticks;
         }
     }
@@ -54,7 +54,7 @@ static uint32_t common_zero(uint32_t edge_ticks)
 static bool all_ready(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits(i) && !axis_decoded(&machine.axes[i])) {
+        if (waits(i) && !axis_decoded(machine_axis(i))) {
             return false;
         }
     }
@@ -64,7 +64,8 @@ static bool all_ready(void)
 static bool clocked_axis_runs(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine.axes[i].state == AXIS_RUNNING && (machine.clocked & (1u << i)) != 0) {
+        if (machine_axis(i)->state == AXIS_RUNNING &&
+            (machine.clocked & (1u << i)) != 0) {
             return true;
         }
     }
@@ -81,7 +82,7 @@ void start_on_edge(uint32_t edge_ticks)
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (waits(i)) {
-            machine.axes[i].zero_ticks = zero;
+            machine_axis(i)->zero_ticks = zero;
             machine.starting = (uint8_t)(machine.starting | (1u << i));
             any = true;
         }
@@ -106,7 +107,7 @@ static bool begun(const struct axis *axis)
 // False when an idle period began meanwhile: the next attempt has a whole one.
 static bool release(uint8_t i)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *axis = machine_axis(i);
 
     if (!machine_follow(i) || !begun(axis)) {
         return true;

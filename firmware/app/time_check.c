@@ -26,7 +26,7 @@ void time_check_start(void)
 //     now        ^ in here        ^ never from here on: its interrupt would have loaded another
 static bool lags(uint8_t i, uint32_t now_4us)
 {
-    struct axis *axis = &machine.axes[i];
+    struct axis *axis = machine_axis(i);
     // Rounded so that it is never ahead of the time at which the axis is followed.
     uint32_t now_ticks = (now_4us - started_4us - 1u) * TICKS_PER_4US;
 
@@ -46,7 +46,7 @@ void time_check_poll(void)
     }
     checked_4us = now_4us;
     next_axis = next_axis + 1u < CONFIG_AXES ? (uint8_t)(next_axis + 1u) : 0;
-    if (machine.axes[next_axis].state == AXIS_RUNNING && lags(next_axis, now_4us)) {
+    if (machine_axis(next_axis)->state == AXIS_RUNNING && lags(next_axis, now_4us)) {
         machine_underrun(next_axis);
     }
 }

@@ -22,10 +22,10 @@ _POLL_CYCLES = TIMER_HZ // 500
 class Bench:
     """One board with its axes enabled; use as a context manager."""
 
-    def __init__(self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None, extra=()):
+    def __init__(self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None, plants=None):
         self.axes, self.hz, self.edges_path = list(axes), Fraction(hz), edges
         images = [(board, natives.image(board))]
-        self.options = SimOptions(images, self.hz, edges=edges, extra=extra)
+        self.options = SimOptions(images, self.hz, edges=edges, plants=plants or {})
 
     def __enter__(self):
         self.sim = Simulator(self.options)

@@ -140,7 +140,7 @@ static enum line_status take_run(struct line *line)
         }
         if (line->run.repeat == 0) {
             if (line->run.count != (int16_t)RUN_MARK_DOWN) {
-                return LINE_OVER;
+                return line->smooth && line->speed != 0 ? LINE_DRY : LINE_OVER;
             }
             line->down = true;
         }
@@ -169,8 +169,12 @@ enum line_status line_next(struct line *line, struct piece *piece)
             status = take_run(line);
         }
     }
-    if (status == LINE_PIECE) {
-        pixel_piece(line, piece);
+    if (status != LINE_PIECE) {
+        return status;
     }
-    return status;
+    if (line->smooth && 2u * run_steps(line) < line->speed) {
+        return LINE_DRY;
+    }
+    pixel_piece(line, piece);
+    return LINE_PIECE;
 }

@@ -52,8 +52,8 @@ struct line {
 
 enum line_status {
     LINE_PIECE, // a piece was made
-    LINE_DRY,   // the queue is empty inside the line
-    LINE_OVER,  // the end mark was taken
+    LINE_DRY, // the queue is empty inside the line, or a seek's way down does not mirror its way up
+    LINE_OVER, // the end mark was taken
 };
 
 // The queue's front must be a start mark and its parameter; both are taken. take_up: insert the

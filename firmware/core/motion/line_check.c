@@ -9,13 +9,12 @@ void line_check_reset(struct line_check *check)
     *check = (struct line_check){.phase = LINE_CHECK_OUTSIDE};
 }
 
-// A seek is plain and does not wait for the clock.
+// A seek does not wait for the clock.
 static bool seek_shape(uint16_t word)
 {
-    if ((word & RUN_START_SEEK) == 0) {
-        return (word & RUN_START_OPEN) == 0;
-    }
-    return (word & (RUN_START_SMOOTH | RUN_START_WAIT)) == 0;
+    uint16_t without = (word & RUN_START_SEEK) != 0 ? RUN_START_WAIT : RUN_START_OPEN;
+
+    return (word & without) == 0;
 }
 
 static enum line_error start(struct line_check *check, struct run entry)
@@ -53,7 +52,7 @@ static enum line_error parameter(struct line_check *check, struct run entry)
     if (check->backlash_steps == 0) {
         return LINE_none;
     }
-    if (!check->smooth) {
+    if (!check->smooth || check->seek) {
         return LINE_backlash_plain;
     }
     if (check->line_speed > 2 * COUNT_MAX) {
@@ -89,15 +88,21 @@ static uint16_t steps_of(struct run entry)
 }
 
 // The edge of a seek's switch is placed by the capture interrupt, which needs the longer intervals.
+static uint16_t shortest(const struct line_check *check, const struct line_limits *limits)
+{
+    if (check->one_way) {
+        return limits->seek_min_interval_ticks;
+    }
+    return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
+}
+
 static enum line_error plain_run(const struct line_check *check,
                                  const struct line_limits *limits,
                                  struct run entry)
 {
-    uint16_t interval_ticks =
-        check->one_way ? limits->seek_min_interval_ticks : limits->min_interval_ticks;
-
-    return too_fast(steps_of(entry), interval_ticks, limits->pixel_ticks) ? LINE_too_fast
-                                                                          : LINE_none;
+    return too_fast(steps_of(entry), shortest(check, limits), limits->pixel_ticks)
+               ? LINE_too_fast
+               : LINE_none;
 }
 
 static int8_t direction_of(const struct line_check *check, struct run entry)
@@ -236,7 +241,7 @@ static enum line_error smooth_speed(struct line_check *check,
     if (error != LINE_none) {
         return error;
     }
-    if (too_fast(top, limits->smooth_min_interval_ticks, limits->pixel_ticks)) {
+    if (too_fast(top, shortest(check, limits), limits->pixel_ticks)) {
         return LINE_too_fast;
     }
     if (check->backlash_steps != 0) {
@@ -280,6 +285,9 @@ static enum line_error smooth_run(struct line_check *check,
     }
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
+    }
+    if (check->pixel == 0 && entry.count == 0 && check->backlash_steps == 0) {
+        warn(check, LINE_idle_pixel);
     }
     return error;
 }

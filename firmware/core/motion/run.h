@@ -7,9 +7,10 @@
 //     runs    (count, repeat) ...
 //     end     (RUN_MARK_END, 0)
 //
-// A seek is a plain line that ends early when the axis's home switch is as sought. Its runs speed
-// up and hold; those behind a down mark slow down to rest. From wherever it trips, it goes on with
-// the first run behind the mark that is slower than its last pixel.
+// A seek is a line that ends early when the axis's home switch is as sought. Its runs speed up and
+// hold; those behind a down mark mirror the way up. From wherever it trips, it goes on with the
+// first run behind the mark whose count is below its speed: that of the last pixel in a plain line,
+// that at the end of the last pixel in a smooth one.
 //
 //     (1, 1) (2, 1) (4, 1) (8, 900)  (RUN_MARK_DOWN, 0)  (4, 1) (2, 1) (1, 1)
 //                   ^ trips here: one pixel of 4, then ---------^

@@ -8,7 +8,9 @@ from pixstep import (
     cli_bench,
     cli_docs,
     cli_file,
+    cli_home,
     cli_line,
+    cli_move,
     cli_profile,
     cli_show,
     cli_sim,
@@ -22,7 +24,16 @@ def main() -> None:
     """Line files to exact STEP edges: make, check, plan, simulate, prove."""
 
 
-_groups = (cli_file, cli_profile, cli_line, cli_sim, cli_bench, cli_docs)
+_groups = (
+    cli_file,
+    cli_profile,
+    cli_line,
+    cli_sim,
+    cli_move,
+    cli_home,
+    cli_bench,
+    cli_docs,
+)
 for command in (command for group in _groups for command in group.COMMANDS):
     main.add_command(command)
 cli_line.line.add_command(cli_show.line_show)

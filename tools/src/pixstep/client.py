@@ -52,6 +52,34 @@ class Record:
     edge_error_ticks: int
 
 
+TRIP_NONE, TRIP_CLOSED, TRIP_OPENED, TRIP_ALREADY = range(4)
+
+
+@dataclass(frozen=True)
+class Trip:
+    """How the last seek line ended: the edge of a home switch, as the hardware captured it.
+
+    `code` is TRIP_CLOSED or TRIP_OPENED; TRIP_NONE if the line went to its end or still runs,
+    TRIP_ALREADY if the switch was as sought from the start: no edge then. `position_steps` is the
+    axis' position at the edge (the steps whose STEP edge lies at or before it), `ticks` when it was
+    since the board's timers started, modulo 2^32.
+    """
+
+    code: int
+    axis: int
+    position_steps: int
+    ticks: int
+
+
+@dataclass(frozen=True)
+class Switches:
+    """The filtered switches of one axis; True is tripped."""
+
+    home: bool
+    limit_minus: bool
+    limit_plus: bool
+
+
 class Board:
     """One board on the line; `unit` is its Modbus address."""
 
@@ -137,6 +165,22 @@ class Board:
         mask = sum(1 << axis for axis in axes)
         self.write(regs.COMMAND_BASE, [mask, regs.COMMANDS[name]])
 
+    def switches(self, axis: int) -> Switches:
+        """Return the home and limit switches of an axis."""
+        bits = self.input("inputs") >> 4 * axis
+        return Switches(bool(bits & 1), bool(bits & 2), bool(bits & 4))
+
+    def trip(self) -> Trip:
+        """Return how the last seek line ended."""
+        state = self.inputs()
+        return Trip(
+            *(state[f"trip_{name}"] for name in ("code", "axis", "position_steps", "ticks"))
+        )
+
+    def zero(self, axis: int) -> None:
+        """Make the captured edge the position 0 of an axis at rest."""
+        self.command("zero", [axis])
+
     def write_block(self, axis: int, block: int, entries: list[tuple[int, int]]) -> None:
         """Write one block of 1..60 queue entries."""
         words = [block & 0xFFFF, axis]
@@ -154,10 +198,11 @@ class Board:
         state = self.inputs()
         if not state["fault_code"]:
             return ""
-        name = regs.code_name(regs.faults(), state["fault_code"])
+        faults, code = regs.faults(), state["fault_code"]
+        meaning = f": {faults[code].text}" if code in faults else ""
         return (
-            f"fault {name} on axis {state['fault_axis']} at pixel {state['fault_pixel']}, "
-            f"argument {state['fault_argument']}"
+            f"fault {regs.code_name(faults, code)} on axis {state['fault_axis']} at pixel "
+            f"{state['fault_pixel']}, argument {state['fault_argument']}{meaning}"
         )
 
     def refusal(self, axis: int) -> LineRefusedByBoardError:
@@ -186,12 +231,23 @@ class Board:
 
 
 class Upload:
-    """The blocks of one line on their way into an axis' queue."""
+    """The blocks of one line on their way into an axis' queue.
 
-    def __init__(self, board: Board, axis: int, entries: list[tuple[int, int]]) -> None:
+    `state` is what `Board.axis` says of it, if that has just been asked.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        axis: int,
+        entries: list[tuple[int, int]],
+        state: dict[str, int] | None = None,
+    ) -> None:
         self.board, self.axis = board, axis
         self._left = list(entries)
-        self._block = board.axis(axis)["next_block"]
+        state = state or board.axis(axis)
+        self._block = state["next_block"]
+        self._free: int | None = state["queue_free"]  # None: to be asked for again
         self.last: tuple[int, list[tuple[int, int]]] | None = None
 
     @property
@@ -208,7 +264,8 @@ class Upload:
         """
         before = len(self._left)
         while self._left:
-            free = self.board.axis(self.axis)["queue_free"]
+            known, self._free = self._free, None
+            free = self.board.axis(self.axis)["queue_free"] if known is None else known
             size = min(free, len(self._left), regs.MAX_ENTRIES)
             if size == 0 or not self._send(self._left[:size]):
                 break

@@ -42,7 +42,7 @@ def judge(result: RunResult) -> Judgement:
         axes.append(found)
     zero = _common_zero(axes, reasons)
     clock_edge = None
-    if zero is not None:
+    if zero is not None and any(line.clocked for line in job.lines.values()):
         clock_edge, reason = verdict.judge_clock(zero, job.period, result.clock)
         reasons += [reason] if reason else []
     for found in axes:

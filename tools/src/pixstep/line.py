@@ -13,13 +13,15 @@ class Line:
     """Counts per pixel (steps), the decode rule and the backlash to take up (steps).
 
     A smooth line holds unsigned counts and may run in the negative direction as a whole; a plain
-    line's counts are signed. Nothing is checked here: see `linecheck`.
+    line's counts are signed. A line that is not `clocked` starts as soon as it is armed, without
+    waiting for the pixel clock. Nothing is checked here: see `linecheck`.
     """
 
     counts: tuple[int, ...]
     decode: str = SMOOTH
     backlash: int = 0
     negative: bool = False
+    clocked: bool = True
     name: str = field(default="line", compare=False)
 
     @property

@@ -41,7 +41,7 @@ class Bounds:
     min_interval_ticks: int = 533  # 30 kHz, the rate of the worked example
     min_pixels: int = 6
     max_pixels: int = 24
-    reversal_ticks: int = 2400  # plain lines reverse only between steps at least this far apart
+    reversal_ticks: int = 4300  # plain lines reverse only between steps at least this far apart
 
 
 def max_speed(period: Fraction, bounds: Bounds) -> int:

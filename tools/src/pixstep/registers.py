@@ -28,6 +28,7 @@ COMMANDS = {
     "discard": 5,
     "enable": 6,
     "disable": 7,
+    "zero": 8,
 }
 AXIS_STATES = ("empty", "loading", "loaded", "armed", "running", "done", "refused", "fault")
 _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}

@@ -46,16 +46,32 @@ def write_pixels(path: Path, rows: list[PixelRow]) -> None:
     atomic.write_text(path, "\n".join([header, *(row.text(loads=loads) for row in rows)]) + "\n")
 
 
+def exit_status(summary: dict) -> int:
+    """Return 0 for a pass, 1 for a failure, 2 for a line that the board refused."""
+    return {"pass": 0, "refused": 2}.get(summary["verdict"], 1)
+
+
 def print_page(console: Console, summary: dict) -> None:
     """Print the one-page verdict of a run."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
     for reason in summary["reasons"]:
-        console.print(f"  {reason}", style="red", markup=False, highlight=False)
+        console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+    if summary.get("refusal"):
+        return
     console.print(_axes_table(summary))
     if summary.get("handlers"):
         console.print(_handlers_table(summary))
-    console.print(_footer(summary), highlight=False)
+    console.print(_footer(summary), highlight=False, soft_wrap=True)
+
+
+def print_files(console: Console, out: Path) -> None:
+    """Print where the results of a run are, relative to the current folder if below it."""
+    folder = out.resolve()
+    if folder.is_relative_to(Path.cwd()):
+        folder = folder.relative_to(Path.cwd())
+    names = ", ".join(sorted(path.name for path in out.iterdir() if path.is_file()))
+    console.print(f"files in {folder}: {names}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _headline(summary: dict) -> str:
@@ -70,12 +86,12 @@ def _headline(summary: dict) -> str:
 
 
 def _axes_table(summary: dict) -> Table:
-    table = _table("axis", "steps", "max ticks", "rms ns", "ppm", "on edge", "positions", "late")
+    table = new_table("axis", "steps", "max ticks", "rms ns", "ppm", "on edge", "positions", "late")
     for axis in summary["axes"]:
         ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
         table.add_row(
             str(axis["axis"]),
-            f"{axis['steps']}/{axis['expected_steps']}",
+            _of(axis["steps"], axis["expected_steps"]),
             ticks_text(axis["max_edge_error_ticks"]),
             f"{1000 * axis['rms_edge_error_us']:.1f}",
             f"{axis['rate_error_ppm']:.3f}",
@@ -91,8 +107,13 @@ def _axes_table(summary: dict) -> Table:
     return table
 
 
+def _of(made: int, wanted: int) -> str:
+    """Return "made/wanted", or one number if they agree: a long move's line stays short."""
+    return str(made) if made == wanted else f"{made}/{wanted}"
+
+
 def _handlers_table(summary: dict) -> Table:
-    table = _table("interrupt", "count", "min", "mean", "max cycles", "latest start")
+    table = new_table("interrupt", "count", "min", "mean", "max cycles", "latest start")
     table.columns[0].justify = "left"
     for row in summary["handlers"]:
         table.add_row(
@@ -106,7 +127,8 @@ def _handlers_table(summary: dict) -> Table:
     return table
 
 
-def _table(*names: str) -> Table:
+def new_table(*names: str) -> Table:
+    """Return a table with right-aligned columns, in the style of every page."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in names:
         table.add_column(name, justify="right", no_wrap=True)
@@ -115,7 +137,7 @@ def _table(*names: str) -> Table:
 
 def _footer(summary: dict) -> str:
     lines = [_load_text(axis["axis"], axis["load"]) for axis in summary["axes"] if "load" in axis]
-    if summary.get("line_zero_cycle") is not None:
+    if summary.get("clock_edge_cycle") is not None:
         lines.append(
             f"line zero at cycle {summary['line_zero_cycle']}, one pixel period after the clock "
             f"edge at {summary['clock_edge_cycle']}"

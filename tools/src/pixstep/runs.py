@@ -2,6 +2,7 @@
 """Lines travel as runs: (count, repeat) is `repeat` pixels of `count` steps each."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import groupby
 
 from pixstep.errors import UserError
@@ -13,9 +14,41 @@ COUNT_RANGE = (-32_768, 32_767)
 # The mark words of a queue: an entry whose repeat is 0.
 MARK_START = 1
 MARK_END = 2
+MARK_DOWN = 3  # inside a seek line: the runs behind it slow down to rest
 MARK_SMOOTH = 1 << 4
 MARK_WAIT_FOR_EDGE = 1 << 5
 MARK_NEGATIVE = 1 << 6
+MARK_SEEK = 1 << 7
+MARK_SEEK_OPEN = 1 << 8
+
+
+@dataclass(frozen=True)
+class Seek:
+    """A plain line that ends early, by slowing down, when its axis's home switch closes or opens.
+
+    `rising` are the signed counts of the acceleration, the last of which is held for `hold_px`
+    more pixels; the deceleration is the acceleration mirrored, without its last entry. The board
+    may be anywhere in it when the switch comes: it slows down from the speed it has.
+    """
+
+    rising: tuple[int, ...]
+    hold_px: int
+    opens: bool = False  # seek the switch opening, else closing
+
+    @property
+    def falling(self) -> tuple[int, ...]:
+        """Signed counts of the deceleration."""
+        return self.rising[-2::-1]
+
+    @property
+    def pixels(self) -> int:
+        """Pixels of the whole line, if no switch comes."""
+        return len(self.rising) + self.hold_px + len(self.falling)
+
+    @property
+    def steps(self) -> int:
+        """Signed steps of the whole line, if no switch comes."""
+        return sum(self.rising) + self.hold_px * self.rising[-1] + sum(self.falling)
 
 
 def encode(counts: Iterable[int]) -> list[tuple[int, int]]:
@@ -42,10 +75,19 @@ def queue_entries(line: Line) -> list[tuple[int, int]]:
 
     The parameter entry is (backlash steps, line speed); the speed is 0 when there is no backlash.
     """
-    mark = MARK_START | MARK_WAIT_FOR_EDGE
+    mark = MARK_START
+    if line.clocked:
+        mark |= MARK_WAIT_FOR_EDGE
     if line.smooth:
         mark |= MARK_SMOOTH
     if line.negative:
         mark |= MARK_NEGATIVE
     speed = line.line_speed if line.backlash else 0
     return [(mark, 0), (line.backlash, speed), *encode(line.counts), (MARK_END, 0)]
+
+
+def seek_entries(seek: Seek) -> list[tuple[int, int]]:
+    """Return the queue entries of a seek line, with its mark where slowing down begins."""
+    mark = MARK_START | MARK_SEEK | (MARK_SEEK_OPEN if seek.opens else 0)
+    rising = encode(seek.rising + (seek.rising[-1],) * seek.hold_px)
+    return [(mark, 0), (0, 0), *rising, (MARK_DOWN, 0), *encode(seek.falling), (MARK_END, 0)]

@@ -37,6 +37,7 @@ class SimOptions:
     vcd: Path | None = None
     plants: Mapping[tuple[int, int], str] = field(default_factory=dict)  # knobs by board, axis
     plant_log: Path | None = None
+    switch_log: Path | None = None
     extra: Sequence[str] = field(default_factory=tuple)
 
     def arguments(self) -> list[str]:
@@ -53,6 +54,7 @@ class SimOptions:
             ("--serial-log", self.serial_log),
             ("--vcd", self.vcd),
             ("--plant-log", self.plant_log),
+            ("--switch-log", self.switch_log),
         ):
             if path:
                 words += [option, str(path)]
@@ -121,6 +123,15 @@ class Simulator:
     def count(self, board: int, axis: int) -> int:
         """Return the rising STEP edges that an axis has made."""
         return int(self.command(f"counts {board} {axis}").split()[1])
+
+    def plant(self, board: int, axis: int) -> tuple[int, int]:
+        """Return where motor and load of an axis are, in the plant's steps."""
+        motor, load = self.command(f"plant {board} {axis}").split()[1:3]
+        return int(motor), int(load)
+
+    def knobs(self, board: int, axis: int, text: str) -> None:
+        """Change knobs of an axis' plant, "start=40,delay=16000"; the others stay as they are."""
+        self.command(f"knobs {board} {axis} {text}")
 
     def mark(self) -> None:
         """Begin the handlers' counts, means and extremes in `stats` anew."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
+from pixstep import boards, natives
 from pixstep import registers as regs
 from pixstep.client import Board, BoardError, LineRefusedByBoardError, Record, Upload
 from pixstep.edges import EdgeLog, read_clock, read_edges
@@ -92,7 +92,7 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
     image = job.image or natives.image(job.board)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
-    with _scratch(out) as scratch:
+    with scratch_folder(out) as scratch:
         options = SimOptions(
             boards=[(job.board, image)],
             pixel_hz=job.pixel_hz,
@@ -151,7 +151,7 @@ class _Run:
         self.simulator.run(BOOT_CYCLES)
         count = self.board.input("axis_count")
         if self.axes[-1] >= count:
-            raise UserError(f"axis {self.axes[-1]}: the {self.job.board} has {count}")
+            raise UserError(f"axis {self.axes[-1]}: the {boards.axes_text(self.job.board)}")
         self.board.set_pixel_hz(self.job.pixel_hz)
         self.board.write_setting("backlash_policy", _POLICIES[self.job.backlash_policy])
         self.board.command("enable", self.axes)
@@ -240,7 +240,7 @@ def _refuse_period(job: Job) -> None:
 
 
 @contextlib.contextmanager
-def _scratch(out: Path) -> Iterator[Path]:
+def scratch_folder(out: Path) -> Iterator[Path]:
     """Yield a folder beside the results, on the same file system, gone afterwards."""
     path = Path(tempfile.mkdtemp(prefix=".run-", dir=out))
     try:

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""The acceleration profile of fast moves and homing, CSV or CSB: steps in each pixel, from rest."""
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import accumulate
+from pathlib import Path
+
+from pixstep import formats
+from pixstep.errors import UserError
+from pixstep.formats.header import HEADER_LINES
+from pixstep.formats.motion import BLOCKS, CSB_KIND
+from pixstep.linecheck import MAX_COUNT
+
+CSV_WIDTH = 6
+BLOCK_ROWS = 2  # line number and number of values before the values of a block
+
+
+@dataclass(frozen=True)
+class Acceleration:
+    """Steps in each pixel of an acceleration from rest: above 0, never falling.
+
+    `haps` is how many leading entries homing may use (0: the file does not say), `made_for_hz` the
+    pixel frequency its header names (None: it has no header).
+    """
+
+    counts: tuple[int, ...]
+    haps: int = 0
+    source: str = "profile"
+    made_for_hz: Fraction | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def top(self) -> int:
+        """The highest speed, steps/pixel."""
+        return self.counts[-1]
+
+    def limited(self, max_speed: int | None) -> "Acceleration":
+        """Return the part below `max_speed` steps/pixel, which becomes its last entry.
+
+        A profile that stays at or below it is returned as it is. Raises UserError below 1.
+        """
+        if max_speed is None or self.top <= max_speed:
+            return self
+        if max_speed < 1:
+            raise UserError(f"maximum speed {max_speed}: at least 1 step/pixel")
+        lower = tuple(count for count in self.counts if count < max_speed)
+        return self._replaced((*lower, max_speed))
+
+    def leading(self, entries: int) -> "Acceleration":
+        """Return the first `entries` entries; raises UserError if that is none at all."""
+        if entries < 1:
+            raise UserError(f"HAPs {entries}: homing needs at least 1 entry of {self.source}")
+        return self._replaced(self.counts[:entries])
+
+    def stopping_sums(self) -> list[int]:
+        """Return the steps of an acceleration through the first 0, 1, 2 ... entries."""
+        return list(accumulate(self.counts, initial=0))
+
+    def _replaced(self, counts: tuple[int, ...]) -> "Acceleration":
+        return replace(self, counts=counts)
+
+    def notes_at(self, pixel_hz: Fraction) -> list[str]:
+        """Return what was tolerated on reading, and a pixel frequency other than the file's."""
+        notes = list(self.notes)
+        if self.made_for_hz not in (None, pixel_hz):
+            notes.append(
+                f"{self.source}: made for {float(self.made_for_hz):g} Hz, used at "
+                f"{float(pixel_hz):g} Hz: its acceleration per second is another"
+            )
+        return notes
+
+
+def read(
+    path: Path, *, raw: bool = False, number: int | None = None, max_speed: int | None = None
+) -> Acceleration:
+    """Read a CSV or CSB profile, bare or with the 40-column header, limited to `max_speed`.
+
+    `number` chooses a line, from 1; without it the file must hold only one. Raises UserError naming
+    the place of an entry of 0 or less, of a falling one, and of one that no pixel can hold.
+    """
+    found = formats.read_motion(path, raw=raw)
+    counts = found.line(number).values
+    _check(counts, found, number or 1)
+    haps = found.header.haps if found.header else 0
+    hz = found.header.frequency if found.header else None
+    profile = Acceleration(counts, haps, str(path), hz, found.notes).limited(max_speed)
+    _check_top(profile, found, number or 1)
+    return profile
+
+
+def _check(counts: tuple[int, ...], file: formats.MotionFile, number: int) -> None:
+    """Refuse entries of 0 or less and falling ones."""
+    previous = 0
+    for index, count in enumerate(counts):
+        if count <= 0:
+            raise UserError(
+                f"{_place(file, number, index)}: {count} steps in a pixel: an acceleration "
+                f"profile's entries are above 0"
+            )
+        if count < previous:
+            raise UserError(
+                f"{_place(file, number, index)}: the speed falls from {previous} to {count} "
+                f"steps/pixel"
+            )
+        previous = count
+
+
+def _check_top(profile: Acceleration, file: formats.MotionFile, number: int) -> None:
+    """Refuse an entry beyond what a pixel can hold."""
+    for index, count in enumerate(profile.counts):
+        if count > MAX_COUNT:
+            raise UserError(
+                f"{_place(file, number, index)}: {count} steps in a pixel, the board takes at most "
+                f"{MAX_COUNT} (--max-speed limits it)"
+            )
+
+
+def _place(file: formats.MotionFile, number: int, index: int) -> str:
+    """Return where the value at `index` of a line is: file, row and column; in a CSB its entry."""
+    if file.kind == CSB_KIND:
+        return f"{file.path}: line {number}, entry {index + 1}"
+    before = [len(block.values) for block in file.blocks[: number - 1]]
+    row = 1 + index + (HEADER_LINES if file.header else 0)
+    if file.reading == BLOCKS:
+        row += sum(before) + BLOCK_ROWS * number
+    value = str(file.blocks[number - 1].values[index])
+    return f"{file.path}:{row}:{CSV_WIDTH + 1 - len(value)}"

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of a fast move: speed and position over time, planned and made."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+from pixstep import atomic
+from pixstep.moves.fastsim import MoveJob, MoveRun
+from pixstep.plots import FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.rational import TIMER_HZ
+from pixstep.report import ticks_text
+
+_MOST_DOTS = 60_000
+
+
+def draw_plan(job: MoveJob, path: Path) -> Path:
+    """Draw the planned speed and position."""
+    return _save(path, job, None)
+
+
+def draw_run(done: MoveRun, path: Path) -> Path:
+    """Draw the speed and position of every STEP edge over the plan."""
+    return _save(path, done.job, done)
+
+
+def _save(path: Path, job: MoveJob, done: MoveRun | None) -> Path:
+    with mpl.rc_context(STYLE):
+        figure = _figure(job, done)
+        atomic.write_with(path, figure.savefig)
+        plt.close(figure)
+    return path
+
+
+def _figure(job: MoveJob, done: MoveRun | None) -> Figure:
+    figure, (speed, position) = plt.subplots(
+        2, 1, figsize=(11, 7.2), layout="constrained", sharex=True
+    )
+    figure.suptitle(f"{_title(job)}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
+    figure.text(0.012, 0.948, _subtitle(job, done), fontsize=9.5, color=FAINT, va="top")
+    times, rates, places = _planned(job)
+    speed.stairs(rates, times, color=IDEAL, lw=4, alpha=0.6, baseline=None)
+    position.plot(times, places, color=IDEAL, lw=5, alpha=0.55)
+    if done:
+        _draw_made(done, speed, position)
+    _finish_speed(speed, job)
+    _finish_position(position, job, times[-1])
+    handles = [mpl.lines.Line2D([], [], color=IDEAL, lw=4, alpha=0.6, label="plan")]
+    if done:
+        handles.append(mpl.lines.Line2D([], [], color=MADE, lw=1.6, label="STEP edges"))
+    where = "upper right" if job.move.steps > 0 else "lower right"  # where no curve is
+    speed.legend(handles=handles, loc=where, ncols=2, labelcolor=INK)
+    return figure
+
+
+def _planned(job: MoveJob) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pixel ends in seconds (from 0), signed steps/s in each pixel, steps at its ends."""
+    counts = np.array(job.move.counts, dtype=np.int64)
+    hz = float(job.pixel_hz)
+    return (
+        np.arange(len(counts) + 1) / hz,
+        counts * hz,
+        np.concatenate([[0], np.cumsum(counts)]),
+    )
+
+
+def _draw_made(done: MoveRun, speed: Axes, position: Axes) -> None:
+    """Draw what the edges say; of many, evenly chosen ones."""
+    job = done.job
+    edges = done.result.edges.axis(0, job.axis)
+    zero = done.judged.summary["line_zero_cycle"]
+    if zero is None:
+        return
+    seconds = (edges.rising - zero) / TIMER_HZ
+    signs = edges.directions()
+    places = np.cumsum(signs)
+    every = max(1, len(seconds) // _MOST_DOTS)
+    position.plot(np.append(0, seconds[::every]), np.append(0, places[::every]), color=MADE, lw=1.3)
+    if len(seconds) > 1:
+        rates = signs[1:] / np.diff(seconds)
+        middle = (seconds[1:] + seconds[:-1]) / 2
+        size = 1.8 if len(middle) > 2000 else 4
+        speed.plot(
+            middle[::every], rates[::every], ".", ms=size, mew=0, color=MADE, rasterized=True
+        )
+
+
+def _finish_speed(axes: Axes, job: MoveJob) -> None:
+    axes.set_title("Speed")
+    axes.set_ylabel("steps/s")
+    axes.yaxis.set_major_formatter(FuncFormatter(thousands))
+    top = float(job.profile.top * job.pixel_hz) * (1 if job.move.steps > 0 else -1)
+    reached = float(job.move.top * job.pixel_hz) * (1 if job.move.steps > 0 else -1)
+    if abs(top) < 1.6 * abs(reached):
+        axes.axhline(top, color=FAINT, lw=0.9, ls=(0, (4, 3)), zorder=0)
+        axes.annotate(
+            f"profile's top {thousands(top)} steps/s",
+            xy=(0, top),
+            xycoords=axes.get_yaxis_transform(),
+            xytext=(6, 4 if top > 0 else -4),
+            textcoords="offset points",
+            color=FAINT,
+            fontsize=8.5,
+            va="bottom" if top > 0 else "top",
+        )
+        reached = top
+    low, high = sorted((0.0, 1.18 * reached))
+    axes.set_ylim(low, high)
+
+
+def _finish_position(axes: Axes, job: MoveJob, end_s: float) -> None:
+    axes.set_title("Position")
+    axes.set_ylabel("steps")
+    axes.set_xlabel("seconds after the start")
+    axes.yaxis.set_major_formatter(FuncFormatter(thousands))
+    axes.plot([end_s], [job.move.steps], "o", ms=6, mfc="white", mec=INK, mew=1.3, zorder=5)
+    axes.annotate(
+        f"{thousands(job.move.steps)}",
+        xy=(end_s, job.move.steps),
+        xytext=(0, -12 if job.move.steps > 0 else 12),
+        textcoords="offset points",
+        ha="right",
+        va="top" if job.move.steps > 0 else "bottom",
+        color=INK,
+        weight="bold",
+    )
+    axes.set_xlim(-0.01 * end_s, 1.02 * end_s)
+    axes.margins(y=0.09)
+
+
+def _title(job: MoveJob) -> str:
+    return f"Fast move of {thousands(job.move.steps)} steps"
+
+
+def _subtitle(job: MoveJob, done: MoveRun | None) -> str:
+    move = job.move
+    text = (
+        f"{move.pixels} pixels at {float(job.pixel_hz):g} Hz = "
+        f"{move.seconds(job.pixel_hz):.3f} s, top {move.top} steps/pixel"
+    )
+    if not done:
+        return text
+    text = f"{job.board} axis {job.axis}, {text}"
+    errors = done.judged.axes[0].errors_ticks
+    if errors is None:
+        return text
+    worst = ticks_text(float(np.max(np.abs(errors))))
+    return f"{text}; worst edge {worst} ticks from its exact instant"
+
+
+def thousands(value: float, _: object = None) -> str:
+    """Return a number with thin spaces between its thousands, and a real minus."""
+    return f"{value:,.0f}".replace(",", "\u2009").replace("-", "\u2212")

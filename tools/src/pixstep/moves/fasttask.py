@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""A simulated fast move from plan to files on disk: run, judge, write, plot."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from pixstep import atomic, report
+from pixstep.moves.fastsim import MoveJob, MoveRun, run
+
+OUTPUTS = ("edges.csv", "clock.csv", "serial.csv", "pixels.csv", "summary.json", "move.png")
+
+
+def simulate(
+    job: MoveJob,
+    out: Path,
+    *,
+    plot: bool = False,
+    progress: Callable[[float], None] = lambda _: None,
+) -> MoveRun:
+    """Run a move and write OUTPUTS (move.png only if asked) to `out`."""
+    for name in OUTPUTS:
+        (out / name).unlink(missing_ok=True)
+    done = run(job, progress, out=out)
+    report.write_pixels(out / "pixels.csv", done.judged.pixels)
+    if plot and done.result.edges is not None:
+        from pixstep.moves import fastplot  # matplotlib takes a second to load
+
+        done.judged.summary["plots"] = [str(fastplot.draw_run(done, out / "move.png"))]
+    atomic.write_json(out / "summary.json", done.judged.summary)
+    return done

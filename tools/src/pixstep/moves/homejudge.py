@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""The verdict on a simulated homing: from its STEP edges, its captured edges, its plant."""
+
+from dataclasses import asdict
+from fractions import Fraction
+from itertools import pairwise
+from math import ceil
+
+import numpy as np
+
+from pixstep.client import TRIP_CLOSED, Trip
+from pixstep.moves.homesim import HomeRun
+from pixstep.moves.homing import Leg, legs_as_json
+from pixstep.rational import TIMER_HZ, edge_tick, hz_text
+
+_TICKS = 1 << 32  # the board's tick count wraps
+_NEAR = 2  # ticks: a leg's beginning as its first edge tells it, and roundings
+
+
+def judge(run: HomeRun) -> dict:
+    """Return the verdict: summary.json of a homing, its reasons empty if it passes."""
+    job = run.job
+    reasons = [str(run.error)] if run.error else []
+    legs = [_judge_leg(run, leg, reasons) for leg in run.legs]
+    captures = [leg["capture_ticks"] for leg in legs if leg["capture_ticks"] is not None]
+    if len(set(captures)) > 1:
+        reasons.append(
+            f"captured ticks and switch edges are not a constant apart: {sorted(set(captures))}"
+        )
+    fastest = max((leg["fastest_steps_s"] for leg in legs), default=0.0)
+    summary = {
+        "verdict": "fail",
+        "reasons": reasons,
+        "fault": getattr(run.error, "name", ""),
+        "board": job.board,
+        "axis": job.plan.axis,
+        "direction": "plus" if job.plan.direction > 0 else "minus",
+        "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
+        "haps": len(job.plan.ramp.counts),
+        "haps_entry_steps_px": job.plan.top,
+        "haps_entry_steps_s": float(job.plan.top * job.pixel_hz),
+        "fastest_steps_s": round(fastest, 3),
+        "plant": job.plant,
+        "captures": len(captures),
+        "capture_offset_ticks": captures[0] if len(set(captures)) == 1 else None,
+        "counted_steps": run.counted_steps,
+        "load_at_rest_steps": run.load_steps,
+        "legs": legs,
+        **_found(run, reasons),
+    }
+    if not reasons:
+        summary["verdict"] = "pass"
+    return summary
+
+
+def leg_edges(run: HomeRun, leg: Leg) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cycles of a leg's STEP edges, and their directions."""
+    low, high = (round(when * TIMER_HZ) for when in (leg.began_s, leg.ended_s))
+    chosen = (run.edges.rising > low) & (run.edges.rising <= high)
+    return run.edges.rising[chosen], run.edges.directions()[chosen]
+
+
+def pixel_counts(rising: np.ndarray, period: Fraction, first: int) -> list[int]:
+    """Return the steps in each pixel of a plain line that begins with a pixel of `first` steps."""
+    if not len(rising):
+        return []
+    begin = int(rising[0]) + (-period // first)
+    pixels = -(-(int(rising[-1]) - begin - _NEAR) // period)
+    bounds = [begin + edge_tick(pixel, period) + _NEAR for pixel in range(max(1, pixels) + 1)]
+    return [int(count) for count in np.diff(np.searchsorted(rising, bounds, side="right"))]
+
+
+def switch_edge(run: HomeRun, leg: Leg) -> int | None:
+    """Return the cycle of the home switch's first edge that ends a leg, by the simulator."""
+    if not leg.trip:
+        return None
+    wanted = int(leg.trip.code == TRIP_CLOSED)
+    low, high = leg.began_s * TIMER_HZ, leg.ended_s * TIMER_HZ
+    fitting = [
+        cycle for cycle, closed in run.switch_edges if low <= cycle <= high and closed == wanted
+    ]
+    return fitting[0] if fitting else None
+
+
+def _judge_leg(run: HomeRun, leg: Leg, reasons: list[str]) -> dict:
+    """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
+    rising, signs = leg_edges(run, leg)
+    counts = pixel_counts(rising, run.job.period, leg.first_steps_px)
+    if int(signs.sum()) != leg.steps:
+        reasons.append(f"{leg.name}: {int(signs.sum())} STEP edges, the board says {leg.steps}")
+    if len(np.unique(signs)) > 1:
+        reasons.append(f"{leg.name}: steps in both directions")
+    stopped = run.error is not None and leg is run.legs[-1]
+    reasons += [f"{leg.name}: {text}" for text in _speed_findings(run, counts, stopped=stopped)]
+    if leg.trip:
+        reasons += [f"{leg.name}: {text}" for text in _position_findings(run, leg)]
+    (data,) = legs_as_json((leg,))
+    return data | {
+        "pixel_counts": counts,
+        "fastest_steps_s": _fastest(rising, counts, run.job.pixel_hz),
+        "switch_edge_cycle": switch_edge(run, leg),
+        "capture_ticks": _capture_offset(run, leg),
+    }
+
+
+def _fastest(rising: np.ndarray, counts: list[int], hz: Fraction) -> float:
+    """Return the fastest speed: the most steps in a pixel, or the shortest interval if slower."""
+    if len(rising) < 2:
+        return 0.0
+    shortest = float(TIMER_HZ / np.diff(rising).min())
+    return min(shortest, float(max(counts) * hz))
+
+
+def _speed_findings(run: HomeRun, counts: list[int], *, stopped: bool) -> list[str]:
+    """Require no pixel faster than the last entry and no jump larger than the profile's own.
+
+    Where a fault has `stopped` the leg, at once and inside a pixel, that one is no jump.
+    """
+    entries = (0, *run.job.plan.ramp.counts)
+    found = []
+    if counts and max(counts) > entries[-1]:
+        found.append(f"{max(counts)} steps in a pixel, HAPs allow {entries[-1]}")
+    for before, after in pairwise((0, *counts[:-1]) if stopped else (0, *counts, 0)):
+        low, high = sorted((before, after))
+        inside = any(a <= low and high <= b for a, b in pairwise(entries))
+        if low != high and not inside:
+            found.append(f"the speed jumps from {before} to {after} steps/pixel")
+    return found
+
+
+def _position_findings(run: HomeRun, leg: Leg) -> list[str]:
+    """Require the captured position to be the steps made at or before the simulator's edge."""
+    edge = switch_edge(run, leg)
+    if edge is None:
+        return ["captured an edge of the home switch that the simulator does not know"]
+    rising, signs = leg_edges(run, leg)
+    made = leg.start_steps + int(signs[rising <= edge].sum())
+    if made == leg.trip.position_steps:
+        return []
+    return [f"captured at position {leg.trip.position_steps}, the edges say {made}"]
+
+
+def _capture_offset(run: HomeRun, leg: Leg) -> int | None:
+    """Return the simulator's edge less the captured tick: when the board's timers started."""
+    edge = switch_edge(run, leg)
+    return None if edge is None else (edge - leg.trip.ticks) % _TICKS
+
+
+def _found(run: HomeRun, reasons: list[str]) -> dict:
+    """Judge where homing ended; return what was found."""
+    if not run.homed:
+        return {"found": False, "edge": None, "position_steps": None}
+    edge: Trip = run.homed.edge
+    if run.homed.position_steps:
+        reasons.append(f"ends at position {run.homed.position_steps}, not 0")
+    if run.counted_steps != edge.position_steps + run.homed.position_steps:
+        reasons.append(
+            f"{run.counted_steps} steps counted from reset, the switch's edge was at "
+            f"{edge.position_steps}"
+        )
+    beyond = _load_beyond(run, reasons)
+    return {
+        "found": True,
+        "switch_closes_at_steps": run.job.closes_at,
+        "load_beyond_switch_steps": beyond,
+        "edge": asdict(edge),
+        "beyond_edge_steps": run.homed.zeroed_steps,
+        "position_steps": run.homed.position_steps,
+        "home_s": round(run.legs[-1].ended_s - run.legs[0].began_s, 6),
+    }
+
+
+def _load_beyond(run: HomeRun, reasons: list[str]) -> int | None:
+    """Require the load at rest where its switch closes, but for the switch's delay; how far off.
+
+    With play between motor and load the load need not follow the last move back.
+    """
+    job = run.job
+    if job.closes_at is None:
+        return None
+    beyond = job.plan.direction * (run.load_steps - job.closes_at)
+    most = ceil(job.knob("delay") * job.plan.slow * job.pixel_hz / TIMER_HZ)
+    if not job.knob("play") and not 0 <= beyond <= most:
+        reasons.append(
+            f"the load rests {beyond} steps beyond the place where its switch closes, its delay "
+            f"explains 0 to {most}"
+        )
+    return beyond

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: MIT
+"""The picture of a homing: where the load was, leg by leg, and how fast it moved."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pixstep import atomic
+from pixstep.client import TRIP_CLOSED, TRIP_OPENED
+from pixstep.moves.fastplot import thousands
+from pixstep.moves.homejudge import leg_edges, switch_edge
+from pixstep.moves.homesim import HYSTERESIS, HomeRun
+from pixstep.moves.homing import LEGS, Leg
+from pixstep.plots import BAND, BOARD, FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.rational import TIMER_HZ
+
+# One colour a leg, in the order of LEGS.
+COLOURS = dict(zip(LEGS, ("#7b6ca8", MADE, IDEAL, "#c9a66b", BOARD, "#4c8c5c"), strict=True))
+_MARKERS = {TRIP_CLOSED: ("^", "switch closes"), TRIP_OPENED: ("v", "switch opens")}
+_FINAL = LEGS[4:]  # what the magnified view shows
+
+
+def draw(run: HomeRun, path: Path, verdict: str) -> Path:
+    """Write the picture of a homing that made at least one step."""
+    with mpl.rc_context(STYLE):
+        figure = _figure(run, verdict)
+        atomic.write_with(path, figure.savefig)
+        plt.close(figure)
+    return path
+
+
+def _figure(run: HomeRun, verdict: str) -> Figure:
+    rows = [["place", "near"], ["speed", "near"]] if run.homed else [["place"], ["speed"]]
+    figure, panels = plt.subplot_mosaic(
+        rows,
+        figsize=(12.5, 7.4),
+        layout="constrained",
+        width_ratios=[1.75, 1] if run.homed else [1],
+        height_ratios=[1.6, 1],
+    )
+    figure.suptitle("Homing\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
+    figure.text(0.012, 0.948, _subtitle(run, verdict), fontsize=9.5, color=FAINT, va="top")
+    place, speed = panels["place"], panels["speed"]
+    speed.sharex(place)
+    for leg in run.legs:
+        _draw_place(place, run, leg)
+        _draw_speed(speed, run, leg)
+    _finish_place(place, run)
+    _finish_speed(speed, run)
+    if run.homed:
+        _draw_near(panels["near"], run)
+    return figure
+
+
+def _origin_s(run: HomeRun) -> float:
+    """Return when the first leg began."""
+    return run.legs[0].began_s
+
+
+def _course(run: HomeRun, leg: Leg) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times (s) and the motor's places in the plant's steps at a leg's STEP edges."""
+    rising, signs = leg_edges(run, leg)
+    first = int(np.searchsorted(run.edges.rising, rising[0])) if len(rising) else 0
+    before = run.job.knob("start") + int(run.edges.directions()[:first].sum())
+    return rising / TIMER_HZ - _origin_s(run), before + np.cumsum(signs)
+
+
+def _draw_place(axes: Axes, run: HomeRun, leg: Leg, width: float = 2.2) -> None:
+    times, places = _course(run, leg)
+    if len(times):
+        axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
+    edge = switch_edge(run, leg)
+    if edge is not None:
+        when = edge / TIMER_HZ - _origin_s(run)
+        made = int(np.searchsorted(times, when + 1 / TIMER_HZ)) - 1
+        marker, _ = _MARKERS[leg.trip.code]
+        axes.plot(
+            [when], [places[max(made, 0)]], marker, ms=7, mfc="white", mec=INK, mew=1.3, zorder=6
+        )
+
+
+def _draw_speed(axes: Axes, run: HomeRun, leg: Leg) -> None:
+    times, _ = _course(run, leg)
+    if len(times) < 2:
+        return
+    _, signs = leg_edges(run, leg)
+    rates = signs[1:] / np.diff(times)
+    middle = (times[1:] + times[:-1]) / 2
+    axes.plot(middle, rates, ".", ms=2.6, mew=0, color=COLOURS[leg.name], rasterized=True)
+
+
+def _finish_place(axes: Axes, run: HomeRun) -> None:
+    _switch(axes, run)
+    _limits(axes, run)
+    axes.set_title("Position of the motor")
+    axes.set_ylabel("steps of the plant")
+    axes.tick_params(labelbottom=False)
+    axes.yaxis.set_major_formatter(thousands)
+    handles = [
+        mpl.lines.Line2D([], [], color=COLOURS[name], lw=2.6, label=name)
+        for name in LEGS
+        if name in {leg.name for leg in run.legs}
+    ]
+    trips = {leg.trip.code for leg in run.legs if leg.trip}
+    handles += [_marker(*_MARKERS[code]) for code in sorted(trips)]
+    axes.legend(handles=handles, loc="best", labelcolor=INK, fontsize=9)
+
+
+def _finish_speed(axes: Axes, run: HomeRun) -> None:
+    axes.set_title("Speed")
+    axes.set_ylabel("steps/s")
+    axes.set_xlabel("seconds after the start")
+    axes.yaxis.set_major_formatter(thousands)
+    top = float(run.job.plan.top * run.job.pixel_hz)
+    for bound in (top, -top):
+        axes.axhline(bound, color=FAINT, lw=0.9, ls=(0, (4, 3)), zorder=0)
+    axes.set_ylim(-1.45 * top, 1.45 * top)
+    axes.annotate(
+        f"HAPs {len(run.job.plan.ramp.counts)}: {thousands(top)} steps/s, never faster",
+        xy=(1, top),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(-4, 4),
+        textcoords="offset points",
+        ha="right",
+        va="bottom",
+        color=FAINT,
+        fontsize=8.5,
+    )
+
+
+def _switch(axes: Axes, run: HomeRun) -> None:
+    """Shade where the home switch is closed, and where it stays so: its hysteresis."""
+    place = run.job.closes_at
+    if place is None:
+        return
+    above = run.job.closes_above
+    way = 1 if above else -1
+    bottom, top = axes.get_ylim()
+    room = 0.06 * (top - bottom)
+    bottom, top = min(bottom, place - room), max(top, place + room)
+    axes.axhspan(place, place + way * 2 * (top - bottom), color=BAND, zorder=0, lw=0)
+    opens = place - way * run.job.knob("hyst", HYSTERESIS)
+    axes.axhspan(opens, place, color=BAND, alpha=0.5, zorder=0, lw=0)
+    axes.axhline(place, color=INK, lw=0.9, zorder=1)
+    axes.set_ylim(bottom, top)
+    axes.annotate(
+        f"home switch closes at {thousands(place)}",
+        xy=(0, place),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(6, 3 * way),
+        textcoords="offset points",
+        color=INK,
+        fontsize=8.5,
+        va="bottom" if above else "top",
+        bbox={"facecolor": BAND, "alpha": 0.8, "edgecolor": "none", "pad": 1},
+    )
+
+
+def _limits(axes: Axes, run: HomeRun) -> None:
+    """Draw the limit switches that are in sight."""
+    bottom, top = axes.get_ylim()
+    bottom, top = bottom - 0.03 * (top - bottom), top + 0.03 * (top - bottom)
+    for place, name in zip(run.job.travel, ("minus", "plus"), strict=False):
+        if bottom < place < top:
+            axes.axhline(place, color=BOARD, lw=1.1, ls=(0, (5, 3)))
+            axes.annotate(
+                f"{name} limit switch at {thousands(place)}",
+                xy=(0, place),
+                xycoords=axes.get_yaxis_transform(),
+                xytext=(6, -4),
+                textcoords="offset points",
+                color=BOARD,
+                fontsize=8.5,
+                ha="left",
+                va="top",
+            )
+    axes.set_ylim(bottom, top)
+
+
+def _draw_near(axes: Axes, run: HomeRun) -> None:
+    """Draw the legs around the edge that counts, step by step."""
+    shown = [leg for leg in run.legs if leg.name in _FINAL and leg.steps]
+    for leg in shown:
+        times, places = _course(run, leg)
+        axes.step(times, places, where="post", color=COLOURS[leg.name], lw=1.8)
+        axes.plot(times, places, ".", ms=4, color=COLOURS[leg.name])
+        _draw_place(axes, run, leg, width=0)
+    axes.set_title("The edge that counts, every dot one step")
+    axes.set_xlabel("seconds after the start")
+    axes.yaxis.set_major_formatter(thousands)
+    axes.margins(y=0.08)
+    _switch(axes, run)
+    if shown:
+        times, places = _course(run, shown[-1])
+        axes.plot(times[-1:], places[-1:], "o", ms=8, mfc="white", mec=INK, mew=1.5, zorder=7)
+        axes.annotate(
+            f"position {run.homed.position_steps}",
+            xy=(times[-1], places[-1]),
+            xytext=(4, 14 if shown[-1].steps > 0 else -14),
+            textcoords="offset points",
+            ha="right",
+            va="bottom" if shown[-1].steps > 0 else "top",
+            weight="bold",
+            color=INK,
+        )
+
+
+def _subtitle(run: HomeRun, verdict: str) -> str:
+    plan, job = run.job.plan, run.job
+    way = "plus" if plan.direction > 0 else "minus"
+    text = (
+        f"{job.board} axis {plan.axis} towards {way} at {float(job.pixel_hz):g} Hz, "
+        f"slow approach {thousands(float(plan.slow * job.pixel_hz))} steps/s"
+    )
+    return f"{text}; {run.error or verdict}"
+
+
+def _marker(shape: str, label: str) -> mpl.lines.Line2D:
+    return mpl.lines.Line2D(
+        [], [], ls="", marker=shape, ms=7, mfc="white", mec=INK, mew=1.3, label=label
+    )

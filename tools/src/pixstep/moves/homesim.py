@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""Homing on a simulated board with a load and its switches: run it, keep what it left behind."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+from pixstep import boards, natives
+from pixstep.client import Board, BoardError
+from pixstep.edges import AxisEdges, read_edges
+from pixstep.errors import UserError
+from pixstep.moves.homing import Homed, HomingError, Leg, home
+from pixstep.moves.legs import HomingPlan
+from pixstep.rational import TIMER_HZ
+from pixstep.simctl import SimOptions, Simulator
+from pixstep.simrun import BOOT_CYCLES, scratch_folder
+from pixstep.transport import SimClient
+
+SETTLE_CYCLES = TIMER_HZ // 20
+OUTPUTS = ("edges.csv", "switches.csv")
+HYSTERESIS = 8  # steps, of a simulated home switch unless its knobs say otherwise
+INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
+
+
+@dataclass(frozen=True)
+class HomeJob:
+    """A homing and the world it happens in; `plant` are the simulator's knobs, "home=2000,..."."""
+
+    plan: HomingPlan
+    board: str
+    pixel_hz: Fraction
+    plant: str
+    inverted: str = "none"
+    filter_us: int | None = None
+    seed: int = 1
+
+    @property
+    def period(self) -> Fraction:
+        """Pixel period, ticks."""
+        return TIMER_HZ / self.pixel_hz
+
+    @property
+    def knobs(self) -> dict[str, str]:
+        """The plant's knobs by name."""
+        return dict(word.partition("=")[::2] for word in self.plant.split(","))
+
+    def knob(self, name: str, default: int = 0) -> int:
+        """Return a knob that is a whole number; raises UserError if it is none."""
+        text = self.knobs.get(name, str(default))
+        try:
+            return int(text)
+        except ValueError:
+            raise UserError(f"--plant: {name}={text!r} is not a whole number") from None
+
+    @property
+    def home_tripped_level(self) -> int:
+        """The pin's level that the board takes for a closed home switch."""
+        return INVERTED[self.inverted] & 1
+
+    @property
+    def closes_above(self) -> bool:
+        """True if the board sees the home switch closed above its place, not below."""
+        closed_level = int(self.knobs.get("active") == "high")
+        return closed_level == self.home_tripped_level
+
+    @property
+    def closes_at(self) -> int | None:
+        """The load's position at which the board sees the home switch close, if there is one."""
+        if "home" not in self.knobs:
+            return None
+        return self.knob("home") - (0 if self.closes_above else self.knob("hyst", HYSTERESIS))
+
+    @property
+    def travel(self) -> tuple[int, ...]:
+        """Where the limit switches trip, minus and plus; empty if there are none."""
+        low, _, high = self.knobs.get("travel", "").partition("..")
+        try:
+            return (int(low), int(high)) if low and high else ()
+        except ValueError:
+            raise UserError(f"--plant: travel={low}..{high}: two whole numbers") from None
+
+
+@dataclass
+class HomeRun:
+    """What a simulated homing left behind; cycles are the simulator's."""
+
+    job: HomeJob
+    homed: Homed | None = None
+    error: BoardError | None = None
+    edges: AxisEdges | None = None
+    switch_edges: list[tuple[int, int]] = field(default_factory=list)  # (cycle, 1 closed)
+    counted_steps: int = 0
+    load_steps: int = 0
+    stats: dict = field(default_factory=dict)
+
+    @property
+    def legs(self) -> tuple[Leg, ...]:
+        """The legs made, of a homing that failed too."""
+        if self.homed:
+            return self.homed.legs
+        return self.error.legs if isinstance(self.error, HomingError) else ()
+
+
+class SimWorld:
+    """The simulator's time."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+
+    def now_s(self) -> float:
+        """Return simulated seconds since reset."""
+        return self._simulator.cycle / TIMER_HZ
+
+    def wait(self, seconds: float) -> None:
+        """Let simulated time pass."""
+        self._simulator.run(int(seconds * TIMER_HZ))
+
+
+def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: None) -> HomeRun:
+    """Run a homing; leave OUTPUTS in `out`.
+
+    Raises UserError if the simulator cannot run; what the board does wrong is in the result.
+    """
+    if job.plan.axis >= boards.load(job.board).axes:
+        raise UserError(f"axis {job.plan.axis}: the {boards.axes_text(job.board)}")
+    out.mkdir(parents=True, exist_ok=True)
+    done = HomeRun(job)
+    with scratch_folder(out) as folder:
+        options = SimOptions(
+            boards=[(job.board, natives.image(job.board))],
+            pixel_hz=job.pixel_hz,
+            seed=job.seed,
+            edges=folder / "edges.csv",
+            plants={(0, job.plan.axis): job.plant},
+            switch_log=folder / "switches.csv",
+        )
+        with Simulator(options) as simulator:
+            _home(done, simulator, progress)
+            simulator.quit()
+        for name in OUTPUTS:
+            (folder / name).replace(out / name)
+    done.edges = read_edges(out / "edges.csv").axis(0, job.plan.axis)
+    done.switch_edges = home_edges(out / "switches.csv", job)
+    return done
+
+
+def home_edges(path: Path, job: HomeJob) -> list[tuple[int, int]]:
+    """Return (cycle, 1 tripped or 0) of every edge of the home switch, as the board takes it."""
+    tripped_level = str(job.home_tripped_level)
+    rows = (row.split(",") for row in path.read_text(encoding="ascii").split()[1:])
+    wanted = ["0", str(job.plan.axis), "home"]
+    return [
+        (int(cycle), int(level == tripped_level))
+        for cycle, *where, level in rows
+        if where == wanted
+    ]
+
+
+def _home(done: HomeRun, simulator: Simulator, progress: Callable[[float], None]) -> None:
+    """Set the board up, home, and ask the simulator where everything is."""
+    job, axis = done.job, done.job.plan.axis
+    simulator.run(BOOT_CYCLES)
+    board = Board(SimClient(simulator))
+    try:
+        set_up(board, job)
+        simulator.run(SETTLE_CYCLES)  # the filters see the switches
+        done.homed = home(board, job.plan, job.pixel_hz, SimWorld(simulator), progress)
+    except BoardError as error:
+        done.error = error
+    simulator.run(SETTLE_CYCLES)
+    done.counted_steps = simulator.steps(0, axis)
+    _, done.load_steps = simulator.plant(0, axis)
+    done.stats = simulator.stats()
+
+
+def set_up(board: Board, job: HomeJob) -> None:
+    """Write what homing needs of the settings, enable the axis."""
+    board.set_pixel_hz(job.pixel_hz)
+    board.write_setting("inputs_inverted", INVERTED[job.inverted])
+    if job.filter_us is not None:
+        board.write_setting("input_filter_us", job.filter_us)
+    board.command("enable", [job.plan.axis])

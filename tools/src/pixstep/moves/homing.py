@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: MIT
+"""Homing on a board: find the home switch, take its edge as position 0, stand on it.
+
+start closed? back off, until it opens
+approach      up to the homing speed, until the switch closes; slows down behind it
+back off      the same the other way, until it opens; then clear of it
+slow approach at one slow speed, until it closes: this edge, captured by hardware, counts
+zero          position 0 is where that edge was
+return        by a move of its own onto 0
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from fractions import Fraction
+from typing import Protocol
+
+from pixstep import registers as regs
+from pixstep.client import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board, BoardError, Trip, Upload
+from pixstep.moves import fast
+from pixstep.moves.legs import HomingPlan
+from pixstep.runs import Seek, queue_entries, seek_entries
+
+LEGS = ("leave the switch", "approach", "back off", "stand clear", "slow approach", "return to 0")
+_LEAVE, _APPROACH, _BACK_OFF, _CLEAR, _SLOW, _RETURN = LEGS
+_POLL_S = 0.005
+_PATIENCE_S = 2.0  # beyond a leg's own time
+_LIMITS = {"limit_minus": "minus", "limit_plus": "plus"}
+
+Progress = Callable[[float], None]
+
+
+class World(Protocol):
+    """Time: the wall clock's beside a real board, the simulator's beside a simulated one."""
+
+    def now_s(self) -> float:
+        """Return seconds since any fixed instant."""
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+
+
+class WallClock:
+    """The time of a real board."""
+
+    def now_s(self) -> float:
+        """Return seconds since any fixed instant."""
+        return time.monotonic()
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        time.sleep(seconds)
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One leg as it was made: positions in steps (the board's register), times in seconds."""
+
+    name: str
+    first_steps_px: int  # as planned
+    top_steps_px: int
+    start_steps: int
+    end_steps: int
+    pixels: int
+    began_s: float
+    ended_s: float
+    trip: Trip | None = None
+
+    @property
+    def steps(self) -> int:
+        """Signed steps moved."""
+        return self.end_steps - self.start_steps
+
+
+@dataclass(frozen=True)
+class Homed:
+    """A finished homing; the legs' positions are those before the zero, but for the last one's."""
+
+    plan: HomingPlan
+    legs: tuple[Leg, ...]
+    edge: Trip
+    zeroed_steps: int  # position by the register just after zero: steps moved since the edge
+    position_steps: int  # at the end
+
+    def as_json(self) -> dict:
+        """Return plain data."""
+        return {
+            "axis": self.plan.axis,
+            "direction": "plus" if self.plan.direction > 0 else "minus",
+            "edge": asdict(self.edge),
+            "beyond_edge_steps": self.zeroed_steps,
+            "position_steps": self.position_steps,
+            "legs": legs_as_json(self.legs),
+        }
+
+
+class HomingError(BoardError):
+    """Homing ended in a fault: its name (empty if it is none of the board's), the legs so far."""
+
+    def __init__(self, message: str, name: str = "", legs: tuple[Leg, ...] = ()) -> None:
+        super().__init__(message)
+        self.name, self.legs = name, legs
+
+
+def legs_as_json(legs: tuple[Leg, ...]) -> list[dict]:
+    """Return legs as plain data."""
+    return [asdict(leg) | {"steps": leg.steps} for leg in legs]
+
+
+def home(
+    board: Board,
+    plan: HomingPlan,
+    pixel_hz: Fraction,
+    world: World,
+    progress: Progress = lambda _: None,
+) -> Homed:
+    """Home one axis, at rest and enabled; return what was found.
+
+    Raises HomingError naming the fault (home_not_found, home_stuck, limit_minus, limit_plus or
+    any other), BoardError if the board does not answer or refuses a leg. The fault stays latched.
+    """
+    return _Homing(board, plan, pixel_hz, world, progress).go()
+
+
+class _Homing:
+    """The legs of one homing."""
+
+    def __init__(
+        self, board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress
+    ) -> None:
+        self.board, self.plan, self.pixel_hz = board, plan, pixel_hz
+        self.world, self.progress = world, progress
+        self.legs: list[Leg] = []
+
+    def go(self) -> Homed:
+        """Go through all legs."""
+        if self.board.switches(self.plan.axis).home:
+            self.seek(_LEAVE, self.plan.back_off())
+        self.seek(_APPROACH, self.plan.approach())
+        self.seek(_BACK_OFF, self.plan.back_off())
+        self.stand_clear()
+        edge = self.seek(_SLOW, self.plan.slow_approach())
+        if edge is None:
+            raise HomingError(
+                f"axis {self.plan.axis}: the home switch is closed again before the slow approach",
+                legs=tuple(self.legs),
+            )
+        self.board.zero(self.plan.axis)
+        beyond = self.position()
+        if beyond:
+            self.move(_RETURN, -beyond)
+        return Homed(self.plan, tuple(self.legs), edge, beyond, self.position())
+
+    def stand_clear(self) -> None:
+        """Stand so far from where the switch opened that the slow approach has its speed there.
+
+        Much further away (the back-off needs room to slow down) would only take longer.
+        """
+        leg = self.legs[-1]
+        if leg.trip is None:
+            return
+        stands = self.plan.direction * (leg.trip.position_steps - leg.end_steps)
+        if not self.plan.clear_steps <= stands <= 2 * self.plan.clear_steps:
+            self.move(_CLEAR, self.plan.direction * (stands - self.plan.clear_steps))
+
+    def seek(self, name: str, seek: Seek) -> Trip | None:
+        """Make a seek line; return the switch's edge, None if it already was as sought."""
+        wanted = TRIP_OPENED if seek.opens else TRIP_CLOSED
+        self._leg(name, seek_entries(seek), wanted)
+        return self.legs[-1].trip
+
+    def move(self, name: str, steps: int) -> None:
+        """Make a move of exactly `steps` steps, no faster than homing is."""
+        self._leg(name, queue_entries(fast.plan(self.plan.ramp, steps).line(name)), 0)
+
+    def position(self) -> int:
+        """Return the board's position register, steps."""
+        return self.board.axis(self.plan.axis)["position_steps"]
+
+    def _leg(self, name: str, entries: list[tuple[int, int]], wanted: int) -> None:
+        """Upload, arm and follow a line; `wanted` is the trip it looks for, 0 for none."""
+        start = self._upload(name, entries)
+        runs = [(abs(count), repeat) for count, repeat in entries[2:] if repeat]
+        began = self.world.now_s()
+        self.board.command("arm", [self.plan.axis])
+        state = self._follow(name, sum(repeat for _, repeat in runs))
+        trip = self.board.trip() if wanted else None
+        leg = Leg(
+            name=name,
+            first_steps_px=runs[0][0],
+            top_steps_px=max(count for count, _ in runs),
+            start_steps=start,
+            end_steps=state["position_steps"],
+            pixels=state["pixel"],
+            began_s=began,
+            ended_s=self.world.now_s(),
+            trip=trip if trip and trip.code == wanted and trip.axis == self.plan.axis else None,
+        )
+        self.legs.append(leg)
+        in_vain = trip is not None and trip.code == TRIP_NONE
+        if in_vain or state["axis_state"] != _state("done"):
+            raise self._fault(leg)
+
+    def _upload(self, name: str, entries: list[tuple[int, int]]) -> int:
+        """Queue a whole leg, for one that is not all there cannot slow down; return the position.
+
+        The axis is at rest, so its position is that of the leg's start.
+        """
+        state = self.board.axis(self.plan.axis)
+        room = state["queue_free"]
+        if len(entries) > room:
+            raise HomingError(
+                f"axis {self.plan.axis}: {name} takes {len(entries)} queue entries, the board has "
+                f"room for {room}: fewer HAPs (now {len(self.plan.ramp.counts)}) make it shorter",
+                legs=tuple(self.legs),
+            )
+        upload = Upload(self.board, self.plan.axis, entries, state)
+        while not upload.done:
+            if not upload.push():
+                raise BoardError(f"axis {self.plan.axis}: {name} is not accepted by the queue")
+        return state["position_steps"]
+
+    def _follow(self, name: str, pixels: int) -> dict[str, int]:
+        """Poll until the leg is done or a fault has stopped it; return the axis' registers."""
+        ends = self.world.now_s() + float(pixels / self.pixel_hz) + _PATIENCE_S
+        begun = LEGS.index(name) / len(LEGS)
+        while True:
+            state = self.board.axis(self.plan.axis)
+            if state["axis_state"] in (_state("done"), _state("fault"), _state("refused")):
+                return state
+            if self.world.now_s() > ends:
+                raise HomingError(
+                    f"axis {self.plan.axis}: {name} not done in time: "
+                    f"{regs.AXIS_STATES[state['axis_state']]}",
+                    legs=tuple(self.legs),
+                )
+            self.progress(begun + min(1.0, state["pixel"] / pixels) / len(LEGS))
+            self.world.wait(_POLL_S)
+
+    def _fault(self, leg: Leg) -> HomingError:
+        """Return the fault that stopped a leg, in words."""
+        axis = self.plan.axis
+        name = self.board.fault_name()
+        where = f"{leg.name}, {abs(leg.steps)} steps after its start"
+        if name == "home_not_found":
+            text = f"the home switch did not close within {abs(leg.steps)} steps ({leg.name})"
+        elif name == "home_stuck":
+            text = f"the home switch did not open within {abs(leg.steps)} steps ({leg.name})"
+        elif name in _LIMITS:
+            text = f"the {_LIMITS[name]} limit switch tripped ({where})"
+        else:
+            text = f"{self.board.fault_text() or 'stopped'} ({where})"
+        title = f"{name}: " if name else ""
+        return HomingError(f"axis {axis}: {title}{text}", name, tuple(self.legs))
+
+
+def _state(name: str) -> int:
+    return regs.AXIS_STATES.index(name)
