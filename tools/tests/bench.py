@@ -22,10 +22,12 @@ _POLL_CYCLES = TIMER_HZ // 500
 class Bench:
     """One board with its axes enabled; use as a context manager."""
 
-    def __init__(self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None, plants=None):
+    def __init__(
+        self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None, plants=None, extra=()
+    ):
         self.axes, self.hz, self.edges_path = list(axes), Fraction(hz), edges
         images = [(board, natives.image(board))]
-        self.options = SimOptions(images, self.hz, edges=edges, plants=plants or {})
+        self.options = SimOptions(images, self.hz, edges=edges, plants=plants or {}, extra=extra)
 
     def __enter__(self):
         self.sim = Simulator(self.options)
