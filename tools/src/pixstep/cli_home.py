@@ -107,7 +107,7 @@ def _motor_decode(profile: Path) -> str:
     named = names.parse(profile)
     if not named:
         return PLAIN
-    say((f"{profile}: {named.motor} homes {named.decode} (--decode)",))
+    say((f"{profile}: named for {named.motor}, so homing is {named.decode} (--decode)",))
     return named.decode
 
 
