@@ -3,6 +3,7 @@
 
 import random
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -12,9 +13,11 @@ from pixstep.errors import UserError
 from pixstep.line import PLAIN, SMOOTH, Line
 from pixstep.moves import accel, homing, legs, seeklines
 from pixstep.moves.homing import HomingError
+from pixstep.profiles import names, readings
 from worked import DATA
 
-PROFILE = accel.read(DATA / "AccProf-fast-move.csv")
+PATH = DATA / "AccProf-fast-move.csv"
+PROFILE = accel.read(PATH)
 SPEEDS = (8, 16, 24, 32, 40, 52, 64, 84, 104, 136)  # after the first ten entries, by hand
 HZ = Fraction(300)
 
@@ -31,6 +34,20 @@ def home(plant, made=None, **options):
 
 def speeds_of(counts):
     return Line(tuple(abs(count) for count in counts)).speeds
+
+
+def test_the_example_profile_is_sound_under_both_rules():
+    """For homing smoothly, for fast moves plainly."""
+    found = readings.check(readings.load(PATH), None, linecheck.Limits())
+    adopted = [reading for reading in found if reading.rows.adopted]
+    assert {reading.decode for reading in adopted} == {SMOOTH, PLAIN}
+    assert [reading.findings for reading in adopted] == [(), ()]
+
+
+@pytest.mark.parametrize("suffix", ["PRN", "csv", "CSB"])
+def test_the_motor_is_known_by_the_name_of_its_file(suffix):
+    assert names.parse(Path(f"x/AccProfM39-30Hz-1.{suffix}")).decode == SMOOTH
+    assert names.parse(Path(f"x/AccProfM40-30Hz-1.{suffix}")).decode == PLAIN
 
 
 def test_a_smooth_seek_holds_the_speed_behind_its_last_entry_and_mirrors_all():

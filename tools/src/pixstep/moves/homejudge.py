@@ -10,6 +10,7 @@ from pixstep.moves.homing import Leg, legs_as_json
 from pixstep.moves.legjudge import judge_leg, leg_edges
 from pixstep.rational import TIMER_HZ, hz_text
 
+IN_VAIN = ("home_not_found", "home_stuck")  # faults of a leg that was made to its end
 _TICKS = 1 << 32  # the board's tick count wraps
 
 
@@ -64,7 +65,8 @@ def switch_edge(run: HomeRun, leg: Leg) -> int | None:
 
 def _judge_leg(run: HomeRun, leg: Leg, reasons: list[str]) -> dict:
     """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
-    stopped = run.error is not None and leg is run.legs[-1]
+    in_vain = getattr(run.error, "name", "") in IN_VAIN
+    stopped = run.error is not None and leg is run.legs[-1] and not in_vain
     edges = leg_edges(run.edges, leg)
     judged = judge_leg(run.job.plan, leg, edges, run.job.period, stopped=stopped)
     found = list(judged.reasons)
