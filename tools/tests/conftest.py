@@ -6,6 +6,7 @@ PIXSTEP_REQUIRE_BUILT is set (as the project's own test command does): then it f
 """
 
 import os
+import shutil
 
 import pytest
 
@@ -25,9 +26,9 @@ def lines_option(request):
     return request.config.getoption("--lines")
 
 
-def _need(present: bool, what: str) -> None:
+def _need(present: bool, what: str, lack: str = "is not built") -> None:
     if not present:
-        text = f"{what} is not built"
+        text = f"{what} {lack}"
         if os.environ.get("PIXSTEP_REQUIRE_BUILT"):
             pytest.fail(text)
         pytest.skip(text)
@@ -45,3 +46,9 @@ def simulator():
     _need(natives.have("pixstep-sim"), "pixstep-sim")
     for board in ("uno", "mega"):
         _need(natives.have_image(board), f"the {board} image")
+
+
+@pytest.fixture
+def mbpoll():
+    """Require the Modbus client mbpoll."""
+    _need(shutil.which("mbpoll") is not None, "mbpoll", "is not installed")

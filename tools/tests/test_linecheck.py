@@ -121,7 +121,7 @@ def test_jerk_warning():
     ],
 )
 def test_jerk_counts_from_rest_and_to_rest(counts, limit, pixels):
-    found = check(Line(tuple(counts)), Limits(jerk_warning=limit))
+    found = check(Line(tuple(counts), backlash=counts[0] == 0), Limits(jerk_warning=limit))
     assert [item.pixel for item in found if item.name == "jerk"] == pixels
     assert len(found) == len(pixels)
 

@@ -28,7 +28,9 @@ def values(counts, limit=None, part=LINE, *, insert=False):
 
 def findings(counts, limit=None, part=LINE):
     line = Line(whole_line(tuple(counts), part))
-    return linecheck.check(line, linecheck.Limits(max_acceleration=limit))
+    return linecheck.without_idle_pixel(
+        linecheck.check(line, linecheck.Limits(max_acceleration=limit))
+    )
 
 
 @pytest.mark.parametrize(

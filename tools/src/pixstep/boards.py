@@ -52,3 +52,9 @@ def load(name: str) -> Board:
         else:
             raise UserError(f"{row.where}: unknown row {row.macro}")
     return Board(name, timers, tuple(pins))
+
+
+def axes_text(name: str) -> str:
+    """Return what axes a board has, in words: "mega has 4 axes: 0 to 3"."""
+    count = load(name).axes
+    return f"{name} has 1 axis: 0" if count == 1 else f"{name} has {count} axes: 0 to {count - 1}"

@@ -3,7 +3,7 @@
 
 import click
 
-from pixstep import docs, filesdoc
+from pixstep import docs, filesdoc, progress
 from pixstep.cli_options import FILE
 
 _check = click.option("--check", type=FILE, help="Fail if the table in FILE is out of date.")
@@ -40,6 +40,27 @@ def wiring(ctx, check, write):
 def files(ctx, check, write):
     """Meanings, messages, bytes of a CSB and listings, for docs/FILES.md."""
     _deliver(ctx, "files", filesdoc.files(), check, write)
+
+
+@docs_group.command()
+@click.option("--check", "action", flag_value="check", default=True, help="Say what differs.")
+@click.option("--write", "action", flag_value="write", help="Rewrite outputs and pictures too.")
+@click.argument("file", type=FILE)
+@click.pass_context
+def tutorial(ctx, file, action):
+    """Walk a document: run its commands, compare what they print and draw with what it shows.
+
+    Exit status 0 if all is as it says, 1 if not (or was not, with --write).
+    """
+    from pixstep.tutorial import check as walk  # matplotlib takes a second to load
+
+    with progress.shown("walking") as show:
+        complaints = (walk.refresh if action == "write" else walk.check)(file, show)
+    for text in complaints:
+        click.echo(text, err=True)
+    if complaints and action == "write":
+        click.echo(f"{file}: rewritten where it can be; look at it, shorten it, check it")
+    ctx.exit(1 if complaints else 0)
 
 
 def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:

@@ -98,7 +98,9 @@ def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
     if as_json:
         click.echo(json.dumps(summary, indent=2))
     else:
-        _print_page(Console(highlight=False), summary)
+        console = Console(highlight=False)
+        _print_page(console, summary)
+        report.print_files(console, out)
     ctx.exit(0 if summary["verdict"] == "pass" else 1)
 
 
@@ -141,11 +143,11 @@ def _print_page(console: Console, summary: dict) -> None:
         f"towards {summary['direction']}, {summary['pixel_hz']} Hz, {summary['decode']}"
     )
     for reason in summary["reasons"]:
-        console.print(f"  {reason}", style="red", markup=False, highlight=False)
+        console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
     if summary["legs"]:
         console.print(_legs_table(summary))
     for line in _findings(summary):
-        console.print(line, markup=False, highlight=False)
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def _legs_table(summary: dict):

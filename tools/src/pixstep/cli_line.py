@@ -3,6 +3,7 @@
 
 import json
 import time
+from dataclasses import replace
 from fractions import Fraction
 
 import click
@@ -112,8 +113,8 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, 
         }
         click.echo(json.dumps(report, indent=2))
     else:
-        for item in found:
-            click.echo(f"{csv}: pixel {item.pixel}: {item.severity} {item.name}: {item.message}")
+        for pixels, item in _gathered(found):
+            click.echo(f"{csv}: {pixels}: {item.severity} {item.name}: {item.message}")
         click.echo(f"{csv}: {verdict}: {checked.pixels} pixels, {checked.total_steps} steps")
     ctx.exit(status)
 
@@ -138,10 +139,27 @@ def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, o
     click.echo(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
 
 
+def _gathered(found: list[linecheck.Finding]) -> list[tuple[str, linecheck.Finding]]:
+    """Return the findings with their pixels in words: one for neighbours that say the same."""
+    runs: list[list[linecheck.Finding]] = []
+    for item in found:
+        last = runs[-1][-1] if runs else linecheck.Finding("", "", 0, "")
+        if replace(last, pixel=item.pixel) == item and item.pixel == last.pixel + 1:
+            runs[-1].append(item)
+        else:
+            runs.append([item])
+    return [(_pixels_text(run[0].pixel, run[-1].pixel), run[0]) for run in runs]
+
+
+def _pixels_text(first: int, last: int) -> str:
+    return f"pixel {first}" if first == last else f"pixels {first} to {last}"
+
+
 def _warn_of_jerk(made: generator.GeneratedLine, speed: int, limit: int) -> int:
     """Say where the acceleration changes by more than `limit`; return the exit status."""
     found = linecheck.check(Line(tuple(made.counts)), linecheck.Limits(jerk_warning=limit))
-    rising = [item for item in found if item.pixel <= len(made.counts) // 2]
+    jerks = [item for item in found if item.name == "jerk"]
+    rising = [item for item in jerks if item.pixel <= len(made.counts) // 2]
     for item in rising:
         click.echo(f"warning: pixel {item.pixel}: {item.message}, above {limit}", err=True)
     if rising:

@@ -77,7 +77,7 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse.
     """
     if axis >= boards.load(board).axes:
-        raise UserError(f"axis {axis}: the {board} has {boards.load(board).axes}")
+        raise UserError(f"axis {axis}: the {boards.axes_text(board)}")
     job = _job(options, board, axis)
     with progress.shown("moving") as show:
         done = fasttask.simulate(job, out, plot=plot, progress=show)
@@ -85,13 +85,15 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
     if as_json:
         click.echo(json.dumps(summary, indent=2))
     else:
-        report.print_page(Console(highlight=False), summary)
+        console = Console(highlight=False)
+        report.print_page(console, summary)
         click.echo(_headline(job))
         click.echo(
             f"ends at {_known(summary['move']['position_register_steps'])} by the board's position "
             f"register, {summary['move']['counted_steps']} by the simulator's count of STEP edges"
         )
-    ctx.exit(0 if done.judged.passed else 1)
+        report.print_files(console, out)
+    ctx.exit(report.exit_status(done.judged.summary))
 
 
 def _job(options: dict, board: str = "", axis: int = 0) -> fastsim.MoveJob:

@@ -13,7 +13,8 @@ from pixstep.cli_options import DECODE, FILE, HZ, raw_option, say
 from pixstep.cli_quantities import limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.profiles import figure, generator, names, page, readings
+from pixstep.profiles import generator, names, page, readings
+from pixstep.profiles.drawing import Drawing
 from pixstep.rational import parse_hz
 
 _FORMS = {
@@ -83,7 +84,7 @@ def profile_show(file, decode, speed, raw, lenient, pixel_hz, output, as_json, *
     counts = _counts(read, decode, speed)
     line = Line(counts, decode, name=str(file))
     bounds = cli_show.drawn_limits(limits, hz)
-    drawing = figure.Drawing(line, file.name, hz, bounds, going_on=True)
+    drawing = Drawing(line, file.name, hz, bounds, going_on=True)
     cli_show.show(drawing, output, as_json=as_json)
 
 

@@ -13,7 +13,8 @@ from pixstep.cli_options import DECODE, FILE, HZ, backlash_option, raw_option, s
 from pixstep.cli_quantities import limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.line import Line
-from pixstep.profiles import figure, page
+from pixstep.profiles import page
+from pixstep.profiles.drawing import Drawing
 from pixstep.rational import parse_hz
 from pixstep.units import ACCELERATION, JERK, SPEED
 
@@ -40,7 +41,7 @@ def line_show(csv, decode, backlash, raw, lead_in, pixel_hz, output, as_json, **
     shown = Line(read.values, decode, backlash, name=str(csv))
     _refuse_backlash(shown)
     bounds = drawn_limits(limits, pixel_hz)
-    drawing = figure.Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
+    drawing = Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
     show(drawing, output, as_json=as_json)
 
 
@@ -72,10 +73,12 @@ def image_pixel(line: Line, lead_in: int | None) -> int | None:
     return first + lead_in if first + lead_in <= line.pixels else None
 
 
-def show(drawing: figure.Drawing, output: Path | None, *, as_json: bool) -> None:
+def show(drawing: Drawing, output: Path | None, *, as_json: bool) -> None:
     """Write the drawing if a file is given, then print the figures."""
     line, figures = drawing.line, drawing.motion.figures
     if output is not None:
+        from pixstep.profiles import figure  # matplotlib takes a second to load
+
         figure.save(drawing, output)
     if as_json:
         report = {

@@ -77,7 +77,7 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
     lines = _lines(csv, decode, backlash, options)
     last = options["axis"] + len(lines) - 1
     if last >= boards.load(board).axes:
-        raise UserError(f"axis {last}: the {board} has {boards.load(board).axes}")
+        raise UserError(f"axis {last}: the {boards.axes_text(board)}")
     if not force_upload:
         _refuse_bad(lines)
     job = Job(
@@ -97,8 +97,10 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
     if as_json:
         click.echo(json.dumps(judged.summary, indent=2))
     else:
-        report.print_page(Console(highlight=False), judged.summary)
-    ctx.exit(0 if judged.passed else 1)
+        console = Console(highlight=False)
+        report.print_page(console, judged.summary)
+        report.print_files(console, out)
+    ctx.exit(report.exit_status(judged.summary))
 
 
 @click.command("demo")

@@ -198,10 +198,11 @@ class Board:
         state = self.inputs()
         if not state["fault_code"]:
             return ""
-        name = regs.code_name(regs.faults(), state["fault_code"])
+        faults, code = regs.faults(), state["fault_code"]
+        meaning = f": {faults[code].text}" if code in faults else ""
         return (
-            f"fault {name} on axis {state['fault_axis']} at pixel {state['fault_pixel']}, "
-            f"argument {state['fault_argument']}"
+            f"fault {regs.code_name(faults, code)} on axis {state['fault_axis']} at pixel "
+            f"{state['fault_pixel']}, argument {state['fault_argument']}{meaning}"
         )
 
     def refusal(self, axis: int) -> LineRefusedByBoardError:

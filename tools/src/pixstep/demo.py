@@ -57,15 +57,5 @@ def _print(
         f"plan     expected positions of the host library {planned}"
     )
     report.print_page(console, summary)
-    console.print(f"files    {_shown(out)}: {', '.join(sorted(_names(out)))}")
+    report.print_files(console, out)
     console.print(f"[dim]{time.monotonic() - started:.1f} s")
-
-
-def _names(out: Path) -> list[str]:
-    return [path.name for path in out.iterdir() if path.is_file()]
-
-
-def _shown(path: Path) -> str:
-    """Return a path relative to the current folder if it is below it."""
-    path = path.resolve()
-    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)

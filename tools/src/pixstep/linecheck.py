@@ -14,6 +14,7 @@ from pixstep.line import Line
 
 ERROR = "error"
 WARNING = "warning"
+IDLE_PIXEL = "idle_pixel"
 MAX_COUNT = 16_383  # steps in a pixel, either direction
 
 
@@ -57,6 +58,11 @@ def check(line: Line, limits: Limits | None = None) -> list[Finding]:
     return sorted(found, key=lambda item: (item.pixel, item.severity))
 
 
+def without_idle_pixel(findings: list[Finding]) -> list[Finding]:
+    """Return the findings of counts from a file, which does not tell the backlash."""
+    return [item for item in findings if item.name != IDLE_PIXEL]
+
+
 def refused(findings: list[Finding]) -> bool:
     """True if any finding is an error."""
     return any(item.severity == ERROR for item in findings)
@@ -96,6 +102,9 @@ def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
     """Yield what breaks the decode rule: v' = 2n - v, never negative, 0 at the end."""
     speed = 0
     previous = 0  # a line begins at rest
+    if line.counts[:1] == (0,) and line.backlash == 0:
+        text = "a leading zero pixel without backlash costs one idle pixel"
+        yield Finding(IDLE_PIXEL, WARNING, 1, text)
     for pixel, count in enumerate(line.counts, 1):
         following = 2 * count - speed
         broken = _broken_pixel(pixel, count, speed)

@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
 from pixstep import atomic, exact
 from pixstep.edges import AxisEdges
@@ -26,6 +27,8 @@ IDEAL = "#f2a541"
 MADE = "#1f6f8b"
 BOARD = "#c8553d"
 BAND = "#e8f1f2"
+
+_MANY_STEPS = 3000  # beyond these dots are drawn small
 
 STYLE = {
     "figure.dpi": 110,
@@ -120,26 +123,28 @@ def _motion(trace: Trace) -> Figure:
     made = trace.made_px
     signs = trace.edges.directions()
     times, speeds = _ideal_speed(trace)
-    speed.plot(times, speeds / 1000, color=IDEAL, lw=5, alpha=0.55, label="ideal")
+    speed.plot(times, speeds, color=IDEAL, lw=5, alpha=0.55, label="ideal")
     if len(made) > 1:
-        rate = signs[1:] / np.diff(made) * TIMER_HZ / float(trace.period) / 1000
+        rate = signs[1:] / np.diff(made) * TIMER_HZ / float(trace.period)
         middle = (made[1:] + made[:-1]) / 2
         keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
-        speed.plot(middle[keep], rate[keep], ".", ms=1.6, mew=0, color=MADE)
-        _magnify(speed, trace, (times, speeds / 1000), (middle[keep], rate[keep]))
-    handles = [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board: 1 / interval")]
-    _legend(speed, "upper right", handles)
-    speed.set_ylabel("speed, 1000 steps/s")
+        size = 1.6 if len(made) > _MANY_STEPS else 4.0
+        speed.plot(middle[keep], rate[keep], ".", ms=size, mew=0, color=MADE)
+        _magnify(speed, trace, (times, speeds), (middle[keep], rate[keep]))
+    _legend(speed, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board: 1 / interval")])
+    speed.yaxis.set_major_formatter(EngFormatter(sep=""))
+    speed.set_ylabel("speed, steps/s")
     speed.set_title("Velocity")
     ideal = trace.ideal_px
     count = np.cumsum(signs)
     wanted = np.cumsum(exact.directions(trace.line))
-    position.plot(ideal, wanted / 1000, color=IDEAL, lw=5, alpha=0.55)
-    position.plot(made, count / 1000, color=MADE, lw=1.2)
-    position.set_ylabel("position, 1000 steps")
+    position.plot(ideal, wanted, color=IDEAL, lw=5, alpha=0.55)
+    position.plot(made, count, color=MADE, lw=1.2)
+    position.yaxis.set_major_formatter(EngFormatter(sep=""))
+    position.set_ylabel("position, steps")
     position.set_xlabel("pixels after line zero")
     position.set_title("Position")
-    _legend(position, "upper left", [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board")])
+    _legend(position, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board")])
     _take_up_note(speed, trace)
     speed.set_xlim(-0.3, trace.line.pixels + 0.3)
     return figure
@@ -160,7 +165,8 @@ def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
     inset.plot(*ideal, color=IDEAL, lw=5, alpha=0.55)
     inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
     inset.set_xlim(0.5, flat + 0.2)
-    inset.set_ylim(0, 1.05 * line.speeds[flat] * TIMER_HZ / float(trace.period) / 1000)
+    inset.set_ylim(0, 1.05 * line.speeds[flat] * TIMER_HZ / float(trace.period))
+    inset.yaxis.set_major_formatter(EngFormatter(sep=""))
     inset.set_title("start, every dot one step", fontsize=9, weight="normal")
     inset.tick_params(labelsize=8)
 
@@ -194,7 +200,7 @@ def _edge_error(trace: Trace) -> Figure:
     over.axhspan(-1, 1, color=BAND, zorder=0)
     for bound in (-1, 1):
         over.axhline(bound, color=BOARD, lw=0.8, ls=(0, (4, 3)))
-    size = 2.0 if len(errors) > 3000 else 6.0
+    size = 2.0 if len(errors) > _MANY_STEPS else 6.0
     over.plot(made, errors, ".", ms=size, color=MADE, alpha=0.5, mew=0, rasterized=True)
     ends = [done - 1 for _, done in exact.edge_ends(trace.line) if done <= len(errors)]
     over.plot(made[ends], errors[ends], "o", ms=3.5, color=IDEAL, mec="white", mew=0.3)
@@ -214,7 +220,7 @@ def _edge_error(trace: Trace) -> Figure:
         _dot(IDEAL, 5, "last step of a pixel"),
         _line(BOARD, 1, "one tick"),
     ]
-    _legend(over, "upper right", handles, columns=3)
+    _legend(over, handles)
     spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=MADE, alpha=0.85)
     spread.set_xlabel("error, ticks")
     spread.set_ylabel("steps")
@@ -232,17 +238,18 @@ def _positions(trace: Trace) -> Figure:
     reference = np.array(exact.expected_positions(trace.line))
     expected = np.array([_number(row.expected_steps) for row in trace.pixels])
     actual = np.array([_number(row.actual_steps) for row in trace.pixels])
-    table.plot(pixel, reference / 1000, color=IDEAL, lw=5, alpha=0.55)
-    table.plot(pixel, expected / 1000, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
-    table.plot(pixel, actual / 1000, ".", ms=4.5, color=MADE)
-    table.set_ylabel("1000 steps")
+    table.plot(pixel, reference, color=IDEAL, lw=5, alpha=0.55)
+    table.plot(pixel, expected, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
+    table.plot(pixel, actual, ".", ms=4.5, color=MADE)
+    table.yaxis.set_major_formatter(EngFormatter(sep=""))
+    table.set_ylabel("steps")
     table.set_title("Steps made at the end of each pixel")
     handles = [
         _line(IDEAL, 5, "reference"),
         _dot(BOARD, 6, "expected by the board", hollow=True),
         _dot(MADE, 3, "counted STEP edges"),
     ]
-    _legend(table, "upper left", handles)
+    _legend(table, handles)
     difference.axhline(0, color=FAINT, lw=0.8)
     difference.plot(pixel, expected - reference, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
     difference.plot(pixel, actual - reference, ".", ms=4.5, color=MADE)
@@ -271,6 +278,9 @@ def _dot(colour: str, size: float, label: str, *, hollow: bool = False) -> mpl.l
     return mpl.lines.Line2D([], [], ls="", marker="o", ms=size, mfc=fill, mec=colour, label=label)
 
 
-def _legend(axes: Axes, where: str, handles: list[mpl.lines.Line2D], columns: int = 1) -> None:
-    """Draw a legend."""
-    axes.legend(handles=handles, loc=where, ncols=columns, labelcolor=INK)
+def _legend(axes: Axes, handles: list[mpl.lines.Line2D]) -> None:
+    """Draw a legend above the axes on the right, where no curve of any shape can lie below it."""
+    axes.legend(
+        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles),
+        labelcolor=INK, borderaxespad=0.2,
+    )  # fmt: skip

@@ -46,16 +46,32 @@ def write_pixels(path: Path, rows: list[PixelRow]) -> None:
     atomic.write_text(path, "\n".join([header, *(row.text(loads=loads) for row in rows)]) + "\n")
 
 
+def exit_status(summary: dict) -> int:
+    """Return 0 for a pass, 1 for a failure, 2 for a line that the board refused."""
+    return {"pass": 0, "refused": 2}.get(summary["verdict"], 1)
+
+
 def print_page(console: Console, summary: dict) -> None:
     """Print the one-page verdict of a run."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
     for reason in summary["reasons"]:
-        console.print(f"  {reason}", style="red", markup=False, highlight=False)
+        console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+    if summary.get("refusal"):
+        return
     console.print(_axes_table(summary))
     if summary.get("handlers"):
         console.print(_handlers_table(summary))
-    console.print(_footer(summary), highlight=False)
+    console.print(_footer(summary), highlight=False, soft_wrap=True)
+
+
+def print_files(console: Console, out: Path) -> None:
+    """Print where the results of a run are, relative to the current folder if below it."""
+    folder = out.resolve()
+    if folder.is_relative_to(Path.cwd()):
+        folder = folder.relative_to(Path.cwd())
+    names = ", ".join(sorted(path.name for path in out.iterdir() if path.is_file()))
+    console.print(f"files in {folder}: {names}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _headline(summary: dict) -> str:

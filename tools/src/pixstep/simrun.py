@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
+from pixstep import boards, natives
 from pixstep import registers as regs
 from pixstep.client import Board, BoardError, LineRefusedByBoardError, Record, Upload
 from pixstep.edges import EdgeLog, read_clock, read_edges
@@ -151,7 +151,7 @@ class _Run:
         self.simulator.run(BOOT_CYCLES)
         count = self.board.input("axis_count")
         if self.axes[-1] >= count:
-            raise UserError(f"axis {self.axes[-1]}: the {self.job.board} has {count}")
+            raise UserError(f"axis {self.axes[-1]}: the {boards.axes_text(self.job.board)}")
         self.board.set_pixel_hz(self.job.pixel_hz)
         self.board.write_setting("backlash_policy", _POLICIES[self.job.backlash_policy])
         self.board.command("enable", self.axes)

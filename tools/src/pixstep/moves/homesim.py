@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
-from pixstep.boards import load as load_board
+from pixstep import boards, natives
 from pixstep.client import Board, BoardError
 from pixstep.edges import AxisEdges, read_edges
 from pixstep.errors import UserError
@@ -123,9 +122,8 @@ def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: N
 
     Raises UserError if the simulator cannot run; what the board does wrong is in the result.
     """
-    axes = load_board(job.board).axes
-    if job.plan.axis >= axes:
-        raise UserError(f"axis {job.plan.axis}: the {job.board} has {axes}")
+    if job.plan.axis >= boards.load(job.board).axes:
+        raise UserError(f"axis {job.plan.axis}: the {boards.axes_text(job.board)}")
     out.mkdir(parents=True, exist_ok=True)
     done = HomeRun(job)
     with scratch_folder(out) as folder:

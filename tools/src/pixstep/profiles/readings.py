@@ -175,7 +175,8 @@ def _speed_findings(speeds: tuple[int, ...], limits: Limits) -> Iterator[Finding
 def _count_findings(counts: tuple[int, ...], limits: Limits) -> Iterator[Finding]:
     """Check counts decoded smoothly: up, then held; the mirrored end adds nothing new."""
     line = Line(whole_line(counts, START))
-    found = [item for item in linecheck.check(line, limits) if item.pixel <= len(counts) + 1]
+    found = linecheck.without_idle_pixel(linecheck.check(line, limits))
+    found = [item for item in found if item.pixel <= len(counts) + 1]
     yield from found
     if linecheck.refused(found):
         return

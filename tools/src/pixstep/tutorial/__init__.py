@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""The tutorial as a tested document: its commands are run and compared with what it shows."""

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""What a walked document holds: commands with their outputs, commands that are not run, pictures.
+
+Fenced blocks are of three kinds, by the words behind their backquotes:
+
+    console       commands ("$ ", continued behind a backslash) with their output: all are run
+    sh WHY        commands only, not run here because they need WHY: network, root or board
+    text          something to look at
+
+Outputs agree by *the rule of the dots*: in the document a line `...` stands for any lines (or
+none), `...` inside a line for any characters of it; all else is literally what the command prints,
+but for blanks at line ends and tabs, which are written as blanks.
+
+A picture is an image whose title names the file of the walk that it shows:
+![words](pictures/speed.png "run/motion.png").
+"""
+
+import re
+from dataclasses import dataclass, replace
+
+DOTS = "..."
+NOT_RUN = ("network", "root", "board")
+_FENCE = "```"
+_PROMPT = "$ "
+_IMAGE = re.compile(r'!\[[^\]]*\]\((?P<shown>[^)\s]+)(?: "(?P<made>[^"]+)")?\)')
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command and the output that the document shows; `line` is where it stands, from 1."""
+
+    line: int
+    command: str
+    shown: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class NotRun:
+    """A command that needs what a test has not."""
+
+    line: int
+    command: str
+    needs: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture: where the document has it, and the file of the walk that it is."""
+
+    line: int
+    shown: str
+    made: str
+
+
+@dataclass(frozen=True)
+class Document:
+    """All that a document says; `complaints` are places that say nothing clear."""
+
+    text: tuple[str, ...]
+    steps: tuple[Step, ...]
+    not_run: tuple[NotRun, ...]
+    pictures: tuple[Picture, ...]
+    complaints: tuple[str, ...]
+
+    def with_outputs(self, fresh: dict[int, list[str]]) -> str:
+        """Return the text with the outputs of some steps, by their line, replaced."""
+        lines = list(self.text)
+        for step in sorted(self.steps, key=lambda item: -item.line):
+            if step.line in fresh:
+                begin = step.line - 1 + len(step.command.split("\n"))
+                lines[begin : begin + len(step.shown)] = fresh[step.line]
+        return "\n".join(lines) + "\n"
+
+
+def parse(text: str) -> Document:
+    """Read a document."""
+    lines = tuple(text.rstrip("\n").split("\n"))
+    steps: list[Step] = []
+    not_run: list[NotRun] = []
+    pictures: list[Picture] = []
+    complaints: list[str] = []
+    for first, kind, body in _parts(lines):
+        words = kind.split()
+        if kind == "console":
+            steps += _steps(first, body, complaints)
+        elif words[:1] == ["sh"] and len(words) == 2 and words[1] in NOT_RUN:
+            not_run += [replace(item, needs=words[1]) for item in _commands(first, body)]
+        elif kind == _FENCE:
+            pictures += _pictures(first, body, complaints)
+        elif kind != "text":
+            complaints.append(f"{first - 1}: a block of unknown kind {kind!r}")
+    return Document(lines, tuple(steps), tuple(not_run), tuple(pictures), tuple(complaints))
+
+
+def agrees(shown: tuple[str, ...] | list[str], printed: list[str]) -> bool:
+    """True if an output is what the document shows, by the rule of the dots."""
+    pattern = "".join(
+        r"(?:[^\n]*\n)*?"
+        if line.strip() == DOTS
+        else "[^\n]*".join(map(re.escape, line.split(DOTS))) + "\n"
+        for line in plain(shown)
+    )
+    return re.fullmatch(pattern, "".join(f"{line}\n" for line in plain(printed))) is not None
+
+
+def plain(lines: tuple[str, ...] | list[str]) -> list[str]:
+    """Return lines without tabs and without blanks at their ends, nor empty ones at the end."""
+    found = [line.expandtabs().rstrip() for line in lines]
+    while found and not found[-1]:
+        found.pop()
+    return found
+
+
+def _parts(lines: tuple[str, ...]) -> list[tuple[int, str, list[str]]]:
+    """Split into parts: number of the first line, kind of the block (_FENCE outside), lines."""
+    parts: list[tuple[int, str, list[str]]] = [(1, _FENCE, [])]
+    inside = False
+    for number, line in enumerate(lines, start=1):
+        if line.startswith(_FENCE):
+            inside = not inside
+            parts.append((number + 1, line.removeprefix(_FENCE).strip() if inside else _FENCE, []))
+        else:
+            parts[-1][2].append(line)
+    return parts
+
+
+def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
+    """Return the commands of a console block."""
+    steps: list[Step] = []
+    continued = False
+    for number, line in enumerate(body, start=first):
+        if continued:
+            steps[-1] = replace(steps[-1], command=f"{steps[-1].command}\n{line}")
+        elif line.startswith(_PROMPT):
+            steps.append(Step(number, line.removeprefix(_PROMPT), ()))
+        elif steps:
+            steps[-1] = replace(steps[-1], shown=(*steps[-1].shown, line))
+        else:
+            complaints.append(f"{number}: output without a command")
+        continued = (continued or line.startswith(_PROMPT)) and line.endswith("\\")
+    return steps
+
+
+def _commands(first: int, body: list[str]) -> list[NotRun]:
+    found = []
+    for number, line in enumerate(body, start=first):
+        command = line.split("  #")[0].strip()
+        if command and not command.startswith("#"):
+            found.append(NotRun(number, command, ""))
+    return found
+
+
+def _pictures(first: int, body: list[str], complaints: list[str]) -> list[Picture]:
+    found = []
+    for number, line in enumerate(body, start=first):
+        for image in _IMAGE.finditer(line):
+            if image["made"]:
+                found.append(Picture(number, image["shown"], image["made"]))
+            else:
+                complaints.append(f"{number}: {image['shown']}: no title says what makes it")
+    return found
