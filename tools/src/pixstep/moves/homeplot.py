@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of a homing: where the load was, leg by leg, and how fast it moved."""
 
+from functools import partial
 from pathlib import Path
 
 import matplotlib as mpl
@@ -29,7 +30,7 @@ def draw(run: HomeRun, path: Path, verdict: str) -> Path:
     """Write the picture of a homing that made at least one step."""
     with mpl.rc_context(STYLE):
         figure = _figure(run, verdict)
-        atomic.write_with(path, figure.savefig)
+        atomic.write_with(path, partial(figure.savefig, pil_kwargs={"optimize": True}))
         plt.close(figure)
     return path
 
