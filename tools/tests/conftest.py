@@ -40,7 +40,7 @@ def plan_program():
     _need(natives.have("pixstep-plan"), "pixstep-plan")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def simulator():
     """Require pixstep-sim and both images."""
     _need(natives.have("pixstep-sim"), "pixstep-sim")

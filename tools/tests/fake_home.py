@@ -4,11 +4,11 @@
 It stands where `Board` does, below its names. A line is worked out when it is armed; the double is
 its world too, and time passes by `wait`. The rules of a seek line are those of the protocol: the
 filtered switch skips the runs up to the mark DOWN, then those not slower than the pixel decoded
-last, which lies up to 8 ms and the rest of a pixel ahead of the switch.
+last (a smooth one's end), which lies up to 8 ms and the rest of a pixel ahead of the switch.
 """
 
 from dataclasses import dataclass, field
-from math import ceil
+from math import ceil, sqrt
 
 from pixstep import registers as regs
 from pixstep import runs
@@ -56,6 +56,7 @@ class FakeHome(Board):
         self.end_s, self.final, self.pixels = 0.0, "empty", 0
         self.fault = self.code = self.trip_position = self.trip_ticks = 0
         self.moves = []  # the counts of every line as made
+        self.marks = []  # their start marks
         self.steps = []  # (cycle, direction) of every STEP edge
         self.switch_edges = []  # (cycle, 1 closed) of the home switch
 
@@ -117,25 +118,27 @@ class FakeHome(Board):
             self.code = TRIP_NONE
         if seeks and self.plant.closed == wanted:
             self.code, body = TRIP_ALREADY, []
-        line = _Line(body)
+        line = _Line(body, mark)
         edge_s = None
         while (count := line.following(edge_s, self.time + self.pixels / self.hz)) is not None:
             counts.append(count)
-            edge_s = self.pixel(count, wanted if seeks else None, edge_s)
+            edge_s = self.pixel(count, line.shares, wanted if seeks else None, edge_s)
             if self.final == "fault":
                 self.pixels += 1
                 break
         self.moves.append(counts)
+        self.marks.append(mark)
+        assert line.speed == 0 or self.final == "fault", "a smooth line ran dry"
         self.end_s = self.time + self.pixels / self.hz
         if seeks and body and edge_s is None and self.final == "done":
             self.fault = 10 if wanted else 11  # at rest, in state done
 
-    def pixel(self, count, wanted, edge_s):
+    def pixel(self, count, shares, wanted, edge_s):
         """Make the steps of a pixel; return when the sought edge came, None if not yet."""
         begin = self.time + self.pixels / self.hz
         sign = 1 if count > 0 else -1
-        for step in range(1, abs(count) + 1):
-            when = begin + step / abs(count) / self.hz
+        for share in shares:
+            when = begin + share / self.hz
             was = self.plant.closed
             self.plant.step(sign)
             self.position += sign
@@ -160,19 +163,38 @@ class FakeHome(Board):
 class _Line:
     """The counts of a line one by one, cut short by a switch."""
 
-    def __init__(self, body):
+    def __init__(self, body, mark):
+        self.smooth = bool(mark & runs.MARK_SMOOTH)
+        self.sign = -1 if mark & runs.MARK_NEGATIVE else 1
         down = body.index((runs.MARK_DOWN, 0)) if (runs.MARK_DOWN, 0) in body else len(body)
         self.rising = runs.decode(body[:down])
         self.falling = runs.decode(body[down + 1 :])
-        self.last = 0
+        self.last = self.speed = 0  # of the last pixel: its count, a smooth one's speed at its end
+        self.shares = []
 
     def following(self, edge_s, now_s):
-        """Return the count decoded for the pixel that begins now, None at the end."""
+        """Return the signed count decoded for the pixel that begins now, None at the end."""
         if edge_s is not None and edge_s + FILTER_S <= now_s - AHEAD_S and self.rising:
             self.rising = []
-            self.falling = [count for count in self.falling if abs(count) < abs(self.last)]
+            speed = self.speed if self.smooth else abs(self.last)
+            while self.falling and abs(self.falling[0]) >= speed:
+                del self.falling[0]
         source = self.rising or self.falling
         if not source:
             return None
         self.last = source.pop(0)
-        return self.last
+        self.shares = self._shares()
+        return self.sign * self.last
+
+    def _shares(self):
+        """Return which share of the pixel has passed at each step."""
+        count = abs(self.last)
+        if not self.smooth:
+            return [step / count for step in range(1, count + 1)]
+        before, self.speed = self.speed, 2 * count - self.speed
+        assert self.speed >= 0, "a smooth line reversed"
+        gained = 2 * (self.speed - before)
+        return [
+            2 * step / (before + sqrt(max(0, before * before + gained * step)))
+            for step in range(1, count + 1)
+        ]

@@ -60,7 +60,7 @@ class Repeats:
     positions: Counter = field(default_factory=Counter)
 
 
-def repeat(board, axis, count, seed):
+def repeat(board, axis, count, seed, **changes):
     """Home `count` times from random places, the switch late by a random delay; return Repeats."""
     rng = random.Random(seed)
     found = Repeats()
@@ -73,7 +73,7 @@ def repeat(board, axis, count, seed):
                 place, delay = rng.randint(-800, 800), rng.randint(0, MOST_DELAY_TICKS)
                 bench.sim.knobs(0, axis, f"start={place},delay={delay}")
             bench.sim.run(3 * MOST_DELAY_TICKS)  # switch and filter follow
-            homed = bench.home()
+            homed = bench.home(**changes)
             found.offsets[(bench.switch_cycle() - homed.edge.ticks) % 2**32] += 1
             found.ends[bench.load_position()] += 1
             found.positions[homed.position_steps] += 1

@@ -2,13 +2,24 @@
 """`pixstep home sim`: homing on a simulated board with a load and its switches."""
 
 import json
+from pathlib import Path
 
 import click
 from rich.console import Console
 
 from pixstep import boards, progress, report
-from pixstep.cli_options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
+from pixstep.cli_options import (
+    DECODE,
+    FILE,
+    FOLDER,
+    line_option,
+    pixel_hz_option,
+    raw_option,
+    say,
+)
+from pixstep.line import PLAIN
 from pixstep.moves import accel, homesim, hometask, legs
+from pixstep.profiles import names
 
 DIRECTIONS = {"plus": 1, "minus": -1}
 
@@ -37,8 +48,19 @@ def home() -> None:
     show_default=True,
     help="Where the switch is sought; the plant's is closed above its place.",
 )
+@click.option(
+    "--decode",
+    type=DECODE,
+    help="How the motor takes the profile where it seeks the switch; moves in between are plain.  "
+    "[default: by the motor in the file's name, smooth for M39; plain if it names none]",
+)
 @click.option("--haps", type=int, help="Entries of the profile to use.  [default: its header's]")
-@click.option("--slow", type=int, help="Second approach, steps/pixel.  [default: first entry]")
+@click.option(
+    "--slow",
+    type=int,
+    help="Second approach, steps/pixel, even if smooth.  [default: first entry, or the even number "
+    "below]",
+)
 @click.option(
     "--search",
     type=int,
@@ -63,10 +85,11 @@ def home() -> None:
 @line_option
 @click.pass_context
 def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
-    """Home a simulated axis by a CSV profile, and judge it against the simulator's own log.
+    """Home a simulated axis by a CSV or CSB profile, and judge it against the simulator's own log.
 
     Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse.
     """
+    options["decode"] = options["decode"] or _motor_decode(profile)
     read = accel.read(profile, raw=raw, number=line_number)
     say(read.notes_at(options["pixel_hz"]))
     job = _job(read, options)
@@ -81,6 +104,15 @@ def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
     ctx.exit(0 if summary["verdict"] == "pass" else 1)
 
 
+def _motor_decode(profile: Path) -> str:
+    """Return how the motor in a conventional file name decodes; plain if the name has none."""
+    named = names.parse(profile)
+    if not named:
+        return PLAIN
+    say((f"{profile}: named for {named.motor}, so homing is {named.decode} (--decode)",))
+    return named.decode
+
+
 def _job(read: accel.Acceleration, options: dict) -> homesim.HomeJob:
     """Plan the homing."""
     request = legs.HomingRequest(
@@ -90,6 +122,7 @@ def _job(read: accel.Acceleration, options: dict) -> homesim.HomeJob:
         slow=options["slow"],
         search_steps=options["search"],
         clear_steps=options["clear"],
+        decode=options["decode"],
     )
     return homesim.HomeJob(
         plan=legs.plan(read, request, options["pixel_hz"]),
@@ -107,7 +140,7 @@ def _print_page(console: Console, summary: dict) -> None:
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(
         f"[{colour}]{summary['verdict'].upper()}[/]  {summary['board']} axis {summary['axis']}, "
-        f"towards {summary['direction']}, {summary['pixel_hz']} Hz"
+        f"towards {summary['direction']}, {summary['pixel_hz']} Hz, {summary['decode']}"
     )
     for reason in summary["reasons"]:
         console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)

@@ -24,21 +24,35 @@ MARK_SEEK_OPEN = 1 << 8
 
 @dataclass(frozen=True)
 class Seek:
-    """A plain line that ends early, by slowing down, when its axis's home switch closes or opens.
+    """A line that ends early, by slowing down, when its axis's home switch closes or opens.
 
-    `rising` are the signed counts of the acceleration, the last of which is held for `hold_px`
-    more pixels; the deceleration is the acceleration mirrored, without its last entry. The board
-    may be anywhere in it when the switch comes: it slows down from the speed it has.
+    `rising` are the signed counts of the acceleration; then `held` is made for `hold_px` pixels
+    and the acceleration mirrored. The board may be anywhere in it when the switch comes: it slows
+    down from the speed it has.
+
+    plain   rising 4 12 20     held 20  falling 12 4
+    smooth  rising 4 12 20     held 24  falling 20 12 4     boundary speeds 0 8 16 24 24 16 8 0
     """
 
     rising: tuple[int, ...]
     hold_px: int
     opens: bool = False  # seek the switch opening, else closing
+    smooth: bool = False
+
+    @property
+    def held(self) -> int:
+        """Signed count of the pixels between acceleration and deceleration: the speed reached."""
+        if not self.smooth:
+            return self.rising[-1]
+        speed = 0
+        for count in self.rising:
+            speed = 2 * count - speed
+        return speed
 
     @property
     def falling(self) -> tuple[int, ...]:
-        """Signed counts of the deceleration."""
-        return self.rising[-2::-1]
+        """Signed counts of the deceleration; a plain line has made its last entry already."""
+        return self.rising[::-1] if self.smooth else self.rising[-2::-1]
 
     @property
     def pixels(self) -> int:
@@ -48,7 +62,7 @@ class Seek:
     @property
     def steps(self) -> int:
         """Signed steps of the whole line, if no switch comes."""
-        return sum(self.rising) + self.hold_px * self.rising[-1] + sum(self.falling)
+        return sum(self.rising) + self.hold_px * self.held + sum(self.falling)
 
 
 def encode(counts: Iterable[int]) -> list[tuple[int, int]]:
@@ -87,7 +101,17 @@ def queue_entries(line: Line) -> list[tuple[int, int]]:
 
 
 def seek_entries(seek: Seek) -> list[tuple[int, int]]:
-    """Return the queue entries of a seek line, with its mark where slowing down begins."""
+    """Return the queue entries of a seek line, with its mark where slowing down begins.
+
+    The counts of a smooth line are unsigned, its mark has the direction.
+    """
     mark = MARK_START | MARK_SEEK | (MARK_SEEK_OPEN if seek.opens else 0)
-    rising = encode(seek.rising + (seek.rising[-1],) * seek.hold_px)
-    return [(mark, 0), (0, 0), *rising, (MARK_DOWN, 0), *encode(seek.falling), (MARK_END, 0)]
+    sign = 1
+    if seek.smooth:
+        mark |= MARK_SMOOTH
+        if seek.rising[0] < 0:
+            mark |= MARK_NEGATIVE
+            sign = -1
+    up = encode(sign * count for count in seek.rising + (seek.held,) * seek.hold_px)
+    down = encode(sign * count for count in seek.falling)
+    return [(mark, 0), (0, 0), *up, (MARK_DOWN, 0), *down, (MARK_END, 0)]

@@ -10,6 +10,7 @@ from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
+from pixstep.line import SMOOTH, Line
 from pixstep.linecheck import MAX_COUNT
 
 CSV_WIDTH = 6
@@ -52,6 +53,13 @@ class Acceleration:
         if entries < 1:
             raise UserError(f"HAPs {entries}: homing needs at least 1 entry of {self.source}")
         return self._replaced(self.counts[:entries])
+
+    def speeds(self, decode: str) -> tuple[int, ...]:
+        """Return the speed at the end of each entry, steps/pixel.
+
+        Plain, an entry is its own speed; smooth, the speed changes inside it: v' = 2n - v.
+        """
+        return Line(self.counts).speeds[1:] if decode == SMOOTH else self.counts
 
     def stopping_sums(self) -> list[int]:
         """Return the steps of an acceleration through the first 0, 1, 2 ... entries."""

@@ -2,19 +2,16 @@
 """The verdict on a simulated homing: from its STEP edges, its captured edges, its plant."""
 
 from dataclasses import asdict
-from fractions import Fraction
-from itertools import pairwise
 from math import ceil
-
-import numpy as np
 
 from pixstep.client import TRIP_CLOSED, Trip
 from pixstep.moves.homesim import HomeRun
 from pixstep.moves.homing import Leg, legs_as_json
-from pixstep.rational import TIMER_HZ, edge_tick, hz_text
+from pixstep.moves.legjudge import judge_leg, leg_edges
+from pixstep.rational import TIMER_HZ, hz_text
 
+IN_VAIN = ("home_not_found", "home_stuck")  # faults of a leg that was made to its end
 _TICKS = 1 << 32  # the board's tick count wraps
-_NEAR = 2  # ticks: a leg's beginning as its first edge tells it, and roundings
 
 
 def judge(run: HomeRun) -> dict:
@@ -35,6 +32,7 @@ def judge(run: HomeRun) -> dict:
         "board": job.board,
         "axis": job.plan.axis,
         "direction": "plus" if job.plan.direction > 0 else "minus",
+        "decode": job.plan.decode,
         "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
         "haps": len(job.plan.ramp.counts),
         "haps_entry_steps_px": job.plan.top,
@@ -53,23 +51,6 @@ def judge(run: HomeRun) -> dict:
     return summary
 
 
-def leg_edges(run: HomeRun, leg: Leg) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cycles of a leg's STEP edges, and their directions."""
-    low, high = (round(when * TIMER_HZ) for when in (leg.began_s, leg.ended_s))
-    chosen = (run.edges.rising > low) & (run.edges.rising <= high)
-    return run.edges.rising[chosen], run.edges.directions()[chosen]
-
-
-def pixel_counts(rising: np.ndarray, period: Fraction, first: int) -> list[int]:
-    """Return the steps in each pixel of a plain line that begins with a pixel of `first` steps."""
-    if not len(rising):
-        return []
-    begin = int(rising[0]) + (-period // first)
-    pixels = -(-(int(rising[-1]) - begin - _NEAR) // period)
-    bounds = [begin + edge_tick(pixel, period) + _NEAR for pixel in range(max(1, pixels) + 1)]
-    return [int(count) for count in np.diff(np.searchsorted(rising, bounds, side="right"))]
-
-
 def switch_edge(run: HomeRun, leg: Leg) -> int | None:
     """Return the cycle of the home switch's first edge that ends a leg, by the simulator."""
     if not leg.trip:
@@ -84,48 +65,22 @@ def switch_edge(run: HomeRun, leg: Leg) -> int | None:
 
 def _judge_leg(run: HomeRun, leg: Leg, reasons: list[str]) -> dict:
     """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
-    rising, signs = leg_edges(run, leg)
-    counts = pixel_counts(rising, run.job.period, leg.first_steps_px)
-    if int(signs.sum()) != leg.steps:
-        reasons.append(f"{leg.name}: {int(signs.sum())} STEP edges, the board says {leg.steps}")
-    if len(np.unique(signs)) > 1:
-        reasons.append(f"{leg.name}: steps in both directions")
-    stopped = run.error is not None and leg is run.legs[-1]
-    reasons += [f"{leg.name}: {text}" for text in _speed_findings(run, counts, stopped=stopped)]
+    in_vain = getattr(run.error, "name", "") in IN_VAIN
+    stopped = run.error is not None and leg is run.legs[-1] and not in_vain
+    edges = leg_edges(run.edges, leg)
+    judged = judge_leg(run.job.plan, leg, edges, run.job.period, stopped=stopped)
+    found = list(judged.reasons)
     if leg.trip:
-        reasons += [f"{leg.name}: {text}" for text in _position_findings(run, leg)]
+        found += _position_findings(run, leg)
+    reasons += [f"{leg.name}: {text}" for text in found]
     (data,) = legs_as_json((leg,))
     return data | {
-        "pixel_counts": counts,
-        "fastest_steps_s": _fastest(rising, counts, run.job.pixel_hz),
+        "pixel_counts": judged.counts,
+        "fastest_steps_s": judged.fastest_steps_s,
+        "max_edge_error_ticks": judged.max_edge_error_ticks,
         "switch_edge_cycle": switch_edge(run, leg),
         "capture_ticks": _capture_offset(run, leg),
     }
-
-
-def _fastest(rising: np.ndarray, counts: list[int], hz: Fraction) -> float:
-    """Return the fastest speed: the most steps in a pixel, or the shortest interval if slower."""
-    if len(rising) < 2:
-        return 0.0
-    shortest = float(TIMER_HZ / np.diff(rising).min())
-    return min(shortest, float(max(counts) * hz))
-
-
-def _speed_findings(run: HomeRun, counts: list[int], *, stopped: bool) -> list[str]:
-    """Require no pixel faster than the last entry and no jump larger than the profile's own.
-
-    Where a fault has `stopped` the leg, at once and inside a pixel, that one is no jump.
-    """
-    entries = (0, *run.job.plan.ramp.counts)
-    found = []
-    if counts and max(counts) > entries[-1]:
-        found.append(f"{max(counts)} steps in a pixel, HAPs allow {entries[-1]}")
-    for before, after in pairwise((0, *counts[:-1]) if stopped else (0, *counts, 0)):
-        low, high = sorted((before, after))
-        inside = any(a <= low and high <= b for a, b in pairwise(entries))
-        if low != high and not inside:
-            found.append(f"the speed jumps from {before} to {after} steps/pixel")
-    return found
 
 
 def _position_findings(run: HomeRun, leg: Leg) -> list[str]:
@@ -133,8 +88,8 @@ def _position_findings(run: HomeRun, leg: Leg) -> list[str]:
     edge = switch_edge(run, leg)
     if edge is None:
         return ["captured an edge of the home switch that the simulator does not know"]
-    rising, signs = leg_edges(run, leg)
-    made = leg.start_steps + int(signs[rising <= edge].sum())
+    edges = leg_edges(run.edges, leg)
+    made = leg.start_steps + int(edges.directions()[edges.rising <= edge].sum())
     if made == leg.trip.position_steps:
         return []
     return [f"captured at position {leg.trip.position_steps}, the edges say {made}"]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of a homing: where the load was, leg by leg, and how fast it moved."""
 
+from functools import partial
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,9 +13,10 @@ from matplotlib.figure import Figure
 from pixstep import atomic
 from pixstep.client import TRIP_CLOSED, TRIP_OPENED
 from pixstep.moves.fastplot import thousands
-from pixstep.moves.homejudge import leg_edges, switch_edge
+from pixstep.moves.homejudge import switch_edge
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Leg
+from pixstep.moves.legjudge import leg_edges
 from pixstep.plots import BAND, BOARD, FAINT, IDEAL, INK, MADE, STYLE
 from pixstep.rational import TIMER_HZ
 
@@ -28,7 +30,7 @@ def draw(run: HomeRun, path: Path, verdict: str) -> Path:
     """Write the picture of a homing that made at least one step."""
     with mpl.rc_context(STYLE):
         figure = _figure(run, verdict)
-        atomic.write_with(path, figure.savefig)
+        atomic.write_with(path, partial(figure.savefig, pil_kwargs={"optimize": True}))
         plt.close(figure)
     return path
 
@@ -63,7 +65,8 @@ def _origin_s(run: HomeRun) -> float:
 
 def _course(run: HomeRun, leg: Leg) -> tuple[np.ndarray, np.ndarray]:
     """Return the times (s) and the motor's places in the plant's steps at a leg's STEP edges."""
-    rising, signs = leg_edges(run, leg)
+    edges = leg_edges(run.edges, leg)
+    rising, signs = edges.rising, edges.directions()
     first = int(np.searchsorted(run.edges.rising, rising[0])) if len(rising) else 0
     before = run.job.knob("start") + int(run.edges.directions()[:first].sum())
     return rising / TIMER_HZ - _origin_s(run), before + np.cumsum(signs)
@@ -87,7 +90,7 @@ def _draw_speed(axes: Axes, run: HomeRun, leg: Leg) -> None:
     times, _ = _course(run, leg)
     if len(times) < 2:
         return
-    _, signs = leg_edges(run, leg)
+    signs = leg_edges(run.edges, leg).directions()
     rates = signs[1:] / np.diff(times)
     middle = (times[1:] + times[:-1]) / 2
     axes.plot(middle, rates, ".", ms=2.6, mew=0, color=COLOURS[leg.name], rasterized=True)
@@ -214,7 +217,7 @@ def _subtitle(run: HomeRun, verdict: str) -> str:
     way = "plus" if plan.direction > 0 else "minus"
     text = (
         f"{job.board} axis {plan.axis} towards {way} at {float(job.pixel_hz):g} Hz, "
-        f"slow approach {thousands(float(plan.slow * job.pixel_hz))} steps/s"
+        f"{plan.decode}, slow approach {thousands(float(plan.slow * job.pixel_hz))} steps/s"
     )
     return f"{text}; {run.error or verdict}"
 

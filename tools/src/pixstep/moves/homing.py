@@ -7,6 +7,8 @@ back off      the same the other way, until it opens; then clear of it
 slow approach at one slow speed, until it closes: this edge, captured by hardware, counts
 zero          position 0 is where that edge was
 return        by a move of its own onto 0
+
+What seeks the switch is smooth or plain as the plan says; the moves between are plain.
 """
 
 import time
@@ -17,9 +19,10 @@ from typing import Protocol
 
 from pixstep import registers as regs
 from pixstep.client import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board, BoardError, Trip, Upload
+from pixstep.line import PLAIN, SMOOTH
 from pixstep.moves import fast
 from pixstep.moves.legs import HomingPlan
-from pixstep.runs import Seek, queue_entries, seek_entries
+from pixstep.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 
 LEGS = ("leave the switch", "approach", "back off", "stand clear", "slow approach", "return to 0")
 _LEAVE, _APPROACH, _BACK_OFF, _CLEAR, _SLOW, _RETURN = LEGS
@@ -65,6 +68,7 @@ class Leg:
     began_s: float
     ended_s: float
     trip: Trip | None = None
+    decode: str = PLAIN
 
     @property
     def steps(self) -> int:
@@ -170,7 +174,7 @@ class _Homing:
         return self.legs[-1].trip
 
     def move(self, name: str, steps: int) -> None:
-        """Make a move of exactly `steps` steps, no faster than homing is."""
+        """Make a plain move of exactly `steps` steps, no faster than homing is."""
         self._leg(name, queue_entries(fast.plan(self.plan.ramp, steps).line(name)), 0)
 
     def position(self) -> int:
@@ -195,6 +199,7 @@ class _Homing:
             began_s=began,
             ended_s=self.world.now_s(),
             trip=trip if trip and trip.code == wanted and trip.axis == self.plan.axis else None,
+            decode=SMOOTH if entries[0][0] & MARK_SMOOTH else PLAIN,
         )
         self.legs.append(leg)
         in_vain = trip is not None and trip.code == TRIP_NONE

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.errors import UserError
+from pixstep.line import PLAIN, SMOOTH
 from pixstep.moves.accel import Acceleration
+from pixstep.moves.seeklines import require_smooth, seek_line
 from pixstep.runs import Seek
 
 MAX_SEARCH_STEPS = 10_000_000
@@ -19,7 +21,8 @@ class HomingRequest:
     `direction` is where the home switch is sought (+1, -1), `haps` how many leading entries of
     the profile may be used, `slow` the speed of the second approach (steps/pixel), `search_steps`
     after how many steps a leg gives up, `clear_steps` how far from the switch the second approach
-    begins at least.
+    begins at least, `decode` how the legs that seek the switch change their speed: smoothly inside
+    a pixel, or plainly from pixel to pixel.
     """
 
     axis: int
@@ -28,6 +31,7 @@ class HomingRequest:
     slow: int | None = None
     search_steps: int = 20_000
     clear_steps: int | None = None
+    decode: str = PLAIN
 
 
 @dataclass(frozen=True)
@@ -40,24 +44,38 @@ class HomingPlan:
     slow: int
     search_steps: int
     clear_steps: int
+    decode: str = PLAIN
+
+    @property
+    def smooth(self) -> bool:
+        """True if the legs that seek the switch are smooth lines."""
+        return self.decode == SMOOTH
+
+    @property
+    def speeds(self) -> tuple[int, ...]:
+        """Speeds at the end of the ramp's entries, steps/pixel."""
+        return self.ramp.speeds(self.decode)
 
     @property
     def top(self) -> int:
         """The fastest that homing ever moves, steps/pixel."""
-        return self.ramp.top
+        return self.speeds[-1]
 
     def approach(self) -> Seek:
         """Towards the switch until it closes."""
-        return seek_line(self.ramp, self.direction, self.search_steps)
+        return self._seek(self.ramp, self.direction)
 
     def back_off(self) -> Seek:
         """Away from the switch until it opens."""
-        return seek_line(self.ramp, -self.direction, self.search_steps, opens=True)
+        return self._seek(self.ramp, -self.direction, opens=True)
 
     def slow_approach(self) -> Seek:
         """Towards the switch until it closes, at one slow speed."""
-        steady = Acceleration((self.slow,), source=self.ramp.source)
-        return seek_line(steady, self.direction, self.search_steps)
+        first = self.slow // 2 if self.smooth else self.slow
+        return self._seek(Acceleration((first,), source=self.ramp.source), self.direction)
+
+    def _seek(self, ramp: Acceleration, direction: int, *, opens: bool = False) -> Seek:
+        return seek_line(ramp, direction, self.search_steps, opens=opens, decode=self.decode)
 
 
 def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> HomingPlan:
@@ -67,12 +85,9 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
     reaction time, so that it has its speed when the switch comes.
     """
     ramp = profile.leading(_haps(profile, request))
-    slow = ramp.counts[0] if request.slow is None else request.slow
-    if not 1 <= slow <= ramp.counts[0]:
-        raise UserError(
-            f"slow approach at {slow} steps/pixel: 1 to {ramp.counts[0]}, the first entry of "
-            f"{profile.source}, because it starts from rest"
-        )
+    if request.decode == SMOOTH:
+        require_smooth(ramp)
+    slow = _slow(ramp, request)
     if not 1 <= request.search_steps <= MAX_SEARCH_STEPS:
         raise UserError(f"search distance {request.search_steps}: 1 to {MAX_SEARCH_STEPS} steps")
     clear = request.clear_steps
@@ -80,28 +95,11 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
         clear = slow * (2 + -(-REACTION_S * pixel_hz // 1))
     elif clear < 0:
         raise UserError(f"clear distance {clear} must not be negative")
-    made = HomingPlan(request.axis, request.direction, ramp, slow, request.search_steps, clear)
+    made = HomingPlan(
+        request.axis, request.direction, ramp, slow, request.search_steps, clear, request.decode
+    )
     made.approach()  # refuses a search too short for a single pixel
     return made
-
-
-def seek_line(ramp: Acceleration, direction: int, steps: int, *, opens: bool = False) -> Seek:
-    """Return the longest line of at most `steps` steps: up the ramp, held, down mirrored.
-
-    Of a short distance the ramp's upper entries stay unused. Raises UserError if not even one
-    pixel at the first entry fits.
-    """
-    sums = ramp.stopping_sums()
-    fitting = [index for index, count in enumerate(ramp.counts) if 2 * sums[index] + count <= steps]
-    if not fitting:
-        raise UserError(
-            f"search distance {steps} is less than the first entry of {ramp.source}, "
-            f"{ramp.counts[0]} steps"
-        )
-    last = fitting[-1]
-    top = ramp.counts[last]
-    hold = (steps - 2 * sums[last] - top) // top
-    return Seek(tuple(direction * count for count in ramp.counts[: last + 1]), hold, opens)
 
 
 def _haps(profile: Acceleration, request: HomingRequest) -> int:
@@ -113,3 +111,27 @@ def _haps(profile: Acceleration, request: HomingRequest) -> int:
             f"{profile.source}: does not say how many entries homing may use (HAPs): give --haps"
         )
     return profile.haps
+
+
+def _slow(ramp: Acceleration, request: HomingRequest) -> int:
+    """Return the speed of the second approach: as asked, else about the profile's first entry.
+
+    It is reached in one pixel from rest: a plain axis jumps to it, a smooth one may accelerate as
+    it does in the first entry, and only to an even speed.
+    """
+    slow, first = request.slow, ramp.counts[0]
+    if request.decode == SMOOTH:
+        slow = max(2, first // 2 * 2) if slow is None else slow
+        if slow % 2 or not 2 <= slow <= 2 * first:
+            raise UserError(
+                f"slow approach at {slow} steps/pixel: an even number, 2 to {2 * first}, twice "
+                f"the first entry of {ramp.source}, because a smooth axis starts from rest"
+            )
+        return slow
+    slow = first if slow is None else slow
+    if not 1 <= slow <= first:
+        raise UserError(
+            f"slow approach at {slow} steps/pixel: 1 to {first}, the first entry of "
+            f"{ramp.source}, because it starts from rest"
+        )
+    return slow

@@ -11,7 +11,7 @@ from pixstep.line import PLAIN, SMOOTH
 from pixstep.rational import parse_hz
 
 SMOOTH_MOTORS = ("M39",)
-_NAME = re.compile(r"AccProf(M\d{2})-(\d+(?:\.\d+)?)Hz-(\w+)\.(?:PRN|CSV)", re.IGNORECASE)
+_NAME = re.compile(r"AccProf(M\d{2})-(\d+(?:\.\d+)?)Hz-(\w+)\.(?:PRN|CSV|CSB)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: MIT
+"""Smooth homing on the simulated boards: speeds, mirrored stops, captured edges, faults."""
+
+import json
+import random
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+from click.testing import CliRunner
+
+from homebench import PROFILE as STEEP
+from homebench import HomeBench, assert_repeats, repeat
+from pixstep.cli import main
+from pixstep.edges import read_edges
+from pixstep.line import PLAIN, SMOOTH
+from pixstep.moves import accel, homejudge, homesim, homing, legjudge, legs
+from worked import DATA
+
+pytestmark = pytest.mark.usefixtures("simulator")
+PATH = DATA / "AccProf-fast-move.csv"
+PROFILE = accel.read(PATH)
+SPEEDS = (0, 8, 16, 24, 32, 40, 52, 64, 84, 104, 136)  # of its first ten entries, by hand
+HZ = Fraction(300)
+PLANT = "home=2000,hyst=8,travel=-500..4000"
+AXES = [("uno", 0), *(("mega", axis) for axis in range(4))]
+BOARDS = [("uno", 0), ("mega", 2)]
+
+
+def run(tmp_path, board, axis, knobs, *, direction=1, inverted="none", filter_us=None, **changes):
+    options = {"search_steps": 6000, "decode": SMOOTH, **changes}
+    plan = legs.plan(PROFILE, legs.HomingRequest(axis, direction, **options), HZ)
+    return homesim.run(homesim.HomeJob(plan, board, HZ, knobs, inverted, filter_us), tmp_path)
+
+
+def passed(tmp_path, *arguments, **options):
+    summary = homejudge.judge(run(tmp_path, *arguments, **options))
+    assert summary["reasons"] == []
+    assert summary["verdict"] == "pass" and summary["position_steps"] == 0
+    assert all(0 < leg["max_edge_error_ticks"] < 1 for leg in summary["legs"])
+    return summary
+
+
+def speeds_of(counts):
+    speeds = [0]
+    for count in counts:
+        speeds.append(2 * count - speeds[-1])
+    return speeds
+
+
+@pytest.mark.parametrize(("board", "axis"), AXES)
+@pytest.mark.parametrize("start", [123, 3400])
+def test_homing_from_both_sides(tmp_path, board, axis, start):
+    summary = passed(tmp_path, board, axis, f"{PLANT},start={start},delay=8000")
+    assert summary["decode"] == "smooth" and summary["load_beyond_switch_steps"] in (0, 1)
+    assert summary["haps"] == 10 and summary["haps_entry_steps_px"] == SPEEDS[10]
+    assert 40_000 < summary["fastest_steps_s"] <= 136 * 300 == summary["haps_entry_steps_s"]
+    counts = summary["legs"][0]["pixel_counts"]
+    assert tuple(counts[:12]) == (*PROFILE.counts[:10], 136, 136)
+    assert tuple(counts[-10:]) == PROFILE.counts[9::-1]
+
+
+@pytest.mark.parametrize(("board", "axis"), AXES)
+def test_minus_direction(tmp_path, board, axis):
+    knobs = f"{PLANT},start=3000,active=high"
+    summary = passed(tmp_path, board, axis, knobs, direction=-1, inverted="limits")
+    assert summary["load_at_rest_steps"] == 1992 == summary["switch_closes_at_steps"]
+
+
+@pytest.mark.parametrize(("board", "axis"), BOARDS)
+def test_a_switch_that_bounces(tmp_path, board, axis):
+    for start in (1000, 2500):
+        summary = passed(
+            tmp_path, board, axis, f"{PLANT},start={start},bounce=12,bounce_ticks=12000"
+        )
+        assert summary["load_at_rest_steps"] == 2000
+
+
+@pytest.mark.parametrize(("board", "axis"), BOARDS)
+@pytest.mark.parametrize(
+    ("knobs", "name"),
+    [
+        (f"{PLANT},start=1000,stuck=home:open", "limit_plus"),
+        (f"{PLANT},start=500,stuck=home:closed", "limit_minus"),
+        ("home=2000,stuck=home:open", "home_not_found"),
+        ("home=2000,stuck=home:closed", "home_stuck"),
+    ],
+)
+def test_named_faults(tmp_path, board, axis, knobs, name):
+    done = run(tmp_path, board, axis, knobs)
+    summary = homejudge.judge(done)
+    assert summary["fault"] == name and summary["legs"][0]["decode"] == "smooth"
+    (reason,) = summary["reasons"]  # and no finding about the edges besides
+    assert reason.startswith(f"axis {axis}: {name}: ")
+    assert summary["legs"][0]["max_edge_error_ticks"] < 1
+
+
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 0), ("mega", 3)])
+def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
+    """The mirrored stop begins at any of the speeds; every edge is where its pixels put it."""
+    path, rng, tops = tmp_path / "edges.csv", random.Random(axis), set()
+    with HomeBench(board, axis, f"{PLANT},start=0", hz=HZ, edges=path) as bench:
+        plan = bench.plan(profile=PROFILE, decode=SMOOTH, slow=4, search_steps=6000)
+        made = []
+        for index in range(16):
+            place = 2000 - rng.randint(1, (60, 700)[index % 2])
+            bench.sim.knobs(0, axis, f"start={place},delay={rng.randint(0, 16_000)}")
+            bench.sim.run(50_000)
+            found = homing.home(bench.board, plan, bench.hz, homesim.SimWorld(bench.sim))
+            made += [leg for leg in found.legs if leg.decode == SMOOTH]
+        bench.sim.command("flush")
+    edges = read_edges(path).axis(0, axis)
+    for leg in made:
+        judged = legjudge.judge_leg(
+            plan, leg, legjudge.leg_edges(edges, leg), 16_000_000 / HZ, stopped=False
+        )
+        assert judged.reasons == [] and judged.max_edge_error_ticks < 1
+        speeds = speeds_of(judged.counts)
+        top = speeds.index(max(speeds))
+        assert speeds[-top - 1 :] == speeds[top::-1]
+        if leg.name != "slow approach":
+            assert tuple(speeds[: top + 1]) == SPEEDS[: top + 1]
+            tops.add(speeds[top])
+    assert len(made) == 48 and len(tops) >= 5, tops
+
+
+@pytest.mark.parametrize("axis", range(4))
+def test_many_homings_of_the_mega_end_on_one_step(axis):
+    assert_repeats(repeat("mega", axis, 25, seed=50 + axis, decode=SMOOTH), 25)
+
+
+def test_many_homings_of_the_uno_end_on_one_step():
+    assert_repeats(repeat("uno", 0, 100, seed=60, decode=SMOOTH), 100)
+
+
+def test_the_bench_profile_is_sound_smoothly():
+    assert STEEP.leading(STEEP.haps).speeds(SMOOTH) == (4, 36, 64, 96)
+
+
+def without_a_step(edges, step):
+    """Leave out a step and its pulse's end."""
+    chosen = [index for index in range(len(edges.step_cycles)) if index // 2 != step]
+    return replace(
+        edges, step_cycles=edges.step_cycles[chosen], step_levels=edges.step_levels[chosen]
+    )
+
+
+def late_by(edges, step, ticks):
+    cycles = edges.step_cycles.copy()
+    cycles[2 * step] += ticks
+    return replace(edges, step_cycles=cycles)
+
+
+@pytest.fixture(scope="module")
+def sound(simulator, tmp_path_factory):
+    done = run(tmp_path_factory.mktemp("sound"), "uno", 0, f"{PLANT},start=500")
+    assert homejudge.judge(done)["reasons"] == []
+    return done
+
+
+@pytest.mark.parametrize("step", [300, 700])
+@pytest.mark.parametrize("ticks", [-2, 2])
+def test_an_edge_two_ticks_off_is_found(sound, step, ticks):
+    spoilt = replace(sound, edges=late_by(sound.edges, step, ticks))
+    (reason,) = homejudge.judge(spoilt)["reasons"]
+    assert reason.startswith("approach: 1 edges are a tick or more off, ")
+
+
+@pytest.mark.parametrize(
+    ("step", "text"),
+    [
+        (110, "approach: the speed changes from 50 to 66 steps/pixel in pixel 7"),
+        (900, "approach: 138 steps/pixel after pixel 15, HAPs allow 136"),
+    ],
+)
+def test_a_step_missing_is_found(sound, step, text):
+    """The counts alone tell it: the speeds no longer fit."""
+    reasons = homejudge.judge(replace(sound, edges=without_a_step(sound.edges, step)))["reasons"]
+    assert any("STEP edges, the board says" in reason for reason in reasons)
+    assert text in reasons
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"ramp": PROFILE.leading(9)}, "136 steps/pixel after pixel 10, HAPs allow 104"),
+        ({"ramp": accel.Acceleration((2, 6, 60, 80))}, "the speed changes from 0 to 8"),
+    ],
+)
+def test_speeds_beyond_the_profile_are_found(sound, changes, text):
+    job = replace(sound.job, plan=replace(sound.job.plan, **changes))
+    reasons = homejudge.judge(replace(sound, job=job))["reasons"]
+    assert any(text in reason for reason in reasons), reasons
+
+
+def test_a_leg_of_plain_lines_is_no_smooth_one(sound):
+    """Taken for the other decode rule the same edges fail."""
+    turned = tuple(
+        replace(leg, decode=PLAIN if leg.decode == SMOOTH else SMOOTH) for leg in sound.legs
+    )
+    reasons = homejudge.judge(replace(sound, homed=replace(sound.homed, legs=turned)))["reasons"]
+    assert {reason.partition(":")[0] for reason in reasons} >= {"approach", "stand clear"}
+
+
+def invoke(tmp_path, profile, *words):
+    common = (
+        "home",
+        "sim",
+        profile,
+        "--board",
+        "uno",
+        "--pixel-hz",
+        300,
+        "--out",
+        tmp_path / "out",
+    )
+    plant = ("--plant", f"{PLANT},start=1500", "--json")
+    return CliRunner().invoke(main, [str(word) for word in (*common, *plant, *words)])
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "decode", "note"),
+    [
+        ("fast.csv", (), "plain", ""),
+        ("fast.csv", ("--decode", "smooth"), "smooth", ""),
+        ("AccProfM39-30Hz-1.CSV", (), "smooth", "named for M39"),
+        ("AccProfM39-30Hz-1.CSV", ("--decode", "plain"), "plain", ""),
+        ("AccProfM40-30Hz-1.csv", (), "plain", "named for M40"),
+    ],
+)
+def test_the_command_takes_the_rule_of_the_motor_named(tmp_path, name, words, decode, note):
+    (tmp_path / name).write_bytes(PATH.read_bytes())
+    done = invoke(tmp_path, tmp_path / name, *words)
+    assert done.exit_code == 0, done.output
+    summary = json.loads(done.stdout)
+    assert summary["decode"] == decode == summary["legs"][0]["decode"]
+    assert note in done.stderr and ("named for" in done.stderr) == bool(note)
+
+
+def test_the_command_refuses_a_profile_that_oscillates(tmp_path):
+    path = tmp_path / "ten.csv"
+    path.write_bytes(b"    10\r\n" * 12)
+    done = invoke(tmp_path, path, "--haps", 5, "--decode", "smooth")
+    assert done.exit_code == 2 and not (tmp_path / "out").exists()
+    assert f"{path}: entry 1, decoded as smooth: 5 pixels of 10 entered at speed 0" in done.stderr
+    assert invoke(tmp_path, path, "--haps", 5, "--decode", "plain").exit_code == 0
