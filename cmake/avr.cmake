@@ -14,7 +14,8 @@ set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES AVR_MCU)
 set(part "-mmcu=${AVR_MCU} -DF_CPU=16000000UL -mrelax")
 # These registers belong to the step interrupt, which changes them without saving
 # (firmware/hal/avr/step_isr.S); the rule `symbols` looks for uses of them in the images.
-set(CMAKE_C_FLAGS_INIT "${part} -fshort-enums -ffixed-r2 -ffixed-r3 -ffixed-r4 -ffixed-r5 -ffixed-r6")
+set(reserved "-ffixed-r2 -ffixed-r3 -ffixed-r4 -ffixed-r5 -ffixed-r6")
+set(CMAKE_C_FLAGS_INIT "${part} -fshort-enums ${reserved}")
 set(CMAKE_ASM_FLAGS_INIT "${part}")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-Wl,--gc-sections")
 

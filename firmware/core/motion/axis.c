@@ -54,6 +54,10 @@ static bool check_block(struct axis *axis,
                         uint8_t count,
                         uint8_t *whole_lines)
 {
+    // At rest there is no line to follow without a gap: any direction may come next.
+    if (axis->state == AXIS_EMPTY || axis->state == AXIS_DONE) {
+        line_check_reset(&axis->check);
+    }
     struct line_check check = axis->check;
 
     for (uint8_t i = 0; i < count; i++) {
@@ -105,10 +109,6 @@ enum block_result axis_queue_block(struct axis *axis,
     }
     if (run_queue_free(&axis->queue) < count) {
         return BLOCK_FULL;
-    }
-    // At rest there is no line to follow without a gap: any direction may come next.
-    if (axis->state == AXIS_EMPTY || axis->state == AXIS_DONE) {
-        line_check_reset(&axis->check);
     }
     if (!check_block(axis, limits, entries, count, &whole_lines)) {
         // A line that already moves runs dry and says so; one at rest never starts.

@@ -102,9 +102,13 @@ static uint16_t run_steps(const struct line *line)
     return (uint16_t)(count < 0 ? -count : count);
 }
 
-static void pixel_piece(struct line *line, struct piece *piece)
+static enum line_status pixel_piece(struct line *line, struct piece *piece)
 {
     uint16_t steps = run_steps(line);
+
+    if (line->smooth && 2u * steps < line->speed) {
+        return LINE_DRY;
+    }
 
     *piece = (struct piece){
         .ticks = pixel_ticks(line),
@@ -117,6 +121,7 @@ static void pixel_piece(struct line *line, struct piece *piece)
     count_steps(line, piece);
     line->speed = line->smooth ? (uint16_t)(2u * steps - line->speed) : steps;
     line->run.repeat--;
+    return LINE_PIECE;
 }
 
 // Pixels of the run in work are to be made.
@@ -169,12 +174,5 @@ enum line_status line_next(struct line *line, struct piece *piece)
             status = take_run(line);
         }
     }
-    if (status != LINE_PIECE) {
-        return status;
-    }
-    if (line->smooth && 2u * run_steps(line) < line->speed) {
-        return LINE_DRY;
-    }
-    pixel_piece(line, piece);
-    return LINE_PIECE;
+    return status == LINE_PIECE ? pixel_piece(line, piece) : status;
 }
