@@ -5,15 +5,16 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives, verdict
-from pixstep import registers as regs
-from pixstep.client import Board, Upload
-from pixstep.edges import read_edges
-from pixstep.rational import TIMER_HZ, period_ticks
-from pixstep.runs import queue_entries
-from pixstep.simctl import SimOptions, Simulator
-from pixstep.simrun import BOOT_CYCLES
-from pixstep.transport import SimClient
+from pixstep import natives
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, Upload
+from pixstep.board.transport import SimClient
+from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.runs import queue_entries
+from pixstep.simulation import verdict
+from pixstep.simulation.edges import read_edges
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES
 
 QUIET_CYCLES = TIMER_HZ // 20  # 50 ms
 _POLL_CYCLES = TIMER_HZ // 500

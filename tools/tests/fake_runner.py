@@ -11,11 +11,11 @@ import os
 import sys
 from fractions import Fraction
 
-from pixstep import exact, runs
-from pixstep import registers as regs
-from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.linecheck import check, refused
-from pixstep.rational import edge_tick, period_ticks
+from pixstep.board import registers as regs
+from pixstep.lines import exact, runs
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.linecheck import check, refused
+from pixstep.lines.rational import edge_tick, period_ticks
 
 BYTE_CYCLES = 11 * 16_000_000 // 115_200
 GAP_CYCLES = 28_000

@@ -8,13 +8,13 @@ from fractions import Fraction
 import numpy as np
 
 from bench import Bench
-from pixstep import registers as regs
-from pixstep import verdict
-from pixstep.client import BoardError, Upload
-from pixstep.edges import read_edges
-from pixstep.line import Line
-from pixstep.randomlines import Bounds, smooth_case
-from pixstep.rational import TIMER_HZ, period_ticks
+from pixstep.board import registers as regs
+from pixstep.board.client import BoardError, Upload
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.simulation import verdict
+from pixstep.simulation.edges import read_edges
+from pixstep.simulation.randomlines import Bounds, smooth_case
 
 SEEK, SEEK_OPEN, DOWN, START, END = 0x81, 0x181, (3, 0), 0x01, (2, 0)
 HZ = (Fraction(30), Fraction(100), Fraction(30000, 1001))

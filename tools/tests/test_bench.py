@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from pixstep import linecheck, natives
+from pixstep import natives
 from pixstep.bench import (
     accuracy,
     compare,
@@ -32,10 +32,11 @@ from pixstep.bench.drive import Run, Window, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.search import LONG_S, Search
 from pixstep.bench.trial import CLEAN, FAULT, MUTE, REFUSED, WRONG, Trial, judge
-from pixstep.cli import main
+from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
-from pixstep.rational import period_ticks
+from pixstep.lines import linecheck
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import period_ticks
 from worked import worked_line
 
 FAKE = (sys.executable, str(Path(__file__).with_name("fake_runner.py")))

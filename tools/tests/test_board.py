@@ -12,12 +12,14 @@ from fractions import Fraction
 import pytest
 from rich.console import Console
 
-from pixstep import campaign, demo, natives, planner
-from pixstep.edges import read_edges
-from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.randomlines import rate_case
-from pixstep.simrun import Job
-from pixstep.simtask import simulate
+from pixstep import natives
+from pixstep.lines import planner
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.simulation import campaign, demo
+from pixstep.simulation.edges import read_edges
+from pixstep.simulation.randomlines import rate_case
+from pixstep.simulation.simrun import Job
+from pixstep.simulation.simtask import simulate
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("simulator")

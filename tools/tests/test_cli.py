@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from pixstep import formats
-from pixstep.cli import main
+from pixstep.cli.main import main
 from worked import ACCELERATING, PRN
 
 

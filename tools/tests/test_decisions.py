@@ -9,14 +9,14 @@ from fractions import Fraction
 import pytest
 
 from bench import Bench
-from pixstep import exact, linecheck, planner
-from pixstep import registers as regs
+from pixstep.board import registers as regs
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, SMOOTH, Line
+from pixstep.lines import exact, linecheck, planner
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.runs import MARK_SMOOTH, queue_entries
 from pixstep.moves import accel, fast
 from pixstep.profiles import generator, readings
 from pixstep.profiles.generator import LineRequest, generate
-from pixstep.runs import MARK_SMOOTH, queue_entries
 from worked import ACCELERATING, DATA, SAMPLE_CSV, worked_line
 
 SPEEDS = [8, 16, 24, 32]

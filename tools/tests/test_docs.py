@@ -6,8 +6,9 @@ import re
 import pytest
 from click.testing import CliRunner
 
-from pixstep import docs, natives, registers
-from pixstep.cli import main
+from pixstep import docs, natives
+from pixstep.board import registers
+from pixstep.cli.main import main
 from pixstep.errors import UserError
 
 

@@ -7,10 +7,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from pixstep import exact
-from pixstep.line import PLAIN, Line
-from pixstep.randomlines import plain_case, smooth_case
-from pixstep.rational import edge_tick, period_ticks
+from pixstep.lines import exact
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep.simulation.randomlines import plain_case, smooth_case
 from worked import ACCELERATING, EXPECTED, worked_line
 
 ONE = Fraction(1)

@@ -11,10 +11,11 @@ import pytest
 from click.testing import CliRunner
 
 from bench import Bench
-from pixstep import formats, runs
-from pixstep.cli import main
+from pixstep import formats
+from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
+from pixstep.lines import runs
+from pixstep.lines.line import PLAIN, Line
 from pixstep.moves import accel, fast, fastsim, fasttask
 from worked import DATA, SAMPLE_CSV
 

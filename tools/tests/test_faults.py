@@ -9,11 +9,12 @@ import pytest
 from click.testing import CliRunner
 
 from bench import QUIET_CYCLES, Bench
-from pixstep import formats, runs
+from pixstep import formats
 from pixstep.bench import lines
-from pixstep.cli import main
-from pixstep.client import BoardError, Upload
-from pixstep.line import PLAIN, Line
+from pixstep.board.client import BoardError, Upload
+from pixstep.cli.main import main
+from pixstep.lines import runs
+from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = ("uno", "mega")

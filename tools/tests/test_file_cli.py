@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from mutants import HEADER, LINES
 from pixstep import formats
-from pixstep.cli import main
+from pixstep.cli.main import main
 from worked import MPOS, PRN, SAMPLE_CSV
 
 

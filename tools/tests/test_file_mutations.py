@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import reference_reader
 from mutants import good_files, mutate
 from pixstep import formats
-from pixstep.cli import main
+from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.formats import csb
 from pixstep.formats.examine import examine_bytes

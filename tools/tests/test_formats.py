@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from mutants import HEADER, LINES, sealed
 from pixstep import formats
-from pixstep.cli import main
+from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.formats import describe, meaning
 from pixstep.formats.examine import examine

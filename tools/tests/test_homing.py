@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from homebench import HomeBench
-from pixstep.cli import main
+from pixstep.cli.main import main
 from pixstep.moves import accel, homejudge, homesim, homing, legs
 from worked import DATA
 

@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 
 from fake_home import FakeHome, Plant
-from pixstep import runs
 from pixstep.errors import UserError
+from pixstep.lines import runs
 from pixstep.moves import accel, homing, legs
 from pixstep.moves.homing import HomingError
 from worked import DATA

@@ -11,10 +11,10 @@ from click.testing import CliRunner
 
 from homebench import PROFILE as STEEP
 from homebench import HomeBench, assert_repeats, repeat
-from pixstep.cli import main
-from pixstep.edges import read_edges
-from pixstep.line import PLAIN, SMOOTH
+from pixstep.cli.main import main
+from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.moves import accel, homejudge, homesim, homing, legjudge, legs
+from pixstep.simulation.edges import read_edges
 from worked import DATA
 
 pytestmark = pytest.mark.usefixtures("simulator")

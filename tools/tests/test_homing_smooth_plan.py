@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from fake_home import FakeHome, Plant
-from pixstep import linecheck, runs
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, SMOOTH, Line
+from pixstep.lines import linecheck, runs
+from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.moves import accel, homing, legs, seeklines
 from pixstep.moves.homing import HomingError
 from pixstep.profiles import names, readings

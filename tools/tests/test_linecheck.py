@@ -5,8 +5,8 @@ from fractions import Fraction
 
 import pytest
 
-from pixstep.line import PLAIN, Line
-from pixstep.linecheck import Limits, check, exit_status, propose_repair
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.linecheck import Limits, check, exit_status, propose_repair
 from worked import worked_line
 
 

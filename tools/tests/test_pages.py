@@ -11,11 +11,14 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from pixstep import boards, edges, exact, formats, plots, report
-from pixstep.cli import main
-from pixstep.client import Board
-from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.rational import period_ticks
+from pixstep import formats
+from pixstep.board import boards
+from pixstep.board.client import Board
+from pixstep.cli.main import main
+from pixstep.lines import exact
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.rational import period_ticks
+from pixstep.simulation import edges, plots, report
 from worked import worked_line
 
 SWEEP = tuple(n * way for way in (1, -1) for n in (2, 4, 6, 8, 10, 12, 10, 8, 6, 4, 2)) * 2
@@ -107,5 +110,5 @@ def test_a_fault_is_said_with_its_meaning(monkeypatch):
 
 
 def test_commands_start_without_the_plotting_library():
-    code = "import sys, pixstep.cli; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, pixstep.cli.main; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

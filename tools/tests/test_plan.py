@@ -6,12 +6,12 @@ from fractions import Fraction
 
 import pytest
 
-from pixstep import exact, planner
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.linecheck import check, refused
-from pixstep.randomlines import PIXEL_HZ, Bounds, Case, case
-from pixstep.rational import edge_tick, period_ticks
+from pixstep.lines import exact, planner
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.linecheck import check, refused
+from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep.simulation.randomlines import PIXEL_HZ, Bounds, Case, case
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("plan_program")

@@ -6,9 +6,10 @@ import random
 
 import pytest
 
-from pixstep import formats, linecheck
+from pixstep import formats
 from pixstep.errors import UserError
-from pixstep.line import Line
+from pixstep.lines import linecheck
+from pixstep.lines.line import Line
 from pixstep.profiles import generator, ramps
 from worked import ACCELERATING, MPOS, PRN
 

@@ -9,13 +9,14 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
-from pixstep import exact, formats, linecheck, planner
-from pixstep.cli import main
+from pixstep import formats
+from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.line import Line
+from pixstep.lines import exact, linecheck, planner
+from pixstep.lines.line import Line
+from pixstep.lines.units import ACCELERATION, JERK
 from pixstep.profiles import generator, make
 from pixstep.profiles.make import ProfileLimits, shortest_pixels, shortest_profile
-from pixstep.units import ACCELERATION, JERK
 
 RANDOM_LIMITS = 2000
 

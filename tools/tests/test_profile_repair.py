@@ -9,10 +9,11 @@ import random
 import pytest
 from click.testing import CliRunner
 
-from pixstep import formats, linecheck
-from pixstep.cli import main
+from pixstep import formats
+from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.line import Line
+from pixstep.lines import linecheck
+from pixstep.lines.line import Line
 from pixstep.profiles import generator, legal_prn, ramps
 from pixstep.profiles.generator import MAX_SPEED
 from pixstep.profiles.repair import Wish, repair_counts, whole_line

@@ -10,12 +10,13 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.transforms import Bbox
 
-from pixstep import exact, formats, linecheck
-from pixstep.cli import main
+from pixstep import formats
+from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
+from pixstep.lines import exact, linecheck
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles import figure, kinematics, phases
-from pixstep.units import ACCELERATION, JERK, SPEED
 from worked import ACCELERATING, MPOS, PRN, worked_line
 
 TURNING = Line((10, 20, 20, 10, 0, -10, -10), PLAIN)

@@ -3,7 +3,7 @@
 
 import pytest
 
-from pixstep import boards, deffiles, registers
+from pixstep.board import boards, deffiles, registers
 from pixstep.errors import UserError
 
 TABLE = """\

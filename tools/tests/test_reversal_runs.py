@@ -11,18 +11,19 @@ import pytest
 from click.testing import CliRunner
 
 from bench import Bench
-from pixstep import formats, verdict
-from pixstep.cli import main
-from pixstep.edges import read_edges
+from pixstep import formats
+from pixstep.cli.main import main
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
-from pixstep.plantlog import read_plant
-from pixstep.rational import TIMER_HZ, period_ticks
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import TIMER_HZ, period_ticks
 from pixstep.reversals.compensate import Request, compensate
 from pixstep.reversals.takeup import MotionLimits
-from pixstep.simctl import SimOptions
-from pixstep.simrun import Job
-from pixstep.simtask import simulate
+from pixstep.simulation import verdict
+from pixstep.simulation.edges import read_edges
+from pixstep.simulation.plantlog import read_plant
+from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simrun import Job
+from pixstep.simulation.simtask import simulate
 from strokes_line import LIMITS, PLAY, four_reversals
 
 HZ = Fraction(100)

@@ -9,8 +9,8 @@ from itertools import pairwise
 import pytest
 
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
-from pixstep.linecheck import Limits, check
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.linecheck import Limits, check
 from pixstep.reversals.compensate import Request, compensate
 from pixstep.reversals.strokes import directions, strokes
 from pixstep.reversals.takeup import MotionLimits, Window

@@ -5,10 +5,10 @@ import random
 
 import pytest
 
-from pixstep import runs
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
-from pixstep.rational import hz_text, parse_hz
+from pixstep.lines import runs
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import hz_text, parse_hz
 
 
 def test_round_trip():

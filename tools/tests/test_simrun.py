@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
-from pixstep.simctl import SimulatorError
-from pixstep.simrun import Job
-from pixstep.simtask import simulate
+from pixstep.lines.line import PLAIN, Line
+from pixstep.simulation.simctl import SimulatorError
+from pixstep.simulation.simrun import Job
+from pixstep.simulation.simtask import simulate
 from worked import worked_line
 
 FAKE = [sys.executable, str(Path(__file__).with_name("fake_runner.py"))]

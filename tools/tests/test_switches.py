@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from bench import Bench
-from pixstep.client import LineRefusedByBoardError, Upload
-from pixstep.edges import read_edges
-from pixstep.line import PLAIN, Line
+from pixstep.board.client import LineRefusedByBoardError, Upload
+from pixstep.lines.line import PLAIN, Line
+from pixstep.simulation.edges import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = ("uno", "mega")

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from bench import Bench
-from pixstep.client import LineRefusedByBoardError
-from pixstep.edges import read_edges
-from pixstep.line import PLAIN, Line
-from pixstep.rational import TIMER_HZ
+from pixstep.board.client import LineRefusedByBoardError
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.simulation.edges import read_edges
 
 HZ = Fraction(100)
 STROKE_PX = 6

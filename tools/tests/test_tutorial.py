@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from pixstep import natives
-from pixstep.cli import main
+from pixstep.cli.main import main
 from pixstep.tutorial import check, document, pictures, session
 
 TUTORIAL = natives.root() / "docs" / "TUTORIAL.md"

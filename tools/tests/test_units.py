@@ -5,9 +5,9 @@ from fractions import Fraction
 
 import pytest
 
-from pixstep import units
 from pixstep.errors import UserError
-from pixstep.units import ACCELERATION, JERK, SPEED
+from pixstep.lines import units
+from pixstep.lines.units import ACCELERATION, JERK, SPEED
 
 
 @pytest.mark.parametrize(

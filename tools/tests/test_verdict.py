@@ -6,11 +6,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from pixstep import exact, verdict
-from pixstep.edges import AxisEdges, read_edges
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
-from pixstep.rational import edge_tick, period_ticks
+from pixstep.lines import exact
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep.simulation import verdict
+from pixstep.simulation.edges import AxisEdges, read_edges
 from worked import worked_line
 
 PERIOD = period_ticks(Fraction(30))

@@ -4,7 +4,7 @@
 from pathlib import Path
 
 from pixstep import formats
-from pixstep.line import Line
+from pixstep.lines.line import Line
 from pixstep.profiles import generator
 
 DATA = Path(__file__).resolve().parent.parent / "data"

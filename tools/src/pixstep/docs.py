@@ -4,7 +4,8 @@
 import re
 from pathlib import Path
 
-from pixstep import atomic, boards, registers
+from pixstep import atomic
+from pixstep.board import boards, registers
 from pixstep.errors import UserError
 
 _ACCESS_INPUT = "FC04"

@@ -14,8 +14,8 @@ from pathlib import Path
 from click.testing import CliRunner
 
 from pixstep import formats, natives
-from pixstep.cli_file import file_group
-from pixstep.cli_options import Group
+from pixstep.cli.file import file_group
+from pixstep.cli.options import Group
 from pixstep.docs import table
 from pixstep.formats import meaning
 from pixstep.formats.examine import NAMES, check_name, examine_bytes

@@ -3,12 +3,13 @@
 
 from fractions import Fraction
 
-from pixstep import boards, verdict
 from pixstep.bench import lines
 from pixstep.bench.drive import Run, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.trial import CLEAN, WRONG, judge
+from pixstep.board import boards
 from pixstep.errors import UserError
+from pixstep.simulation import verdict
 
 NAME = "accuracy"
 RATES = (10_000, 20_000, 30_000)  # steps/s

@@ -12,16 +12,16 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep import natives
-from pixstep import registers as regs
-from pixstep.client import Board, BoardError, LineRefusedByBoardError, Upload
-from pixstep.edges import EdgeLog, read_clock, read_edges
-from pixstep.line import Line
-from pixstep.rational import TIMER_HZ, period_ticks
-from pixstep.runs import queue_entries
-from pixstep.serialload import SerialLoad
-from pixstep.simctl import SimOptions, Simulator
-from pixstep.simrun import BOOT_CYCLES, SETTLE_PIXELS
-from pixstep.transport import SimClient
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upload
+from pixstep.board.transport import SimClient
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.runs import queue_entries
+from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
+from pixstep.simulation.serialload import SerialLoad
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES, SETTLE_PIXELS
 
 SLICE_CYCLES = TIMER_HZ // 1000  # how exactly a window opens and shuts
 _POLL_CYCLES = TIMER_HZ // 10

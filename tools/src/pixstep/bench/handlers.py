@@ -4,9 +4,9 @@
 from dataclasses import replace
 from fractions import Fraction
 
-from pixstep import boards
 from pixstep.bench import lines, sections, stretch
 from pixstep.bench.figure import Figure, Task, key
+from pixstep.board import boards
 
 RATE = 30_000  # steps/s, of the step interrupt's figures
 _PRINTER_HZ = Fraction(30)

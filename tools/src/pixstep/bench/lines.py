@@ -4,7 +4,7 @@
 from fractions import Fraction
 from itertools import pairwise
 
-from pixstep.line import PLAIN, SMOOTH, Line
+from pixstep.lines.line import PLAIN, SMOOTH, Line
 
 RAMP_STEPS_PER_S2 = 100_000  # the acceleration of all ramps
 RESOLUTION_STEPS_PER_S = 500  # of a rate that is searched for

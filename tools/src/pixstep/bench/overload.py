@@ -4,11 +4,11 @@
 from fractions import Fraction
 from itertools import groupby
 
-from pixstep import boards
 from pixstep.bench import lines, rates
 from pixstep.bench.drive import Run
 from pixstep.bench.figure import Column, Figure, Task, key
 from pixstep.bench.trial import FAULT, MUTE, WRONG, attempt
+from pixstep.board import boards
 
 NAME = "overload"
 _HZ = Fraction(100)  # so that the counts of the highest rate fit a pixel

@@ -13,9 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pixstep import atomic, plots
+from pixstep import atomic
 from pixstep.bench import compare, lines, ramp
-from pixstep.rational import TIMER_HZ
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.simulation import plots
 
 _BOARD = "uno"
 _HZ = Fraction(100)  # the line's counts are the ramp itself

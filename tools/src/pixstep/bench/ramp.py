@@ -10,15 +10,16 @@ from fractions import Fraction
 
 import numpy as np
 
-from pixstep import boards, exact
 from pixstep.bench import lines
 from pixstep.bench.drive import Run, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.trial import CLEAN, WRONG, judge
+from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.line import Line
-from pixstep.rational import TIMER_HZ
-from pixstep.verdict import find_zero
+from pixstep.lines import exact
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.simulation.verdict import find_zero
 
 NAME = "ramp"
 PEAK = 30_000  # steps/s

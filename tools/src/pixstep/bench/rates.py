@@ -5,15 +5,15 @@ from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 
-from pixstep import boards
 from pixstep.bench import lines
 from pixstep.bench.drive import Run
 from pixstep.bench.figure import Column, Figure, Task, key
 from pixstep.bench.search import LONG_S, Found, Search
 from pixstep.bench.trial import CLEAN, Trial, attempt
-from pixstep.line import Line
+from pixstep.board import boards
+from pixstep.lines.line import Line
+from pixstep.lines.rational import period_ticks
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep.rational import period_ticks
 
 NAME = "rates"
 CLOCKS = (Fraction(30), Fraction(100))  # Hz; the first is the printer's

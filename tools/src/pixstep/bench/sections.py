@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the cycles of a view went into: handlers, decoding, following, looking for work."""
 
-from pixstep import boards
+from pixstep.board import boards
 
 # enum cpu_section of firmware/hal/cpu.h, in order.
 SECTIONS = ("start", "smooth", "plain", "ledger", "serial", "round")

@@ -3,9 +3,9 @@
 
 from fractions import Fraction
 
-from pixstep import boards
 from pixstep.bench import lines, sections, stretch
 from pixstep.bench.figure import Column, Figure, Task, key
+from pixstep.board import boards
 
 NAME = "share"
 RATE = 30_000  # steps/s

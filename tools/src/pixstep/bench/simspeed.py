@@ -3,13 +3,13 @@
 
 from fractions import Fraction
 
-from pixstep import boards
 from pixstep.bench import lines
 from pixstep.bench.drive import Run, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.trial import CLEAN, judge
+from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.rational import TIMER_HZ
+from pixstep.lines.rational import TIMER_HZ
 
 NAME = "simulator"
 RATES = (30_000, 25_000, 20_000, 15_000, 10_000, 5_000)  # steps/s: the first that all axes can do

@@ -6,9 +6,10 @@ import shutil
 import sys
 from fractions import Fraction
 
-from pixstep import boards, natives
+from pixstep import natives
 from pixstep.bench import lines, stretch
 from pixstep.bench.figure import Figure, Task, key
+from pixstep.board import boards
 from pixstep.errors import UserError
 
 NAME = "sizes"

@@ -5,14 +5,14 @@ from fractions import Fraction
 
 from pixstep import natives
 from pixstep.bench.drive import Outcome, Run, Window, drive, view
-from pixstep.client import Board, Upload
+from pixstep.board.client import Board, Upload
+from pixstep.board.transport import SimClient
 from pixstep.errors import UserError
-from pixstep.line import Line
-from pixstep.rational import TIMER_HZ
-from pixstep.serialload import SerialLoad
-from pixstep.simctl import SimOptions, Simulator
-from pixstep.simrun import BOOT_CYCLES
-from pixstep.transport import SimClient
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.simulation.serialload import SerialLoad
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES
 
 _MARGIN = 0.05  # of a line's steps, left out at either end
 

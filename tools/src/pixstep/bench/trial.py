@@ -7,8 +7,8 @@ doubled or in the wrong direction, and no fault said so before.
 
 from dataclasses import dataclass
 
-from pixstep import verdict
 from pixstep.bench.drive import Outcome, Run, drive
+from pixstep.simulation import verdict
 
 CLEAN, REFUSED, FAULT, MUTE, WRONG = "clean", "refused", "fault", "mute", "wrong"
 

@@ -4,10 +4,10 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep import boards
 from pixstep.bench import lines, sections, stretch
 from pixstep.bench.figure import Figure, Task, key
-from pixstep.line import PLAIN, Line
+from pixstep.board import boards
+from pixstep.lines.line import PLAIN, Line
 
 NAME = "waits"
 _HZ = Fraction(30)

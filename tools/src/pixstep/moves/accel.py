@@ -10,8 +10,8 @@ from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
-from pixstep.line import SMOOTH, Line
-from pixstep.linecheck import MAX_COUNT
+from pixstep.lines.line import SMOOTH, Line
+from pixstep.lines.linecheck import MAX_COUNT
 
 CSV_WIDTH = 6
 BLOCK_ROWS = 2  # line number and number of values before the values of a block

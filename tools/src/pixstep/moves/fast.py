@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.runs import decode
 from pixstep.moves.accel import Acceleration
-from pixstep.runs import decode
 
 MAX_STEPS = 2**31 - 1  # the board's position is a signed 32-bit number
 MAX_PIXELS = 5_000_000

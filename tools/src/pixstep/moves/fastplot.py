@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from pixstep import atomic
+from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.fastsim import MoveJob, MoveRun
-from pixstep.plots import FAINT, IDEAL, INK, MADE, STYLE
-from pixstep.rational import TIMER_HZ
-from pixstep.report import ticks_text
+from pixstep.simulation.plots import FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.simulation.report import ticks_text
 
 _MOST_DOTS = 60_000
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.judge import Judgement, judge
+from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.fast import FastMove
-from pixstep.rational import TIMER_HZ
-from pixstep.simrun import Job, RunResult, run_job
+from pixstep.simulation.judge import Judgement, judge
+from pixstep.simulation.simrun import Job, RunResult, run_job
 
 
 @dataclass(frozen=True)

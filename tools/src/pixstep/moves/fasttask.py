@@ -4,8 +4,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pixstep import atomic, report
+from pixstep import atomic
 from pixstep.moves.fastsim import MoveJob, MoveRun, run
+from pixstep.simulation import report
 
 OUTPUTS = ("edges.csv", "clock.csv", "serial.csv", "pixels.csv", "summary.json", "move.png")
 

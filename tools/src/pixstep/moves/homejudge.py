@@ -4,11 +4,11 @@
 from dataclasses import asdict
 from math import ceil
 
-from pixstep.client import TRIP_CLOSED, Trip
+from pixstep.board.client import TRIP_CLOSED, Trip
+from pixstep.lines.rational import TIMER_HZ, hz_text
 from pixstep.moves.homesim import HomeRun
 from pixstep.moves.homing import Leg, legs_as_json
 from pixstep.moves.legjudge import judge_leg, leg_edges
-from pixstep.rational import TIMER_HZ, hz_text
 
 IN_VAIN = ("home_not_found", "home_stuck")  # faults of a leg that was made to its end
 _TICKS = 1 << 32  # the board's tick count wraps

@@ -11,14 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pixstep import atomic
-from pixstep.client import TRIP_CLOSED, TRIP_OPENED
+from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
+from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.fastplot import thousands
 from pixstep.moves.homejudge import switch_edge
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Leg
 from pixstep.moves.legjudge import leg_edges
-from pixstep.plots import BAND, BOARD, FAINT, IDEAL, INK, MADE, STYLE
-from pixstep.rational import TIMER_HZ
+from pixstep.simulation.plots import BAND, BOARD, FAINT, IDEAL, INK, MADE, STYLE
 
 # One colour a leg, in the order of LEGS.
 COLOURS = dict(zip(LEGS, ("#7b6ca8", MADE, IDEAL, "#c9a66b", BOARD, "#4c8c5c"), strict=True))

@@ -6,16 +6,17 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import boards, natives
-from pixstep.client import Board, BoardError
-from pixstep.edges import AxisEdges, read_edges
+from pixstep import natives
+from pixstep.board import boards
+from pixstep.board.client import Board, BoardError
+from pixstep.board.transport import SimClient
 from pixstep.errors import UserError
+from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.homing import Homed, HomingError, Leg, home
 from pixstep.moves.legs import HomingPlan
-from pixstep.rational import TIMER_HZ
-from pixstep.simctl import SimOptions, Simulator
-from pixstep.simrun import BOOT_CYCLES, scratch_folder
-from pixstep.transport import SimClient
+from pixstep.simulation.edges import AxisEdges, read_edges
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES, scratch_folder
 
 SETTLE_CYCLES = TIMER_HZ // 20
 OUTPUTS = ("edges.csv", "switches.csv")

@@ -17,12 +17,20 @@ from dataclasses import asdict, dataclass
 from fractions import Fraction
 from typing import Protocol
 
-from pixstep import registers as regs
-from pixstep.client import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board, BoardError, Trip, Upload
-from pixstep.line import PLAIN, SMOOTH
+from pixstep.board import registers as regs
+from pixstep.board.client import (
+    TRIP_CLOSED,
+    TRIP_NONE,
+    TRIP_OPENED,
+    Board,
+    BoardError,
+    Trip,
+    Upload,
+)
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast
 from pixstep.moves.legs import HomingPlan
-from pixstep.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 
 LEGS = ("leave the switch", "approach", "back off", "stand clear", "slow approach", "return to 0")
 _LEAVE, _APPROACH, _BACK_OFF, _CLEAR, _SLOW, _RETURN = LEGS

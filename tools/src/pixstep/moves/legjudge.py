@@ -8,12 +8,12 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from pixstep import verdict
-from pixstep.edges import AxisEdges
-from pixstep.line import PLAIN, SMOOTH, Line
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.rational import TIMER_HZ, edge_tick
 from pixstep.moves.homing import Leg
 from pixstep.moves.legs import HomingPlan
-from pixstep.rational import TIMER_HZ, edge_tick
+from pixstep.simulation import verdict
+from pixstep.simulation.edges import AxisEdges
 
 _NEAR = 2  # ticks: a leg's beginning as its first edge tells it, and roundings
 

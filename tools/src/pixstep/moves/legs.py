@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, SMOOTH
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.runs import Seek
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.seeklines import require_smooth, seek_line
-from pixstep.runs import Seek
 
 MAX_SEARCH_STEPS = 10_000_000
 REACTION_S = Fraction(10, 1000)  # the board decodes 8 ms ahead, and the switch is filtered

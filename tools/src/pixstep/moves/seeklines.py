@@ -7,11 +7,11 @@ two highest pixels would be equal counts entered at another speed.
 
 from itertools import pairwise
 
-from pixstep import linecheck
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, SMOOTH, Line
+from pixstep.lines import linecheck
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.runs import Seek
 from pixstep.moves.accel import Acceleration
-from pixstep.runs import Seek
 
 
 def seek_line(

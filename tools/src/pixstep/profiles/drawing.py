@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
-from pixstep.line import Line
+from pixstep.lines.line import Line
 from pixstep.profiles import kinematics
 
 

@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
-from pixstep import atomic, progress, units
+from pixstep import atomic, progress
 from pixstep.errors import UserError
-from pixstep.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.lines import units
 from pixstep.profiles import kinematics, marks
 from pixstep.profiles.drawing import Drawing
+from pixstep.simulation.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _DENSE = 240  # pixels from which single marks would run together

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pixstep import exact
-from pixstep.line import Line
+from pixstep.lines import exact
+from pixstep.lines.line import Line
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from fractions import Fraction
 from itertools import accumulate
 
 from pixstep.errors import UserError
+from pixstep.lines.units import ACCELERATION, SPEED, both_text, number_text, unit
 from pixstep.profiles.generator import MAX_SPEED
-from pixstep.units import ACCELERATION, SPEED, both_text, number_text, unit
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pixstep import linecheck
-from pixstep.line import Line
-from pixstep.plots import BOARD, INK
+from pixstep.lines import linecheck
+from pixstep.lines.line import Line
 from pixstep.profiles import phases
+from pixstep.simulation.plots import BOARD, INK
 
 _PHASE_COLOURS = {
     phases.REST: "#eef1f4",

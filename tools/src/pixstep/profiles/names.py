@@ -7,8 +7,8 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, SMOOTH
-from pixstep.rational import parse_hz
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.rational import parse_hz
 
 SMOOTH_MOTORS = ("M39",)
 _NAME = re.compile(r"AccProf(M\d{2})-(\d+(?:\.\d+)?)Hz-(\w+)\.(?:PRN|CSV|CSB)", re.IGNORECASE)

@@ -7,10 +7,10 @@ from fractions import Fraction
 
 from rich.table import Table
 
-from pixstep import units
+from pixstep.lines import units
+from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles.kinematics import Figures
 from pixstep.profiles.repair import Change
-from pixstep.units import ACCELERATION, JERK, SPEED
 
 _SHOWN = 12  # values of a change that are printed
 _LINES = 20  # findings or changes that are printed

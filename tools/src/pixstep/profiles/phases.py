@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
 
-from pixstep import linecheck
-from pixstep.line import Line
+from pixstep.lines import linecheck
+from pixstep.lines.line import Line
 from pixstep.profiles import kinematics
 
 REST, UP, CONSTANT, DOWN, SWING, TAKE_UP = "rest", "up", "constant", "down", "swing", "take-up"

@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-from pixstep import formats, linecheck
+from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.formats.prn import KIND as PRN_KIND
 from pixstep.formats.recognise import recognise
-from pixstep.line import PLAIN, SMOOTH, Line
-from pixstep.linecheck import ERROR, WARNING, Finding, Limits
+from pixstep.lines import linecheck
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.linecheck import ERROR, WARNING, Finding, Limits
 from pixstep.profiles import generator
 from pixstep.profiles.repair import whole_line
 from pixstep.profiles.stretches import START

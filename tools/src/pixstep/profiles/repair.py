@@ -11,9 +11,9 @@ stretches, so that the line keeps its length, or they are inserted.
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pixstep import linecheck
 from pixstep.errors import UserError
-from pixstep.line import Line
+from pixstep.lines import linecheck
+from pixstep.lines.line import Line
 from pixstep.profiles import ramps
 from pixstep.profiles.generator import MAX_SPEED
 from pixstep.profiles.stretches import LINE, Stretch, consumed_pair, split

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 from pixstep.errors import UserError
-from pixstep.line import PLAIN, Line
-from pixstep.linecheck import ERROR, Limits, check
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.linecheck import ERROR, Limits, check
 from pixstep.reversals.play import load_positions
 from pixstep.reversals.strokes import Stroke, strokes
 from pixstep.reversals.takeup import MotionLimits, Window

@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pixstep import atomic
-from pixstep.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
 from pixstep.reversals.compensate import Compensated, Request
 from pixstep.reversals.play import load_positions
+from pixstep.simulation.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
 
 
 def shade(axes: Axes, spans: list[tuple[int, int]]) -> None:

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""A board from the host: its registers, its pins, a client over Modbus."""

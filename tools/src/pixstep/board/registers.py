@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: MIT
+"""The register map, the faults and the line errors, read from the firmware's own tables."""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from pixstep import natives
+from pixstep.board.deffiles import Row, read_rows
+from pixstep.errors import UserError
+
+AXIS_BASE = 0x20  # per-axis input registers
+AXIS_STRIDE = 0x10
+RECORD_BASE = 0x100  # per-pixel records
+RECORD_STRIDE = 0x80
+RECORD_REGISTERS = 6
+RECORD_HEAD = 4
+MAX_RECORDS = 20  # of any board; each says its own in record_capacity
+QUEUE_WINDOW = 0x1000
+MAX_ENTRIES = 60
+COMMAND_BASE = 0x100
+
+COMMANDS = {
+    "arm": 1,
+    "disarm": 2,
+    "stop": 3,
+    "clear_fault": 4,
+    "discard": 5,
+    "enable": 6,
+    "disable": 7,
+    "zero": 8,
+}
+AXIS_STATES = ("empty", "loading", "loaded", "armed", "running", "done", "refused", "fault")
+_WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
+
+
+@dataclass(frozen=True)
+class Register:
+    """One register: where, what, its unit and meaning; limits only for a holding register."""
+
+    address: int
+    name: str
+    type: str
+    unit: str
+    meaning: str
+    minimum: int | str | None = None
+    maximum: int | str | None = None
+    default: int | str | None = None
+
+    @property
+    def words(self) -> int:
+        """Number of 16-bit registers it takes."""
+        return _WORDS[self.type]
+
+    def decode(self, words: list[int]) -> int:
+        """Return the value of its words, high word first."""
+        value = 0
+        for word in words:
+            value = value << 16 | word
+        bits = 16 * self.words
+        if self.type.startswith("i") and value >> (bits - 1):
+            value -= 1 << bits
+        return value
+
+
+@dataclass(frozen=True)
+class Code:
+    """A fault or a line error: its number, name and text."""
+
+    code: int
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class RegisterMap:
+    """The whole map; axis registers hold offsets inside an axis' block."""
+
+    inputs: tuple[Register, ...]
+    axis_inputs: tuple[Register, ...]
+    holdings: tuple[Register, ...]
+
+    def input(self, name: str) -> Register:
+        """Return a board-wide input register by name."""
+        return _named(self.inputs, name)
+
+    def axis_input(self, name: str) -> Register:
+        """Return a per-axis input register by name."""
+        return _named(self.axis_inputs, name)
+
+    def holding(self, name: str) -> Register:
+        """Return a holding register by name."""
+        return _named(self.holdings, name)
+
+
+def parse_registers(path: Path) -> RegisterMap:
+    """Parse a register table; raises UserError naming the row for an overlap or a bad type."""
+    groups: dict[str, list[Register]] = {"INPUT": [], "INPUT_AXIS": [], "HOLDING": []}
+    for row in read_rows(path):
+        if row.macro not in groups:
+            raise UserError(f"{row.where}: unknown row {row.macro}")
+        groups[row.macro].append(_register(row))
+    for rows in groups.values():
+        _refuse_overlap(path, rows)
+    return RegisterMap(
+        tuple(groups["INPUT"]), tuple(groups["INPUT_AXIS"]), tuple(groups["HOLDING"])
+    )
+
+
+def parse_codes(path: Path, macro: str) -> dict[int, Code]:
+    """Parse a table of FAULT or LINE_ERROR rows into code -> Code."""
+    codes = {}
+    for row in read_rows(path):
+        if row.macro != macro or len(row.arguments) != 3:
+            raise UserError(f"{row.where}: expected {macro}(code, name, text)")
+        code = Code(*row.arguments)
+        if code.code in codes:
+            raise UserError(f"{row.where}: code {code.code} is used twice")
+        codes[code.code] = code
+    return codes
+
+
+@cache
+def register_map() -> RegisterMap:
+    """Return the map of firmware/core/wire/registers.def."""
+    return parse_registers(natives.source("firmware/core/wire/registers.def"))
+
+
+@cache
+def faults() -> dict[int, Code]:
+    """Return the faults by code."""
+    return parse_codes(natives.source("firmware/core/base/faults.def"), "FAULT")
+
+
+@cache
+def line_errors() -> dict[int, Code]:
+    """Return the line errors and warnings by code."""
+    return parse_codes(natives.source("firmware/core/motion/line_errors.def"), "LINE_ERROR")
+
+
+def code_name(codes: dict[int, Code], code: int) -> str:
+    """Return the name of a code, or its number if this tool does not know it."""
+    return codes[code].name if code in codes else f"code {code}"
+
+
+def _register(row: Row) -> Register:
+    """Build a register from a row of five or, for a holding register, eight arguments."""
+    expected = 8 if row.macro == "HOLDING" else 5
+    if len(row.arguments) != expected or not isinstance(row.arguments[0], int):
+        raise UserError(f"{row.where}: {row.macro} takes {expected} arguments, an address first")
+    address, name, kind, unit = row.arguments[:4]
+    if kind not in _WORDS:
+        raise UserError(f"{row.where}: unknown type {kind}")
+    limits = row.arguments[4:7] if expected == 8 else ()
+    return Register(address, name, kind, unit, row.arguments[-1], *limits)
+
+
+def _refuse_overlap(path: Path, registers: list[Register]) -> None:
+    """Refuse two registers of one area on the same address."""
+    taken: dict[int, str] = {}
+    for register in registers:
+        for address in range(register.address, register.address + register.words):
+            if address in taken:
+                raise UserError(f"{path}: {register.name} overlaps {taken[address]} at {address}")
+            taken[address] = register.name
+
+
+def _named(registers: tuple[Register, ...], name: str) -> Register:
+    for register in registers:
+        if register.name == name:
+            return register
+    raise UserError(f"the register map has no register {name!r}")

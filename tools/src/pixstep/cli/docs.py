@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep docs`: the generated tables of the documentation."""
+
+import click
+
+from pixstep import docs, filesdoc, progress
+from pixstep.cli.options import FILE
+
+_check = click.option("--check", type=FILE, help="Fail if the table in FILE is out of date.")
+_write = click.option("--write", type=FILE, help="Rewrite the table in FILE between its markers.")
+
+
+@click.group("docs")
+def docs_group() -> None:
+    """Tables generated from the firmware's own tables."""
+
+
+@docs_group.command()
+@_check
+@_write
+@click.pass_context
+def protocol(ctx, check, write):
+    """Register map, faults and line errors, for docs/PROTOCOL.md."""
+    _deliver(ctx, "protocol", docs.protocol(), check, write)
+
+
+@docs_group.command()
+@_check
+@_write
+@click.pass_context
+def wiring(ctx, check, write):
+    """Pin tables of the boards, for docs/WIRING.md."""
+    _deliver(ctx, "wiring", docs.wiring(), check, write)
+
+
+@docs_group.command()
+@_check
+@_write
+@click.pass_context
+def files(ctx, check, write):
+    """Meanings, messages, bytes of a CSB and listings, for docs/FILES.md."""
+    _deliver(ctx, "files", filesdoc.files(), check, write)
+
+
+@docs_group.command()
+@click.option("--check", "action", flag_value="check", default=True, help="Say what differs.")
+@click.option("--write", "action", flag_value="write", help="Rewrite outputs and pictures too.")
+@click.argument("file", type=FILE)
+@click.pass_context
+def tutorial(ctx, file, action):
+    """Walk a document: run its commands, compare what they print and draw with what it shows.
+
+    Exit status 0 if all is as it says, 1 if not (or was not, with --write).
+    """
+    from pixstep.tutorial import check as walk  # matplotlib takes a second to load
+
+    with progress.shown("walking") as show:
+        complaints = (walk.refresh if action == "write" else walk.check)(file, show)
+    for text in complaints:
+        click.echo(text, err=True)
+    if complaints and action == "write":
+        click.echo(f"{file}: rewritten where it can be; look at it, shorten it, check it")
+    ctx.exit(1 if complaints else 0)
+
+
+def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:
+    """Print, check or write one generated part."""
+    if check:
+        good = docs.check(check, name, content)
+        if not good:
+            click.echo(
+                f"{check}: the {name} table is out of date: pixstep docs {name} --write {check}",
+                err=True,
+            )
+        ctx.exit(0 if good else 1)
+    if write:
+        changed = docs.write(write, name, content)
+        click.echo(f"{write}: {'rewritten' if changed else 'up to date'}")
+        return
+    click.echo(docs.marked(name, content), nl=False)
+
+
+COMMANDS = (docs_group,)

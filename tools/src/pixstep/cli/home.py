@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep home sim`: homing on a simulated board with a load and its switches."""
+
+import json
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from pixstep import progress
+from pixstep.board import boards
+from pixstep.cli.options import (
+    DECODE,
+    FILE,
+    FOLDER,
+    line_option,
+    pixel_hz_option,
+    raw_option,
+    say,
+)
+from pixstep.lines.line import PLAIN
+from pixstep.moves import accel, homesim, hometask, legs
+from pixstep.profiles import names
+from pixstep.simulation import report
+
+DIRECTIONS = {"plus": 1, "minus": -1}
+
+
+@click.group()
+def home() -> None:
+    """Find the home switch and make its edge position 0."""
+
+
+@home.command("sim")
+@click.argument("profile", type=FILE)
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True)
+@pixel_hz_option
+@click.option(
+    "--plant",
+    required=True,
+    metavar="KNOBS",
+    help="The load and its switches: home=2000,hyst=8,travel=-500..4000,start=123,delay=8000 "
+    "(steps; delay in ticks of 62.5 ns); more: build/host/bin/pixstep-sim --help.",
+)
+@click.option(
+    "--direction",
+    type=click.Choice(list(DIRECTIONS)),
+    default="plus",
+    show_default=True,
+    help="Where the switch is sought; the plant's is closed above its place.",
+)
+@click.option(
+    "--decode",
+    type=DECODE,
+    help="How the motor takes the profile where it seeks the switch; moves in between are plain.  "
+    "[default: by the motor in the file's name, smooth for M39; plain if it names none]",
+)
+@click.option("--haps", type=int, help="Entries of the profile to use.  [default: its header's]")
+@click.option(
+    "--slow",
+    type=int,
+    help="Second approach, steps/pixel, even if smooth.  [default: first entry, or the even number "
+    "below]",
+)
+@click.option(
+    "--search",
+    type=int,
+    default=20_000,
+    show_default=True,
+    help="Give a leg up after so many steps.",
+)
+@click.option("--clear", type=int, help="Second approach from at least so many steps away.")
+@click.option("--filter-us", type=click.IntRange(100, 20_000), help="Filter of the switches.")
+@click.option(
+    "--inverted",
+    type=click.Choice(list(homesim.INVERTED)),
+    default="none",
+    show_default=True,
+    help="Switches that are tripped when their pin is high.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
+@click.option("--plot", is_flag=True, help="Draw homing.png into the folder.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@raw_option
+@line_option
+@click.pass_context
+def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
+    """Home a simulated axis by a CSV or CSB profile, and judge it against the simulator's own log.
+
+    Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse.
+    """
+    options["decode"] = options["decode"] or _motor_decode(profile)
+    read = accel.read(profile, raw=raw, number=line_number)
+    say(read.notes_at(options["pixel_hz"]))
+    job = _job(read, options)
+    with progress.shown("homing") as show:
+        summary = hometask.simulate(job, out, plot=plot, progress=show)
+    if as_json:
+        click.echo(json.dumps(summary, indent=2))
+    else:
+        console = Console(highlight=False)
+        _print_page(console, summary)
+        report.print_files(console, out)
+    ctx.exit(0 if summary["verdict"] == "pass" else 1)
+
+
+def _motor_decode(profile: Path) -> str:
+    """Return how the motor in a conventional file name decodes; plain if the name has none."""
+    named = names.parse(profile)
+    if not named:
+        return PLAIN
+    say((f"{profile}: named for {named.motor}, so homing is {named.decode} (--decode)",))
+    return named.decode
+
+
+def _job(read: accel.Acceleration, options: dict) -> homesim.HomeJob:
+    """Plan the homing."""
+    request = legs.HomingRequest(
+        axis=options["axis"],
+        direction=DIRECTIONS[options["direction"]],
+        haps=options["haps"],
+        slow=options["slow"],
+        search_steps=options["search"],
+        clear_steps=options["clear"],
+        decode=options["decode"],
+    )
+    return homesim.HomeJob(
+        plan=legs.plan(read, request, options["pixel_hz"]),
+        board=options["board"],
+        pixel_hz=options["pixel_hz"],
+        plant=options["plant"],
+        inverted=options["inverted"],
+        filter_us=options["filter_us"],
+        seed=options["seed"],
+    )
+
+
+def _print_page(console: Console, summary: dict) -> None:
+    """Print the one-page verdict."""
+    colour = "bold green" if summary["verdict"] == "pass" else "bold red"
+    console.print(
+        f"[{colour}]{summary['verdict'].upper()}[/]  {summary['board']} axis {summary['axis']}, "
+        f"towards {summary['direction']}, {summary['pixel_hz']} Hz, {summary['decode']}"
+    )
+    for reason in summary["reasons"]:
+        console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+    if summary["legs"]:
+        console.print(_legs_table(summary))
+    for line in _findings(summary):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _legs_table(summary: dict):
+    table = report.new_table("leg", "pixels", "steps", "top steps/s", "edge at", "tick", "seconds")
+    table.columns[0].justify = "left"
+    for leg in summary["legs"]:
+        trip = leg["trip"] or {"position_steps": "", "ticks": ""}
+        table.add_row(
+            leg["name"],
+            str(len(leg["pixel_counts"])),
+            str(leg["steps"]),
+            f"{leg['fastest_steps_s']:.0f}",
+            str(trip["position_steps"]),
+            str(trip["ticks"]),
+            f"{leg['ended_s'] - leg['began_s']:.3f}",
+        )
+    return table
+
+
+def _findings(summary: dict) -> list[str]:
+    """Return what was found, a line each."""
+    lines = [
+        f"fastest {summary['fastest_steps_s']:g} steps/s; HAPs {summary['haps']} allow "
+        f"{summary['haps_entry_steps_s']:g}"
+    ]
+    if summary["capture_offset_ticks"] is not None:
+        lines.append(
+            f"{summary['captures']} edges captured, each on the tick of the simulator's own log "
+            f"(timers started at cycle {summary['capture_offset_ticks']})"
+        )
+    if not summary["found"]:
+        return [*lines, "home not found"]
+    lines.append(
+        f"home found: its edge was at position {summary['edge']['position_steps']} before the "
+        f"zero; the axis stopped {abs(summary['beyond_edge_steps'])} steps beyond it and now "
+        f"stands on position {summary['position_steps']}"
+    )
+    if summary["switch_closes_at_steps"] is not None:
+        lines.append(
+            f"the load rests at {summary['load_at_rest_steps']}, its switch closes at "
+            f"{summary['switch_closes_at_steps']} steps"
+        )
+    return lines
+
+
+COMMANDS = (home,)

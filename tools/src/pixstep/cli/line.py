@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep line make`, `pixstep line check`, `pixstep ticks`: from a profile to planned edges."""
+
+import json
+import time
+from dataclasses import replace
+from fractions import Fraction
+
+import click
+
+from pixstep import atomic, formats
+from pixstep.cli import reversal
+from pixstep.cli.options import (
+    DECODE,
+    FILE,
+    HZ,
+    backlash_option,
+    line_option,
+    load_line,
+    pixel_hz_option,
+    raw_option,
+    say,
+)
+from pixstep.errors import UserError
+from pixstep.lines import linecheck, planner
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.profiles import generator
+
+
+@click.group()
+def line() -> None:
+    """Make and check line files."""
+
+
+@line.command("make")
+@click.option("--profile", "prn", type=FILE, required=True, help="Acceleration profile, PRN.")
+@click.option("--speed", type=int, required=True, help="Constant speed, steps/pixel (even).")
+@click.option("--pixels", type=int, required=True, help="Length of the whole line, pixels.")
+@pixel_hz_option
+@backlash_option
+@click.option("--lead-in", type=int, default=0, help="Constant pixels before the image.")
+@click.option("--plain", is_flag=True, help="For a plain motor: each entry is a count.")
+@click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
+@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
+@click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
+@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
+@click.pass_context
+def line_make(
+    ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, jerk_warn, name, output
+):
+    """Make a line from an acceleration profile: up, constant speed, down.
+
+    Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
+    """
+    speeds, notes = formats.read_prn(prn, lenient=lenient)
+    say(notes)
+    request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
+    made = generator.generate(speeds, request, str(prn))
+    formats.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
+    steps = sum(made.counts) + backlash
+    rate = float(speed * pixel_hz)
+    click.echo(
+        f"{output}: {len(made.counts)} pixels, {made.accelerating_pixels} accelerating, image from "
+        f"pixel {made.image_pixel}, {steps} steps with backlash {backlash}, "
+        f"{rate:g} steps/s at {float(pixel_hz):g} Hz"
+    )
+    if jerk_warn is not None and not plain:
+        ctx.exit(_warn_of_jerk(made, speed, jerk_warn))
+
+
+@line.command("check")
+@click.argument("csv", metavar="FILE", type=FILE)
+@click.option("--decode", type=DECODE, required=True)
+@backlash_option
+@raw_option
+@line_option
+@click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
+@click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
+@click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
+@click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
+@click.option(
+    "--start-stop",
+    type=click.IntRange(1),
+    help="steps/pixel; up to here a plain line may start, stop and turn without a ramp.",
+)
+@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.pass_context
+def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, **limits):
+    """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 2 refused."""
+    checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
+    bounds = linecheck.Limits(
+        max_speed=limits["max_speed"],
+        max_acceleration=limits["max_acceleration"],
+        start_stop=limits["start_stop"],
+        jerk_warning=limits["jerk_warn"],
+        min_interval_ticks=limits["min_interval"],
+        period_ticks=period_ticks(pixel_hz) if pixel_hz else None,
+    )
+    found = linecheck.check(checked, bounds)
+    status = linecheck.exit_status(found)
+    verdict = ("fine", "warnings", "refused")[status]
+    if as_json:
+        report = {
+            "file": str(csv),
+            "line": line_number or 1,
+            "decode": decode,
+            "backlash": backlash,
+            "verdict": verdict,
+            "pixels": checked.pixels,
+            "steps": checked.total_steps,
+            "line_speed": checked.line_speed if status < 2 else None,
+            "findings": linecheck.as_json(found),
+        }
+        click.echo(json.dumps(report, indent=2))
+    else:
+        for pixels, item in _gathered(found):
+            click.echo(f"{csv}: {pixels}: {item.severity} {item.name}: {item.message}")
+        click.echo(f"{csv}: {verdict}: {checked.pixels} pixels, {checked.total_steps} steps")
+    ctx.exit(status)
+
+
+@click.command()
+@click.argument("csv", metavar="FILE", type=FILE)
+@click.option("--decode", type=DECODE, required=True)
+@pixel_hz_option
+@backlash_option
+@raw_option
+@line_option
+@click.option("--timer-hz", type=click.IntRange(1), default=TIMER_HZ, show_default=True)
+@click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
+@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
+def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, output):
+    """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
+    chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
+    planned = planner.plan(chosen, pixel_hz, timer_hz=timer_hz, pixels=pixels)
+    say(planned.warnings)
+    atomic.write_text(output, planned.csv)
+    rows = planned.csv.count("\n") - 1
+    click.echo(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
+
+
+def _gathered(found: list[linecheck.Finding]) -> list[tuple[str, linecheck.Finding]]:
+    """Return the findings with their pixels in words: one for neighbours that say the same."""
+    runs: list[list[linecheck.Finding]] = []
+    for item in found:
+        last = runs[-1][-1] if runs else linecheck.Finding("", "", 0, "")
+        if replace(last, pixel=item.pixel) == item and item.pixel == last.pixel + 1:
+            runs[-1].append(item)
+        else:
+            runs.append([item])
+    return [(_pixels_text(run[0].pixel, run[-1].pixel), run[0]) for run in runs]
+
+
+def _pixels_text(first: int, last: int) -> str:
+    return f"pixel {first}" if first == last else f"pixels {first} to {last}"
+
+
+def _warn_of_jerk(made: generator.GeneratedLine, speed: int, limit: int) -> int:
+    """Say where the acceleration changes by more than `limit`; return the exit status."""
+    found = linecheck.check(Line(tuple(made.counts)), linecheck.Limits(jerk_warning=limit))
+    jerks = [item for item in found if item.name == "jerk"]
+    rising = [item for item in jerks if item.pixel <= len(made.counts) // 2]
+    for item in rising:
+        click.echo(f"warning: pixel {item.pixel}: {item.message}, above {limit}", err=True)
+    if rising:
+        click.echo(
+            f"warning: a profile made for this speed keeps the limit: "
+            f"pixstep profile make --top-speed {speed} --max-jerk {limit} ...",
+            err=True,
+        )
+    return int(bool(rising))
+
+
+def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHeader | None:
+    """Return a header stamped now, if one is wanted."""
+    if name is None:
+        return None
+    if len(name) > 20:
+        raise UserError(f"header name {name!r} is longer than 20 characters")
+    frequency = f"{float(hz):.10g}"
+    return formats.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)
+
+
+line.add_command(reversal.line_compensate)
+
+COMMANDS = (line, ticks)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep move make`, `move show`, `move sim`: fast moves of exactly N steps."""
+
+import json
+
+import click
+from rich.console import Console
+
+from pixstep import formats, progress
+from pixstep.board import boards
+from pixstep.cli.options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
+from pixstep.errors import UserError
+from pixstep.moves import accel, fast, fastsim, fasttask
+from pixstep.simulation import report
+
+STEPS = click.IntRange(-fast.MAX_STEPS, fast.MAX_STEPS)
+_MOST_ROWS = 40
+_PLAN_OPTIONS = (
+    click.argument("profile", type=FILE),
+    click.option("--steps", type=STEPS, required=True, help="Steps to move, signed, not 0."),
+    pixel_hz_option,
+    click.option("--max-speed", type=click.IntRange(1), help="Never faster, steps/pixel."),
+    raw_option,
+    line_option,
+)
+
+
+def _plans(command):
+    """Give a command the argument and the options that plan a move."""
+    for option in reversed(_PLAN_OPTIONS):
+        command = option(command)
+    return command
+
+
+@click.group()
+def move() -> None:
+    """Fast moves of exactly N steps by a CSV acceleration profile."""
+
+
+@move.command("make")
+@_plans
+@click.option("-o", "--output", type=FILE, required=True, help="CSV line file to write (plain).")
+def move_make(output, **options):
+    """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
+    job = _job(options)
+    formats.write_csv(output, list(job.move.counts))
+    click.echo(f"{output}: {_headline(job)}")
+
+
+@move.command("show")
+@_plans
+@click.option("--plot", type=FILE, help="Draw speed and position over time (PNG).")
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+def move_show(plot, as_json, **options):
+    """Show a move: how fast in which pixels, how long, where."""
+    job = _job(options)
+    if plot:
+        from pixstep.moves import fastplot  # matplotlib takes a second to load
+
+        fastplot.draw_plan(job, plot)
+    if as_json:
+        click.echo(json.dumps(fastsim.plan_summary(job), indent=2))
+        return
+    click.echo(_headline(job))
+    _print_runs(job)
+
+
+@move.command("sim")
+@_plans
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True)
+@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
+@click.option("--plot", is_flag=True, help="Draw move.png into the folder.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@click.pass_context
+def move_sim(ctx, board, axis, out, plot, as_json, **options):
+    """Make a move on a simulated board and judge every STEP edge and where it ends.
+
+    Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse.
+    """
+    if axis >= boards.load(board).axes:
+        raise UserError(f"axis {axis}: the {boards.axes_text(board)}")
+    job = _job(options, board, axis)
+    with progress.shown("moving") as show:
+        done = fasttask.simulate(job, out, plot=plot, progress=show)
+    summary = done.judged.summary
+    if as_json:
+        click.echo(json.dumps(summary, indent=2))
+    else:
+        console = Console(highlight=False)
+        report.print_page(console, summary)
+        click.echo(_headline(job))
+        click.echo(
+            f"ends at {_known(summary['move']['position_register_steps'])} by the board's position "
+            f"register, {summary['move']['counted_steps']} by the simulator's count of STEP edges"
+        )
+        report.print_files(console, out)
+    ctx.exit(report.exit_status(done.judged.summary))
+
+
+def _job(options: dict, board: str = "", axis: int = 0) -> fastsim.MoveJob:
+    """Read the profile and plan the move."""
+    profile = accel.read(
+        options["profile"],
+        raw=options["raw"],
+        number=options["line_number"],
+        max_speed=options["max_speed"],
+    )
+    pixel_hz = options["pixel_hz"]
+    say(profile.notes_at(pixel_hz))
+    return fastsim.MoveJob(profile, fast.plan(profile, options["steps"]), board, axis, pixel_hz)
+
+
+def _headline(job: fastsim.MoveJob) -> str:
+    move = job.move
+    return (
+        f"{move.steps} steps in {move.pixels} pixels, {move.seconds(job.pixel_hz):.3f} s at "
+        f"{float(job.pixel_hz):g} Hz, top {move.top} steps/pixel = "
+        f"{float(move.top * job.pixel_hz):g} steps/s"
+    )
+
+
+def _print_runs(job: fastsim.MoveJob) -> None:
+    """Print one row for each stretch of equal pixels; of very many the first and last ones."""
+    table = report.new_table("pixels", "steps/pixel", "steps/s", "position at its end")
+    pixel = place = 0
+    hidden = range(_MOST_ROWS // 2, len(job.move.runs) - _MOST_ROWS // 2)
+    for index, (count, repeat) in enumerate(job.move.runs):
+        span = f"{pixel + 1}" if repeat == 1 else f"{pixel + 1} to {pixel + repeat}"
+        pixel, place = pixel + repeat, place + count * repeat
+        if index not in hidden:
+            table.add_row(span, str(count), f"{float(count * job.pixel_hz):g}", str(place))
+        elif index == hidden.start:
+            table.add_row("...", "", "", "")
+    Console(highlight=False).print(table)
+
+
+def _known(value: int | None) -> str:
+    return "no position" if value is None else str(value)
+
+
+COMMANDS = (move,)

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep profile`: make, check, repair and show acceleration profiles."""
+
+import json
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import click
+
+from pixstep.cli import profile_make, profile_repair
+from pixstep.cli.options import DECODE, FILE, HZ, raw_option, say
+from pixstep.cli.quantities import limit_options, whole_limit
+from pixstep.cli.show import drawn_limits, show_drawing
+from pixstep.errors import UserError
+from pixstep.lines import linecheck
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.rational import parse_hz
+from pixstep.profiles import generator, names, page, readings
+from pixstep.profiles.drawing import Drawing
+
+_FORMS = {
+    readings.PRN: "PRN speeds",
+    readings.BLOCK: "block after the header",
+    readings.ROWS: "all rows as values",
+}
+
+_REPAIRABLE = {"speed", "oscillates", "reverses_inside_pixel"}
+
+
+@click.group()
+def profile() -> None:
+    """Make, check, repair and show acceleration profiles."""
+
+
+@profile.command("check")
+@click.argument("file", type=FILE)
+@click.option("--decode", type=DECODE,
+              help="What the motor is. Default: by the motor in the name, else both.",
+              )  # fmt: skip
+@raw_option
+@click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in a PRN.")
+@click.option("--pixel-hz", type=HZ, help="Pixel frequency, for limits per second.")
+@limit_options
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.pass_context
+def profile_check(ctx, file, decode, raw, lenient, pixel_hz, as_json, **limits):
+    """Check a profile under every reading of its file.
+
+    Exit status 0 fine, 1 warnings or a reading that fails, 2 no reading is sound.
+    """
+    read = readings.load(file, raw=raw, lenient=lenient)
+    say(read.notes)
+    hz = _frequency(read, pixel_hz)
+    bounds = linecheck.Limits(
+        max_speed=whole_limit(limits["max_speed"], hz),
+        max_acceleration=whole_limit(limits["max_acceleration"], hz),
+        jerk_warning=whole_limit(limits["max_jerk"], hz),
+    )
+    found = readings.check(read, decode or _motor(file), bounds)
+    status = readings.exit_status(found)
+    if as_json:
+        click.echo(json.dumps(_check_json(file, found, status), indent=2))
+    else:
+        _print_check(file, found, status)
+    ctx.exit(status)
+
+
+@profile.command("show")
+@click.argument("file", type=FILE)
+@click.option("--decode", type=DECODE,
+              help="Default: by the motor in the name, else smooth.")  # fmt: skip
+@click.option("--speed", type=click.IntRange(1), help="Draw the line up to this speed, steps/px.")
+@raw_option
+@click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in a PRN.")
+@click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: by the name or the header.")
+@limit_options
+@click.option("-o", "--output", type=FILE, help="Drawing to write: .png, .svg or .pdf.")
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+def profile_show(file, decode, speed, raw, lenient, pixel_hz, output, as_json, **limits):
+    """Show speed, acceleration, jerk and position of a profile: a table, and with -o a drawing."""
+    read = readings.load(file, raw=raw, lenient=lenient)
+    say(read.notes)
+    hz = _frequency(read, pixel_hz)
+    decode = decode or _motor(file) or SMOOTH
+    counts = _counts(read, decode, speed)
+    line = Line(counts, decode, name=str(file))
+    bounds = drawn_limits(limits, hz)
+    drawing = Drawing(line, file.name, hz, bounds, going_on=True)
+    show_drawing(drawing, output, as_json=as_json)
+
+
+def _frequency(read: readings.ProfileFile, given: Fraction | None) -> Fraction | None:
+    """Return the pixel frequency given, or that of the header, or that of the name."""
+    if given is not None:
+        return given
+    if read.header:
+        return parse_hz(read.header.pixel_hz)
+    named = names.parse(read.path)
+    return named.pixel_hz if named else None
+
+
+def _motor(path: Path) -> str | None:
+    """Return the decode rule of the motor in the name, None if the name does not say."""
+    named = names.parse(path)
+    return named.decode if named else None
+
+
+def _counts(read: readings.ProfileFile, decode: str, speed: int | None) -> tuple[int, ...]:
+    """Return the counts that a profile makes, up to `speed` if it is given."""
+    values = list(read.values)
+    if not read.is_prn:
+        if speed is not None:
+            raise UserError(f"{read.path}: --speed is for a PRN, a CSV holds counts")
+        return read.values
+    if decode == PLAIN:
+        top = speed or values[-1]
+        return (*generator.plain_counts(values, top, str(read.path)), top)
+    return tuple(generator.acceleration_counts(values, speed or values[-1], str(read.path)))
+
+
+def _state(reading: readings.Reading) -> str:
+    """Return one word for a reading."""
+    if reading.rows.values is None:
+        return "unreadable"
+    if not reading.sound:
+        return "fails"
+    return "warnings" if reading.findings else "fine"
+
+
+def _name(reading: readings.Reading) -> str:
+    """Return what a reading takes the file for."""
+    if reading.rows.values is None:
+        return _FORMS[reading.rows.form]
+    size = len(reading.rows.values)
+    adopted = "" if reading.rows.adopted else " (not adopted)"
+    return f"{_FORMS[reading.rows.form]}, {size}, decoded as {reading.decode}{adopted}"
+
+
+def _finding_text(item: linecheck.Finding) -> str:
+    """Return a finding as a line."""
+    where = f"entry {item.pixel}: " if item.pixel else ""
+    return f"{where}{item.severity} {item.name}: {item.message}"
+
+
+def _print_check(path: Path, found: list[readings.Reading], status: int) -> None:
+    """Print every reading with its findings, then the verdict."""
+    for reading in found:
+        click.echo(f"{_name(reading)}: {reading.rows.problem or _state(reading)}")
+        items = reading.findings if reading.rows.adopted else ()
+        for text in page.first_lines([_finding_text(item) for item in items]):
+            click.echo(f"  {text}")
+    for text in _advice(found):
+        click.echo(text)
+    click.echo(f"{path}: {('fine', 'warnings', 'refused')[status]}")
+
+
+def _advice(found: list[readings.Reading]) -> Iterator[str]:
+    """Yield what follows from readings that disagree."""
+    adopted = [reading for reading in found if reading.rows.adopted]
+    sound = {reading.decode for reading in adopted if reading.sound}
+    if len(sound) == 1 and len(adopted) > 1:
+        (good,) = sound
+        use = "fast moves" if good == PLAIN else "homing and printing"
+        yield f"ambiguous: sound only when decoded as {good} ({use})"
+    if readings.ambiguous(found):
+        yield "ambiguous: the rows fit a block too: line number 1, number of values, values"
+    elif not sound and any(reading.sound for reading in found):
+        yield "only all rows as values make a profile: --raw reads them so"
+    failing = (reading for reading in adopted if reading.decode == SMOOTH and not reading.sound)
+    if any(item.name in _REPAIRABLE for reading in failing for item in reading.findings):
+        yield "pixstep profile repair proposes values that a smooth motor can follow"
+
+
+def _check_json(path: Path, found: list[readings.Reading], status: int) -> dict:
+    """Return the readings as plain data."""
+    return {
+        "file": str(path),
+        "verdict": ("fine", "warnings", "refused")[status],
+        "readings": [
+            {
+                "rows": reading.rows.form,
+                "adopted": reading.rows.adopted,
+                "decode": reading.decode or None,
+                "state": _state(reading),
+                "problem": reading.rows.problem or None,
+                "findings": linecheck.as_json(list(reading.findings)),
+            }
+            for reading in found
+        ],
+        "advice": list(_advice(found)),
+    }
+
+
+profile.add_command(profile_make.profile_make)
+profile.add_command(profile_repair.profile_repair)
+
+COMMANDS = (profile,)

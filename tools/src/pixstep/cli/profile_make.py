@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep profile make`: the shortest profile within limits, as PRN and as CSV."""
+
+import json
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import click
+
+from pixstep import formats
+from pixstep.cli.options import FILE, HZ, say
+from pixstep.cli.quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE
+from pixstep.errors import UserError
+from pixstep.lines import units
+from pixstep.lines.line import Line
+from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
+from pixstep.profiles import generator, kinematics, make, names, page
+from pixstep.profiles.repair import whole_line
+from pixstep.profiles.stretches import START
+
+
+@click.command("make")
+@click.option("--top-speed", type=SPEED_TYPE, required=True,
+              help="Speed at the end, even: 1000, 1000steps/px or 30000steps/s.")  # fmt: skip
+@click.option("--max-acceleration", type=ACCELERATION_TYPE, required=True,
+              help="128, 128steps/px2 or 115200steps/s2.")  # fmt: skip
+@click.option("--max-jerk", type=JERK_TYPE, required=True,
+              help="Change of the acceleration from pixel to pixel: steps/px3 or steps/s3.",
+              )  # fmt: skip
+@click.option("--pixel-hz", type=HZ, help="Pixel frequency, for figures per second and the name.")
+@click.option("--motor", metavar="Mnn", help="Motor of the conventional name, as M39.")
+@click.option("--variant", metavar="TEXT", help="Variant of the conventional name, as 1.")
+@click.option("-o", "--output", type=click.Path(path_type=Path),
+              help="PRN to write, or a folder: AccProf<motor>-<f>Hz-<variant>.PRN in it. "
+              "Default: that name in the current folder.")  # fmt: skip
+@click.option("--csv", type=FILE, help="Write the CSV profile for fast moves and homing too.")
+@click.option("--plain", is_flag=True, help="The CSV is for a plain motor: counts are speeds.")
+@click.option("--name", metavar="TEXT", help="Name in the CSV's header, up to 20 characters.")
+@click.option("--haps", type=click.IntRange(0, 9999),
+              help="HAPs of the CSV: entries used in homing. Default: all.")  # fmt: skip
+@click.option("--lead-in", type=click.IntRange(0, 999_999), default=0, show_default=True,
+              help="LeadIn of the CSV: constant pixels before the image.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+def profile_make(top_speed, max_acceleration, max_jerk, pixel_hz, output, as_json, **options):
+    """Make the shortest acceleration profile within limits of acceleration and jerk.
+
+    All speeds are even, and the jerk limit is kept from rest up to the constant speed after the
+    last entry.
+    """
+    limits = make.ProfileLimits(
+        make.legal_speed(top_speed.per_pixel(pixel_hz), pixel_hz),
+        _legal(max_acceleration, pixel_hz),
+        _legal(max_jerk, pixel_hz),
+    )
+    path = _prn_path(output, pixel_hz, options["motor"], options["variant"])
+    speeds = make.shortest_profile(limits)
+    csv = _csv_parts(options, speeds, pixel_hz)
+    formats.write_prn(path, speeds)
+    if csv:
+        formats.write_csv(options["csv"], *csv)
+    figures = _figures(speeds)
+    if as_json:
+        report = {
+            "file": str(path),
+            "csv": str(options["csv"]) if csv else None,
+            "limits": {
+                "top_speed_steps_per_px": limits.top_speed,
+                "max_acceleration_steps_per_px2": limits.max_acceleration,
+                "max_jerk_steps_per_px3": limits.max_jerk,
+            },
+            "figures": page.figures_json(figures, pixel_hz),
+            "speeds": speeds,
+        }
+        click.echo(json.dumps(report, indent=2))
+        return
+    _print(path, options["csv"], speeds, limits, pixel_hz)
+
+
+def _legal(limit: Quantity, hz: Fraction | None) -> int:
+    """Return a limit as an even whole number; a note says if that is less than was given."""
+    given = limit.per_pixel(hz)
+    legal = make.legal_limit(given, limit.order, hz)
+    if legal != given:
+        unit = units.unit(limit.order)
+        say([f"limit {units.number_text(given)} {unit}: changes are even, at most {legal} used"])
+    return legal
+
+
+def _prn_path(
+    output: Path | None, hz: Fraction | None, motor: str | None, variant: str | None
+) -> Path:
+    """Return where the PRN goes: the file given, or the conventional name in the folder given."""
+    if output is not None and not output.is_dir():
+        if motor or variant:
+            raise UserError(f"{output}: a file name is given, --motor and --variant have no use")
+        return output
+    missing = [
+        option
+        for option, value in (("--motor", motor), ("--variant", variant), ("--pixel-hz", hz))
+        if value is None
+    ]
+    if missing:
+        raise UserError(
+            f"the conventional name needs {', '.join(missing)}; or give a file name with -o"
+        )
+    return (output or Path()) / names.conventional(motor, hz, variant)
+
+
+def _csv_parts(options: dict, speeds: list[int], hz: Fraction | None) -> tuple | None:
+    """Return counts and header of the CSV, None if none is wanted.
+
+    The counts end with one pixel of the top speed, so that it is reached under both decode rules.
+    """
+    if options["csv"] is None:
+        given = [name for name in ("plain", "name", "haps", "lead_in") if options[name]]
+        if given:
+            raise UserError(f"--{given[0].replace('_', '-')} is for the CSV profile: give --csv")
+        return None
+    if hz is None:
+        raise UserError(f"{options['csv']}: the header of a CSV profile needs --pixel-hz")
+    name = options["name"] or options["csv"].stem
+    if len(name) > 20:
+        raise UserError(f"header name {name!r} is longer than 20 characters: give --name")
+    top = speeds[-1]
+    counts = speeds if options["plain"] else [*generator.acceleration_counts(speeds, top), top]
+    haps = len(counts) if options["haps"] is None else options["haps"]
+    if haps > len(counts):
+        raise UserError(f"--haps {haps}: the CSV profile has {len(counts)} entries")
+    frequency = f"{float(hz):.10g}"
+    return counts, formats.ProfileHeader(time.ctime(), name, 1, haps, options["lead_in"], frequency)
+
+
+def _figures(speeds: list[int]) -> kinematics.Figures:
+    """Return the peaks of the line that the profile makes, and the length of the profile."""
+    counts = tuple(generator.acceleration_counts(speeds, speeds[-1]))
+    whole = kinematics.of(Line(whole_line(counts, START))).figures
+    return kinematics.Figures(
+        len(counts), sum(counts), whole.peak_speed, whole.peak_acceleration, whole.peak_jerk
+    )
+
+
+def _print(
+    path: Path, csv: Path | None, speeds: list[int], limits: make.ProfileLimits, hz: Fraction | None
+) -> None:
+    """Print the page."""
+    figures = _figures(speeds)
+    length = f" = {float(len(speeds) / hz):.6g} s" if hz else ""
+    click.echo(f"{path}: {len(speeds)} pixels{length}, {figures.steps} steps, even speeds")
+    for name, order, value, limit in (
+        ("top speed", SPEED, figures.peak_speed, limits.top_speed),
+        ("acceleration", ACCELERATION, figures.peak_acceleration, limits.max_acceleration),
+        ("jerk", JERK, figures.peak_jerk, limits.max_jerk),
+    ):
+        click.echo(f"  {name:<13}{units.both_text(value, order, hz)} (limit {limit})")
+    if csv:
+        click.echo(f"{csv}: the same as counts, for fast moves and homing")

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep line compensate`: take up the play at the reversals of a plain line."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from pixstep import formats
+from pixstep.cli.options import FILE, raw_option, say
+from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.reversals.compensate import (
+    FIRST,
+    INITIAL_DIRECTIONS,
+    UNKNOWN,
+    Compensated,
+    Request,
+    Transition,
+    compensate,
+)
+from pixstep.reversals.takeup import MotionLimits
+
+
+class _Pixels(click.ParamType):
+    """A number of pixels, or auto (None)."""
+
+    name = "PIXELS|auto"
+
+    def convert(self, value, param, ctx) -> int | None:
+        """Parse the text; a bad one is a usage error."""
+        if value is None or isinstance(value, int):
+            return value
+        if value == "auto":
+            return None
+        if not value.isdigit() or int(value) == 0:
+            self.fail(f"{value!r}: a number of pixels from 1, or auto", param, ctx)
+        return int(value)
+
+
+@click.command("compensate")
+@click.argument("csv", type=FILE)
+@click.option(
+    "--play", type=click.IntRange(1), required=True, help="Between motor and load, steps."
+)
+@click.option(
+    "--transition-px",
+    type=_Pixels(),
+    default="auto",
+    help="Pixels to spread each take-up over; auto: the fewest that the limits allow.  "
+    "[default: auto]",
+)
+@click.option("--max-acceleration", type=click.IntRange(1), required=True, help="steps/pixel2")
+@click.option(
+    "--start-stop",
+    type=click.IntRange(1),
+    required=True,
+    help="steps/pixel; up to this speed the motor may start, stop and turn without a ramp.",
+)
+@click.option("--max-speed", type=click.IntRange(1, MAX_COUNT), default=MAX_COUNT,
+              show_default=True, help="steps/pixel")  # fmt: skip
+@click.option(
+    "--initial-direction",
+    type=click.Choice(INITIAL_DIRECTIONS),
+    default=FIRST,
+    show_default=True,
+    help="Where the play is taken up before the line: as by its first motion, in + or -; "
+    "unknown: the first motion takes up all of it too.",
+)
+@raw_option
+@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
+@click.option("--plot", type=FILE, help="Picture to draw (PNG).")
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.pass_context
+def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
+    """Take up the play at every reversal of a plain line.
+
+    CSV holds the load's motion, OUTPUT gets the motor's: from the first pixel of each new direction
+    (zero pixels before the motion included) the play is laid over the motion, without a jump. All
+    pixels outside these transitions keep their counts. Exit status 1 if the next reversal breaks a
+    transition off before all of the play is taken up, 2 if a transition does not fit.
+    """
+    read = formats.read_csv(csv, raw=raw)
+    say(read.notes)
+    limits = MotionLimits(options["max_acceleration"], options["start_stop"], options["max_speed"])
+    request = Request(
+        options["play"], limits, options["transition_px"], options["initial_direction"]
+    )
+    made = compensate(read.values, request, str(csv))
+    formats.write_csv(output, list(made.counts), read.header)
+    if plot:
+        _draw(made, request, csv, plot)
+    if as_json:
+        click.echo(json.dumps(_report(csv, output, request, made), indent=2))
+    else:
+        _print(Console(highlight=False), output, request, made)
+    ctx.exit(0 if made.complete else 1)
+
+
+def _draw(made: Compensated, request: Request, csv: Path, plot: Path) -> None:
+    from pixstep.reversals import picture  # matplotlib takes a second to load
+
+    picture.draw(made, request, str(csv), plot)
+
+
+def _report(csv: Path, output: Path, request: Request, made: Compensated) -> dict:
+    """Return everything as plain data."""
+    worst = max(map(abs, made.load_errors))
+    return {
+        "file": str(csv),
+        "output": str(output),
+        "play": request.play,
+        "transition_px": request.transition_px or "auto",
+        **asdict(request.limits),
+        "initial_direction": request.initial_direction,
+        "pixels": len(made.counts),
+        "complete": made.complete,
+        "worst_load_error_steps": worst,
+        "worst_load_error_outside_steps": made.worst_outside,
+        "transitions": [asdict(item) for item in made.transitions],
+    }
+
+
+def _print(console: Console, output: Path, request: Request, made: Compensated) -> None:
+    """Print one row a reversal and the summary."""
+    if made.transitions:
+        console.print(_table(made.transitions))
+    worst = max(made.transitions, key=lambda item: abs(item.worst_error), default=None)
+    inside = f", {abs(worst.worst_error)} at pixel {worst.worst_pixel} inside one" if worst else ""
+    click.echo(
+        f"{output}: {len(made.counts)} pixels, {len(made.transitions)} transitions of "
+        f"{request.play} steps; predicted load error at the pixel edges: "
+        f"{made.worst_outside} steps away from the transitions{inside}"
+    )
+    for item in made.transitions:
+        if item.missing:
+            click.echo(
+                f"{output}: pixel {item.pixel}: warning: the next reversal breaks the transition "
+                f"off, {item.missing} of {item.missing + item.steps} steps are not taken up"
+            )
+    if request.initial_direction == UNKNOWN:
+        click.echo(
+            "note: the first motion takes up all of the play; the load may stand up to "
+            f"{request.play} steps ahead of where it should be, by what was taken up already"
+        )
+
+
+def _table(transitions: tuple[Transition, ...]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    names = ("from", "to", "way", "taken up", "extra", "speed", "accel", "load off", "right from")
+    for name in names:
+        table.add_column(name, justify="right", no_wrap=True)
+    for item in transitions:
+        off = f"{item.worst_error:+d} @{item.worst_pixel}" if item.worst_error else "0"
+        table.add_row(
+            str(item.pixel),
+            str(item.last_pixel),
+            "+" if item.direction > 0 else "-",
+            str(item.steps),
+            str(item.peak_extra),
+            str(item.peak_speed),
+            str(item.peak_acceleration),
+            off,
+            str(item.recovered_pixel or "never"),
+        )
+    table.caption = (
+        "extra, speed: steps/pixel, accel: steps/pixel2, at most; load off: the\n"
+        "largest error in steps at a pixel edge, and which; right from: the\n"
+        "pixel from whose end on the load is where it should be"
+    )
+    table.caption_justify = "left"
+    return table

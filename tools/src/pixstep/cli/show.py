@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep line show`, and what it has in common with `pixstep profile show`."""
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from pixstep import formats
+from pixstep.cli.options import DECODE, FILE, HZ, backlash_option, raw_option, say
+from pixstep.cli.quantities import limit_options, whole_limit
+from pixstep.errors import UserError
+from pixstep.lines import linecheck
+from pixstep.lines.line import Line
+from pixstep.lines.rational import parse_hz
+from pixstep.lines.units import ACCELERATION, JERK, SPEED
+from pixstep.profiles import page
+from pixstep.profiles.drawing import Drawing
+
+
+@click.command("show")
+@click.argument("csv", type=FILE)
+@click.option("--decode", type=DECODE, required=True)
+@backlash_option
+@raw_option
+@click.option("--lead-in", type=click.IntRange(0),
+              help="Constant pixels before the image, to mark its start. Default: the header's.",
+              )  # fmt: skip
+@click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: the header's.")
+@limit_options
+@click.option("-o", "--output", type=FILE, help="Drawing to write: .png, .svg or .pdf.")
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+def line_show(csv, decode, backlash, raw, lead_in, pixel_hz, output, as_json, **limits):
+    """Show speed, acceleration, jerk and position of a line: a table, and with -o a drawing."""
+    read = formats.read_csv(csv, raw=raw)
+    say(read.notes)
+    if read.header:
+        pixel_hz = pixel_hz or parse_hz(read.header.pixel_hz)
+        lead_in = read.header.lead_in_px if lead_in is None else lead_in
+    shown = Line(read.values, decode, backlash, name=str(csv))
+    _refuse_backlash(shown)
+    bounds = drawn_limits(limits, pixel_hz)
+    drawing = Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
+    show_drawing(drawing, output, as_json=as_json)
+
+
+def _refuse_backlash(line: Line) -> None:
+    """Refuse a backlash that the line cannot take up: there is nothing right to draw."""
+    for item in linecheck.check(line):
+        if item.name.startswith("backlash"):
+            raise UserError(f"{line.name}: {item.message}")
+
+
+def drawn_limits(limits: dict, hz: Fraction | None) -> dict[int, int]:
+    """Return the limits that are given, by order."""
+    names = {SPEED: "max_speed", ACCELERATION: "max_acceleration", JERK: "max_jerk"}
+    found = {order: whole_limit(limits[name], hz) for order, name in names.items()}
+    return {order: value for order, value in found.items() if value is not None}
+
+
+def image_pixel(line: Line, lead_in: int | None) -> int | None:
+    """Return the 1-based pixel where the image starts, None if the lead-in is not known.
+
+    It lies `lead_in` pixels after the first one at the line's speed.
+    """
+    if lead_in is None or not line.line_speed:
+        return None
+    if line.smooth:
+        first = line.speeds.index(line.line_speed) + 1
+    else:
+        first = [abs(count) for count in line.counts].index(line.line_speed) + 1
+    return first + lead_in if first + lead_in <= line.pixels else None
+
+
+def show_drawing(drawing: Drawing, output: Path | None, *, as_json: bool) -> None:
+    """Write the drawing if a file is given, then print the figures."""
+    line, figures = drawing.line, drawing.motion.figures
+    if output is not None:
+        from pixstep.profiles import figure  # matplotlib takes a second to load
+
+        figure.save(drawing, output)
+    if as_json:
+        report = {
+            "file": line.name,
+            "drawing": str(output) if output else None,
+            "decode": line.decode,
+            "image_pixel": drawing.image_pixel,
+            **page.figures_json(figures, drawing.pixel_hz),
+        }
+        click.echo(json.dumps(report, indent=2))
+        return
+    click.echo(f"{line.name}: decoded as {line.decode}")
+    Console().print(page.figures_table(figures, drawing.pixel_hz))
+    if output is not None:
+        click.echo(f"{output}: drawn")

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep sim`, `pixstep demo` and `pixstep campaign`: lines on a simulated board, judged."""
+
+import json
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from pixstep import atomic, progress
+from pixstep.board import boards
+from pixstep.cli.options import (
+    DECODE,
+    FILE,
+    FOLDER,
+    LINE_NUMBER,
+    load_line,
+    pixel_hz_option,
+    raw_option,
+)
+from pixstep.errors import UserError
+from pixstep.lines import linecheck
+from pixstep.lines.line import Line
+from pixstep.simulation import campaign, demo, report
+from pixstep.simulation.simrun import Job
+from pixstep.simulation.simtask import simulate
+
+
+@click.command()
+@click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
+@pixel_hz_option
+@click.option(
+    "--backlash",
+    type=click.IntRange(min=0),
+    multiple=True,
+    help="Steps; once, or per line.",
+)
+@click.option("--axis", type=click.IntRange(0, 3), default=0, help="Axis of the first line.")
+@click.option("--pixel-ppm", type=float, default=0.0, help="Frequency error of the pixel clock.")
+@click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
+@click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
+@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
+@click.option("--force-upload", is_flag=True, help="Upload even what the host check refuses.")
+@click.option("--plot", is_flag=True, help="Draw plots (PNG) into the folder.")
+@click.option(
+    "--plant",
+    multiple=True,
+    metavar="KNOBS",
+    help='Mechanics of the axis, as "play=40" (pixstep-sim --help lists the knobs); once, or per '
+    "line. Play starts taken up in the + direction.",
+)
+@click.option(
+    "--ideal",
+    type=FILE,
+    multiple=True,
+    help="CSV that the load should follow: a compensated line's original; per line.",
+)
+@click.option("--vcd", is_flag=True, help="Write run.vcd for GTKWave into the folder.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@raw_option
+@click.option(
+    "--line",
+    "line_number",
+    type=LINE_NUMBER,
+    metavar="N",
+    multiple=True,
+    help="Line N of files of many lines; once, or per line file.",
+)
+@click.pass_context
+def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **options):
+    """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
+
+    Exit status 0 only if the verdict is pass, 1 if it is not, 2 for a refused line or misuse.
+    """
+    lines = _lines(csv, decode, backlash, options)
+    last = options["axis"] + len(lines) - 1
+    if last >= boards.load(board).axes:
+        raise UserError(f"axis {last}: the {boards.axes_text(board)}")
+    if not force_upload:
+        _refuse_bad(lines)
+    job = Job(
+        board=board,
+        lines={options["axis"] + index: line for index, line in enumerate(lines)},
+        pixel_hz=options["pixel_hz"],
+        pixel_ppm=options["pixel_ppm"],
+        serial_load=options["serial_load"],
+        seed=options["seed"],
+        backlash_policy=options["backlash_policy"],
+        image=options["image"],
+        vcd=options["vcd"],
+        **_plants(lines, options),
+    )
+    with progress.shown("simulating") as show:
+        judged = simulate(job, out, plots=plot, progress=show)
+    if as_json:
+        click.echo(json.dumps(judged.summary, indent=2))
+    else:
+        console = Console(highlight=False)
+        report.print_page(console, judged.summary)
+        report.print_files(console, out)
+    ctx.exit(report.exit_status(judged.summary))
+
+
+@click.command("demo")
+@click.option("--out", type=FOLDER, help="Folder for the results.  [default: build/demo]")
+@click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
+@click.pass_context
+def demo_command(ctx, out, serial_load):
+    """Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD."""
+    ctx.exit(0 if demo.run(Console(highlight=False), out, serial_load=serial_load) else 1)
+
+
+@click.command("campaign")
+@click.option("--lines", type=click.IntRange(min=1), default=200, show_default=True)
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--decode", type=DECODE, multiple=True, help="Default: both.")
+@click.option("--seed", type=int, default=1, show_default=True)
+@click.option("--min-interval", type=click.IntRange(1), default=533, show_default=True)
+@click.option("--axes", type=click.IntRange(1, 4), default=1, help="Lines at once, one an axis.")
+@click.option("--serial-load", is_flag=True)
+@click.option("-o", "--output", type=FILE, help="JSON file to write.")
+@click.pass_context
+def campaign_command(ctx, board, output, **options):
+    """Run random valid lines on a simulated board; exit status 0 only if every one passes."""
+    plan = campaign.Plan(
+        board=board,
+        lines=options["lines"],
+        decodes=options["decode"] or ("smooth", "plain"),
+        seed=options["seed"],
+        min_interval_ticks=options["min_interval"],
+        axes=options["axes"],
+        serial_load=options["serial_load"],
+    )
+    with progress.shown(f"{board} campaign") as show:
+        outcome = campaign.run(plan, show)
+    for row in outcome["results"]:
+        worst = report.ticks_text(row["max_edge_error_ticks"])
+        click.echo(
+            f"{board} {row['decode']}: {row['passed']} of {row['lines']} lines pass, "
+            f"{row['steps']} steps, worst edge error {worst} ticks, "
+            f"worst rms {1000 * row['max_rms_edge_error_us']:.1f} ns"
+        )
+        for failure in row["failures"]:
+            click.echo(f"  line {failure['index']}: {'; '.join(failure['reasons'])}")
+    if output:
+        atomic.write_json(output, outcome)
+    ctx.exit(0 if outcome["verdict"] == "pass" else 1)
+
+
+def _per_line(values: tuple, count: int, default: object, option: str) -> list:
+    """Spread an option given never, once, or once per line."""
+    if len(values) == count:
+        return list(values)
+    if len(values) > 1:
+        raise UserError(f"{option} is given {len(values)} times for {count} lines")
+    return [values[0] if values else default] * count
+
+
+def _lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict) -> list[Line]:
+    """Read the lines, each with its decode rule and backlash."""
+    decodes = _per_line(decode, len(csv), None, "--decode")
+    plays = _per_line(backlash, len(csv), 0, "--backlash")
+    numbers = _per_line(options["line_number"], len(csv), None, "--line")
+    if len(backlash) == 1 and len(csv) > 1:  # one figure for all means the smooth ones
+        plays = [play if rule == "smooth" else 0 for play, rule in zip(plays, decodes, strict=True)]
+    return [
+        load_line(
+            path,
+            rule,
+            play,
+            raw=options["raw"],
+            negative=options["negative"] and rule == "smooth",
+            number=number,
+        )
+        for path, rule, play, number in zip(csv, decodes, plays, numbers, strict=True)
+    ]
+
+
+def _plants(lines: list[Line], options: dict) -> dict:
+    """Return the plants and the ideal counts of a job, by axis."""
+    knobs = _per_line(options["plant"], len(lines), None, "--plant")
+    paths = _per_line(options["ideal"], len(lines), None, "--ideal")
+    if any(paths) and not any(knobs):
+        raise UserError("--ideal says what the load should do: give the axis a --plant too")
+    axes = range(options["axis"], options["axis"] + len(lines))
+    ideals = {}
+    for axis, line, path in zip(axes, lines, paths, strict=True):
+        if path:
+            ideals[axis] = load_line(path, line.decode, raw=options["raw"]).counts
+            if len(ideals[axis]) != line.pixels:
+                raise UserError(
+                    f"{path}: {len(ideals[axis])} pixels, {line.name} has {line.pixels}"
+                )
+    plants = {axis: text for axis, text in zip(axes, knobs, strict=True) if text}
+    return {"plants": plants, "ideals": ideals}
+
+
+def _refuse_bad(lines: list[Line]) -> None:
+    """Raise for the first line that the host check refuses; nothing is uploaded then."""
+    for line in lines:
+        errors = [item for item in linecheck.check(line) if item.severity == linecheck.ERROR]
+        if errors:
+            first = errors[0]
+            raise UserError(
+                f"{line.name}: line refused: {first.name} at pixel {first.pixel}: {first.message} "
+                f"(--force-upload lets the board judge it)"
+            )
+
+
+COMMANDS = (sim, demo_command, campaign_command)

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""Lines travel as runs: (count, repeat) is `repeat` pixels of `count` steps each."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby
+
+from pixstep.errors import UserError
+from pixstep.lines.line import Line
+
+MAX_REPEAT = 0xFFFF
+COUNT_RANGE = (-32_768, 32_767)
+
+# The mark words of a queue: an entry whose repeat is 0.
+MARK_START = 1
+MARK_END = 2
+MARK_DOWN = 3  # inside a seek line: the runs behind it slow down to rest
+MARK_SMOOTH = 1 << 4
+MARK_WAIT_FOR_EDGE = 1 << 5
+MARK_NEGATIVE = 1 << 6
+MARK_SEEK = 1 << 7
+MARK_SEEK_OPEN = 1 << 8
+
+
+@dataclass(frozen=True)
+class Seek:
+    """A line that ends early, by slowing down, when its axis's home switch closes or opens.
+
+    `rising` are the signed counts of the acceleration; then `held` is made for `hold_px` pixels
+    and the acceleration mirrored. The board may be anywhere in it when the switch comes: it slows
+    down from the speed it has.
+
+    plain   rising 4 12 20     held 20  falling 12 4
+    smooth  rising 4 12 20     held 24  falling 20 12 4     boundary speeds 0 8 16 24 24 16 8 0
+    """
+
+    rising: tuple[int, ...]
+    hold_px: int
+    opens: bool = False  # seek the switch opening, else closing
+    smooth: bool = False
+
+    @property
+    def held(self) -> int:
+        """Signed count of the pixels between acceleration and deceleration: the speed reached."""
+        if not self.smooth:
+            return self.rising[-1]
+        speed = 0
+        for count in self.rising:
+            speed = 2 * count - speed
+        return speed
+
+    @property
+    def falling(self) -> tuple[int, ...]:
+        """Signed counts of the deceleration; a plain line has made its last entry already."""
+        return self.rising[::-1] if self.smooth else self.rising[-2::-1]
+
+    @property
+    def pixels(self) -> int:
+        """Pixels of the whole line, if no switch comes."""
+        return len(self.rising) + self.hold_px + len(self.falling)
+
+    @property
+    def steps(self) -> int:
+        """Signed steps of the whole line, if no switch comes."""
+        return sum(self.rising) + self.hold_px * self.held + sum(self.falling)
+
+
+def encode(counts: Iterable[int]) -> list[tuple[int, int]]:
+    """Return the shortest list of runs; a repeat above 65535 is split."""
+    runs = []
+    for count, group in groupby(counts):
+        if not COUNT_RANGE[0] <= count <= COUNT_RANGE[1]:
+            raise UserError(f"count {count} does not fit a 16-bit run")
+        left = sum(1 for _ in group)
+        while left:
+            repeat = min(left, MAX_REPEAT)
+            runs.append((count, repeat))
+            left -= repeat
+    return runs
+
+
+def decode(runs: Iterable[tuple[int, int]]) -> list[int]:
+    """Return the counts that `runs` stand for, one per pixel."""
+    return [count for count, repeat in runs for _ in range(repeat)]
+
+
+def queue_entries(line: Line) -> list[tuple[int, int]]:
+    """Return the queue entries of a line: start mark, its parameters, runs, end mark.
+
+    The parameter entry is (backlash steps, line speed); the speed is 0 when there is no backlash.
+    """
+    mark = MARK_START
+    if line.clocked:
+        mark |= MARK_WAIT_FOR_EDGE
+    if line.smooth:
+        mark |= MARK_SMOOTH
+    if line.negative:
+        mark |= MARK_NEGATIVE
+    speed = line.line_speed if line.backlash else 0
+    return [(mark, 0), (line.backlash, speed), *encode(line.counts), (MARK_END, 0)]
+
+
+def seek_entries(seek: Seek) -> list[tuple[int, int]]:
+    """Return the queue entries of a seek line, with its mark where slowing down begins.
+
+    The counts of a smooth line are unsigned, its mark has the direction.
+    """
+    mark = MARK_START | MARK_SEEK | (MARK_SEEK_OPEN if seek.opens else 0)
+    sign = 1
+    if seek.smooth:
+        mark |= MARK_SMOOTH
+        if seek.rising[0] < 0:
+            mark |= MARK_NEGATIVE
+            sign = -1
+    up = encode(sign * count for count in seek.rising + (seek.held,) * seek.hold_px)
+    down = encode(sign * count for count in seek.falling)
+    return [(mark, 0), (0, 0), *up, (MARK_DOWN, 0), *down, (MARK_END, 0)]

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""The main job on the worked example: profile, line, plan, simulated board, verdict, drawings."""
+
+import time
+from fractions import Fraction
+from pathlib import Path
+
+from rich.console import Console
+
+from pixstep import atomic, formats, natives, progress
+from pixstep.lines import exact, linecheck, planner
+from pixstep.lines.line import Line
+from pixstep.profiles import generator
+from pixstep.simulation import report
+from pixstep.simulation.simrun import Job
+from pixstep.simulation.simtask import simulate
+
+PROFILE = "tools/data/AccProfM39-30Hz-1.PRN"
+PIXEL_HZ = Fraction(30)
+REQUEST = generator.LineRequest(speed=1000, pixels=60, backlash=250)
+
+
+def run(console: Console, out: Path | None = None, *, serial_load: bool = False) -> bool:
+    """Run the worked example into `out`; print a page; return True if all of it is right."""
+    started = time.monotonic()
+    out = out or natives.root() / "build" / "demo"
+    source = natives.source(PROFILE)
+    speeds, _ = formats.read_prn(source)
+    made = generator.generate(speeds, REQUEST, str(source))
+    formats.write_csv(out / "line.csv", made.counts)
+    line = Line(tuple(made.counts), backlash=REQUEST.backlash, name="worked example")
+    findings = linecheck.check(line)
+    plan = planner.plan(line, PIXEL_HZ)
+    atomic.write_text(out / "ticks.csv", plan.csv)
+    table = planner.plan(line, PIXEL_HZ, pixels=True).columns()[:, 2].tolist()
+    planned_right = table == exact.expected_positions(line)
+    job = Job("mega", {0: line}, PIXEL_HZ, serial_load=serial_load, vcd=True)
+    with progress.shown("simulating the Mega") as show:
+        judged = simulate(job, out, plots=True, progress=show)
+    _print(console, judged.summary, line, (not findings, planned_right), started, out)
+    return judged.passed and planned_right and not findings
+
+
+def _print(
+    console: Console,
+    summary: dict,
+    line: Line,
+    host_right: tuple[bool, bool],
+    started: float,
+    out: Path,
+) -> None:
+    """Print the page."""
+    checked, planned = ("[green]ok[/]" if good else "[red]wrong[/]" for good in host_right)
+    console.rule("[bold]worked example: profile to checked STEP edges")
+    console.print(
+        f"profile  {Path(PROFILE).name}, speed {REQUEST.speed} steps/pixel, {PIXEL_HZ} Hz, "
+        f"backlash {REQUEST.backlash}\n"
+        f"line     {line.pixels} pixels, {line.total_steps} steps; line check {checked}\n"
+        f"plan     expected positions of the host library {planned}"
+    )
+    report.print_page(console, summary)
+    report.print_files(console, out)
+    console.print(f"[dim]{time.monotonic() - started:.1f} s")

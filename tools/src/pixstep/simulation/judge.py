@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: MIT
+"""From what a run left behind to its verdict: summary.json and the rows of pixels.csv."""
+
+from dataclasses import dataclass
+
+from pixstep.lines import exact
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ, edge_tick, hz_text
+from pixstep.simulation import verdict
+from pixstep.simulation.report import PixelRow
+from pixstep.simulation.simrun import RunResult
+
+_BOARD = 0  # one board a run
+_WORK = (1, 2, 3)  # the main loop's decoding and following; the rest of it looks for work
+
+
+@dataclass
+class Judgement:
+    """The verdict of a run."""
+
+    summary: dict
+    pixels: list[PixelRow]
+    axes: list[verdict.AxisVerdict]
+
+    @property
+    def passed(self) -> bool:
+        """True only for a run without any finding."""
+        return self.summary["verdict"] == "pass"
+
+
+def judge(result: RunResult) -> Judgement:
+    """Compare a run with the reference in every respect that can fail."""
+    job = result.job
+    reasons = list(result.trouble)
+    axes, rows, pixel_counts = [], [], {}
+    for axis, line in sorted(job.lines.items()):
+        edges = result.edges.axis(_BOARD, axis)
+        found = verdict.judge_axis(line, job.period, edges, axis, _BOARD)
+        state = result.axis_states.get(axis, {})
+        found.underruns = state.get("underruns", 0)
+        if found.underruns:
+            found.reasons.append(f"{found.underruns} underruns")
+        axes.append(found)
+    zero = _common_zero(axes, reasons)
+    clock_edge = None
+    if zero is not None and any(line.clocked for line in job.lines.values()):
+        clock_edge, reason = verdict.judge_clock(zero, job.period, result.clock)
+        reasons += [reason] if reason else []
+    for found in axes:
+        line = job.lines[found.axis]
+        mine = _pixel_rows(result, found, line, zero)
+        pixel_counts[found.axis] = _judge_pixels(found, line, mine, result)
+        rows += mine
+    _judge_idle(result, reasons)
+    if result.refused:
+        reasons.insert(0, str(result.refused))
+        reasons.append(f"{sum(found.steps for found in axes)} STEP edges after the refusal")
+    reasons += [f"axis {found.axis}: {text}" for found in axes for text in found.reasons]
+    summary = _summary(result, axes, pixel_counts, reasons)
+    summary |= {"line_zero_cycle": zero, "clock_edge_cycle": clock_edge}
+    if zero is not None and clock_edge is not None:
+        summary["line_zero_error_cycles"] = zero - edge_tick(1, job.period) - clock_edge
+    return Judgement(summary, rows, axes)
+
+
+def _common_zero(axes: list[verdict.AxisVerdict], reasons: list[str]) -> int | None:
+    """Return the one line zero of all axes, noting if they differ."""
+    zeros = sorted({found.line_zero_cycle for found in axes if found.line_zero_cycle is not None})
+    if len(zeros) > 1:
+        reasons.append(f"the axes do not share one line zero: cycles {zeros}")
+    return zeros[0] if zeros else None
+
+
+def _pixel_rows(
+    result: RunResult, found: verdict.AxisVerdict, line: Line, zero: int | None
+) -> list[PixelRow]:
+    """Return one row a pixel: expected from the board's records, actual from the edges."""
+    if result.refused:
+        return []
+    records = result.records.get(found.axis, {})
+    edges = result.edges.axis(_BOARD, found.axis)
+    actual = (
+        None if zero is None else verdict.actual_positions(line, result.job.period, edges, zero)
+    )
+    rows = []
+    for pixel in range(1, line.pixels + 1):
+        record = records.get(pixel)
+        rows.append(
+            PixelRow(
+                _BOARD,
+                found.axis,
+                pixel,
+                None if zero is None else zero + edge_tick(pixel, result.job.period),
+                record.expected_steps if record else None,
+                actual[pixel - 1] if actual else 0,
+            )
+        )
+    return rows
+
+
+def _judge_pixels(
+    found: verdict.AxisVerdict, line: Line, rows: list[PixelRow], result: RunResult
+) -> int:
+    """Require board's expected = reference = counted at every edge; return how many agree."""
+    if result.refused:
+        return 0
+    table = exact.expected_positions(line)
+    missing = [row.pixel for row in rows if row.expected_steps is None]
+    if missing:
+        found.reasons.append(f"no record of {len(missing)} pixels, first {missing[0]}")
+    equal = 0
+    wrong = []
+    records = result.records.get(found.axis, {})
+    for row, value in zip(rows, table, strict=True):
+        record = records.get(row.pixel)
+        reported = record.actual_steps if record else None
+        if value == row.expected_steps == row.actual_steps == reported:
+            equal += 1
+        elif record:
+            wrong.append((row, value, reported))
+    if wrong:
+        row, value, reported = wrong[0]
+        found.reasons.append(
+            f"{len(wrong)} pixels differ, first {row.pixel}: reference {value}, board expects "
+            f"{row.expected_steps} and counts {reported}, edges counted {row.actual_steps}"
+        )
+    return equal
+
+
+def _judge_idle(result: RunResult, reasons: list[str]) -> None:
+    """Require that axes without a line made no step."""
+    for (board, axis), edges in result.edges.axes.items():
+        if (board != _BOARD or axis not in result.job.lines) and len(edges.rising):
+            reasons.append(
+                f"board {board} axis {axis} made {len(edges.rising)} steps, it has no line"
+            )
+
+
+def _summary(
+    result: RunResult,
+    axes: list[verdict.AxisVerdict],
+    pixel_counts: dict[int, int],
+    reasons: list[str],
+) -> dict:
+    """Return summary.json without the line zero."""
+    job = result.job
+    board = result.stats["boards"][_BOARD]
+    outcome = "refused" if result.refused else "fail" if reasons else "pass"
+    axis_rows = []
+    for found in axes:
+        row = found.summary()
+        row["pixels"] = job.lines[found.axis].pixels
+        row["pixels_equal"] = pixel_counts[found.axis]
+        axis_rows.append(row)
+    return {
+        "verdict": outcome,
+        "reasons": reasons,
+        "refusal": _refusal(result),
+        "board": job.board,
+        "decode": next(iter(job.lines.values())).decode
+        if len({line.decode for line in job.lines.values()}) == 1
+        else "mixed",
+        "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
+        "pixel_ppm": job.pixel_ppm,
+        "seed": job.seed,
+        "serial_load": job.serial_load,
+        "requests": result.requests,
+        "axes": axis_rows,
+        "handlers": board["handlers"],
+        **_shares(result),
+        "stack_free_bytes": board["stack_free_bytes"],
+        "stack_used_bytes": board.get("stack_used_bytes"),
+        "interrupts_off_max_cycles": board.get("interrupts_off_max_cycles"),
+        "realtime_factor": result.stats["realtime_factor"],
+        "simulated_s": result.stats["cycle"] / TIMER_HZ,
+        "wall_s": result.stats["wall_s"],
+    }
+
+
+def _refusal(result: RunResult) -> dict | None:
+    if not result.refused:
+        return None
+    return {
+        "axis": result.refused.axis,
+        "name": result.refused.name,
+        "pixel": result.refused.pixel,
+        "step_edges": sum(len(edges.rising) for edges in result.edges.axes.values()),
+    }
+
+
+def _shares(result: RunResult) -> dict:
+    """Return the shares of cycles from arming to the end.
+
+    `cpu_share` is interrupts, decoding and following: what grows with the steps. The remaining
+    sections of the main loop look for work without end, so their cycles say nothing about load.
+    """
+    before, after = result.stats_armed, result.stats
+    if not before:
+        return {"cpu_share": None, "interrupt_share": None, "section_cycles": None}
+    old, new = before["boards"][_BOARD], after["boards"][_BOARD]
+    cycles = after["cycle"] - before["cycle"]
+    interrupts = new["interrupt_cycles"] - old["interrupt_cycles"]
+    sections = [b - a for a, b in zip(old["sections"], new["sections"], strict=True)]
+    work = interrupts + sum(sections[name] for name in _WORK)
+    return {
+        "cpu_share": round(work / cycles, 6),
+        "interrupt_share": round(interrupts / cycles, 6),
+        "section_cycles": sections,
+    }

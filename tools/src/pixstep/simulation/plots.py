@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: MIT
+"""Plots of a run: motion against the ideal, edge errors, expected against actual positions."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
+
+from pixstep import atomic
+from pixstep.lines import exact
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.simulation.edges import AxisEdges
+from pixstep.simulation.report import PixelRow, ticks_text
+
+INK = "#22303c"
+FAINT = "#8795a1"
+IDEAL = "#f2a541"
+MADE = "#1f6f8b"
+BOARD = "#c8553d"
+BAND = "#e8f1f2"
+
+_MANY_STEPS = 3000  # beyond these dots are drawn small
+
+STYLE = {
+    "figure.dpi": 110,
+    "savefig.dpi": 140,
+    "font.size": 10,
+    "axes.edgecolor": FAINT,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.titlesize": 11,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#dfe5ea",
+    "grid.linewidth": 0.6,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "legend.frameon": False,
+}
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What the plots of one axis need; ticks are counted from line zero."""
+
+    line: Line
+    period: Fraction
+    zero: int
+    edges: AxisEdges
+    pixels: list[PixelRow]
+    title: str
+
+    @property
+    def made_px(self) -> np.ndarray:
+        """Times of the rising STEP edges in pixel periods."""
+        return (self.edges.rising - self.zero) / float(self.period)
+
+    @property
+    def ideal_px(self) -> np.ndarray:
+        """Exact instants of all steps of the line in pixel periods."""
+        return exact.instants(self.line, self.period) / float(self.period)
+
+
+def draw(trace: Trace, folder: Path, prefix: str = "") -> list[Path]:
+    """Write motion, edge-error and positions as PNG into `folder`; return their paths."""
+    paths = []
+    for name, make in (
+        ("motion", _motion),
+        ("edge-error", _edge_error),
+        ("positions", _positions),
+    ):
+        path = folder / f"{prefix}{name}.png"
+        with mpl.rc_context(STYLE):
+            figure = make(trace)
+            atomic.write_with(path, figure.savefig)
+            plt.close(figure)
+        paths.append(path)
+    return paths
+
+
+def _figure(trace: Trace, rows: int, title: str, height: float = 7.2, **options) -> tuple:
+    figure, axes = plt.subplots(
+        rows, 1, figsize=(11, height), layout="constrained", squeeze=False, **options
+    )
+    figure.suptitle(f"{title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
+    figure.text(0.012, 0.948, trace.title, fontsize=9.5, color=FAINT, va="top")
+    return figure, [row[0] for row in axes]
+
+
+def _ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners of the ideal speed: times in pixels, steps per second."""
+    hz = TIMER_HZ / float(trace.period)
+    times, speeds = [], []
+    shift = trace.line.backlash / trace.line.line_speed if trace.line.shifted_pixels else 0.0
+    for piece in exact.pieces(trace.line):
+        begin = float(piece.begin)
+        inserted = trace.line.shifted_pixels == piece.pixel and piece.begin.denominator != 1
+        last = inserted and piece.accel == 0 and piece.begin == piece.pixel - Fraction(shift)
+        length = shift if last else 1.0
+        end_speed = piece.speed + (piece.accel if length == 1.0 else 0)
+        times += [begin, begin + length]
+        speeds += [piece.direction * piece.speed * hz, piece.direction * end_speed * hz]
+    return np.array(times), np.array(speeds)
+
+
+def _motion(trace: Trace) -> Figure:
+    """Velocity and position of the edges over the ideal."""
+    figure, (speed, position) = _figure(
+        trace, 2, "Motion: every STEP edge over the ideal", sharex=True
+    )
+    made = trace.made_px
+    signs = trace.edges.directions()
+    times, speeds = _ideal_speed(trace)
+    speed.plot(times, speeds, color=IDEAL, lw=5, alpha=0.55, label="ideal")
+    if len(made) > 1:
+        rate = signs[1:] / np.diff(made) * TIMER_HZ / float(trace.period)
+        middle = (made[1:] + made[:-1]) / 2
+        keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
+        size = 1.6 if len(made) > _MANY_STEPS else 4.0
+        speed.plot(middle[keep], rate[keep], ".", ms=size, mew=0, color=MADE)
+        _magnify(speed, trace, (times, speeds), (middle[keep], rate[keep]))
+    _legend(speed, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board: 1 / interval")])
+    speed.yaxis.set_major_formatter(EngFormatter(sep=""))
+    speed.set_ylabel("speed, steps/s")
+    speed.set_title("Velocity")
+    ideal = trace.ideal_px
+    count = np.cumsum(signs)
+    wanted = np.cumsum(exact.directions(trace.line))
+    position.plot(ideal, wanted, color=IDEAL, lw=5, alpha=0.55)
+    position.plot(made, count, color=MADE, lw=1.2)
+    position.yaxis.set_major_formatter(EngFormatter(sep=""))
+    position.set_ylabel("position, steps")
+    position.set_xlabel("pixels after line zero")
+    position.set_title("Position")
+    _legend(position, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board")])
+    _take_up_note(speed, trace)
+    speed.set_xlim(-0.3, trace.line.pixels + 0.3)
+    return figure
+
+
+def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
+    """Draw the start of a smooth acceleration larger, where single steps can be seen."""
+    line = trace.line
+    if not line.smooth or line.line_speed == 0:
+        return
+    flat = next((k for k, v in enumerate(line.speeds) if 5 * v >= line.line_speed), 0)
+    ends = [k for k in range(flat, line.pixels) if line.speeds[k + 1] < line.speeds[k]]
+    if flat < 4 or not ends or ends[0] - flat < 12:
+        return
+    inset = axes.inset_axes([flat + 0.3 * (ends[0] - flat), 0.14 * axes.get_ylim()[1],
+                             0.55 * (ends[0] - flat), 0.62 * axes.get_ylim()[1]],
+                            transform=axes.transData)  # fmt: skip
+    inset.plot(*ideal, color=IDEAL, lw=5, alpha=0.55)
+    inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
+    inset.set_xlim(0.5, flat + 0.2)
+    inset.set_ylim(0, 1.05 * line.speeds[flat] * TIMER_HZ / float(trace.period))
+    inset.yaxis.set_major_formatter(EngFormatter(sep=""))
+    inset.set_title("start, every dot one step", fontsize=9, weight="normal")
+    inset.tick_params(labelsize=8)
+
+
+def _take_up_note(axes: Axes, trace: Trace) -> None:
+    """Mark where the backlash is taken up."""
+    if not trace.line.shifted_pixels:
+        return
+    end = trace.line.shifted_pixels
+    begin = end - trace.line.backlash / trace.line.line_speed
+    axes.axvspan(begin, end, color=BOARD, alpha=0.25, lw=0)
+    axes.annotate(
+        f"{trace.line.backlash} steps of backlash",
+        xy=(begin, 0.9 * axes.get_ylim()[1]),
+        xytext=(begin - 2.2, 0.9 * axes.get_ylim()[1]),
+        arrowprops={"arrowstyle": "-", "color": BOARD},
+        color=BOARD,
+        va="center",
+        ha="right",
+    )
+
+
+def _edge_error(trace: Trace) -> Figure:
+    """Error of every edge over time, and its distribution."""
+    figure, (over, spread) = _figure(
+        trace, 2, "Edge error: edge minus exact instant", gridspec_kw={"height_ratios": [2, 1]}
+    )
+    ideal = trace.ideal_px[: len(trace.made_px)]
+    made = trace.made_px[: len(ideal)]
+    errors = (made - ideal) * float(trace.period)
+    over.axhspan(-1, 1, color=BAND, zorder=0)
+    for bound in (-1, 1):
+        over.axhline(bound, color=BOARD, lw=0.8, ls=(0, (4, 3)))
+    size = 2.0 if len(errors) > _MANY_STEPS else 6.0
+    over.plot(made, errors, ".", ms=size, color=MADE, alpha=0.5, mew=0, rasterized=True)
+    ends = [done - 1 for _, done in exact.edge_ends(trace.line) if done <= len(errors)]
+    over.plot(made[ends], errors[ends], "o", ms=3.5, color=IDEAL, mec="white", mew=0.3)
+    top = max(1.25, 1.1 * float(np.max(np.abs(errors), initial=0)))
+    over.set_ylim(-top, top)
+    over.set_xlim(-0.3, trace.line.pixels + 0.3)
+    over.set_ylabel("timer ticks (62.5 ns)")
+    over.set_xlabel("pixels after line zero")
+    rms = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
+    worst = float(np.max(np.abs(errors), initial=0))
+    over.set_title(
+        f"worst {ticks_text(worst)} ticks, rms {rms:.3f} ticks = {rms / TIMER_HZ * 1e9:.1f} ns "
+        f"over {len(errors)} steps"
+    )
+    handles = [
+        _dot(MADE, 4, "step"),
+        _dot(IDEAL, 5, "last step of a pixel"),
+        _line(BOARD, 1, "one tick"),
+    ]
+    _legend(over, handles)
+    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=MADE, alpha=0.85)
+    spread.set_xlabel("error, ticks")
+    spread.set_ylabel("steps")
+    spread.set_title("Distribution")
+    return figure
+
+
+def _positions(trace: Trace) -> Figure:
+    """The board's expected positions and the counted ones at every pixel edge."""
+    figure, (table, difference) = _figure(
+        trace, 2, "Positions at the pixel edges", sharex=True,
+        gridspec_kw={"height_ratios": [2, 1]},
+    )  # fmt: skip
+    pixel = np.array([row.pixel for row in trace.pixels])
+    reference = np.array(exact.expected_positions(trace.line))
+    expected = np.array([_number(row.expected_steps) for row in trace.pixels])
+    actual = np.array([_number(row.actual_steps) for row in trace.pixels])
+    table.plot(pixel, reference, color=IDEAL, lw=5, alpha=0.55)
+    table.plot(pixel, expected, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
+    table.plot(pixel, actual, ".", ms=4.5, color=MADE)
+    table.yaxis.set_major_formatter(EngFormatter(sep=""))
+    table.set_ylabel("steps")
+    table.set_title("Steps made at the end of each pixel")
+    handles = [
+        _line(IDEAL, 5, "reference"),
+        _dot(BOARD, 6, "expected by the board", hollow=True),
+        _dot(MADE, 3, "counted STEP edges"),
+    ]
+    _legend(table, handles)
+    difference.axhline(0, color=FAINT, lw=0.8)
+    difference.plot(pixel, expected - reference, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
+    difference.plot(pixel, actual - reference, ".", ms=4.5, color=MADE)
+    worst = float(np.nanmax(np.abs(np.concatenate([expected, actual]) - np.tile(reference, 2))))
+    difference.set_ylim(-max(1.5, 1.2 * worst), max(1.5, 1.2 * worst))
+    difference.set_ylabel("steps off the reference")
+    difference.set_xlabel("pixel")
+    same = int(np.sum((expected == reference) & (actual == reference)))
+    difference.set_title(f"{same} of {len(pixel)} pixels equal")
+    return figure
+
+
+def _number(value: int | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _line(colour: str, width: float, label: str) -> mpl.lines.Line2D:
+    """Return a legend entry drawn as a line."""
+    faint = 0.55 if colour == IDEAL else 1.0
+    return mpl.lines.Line2D([], [], color=colour, lw=width, alpha=faint, label=label)
+
+
+def _dot(colour: str, size: float, label: str, *, hollow: bool = False) -> mpl.lines.Line2D:
+    """Return a legend entry drawn as a dot."""
+    fill = "none" if hollow else colour
+    return mpl.lines.Line2D([], [], ls="", marker="o", ms=size, mfc=fill, mec=colour, label=label)
+
+
+def _legend(axes: Axes, handles: list[mpl.lines.Line2D]) -> None:
+    """Draw a legend above the axes on the right, where no curve of any shape can lie below it."""
+    axes.legend(
+        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles),
+        labelcolor=INK, borderaxespad=0.2,
+    )  # fmt: skip

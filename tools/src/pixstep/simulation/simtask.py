@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""One simulated run from lines to files on disk: run, judge, write, plot."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from pixstep import atomic
+from pixstep.lines.rational import hz_text
+from pixstep.simulation import report
+from pixstep.simulation.judge import Judgement, judge
+from pixstep.simulation.load import AxisLoad, axis_load
+from pixstep.simulation.simrun import Job, RunResult, run_job
+
+# What a run may leave in its folder; an earlier run's must not pass for this one's.
+OUTPUTS = (
+    "edges.csv",
+    "clock.csv",
+    "serial.csv",
+    "plant.csv",
+    "pixels.csv",
+    "summary.json",
+    "run.vcd",
+)
+_PLOTS = ("motion.png", "edge-error.png", "positions.png", "load.png")
+
+
+def _forget(out: Path) -> None:
+    """Remove the outputs of an earlier run."""
+    stale = [out / name for name in OUTPUTS]
+    stale += [path for name in _PLOTS for path in out.glob(f"*{name}")]
+    for path in stale:
+        path.unlink(missing_ok=True)
+
+
+def simulate(
+    job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
+) -> Judgement:
+    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`."""
+    _forget(out)
+    result = run_job(job, out, progress or (lambda _: None))
+    judged = judge(result)
+    loads = follow_loads(result, judged)
+    report.write_pixels(out / "pixels.csv", judged.pixels)
+    atomic.write_json(out / "summary.json", judged.summary)
+    if plots:
+        judged.summary["plots"] = [str(path) for path in draw_plots(result, judged, out)]
+        judged.summary["plots"] += [str(path) for path in _draw_loads(job, loads, out)]
+    return judged
+
+
+def follow_loads(result: RunResult, judged: Judgement) -> list[AxisLoad]:
+    """Return the loads of the axes with a plant; note them in the summary and the pixel rows.
+
+    An axis that made no step, or whose edges have no place in time, has none.
+    """
+    loads = []
+    for row in judged.summary["axes"]:
+        axis = row["axis"]
+        mine = [index for index, pixel in enumerate(judged.pixels) if pixel.axis == axis]
+        cycles = [judged.pixels[index].edge_cycle for index in mine]
+        if axis not in result.job.plants or not cycles or None in cycles:
+            continue
+        line, ideal = result.job.lines[axis], result.job.ideals.get(axis)
+        found = axis_load(axis, line, ideal, result.plants[0, axis], cycles)
+        row["load"] = found.summary()
+        for index, steps in zip(mine, found.load_steps, strict=True):
+            judged.pixels[index] = replace(judged.pixels[index], load_steps=int(steps))
+        loads.append(found)
+    return loads
+
+
+def _draw_loads(job: Job, loads: list[AxisLoad], out: Path) -> list[Path]:
+    """Draw every axis' load; return the paths."""
+    from pixstep.simulation import load_plot
+
+    paths = []
+    for found in loads:
+        prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
+        title = f"{_title(job, found.axis)}, plant {job.plants[found.axis]}"
+        load_plot.draw(found, title, out / f"{prefix}load.png")
+        paths.append(out / f"{prefix}load.png")
+    return paths
+
+
+def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
+    """Draw the plots of every axis that moved; return their paths."""
+    from pixstep.simulation import plots
+
+    job = result.job
+    paths = []
+    for found in judged.axes:
+        if found.line_zero_cycle is None or found.errors_ticks is None:
+            continue
+        line = job.lines[found.axis]
+        trace = plots.Trace(
+            line=line,
+            period=job.period,
+            zero=found.line_zero_cycle,
+            edges=result.edges.axis(0, found.axis),
+            pixels=[row for row in judged.pixels if row.axis == found.axis],
+            title=_title(job, found.axis),
+        )
+        prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
+        paths += plots.draw(trace, out, prefix)
+    return paths
+
+
+def _title(job: Job, axis: int) -> str:
+    line = job.lines[axis]
+    hz = hz_text(job.pixel_hz).removesuffix("/1")
+    return (
+        f"{job.board} axis {axis}, {line.decode} decoding, {line.pixels} pixels at {hz} Hz, "
+        f"{line.total_steps} steps, backlash {line.backlash}"
+    )

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: MIT
+"""Compare the edges of a run with the exact instants, and say pass or fail with reasons.
+
+Line zero is the one constant removed from all edges. It is taken from the steps that fall exactly
+on a pixel edge: the cycle z for which most of them are at z + floor(k*P), which no rounding inside
+a pixel can move. It must then lie within CLOCK_TOLERANCE cycles of a pixel clock edge plus one
+nominal pixel period.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import islice
+
+import numpy as np
+
+from pixstep.lines import exact
+from pixstep.lines.line import Line
+from pixstep.lines.rational import TIMER_HZ, edge_tick
+from pixstep.simulation.edges import AxisEdges
+
+CLOCK_TOLERANCE = 4  # cycles
+NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
+DIRECTION_SETUP_TICKS = 320  # 20 us, the default setting
+
+
+@dataclass
+class AxisVerdict:
+    """What one axis did. Errors in ticks are edge minus exact instant minus line zero."""
+
+    axis: int
+    board: int = 0
+    steps: int = 0
+    expected_steps: int = 0
+    underruns: int = 0
+    line_zero_cycle: int | None = None
+    max_edge_error_ticks: float = 0.0
+    rms_edge_error_us: float = 0.0
+    rate_error_ppm: float = 0.0
+    max_interval_error_ticks: float = 0.0
+    last_steps_on_edge: int = 0
+    last_steps_off_edge: int = 0
+    reasons: list[str] = field(default_factory=list)
+    errors_ticks: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def passed(self) -> bool:
+        """True if nothing was found."""
+        return not self.reasons
+
+    def summary(self) -> dict:
+        """Return the plain data of summary.json."""
+        return {
+            "board": self.board,
+            "axis": self.axis,
+            "verdict": "pass" if self.passed else "fail",
+            "reasons": self.reasons,
+            "steps": self.steps,
+            "expected_steps": self.expected_steps,
+            "underruns": self.underruns,
+            "line_zero_cycle": self.line_zero_cycle,
+            "max_edge_error_ticks": round(self.max_edge_error_ticks, 6),
+            "rms_edge_error_us": round(self.rms_edge_error_us, 6),
+            "rate_error_ppm": round(self.rate_error_ppm, 3) + 0.0,
+            "max_interval_error_ticks": round(self.max_interval_error_ticks, 6),
+            "last_steps_on_edge": self.last_steps_on_edge,
+            "last_steps_off_edge": self.last_steps_off_edge,
+        }
+
+
+def find_zero(line: Line, period: Fraction, rising: np.ndarray) -> int | None:
+    """Return the line's zero in cycles, None if there is no step to tell it from."""
+    votes = Counter(
+        int(rising[done - 1]) - edge_tick(pixel, period)
+        for pixel, done in exact.edge_ends(line)
+        if 0 < done <= len(rising)
+    )
+    return votes.most_common(1)[0][0] if votes else None
+
+
+def judge_axis(
+    line: Line,
+    period: Fraction,
+    edges: AxisEdges,
+    axis: int = 0,
+    board: int = 0,
+    *,
+    stopped: bool = False,
+) -> AxisVerdict:
+    """Return the verdict on one axis' edges against the exact instants of its line.
+
+    Of a line that a fault `stopped` the edges may end early; those made must be right.
+    """
+    verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
+    rising = edges.rising
+    _judge_pulses(verdict, edges)
+    if len(rising) > line.total_steps or (len(rising) < line.total_steps and not stopped):
+        verdict.reasons.append(f"{len(rising)} steps instead of {line.total_steps}")
+    count = min(len(rising), line.total_steps)
+    if count == 0:
+        return verdict
+    ideal = exact.instants(line, period)[:count]
+    zero = find_zero(line, period, rising)
+    if zero is None:  # stopped before the first step that falls on an edge
+        middle = round(float(np.median(rising[:count] - ideal)))
+        zero = min(
+            (middle - 1, middle, middle + 1),
+            key=lambda candidate: float(np.max(np.abs(rising[:count] - candidate - ideal))),
+        )
+    verdict.line_zero_cycle = zero
+    verdict.errors_ticks = (rising[:count] - zero) - ideal
+    _judge_errors(verdict, line, period, rising[:count] - zero)
+    _judge_rates(verdict, ideal, rising[:count])
+    _judge_edge_ends(verdict, line, period, rising)
+    _judge_directions(verdict, line, edges)
+    return verdict
+
+
+def judge_clock(zero: int, period: Fraction, clock: np.ndarray) -> tuple[int | None, str]:
+    """Return the clock edge that line zero follows by one period, and a reason if there is none."""
+    due = zero - edge_tick(1, period)
+    if not len(clock):
+        return None, "the pixel clock has no edges"
+    nearest = int(clock[np.argmin(np.abs(clock - due))])
+    if abs(nearest - due) > CLOCK_TOLERANCE:
+        return nearest, (
+            f"line zero is {due - nearest} cycles off one pixel period after a clock edge"
+        )
+    return nearest, ""
+
+
+def actual_positions(line: Line, period: Fraction, edges: AxisEdges, zero: int) -> list[int]:
+    """Return the signed steps made at or before the end edge of every pixel, from the edges."""
+    bounds = [zero + edge_tick(pixel, period) for pixel in range(1, line.pixels + 1)]
+    made = np.concatenate([[0], np.cumsum(edges.directions())])
+    return [int(value) for value in made[np.searchsorted(edges.rising, bounds, side="right")]]
+
+
+def _judge_pulses(verdict: AxisVerdict, edges: AxisEdges) -> None:
+    """Require strictly increasing edges of alternating level."""
+    if np.any(np.diff(edges.step_cycles) <= 0):
+        verdict.reasons.append("STEP edges are not in order")
+    if np.any(np.diff(edges.step_levels) == 0):
+        verdict.reasons.append("a STEP pulse is doubled or has no end")
+
+
+def _judge_errors(verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.ndarray) -> None:
+    """Require every edge strictly within one tick of its exact instant."""
+    errors = verdict.errors_ticks
+    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
+    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / TIMER_HZ * 1e6
+    doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE)
+    far = [int(i) for i in doubtful if abs(errors[i]) > 1 + NEAR_ONE]
+    close = {int(i) for i in doubtful} - set(far)
+    far += _outside_exactly(line, period, ticks, close)
+    if far:
+        first = min(far)
+        verdict.reasons.append(
+            f"{len(far)} edges are a tick or more off, first step {first + 1} "
+            f"by {errors[first]:.3f} ticks"
+        )
+
+
+def _outside_exactly(
+    line: Line, period: Fraction, ticks: np.ndarray, indices: set[int]
+) -> list[int]:
+    """Return those of the step indices that exact arithmetic puts a tick or more off."""
+    if not indices:
+        return []
+    instants = islice(exact.exact_instants(line, period), max(indices) + 1)
+    return [
+        index
+        for index, (_, when) in enumerate(instants)
+        if index in indices and not when.strictly_within_one(int(ticks[index]))
+    ]
+
+
+def _judge_rates(verdict: AxisVerdict, ideal: np.ndarray, rising: np.ndarray) -> None:
+    """Measure the rate error (slope of edges over instants) and the interval error."""
+    if len(ideal) < 2:
+        return
+    centred = ideal - ideal.mean()
+    errors = verdict.errors_ticks
+    slope = float(np.dot(centred, errors - errors.mean()) / np.dot(centred, centred))
+    verdict.rate_error_ppm = slope * 1e6
+    intervals = np.diff(rising) - np.diff(ideal)
+    verdict.max_interval_error_ticks = float(np.max(np.abs(intervals)))
+
+
+def _judge_edge_ends(
+    verdict: AxisVerdict, line: Line, period: Fraction, rising: np.ndarray
+) -> None:
+    """Require the last step of every pixel exactly on its end edge (floor(k*P))."""
+    off = []
+    for pixel, done in exact.edge_ends(line):
+        if done > len(rising):
+            break
+        if int(rising[done - 1]) == verdict.line_zero_cycle + edge_tick(pixel, period):
+            verdict.last_steps_on_edge += 1
+        else:
+            off.append(pixel)
+    verdict.last_steps_off_edge = len(off)
+    if off:
+        verdict.reasons.append(
+            f"the last step of {len(off)} pixels is not on the pixel edge, first pixel {off[0]}"
+        )
+
+
+def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges) -> None:
+    """Require the direction of every step, and the driver's set-up and hold times around DIR."""
+    made, wanted = edges.directions(), exact.directions(line)
+    count = min(len(made), len(wanted))
+    wrong = np.flatnonzero(made[:count] != wanted[:count])
+    if len(wrong):
+        verdict.reasons.append(f"{len(wrong)} steps in the wrong direction, first {wrong[0] + 1}")
+    rising = edges.rising
+    for cycle in edges.direction_cycles:
+        index = int(np.searchsorted(rising, cycle))
+        after = rising[index] - cycle if index < len(rising) else DIRECTION_SETUP_TICKS
+        before = cycle - rising[index - 1] if index else DIRECTION_SETUP_TICKS
+        if min(after, before) < DIRECTION_SETUP_TICKS:
+            verdict.reasons.append(f"DIR changes at cycle {cycle}, too close to a step")
+            return
