@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("simulator")
 PATH = DATA / "AccProf-fast-move.csv"
 PROFILE = accel.read(PATH)
 SPEEDS = (0, 8, 16, 24, 32, 40, 52, 64, 84, 104, 136)  # of its first ten entries, by hand
-HZ = Fraction(300)
+HZ = Fraction(290)  # 136 steps/px: just below what seeks of the mega may have
 PLANT = "home=2000,hyst=8,travel=-500..4000"
 AXES = [("uno", 0), *(("mega", axis) for axis in range(4))]
 BOARDS = [("uno", 0), ("mega", 2)]
@@ -54,7 +54,7 @@ def test_homing_from_both_sides(tmp_path, board, axis, start):
     summary = passed(tmp_path, board, axis, f"{PLANT},start={start},delay=8000")
     assert summary["decode"] == "smooth" and summary["load_beyond_switch_steps"] in (0, 1)
     assert summary["haps"] == 10 and summary["haps_entry_steps_px"] == SPEEDS[10]
-    assert 40_000 < summary["fastest_steps_s"] <= 136 * 300 == summary["haps_entry_steps_s"]
+    assert 39_000 < summary["fastest_steps_s"] <= 136 * 290 == summary["haps_entry_steps_s"]
     counts = summary["legs"][0]["pixel_counts"]
     assert tuple(counts[:12]) == (*PROFILE.counts[:10], 136, 136)
     assert tuple(counts[-10:]) == PROFILE.counts[9::-1]
@@ -134,7 +134,7 @@ def test_many_homings_of_the_uno_end_on_one_step():
 
 
 def test_the_bench_profile_is_sound_smoothly():
-    assert STEEP.leading(STEEP.haps).speeds(SMOOTH) == (4, 36, 64, 96)
+    assert STEEP.leading(STEEP.haps).speeds(SMOOTH) == (4, 36, 64, 76)
 
 
 def without_a_step(edges, step):
@@ -210,7 +210,7 @@ def invoke(tmp_path, profile, *words):
         "--board",
         "uno",
         "--pixel-hz",
-        300,
+        290,
         "--out",
         tmp_path / "out",
     )

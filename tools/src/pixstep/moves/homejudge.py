@@ -12,18 +12,17 @@ from pixstep.moves.legjudge import judge_leg, leg_edges
 
 IN_VAIN = ("home_not_found", "home_stuck")  # faults of a leg that was made to its end
 _TICKS = 1 << 32  # the board's tick count wraps
+# The capture register keeps the newest edge until its interrupt has read it: of a contact that
+# bounces back within this time it may hold a later closing. Longest wait by `pixstep bench`.
+CAPTURE_LATENCY_TICKS = 200
 
 
 def judge(run: HomeRun) -> dict:
     """Return the verdict: summary.json of a homing, its reasons empty if it passes."""
     job = run.job
     reasons = [str(run.error)] if run.error else []
-    legs = [_judge_leg(run, leg, reasons) for leg in run.legs]
-    captures = [leg["capture_ticks"] for leg in legs if leg["capture_ticks"] is not None]
-    if len(set(captures)) > 1:
-        reasons.append(
-            f"captured ticks and switch edges are not a constant apart: {sorted(set(captures))}"
-        )
+    offset = _capture_offset(run, reasons)
+    legs = [_judge_leg(run, leg, offset, reasons) for leg in run.legs]
     fastest = max((leg["fastest_steps_s"] for leg in legs), default=0.0)
     summary = {
         "verdict": "fail",
@@ -39,8 +38,8 @@ def judge(run: HomeRun) -> dict:
         "haps_entry_steps_s": float(job.plan.top * job.pixel_hz),
         "fastest_steps_s": round(fastest, 3),
         "plant": job.plant,
-        "captures": len(captures),
-        "capture_offset_ticks": captures[0] if len(set(captures)) == 1 else None,
+        "captures": sum(leg.trip is not None for leg in run.legs),
+        "capture_offset_ticks": offset,
         "counted_steps": run.counted_steps,
         "load_at_rest_steps": run.load_steps,
         "legs": legs,
@@ -51,41 +50,67 @@ def judge(run: HomeRun) -> dict:
     return summary
 
 
-def switch_edge(run: HomeRun, leg: Leg) -> int | None:
-    """Return the cycle of the home switch's first edge that ends a leg, by the simulator."""
-    if not leg.trip:
-        return None
+def switch_edges(run: HomeRun, leg: Leg) -> list[int]:
+    """Return the cycles of the edges that may have been captured, by the simulator's own log.
+
+    The first edge of the home switch that ends the leg, and others that follow it so soon that the
+    capture register may have been overwritten.
+    """
     wanted = int(leg.trip.code == TRIP_CLOSED)
     low, high = leg.began_s * TIMER_HZ, leg.ended_s * TIMER_HZ
     fitting = [
         cycle for cycle, closed in run.switch_edges if low <= cycle <= high and closed == wanted
     ]
-    return fitting[0] if fitting else None
+    return [cycle for cycle in fitting if cycle - fitting[0] <= CAPTURE_LATENCY_TICKS]
 
 
-def _judge_leg(run: HomeRun, leg: Leg, reasons: list[str]) -> dict:
+def _capture_offset(run: HomeRun, reasons: list[str]) -> int | None:
+    """Return the simulator's edges less the captured ticks, the same for all: the timers' start."""
+    tripped = [leg for leg in run.legs if leg.trip]
+    offsets = [{(edge - leg.trip.ticks) % _TICKS for edge in switch_edges(run, leg)}
+               for leg in tripped]  # fmt: skip
+    if not offsets:
+        return None
+    common = set.intersection(*offsets)
+    if len(common) == 1:
+        return common.pop()
+    apart = [sorted(found) for found in offsets]
+    reasons.append(f"captured ticks and switch edges are not a constant apart: {apart}")
+    return None
+
+
+def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -> dict:
     """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
     in_vain = getattr(run.error, "name", "") in IN_VAIN
     stopped = run.error is not None and leg is run.legs[-1] and not in_vain
     edges = leg_edges(run.edges, leg)
     judged = judge_leg(run.job.plan, leg, edges, run.job.period, stopped=stopped)
     found = list(judged.reasons)
+    edge = _captured_edge(run, leg, offset)
     if leg.trip:
-        found += _position_findings(run, leg)
+        found += _position_findings(run, leg, edge)
     reasons += [f"{leg.name}: {text}" for text in found]
     (data,) = legs_as_json((leg,))
     return data | {
         "pixel_counts": judged.counts,
         "fastest_steps_s": judged.fastest_steps_s,
         "max_edge_error_ticks": judged.max_edge_error_ticks,
-        "switch_edge_cycle": switch_edge(run, leg),
-        "capture_ticks": _capture_offset(run, leg),
+        "switch_edge_cycle": edge,
     }
 
 
-def _position_findings(run: HomeRun, leg: Leg) -> list[str]:
+def _captured_edge(run: HomeRun, leg: Leg, offset: int | None) -> int | None:
+    """Return the cycle of the switch's edge that was captured; None if there was none."""
+    if not leg.trip or offset is None:
+        return None
+    (edge,) = [
+        edge for edge in switch_edges(run, leg) if (edge - leg.trip.ticks) % _TICKS == offset
+    ]
+    return edge
+
+
+def _position_findings(run: HomeRun, leg: Leg, edge: int | None) -> list[str]:
     """Require the captured position to be the steps made at or before the simulator's edge."""
-    edge = switch_edge(run, leg)
     if edge is None:
         return ["captured an edge of the home switch that the simulator does not know"]
     edges = leg_edges(run.edges, leg)
@@ -93,12 +118,6 @@ def _position_findings(run: HomeRun, leg: Leg) -> list[str]:
     if made == leg.trip.position_steps:
         return []
     return [f"captured at position {leg.trip.position_steps}, the edges say {made}"]
-
-
-def _capture_offset(run: HomeRun, leg: Leg) -> int | None:
-    """Return the simulator's edge less the captured tick: when the board's timers started."""
-    edge = switch_edge(run, leg)
-    return None if edge is None else (edge - leg.trip.ticks) % _TICKS
 
 
 def _found(run: HomeRun, reasons: list[str]) -> dict:

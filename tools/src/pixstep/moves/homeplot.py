@@ -14,7 +14,7 @@ from pixstep import atomic
 from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
 from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.fastplot import thousands
-from pixstep.moves.homejudge import switch_edge
+from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Leg
 from pixstep.moves.legjudge import leg_edges
@@ -76,9 +76,9 @@ def _draw_place(axes: Axes, run: HomeRun, leg: Leg, width: float = 2.2) -> None:
     times, places = _course(run, leg)
     if len(times):
         axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
-    edge = switch_edge(run, leg)
-    if edge is not None:
-        when = edge / TIMER_HZ - _origin_s(run)
+    edges = switch_edges(run, leg) if leg.trip else []
+    if edges:
+        when = edges[0] / TIMER_HZ - _origin_s(run)
         made = int(np.searchsorted(times, when + 1 / TIMER_HZ)) - 1
         marker, _ = _MARKERS[leg.trip.code]
         axes.plot(
