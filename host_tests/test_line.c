@@ -348,22 +348,27 @@ static void queue_smooth_seek(void)
     line_begin(&line, &period, &queue, true);
 }
 
-static void smooth_seek_stops_from_any_pixel(void)
+static void smooth_seek_stops_behind(uint8_t pixels)
 {
     static const uint16_t speeds[] = {0, 8, 16, 24, 24};
     static const uint16_t rest[] = {20, 12, 4};
+    uint8_t length = pixels < 3 ? pixels : 3;
 
+    setUp();
+    queue_smooth_seek();
+    for (uint8_t i = 0; i < pixels; i++) {
+        TEST_ASSERT_TRUE(take());
+    }
+    TEST_ASSERT_EQUAL_UINT16(speeds[pixels], line.speed);
+    line_trip(&line);
+    check_counts(&rest[3u - length], length);
+    TEST_ASSERT_EQUAL_UINT16(0, line.speed);
+}
+
+static void smooth_seek_stops_from_any_pixel(void)
+{
     for (uint8_t pixels = 0; pixels < 5; pixels++) {
-        setUp();
-        queue_smooth_seek();
-        for (uint8_t i = 0; i < pixels; i++) {
-            TEST_ASSERT_TRUE(take());
-        }
-        TEST_ASSERT_EQUAL_UINT16(speeds[pixels], line.speed);
-        line_trip(&line);
-        uint8_t length = pixels < 3 ? pixels : 3;
-        check_counts(&rest[3u - length], length);
-        TEST_ASSERT_EQUAL_UINT16(0, line.speed);
+        smooth_seek_stops_behind(pixels);
     }
 }
 

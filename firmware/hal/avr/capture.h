@@ -12,9 +12,17 @@
 #include "hal/avr/step_isr.h" // step_engines
 #include "hal/pixel_clock.h"  // struct pixel_capture
 
+// What the handler saw; capture_take() makes sense of it.
 struct capture {
-    volatile bool waiting; // `newest` is complete
-    struct pixel_capture newest;
+    volatile bool waiting; // the rest is complete
+    uint16_t captured;
+    uint16_t counter; // a little later, between two looks at the flags
+    uint8_t flags_before;
+    uint8_t flags_after;
+    uint8_t tail; // struct engine_sample, at the same time
+    int8_t left;
+    int8_t cut;
+    uint16_t idle_count;
 };
 
 // A counter read between two looks at the overflow flag has wrapped before it was read, if the flag
@@ -27,26 +35,6 @@ struct capture {
 #define CAPTURE_PIXEL_CLOCK_OVERRUN 1
 #define CAPTURE_SWITCH_BUSY         2
 #define CAPTURE_SWITCH_OVERRUN      3
-
-// m is the period whose interrupt was served last; it loaded m + 1.
-//
-//     served:      m         (m + 1 begins, overflow pending)
-//     counter   ---|---------------|------
-//     edge in m: no overflow pending, or the captured value is beyond the counter
-//     edge in m + 1: overflow pending and the captured value is not beyond the counter
-static inline void capture_note(struct capture *source,
-                                uint16_t captured,
-                                uint16_t counter,
-                                bool wrapped)
-{
-    source->newest.back = 1;
-    if (wrapped && captured <= counter) {
-        source->newest.back = 0;
-    } else if (!wrapped && captured > counter) {
-        source->newest.back = 2;
-    }
-    source->newest.ticks = captured;
-}
 
 // The capture interrupt of `timer`, which serves `axis`, into struct capture `name`; `note` is what
 // else it has to do.
@@ -85,8 +73,8 @@ static inline void capture_note(struct capture *source,
         const struct step_engine *engine = &step_engines[axis];                          \
         uint16_t captured = 0;                                                           \
         uint16_t counter = 0;                                                            \
-        uint8_t flags_before = 0;                                                        \
-        uint8_t flags_after = 0;                                                         \
+        uint8_t before = 0;                                                              \
+        uint8_t after = 0;                                                               \
         uint8_t tail = 0;                                                                \
         int8_t left = 0;                                                                 \
         int8_t cut = 0;                                                                  \
@@ -104,19 +92,40 @@ static inline void capture_note(struct capture *source,
             left = engine->left;                                                         \
             cut = engine->cut;                                                           \
             idle_count = engine->idle_count;                                             \
-            flags_before = TIFR##timer;                                                  \
+            before = TIFR##timer;                                                        \
             counter = TCNT##timer;                                                       \
-            flags_after = TIFR##timer;                                                   \
+            after = TIFR##timer;                                                         \
             OCR##timer##AH = engine->run_high;                                           \
         }                                                                                \
-        bool wrapped = (flags_before & _BV(TOV##timer)) != 0 ||                          \
-                       ((flags_after & _BV(TOV##timer)) != 0 &&                          \
-                        counter < CAPTURE_JUST_WRAPPED_TICKS);                           \
-        capture_note(&(name), captured, counter, wrapped);                               \
-        (name).newest.sample = step_engine_sample_of(tail, left, cut, idle_count);       \
+        (name).captured = captured;                                                      \
+        (name).counter = counter;                                                        \
+        (name).flags_before = before;                                                    \
+        (name).flags_after = after;                                                      \
+        (name).tail = tail;                                                              \
+        (name).left = left;                                                              \
+        (name).cut = cut;                                                                \
+        (name).idle_count = idle_count;                                                  \
         (note);                                                                          \
         (name).waiting = true;                                                           \
     }
+
+// m is the period whose interrupt was served last; it loaded m + 1.
+//
+//     served:      m         (m + 1 begins, overflow pending)
+//     counter   ---|---------------|------
+//     edge in m: no overflow pending, or the captured value is beyond the counter
+//     edge in m + 1: overflow pending and the captured value is not beyond the counter
+static inline uint8_t capture_back(const struct capture *source, uint8_t overflow)
+{
+    bool wrapped = (source->flags_before & overflow) != 0 ||
+                   ((source->flags_after & overflow) != 0 &&
+                    source->counter < CAPTURE_JUST_WRAPPED_TICKS);
+
+    if (wrapped) {
+        return source->captured <= source->counter ? 0 : 1;
+    }
+    return source->captured > source->counter ? 2 : 1;
+}
 
 // The oldest capture not yet taken. The handler leaves an edge that waits alone.
 static inline bool capture_take(struct capture *source,
@@ -126,7 +135,11 @@ static inline bool capture_take(struct capture *source,
     if (!source->waiting) {
         return false;
     }
-    *capture = source->newest;
+    // The overflow flag is bit 0 of every timer's flags.
+    capture->back = capture_back(source, _BV(TOV1));
+    capture->ticks = source->captured;
+    capture->sample = step_engine_sample_of(
+        source->tail, source->left, source->cut, source->idle_count);
     source->waiting = false;
     GPIOR0 &= (uint8_t)~_BV(busy);
     return true;
