@@ -23,6 +23,9 @@
 
 struct machine machine;
 
+// Rounds in which every axis's switches are looked at once; an axis that seeks, in every round.
+#define INPUT_TURNS 4u
+
 static uint8_t axis_bit(uint8_t axis)
 {
     return (uint8_t)(1u << axis);
@@ -311,9 +314,14 @@ static void watch_clock(void)
     }
 }
 
+// One axis's switches after the other, as often on every board.
 static void poll_inputs(void)
 {
-    inputs_poll(machine.turn % CONFIG_AXES);
+    uint8_t turn = machine.turn % INPUT_TURNS;
+
+    if (turn < CONFIG_AXES) {
+        inputs_poll(turn);
+    }
     seek_poll();
 }
 

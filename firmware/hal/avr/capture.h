@@ -49,7 +49,7 @@ struct capture {
 //
 // Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back. The
 // instruction behind an SEI runs before any interrupt: it must not be the next CLI.
-// Budget: 175 cycles.
+// Budget: 165 cycles.
 #define CAPTURE_HANDLER(name, timer, axis, busy, overrun, note)                          \
     static struct capture name;                                                          \
     static void name##_body(void) __asm__("__vector_" #name "_body")                     \
