@@ -9,8 +9,10 @@ import os
 import shutil
 
 import pytest
+from click.testing import CliRunner
 
 from pixstep import natives
+from pixstep.cli.main import main
 
 
 def pytest_addoption(parser):
@@ -52,3 +54,35 @@ def simulator():
 def mbpoll():
     """Require the Modbus client mbpoll."""
     _need(shutil.which("mbpoll") is not None, "mbpoll", "is not installed")
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    """Return a function that runs a command line in an empty folder: status, output, stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words, status=0):
+        done = CliRunner().invoke(main, [str(word) for word in words])
+        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+        assert done.exit_code == status, done.output
+        return done
+
+    return run
+
+
+@pytest.fixture
+def pixstep(invoke):
+    """Return a function that runs a command line in an empty folder and returns its output."""
+    return lambda *words, status=0: invoke(*words, status=status).output
+
+
+@pytest.fixture
+def put(tmp_path):
+    """Return a function that writes bytes and returns the path."""
+
+    def write(data: bytes, name: str = "x.csv"):
+        path = tmp_path / name
+        path.write_bytes(data)
+        return path
+
+    return write

@@ -11,20 +11,6 @@ from pixstep.cli.main import main
 from worked import ACCELERATING, PRN
 
 
-@pytest.fixture
-def pixstep(tmp_path, monkeypatch):
-    """Return a function that runs a command line in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words, status=0):
-        done = CliRunner().invoke(main, [str(word) for word in words])
-        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-        assert done.exit_code == status, done.output
-        return done.output
-
-    return run
-
-
 def make(pixstep, *more, status=0):
     return pixstep(
         "line", "make", "--profile", PRN, "--speed", 1000, "--pixels", 60, "--pixel-hz", 30,

@@ -7,26 +7,16 @@ import sys
 from dataclasses import replace
 
 import pytest
-from click.testing import CliRunner
 
 from mutants import HEADER, LINES
 from pixstep import formats
-from pixstep.cli.main import main
 from worked import MPOS, PRN, SAMPLE_CSV
 
 
 @pytest.fixture
-def pixstep(tmp_path, monkeypatch):
+def pixstep(invoke):
     """Return a function that runs a command in an empty folder: status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words, status=0):
-        done = CliRunner().invoke(main, [str(word) for word in words])
-        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-        assert done.exit_code == status, done.output
-        return done
-
-    return run
+    return invoke
 
 
 @pytest.fixture

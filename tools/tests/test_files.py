@@ -11,15 +11,9 @@ HEADER = formats.ProfileHeader("Mon Oct 12 15:13:35 2009", "4editing1n", 1, 10, 
 
 
 @pytest.fixture
-def put(tmp_path):
+def put(put):
     """Return a function that writes bytes and returns the path."""
-
-    def write(data: bytes, name: str = "x.PRN"):
-        path = tmp_path / name
-        path.write_bytes(data)
-        return path
-
-    return write
+    return lambda data, name="x.PRN": put(data, name)
 
 
 def test_sample_prn():

@@ -23,18 +23,6 @@ from worked import ACCELERATING, DATA, MPOS, PRN, SAMPLE_CSV
 SAMPLE_HEADER = replace(HEADER, haps=10)
 
 
-@pytest.fixture
-def put(tmp_path):
-    """Return a function that writes bytes and returns the path."""
-
-    def write(data: bytes, name: str = "x.csv"):
-        path = tmp_path / name
-        path.write_bytes(data)
-        return path
-
-    return write
-
-
 def refusal(read, *arguments, **options):
     """Return the text of the error that a reader raises."""
     with pytest.raises(UserError) as caught:

@@ -8,11 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from bench import Bench
 from pixstep import formats
-from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import TIMER_HZ, period_ticks
@@ -160,18 +158,10 @@ def test_direction_times_at_every_reversal(tmp_path, board, setting_us, counts):
 
 
 @pytest.fixture
-def pixstep(tmp_path, monkeypatch):
+def pixstep(pixstep, tmp_path):
     """Return a function that runs a command line in a folder that holds ideal.csv."""
-    monkeypatch.chdir(tmp_path)
     formats.write_csv(tmp_path / "ideal.csv", list(IDEAL))
-
-    def command(*words, status=0):
-        done = CliRunner().invoke(main, [str(word) for word in words])
-        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-        assert done.exit_code == status, done.output
-        return done.output
-
-    return command
+    return pixstep
 
 
 LIMIT_WORDS = ("--max-acceleration", LIMITS.max_acceleration, "--start-stop", LIMITS.start_stop)

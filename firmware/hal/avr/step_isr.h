@@ -24,8 +24,29 @@
 #define STEP_ISR_HIGH_OFFSET 256
 
 #if !defined(__ASSEMBLER__)
+#include <util/atomic.h>
+
 #include "motion/step_engine.h" // struct step_engine
 
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
+
+// What an axis's interrupt has done, as of one instant.
+static inline struct engine_sample step_isr_sample(uint8_t axis)
+{
+    const struct step_engine *engine = &step_engines[axis];
+    uint8_t tail = 0;
+    int8_t left = 0;
+    int8_t cut = 0;
+    uint16_t idle_count = 0;
+
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        tail = engine->tail;
+        left = engine->left;
+        cut = engine->cut;
+        idle_count = engine->idle_count;
+    }
+    return step_engine_sample_of(tail, left, cut, idle_count);
+}
 #endif

@@ -178,20 +178,7 @@ struct step_run *step_timer_runs(uint8_t axis)
 
 struct engine_sample step_timer_sample(uint8_t axis)
 {
-    const struct step_engine *engine = &step_engines[axis];
-    uint8_t tail = 0;
-    int8_t left = 0;
-    int8_t cut = 0;
-    uint16_t idle_count = 0;
-
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        tail = engine->tail;
-        left = engine->left;
-        cut = engine->cut;
-        idle_count = engine->idle_count;
-    }
-    return step_engine_sample_of(tail, left, cut, idle_count);
+    return step_isr_sample(axis);
 }
 
 uint8_t step_timer_tail(uint8_t axis)

@@ -66,20 +66,7 @@ static struct engine_sample seeker;
 
 static inline void note_seeker(void)
 {
-    const struct step_engine *engine = &step_engines[seeker_axis];
-    uint8_t tail = 0;
-    int8_t left = 0;
-    int8_t cut = 0;
-    uint16_t idle_count = 0;
-
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        tail = engine->tail;
-        left = engine->left;
-        cut = engine->cut;
-        idle_count = engine->idle_count;
-    }
-    seeker = step_engine_sample_of(tail, left, cut, idle_count);
+    seeker = step_isr_sample(seeker_axis);
 }
 
 CAPTURE_HANDLER(switch_edge,
