@@ -2,6 +2,7 @@
 // Seeks over the fake board: where they stop, what the switch's edge is worth, how they fail.
 #include <stdint.h>
 
+#include "app/round.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 #include "hal/switches.h"
@@ -180,7 +181,7 @@ static void bouncing_switch_counts_from_its_first_edge(void)
     for (uint8_t i = 0; i < 9; i++) {
         fake_switch(0, SWITCH_HOME, i % 2 == 0 ? CLOSED : OPEN);
         fake_pass(700);
-        machine_poll();
+        round_poll();
     }
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     bench_rounds(5);

@@ -68,9 +68,6 @@ static inline struct inputs *machine_inputs(uint8_t axis)
 // Interrupts off; time_check_start() must follow, and interrupts on before an idle period is over.
 void machine_init(void);
 
-// One round: short, never waits. Call again and again.
-void machine_poll(void);
-
 // False when the command is not possible for every axis in the mask; then nothing is done.
 bool machine_do(enum machine_command command, uint8_t mask);
 
@@ -81,6 +78,9 @@ void machine_apply_settings(void);
 // be taken first.
 bool machine_follow(uint8_t axis);
 
+// The same when that is worth the while: where the main loop can lag behind it does.
+void machine_follow_due(uint8_t axis);
+
 // The same at rest, whatever waits: before the account is cut short.
 void machine_account(uint8_t axis);
 
@@ -90,6 +90,7 @@ void machine_discard(uint8_t axis);
 bool machine_moving(void); // any axis armed or running
 bool machine_queued(void); // or any line waiting, whole or in part
 bool machine_clock_present(void);
+uint32_t machine_clock_patience_4us(void); // without an edge, until it is missing
 
 // Latch a fault and stop every axis.
 void machine_fault(enum fault code, uint8_t axis, uint16_t argument);

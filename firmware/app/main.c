@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "app/machine.h"    // machine_*
+#include "app/machine.h"    // machine_init
+#include "app/round.h"      // round_poll
 #include "app/serial.h"     // serial_*
 #include "app/time_check.h" // time_check_start
 #include "hal/clock.h"      // clock_start
@@ -17,7 +18,7 @@ int main(void)
     time_check_start();
     cpu_start_interrupts();
     for (;;) {
-        machine_poll();
+        round_poll();
         cpu_section(CPU_SECTION_SERIAL);
         serial_poll();
     }

@@ -15,12 +15,6 @@ static uint8_t seeker(void)
     return CONFIG_AXES == 1 ? 0 : machine.seek.axis;
 }
 
-void seek_init(void)
-{
-    machine.seek.axis = SEEK_NOBODY;
-    switch_capture_stop();
-}
-
 void seek_begin(uint8_t axis, bool opening)
 {
     bool inverted = (machine.settings.inputs_inverted & 1u) != 0;

@@ -26,8 +26,6 @@ struct seek {
     int32_t position_steps; // at the edge
 };
 
-void seek_init(void);
-
 // The axis's front line is a seek and is about to be armed.
 void seek_begin(uint8_t axis, bool opening);
 

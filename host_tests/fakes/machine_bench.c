@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "app/round.h"
 #include "app/time_check.h"
 #include "fakes/board.h"
 #include "wire/bytes.h"
@@ -37,7 +38,7 @@ void bench_rounds(uint16_t rounds)
 {
     for (; rounds != 0; rounds--) {
         fake_pass(BENCH_ROUND_TICKS);
-        machine_poll();
+        round_poll();
     }
 }
 

@@ -25,7 +25,7 @@ void bench_power_on(void);
 void bench_clock_on(void);
 void bench_clock_off(void);
 
-// Rounds: time passes, then machine_poll().
+// Rounds: time passes, then round_poll().
 void bench_rounds(uint16_t rounds);
 
 // Rounds until the axis is in this state; false: never.

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT
+#include "app/round.h"
+
+#include "app/inputs.h"  // inputs_poll
+#include "app/machine.h" // machine_*
+#include "app/seek.h"    // seek_*
+#include "app/start.h"   // start_on_edge, start_poll
+#include "app/time_check.h"
+#include "hal/clock.h"       // clock_now_4us
+#include "hal/cpu.h"         // cpu_section
+#include "hal/pixel_clock.h" // pixel_clock_take
+#include "hal/step_timer.h"  // step_timer_*
+
+// Steps decoded in one round; a round must stay short beside a serial frame's silence.
+#define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
+#define DECODE_AT_ONCE 120u
+#define DECODE_CALLS   (CONFIG_AXES == 1 ? 1u : 3u)
+// While an axis waits for its release, a moment of a few milliseconds that must not be missed.
+#define DECODE_BUDGET_STARTING 12u
+// Rounds in which every axis's switches are looked at once; an axis that seeks, in every round.
+#define INPUT_TURNS 4u
+
+// An axis's account may lag so many entries behind between its turns, one every so many rounds.
+#define FOLLOW_ENTRIES 64u
+#define TURN_ROUNDS    8u
+
+static uint8_t axis_bit(uint8_t axis)
+{
+    return (uint8_t)(1u << axis);
+}
+
+static void line_finished(struct axis *axis)
+{
+    axis->lines_done++;
+    if (axis->whole_lines != 0) {
+        axis->state = AXIS_LOADED;
+    } else {
+        axis->state = run_queue_fill(&axis->queue) != 0 ? AXIS_LOADING : AXIS_DONE;
+    }
+}
+
+// A running axis that halted or came to the end of its line.
+static void supervise_running(uint8_t i)
+{
+    struct axis *axis = machine_axis(i);
+
+    if (step_timer_state(i) == STEP_ENGINE_HALTED) {
+        machine_fault(axis->dry ? FAULT_starved : FAULT_decoder_late, i, 0);
+    } else if (!axis->in_line && axis_ring_fill(axis) == 0 &&
+               step_timer_state(i) == STEP_ENGINE_IDLE) {
+        machine.clocked &= (uint8_t)~axis_bit(i);
+        line_finished(axis);
+    }
+}
+
+static void supervise(uint8_t i)
+{
+    if (machine_axis(i)->state == AXIS_RUNNING) {
+        supervise_running(i);
+    }
+    if ((machine.stopping & axis_bit(i)) != 0 &&
+        step_timer_state(i) != STEP_ENGINE_IN_LINE) {
+        machine.stopping &= (uint8_t)~axis_bit(i);
+        machine_discard(i);
+    }
+}
+
+static void take_underruns(void)
+{
+    for (uint8_t i = 0; step_timer_underrun() && i < CONFIG_AXES; i++) {
+        if (step_timer_take_underrun(i)) {
+            machine_underrun(i);
+        }
+    }
+}
+
+// Now and then one axis after the other; out of turn where much has happened: a look costs more
+// than what there is to see after a few steps.
+static void follow_in_turn(void)
+{
+    uint8_t due = CONFIG_AXES;
+
+    machine.turn++;
+    if (machine.turn % TURN_ROUNDS == 0) {
+        due = machine.turn / TURN_ROUNDS % CONFIG_AXES;
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        const struct axis *axis = machine_axis(i);
+        uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
+        if (i == due || (CONFIG_AXES > 1 && axis->awaits_run) ||
+            behind >= FOLLOW_ENTRIES) {
+            machine_follow_due(i);
+        }
+    }
+}
+
+// Pixels are counted from a line's own zero: only lines that share the reference's may take its
+// error.
+static void note_edge_error(uint32_t pixel)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (machine_axis(i)->zero_ticks == machine.watch.zero_ticks) {
+            ledger_note_edge_error(
+                &machine_axis(i)->ledger, pixel, machine.watch.error_ticks);
+        }
+    }
+}
+
+static void take_capture(void)
+{
+    struct axis *axis = machine_axis(CONFIG_PIXEL_CLOCK_AXIS);
+    struct pixel_capture capture;
+    uint32_t pixel = 0;
+    bool lost = false;
+
+    if (!pixel_clock_take(&capture, &lost)) {
+        return;
+    }
+    // A command may have had the axis accounted for meanwhile, or its switch was captured too and
+    // it is not known which was first: the next edge will do.
+    if (ledger_has_passed(&axis->ledger, &capture.sample) ||
+        (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
+        machine.edge_seen_4us = clock_now_4us();
+        return;
+    }
+    ledger_follow(&axis->ledger, &axis->feed, &capture.sample);
+    uint32_t edge_ticks = ledger_period_start(&axis->ledger, &axis->feed, capture.back) +
+                          capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    machine.edge_seen_4us = clock_now_4us();
+    if (clock_watch_edge(&machine.watch, edge_ticks, &pixel)) {
+        note_edge_error(pixel);
+    }
+    if (lost && machine.clocked != 0) {
+        machine_fault(FAULT_clock_edge_lost, CONFIG_PIXEL_CLOCK_AXIS, 0);
+        return;
+    }
+    start_on_edge(edge_ticks);
+}
+
+static void watch_clock(void)
+{
+    if (machine.clocked != 0 &&
+        clock_now_4us() - machine.edge_seen_4us > machine_clock_patience_4us()) {
+        uint8_t axis = 0;
+        while ((machine.clocked & axis_bit(axis)) == 0) {
+            axis++;
+        }
+        machine_fault(FAULT_pixel_clock_missing, axis, 0);
+    }
+}
+
+// One axis's switches after the other, as often on every board.
+static void poll_inputs(void)
+{
+    uint8_t turn = machine.turn % INPUT_TURNS;
+
+    if (turn < CONFIG_AXES) {
+        inputs_poll(turn);
+    }
+    seek_poll();
+}
+
+// The axis nearest to starving; CONFIG_AXES when all are decoded.
+static uint8_t neediest(void)
+{
+    uint8_t found = CONFIG_AXES;
+    uint32_t least = UINT32_MAX;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (!axis_decoded(machine_axis(i))) {
+            uint32_t ahead = axis_ahead_ticks(machine_axis(i));
+            if (ahead < least) {
+                least = ahead;
+                found = i;
+            }
+        }
+    }
+    return found;
+}
+
+// What axis i leaves of the budget.
+static uint8_t decode(uint8_t i, uint8_t budget)
+{
+    struct axis *axis = machine_axis(i);
+
+    machine_follow_due(i);
+    cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
+    budget =
+        axis_decode(axis, &machine.period, machine.settings.backlash_policy == 0, budget);
+    cpu_section(CPU_SECTION_ROUND);
+    return budget;
+}
+
+// The axis nearest to starving is served first, and again while no other is nearer.
+static void decode_neediest(void)
+{
+    uint8_t left = machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET;
+
+    for (uint8_t calls = DECODE_CALLS; calls != 0 && left != 0; calls--) {
+        uint8_t i = neediest();
+        if (i == CONFIG_AXES) {
+            return;
+        }
+        uint8_t once = left < DECODE_AT_ONCE ? left : DECODE_AT_ONCE;
+        left = (uint8_t)(left - once + decode(i, once));
+    }
+}
+
+void round_poll(void)
+{
+    cpu_section(CPU_SECTION_ROUND);
+    if (!seek_has_clock_input()) {
+        take_capture();
+    }
+    take_underruns();
+    follow_in_turn();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        supervise(i);
+    }
+    // Where the waits of one axis add up to less than its shortest interval nothing can lag.
+    if (CONFIG_AXES > 1) {
+        time_check_poll();
+    }
+    poll_inputs();
+    start_poll();
+    watch_clock();
+    decode_neediest();
+}

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+// What the main loop does for the motion, round by round: take captured edges, follow the step
+// interrupts, watch, start, decode for the axis nearest to starving.
+#pragma once
+
+// One round: short, never waits. Call again and again.
+void round_poll(void);
