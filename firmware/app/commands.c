@@ -4,7 +4,7 @@
 #include "app/start.h" // start_now
 #include "app/time_check.h"
 #include "hal/clock.h"       // clock_now_4us
-#include "hal/pixel_clock.h" // pixel_clock_take
+#include "hal/pixel_clock.h" // pixel_clock_drop
 #include "hal/step_timer.h"  // step_timer_*
 
 typedef bool (*axis_test)(const struct axis *axis);
@@ -131,9 +131,6 @@ static void disable(uint8_t i)
 // Timers and ledgers agree again; positions are kept.
 static void restart_time(void)
 {
-    struct pixel_capture edge;
-    bool lost = false;
-
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         machine_account(i);
     }
@@ -143,7 +140,7 @@ static void restart_time(void)
         ledger_restart(&machine_axis(i)->ledger, STEP_IDLE_TICKS);
     }
     // A clock edge that waits is of the time before.
-    (void)pixel_clock_take(&edge, &lost);
+    (void)pixel_clock_drop();
     machine.watch.following = false;
     machine.time_lost = false;
 }

@@ -8,11 +8,15 @@
 #define US_PER_UNIT 4u
 #define LIMITS      (SWITCH_LIMIT_MINUS | SWITCH_LIMIT_PLUS)
 
+bool inputs_home_inverted(void)
+{
+    return (machine.settings.inputs_inverted & 1u) != 0;
+}
+
 static uint8_t tripped_levels(void)
 {
-    uint8_t inverted = (uint8_t)machine.settings.inputs_inverted;
-    uint8_t home = (inverted & 1u) != 0 ? SWITCH_HOME : 0;
-    uint8_t limits = (inverted & 2u) != 0 ? LIMITS : 0;
+    uint8_t home = inputs_home_inverted() ? SWITCH_HOME : 0;
+    uint8_t limits = (machine.settings.inputs_inverted & 2u) != 0 ? LIMITS : 0;
 
     return (uint8_t)(home | limits);
 }
@@ -21,6 +25,11 @@ static bool lasted(uint16_t now_4us, uint16_t since_4us)
 {
     return (uint16_t)(now_4us - since_4us) >
            machine.settings.input_filter_us / US_PER_UNIT;
+}
+
+bool inputs_lasted(uint16_t since_4us)
+{
+    return lasted((uint16_t)clock_now_4us(), since_4us);
 }
 
 // Each switch for itself: one that chatters must not hide another. The switches whose filtered
@@ -89,7 +98,7 @@ bool inputs_settled(uint8_t axis)
     const struct inputs *inputs = machine_inputs(axis);
 
     return ((inputs->seen ^ inputs->state) & SWITCH_HOME) == 0 &&
-           lasted((uint16_t)clock_now_4us(), inputs->since_4us[0]);
+           inputs_lasted(inputs->since_4us[0]);
 }
 
 uint16_t inputs_all(void)

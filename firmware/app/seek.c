@@ -7,8 +7,6 @@
 #include "hal/step_timer.h" // STEP_TIMER_EDGE_TICKS
 #include "hal/switches.h"   // switch_capture_*
 
-#define US_PER_UNIT 4u
-
 // The axis that seeks.
 static uint8_t seeker(void)
 {
@@ -17,8 +15,6 @@ static uint8_t seeker(void)
 
 void seek_begin(uint8_t axis, bool opening)
 {
-    bool inverted = (machine.settings.inputs_inverted & 1u) != 0;
-
     machine.seek = (struct seek){
         .axis = axis,
         .opening = opening,
@@ -28,7 +24,7 @@ void seek_begin(uint8_t axis, bool opening)
     if (CONFIG_AXES == 1) {
         machine.watch.following = false; // the clock's edges are not seen meanwhile
     }
-    switch_capture_start(axis, opening != inverted);
+    switch_capture_start(axis, opening != inputs_home_inverted());
 }
 
 // Where the axis was at the edge. Both axes are followed exactly as far as when it was captured, so
@@ -56,10 +52,7 @@ static void note_edge(struct seek *seek, const struct switch_capture *capture)
 // be placed once the account has come to that one.
 static void drop_clock_edge(void)
 {
-    struct pixel_capture edge;
-    bool lost = false;
-
-    if (pixel_clock_take(&edge, &lost)) {
+    if (pixel_clock_drop()) {
         machine.edge_seen_4us = clock_now_4us();
     }
 }
@@ -94,16 +87,14 @@ static void take_edge(struct seek *seek)
 
 static void look(struct seek *seek)
 {
-    uint16_t patience_4us = machine.settings.input_filter_us / US_PER_UNIT;
-    uint16_t since_4us = (uint16_t)((uint16_t)clock_now_4us() - seek->captured_4us);
-
     if (inputs_home_closed(seeker()) != seek->opening) {
         seek->trip_code = TRIP_ALREADY;
         if (seek->captured) {
             seek->trip_code = seek->opening ? TRIP_OPENED : TRIP_CLOSED;
         }
         line_trip(&machine_axis(seeker())->line);
-    } else if (seek->captured && since_4us > patience_4us && inputs_settled(seeker())) {
+    } else if (seek->captured && inputs_lasted(seek->captured_4us) &&
+               inputs_settled(seeker())) {
         seek->captured = false; // a disturbance: the switch is as it was
     }
 }

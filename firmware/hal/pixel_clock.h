@@ -23,3 +23,12 @@ bool pixel_clock_waiting(void);
 
 // The oldest capture not yet taken; *lost: another came before it was taken.
 bool pixel_clock_take(struct pixel_capture *capture, bool *lost);
+
+// The same for an edge that is of no use; false when there was none.
+static inline bool pixel_clock_drop(void)
+{
+    struct pixel_capture edge;
+    bool lost = false;
+
+    return pixel_clock_take(&edge, &lost);
+}

@@ -40,7 +40,7 @@ uint8_t switches_read(uint8_t axis)
 
 #if defined(CONFIG_BOARD_UNO)
 // The one timer's capture serves the switch or the pixel clock.
-static bool take_edge(struct switch_capture *capture)
+bool switch_capture_take(struct switch_capture *capture)
 {
     bool lost = false;
     bool taken = pixel_clock_take(&capture->edge, &lost);
@@ -76,7 +76,7 @@ CAPTURE_HANDLER(switch_edge,
                 CAPTURE_SWITCH_OVERRUN,
                 note_seeker())
 
-static bool take_edge(struct switch_capture *capture)
+bool switch_capture_take(struct switch_capture *capture)
 {
     bool taken = capture_take(&switch_edge, &capture->edge, CAPTURE_SWITCH_BUSY);
 
@@ -100,11 +100,6 @@ bool switch_capture_waiting(void)
 }
 #endif
 
-bool switch_capture_take(struct switch_capture *capture)
-{
-    return take_edge(capture);
-}
-
 // Choosing input and edge can make an edge of its own: what was captured before the comparator's
 // and the capture's own stages have settled is forgotten.
 #define SETTLE_LOOPS 6 // of three cycles
@@ -119,7 +114,7 @@ static void choose(uint8_t axis, uint8_t comparator, bool rising)
     TCCR1B = (uint8_t)(rising ? TCCR1B | _BV(ICES1) : TCCR1B & ~_BV(ICES1));
     _delay_loop_1(SETTLE_LOOPS);
     listen(axis, (comparator & _BV(ACIC)) != 0);
-    (void)take_edge(&stale);
+    (void)switch_capture_take(&stale);
 }
 
 // The pin is compared with the bandgap reference: above it the comparator's output is low.
