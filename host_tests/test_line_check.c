@@ -1,79 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Every refusal and every warning, with the pixel it names.
-#include <stdint.h>
-
+// Every refusal and every warning, with the pixel it names; reversals and seeks: test_line_turns.c.
 #include "fakes/worked_example.h"
-#include "motion/line_check.h"
-#include "unity.h"
-
-#define SMOOTH ((uint16_t)(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT))
-#define PLAIN  ((uint16_t)(RUN_MARK_START | RUN_START_WAIT))
-#define SEEK   ((uint16_t)(RUN_MARK_START | RUN_START_SEEK))
-
-static struct line_check check;
-static struct line_limits limits;
-static uint32_t warning_pixel; // of the run that brought the warning
-
-void setUp(void)
-{
-    line_check_reset(&check);
-    limits = (struct line_limits){
-        .pixel_ticks = 533333uL,
-        .min_interval_ticks = 400,
-        .smooth_min_interval_ticks = 400,
-        .reversal_min_ticks = 1664,
-    };
-}
-
-void tearDown(void)
-{
-}
-
-static enum line_error entry(int16_t count, uint16_t repeat)
-{
-    uint32_t pixel = check.pixel + 1u;
-    uint8_t warning = check.warning;
-    enum line_error error =
-        line_check_entry(&check, &limits, (struct run){count, repeat});
-
-    if (check.warning != warning) {
-        warning_pixel = pixel;
-    }
-    return error;
-}
-
-static void taken(int16_t count, uint16_t repeat)
-{
-    TEST_ASSERT_EQUAL(LINE_none, entry(count, repeat));
-}
-
-static void refused(enum line_error error, uint32_t pixel, int16_t count, uint16_t repeat)
-{
-    TEST_ASSERT_EQUAL(error, entry(count, repeat));
-    TEST_ASSERT_EQUAL_UINT32(pixel, check.pixel + 1u);
-}
-
-static void begin(uint16_t mark, uint16_t backlash, uint16_t speed)
-{
-    taken((int16_t)mark, 0);
-    taken((int16_t)backlash, speed);
-}
-
-static void begin_smooth(void)
-{
-    begin(SMOOTH, 0, 0);
-}
-
-static void begin_plain(void)
-{
-    begin(PLAIN, 0, 0);
-}
-
-static void ends(void)
-{
-    taken(RUN_MARK_END, 0);
-    TEST_ASSERT_EQUAL(LINE_CHECK_OUTSIDE, check.phase);
-}
+#include "line_checking.h"
 
 static void worked_example_is_fine(void)
 {
@@ -283,165 +211,6 @@ static void negative_count(void)
     refused(LINE_negative_count, 1, -4, 1);
 }
 
-static void reversal_too_fast(void)
-{
-    begin_plain();
-    taken(700, 2);
-    taken(-320, 1);
-    refused(LINE_reversal_too_fast, 4, 321, 1);
-}
-
-static void slow_pixel_between_makes_the_reversal_possible(void)
-{
-    begin_plain();
-    taken(700, 2);
-    taken(0, 1);
-    taken(-700, 1);
-    ends();
-}
-
-// A chained line follows the one before it without a gap, so its direction counts too.
-static void reversal_into_a_chained_line(void)
-{
-    begin_plain();
-    taken(700, 1);
-    ends();
-    begin(RUN_MARK_START, 0, 0);
-    refused(LINE_reversal_too_fast, 1, -321, 1);
-}
-
-static void reversal_into_a_line_that_waits(void)
-{
-    begin_plain();
-    taken(700, 1);
-    ends();
-    begin_plain();
-    taken(-700, 1);
-    ends();
-}
-
-static void reversal_into_a_chained_smooth_line(void)
-{
-    limits.pixel_ticks = 160000uL;
-    limits.reversal_min_ticks = 40000u;
-    begin_plain();
-    taken(100, 1);
-    ends();
-    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
-    taken(16, 1); // its first step comes a quarter of a pixel after the start
-    setUp();
-    limits.pixel_ticks = 160000uL;
-    limits.reversal_min_ticks = 40001u;
-    begin_plain();
-    taken(100, 1);
-    ends();
-    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
-    refused(LINE_reversal_too_fast, 1, 16, 1);
-}
-
-static void reversal_needs_a_ramp_above_the_start_stop_speed(void)
-{
-    limits.start_stop_steps = 20;
-    begin_plain();
-    taken(20, 2);
-    taken(-20, 1);
-    taken(-40, 1);
-    taken(-20, 1);
-    refused(LINE_reversal_without_ramp, 6, 21, 1);
-    setUp();
-    limits.start_stop_steps = 20;
-    begin_plain();
-    taken(21, 1);
-    refused(LINE_reversal_without_ramp, 2, -1, 1);
-}
-
-static void a_rest_or_no_limit_lets_any_reversal_pass(void)
-{
-    limits.start_stop_steps = 20;
-    begin_plain();
-    taken(300, 1);
-    taken(0, 1);
-    taken(-300, 1);
-    ends();
-    setUp();
-    begin_plain();
-    taken(300, 1);
-    taken(-300, 1);
-    ends();
-}
-
-static void seek_may_be_smooth_but_takes_up_no_backlash(void)
-{
-    begin(SEEK | RUN_START_SMOOTH, 0, 0);
-    taken(4, 1);
-    taken(8, 100);
-    taken(RUN_MARK_DOWN, 0);
-    taken(4, 1);
-    ends();
-    taken((int16_t)(SEEK | RUN_START_SMOOTH), 0);
-    refused(LINE_backlash_plain, 1, 4, 8);
-}
-
-static void seek_needs_one_down_mark(void)
-{
-    begin(SEEK, 0, 0);
-    taken(3, 100);
-    taken(RUN_MARK_DOWN, 0);
-    taken(1, 1);
-    ends();
-    begin(SEEK | RUN_START_OPEN, 0, 0);
-    taken(-3, 100);
-    refused(LINE_malformed, 101, RUN_MARK_END, 0);
-    setUp();
-    begin(SEEK, 0, 0);
-    taken(RUN_MARK_DOWN, 0);
-    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
-    setUp();
-    begin_plain();
-    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
-}
-
-static void seek_does_not_wait(void)
-{
-    refused(LINE_malformed, 1, (int16_t)(SEEK | RUN_START_WAIT), 0);
-    setUp();
-    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | RUN_START_OPEN), 0);
-}
-
-// When it trips its runs become neighbours that were none, rests between them are left out.
-static void seek_goes_one_way(void)
-{
-    begin(SEEK, 0, 0);
-    taken(3, 1);
-    taken(0, 100);
-    refused(LINE_seek_reverses, 102, -3, 1);
-    setUp();
-    begin(SEEK, 0, 0);
-    taken(-3, 1);
-    taken(RUN_MARK_DOWN, 0);
-    refused(LINE_seek_reverses, 2, 1, 1);
-    setUp();
-    begin_plain();
-    taken(3, 1);
-    ends();
-    begin(SEEK, 0, 0); // whatever came before
-    taken(-300, 1);
-}
-
-// Its switch's edge must be placed among the steps.
-static void seek_keeps_the_longer_intervals(void)
-{
-    limits.min_interval_ticks = 200;
-    begin_plain();
-    taken(533333 / 200, 1);
-    setUp();
-    limits.min_interval_ticks = 200;
-    limits.seek_min_interval_ticks = 400;
-    begin(SEEK, 0, 0);
-    taken(533333 / 400, 1);
-    refused(LINE_too_fast, 2, 533333 / 400 + 1, 1);
-}
-
 static void start_mark_missing(void)
 {
     refused(LINE_malformed, 1, 4, 1);
@@ -529,21 +298,9 @@ static void pixels_count_beyond_16_bits(void)
     refused(LINE_out_of_range, 131071uL, 20000, 1);
 }
 
-static void reversals_and_seeks(void)
-{
-    RUN_TEST(reversal_needs_a_ramp_above_the_start_stop_speed);
-    RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
-    RUN_TEST(seek_needs_one_down_mark);
-    RUN_TEST(seek_does_not_wait);
-    RUN_TEST(seek_may_be_smooth_but_takes_up_no_backlash);
-    RUN_TEST(seek_goes_one_way);
-    RUN_TEST(seek_keeps_the_longer_intervals);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
-    reversals_and_seeks();
     RUN_TEST(worked_example_is_fine);
     RUN_TEST(empty_line_is_fine);
     RUN_TEST(odd_line_speed);
@@ -568,11 +325,6 @@ int main(void)
     RUN_TEST(deceleration_limit);
     RUN_TEST(zero_while_moving);
     RUN_TEST(negative_count);
-    RUN_TEST(reversal_too_fast);
-    RUN_TEST(slow_pixel_between_makes_the_reversal_possible);
-    RUN_TEST(reversal_into_a_chained_line);
-    RUN_TEST(reversal_into_a_line_that_waits);
-    RUN_TEST(reversal_into_a_chained_smooth_line);
     RUN_TEST(start_mark_missing);
     RUN_TEST(unknown_flags);
     RUN_TEST(mark_inside_a_line);

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep docs`: the generated tables of the documentation."""
 
+from collections.abc import Callable
+
 import click
 
 from pixstep import docs, filesdoc, progress
@@ -13,33 +15,6 @@ _write = click.option("--write", type=FILE, help="Rewrite the table in FILE betw
 @click.group("docs")
 def docs_group() -> None:
     """Tables generated from the firmware's own tables."""
-
-
-@docs_group.command()
-@_check
-@_write
-@click.pass_context
-def protocol(ctx, check, write):
-    """Register map, faults and line errors, for docs/PROTOCOL.md."""
-    _deliver(ctx, "protocol", docs.protocol(), check, write)
-
-
-@docs_group.command()
-@_check
-@_write
-@click.pass_context
-def wiring(ctx, check, write):
-    """Pin tables of the boards, for docs/WIRING.md."""
-    _deliver(ctx, "wiring", docs.wiring(), check, write)
-
-
-@docs_group.command()
-@_check
-@_write
-@click.pass_context
-def files(ctx, check, write):
-    """Meanings, messages, bytes of a CSB and listings, for docs/FILES.md."""
-    _deliver(ctx, "files", filesdoc.files(), check, write)
 
 
 @docs_group.command()
@@ -79,5 +54,24 @@ def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:
         return
     click.echo(docs.marked(name, content), nl=False)
 
+
+def _add_table(name: str, make: Callable[[], str], text: str) -> None:
+    """Add the command that delivers one generated part."""
+
+    @docs_group.command(name, help=text)
+    @_check
+    @_write
+    @click.pass_context
+    def table(ctx, check, write):
+        _deliver(ctx, name, make(), check, write)
+
+
+_add_table("protocol", docs.protocol, "Register map, faults and line errors, for docs/PROTOCOL.md.")
+_add_table("wiring", docs.wiring, "Pin tables of the boards, for docs/WIRING.md.")
+_add_table(
+    "files",
+    filesdoc.files,
+    "Meanings, messages, bytes of a CSB and listings, for docs/FILES.md.",
+)
 
 COMMANDS = (docs_group,)

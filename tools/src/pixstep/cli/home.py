@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep home sim`: homing on a simulated board with a load and its switches."""
 
-import json
 from pathlib import Path
 
 import click
@@ -18,6 +17,7 @@ from pixstep.cli.options import (
     raw_option,
     say,
 )
+from pixstep.cli.results import deliver
 from pixstep.lines.line import PLAIN
 from pixstep.moves import accel, homesim, hometask, legs
 from pixstep.profiles import names
@@ -97,13 +97,7 @@ def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
     job = _job(read, options)
     with progress.shown("homing") as show:
         summary = hometask.simulate(job, out, plot=plot, progress=show)
-    if as_json:
-        click.echo(json.dumps(summary, indent=2))
-    else:
-        console = Console(highlight=False)
-        _print_page(console, summary)
-        report.print_files(console, out)
-    ctx.exit(0 if summary["verdict"] == "pass" else 1)
+    ctx.exit(deliver(summary, out, _print_page, as_json=as_json))
 
 
 def _motor_decode(profile: Path) -> str:

@@ -9,6 +9,7 @@ from rich.console import Console
 from pixstep import formats, progress
 from pixstep.board import boards
 from pixstep.cli.options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
+from pixstep.cli.results import deliver
 from pixstep.errors import UserError
 from pixstep.moves import accel, fast, fastsim, fasttask
 from pixstep.simulation import report
@@ -83,19 +84,16 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
     job = _job(options, board, axis)
     with progress.shown("moving") as show:
         done = fasttask.simulate(job, out, plot=plot, progress=show)
-    summary = done.judged.summary
-    if as_json:
-        click.echo(json.dumps(summary, indent=2))
-    else:
-        console = Console(highlight=False)
+
+    def page(console: Console, summary: dict) -> None:
         report.print_page(console, summary)
         click.echo(_headline(job))
         click.echo(
             f"ends at {_known(summary['move']['position_register_steps'])} by the board's position "
             f"register, {summary['move']['counted_steps']} by the simulator's count of STEP edges"
         )
-        report.print_files(console, out)
-    ctx.exit(report.exit_status(done.judged.summary))
+
+    ctx.exit(deliver(done.judged.summary, out, page, as_json=as_json))
 
 
 def _job(options: dict, board: str = "", axis: int = 0) -> fastsim.MoveJob:

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep sim`, `pixstep demo` and `pixstep campaign`: lines on a simulated board, judged."""
 
-import json
 from pathlib import Path
 
 import click
@@ -18,6 +17,7 @@ from pixstep.cli.options import (
     pixel_hz_option,
     raw_option,
 )
+from pixstep.cli.results import deliver
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
@@ -97,13 +97,7 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)
-    if as_json:
-        click.echo(json.dumps(judged.summary, indent=2))
-    else:
-        console = Console(highlight=False)
-        report.print_page(console, judged.summary)
-        report.print_files(console, out)
-    ctx.exit(report.exit_status(judged.summary))
+    ctx.exit(deliver(judged.summary, out, report.print_page, as_json=as_json))
 
 
 @click.command("demo")

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// For suites of motion/line_check.h: a check with limits, entries taken or refused.
+#pragma once
+
+#include <stdint.h>
+
+#include "motion/line_check.h"
+#include "unity.h"
+
+#define SMOOTH ((uint16_t)(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT))
+#define PLAIN  ((uint16_t)(RUN_MARK_START | RUN_START_WAIT))
+#define SEEK   ((uint16_t)(RUN_MARK_START | RUN_START_SEEK))
+
+static struct line_check check;
+static struct line_limits limits;
+static uint32_t warning_pixel; // of the run that brought the warning
+
+void setUp(void)
+{
+    line_check_reset(&check);
+    limits = (struct line_limits){
+        .pixel_ticks = 533333uL,
+        .min_interval_ticks = 400,
+        .smooth_min_interval_ticks = 400,
+        .reversal_min_ticks = 1664,
+    };
+}
+
+void tearDown(void)
+{
+}
+
+static inline enum line_error entry(int16_t count, uint16_t repeat)
+{
+    uint32_t pixel = check.pixel + 1u;
+    uint8_t warning = check.warning;
+    enum line_error error =
+        line_check_entry(&check, &limits, (struct run){count, repeat});
+
+    if (check.warning != warning) {
+        warning_pixel = pixel;
+    }
+    return error;
+}
+
+static inline void taken(int16_t count, uint16_t repeat)
+{
+    TEST_ASSERT_EQUAL(LINE_none, entry(count, repeat));
+}
+
+static inline void refused(enum line_error error,
+                           uint32_t pixel,
+                           int16_t count,
+                           uint16_t repeat)
+{
+    TEST_ASSERT_EQUAL(error, entry(count, repeat));
+    TEST_ASSERT_EQUAL_UINT32(pixel, check.pixel + 1u);
+}
+
+static inline void begin(uint16_t mark, uint16_t backlash, uint16_t speed)
+{
+    taken((int16_t)mark, 0);
+    taken((int16_t)backlash, speed);
+}
+
+static inline void begin_smooth(void)
+{
+    begin(SMOOTH, 0, 0);
+}
+
+static inline void begin_plain(void)
+{
+    begin(PLAIN, 0, 0);
+}
+
+static inline void ends(void)
+{
+    taken(RUN_MARK_END, 0);
+    TEST_ASSERT_EQUAL(LINE_CHECK_OUTSIDE, check.phase);
+}

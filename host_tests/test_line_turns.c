@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// The line check where the direction changes, and of seeks, which may not change it.
+#include "line_checking.h"
+
+static void reversal_too_fast(void)
+{
+    begin_plain();
+    taken(700, 2);
+    taken(-320, 1);
+    refused(LINE_reversal_too_fast, 4, 321, 1);
+}
+
+static void slow_pixel_between_makes_the_reversal_possible(void)
+{
+    begin_plain();
+    taken(700, 2);
+    taken(0, 1);
+    taken(-700, 1);
+    ends();
+}
+
+// A chained line follows the one before it without a gap, so its direction counts too.
+static void reversal_into_a_chained_line(void)
+{
+    begin_plain();
+    taken(700, 1);
+    ends();
+    begin(RUN_MARK_START, 0, 0);
+    refused(LINE_reversal_too_fast, 1, -321, 1);
+}
+
+static void reversal_into_a_line_that_waits(void)
+{
+    begin_plain();
+    taken(700, 1);
+    ends();
+    begin_plain();
+    taken(-700, 1);
+    ends();
+}
+
+static void reversal_into_a_chained_smooth_line(void)
+{
+    limits.pixel_ticks = 160000uL;
+    limits.reversal_min_ticks = 40000u;
+    begin_plain();
+    taken(100, 1);
+    ends();
+    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
+    taken(16, 1); // its first step comes a quarter of a pixel after the start
+    setUp();
+    limits.pixel_ticks = 160000uL;
+    limits.reversal_min_ticks = 40001u;
+    begin_plain();
+    taken(100, 1);
+    ends();
+    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
+    refused(LINE_reversal_too_fast, 1, 16, 1);
+}
+
+static void reversal_needs_a_ramp_above_the_start_stop_speed(void)
+{
+    limits.start_stop_steps = 20;
+    begin_plain();
+    taken(20, 2);
+    taken(-20, 1);
+    taken(-40, 1);
+    taken(-20, 1);
+    refused(LINE_reversal_without_ramp, 6, 21, 1);
+    setUp();
+    limits.start_stop_steps = 20;
+    begin_plain();
+    taken(21, 1);
+    refused(LINE_reversal_without_ramp, 2, -1, 1);
+}
+
+static void a_rest_or_no_limit_lets_any_reversal_pass(void)
+{
+    limits.start_stop_steps = 20;
+    begin_plain();
+    taken(300, 1);
+    taken(0, 1);
+    taken(-300, 1);
+    ends();
+    setUp();
+    begin_plain();
+    taken(300, 1);
+    taken(-300, 1);
+    ends();
+}
+
+static void seek_may_be_smooth_but_takes_up_no_backlash(void)
+{
+    begin(SEEK | RUN_START_SMOOTH, 0, 0);
+    taken(4, 1);
+    taken(8, 100);
+    taken(RUN_MARK_DOWN, 0);
+    taken(4, 1);
+    ends();
+    taken((int16_t)(SEEK | RUN_START_SMOOTH), 0);
+    refused(LINE_backlash_plain, 1, 4, 8);
+}
+
+static void seek_needs_one_down_mark(void)
+{
+    begin(SEEK, 0, 0);
+    taken(3, 100);
+    taken(RUN_MARK_DOWN, 0);
+    taken(1, 1);
+    ends();
+    begin(SEEK | RUN_START_OPEN, 0, 0);
+    taken(-3, 100);
+    refused(LINE_malformed, 101, RUN_MARK_END, 0);
+    setUp();
+    begin(SEEK, 0, 0);
+    taken(RUN_MARK_DOWN, 0);
+    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
+    setUp();
+    begin_plain();
+    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
+}
+
+static void seek_does_not_wait(void)
+{
+    refused(LINE_malformed, 1, (int16_t)(SEEK | RUN_START_WAIT), 0);
+    setUp();
+    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | RUN_START_OPEN), 0);
+}
+
+// When it trips its runs become neighbours that were none, rests between them are left out.
+static void seek_goes_one_way(void)
+{
+    begin(SEEK, 0, 0);
+    taken(3, 1);
+    taken(0, 100);
+    refused(LINE_seek_reverses, 102, -3, 1);
+    setUp();
+    begin(SEEK, 0, 0);
+    taken(-3, 1);
+    taken(RUN_MARK_DOWN, 0);
+    refused(LINE_seek_reverses, 2, 1, 1);
+    setUp();
+    begin_plain();
+    taken(3, 1);
+    ends();
+    begin(SEEK, 0, 0); // whatever came before
+    taken(-300, 1);
+}
+
+// Its switch's edge must be placed among the steps.
+static void seek_keeps_the_longer_intervals(void)
+{
+    limits.min_interval_ticks = 200;
+    begin_plain();
+    taken(533333 / 200, 1);
+    setUp();
+    limits.min_interval_ticks = 200;
+    limits.seek_min_interval_ticks = 400;
+    begin(SEEK, 0, 0);
+    taken(533333 / 400, 1);
+    refused(LINE_too_fast, 2, 533333 / 400 + 1, 1);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(reversal_too_fast);
+    RUN_TEST(slow_pixel_between_makes_the_reversal_possible);
+    RUN_TEST(reversal_into_a_chained_line);
+    RUN_TEST(reversal_into_a_line_that_waits);
+    RUN_TEST(reversal_into_a_chained_smooth_line);
+    RUN_TEST(reversal_needs_a_ramp_above_the_start_stop_speed);
+    RUN_TEST(a_rest_or_no_limit_lets_any_reversal_pass);
+    RUN_TEST(seek_may_be_smooth_but_takes_up_no_backlash);
+    RUN_TEST(seek_needs_one_down_mark);
+    RUN_TEST(seek_does_not_wait);
+    RUN_TEST(seek_goes_one_way);
+    RUN_TEST(seek_keeps_the_longer_intervals);
+    return UNITY_END();
+}

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: MIT
+"""What a simulated run says at its end."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+from pixstep.simulation import report
+
+
+def deliver(
+    summary: dict, out: Path, page: Callable[[Console, dict], None], *, as_json: bool
+) -> int:
+    """Print a summary as JSON, or its page and the files in `out`; return the exit status."""
+    if as_json:
+        click.echo(json.dumps(summary, indent=2))
+    else:
+        console = Console(highlight=False)
+        page(console, summary)
+        report.print_files(console, out)
+    return report.exit_status(summary)
