@@ -48,9 +48,10 @@ def _figure(run: HomeRun, verdict: str) -> Figure:
     figure.text(0.012, 0.948, _subtitle(run, verdict), fontsize=9.5, color=FAINT, va="top")
     place, speed = panels["place"], panels["speed"]
     speed.sharex(place)
+    origin_s = run.legs[0].began_s
     for leg in run.legs:
-        _draw_place(place, run, leg)
-        _draw_speed(speed, run, leg)
+        _draw_place(place, run, leg, origin_s)
+        _draw_speed(speed, run, leg, origin_s)
     _finish_place(place, run)
     _finish_speed(speed, run)
     if run.homed:
@@ -58,27 +59,22 @@ def _figure(run: HomeRun, verdict: str) -> Figure:
     return figure
 
 
-def _origin_s(run: HomeRun) -> float:
-    """Return when the first leg began."""
-    return run.legs[0].began_s
-
-
-def _course(run: HomeRun, leg: Leg) -> tuple[np.ndarray, np.ndarray]:
+def _course(run: HomeRun, leg: Leg, origin_s: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the times (s) and the motor's places in the plant's steps at a leg's STEP edges."""
     edges = leg_edges(run.edges, leg)
     rising, signs = edges.rising, edges.directions()
     first = int(np.searchsorted(run.edges.rising, rising[0])) if len(rising) else 0
     before = run.job.knob("start") + int(run.edges.directions()[:first].sum())
-    return rising / TIMER_HZ - _origin_s(run), before + np.cumsum(signs)
+    return rising / TIMER_HZ - origin_s, before + np.cumsum(signs)
 
 
-def _draw_place(axes: Axes, run: HomeRun, leg: Leg, width: float = 2.2) -> None:
-    times, places = _course(run, leg)
+def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_s: float, width: float = 2.2) -> None:
+    times, places = _course(run, leg, origin_s)
     if len(times):
         axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
     edges = switch_edges(run, leg) if leg.trip else []
     if edges:
-        when = edges[0] / TIMER_HZ - _origin_s(run)
+        when = edges[0] / TIMER_HZ - origin_s
         made = int(np.searchsorted(times, when + 1 / TIMER_HZ)) - 1
         marker, _ = _MARKERS[leg.trip.code]
         axes.plot(
@@ -86,8 +82,8 @@ def _draw_place(axes: Axes, run: HomeRun, leg: Leg, width: float = 2.2) -> None:
         )
 
 
-def _draw_speed(axes: Axes, run: HomeRun, leg: Leg) -> None:
-    times, _ = _course(run, leg)
+def _draw_speed(axes: Axes, run: HomeRun, leg: Leg, origin_s: float) -> None:
+    times, _ = _course(run, leg, origin_s)
     if len(times) < 2:
         return
     signs = leg_edges(run.edges, leg).directions()
@@ -184,21 +180,28 @@ def _limits(axes: Axes, run: HomeRun) -> None:
     axes.set_ylim(bottom, top)
 
 
+def _counting_edge_s(run: HomeRun) -> float:
+    """Return when the last captured edge came: the one that became position 0."""
+    leg = [leg for leg in run.legs if leg.trip][-1]
+    return switch_edges(run, leg)[0] / TIMER_HZ
+
+
 def _draw_near(axes: Axes, run: HomeRun) -> None:
     """Draw the legs around the edge that counts, step by step."""
     shown = [leg for leg in run.legs if leg.name in _FINAL and leg.steps]
+    origin_s = _counting_edge_s(run)
     for leg in shown:
-        times, places = _course(run, leg)
+        times, places = _course(run, leg, origin_s)
         axes.step(times, places, where="post", color=COLOURS[leg.name], lw=1.8)
         axes.plot(times, places, ".", ms=4, color=COLOURS[leg.name])
-        _draw_place(axes, run, leg, width=0)
+        _draw_place(axes, run, leg, origin_s, width=0)
     axes.set_title("The edge that counts, every dot one step")
-    axes.set_xlabel("seconds after the start")
+    axes.set_xlabel("seconds from that edge")
     axes.yaxis.set_major_formatter(thousands)
     axes.margins(y=0.08)
     _switch(axes, run)
     if shown:
-        times, places = _course(run, shown[-1])
+        times, places = _course(run, shown[-1], origin_s)
         axes.plot(times[-1:], places[-1:], "o", ms=8, mfc="white", mec=INK, mew=1.5, zorder=7)
         axes.annotate(
             f"position {run.homed.position_steps}",

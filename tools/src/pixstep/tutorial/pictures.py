@@ -8,11 +8,11 @@ import numpy as np
 
 MAX_BYTES = 150_000
 # Letters of another release of the font library differ at their rims, and what a board does at its
-# own time (a leg of homing begins some milliseconds sooner or later) moves a curve by a hair, half
-# a percent of the picture; another curve or figure differs by more.
+# own time (a leg of homing begins a few milliseconds sooner or later) moves a curve by a pixel or
+# two; another curve, figure or label differs by more.
 _SHADES = 64 / 255
 _SHARE = 0.001
-_HAIR_PX = 8
+_HAIR_PX = 2
 
 
 def difference(shown: Path, made: Path) -> str:
