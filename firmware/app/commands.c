@@ -184,6 +184,11 @@ bool machine_do(enum machine_command command, uint8_t mask)
         return for_axes(mask, resting, disable);
     case COMMAND_ZERO:
         return for_axes(mask, zeroable, seek_zero);
+    case COMMAND_PERMIT_ON:
+    case COMMAND_PERMIT_OFF:
+    case COMMAND_STORE:
+    case COMMAND_DEFAULTS:
+    case COMMAND_GO:
     default:
         return false;
     }

@@ -105,7 +105,8 @@ static uint16_t fault_register(uint16_t address)
     case REG_INPUT_fault_pixel + 1:
         return half(machine.fault.pixel, address != REG_INPUT_fault_pixel);
     case REG_INPUT_fault_mask:
-        return machine.fault.mask;
+    case REG_INPUT_fault_mask_high:
+        return half(machine.fault.mask, address == REG_INPUT_fault_mask);
     default:
         return board_register(address);
     }
@@ -248,6 +249,8 @@ bool data_input_mapped(uint16_t address, uint16_t count)
 
     return inside(address, end, 0, REG_INPUT_trip_ticks + 2) ||
            inside(address, end, REG_AXIS_BASE, AXIS_END) ||
+           inside(
+               address, end, REG_INPUT_fault_mask_high, REG_INPUT_event_capacity + 1) ||
            inside(address, end, REG_RECORD_BASE, RECORD_END);
 }
 

@@ -113,7 +113,7 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
         fault->argument = argument;
         fault->pixel = machine_axis(axis)->ledger.pixel + 1u;
     }
-    fault->mask |= (uint16_t)(1uL << (uint8_t)code);
+    fault->mask |= (uint32_t)1 << (uint8_t)code;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         halt_axis(i, AXIS_FAULT);
     }

@@ -24,13 +24,18 @@ enum machine_command {
     COMMAND_ENABLE = 6,
     COMMAND_DISABLE = 7,
     COMMAND_ZERO = 8,
+    COMMAND_PERMIT_ON = 9,
+    COMMAND_PERMIT_OFF = 10,
+    COMMAND_STORE = 11,
+    COMMAND_DEFAULTS = 12,
+    COMMAND_GO = 13,
 };
 
 struct fault_record {
     uint8_t code; // enum fault, the first since the last clear
     uint8_t axis;
     uint16_t argument;
-    uint16_t mask; // bit n: fault n happened
+    uint32_t mask; // bit n: fault n happened
     uint32_t pixel;
 };
 

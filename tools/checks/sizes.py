@@ -29,7 +29,7 @@ class Limits:
 
 # The one table. Flash is the part's, less the Arduino boot loader.
 LIMITS = {
-    "uno": Limits(flash=32_768 - 512, ram=2_048, reserve=256),
+    "uno": Limits(flash=32_768 - 512, ram=2_048, reserve=128),
     "mega": Limits(flash=262_144 - 8_192, ram=8_192, reserve=512),
 }
 

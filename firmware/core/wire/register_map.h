@@ -2,7 +2,7 @@
 // The addresses of registers.def and of the areas that are arrays rather than named registers.
 #pragma once
 
-#define REG_MAP_VERSION 2u
+#define REG_MAP_VERSION 3u
 
 #define REG_AXIS_BASE     0x0020u // per-axis input registers
 #define REG_AXIS_STRIDE   0x0010u

@@ -29,6 +29,7 @@
 #define START_PIXEL_CLOCK_COPY INPUT_PULLED_UP
 #define START_ESTOP            INPUT_PULLED_UP
 #define START_RS485_DE         OUTPUT_LOW
+#define START_PERMIT           OUTPUT_LOW
 
 // NOLINTNEXTLINE(readability-function-size): two statements for each row of the board file
 void pins_start(void)
@@ -67,10 +68,12 @@ static void write_direction(uint8_t axis, bool high)
 #define CASE_DIR      WRITE_CASE
 #define CASE_ENABLE   NO_CASE
 #define CASE_RS485_DE NO_CASE
+#define CASE_PERMIT   NO_CASE
 #include BOARD_FILE
 #undef CASE_DIR
 #undef CASE_ENABLE
 #undef CASE_RS485_DE
+#undef CASE_PERMIT
     default:
         break;
     }
@@ -82,10 +85,12 @@ static void write_enable(uint8_t axis, bool high)
 #define CASE_DIR      NO_CASE
 #define CASE_ENABLE   WRITE_CASE
 #define CASE_RS485_DE NO_CASE
+#define CASE_PERMIT   NO_CASE
 #include BOARD_FILE
 #undef CASE_DIR
 #undef CASE_ENABLE
 #undef CASE_RS485_DE
+#undef CASE_PERMIT
     default:
         break;
     }
@@ -95,7 +100,17 @@ static void write_rs485(bool high)
 {
 #define CASE_DIR                       NO_CASE
 #define CASE_ENABLE                    NO_CASE
+#define CASE_PERMIT                    NO_CASE
 #define CASE_RS485_DE(axis, port, bit) WRITE(port, bit)
+#include BOARD_FILE
+#undef CASE_RS485_DE
+#undef CASE_PERMIT
+}
+
+static void write_permit(bool high)
+{
+#define CASE_RS485_DE                NO_CASE
+#define CASE_PERMIT(axis, port, bit) WRITE(port, bit)
 #include BOARD_FILE
 }
 
@@ -121,5 +136,13 @@ void pins_write_rs485(bool sending)
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         write_rs485(sending);
+    }
+}
+
+void pins_write_permit(bool on)
+{
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        write_permit(on);
     }
 }

@@ -8,3 +8,4 @@
 void pins_write_direction(uint8_t axis, bool negative); // high = negative
 void pins_write_enable(uint8_t axis, bool on);          // low = driver on
 void pins_write_rs485(bool sending);
+void pins_write_permit(bool on);

@@ -18,6 +18,7 @@
 #define READ_PIXEL_CLOCK_COPY(number, port, bit)
 #define READ_ESTOP(number, port, bit)
 #define READ_RS485_DE(number, port, bit)
+#define READ_PERMIT(number, port, bit)
 #define READ_BIT(number, port, bit, mask)                                                \
     if (axis == (number) && (PIN##port & _BV(bit)) != 0) {                               \
         levels |= (mask);                                                                \
