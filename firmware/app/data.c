@@ -129,7 +129,7 @@ static uint16_t counter_register(uint16_t address)
     case REG_INPUT_exceptions:
         return serial_counters()->exceptions;
     case REG_INPUT_rx_overruns:
-        return serial_overruns();
+        return serial_counters()->rx_overruns;
     default:
         return fault_register(address);
     }

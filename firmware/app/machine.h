@@ -76,6 +76,9 @@ void machine_init(void);
 // False when the command is not possible for every axis in the mask; then nothing is done.
 bool machine_do(enum machine_command command, uint8_t mask);
 
+// The same answer, and nothing is done.
+bool machine_can(enum machine_command command, uint8_t mask);
+
 // After a change of machine.settings.
 void machine_apply_settings(void);
 
