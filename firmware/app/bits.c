@@ -1,107 +1,90 @@
 // SPDX-License-Identifier: MIT
 #include "app/bits.h"
 
-#include "app/machine.h"       // machine_do, machine_can
+#include "app/machine.h"       // machine_do, machine.asking
 #include "base/flash.h"        // IN_FLASH
 #include "wire/register_map.h" // REG_INPUT_*
 #include "wire/server.h"       // data_*
 
-// Coils in groups: four of an axis each, then single ones.
-#define GROUP_DRIVER    0u
-#define GROUP_ARMED     1u
-#define GROUP_STOP      2u
-#define GROUP_SINGLE    3u
-#define COIL_SINGLE     12u
-#define COIL_PERMIT     13u
-#define OUTPUT_PERMIT   8u // bit of input register `outputs`
-#define AXIS_OF(coil)   ((coil)&3u)
-#define GROUPS          5u
+// Coils, as bits of a word: three groups of four, one for each axis, then two single ones.
+#define FIRST_ARMED 0x0010u
+#define FIRST_STOP  0x0100u
+#define CLEAR_FAULT 0x1000u
+#define PERMIT      0x2000u
+#define ALL_AXES    ((1u << CONFIG_AXES) - 1u)
+#define MAPPED      (ALL_AXES * (FIRST_STOP + FIRST_ARMED + 1u) | CLEAR_FAULT | PERMIT)
 
-// What 0 and 1 command in each group.
-static const char commands[2u * GROUPS] IN_FLASH = {
-    COMMAND_DISABLE,
-    COMMAND_ENABLE,
-    COMMAND_DISARM,
-    COMMAND_ARM,
-    COMMAND_NONE,
-    COMMAND_STOP,
-    COMMAND_NONE,
-    COMMAND_CLEAR_FAULT,
-    COMMAND_PERMIT_OFF,
-    COMMAND_PERMIT_ON,
+#define OUTPUTS_PERMIT 0x0100u // bit of input register `outputs`; the drivers are the lowest
+
+// What 0 and 1 command in each group: the group's first bit, and the command.
+#define COMMAND_OF(first, command) (char)((first) << 4 | (command))
+static const char commands[] IN_FLASH = {
+    COMMAND_OF(0, COMMAND_DISABLE),
+    COMMAND_OF(0, COMMAND_ENABLE),
+    COMMAND_OF(4, COMMAND_DISARM),
+    COMMAND_OF(4, COMMAND_ARM),
+    COMMAND_OF(8, COMMAND_NONE),
+    COMMAND_OF(8, COMMAND_STOP),
+    COMMAND_OF(12, COMMAND_NONE),
+    COMMAND_OF(12, COMMAND_CLEAR_FAULT),
+    COMMAND_OF(13, COMMAND_PERMIT_OFF),
+    COMMAND_OF(13, COMMAND_PERMIT_ON),
 };
+#define SINGLE 0xC0u // from here on a group is one bit
 
-static uint8_t group_of(uint8_t coil)
+bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 {
-    return coil < COIL_SINGLE ? coil >> 2 : (uint8_t)(coil - COIL_SINGLE + GROUP_SINGLE);
-}
-
-bool data_bits_mapped(bool coils, uint16_t address, uint16_t count)
-{
-    uint8_t limit = coils ? BITS_COILS : BITS_INPUTS;
-
-    if (address >= limit || count > limit - address) {
-        return false;
-    }
-    if (CONFIG_AXES < 4 && coils) {
-        for (uint8_t coil = (uint8_t)address; count != 0; coil++, count--) {
-            if (coil < COIL_SINGLE && AXIS_OF(coil) >= CONFIG_AXES) {
-                return false;
-            }
+    do {
+        if (address >= (which == SERVER_COILS ? BITS_COILS : BITS_INPUTS) ||
+            (which == SERVER_COILS && (MAPPED >> address & 1u) == 0)) {
+            return false;
         }
-    }
+        address++;
+    } while (--count != 0);
     return true;
 }
 
-static bool coil(uint8_t address)
+static uint16_t all_coils(void)
 {
-    uint8_t axis = AXIS_OF(address);
-    uint16_t bits = 0;
+    uint16_t outputs = data_input(REG_INPUT_outputs);
+    uint16_t bits = (uint16_t)((outputs & ALL_AXES) | machine.stopping * FIRST_STOP);
 
-    switch (group_of(address)) {
-    case GROUP_ARMED:
-        return machine_axis(axis)->state == AXIS_ARMED ||
-               machine_axis(axis)->state == AXIS_RUNNING;
-    case GROUP_STOP:
-        bits = machine.stopping;
-        break;
-    case GROUP_SINGLE:
-        return machine.fault.code != FAULT_none;
-    case GROUP_DRIVER:
-    default:
-        bits = data_input(REG_INPUT_outputs);
-        axis = address == COIL_PERMIT ? OUTPUT_PERMIT : axis;
-        break;
+    if ((outputs & OUTPUTS_PERMIT) != 0) {
+        bits |= PERMIT;
     }
-    return (bits >> axis & 1u) != 0;
+    if (machine.fault.code != FAULT_none) {
+        bits |= CLEAR_FAULT;
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (machine_axis(i)->state == AXIS_ARMED ||
+            machine_axis(i)->state == AXIS_RUNNING) {
+            bits |= (uint16_t)(FIRST_ARMED << i);
+        }
+    }
+    return bits;
 }
 
-bool data_bit(bool coils, uint16_t address)
+bool data_bit(uint16_t address, uint8_t which)
 {
-    if (coils) {
-        return coil((uint8_t)address);
-    }
-    uint16_t word = data_input(address < 16u ? REG_INPUT_status : REG_INPUT_inputs);
+    uint16_t word =
+        which == SERVER_COILS
+            ? all_coils()
+            : data_input(address < 16u ? REG_INPUT_status : REG_INPUT_inputs);
 
     return (word >> (address & 15u) & 1u) != 0;
 }
 
-// Every command with all of its axes at once: some are possible for one axis and not for two.
-static bool command_all(uint8_t first, uint8_t count, uint16_t bits, bool really)
+// One group after the other, each command with all of its axes at once: some are possible for one
+// axis and not for two. False where one is not possible.
+static bool command_all(uint16_t off, uint16_t on)
 {
-    for (uint8_t i = 0; i < 2u * GROUPS; i++) {
-        enum machine_command command = (enum machine_command)flash_char(&commands[i]);
-        uint8_t mask = 0;
-        uint16_t left = bits;
+    for (uint8_t i = 0; i < sizeof commands; i++) {
+        uint8_t entry = (uint8_t)flash_char(&commands[i]);
+        uint16_t bits = (i & 1u) == 0 ? off : on;
+        uint8_t mask =
+            (uint8_t)(bits >> (entry >> 4) & (entry < SINGLE ? ALL_AXES : 1u));
 
-        for (uint8_t at = first; at < first + count; at++) {
-            if (2u * group_of(at) + (left & 1u) == i) {
-                mask = (uint8_t)(mask | 1u << AXIS_OF(at));
-            }
-            left >>= 1;
-        }
-        if (mask != 0 &&
-            !(really ? machine_do(command, mask) : machine_can(command, mask))) {
+        if (mask != 0 && !machine_do((enum machine_command)(entry & 15u), mask)) {
             return false;
         }
     }
@@ -112,12 +95,23 @@ enum modbus_exception data_write_coils(uint16_t address,
                                        uint16_t count,
                                        const uint8_t *bits)
 {
-    // Of one coil there is but one byte.
-    uint16_t wanted = count > 8u ? (uint16_t)(bits[0] | (uint16_t)bits[1] << 8) : bits[0];
+    // Behind the bits lies at least the checksum.
+    uint16_t values = (uint16_t)(bits[0] | (uint16_t)bits[1] << 8);
+    uint16_t place = (uint16_t)(1u << address);
+    uint16_t off = 0;
+    uint16_t on = 0;
 
-    if (!command_all((uint8_t)address, (uint8_t)count, wanted, false)) {
-        return MODBUS_DEVICE_FAILURE;
-    }
-    (void)command_all((uint8_t)address, (uint8_t)count, wanted, true);
-    return MODBUS_OK;
+    do {
+        if ((values & 1u) == 0) {
+            off |= place;
+        } else {
+            on |= place;
+        }
+        values >>= 1;
+        place = (uint16_t)(place << 1);
+    } while (--count != 0);
+    machine.asking = true;
+    bool possible = command_all(off, on);
+    machine.asking = false;
+    return possible && command_all(off, on) ? MODBUS_OK : MODBUS_DEVICE_FAILURE;
 }

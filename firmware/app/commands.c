@@ -11,9 +11,6 @@
 typedef bool (*axis_test)(const struct axis *axis);
 typedef void (*axis_action)(uint8_t axis);
 
-// machine_can() is asking: nothing is done.
-static bool asking;
-
 static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
 {
     if (mask == 0 || (mask >> CONFIG_AXES) != 0) {
@@ -24,7 +21,7 @@ static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
             return false;
         }
     }
-    for (uint8_t i = 0; !asking && i < CONFIG_AXES; i++) {
+    for (uint8_t i = 0; !machine.asking && i < CONFIG_AXES; i++) {
         if ((mask & (1u << i)) != 0) {
             action(i);
         }
@@ -156,7 +153,7 @@ static bool clear_fault(void)
             return false;
         }
     }
-    if (asking) {
+    if (machine.asking) {
         return true;
     }
     if (machine.time_lost) {
@@ -227,12 +224,4 @@ bool machine_do(enum machine_command command, uint8_t mask)
     default:
         return false;
     }
-}
-
-bool machine_can(enum machine_command command, uint8_t mask)
-{
-    asking = true;
-    bool possible = machine_do(command, mask);
-    asking = false;
-    return possible;
 }

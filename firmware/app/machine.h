@@ -59,6 +59,7 @@ struct machine {
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests
     uint8_t turn;     // rounds, to look after one axis after the other
+    bool asking;      // a command is only asked about
     bool time_lost;   // an underrun left the timers out of step with the ledgers
     uint32_t edge_seen_4us; // when the last clock edge was handled
 };
@@ -79,11 +80,9 @@ static inline struct inputs *machine_inputs(uint8_t axis)
 // Interrupts off; time_check_start() must follow, and interrupts on before an idle period is over.
 void machine_init(void);
 
-// False when the command is not possible for every axis in the mask; then nothing is done.
+// False when the command is not possible for every axis in the mask; then nothing is done. With
+// machine.asking set nothing ever is, and the answer is the same.
 bool machine_do(enum machine_command command, uint8_t mask);
-
-// The same answer, and nothing is done.
-bool machine_can(enum machine_command command, uint8_t mask);
 
 // After a change of machine.settings.
 void machine_apply_settings(void);

@@ -27,7 +27,7 @@ static enum phase {
     ANSWERED,  // waits for the reply's delay, without its checksum
     SENDING,
 } phase;
-static uint16_t reply_bytes;
+static uint8_t reply_bytes;
 
 static void set_line(void)
 {
@@ -76,29 +76,29 @@ static void listen(void)
 // follow it without silence.
 static bool take_frame(void)
 {
-    uint16_t received = uart_received();
-    enum frame_status status = frame_look(
-        &frame, received, uart_ended(), (uint8_t)machine.settings.unit_address);
+    bool ended = uart_received(&frame.received);
+    enum frame_status status =
+        frame_look(&frame, ended, (uint8_t)machine.settings.unit_address);
+    uint16_t length = frame.length;
+    uint16_t *counter = &counters.bus_messages;
 
     if (status == FRAME_PARTIAL) {
         return false;
     }
     if (status == FRAME_BAD) {
-        counters.crc_errors++;
-    } else {
-        counters.bus_messages++;
+        counter = &counters.crc_errors;
     }
-    if (status == FRAME_READY && frame.bytes[0] != 0) {
-        uart_deafen();
-        phase = REQUESTED;
-        return false;
-    }
-    received = frame.length;
+    (*counter)++;
     if (status == FRAME_READY) {
+        if (frame.bytes[0] != 0) {
+            uart_deafen();
+            phase = REQUESTED;
+            return false;
+        }
         serve();
         set_line();
     }
-    uart_drop(received);
+    uart_drop(length);
     return true;
 }
 

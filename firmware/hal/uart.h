@@ -16,13 +16,11 @@ void uart_start(uint8_t *buffer);
 
 // Counts of 2 MHz a bit; a silence in units of 16 us, from the end of a byte to the end of the
 // next. What is set already is left alone, and with it a byte that is on its way.
-void uart_set(uint16_t divisor, enum uart_parity parity, uint16_t silence_16us);
+void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us);
 
-// Bytes at the buffer's front that no silence divides, 0 to UART_BUFFER_BYTES. More are lost.
-uint16_t uart_received(void);
-
-// A silence follows them. Ask after uart_received().
-bool uart_ended(void);
+// Number of bytes at the buffer's front that no silence divides, 0 to UART_BUFFER_BYTES; more are
+// lost. True when a silence follows them.
+bool uart_received(uint16_t *count);
 
 // The first `count` of them are done with; what follows is the front now. Bytes may come meanwhile.
 void uart_drop(uint16_t count);

@@ -12,18 +12,18 @@
 #define CHARACTER_100 6875u  // 11 bits: 11 s / (100 * 16 us)
 #define SLOW_WAIT_100 30937u // 49.5 bits
 
-uint16_t baud_divisor(uint16_t baud_100)
+uint8_t baud_divisor(uint16_t baud_100)
 {
-    return (uint16_t)((BAUD_CLOCK_100 + baud_100 / 2u) / baud_100);
+    return (uint8_t)((BAUD_CLOCK_100 + baud_100 / 2u) / baud_100);
 }
 
 bool baud_possible(uint16_t baud_100)
 {
-    if (baud_100 < SLOWEST_100 || baud_100 > FASTEST_100) {
-        return false;
-    }
-    uint16_t product = (uint16_t)(baud_divisor(baud_100) * baud_100);
+    uint16_t product = 0;
 
+    if (baud_100 >= SLOWEST_100 && baud_100 <= FASTEST_100) {
+        product = (uint16_t)(baud_divisor(baud_100) * baud_100);
+    }
     return product >= PRODUCT_MIN && product <= PRODUCT_MAX;
 }
 

@@ -9,7 +9,7 @@
 #define BAUD_CLOCK_100 20000u
 
 // Counts of that clock a bit, rounded to the nearest: 2 at 10000, 208 at 96.
-uint16_t baud_divisor(uint16_t baud_100);
+uint8_t baud_divisor(uint16_t baud_100);
 
 // The rate that the divisor gives is within 2.5 %. False below 9600 baud and above 1,000,000.
 bool baud_possible(uint16_t baud_100);

@@ -116,6 +116,6 @@ enum modbus_exception files_read(struct frame *frame)
         planned += PLAN_BYTES;
     }
     bytes[COUNT_AT] = (uint8_t)reply_bytes;
-    frame->length = (uint16_t)(to - bytes);
+    frame->reply = (uint8_t)(to - bytes);
     return MODBUS_OK;
 }

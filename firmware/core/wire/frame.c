@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "wire/frame.h"
 
+#include "base/apart.h" // APART
 #include "base/flash.h" // IN_FLASH
 #include "wire/crc16.h" // crc16
 
 #define FRAME_MIN_BYTES 4u
 #define FUNCTIONS       25u // those with a place in the table
 #define IDENTIFICATION  43u // the one that is served outside of it
-#define REPLY_OBJECTS   7u  // of an identification: their number, then id, length, text of each
+#define READ_STATUS     7u
 #define EXCEPTION       0x80u
 
 // A length: so many bytes, and as many more as a byte of the frame says; which one, in bits 4, 5.
@@ -42,29 +43,9 @@ static const char requests[FUNCTIONS] IN_FLASH = {
     [23] = (char)(SERVED | COUNTED(13u, 10u)),
     [24] = (char)FIXED(6u),
 };
-static const char replies[FUNCTIONS] IN_FLASH = {
-    [1] = (char)COUNTED(5u, 2u),
-    [2] = (char)COUNTED(5u, 2u),
-    [3] = (char)COUNTED(5u, 2u),
-    [4] = (char)COUNTED(5u, 2u),
-    [5] = (char)FIXED(8u),
-    [6] = (char)FIXED(8u),
-    [7] = (char)FIXED(5u),
-    [8] = (char)FIXED(8u),
-    [11] = (char)FIXED(8u),
-    [12] = (char)COUNTED(5u, 2u),
-    [15] = (char)FIXED(8u),
-    [16] = (char)FIXED(8u),
-    [17] = (char)COUNTED(5u, 2u),
-    [20] = (char)COUNTED(5u, 2u),
-    [21] = (char)COUNTED(5u, 2u),
-    [22] = (char)FIXED(10u),
-    [23] = (char)COUNTED(5u, 2u),
-};
-
 void frame_reset(struct frame *frame)
 {
-    frame->tried = FRAME_MIN_BYTES - 1u;
+    frame->tried = 0;
 }
 
 uint8_t frame_rule(uint8_t function)
@@ -82,66 +63,53 @@ uint16_t frame_length_by(const struct frame *frame, uint8_t rule)
     return RULE_COUNT(rule) ? (uint16_t)(length + frame->bytes[RULE_AT(rule)]) : length;
 }
 
-// Past what was received when that does not reach to its end.
-static uint16_t identification_length(const struct frame *frame, uint16_t received)
+// A reply's form, from the request's: what all may be told is answered by its beginning.
+static uint8_t reply_rule(uint8_t function, uint8_t rule)
 {
-    uint16_t at = REPLY_OBJECTS + 1u;
-
-    for (uint8_t left = frame->bytes[REPLY_OBJECTS]; left != 0; left--) {
-        if (at + 1u >= received) {
-            break;
-        }
-        at = (uint16_t)(at + 2u + frame->bytes[at + 1u]);
+    if ((function & EXCEPTION) != 0 || function == READ_STATUS) {
+        return FIXED(5u);
     }
-    return (uint16_t)(at + 2u);
+    return (rule & RULE_BROADCAST) != 0 ? FIXED(8u) : COUNTED(5u, 2u);
 }
 
-static uint16_t reply_length(const struct frame *frame, uint16_t received)
+static APART bool ends_at(struct frame *frame, uint16_t length)
 {
-    uint8_t function = frame->bytes[1];
-
-    if ((function & EXCEPTION) != 0) {
-        return 5;
-    }
-    if (function == IDENTIFICATION) {
-        return identification_length(frame, received);
-    }
-    return function < FUNCTIONS
-               ? frame_length_by(frame, (uint8_t)flash_char(&replies[function]))
-               : 0;
-}
-
-static bool ends_at(struct frame *frame, uint16_t received, uint16_t length)
-{
-    if (length <= frame->tried || length > received || crc16(frame->bytes, length) != 0) {
+    if (length < FRAME_MIN_BYTES || length > frame->received) {
         return false;
     }
     frame->length = length;
-    frame_reset(frame);
-    return true;
+    return crc16(frame->bytes, length) == 0;
 }
 
-enum frame_status frame_look(struct frame *frame,
-                             uint16_t received,
-                             bool ended,
-                             uint8_t address)
+static APART bool ends_by(struct frame *frame, uint8_t rule)
 {
-    bool ours = frame->bytes[0] == address || frame->bytes[0] == 0;
+    uint16_t length = frame_length_by(frame, rule);
 
-    if (ends_at(frame, received, frame_length_by(frame, frame_rule(frame->bytes[1]))) ||
-        (!ours && ends_at(frame, received, reply_length(frame, received)))) {
-        return ours ? FRAME_READY : FRAME_FOREIGN;
-    }
-    if (!ended || received == 0) {
-        // A wrong checksum may only mean a frame of another shape: what follows decides.
-        frame->tried = received;
+    return length > frame->tried && ends_at(frame, length);
+}
+
+enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
+{
+    uint16_t received = frame->received;
+    uint8_t function = frame->bytes[1];
+    uint8_t rule = frame_rule(function);
+    bool foreign = frame->bytes[0] != address && frame->bytes[0] != 0;
+
+    if (received == 0) {
         return FRAME_PARTIAL;
     }
-    frame_reset(frame);
-    if (ends_at(frame, received, received)) {
-        return ours ? FRAME_READY : FRAME_FOREIGN;
+    // A wrong checksum may only mean a frame of another shape: what follows decides.
+    if (ends_by(frame, rule) || (foreign && ends_by(frame, reply_rule(function, rule))) ||
+        (ended && ends_at(frame, received))) {
+        frame_reset(frame);
+        return foreign ? FRAME_FOREIGN : FRAME_READY;
+    }
+    frame->tried = received;
+    if (!ended) {
+        return FRAME_PARTIAL;
     }
     frame->length = received;
+    frame_reset(frame);
     return FRAME_BAD;
 }
 

@@ -22,9 +22,11 @@ enum frame_status {
 };
 
 struct frame {
+    uint16_t length;   // of the frame at the front
+    uint16_t received; // bytes so far, of this frame and of what follows it
+    uint16_t tried;    // no frame ends at so many bytes or before
+    uint8_t reply;     // bytes of the reply that the server has made of it
     uint8_t bytes[FRAME_MAX_BYTES];
-    uint16_t length; // of the frame at the front
-    uint16_t tried;  // no frame ends at so many bytes or before
 };
 
 // Begin anew.
@@ -33,10 +35,7 @@ void frame_reset(struct frame *frame);
 // Look at the bytes received so far. ended: silence follows them. Unless the answer is
 // FRAME_PARTIAL frame->length says how many bytes it is about; the next look is at those after them.
 // Takes up to 30 cycles for each byte.
-enum frame_status frame_look(struct frame *frame,
-                             uint16_t received,
-                             bool ended,
-                             uint8_t address);
+enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address);
 
 // A function's request as frame_rule() knows it.
 #define RULE_SERVED    0x40u // by the server

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "wire/server.h"
 
+#include "base/apart.h"        // APART
 #include "wire/bytes.h"        // get_word, put_word
 #include "wire/files.h"        // files_read
 #include "wire/register_map.h" // REG_INPUT_status
 
 #define READ_MAX_BITS   2000u
 #define READ_MAX_WORDS  125u
-#define WRITE_MAX_BITS  1968u
-#define WRITE_MAX_WORDS 123u
-#define BOTH_MAX_WORDS  121u // written by function 23
+#define WRITE_MAX_BYTES 246u // 1968 bits, 123 words
 
 enum function {
-    READ_COILS = 1,
-    READ_DISCRETE = 2,
+    READ_COILS = SERVER_COILS,
+    READ_DISCRETE = SERVER_DISCRETE,
     READ_HOLDING = 3,
     READ_INPUT = 4,
     WRITE_COIL = 5,
@@ -33,6 +32,7 @@ enum diagnosis {
     LOOPBACK = 0,
     RESTART = 1,
     DIAGNOSTIC_REGISTER = 2,
+    INPUT_DELIMITER = 3, // of another transmission mode
     LISTEN_ONLY = 4,
     CLEAR_COUNTERS = 10,
     FIRST_COUNTER = 11,
@@ -49,96 +49,101 @@ enum diagnosis {
 #define IDENTITY_MAX    64u
 #define IDENTITY_AT     128u // in the frame, beside the reply that is made of it
 
-// Quantity, then address. `read`: the function that reads such data.
-static enum modbus_exception check(uint8_t read,
-                                   uint16_t address,
-                                   uint16_t count,
-                                   uint16_t max)
+// Data by the function that reads it. Quantity, then address.
+static APART enum modbus_exception check(uint16_t address, uint16_t count, uint8_t data)
 {
     bool mapped = false;
 
-    if ((uint16_t)(count - 1u) >= max) {
+    if ((uint16_t)(count - 1u) >= (data >= READ_HOLDING ? READ_MAX_WORDS : READ_MAX_BITS)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    if (read == READ_INPUT) {
+    if (data == READ_INPUT) {
         mapped = data_input_mapped(address, count);
-    } else if (read == READ_HOLDING) {
+    } else if (data == READ_HOLDING) {
         mapped = data_holding_mapped(address, count);
     } else {
-        mapped = data_bits_mapped(read == READ_COILS, address, count);
+        mapped = data_bits_mapped(address, count, data);
     }
     return mapped ? MODBUS_OK : MODBUS_ILLEGAL_ADDRESS;
 }
 
-static void reply_words(struct frame *frame, bool input, uint16_t address, uint8_t count)
+// What is mapped is less than 256 bits.
+static APART enum modbus_exception read(struct frame *frame,
+                                        uint16_t address,
+                                        uint16_t count,
+                                        uint8_t data)
 {
-    uint8_t *to = &frame->bytes[2];
-
-    *to++ = (uint8_t)(2u * count);
-    for (; count != 0; count--) {
-        put_word(to, input ? data_input(address) : data_holding(address));
-        to += 2;
-        address++;
-    }
-    frame->length = (uint16_t)(to - frame->bytes);
-}
-
-static void reply_bits(struct frame *frame, bool coils, uint16_t address, uint16_t count)
-{
-    uint8_t *to = &frame->bytes[2];
+    uint8_t *to = &frame->bytes[3];
+    uint8_t left = (uint8_t)count;
     uint8_t bit = 0;
-
-    *to = (uint8_t)((count + 7u) / 8u);
-    for (; count != 0; count--) {
-        if (bit == 0) {
-            bit = 1;
-            *++to = 0;
-        }
-        if (data_bit(coils, address)) {
-            *to |= bit;
-        }
-        bit = (uint8_t)(bit << 1);
-        address++;
-    }
-    frame->length = (uint16_t)(to + 1 - frame->bytes);
-}
-
-static enum modbus_exception read(struct frame *frame, uint16_t address, uint16_t count)
-{
-    uint8_t function = frame->bytes[1];
-    bool words = function >= READ_HOLDING;
-    enum modbus_exception exception =
-        check(function, address, count, words ? READ_MAX_WORDS : READ_MAX_BITS);
+    enum modbus_exception exception = check(address, count, data);
 
     if (exception != MODBUS_OK) {
         return exception;
     }
-    if (words) {
-        reply_words(frame, function == READ_INPUT, address, (uint8_t)count);
-    } else {
-        reply_bits(frame, function == READ_COILS, address, count);
-    }
+    do {
+        if (data >= READ_HOLDING) {
+            put_word(to,
+                     data == READ_INPUT ? data_input(address) : data_holding(address));
+            to += 2;
+        } else {
+            if (bit == 0) {
+                *to++ = 0;
+                bit = 1;
+            }
+            if (data_bit(address, data)) {
+                to[-1] |= bit;
+            }
+            bit = (uint8_t)(bit << 1);
+        }
+        address++;
+    } while (--left != 0);
+    frame->reply = (uint8_t)(to - frame->bytes);
+    frame->bytes[2] = (uint8_t)(frame->reply - 3u);
     return MODBUS_OK;
 }
 
-static enum modbus_exception write_words(uint16_t address,
+// `from`: the data in the request. As many of them as fit a frame is what the standard allows.
+static APART enum modbus_exception write(uint16_t address,
                                          uint16_t count,
-                                         uint16_t max,
-                                         const uint8_t *words)
+                                         const uint8_t *from,
+                                         uint8_t data)
 {
-    enum modbus_exception exception = check(READ_HOLDING, address, count, max);
+    enum modbus_exception exception = check(address, count, data);
 
-    return exception != MODBUS_OK ? exception : data_write(address, count, words);
+    if (exception != MODBUS_OK) {
+        return exception;
+    }
+    return data == READ_COILS ? data_write_coils(address, count, from)
+                              : data_write(address, count, from);
 }
 
-static enum modbus_exception write_coils(uint16_t address,
-                                         uint16_t count,
-                                         const uint8_t *bits)
+// In the place of the checksum: of a request to all nothing behind it is ours.
+static const uint8_t *masked(uint8_t *bytes, uint16_t address)
 {
-    enum modbus_exception exception =
-        check(READ_COILS, address, count, WRITE_MAX_BITS);
+    uint16_t keep = get_word(&bytes[4]);
+    uint16_t set = get_word(&bytes[6]);
 
-    return exception != MODBUS_OK ? exception : data_write_coils(address, count, bits);
+    put_word(&bytes[8], (uint16_t)(((data_holding(address) ^ set) & keep) ^ set));
+    return &bytes[8];
+}
+
+static enum modbus_exception write_and_read(struct frame *frame,
+                                            uint16_t address,
+                                            uint16_t count)
+{
+    uint8_t *bytes = frame->bytes;
+
+    if (bytes[8] != 0 || bytes[9] == 0 || bytes[10] != (uint8_t)(2u * bytes[9])) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    enum modbus_exception exception = check(address, count, READ_HOLDING);
+
+    if (exception == MODBUS_OK) {
+        exception = write(get_word(&bytes[6]), bytes[9], &bytes[11], READ_HOLDING);
+    }
+    return exception != MODBUS_OK ? exception
+                                  : read(frame, address, count, READ_HOLDING);
 }
 
 static enum modbus_exception write_many(struct frame *frame,
@@ -147,82 +152,48 @@ static enum modbus_exception write_many(struct frame *frame,
 {
     uint8_t *bytes = frame->bytes;
     bool words = bytes[1] == WRITE_WORDS;
+    uint8_t byte_count = bytes[6];
 
-    frame->length = REPLY_TO_WRITE;
-    if (bytes[6] != (uint8_t)(words ? 2u * count : (count + 7u) / 8u)) {
+    frame->reply = REPLY_TO_WRITE;
+    if (byte_count > WRITE_MAX_BYTES ||
+        (words ? byte_count != (uint8_t)(2u * count)
+               : (uint16_t)(8u * byte_count - count) >= 8u)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    return words ? write_words(address, count, WRITE_MAX_WORDS, &bytes[7])
-                 : write_coils(address, count, &bytes[7]);
-}
-
-static enum modbus_exception mask_word(struct frame *frame, uint16_t address)
-{
-    uint8_t *bytes = frame->bytes;
-    uint16_t keep = get_word(&bytes[4]);
-    uint8_t word[2];
-
-    put_word(word,
-             (uint16_t)((data_holding(address) & keep) | (get_word(&bytes[6]) & ~keep)));
-    return write_words(address, 1, 1, word);
-}
-
-static enum modbus_exception write_and_read(struct frame *frame,
-                                            uint16_t address,
-                                            uint16_t count)
-{
-    uint8_t *bytes = frame->bytes;
-    uint16_t write_count = get_word(&bytes[8]);
-
-    if ((uint16_t)(write_count - 1u) >= BOTH_MAX_WORDS ||
-        bytes[10] != (uint8_t)(2u * write_count)) {
-        return MODBUS_ILLEGAL_VALUE;
-    }
-    enum modbus_exception exception = check(READ_HOLDING, address, count, READ_MAX_WORDS);
-
-    if (exception == MODBUS_OK) {
-        exception =
-            write_words(get_word(&bytes[6]), write_count, BOTH_MAX_WORDS, &bytes[11]);
-    }
-    if (exception == MODBUS_OK) {
-        reply_words(frame, false, address, (uint8_t)count);
-    }
-    return exception;
-}
-
-static bool known_diagnosis(uint16_t which)
-{
-    return which >= CLEAR_COUNTERS ? which <= LAST_COUNTER
-                                   : which <= LISTEN_ONLY && which != 3;
+    return write(address, count, &bytes[7], words ? READ_HOLDING : READ_COILS);
 }
 
 // The request comes back, with a number in the place of its data.
 static enum modbus_exception diagnose(struct frame *frame,
-                                      uint16_t which,
-                                      uint16_t data,
                                       struct server_counters *counters)
 {
-    if (!known_diagnosis(which)) {
+    uint8_t *bytes = frame->bytes;
+    uint8_t which = bytes[3];
+    uint16_t answer = 0;
+
+    if (bytes[2] != 0 || which > LAST_COUNTER || which == INPUT_DELIMITER ||
+        (which > LISTEN_ONLY && which < CLEAR_COUNTERS)) {
         return MODBUS_ILLEGAL_FUNCTION;
     }
     if (which == LOOPBACK) {
         return MODBUS_OK;
     }
-    if (frame->length != REPLY_TO_WRITE ||
-        (data != 0 && (data != ON << 8 || which != RESTART))) {
+    if (frame->reply != REPLY_TO_WRITE || bytes[5] != 0 ||
+        (bytes[4] != 0 && (bytes[4] != ON || which != RESTART))) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    if (which == LISTEN_ONLY) {
-        counters->listen_only = true;
-    } else if (which >= FIRST_COUNTER) {
-        data = counters->all[which - FIRST_COUNTER];
+    if (which >= FIRST_COUNTER) {
+        answer = counters->all[which - FIRST_COUNTER];
     } else if (which == DIAGNOSTIC_REGISTER) {
-        data = data_input(REG_INPUT_status);
+        answer = data_input(REG_INPUT_status);
+    } else if (which == LISTEN_ONLY) {
+        counters->listen_only = true;
     } else {
         // Two functions: who may be here in listen-only mode asks for its end.
         *counters = (struct server_counters){0};
+        return MODBUS_OK;
     }
-    put_word(&frame->bytes[4], data);
+    put_word(&bytes[4], answer);
     return MODBUS_OK;
 }
 
@@ -234,7 +205,7 @@ static enum modbus_exception identify(struct frame *frame)
     bytes[2] = (uint8_t)(text + 2u);
     bytes[3] = data_server_id();
     bytes[4] = data_running() ? ON : 0x00;
-    frame->length = (uint16_t)(5u + text);
+    frame->reply = (uint8_t)(5u + text);
     return MODBUS_OK;
 }
 
@@ -257,32 +228,32 @@ static enum modbus_exception read_device(struct frame *frame)
         }
         first = 0;
     }
-    const uint8_t *text = &bytes[IDENTITY_AT];
-    uint8_t left = data_identity(&bytes[IDENTITY_AT], IDENTITY_MAX);
-    uint8_t *object = &bytes[8];
+    uint8_t *from = &bytes[IDENTITY_AT];
+    uint8_t *to = &bytes[8];
 
+    from[data_identity(from, IDENTITY_MAX)] = ' ';
     bytes[4] = DEVICE_CONFORMS;
     bytes[5] = 0; // nothing follows
     bytes[6] = 0;
-    bytes[7] = 0;
+    bytes[7] = 0; // objects
     for (uint8_t i = 0; i < DEVICE_OBJECTS; i++) {
-        uint8_t length = 0;
-        for (; left != 0; left--) {
-            object[2u + length] = *text++;
-            if (object[2u + length] == ' ') {
-                left--;
-                break;
-            }
-            length++;
+        uint8_t *object = to;
+        for (to += 2; *from != ' '; from++) {
+            *to++ = *from;
         }
-        if (i == first || (i > first && !one)) {
-            object[0] = i;
-            object[1] = length;
-            object += 2u + length;
-            bytes[7]++;
+        from++;
+        object[0] = i;
+        object[1] = (uint8_t)(to - object - 2);
+        if (i < first) {
+            to = object;
+            continue;
+        }
+        bytes[7]++;
+        if (one) {
+            break;
         }
     }
-    frame->length = (uint16_t)(object - bytes);
+    frame->reply = (uint8_t)(to - bytes);
     return MODBUS_OK;
 }
 
@@ -298,11 +269,11 @@ static enum modbus_exception serve_function(struct frame *frame,
         if (bytes[5] != 0 || (uint8_t)(bytes[4] + 1u) > 1u) {
             return MODBUS_ILLEGAL_VALUE;
         }
-        return write_coils(first, 1, &bytes[4]);
+        return write(first, 1, &bytes[4], READ_COILS);
     case WRITE_WORD:
-        return write_words(first, 1, 1, &bytes[4]);
+        return write(first, 1, &bytes[4], READ_HOLDING);
     case DIAGNOSE:
-        return diagnose(frame, first, second, counters);
+        return diagnose(frame, counters);
     case WRITE_COILS:
     case WRITE_WORDS:
         return write_many(frame, first, second);
@@ -311,7 +282,7 @@ static enum modbus_exception serve_function(struct frame *frame,
     case READ_FILES:
         return SERVER_FILES ? files_read(frame) : MODBUS_ILLEGAL_FUNCTION;
     case MASK_WORD:
-        return mask_word(frame, first);
+        return write(first, 1, masked(bytes, first), READ_HOLDING);
     case WRITE_AND_READ:
         return write_and_read(frame, first, second);
     case READ_DEVICE:
@@ -321,54 +292,43 @@ static enum modbus_exception serve_function(struct frame *frame,
     case READ_HOLDING:
     case READ_INPUT:
     default:
-        return read(frame, first, second);
+        return read(frame, first, second, bytes[1]);
     }
 }
 
 // Function, then the request's length; most replies are as long as what they repeat.
 static enum modbus_exception serve_checked(struct frame *frame,
+                                           uint8_t rule,
                                            struct server_counters *counters)
 {
-    uint8_t function = frame->bytes[1];
-    uint8_t rule = frame_rule(function);
-
     if ((rule & RULE_SERVED) == 0) {
         return MODBUS_ILLEGAL_FUNCTION;
     }
-    if (frame->length != frame_length_by(frame, rule) && function != DIAGNOSE) {
+    if (frame->length != frame_length_by(frame, rule) && frame->bytes[1] != DIAGNOSE) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    frame->length = (uint16_t)(frame->length - 2u);
+    frame->reply = (uint8_t)(frame->length - 2u);
     return serve_function(frame, counters);
 }
 
-static bool is_restart(const struct frame *frame)
+static bool is_restart(const uint8_t *bytes)
 {
-    return frame->bytes[0] != 0 && frame->bytes[1] == DIAGNOSE && frame->bytes[2] == 0 &&
-           frame->bytes[3] == RESTART;
+    return bytes[1] == DIAGNOSE && bytes[2] == 0 && bytes[3] == RESTART;
 }
 
-// A request to all is executed if all may be asked for it, in listen-only mode only what ends it.
-static bool to_be_executed(const struct frame *frame,
-                           const struct server_counters *counters)
+uint8_t server_serve(struct frame *frame, struct server_counters *counters)
 {
-    return counters->listen_only ? is_restart(frame)
-                                 : (frame_rule(frame->bytes[1]) & RULE_BROADCAST) != 0;
-}
+    uint8_t *bytes = frame->bytes;
+    uint8_t rule = frame_rule(bytes[1]);
+    bool mute = counters->listen_only || bytes[0] == 0;
+    enum modbus_exception exception = MODBUS_OK;
 
-uint16_t server_serve(struct frame *frame, struct server_counters *counters)
-{
     counters->frames_ok++;
-    if (counters->listen_only || frame->bytes[0] == 0) {
-        counters->no_replies++;
-        if (to_be_executed(frame, counters)) {
-            (void)serve_checked(frame, counters);
-        }
-        return 0;
+    if ((bytes[0] != 0 || (rule & RULE_BROADCAST) != 0) &&
+        (!counters->listen_only || is_restart(bytes))) {
+        exception = serve_checked(frame, rule, counters);
     }
-    enum modbus_exception exception = serve_checked(frame, counters);
-
-    if (counters->listen_only) {
+    if (mute || counters->listen_only) {
         counters->no_replies++;
         return 0;
     }
@@ -377,9 +337,9 @@ uint16_t server_serve(struct frame *frame, struct server_counters *counters)
         if (exception == MODBUS_BUSY) {
             counters->busy_replies++;
         }
-        frame->bytes[1] |= 0x80u;
-        frame->bytes[2] = (uint8_t)exception;
+        bytes[1] |= 0x80u;
+        bytes[2] = (uint8_t)exception;
         return 3;
     }
-    return frame->length;
+    return frame->reply;
 }

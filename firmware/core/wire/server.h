@@ -18,6 +18,10 @@ enum modbus_exception {
     MODBUS_BUSY = 6,
 };
 
+// The functions that read bits.
+#define SERVER_COILS    1u
+#define SERVER_DISCRETE 2u
+
 #define SERVER_COUNTERS 8u
 
 // Of the server and its line; they wrap. In the order of function 08, from sub-function 11 on.
@@ -41,7 +45,7 @@ struct server_counters {
 // Serve the ready frame. Returns the bytes of the reply in frame->bytes, to be sealed and sent, or
 // 0; the frame is used up. Writes nothing beyond frame->length if the frame is a broadcast. May take
 // some hundred microseconds; main loop only.
-uint16_t server_serve(struct frame *frame, struct server_counters *counters);
+uint8_t server_serve(struct frame *frame, struct server_counters *counters);
 
 // The data behind the server; the application supplies these. Addresses 0-based.
 bool data_input_mapped(uint16_t address, uint16_t count);
@@ -50,9 +54,9 @@ bool data_holding_mapped(uint16_t address, uint16_t count);
 uint16_t data_holding(uint16_t address);
 // All words or none; words are big-endian bytes. Called with a mapped range only.
 enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t *words);
-// Coils, or discrete inputs.
-bool data_bits_mapped(bool coils, uint16_t address, uint16_t count);
-bool data_bit(bool coils, uint16_t address);
+// Coils or discrete inputs, by the function that reads them: SERVER_COILS, SERVER_DISCRETE.
+bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which);
+bool data_bit(uint16_t address, uint8_t which);
 // All coils or none; bit 0 of the first byte is the first. Called with a mapped range only.
 enum modbus_exception data_write_coils(uint16_t address,
                                        uint16_t count,

@@ -17,17 +17,16 @@
 
 #define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
 #define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
-#define FORMAT_EVEN ((uint8_t)(_BV(UPM01) | _BV(UCSZ01) | _BV(UCSZ00)))
 
 static uint8_t *buffer;
 
-// Receiving: where the next byte goes and room for how many. Sending: the same of what leaves.
+// Where the next byte goes to or comes from, and where that ends.
 static uint8_t *volatile next;
-static volatile uint16_t left;
+static uint8_t *volatile end;
 
-static volatile uint8_t gap; // `left` at the first silence behind a byte; 0 there was none
+// Bytes received before the first silence behind any; 0 there was none, or all the buffer holds.
+static volatile uint8_t gap;
 static volatile uint8_t overruns;
-static volatile bool sending;
 
 #if defined(USART_RX_vect)
 #define RECEIVE_VECTOR  USART_RX_vect
@@ -39,91 +38,87 @@ static volatile bool sending;
 #define COMPLETE_VECTOR USART0_TX_vect
 #endif
 
-#define ENABLE_RECEIVE  ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
-#define ENABLE_SEND     ((uint8_t)(_BV(UDRIE0) | _BV(RXEN0) | _BV(TXEN0)))
-#define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
+// While sending the receiver is off: whatever is heard then belongs to nobody.
 #define ENABLE_NONE     ((uint8_t)(_BV(RXEN0) | _BV(TXEN0)))
+#define ENABLE_RECEIVE  ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
+#define ENABLE_MUTE     ((uint8_t)(_BV(TXEN0)))
+#define ENABLE_SEND     ((uint8_t)(_BV(UDRIE0) | _BV(TXEN0)))
+#define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(TXEN0)))
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
 // anything else: it keeps them waiting for 14 cycles. Its body is another function, an interrupt
 // handler to the compiler; it ends by taking its source in again.
-#define SERIAL_HANDLER(vector, body)                                                     \
+#define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
         __asm__ volatile(                                                                \
             "push r24\n\t"                                                               \
-            "ldi r24, %[none]\n\t"                                                       \
+            "ldi r24, %[mask]\n\t"                                                       \
             "sts %[control], r24\n\t"                                                    \
             "sei\n\t"                                                                    \
             "pop r24\n\t"                                                                \
             "rjmp __vector_" #body                                                       \
             :                                                                            \
-            : [none] "M"(ENABLE_NONE), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));            \
+            : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));                 \
     }                                                                                    \
     static void serial_##body(void)
 
-static inline void store(uint8_t status, uint8_t byte)
+// Budget: 110 cycles, once a character (176 cycles at 1,000,000 baud).
+SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
 {
-    uint16_t room = left;
+    uint8_t status = UCSR0A;
+    uint8_t byte = UDR0;
+    uint8_t *to = next;
 
+    TCNT2 = 0;
     if ((TIFR2 & _BV(OCF2A)) != 0) {
         TIFR2 = (uint8_t)_BV(OCF2A);
-        if (gap == 0 && room < UART_BUFFER_BYTES) {
-            gap = (uint8_t)room;
+        if (gap == 0) {
+            gap = (uint8_t)((uint8_t)(uintptr_t)to - (uint8_t)(uintptr_t)buffer);
         }
     }
     if ((status & _BV(DOR0)) != 0) {
         overruns++;
     }
     // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails.
-    if ((status & (_BV(FE0) | _BV(UPE0))) == 0 && room != 0) {
-        *next = byte;
-        next++;
-        left = (uint16_t)(room - 1u);
+    if ((status & (_BV(FE0) | _BV(UPE0))) == 0 && to != end) {
+        *to = byte;
+        next = to + 1;
     }
-}
-
-// Budget: 125 cycles, once a character (176 cycles at 1,000,000 baud).
-SERIAL_HANDLER(RECEIVE_VECTOR, receive)
-{
-    uint8_t status = UCSR0A;
-
-    TCNT2 = 0;
-    store(status, UDR0);
     UCSR0B = ENABLE_RECEIVE;
 }
 
 // Budget: 110 cycles, once a character.
-SERIAL_HANDLER(EMPTY_VECTOR, send)
+SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
 {
     uint8_t *from = next;
-    uint16_t after = (uint16_t)(left - 1u);
 
     UDR0 = *from;
-    next = from + 1;
-    left = after;
-    UCSR0B = after == 0 ? ENABLE_COMPLETE : ENABLE_SEND;
+    from++;
+    next = from;
+    UCSR0B = from == end ? ENABLE_COMPLETE : ENABLE_SEND;
 }
 
 static inline void listen(void)
 {
     next = buffer;
-    left = UART_BUFFER_BYTES;
+    end = buffer + UART_BUFFER_BYTES;
     gap = 0;
     UCSR0B = ENABLE_RECEIVE;
 }
 
 // Budget: 130 cycles, once a reply.
-SERIAL_HANDLER(COMPLETE_VECTOR, sent)
+SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE)
 {
     pins_write_rs485(false);
-    // Whatever was heard while sending belongs to nobody.
-    while ((UCSR0A & _BV(RXC0)) != 0) {
-        (void)UDR0;
-    }
-    sending = false;
+    listen();
+}
+
+void uart_listen(void)
+{
+    UCSR0B = ENABLE_NONE;
     listen();
 }
 
@@ -131,42 +126,29 @@ void uart_start(uint8_t *into)
 {
     buffer = into;
     UCSR0A = (uint8_t)_BV(U2X0);
-    listen();
+    uart_listen();
 }
 
-void uart_set(uint16_t divisor, enum uart_parity parity, uint16_t silence_16us)
+void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
 {
-    uint16_t rate = (uint16_t)(divisor - 1u);
-    uint8_t format = parity == UART_NONE  ? FORMAT_NONE
-                     : parity == UART_ODD ? FORMAT_ODD
-                                          : FORMAT_EVEN;
+    // Odd is 3 and even is 2 in the place where the setting has 1 and 2.
+    uint8_t format = parity == UART_NONE ? FORMAT_NONE
+                                         : (uint8_t)(FORMAT_ODD + _BV(UPM00) -
+                                                     (uint8_t)(parity * _BV(UPM00)));
+    uint8_t rate = (uint8_t)(divisor - 1u);
     uint8_t count = COUNT_16US;
 
-    if (UBRR0 == rate && UCSR0C == format) {
+    if (UBRR0L == rate && UCSR0C == format) {
         return;
     }
-    UBRR0 = rate;
+    UBRR0L = rate;
     UCSR0C = format;
-    if (silence_16us > 255u) {
-        silence_16us = silence_16us >> 2;
+    if (silence_16us > UINT8_MAX) {
+        silence_16us >>= 2;
         count = COUNT_64US;
     }
     OCR2A = (uint8_t)silence_16us;
     TCCR2B = count;
-}
-
-uint16_t uart_received(void)
-{
-    uint16_t room = 0;
-
-    cli();
-    room = left;
-    sei();
-    // In this order: a silence that ends what has just been counted is seen.
-    if (gap != 0) {
-        room = gap;
-    }
-    return (uint16_t)(UART_BUFFER_BYTES - room);
 }
 
 bool uart_silent(void)
@@ -174,9 +156,21 @@ bool uart_silent(void)
     return (TIFR2 & _BV(OCF2A)) != 0;
 }
 
-bool uart_ended(void)
+bool uart_received(uint16_t *count)
 {
-    return uart_silent() || gap != 0;
+    // In this order: a byte behind a silence that is seen here is not one of these.
+    bool ended = uart_silent();
+    cli();
+    const uint8_t *to = next;
+    sei();
+    uint8_t before_gap = gap;
+
+    *count = (uint16_t)(to - buffer);
+    if (before_gap != 0) {
+        *count = before_gap;
+        ended = true;
+    }
+    return ended;
 }
 
 void uart_drop(uint16_t count)
@@ -196,9 +190,9 @@ void uart_drop(uint16_t count)
         from++;
     }
     next = to;
-    left = (uint16_t)(left + count);
-    if (gap != 0) {
-        gap = (uint8_t)(gap + count); // 0 when it was at this end
+    uint8_t before_gap = gap;
+    if (before_gap != 0) {
+        gap = (uint8_t)(before_gap - count); // 0 when it was at this end
     }
     UCSR0B = ENABLE_RECEIVE;
 }
@@ -206,14 +200,8 @@ void uart_drop(uint16_t count)
 void uart_deafen(void)
 {
     cli();
-    left = 0;
+    end = next;
     sei();
-}
-
-void uart_listen(void)
-{
-    UCSR0B = ENABLE_NONE;
-    listen();
 }
 
 uint8_t uart_take_overruns(void)
@@ -230,11 +218,10 @@ uint8_t uart_take_overruns(void)
 void uart_send(uint16_t length)
 {
     // The receiver's handler must not find half of this.
-    UCSR0B = ENABLE_NONE;
-    pins_write_rs485(true);
+    UCSR0B = ENABLE_MUTE;
     next = buffer;
-    left = length;
-    sending = true;
+    end = buffer + length;
+    pins_write_rs485(true);
     // Clear a stale transmit-complete flag (write one), then let the handler send.
     UCSR0A = (uint8_t)(_BV(TXC0) | _BV(U2X0));
     UCSR0B = ENABLE_SEND;
@@ -242,5 +229,5 @@ void uart_send(uint16_t length)
 
 bool uart_sending(void)
 {
-    return sending;
+    return (UCSR0B & (_BV(UDRIE0) | _BV(TXCIE0))) != 0;
 }
