@@ -103,7 +103,7 @@ static void axes_share_a_zero_on_the_pixel_clock(void)
 // With pixels that leave the time, zero is the very next place of the clock.
 static void start_is_one_period_after_an_edge(void)
 {
-    machine.settings.pixel_hz_num = 100;
+    machine.settings.pixel_hz_num[1] = 100;
     machine_apply_settings();
     fake_pixel_clock(5000, 100, 1);
     bench_plain_line(0, 10, 1);

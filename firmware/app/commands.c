@@ -2,6 +2,7 @@
 // What the host may ask of the machine, each for a mask of axes: all of them or none.
 #include "app/machine.h"
 #include "app/start.h" // start_now
+#include "app/store.h" // store_*
 #include "app/time_check.h"
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/pixel_clock.h" // pixel_clock_drop
@@ -164,6 +165,32 @@ static bool clear_fault(void)
     return true;
 }
 
+// What needs its key.
+static bool keyed(void)
+{
+    return machine.order[2] == MACHINE_KEY && !machine_queued() && !store_busy();
+}
+
+static bool store(void)
+{
+    if (!keyed()) {
+        return false;
+    }
+    store_begin();
+    return true;
+}
+
+static bool default_settings(void)
+{
+    if (!keyed()) {
+        return false;
+    }
+    settings_defaults(&machine.settings);
+    store_note_change();
+    machine_apply_settings();
+    return true;
+}
+
 bool machine_do(enum machine_command command, uint8_t mask)
 {
     switch (command) {
@@ -184,10 +211,12 @@ bool machine_do(enum machine_command command, uint8_t mask)
         return for_axes(mask, resting, disable);
     case COMMAND_ZERO:
         return for_axes(mask, zeroable, seek_zero);
+    case COMMAND_STORE:
+        return store();
+    case COMMAND_DEFAULTS:
+        return default_settings();
     case COMMAND_PERMIT_ON:
     case COMMAND_PERMIT_OFF:
-    case COMMAND_STORE:
-    case COMMAND_DEFAULTS:
     case COMMAND_GO:
     default:
         return false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/machine.h"
 
+#include "app/store.h"       // store_load
 #include "base/require.h"    // require_failed
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
@@ -22,7 +23,7 @@ static uint8_t axis_bit(uint8_t axis)
 
 void machine_init(void)
 {
-    settings_defaults(&machine.settings);
+    store_load();
     machine.seek.axis = SEEK_NOBODY;
     switch_capture_stop();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -44,8 +45,12 @@ void machine_apply_settings(void)
                            ? settings->dir_setup_us
                            : settings->dir_hold_us;
 
-    (void)pixel_period_set(
-        &machine.period, CONFIG_TIMER_HZ, settings->pixel_hz_num, settings->pixel_hz_den);
+    (void)pixel_period_set(&machine.period,
+                           CONFIG_TIMER_HZ,
+                           settings_u32(settings->pixel_hz_num),
+                           settings_u32(settings->pixel_hz_den));
+    // A line that is over is the clock's reference no longer: its period may be another now.
+    machine.watch.following = false;
     machine.limits = (struct line_limits){
         .pixel_ticks = machine.period.whole_ticks,
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,

@@ -29,7 +29,12 @@ enum machine_command {
     COMMAND_STORE = 11,
     COMMAND_DEFAULTS = 12,
     COMMAND_GO = 13,
+    COMMAND_LAST = COMMAND_GO,
 };
+
+#define MACHINE_ORDER_WORDS 3u // mask, command, argument
+#define MACHINE_MASK_MAX    15u
+#define MACHINE_KEY 0x5AFEu // argument of commands that change what outlives a reset
 
 struct fault_record {
     uint8_t code; // enum fault, the first since the last clear
@@ -43,6 +48,7 @@ struct machine {
     struct axis axes[CONFIG_AXES];
     struct run slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
     struct settings settings;
+    uint16_t order[MACHINE_ORDER_WORDS]; // the last command and what came with it
     struct pixel_period period;
     struct line_limits limits;
     struct clock_watch watch;

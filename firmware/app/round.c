@@ -5,6 +5,7 @@
 #include "app/machine.h" // machine_*
 #include "app/seek.h"    // seek_*
 #include "app/start.h"   // start_on_edge, start_poll
+#include "app/store.h"   // store_poll
 #include "app/time_check.h"
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
@@ -224,5 +225,6 @@ void round_poll(void)
     poll_inputs();
     start_poll();
     watch_clock();
+    store_poll();
     decode_neediest();
 }
