@@ -15,6 +15,7 @@ rule(layers "${PIXSTEP_PYTHON}" "${checks}/layers.py")
 rule(imports "${PIXSTEP_PYTHON}" "${checks}/imports.py")
 rule(protocol "${PIXSTEP_PYTHON}" -m pixstep docs protocol --check docs/PROTOCOL.md)
 rule(files "${PIXSTEP_PYTHON}" -m pixstep docs files --check docs/FILES.md)
+rule(faults "${PIXSTEP_PYTHON}" -m pixstep docs faults --check docs/FAULTS.md)
 rule(wiring "${PIXSTEP_PYTHON}" -m pixstep docs wiring --check docs/WIRING.md)
 rule(text "${PIXSTEP_PYTHON}" "${checks}/text.py")
 rule(

@@ -195,15 +195,7 @@ class Board:
 
     def fault_text(self) -> str:
         """Return the board's fault and its cure in two sentences, empty if there is none."""
-        state = self.inputs()
-        if not state["fault_code"]:
-            return ""
-        fault = regs.faults().get(state["fault_code"])
-        name = regs.code_name(regs.faults(), state["fault_code"])
-        where = f"fault {name} on axis {state['fault_axis']} at pixel {state['fault_pixel']}"
-        if fault is None:
-            return f"{where}, argument {state['fault_argument']}"
-        return f"{where}: {fault.about(state['fault_argument'])}. {fault.cure}"
+        return regs.fault_text(self.inputs())
 
     def refusal(self, axis: int) -> LineRefusedByBoardError:
         """Return the refusal of an axis in state refused."""

@@ -13,6 +13,7 @@ from pixstep.errors import UserError
 
 AXIS_BASE = 0x20  # per-axis input registers
 AXIS_STRIDE = 0x10
+FIRST_WARNING = 32  # line errors from here on are warnings: the line is taken
 RECORD_BASE = 0x100  # per-pixel records
 RECORD_STRIDE = 0x80
 RECORD_REGISTERS = 6
@@ -31,6 +32,11 @@ COMMANDS = {
     "enable": 6,
     "disable": 7,
     "zero": 8,
+    "permit_on": 9,
+    "permit_off": 10,
+    "store": 11,
+    "default_settings": 12,
+    "go": 13,
 }
 AXIS_STATES = ("empty", "loading", "loaded", "armed", "running", "done", "refused", "fault")
 Kind = TypeVar("Kind", "Code", "Fault")
@@ -91,10 +97,6 @@ class Fault:
     position: str
     cause: str
     cure: str
-
-    def about(self, argument: int) -> str:
-        """Return the text, with the argument's value where it means something."""
-        return f"{self.text} ({self.argument}: {argument})" if self.argument else self.text
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,19 @@ def faults() -> dict[int, Fault]:
 def line_errors() -> dict[int, Code]:
     """Return the line errors and warnings by code."""
     return parse_codes(natives.source("firmware/core/motion/line_errors.def"), "LINE_ERROR", Code)
+
+
+def fault_text(state: Mapping[str, int]) -> str:
+    """Return the fault of a board's input registers and its cure, empty if there is none."""
+    code, argument = state["fault_code"], state["fault_argument"]
+    if not code:
+        return ""
+    where = f"on axis {state['fault_axis']} at pixel {state['fault_pixel']}"
+    fault = faults().get(code)
+    if fault is None:
+        return f"fault code {code} {where}, argument {argument}"
+    told = f" ({fault.argument}: {argument})" if fault.argument else ""
+    return f"fault {fault.name} {where}: {fault.text}{told}. {fault.cure}"
 
 
 def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
