@@ -89,7 +89,9 @@ def run_suites() -> None:
 def count(html: bool) -> list[File]:
     """Have gcovr read the counters of every file of the layers."""
     command = [Path(sys.executable).parent / "gcovr", "--root", ROOT, "--json", "-"]
-    command += [word for layer in LAYERS for word in ("--filter", f"{re.escape(str(ROOT))}/{layer}")]
+    command += [
+        word for layer in LAYERS for word in ("--filter", f"{re.escape(str(ROOT))}/{layer}")
+    ]
     if html:
         REPORT.parent.mkdir(exist_ok=True)
         command += ["--html-details", REPORT]

@@ -56,9 +56,7 @@ def member(board: str, struct: str, name: str) -> tuple[int, int]:
 def _options(board: str) -> list[str]:
     """Return the compiler and its options without source and output."""
     build = natives.root() / "build" / board / "compile_commands.json"
-    (entry,) = [
-        one for one in json.loads(build.read_text()) if one["file"].endswith(f"/{_SOURCE}")
-    ]
+    (entry,) = [one for one in json.loads(build.read_text()) if one["file"].endswith(f"/{_SOURCE}")]
     words = shlex.split(entry["command"])
     del words[words.index("-o") : words.index("-o") + 2]
     return [word for word in words if word != "-c" and not word.endswith(_SOURCE)]

@@ -24,7 +24,9 @@ START, SEEK, OPEN, DOWN, END = 0x01, 0x80, 0x100, (3, 0), (2, 0)
 
 def seek(bench, axis, count, pixels, flags=0):
     """Queue a seek of constant speed."""
-    upload = Upload(bench.board, axis, [(START | SEEK | flags, 0), (0, 0), (count, pixels), DOWN, END])
+    upload = Upload(
+        bench.board, axis, [(START | SEEK | flags, 0), (0, 0), (count, pixels), DOWN, END]
+    )
     upload.push()
     assert upload.done
 
@@ -142,7 +144,9 @@ def test_clock_edge_lost(board):
             bench.sim.run(200)
         bench.run_into_fault(PIXEL_TICKS)
         axis = {"uno": 0, "mega": 3}[board]  # of whose timer the clock's capture is
-        bench.assert_fault("clock_edge_lost", axis, pixel={"uno": range(pixel, pixel + 2), "mega": 1}[board])
+        bench.assert_fault(
+            "clock_edge_lost", axis, pixel={"uno": range(pixel, pixel + 2), "mega": 1}[board]
+        )
 
 
 @pytest.mark.provokes("limit_plus")

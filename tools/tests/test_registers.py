@@ -68,9 +68,7 @@ def test_codes_of_the_firmware():
 
 def test_duplicate_code(table):
     with pytest.raises(UserError, match="code 1 is used twice"):
-        registers.parse_codes(
-            table('E(1, a, "x", "y")\nE(1, b, "x", "y")'), "E", registers.Code
-        )
+        registers.parse_codes(table('E(1, a, "x", "y")\nE(1, b, "x", "y")'), "E", registers.Code)
 
 
 def test_codes_name_the_arguments_they_lack(table):
