@@ -430,7 +430,7 @@ void ledger_follow_blocks(struct ledger *ledger,
                           const struct engine_sample *sample)
 {
     // After an idle period or a cut nothing stays behind that could be taken as a whole.
-    if (sample->cut || sample->idle_count != ledger->idle_seen) {
+    if (FEED_BLOCKS == 0 || sample->cut || sample->idle_count != ledger->idle_seen) {
         ledger_follow(ledger, feed, sample);
         return;
     }
