@@ -16,6 +16,9 @@ from pixstep import natives
 from pixstep.cli.main import main
 
 
+pytest_plugins = ["pytester"]
+
+
 def pytest_addoption(parser):
     """Add --lines."""
     parser.addoption(

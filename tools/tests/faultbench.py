@@ -5,6 +5,7 @@ A test says by `@pytest.mark.provokes("starved")` which faults it provokes; conf
 only if `FaultBench.assert_fault` was satisfied with each of them. docs/FAULTS.md names these tests.
 """
 
+import contextlib
 from collections.abc import Callable
 
 from bench import QUIET_CYCLES, Bench
@@ -12,15 +13,15 @@ from memory import Memory
 from pixstep.board import boards
 from pixstep.board import registers as regs
 
-PERMIT_SERVED = False
 asserted: set[str] = set()  # names of the faults asserted in the running test
 
 # A fault is seen so many cycles after it was latched, at most.
 LOOK_CYCLES = 1000
+# From its code's being written to the end of what the firmware does about it.
+LATCH_CYCLES = 1000
 # One interval, the longest period of the timer, and a round of the main loop that stops the axes.
 LAST_EDGE_CYCLES = 0x10000
 _OUTPUT_PERMIT = 1 << 8
-_PORT_OFFSETS = {"B": 0x25, "C": 0x28, "D": 0x2B, "E": 0x2E}  # of PORTx; DDRx is one below
 
 
 class FaultBench(Bench):
@@ -30,8 +31,7 @@ class FaultBench(Bench):
         super().__enter__()
         self.name = self.options.boards[0][0]
         self.memory = Memory(self.sim, self.name)
-        if PERMIT_SERVED:
-            self.switch_permit_on()
+        self.switch_permit_on()
         return self
 
     def switch_permit_on(self):
@@ -40,10 +40,7 @@ class FaultBench(Bench):
 
     def permit_pin(self):
         """True if the permit pin is driven high."""
-        (pin,) = [one for one in boards.load(self.name).pins if one.signal == "PERMIT"]
-        at = _PORT_OFFSETS[pin.port]
-        ddr, port = bytes.fromhex(self.sim.command(f"peek 0 {at - 1} 2").split()[1])
-        return bool(ddr & port & 1 << pin.bit)
+        return self.sim.command("permit 0").split()[1] == "1"
 
     def latched(self):
         """Code of the fault that the firmware has latched, read without its help."""
@@ -57,6 +54,13 @@ class FaultBench(Bench):
         """Read a member of the firmware's `machine`."""
         return self.memory.read("machine", "struct machine", member)
 
+    @contextlib.contextmanager
+    def main_loop_held(self):
+        """Let nothing but interrupts run inside."""
+        self.sim.command("hang 0 main")
+        yield
+        self.sim.command("hang 0 off")
+
     def until_true(self, done: Callable[[], bool], cycles=16_000_000, look=LOOK_CYCLES):
         """Let time pass, without a request, until done() holds."""
         limit = self.sim.cycle + cycles
@@ -67,6 +71,7 @@ class FaultBench(Bench):
     def run_into_fault(self, cycles=48_000_000):
         """Let time pass until a fault is latched; no request disturbs it."""
         self.until_true(self.latched, cycles)
+        self.sim.run(LATCH_CYCLES)
 
     def assert_fault(self, name, axis=0, *, pixel, argument=0, known=True):
         """Assert what the fault latched just now says and promises.
@@ -75,7 +80,7 @@ class FaultBench(Bench):
         """
         assert regs.code_name(regs.faults(), self.latched()) == name
         counts = self._counts()
-        assert not (PERMIT_SERVED and self.permit_pin())
+        assert not self.permit_pin()
         # What a timer already held.
         self.sim.run(LAST_EDGE_CYCLES)
         last = self._counts()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The firmware's variables in a simulated board's RAM, for tests that disturb them.
 
-Addresses come from the image's symbols; where a member lies in a struct says the compiler that
+The simulator knows the variables' addresses; where a member lies in a struct says the compiler that
 built the image, with the options it was built with.
 """
 
@@ -16,23 +16,12 @@ from pathlib import Path
 from pixstep import natives
 
 _SOURCE = "app/machine.c"  # its options are those of the struct's own file
-_DATA_SPACE = 0x800000
 _PROBE = """
 #include <stddef.h>
 #include "app/machine.h"
 const size_t probe[] = {{
     offsetof({struct}, {member}), sizeof((({struct} *)0)->{member})}};
 """
-
-
-@cache
-def symbol(board: str, name: str) -> int:
-    """Return the address of a variable in the data space."""
-    listed = subprocess.run(
-        ["avr-nm", natives.image(board)], capture_output=True, check=True, text=True
-    ).stdout
-    (found,) = re.findall(rf"^([0-9a-f]+) [BbDd] {name}$", listed, re.MULTILINE)
-    return int(found, 16) - _DATA_SPACE
 
 
 @cache
@@ -69,17 +58,13 @@ class Memory:
         self._simulator, self._board = simulator, board
 
     def read(self, variable: str, struct: str, name: str) -> int:
-        at, size = self._place(variable, struct, name)
-        return int.from_bytes(bytes.fromhex(self._peek(at, size)), "little")
+        """Return a member as a number."""
+        offset, size = member(self._board, struct, name)
+        answer = self._simulator.command(f"peek 0 {variable}+{offset} {size}")
+        return int.from_bytes(bytes.fromhex(answer.split()[1]), "little")
 
     def write(self, variable: str, struct: str, name: str, value: int) -> None:
-        at, size = self._place(variable, struct, name)
-        data = (value % (1 << 8 * size)).to_bytes(size, "little")
-        self._simulator.command(f"poke 0 {at} {data.hex()}")
-
-    def _place(self, variable: str, struct: str, name: str) -> tuple[int, int]:
+        """Set a member."""
         offset, size = member(self._board, struct, name)
-        return symbol(self._board, variable) + offset, size
-
-    def _peek(self, at: int, size: int) -> str:
-        return self._simulator.command(f"peek 0 {at} {size}").split()[1]
+        data = (value % (1 << 8 * size)).to_bytes(size, "little")
+        self._simulator.command(f"poke 0 {variable}+{offset} {data.hex()}")

@@ -12,8 +12,7 @@ from click.testing import CliRunner
 from rich.console import Console
 
 from pixstep import formats
-from pixstep.board import boards
-from pixstep.board import registers
+from pixstep.board import boards, registers
 from pixstep.board.client import Board
 from pixstep.cli.main import main
 from pixstep.lines import exact
