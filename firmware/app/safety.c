@@ -34,13 +34,15 @@ void safety_start(void)
     cpu_watchdog_start();
 }
 
-// One axis a round. An underrun has switched its axis off: that one is excused.
+// One axis a round. One that came too late is off, and makes no further beat: it is excused. One
+// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge included,
+// and only a reset ends that.
 static void feed_watchdog(void)
 {
     uint8_t i = machine.turn % CONFIG_AXES;
     uint8_t beat = step_timer_beat(i);
 
-    if (beat != beats[i] || machine.time_lost) {
+    if (beat != beats[i] || step_timer_state(i) == STEP_ENGINE_HALTED) {
         beats[i] = beat;
         alive = (uint8_t)(alive | (1u << i));
     }
