@@ -25,7 +25,7 @@ static void at_rest_after_power_on(void)
 {
     bench_rounds(100);
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_FALSE(machine_moving());
+    TEST_ASSERT_FALSE(machine_moving_axis() != CONFIG_AXES);
     TEST_ASSERT_TRUE(machine_clock_present());
     check_nothing_moves();
 }

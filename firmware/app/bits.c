@@ -113,5 +113,6 @@ enum modbus_exception data_write_coils(uint16_t address,
     machine.asking = true;
     bool possible = command_all(off, on);
     machine.asking = false;
+    machine.order[2] = 0; // an axis armed here waits for no token
     return possible && command_all(off, on) ? MODBUS_OK : MODBUS_DEVICE_FAILURE;
 }

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/drivers.h"        // struct drivers
 #include "app/inputs.h"         // struct inputs
 #include "app/seek.h"           // struct seek
 #include "app/settings.h"       // struct settings
@@ -55,9 +56,12 @@ struct machine {
     struct fault_record fault;
     struct inputs inputs[CONFIG_AXES];
     struct seek seek;
+    struct drivers drivers;
     uint8_t starting; // bit n: axis n has a line zero and waits for its release
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests
+    bool permit;      // the permit output is on
+    uint16_t token;   // that armed axes wait for, 0 none
     uint8_t turn;     // rounds, to look after one axis after the other
     bool asking;      // a command is only asked about
     bool time_lost;   // an underrun left the timers out of step with the ledgers
@@ -100,12 +104,15 @@ void machine_account(uint8_t axis);
 // Forget every line of an axis at rest.
 void machine_discard(uint8_t axis);
 
-bool machine_moving(void); // any axis armed or running
-bool machine_queued(void); // or any line waiting, whole or in part
+uint8_t machine_moving_axis(void); // the first armed or running one, CONFIG_AXES if none
+bool machine_queued(void);         // or any line waiting, whole or in part
 bool machine_clock_present(void);
 uint32_t machine_clock_patience_4us(void); // without an edge, until it is missing
 
-// Latch a fault and stop every axis.
+// The permit output: a laser's or a spindle's gate.
+void machine_permit(bool on);
+
+// Latch a fault, take the permit away and stop every axis.
 void machine_fault(enum fault code, uint8_t axis, uint16_t argument);
 
 // This axis's step interrupt came too late: latch it and stop every axis; time is to be restarted.

@@ -11,7 +11,10 @@
 #include "app/store.h"         // store_state
 #include "base/flash.h"        // IN_FLASH
 #include "hal/cpu.h"           // cpu_reset_cause
+#include "hal/estop.h"         // estop_tripped
 #include "wire/register_map.h" // REG_*
+
+#define OUTPUTS_PERMIT 0x0100u
 
 uint16_t report_status(void)
 {
@@ -24,7 +27,13 @@ uint16_t report_status(void)
             bits |= REPORT_RUNNING;
         }
     }
-    return machine.fault.code != FAULT_none ? (uint16_t)(bits | REPORT_FAULT) : bits;
+    if (machine.fault.code != FAULT_none) {
+        bits |= REPORT_FAULT;
+    }
+    if (estop_tripped()) {
+        bits |= REPORT_ESTOP;
+    }
+    return machine.permit ? (uint16_t)(bits | REPORT_PERMIT) : bits;
 }
 
 static uint16_t half(uint32_t value, bool low)
@@ -51,6 +60,13 @@ static uint16_t inputs(uint8_t axis, bool low)
     (void)axis;
     (void)low;
     return inputs_all();
+}
+
+static uint16_t outputs(uint8_t axis, bool low)
+{
+    (void)axis;
+    (void)low;
+    return (uint16_t)(machine.drivers.on | (machine.permit ? OUTPUTS_PERMIT : 0));
 }
 
 static uint16_t settings_state(uint8_t axis, bool low)
@@ -175,7 +191,7 @@ static const struct source axes[] IN_FLASH = {
 static const struct source more[] IN_FLASH = {
     [REG_INPUT_fault_mask_high - MORE_BASE] = {.at = &machine.fault.mask,
                                                .kind = SOURCE_HIGH},
-    [REG_INPUT_outputs - MORE_BASE] = CONSTANT(0),
+    [REG_INPUT_outputs - MORE_BASE] = CALL(outputs),
     [REG_INPUT_settings_state - MORE_BASE] = CALL(settings_state),
     [REG_INPUT_settings_serial - MORE_BASE] = WORD(machine.settings.serial),
     [REG_INPUT_bus_messages - MORE_BASE] = COUNTER(bus_messages),

@@ -9,6 +9,8 @@
 #define REPORT_ARMED   0x0002u
 #define REPORT_RUNNING 0x0004u
 #define REPORT_FAULT   0x0008u
+#define REPORT_ESTOP   0x0010u
+#define REPORT_PERMIT  0x0020u
 
 bool report_mapped(uint16_t address, uint16_t count);
 uint16_t report_word(uint16_t address);

@@ -16,7 +16,7 @@ _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock
 // Received in place, turned into the reply in place, sent from there.
 static struct frame frame;
 static struct server_counters counters;
-static uint32_t request_4us;
+static uint16_t last_request_ms;
 
 // A request to this board alone is answered before the line is listened to again: what comes before
 // the silence that the reply waits for, or meanwhile, belongs to nobody. What follows any other
@@ -28,6 +28,7 @@ static enum phase {
     SENDING,
 } phase;
 static uint8_t reply_bytes;
+static uint16_t since_4us; // the reply's delay runs
 
 static void set_line(void)
 {
@@ -54,14 +55,14 @@ const struct server_counters *serial_counters(void)
     return &counters;
 }
 
-uint32_t serial_last_request_4us(void)
+uint16_t serial_last_request_ms(void)
 {
-    return request_4us;
+    return last_request_ms;
 }
 
 static void serve(void)
 {
-    request_4us = clock_now_4us();
+    last_request_ms = clock_now_ms();
     reply_bytes = server_serve(&frame, &counters);
 }
 
@@ -105,6 +106,7 @@ static bool take_frame(void)
 static void answer(void)
 {
     serve();
+    since_4us = (uint16_t)clock_now_4us();
     phase = ANSWERED;
     if (reply_bytes == 0) {
         uart_listen();
@@ -115,7 +117,7 @@ static void answer(void)
 // The checksum in a round of its own: motion waits for the longer of the two only.
 static void send(void)
 {
-    uint16_t waited_4us = (uint16_t)((uint16_t)clock_now_4us() - (uint16_t)request_4us);
+    uint16_t waited_4us = (uint16_t)((uint16_t)clock_now_4us() - since_4us);
 
     if (waited_4us >= machine.settings.reply_delay_us / 4u) {
         uart_send(frame_seal(&frame, reply_bytes));

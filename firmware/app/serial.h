@@ -12,5 +12,5 @@ void serial_poll(void);
 
 const struct server_counters *serial_counters(void);
 
-// When the last request for this board or for all was served, as clock_now_4us().
-uint32_t serial_last_request_4us(void);
+// When a request for this board, or for all, was served last, as clock_now_ms().
+uint16_t serial_last_request_ms(void);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "app/round.h"
+#include "app/safety.h"
 #include "app/time_check.h"
 #include "fakes/board.h"
 #include "fakes/eeprom.h"
@@ -33,6 +34,7 @@ void bench_power_on(void)
     machine.settings.pixel_hz_num[1] = BENCH_PIXEL_HZ;
     machine_apply_settings();
     time_check_start();
+    safety_start();
     bench_clock_on();
 }
 

@@ -398,11 +398,8 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
             block->count > (uint8_t)(behind - count)) {
             break;
         }
-        // Pixel edges lie between blocks.
-        if (feed->mark_tail != feed->mark_placed &&
-            feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == slot) {
-            break;
-        }
+        // No pixel edge lies between this block and the one before it (feed_plain() and put_chunk()
+        // in feed.c): the step before an edge is never in a block, nor is the one behind it.
         ticks += block->ticks;
         count = (uint8_t)(count + block->count);
         feed_drop_block(feed);
@@ -433,7 +430,7 @@ void ledger_follow_blocks(struct ledger *ledger,
                           const struct engine_sample *sample)
 {
     // After an idle period or a cut nothing stays behind that could be taken as a whole.
-    if (sample->cut || sample->idle_count != ledger->idle_seen) {
+    if (FEED_BLOCKS == 0 || sample->cut || sample->idle_count != ledger->idle_seen) {
         ledger_follow(ledger, feed, sample);
         return;
     }

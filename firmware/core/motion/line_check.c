@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
-#include "base/apart.h" // APART
+#include "base/apart.h"    // APART
+#include "base/multiply.h" // multiply_u32_u16
 
 // The curve decoder multiplies speeds by piece lengths in 40 bits and takes 2 * count.
 #define COUNT_MAX 16383
@@ -200,7 +201,7 @@ static enum line_error equal_counts(struct line_check *check, struct run entry)
     if (amplitude == 0 || !equal) {
         return LINE_none;
     }
-    if (amplitude > 2u && amplitude > steps / 100u) {
+    if (amplitude > 2u && multiply_u32_u16(100, amplitude) > steps) {
         return LINE_oscillates;
     }
     warn(check, LINE_ripple);
