@@ -16,21 +16,21 @@
 
 #define OUTPUTS_PERMIT 0x0100u // bit of input register `outputs`; the drivers are the lowest
 
-// What 0 and 1 command in each group: the group's first bit, and the command.
-#define COMMAND_OF(first, command) (char)((first) << 4 | (command))
+#define GROUP_OF(coil) ((coil) < 12u ? (coil) / 4u : (coil) - 9u)
+
+// What 0 and 1 command in each group.
 static const char commands[] IN_FLASH = {
-    COMMAND_OF(0, COMMAND_DISABLE),
-    COMMAND_OF(0, COMMAND_ENABLE),
-    COMMAND_OF(4, COMMAND_DISARM),
-    COMMAND_OF(4, COMMAND_ARM),
-    COMMAND_OF(8, COMMAND_NONE),
-    COMMAND_OF(8, COMMAND_STOP),
-    COMMAND_OF(12, COMMAND_NONE),
-    COMMAND_OF(12, COMMAND_CLEAR_FAULT),
-    COMMAND_OF(13, COMMAND_PERMIT_OFF),
-    COMMAND_OF(13, COMMAND_PERMIT_ON),
+    COMMAND_DISABLE,
+    COMMAND_ENABLE,
+    COMMAND_DISARM,
+    COMMAND_ARM,
+    COMMAND_NONE,
+    COMMAND_STOP,
+    COMMAND_NONE,
+    COMMAND_CLEAR_FAULT,
+    COMMAND_PERMIT_OFF,
+    COMMAND_PERMIT_ON,
 };
-#define SINGLE 0xC0u // from here on a group is one bit
 
 bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 {
@@ -74,20 +74,20 @@ bool data_bit(uint16_t address, uint8_t which)
     return (word >> (address & 15u) & 1u) != 0;
 }
 
-// One group after the other, each command with all of its axes at once: some are possible for one
-// axis and not for two. False where one is not possible.
-static bool command_all(uint16_t off, uint16_t on)
+// False where one is not possible; those before it are done, or asked about.
+static bool command_all(uint8_t coil, uint8_t count, uint16_t values)
 {
-    for (uint8_t i = 0; i < sizeof commands; i++) {
-        uint8_t entry = (uint8_t)flash_char(&commands[i]);
-        uint16_t bits = (i & 1u) == 0 ? off : on;
-        uint8_t mask =
-            (uint8_t)(bits >> (entry >> 4) & (entry < SINGLE ? ALL_AXES : 1u));
+    do {
+        uint8_t which = (uint8_t)(2u * GROUP_OF(coil) + (values & 1u));
+        uint8_t axis = CONFIG_AXES == 1 ? 0 : coil % 4u;
 
-        if (mask != 0 && !machine_do((enum machine_command)(entry & 15u), mask)) {
+        if (!machine_do((enum machine_command)flash_char(&commands[which]),
+                        (uint8_t)(1u << axis))) {
             return false;
         }
-    }
+        values >>= 1;
+        coil++;
+    } while (--count != 0);
     return true;
 }
 
@@ -97,22 +97,12 @@ enum modbus_exception data_write_coils(uint16_t address,
 {
     // Behind the bits lies at least the checksum.
     uint16_t values = (uint16_t)(bits[0] | (uint16_t)bits[1] << 8);
-    uint16_t place = (uint16_t)(1u << address);
-    uint16_t off = 0;
-    uint16_t on = 0;
 
-    do {
-        if ((values & 1u) == 0) {
-            off |= place;
-        } else {
-            on |= place;
-        }
-        values >>= 1;
-        place = (uint16_t)(place << 1);
-    } while (--count != 0);
-    machine.asking = true;
-    bool possible = command_all(off, on);
-    machine.asking = false;
+    machine.asking = MACHINE_ASKS;
+    bool possible = command_all((uint8_t)address, (uint8_t)count, values);
+    machine.asking = 0;
     machine.order[2] = 0; // an axis armed here waits for no token
-    return possible && command_all(off, on) ? MODBUS_OK : MODBUS_DEVICE_FAILURE;
+    return possible && command_all((uint8_t)address, (uint8_t)count, values)
+               ? MODBUS_OK
+               : MODBUS_DEVICE_FAILURE;
 }

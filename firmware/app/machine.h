@@ -45,6 +45,10 @@ struct fault_record {
     uint32_t pixel;
 };
 
+// machine.asking: 0, or commands are only asked about, a seek among them.
+#define MACHINE_ASKS       1u
+#define MACHINE_ASKED_SEEK 2u
+
 struct machine {
     struct axis axes[CONFIG_AXES];
     struct run slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
@@ -63,7 +67,7 @@ struct machine {
     bool permit;      // the permit output is on
     uint16_t token;   // that armed axes wait for, 0 none
     uint8_t turn;     // rounds, to look after one axis after the other
-    bool asking;      // a command is only asked about
+    uint8_t asking;   // commands are only asked about: MACHINE_ASKS, MACHINE_ASKED_SEEK
     bool time_lost;   // an underrun left the timers out of step with the ledgers
     uint32_t edge_seen_4us; // when the last clock edge was handled
 };

@@ -82,7 +82,7 @@ bool safety_clear(void)
     if (estop_tripped()) {
         return false;
     }
-    if (!machine.asking) {
+    if (machine.asking == 0) {
         estop_release();
     }
     return cpu_stack_intact();

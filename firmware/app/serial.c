@@ -19,8 +19,8 @@ static struct server_counters counters;
 static uint16_t last_request_ms;
 
 // A request to this board alone is answered before the line is listened to again: what comes before
-// the silence that the reply waits for, or meanwhile, belongs to nobody. What follows any other
-// frame is the next one.
+// the silence that the reply waits for, behind the request, and what comes until the reply has left
+// belongs to nobody. What follows any other frame is the next one.
 static enum phase {
     LISTENING,
     REQUESTED, // waits for silence
@@ -32,11 +32,11 @@ static uint16_t since_4us; // the reply's delay runs
 
 static void set_line(void)
 {
-    uint16_t baud_100 = machine.settings.baud_100;
+    uint8_t divisor = baud_divisor(machine.settings.baud_100);
 
-    uart_set(baud_divisor(baud_100),
+    uart_set(divisor,
              (enum uart_parity)machine.settings.parity,
-             baud_silence_16us(baud_100));
+             baud_silence_16us(divisor));
 }
 
 void serial_start(uint8_t address)
@@ -92,7 +92,6 @@ static bool take_frame(void)
     (*counter)++;
     if (status == FRAME_READY) {
         if (frame.bytes[0] != 0) {
-            uart_deafen();
             phase = REQUESTED;
             return false;
         }
@@ -105,6 +104,7 @@ static bool take_frame(void)
 
 static void answer(void)
 {
+    uart_deafen();
     serve();
     since_4us = (uint16_t)clock_now_4us();
     phase = ANSWERED;

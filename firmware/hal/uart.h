@@ -25,20 +25,20 @@ bool uart_received(uint16_t *count);
 // The first `count` of them are done with; what follows is the front now. Bytes may come meanwhile.
 void uart_drop(uint16_t count);
 
-// Bytes from now on belong to nobody and only break the silence, until uart_listen() or the end of
-// what is sent. The buffer is the caller's.
+// Hear nothing until uart_listen() or the end of what is sent: the buffer is the caller's.
 void uart_deafen(void);
 
 // The line is silent.
 bool uart_silent(void);
 
-// Listen into an empty buffer.
+// Listen into an empty buffer, after uart_deafen().
 void uart_listen(void);
 
 // Bytes lost by the receiver since the last call.
 uint8_t uart_take_overruns(void);
 
-// Send the buffer's first bytes (1..256), then listen; the buffer must stay until then.
+// After uart_deafen(): send the buffer's first bytes (1..256), then listen as uart_listen() does.
+// The buffer must stay until then.
 void uart_send(uint16_t length);
 
 // True until the last stop bit has left.

@@ -7,14 +7,19 @@
 #define PRODUCT_MIN (BAUD_CLOCK_100 / 41u * 40u + BAUD_CLOCK_100 % 41u * 40u / 41u + 1u)
 #define PRODUCT_MAX (BAUD_CLOCK_100 / 39u * 40u + BAUD_CLOCK_100 % 39u * 40u / 39u)
 // The standard's 1750 us count above 19200 baud; up to there 3.5 characters, here with the next one.
-#define SLOW_100      192u
-#define SILENCE_16US  109u   // 1750 us
-#define CHARACTER_100 6875u  // 11 bits: 11 s / (100 * 16 us)
-#define SLOW_WAIT_100 30937u // 49.5 bits
+#define SLOW_DIVISOR 104u
+#define SILENCE_16US 109u // 1750 us
 
+// Without a division, which nothing else of the firmware's 16 bits needs.
 uint8_t baud_divisor(uint16_t baud_100)
 {
-    return (uint8_t)((BAUD_CLOCK_100 + baud_100 / 2u) / baud_100);
+    uint16_t left = (uint16_t)(BAUD_CLOCK_100 + baud_100 / 2u);
+    uint8_t divisor = 0;
+
+    for (; left >= baud_100; divisor++) {
+        left = (uint16_t)(left - baud_100);
+    }
+    return divisor;
 }
 
 bool baud_possible(uint16_t baud_100)
@@ -27,8 +32,11 @@ bool baud_possible(uint16_t baud_100)
     return product >= PRODUCT_MIN && product <= PRODUCT_MAX;
 }
 
-uint16_t baud_silence_16us(uint16_t baud_100)
+// A bit is half a microsecond by the divisor: 11 bits are 88/256 of a unit, 49.5 bits 1 + 140/256.
+uint16_t baud_silence_16us(uint8_t divisor)
 {
-    return baud_100 <= SLOW_100 ? SLOW_WAIT_100 / baud_100
-                                : (uint16_t)(SILENCE_16US + CHARACTER_100 / baud_100);
+    uint16_t first = divisor >= SLOW_DIVISOR ? divisor : SILENCE_16US;
+    uint8_t part = divisor >= SLOW_DIVISOR ? 140u : 88u;
+
+    return (uint16_t)(first + ((uint16_t)(part * divisor) >> 8));
 }

@@ -38,7 +38,7 @@ static volatile uint8_t overruns;
 #define COMPLETE_VECTOR USART0_TX_vect
 #endif
 
-// While sending the receiver is off: whatever is heard then belongs to nobody.
+// The receiver is off from the making of a reply to its end: what comes then belongs to nobody.
 #define ENABLE_NONE     ((uint8_t)(_BV(RXEN0) | _BV(TXEN0)))
 #define ENABLE_RECEIVE  ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
 #define ENABLE_MUTE     ((uint8_t)(_BV(TXEN0)))
@@ -118,7 +118,6 @@ SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE)
 
 void uart_listen(void)
 {
-    UCSR0B = ENABLE_NONE;
     listen();
 }
 
@@ -143,7 +142,7 @@ void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
     }
     UBRR0L = rate;
     UCSR0C = format;
-    if (silence_16us > UINT8_MAX) {
+    if (silence_16us >> 8 != 0) {
         silence_16us >>= 2;
         count = COUNT_64US;
     }
@@ -199,9 +198,7 @@ void uart_drop(uint16_t count)
 
 void uart_deafen(void)
 {
-    cli();
-    end = next;
-    sei();
+    UCSR0B = ENABLE_MUTE;
 }
 
 uint8_t uart_take_overruns(void)
@@ -217,8 +214,6 @@ uint8_t uart_take_overruns(void)
 
 void uart_send(uint16_t length)
 {
-    // The receiver's handler must not find half of this.
-    UCSR0B = ENABLE_MUTE;
     next = buffer;
     end = buffer + length;
     pins_write_rs485(true);
