@@ -2,6 +2,7 @@
 #include "motion/pixel_period.h"
 
 #include "base/apart.h"    // APART
+#include "base/divide.h"   // divide_with_rest
 #include "base/multiply.h" // multiply_u32_u16
 
 // to += by, both whole + rest / divisor; the period's divisor is known.
@@ -69,57 +70,48 @@ uint32_t pixel_grid_advance(struct pixel_grid *grid)
     return period->whole_ticks;
 }
 
-static struct pixel_shift product(uint32_t a, uint16_t b)
+// a * b + c * d + more; b and d of 15 bits.
+static APART uint32_t mix(uint16_t a, uint16_t b, uint16_t c, uint16_t d, uint16_t more)
 {
-    uint32_t low = multiply_u32_u16((uint16_t)a, b);
-    uint32_t high = multiply_u32_u16(a >> 16, b) + (low >> 16);
-
-    return (struct pixel_shift){
-        .low = (high << 16) | (uint16_t)low,
-        .high = (uint16_t)(high >> 16),
-    };
+    return (uint32_t)a * b + (uint32_t)c * d + more;
 }
 
-// remainder * share further, modulo divisor * scale; what is carried. Share: not above the scale.
-static uint8_t add_fraction(struct pixel_shift *sum,
-                            const struct pixel_period *period,
-                            uint16_t share,
-                            uint16_t scale)
+// P (V-B)/V with P = q + r/d:  q (V-B) = ticks * V + rest, so the place is
+//
+//     ticks + N / (d V)   with N = rest * d + r (V-B), less than 2 d V
+//
+// A step of P adds r V to N: what N leaves over when V divides it never changes, and N / V walks as
+// the sum of a grid does.
+uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
+                                  const struct pixel_period *period,
+                                  uint16_t backlash_steps,
+                                  uint16_t line_speed)
 {
-    struct pixel_shift part = product(period->remainder, share);
-
-    sum->low += part.low;
-    sum->high = (uint16_t)(sum->high + part.high + (sum->low < part.low ? 1u : 0u));
-    part = product(period->divisor, scale);
-    if (sum->high < part.high || (sum->high == part.high && sum->low < part.low)) {
-        return 0;
-    }
-    sum->high = (uint16_t)(sum->high - part.high - (sum->low < part.low ? 1u : 0u));
-    sum->low -= part.low;
-    return 1;
-}
-
-uint32_t pixel_shift_start(struct pixel_shift *shift,
-                           const struct pixel_period *period,
-                           uint16_t backlash_steps,
-                           uint16_t line_speed)
-{
-    // P (V-B)/V with P = q + r/d:  q (V-B) = ticks * V + rest, so the place is
-    // ticks + (rest * d + r (V-B)) / (d V), a sum of two fractions below 1.
     uint16_t share = (uint16_t)(line_speed - backlash_steps);
-    uint32_t part = period->whole_ticks / line_speed;
-    uint32_t over = multiply_u32_u16(period->whole_ticks - part * line_speed, share);
-    uint32_t carried = over / line_speed;
-    uint16_t rest = (uint16_t)(over - carried * line_speed);
+    uint32_t ticks = multiply_u32_u16(period->whole_ticks / line_speed, share);
+    uint32_t over = divide_with_rest(
+        (uint32_t)(uint16_t)(period->whole_ticks % line_speed) * share, line_speed);
+    uint16_t rest = (uint16_t)(over >> 16);
+    uint32_t low =
+        mix((uint16_t)period->divisor, rest, (uint16_t)period->remainder, share, 0);
+    uint32_t high = mix((uint16_t)(period->divisor >> 16),
+                        rest,
+                        (uint16_t)(period->remainder >> 16),
+                        share,
+                        (uint16_t)(low >> 16));
+    bool beyond = (uint16_t)(high >> 16) >= line_speed; // N / V has 33 bits
 
-    *shift = product(period->divisor, rest);
-    return multiply_u32_u16(part, share) + carried +
-           add_fraction(shift, period, share, line_speed);
-}
-
-uint32_t pixel_shift_advance(struct pixel_shift *shift,
-                             const struct pixel_period *period,
-                             uint16_t line_speed)
-{
-    return period->whole_ticks + add_fraction(shift, period, line_speed, line_speed);
+    if (beyond) {
+        high -= (uint32_t)line_speed << 16;
+    }
+    high = divide_with_rest(high, line_speed);
+    low = divide_with_rest((high & 0xFFFF0000uL) | (uint16_t)low, line_speed);
+    grid->period = period;
+    grid->sum = (high << 16) | (uint16_t)low;
+    ticks += (uint16_t)over;
+    if (beyond || grid->sum >= period->divisor) {
+        grid->sum -= period->divisor;
+        ticks++;
+    }
+    return ticks;
 }
