@@ -5,6 +5,9 @@
 #include "base/divide.h"   // divide_with_rest
 #include "base/multiply.h" // multiply_u32_u16
 
+// Of the two halves of a number in memory.
+#define LOW_HALF (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)
+
 // to += by, both whole + rest / divisor; the period's divisor is known.
 static APART void add(struct pixel_period *to, const struct pixel_period *by)
 {
@@ -70,48 +73,69 @@ uint32_t pixel_grid_advance(struct pixel_grid *grid)
     return period->whole_ticks;
 }
 
-// a * b + c * d + more; b and d of 15 bits.
-static APART uint32_t mix(uint16_t a, uint16_t b, uint16_t c, uint16_t d, uint16_t more)
+// Half a number of 32 bits as it lies in memory, which is all that a small part can multiply.
+typedef uint16_t __attribute__((may_alias)) half;
+
+// *a * b + *c * d + more; b and d of 15 bits.
+static APART uint32_t
+mix(const half *a, uint16_t b, const half *c, uint16_t d, uint16_t more)
 {
-    return (uint32_t)a * b + (uint32_t)c * d + more;
+    return (uint32_t)*a * b + (uint32_t)*c * d + more;
 }
 
-// P (V-B)/V with P = q + r/d:  q (V-B) = ticks * V + rest, so the place is
+// The first place of a shifted grid is P (V-B)/V with P = q + r/d, V the line speed and V-B the
+// share. q (V-B) = ticks * V + rest, so it is
 //
 //     ticks + N / (d V)   with N = rest * d + r (V-B), less than 2 d V
 //
 // A step of P adds r V to N: what N leaves over when V divides it never changes, and N / V walks as
 // the sum of a grid does.
+//
+// N / V into the grid's sum; true when a tick is carried.
+static APART bool start_fraction(struct pixel_grid *grid,
+                                 uint16_t rest,
+                                 uint16_t share,
+                                 uint16_t line_speed)
+{
+    const half *divisor = (const half *)&grid->period->divisor;
+    const half *remainder = (const half *)&grid->period->remainder;
+    uint32_t low = mix(&divisor[LOW_HALF], rest, &remainder[LOW_HALF], share, 0);
+    uint32_t high = mix(&divisor[1 - LOW_HALF],
+                        rest,
+                        &remainder[1 - LOW_HALF],
+                        share,
+                        (uint16_t)(low >> 16));
+    uint16_t top = (uint16_t)(high >> 16);
+    bool beyond = top >= line_speed; // N / V has 33 bits
+
+    if (beyond) {
+        top = (uint16_t)(top - line_speed);
+    }
+    struct quotient upper = divide_with_rest(top, (uint16_t)high, line_speed);
+    struct quotient lower = divide_with_rest(upper.rest, (uint16_t)low, line_speed);
+    half *sum = (half *)&grid->sum;
+
+    sum[LOW_HALF] = lower.whole;
+    sum[1 - LOW_HALF] = upper.whole;
+    if (beyond || grid->sum >= grid->period->divisor) {
+        grid->sum -= grid->period->divisor;
+        return true;
+    }
+    return false;
+}
+
 uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
                                   const struct pixel_period *period,
                                   uint16_t backlash_steps,
                                   uint16_t line_speed)
 {
     uint16_t share = (uint16_t)(line_speed - backlash_steps);
-    uint32_t ticks = multiply_u32_u16(period->whole_ticks / line_speed, share);
-    uint32_t over = divide_with_rest(
-        (uint32_t)(uint16_t)(period->whole_ticks % line_speed) * share, line_speed);
-    uint16_t rest = (uint16_t)(over >> 16);
-    uint32_t low =
-        mix((uint16_t)period->divisor, rest, (uint16_t)period->remainder, share, 0);
-    uint32_t high = mix((uint16_t)(period->divisor >> 16),
-                        rest,
-                        (uint16_t)(period->remainder >> 16),
-                        share,
-                        (uint16_t)(low >> 16));
-    bool beyond = (uint16_t)(high >> 16) >= line_speed; // N / V has 33 bits
+    uint16_t left = (uint16_t)(period->whole_ticks % line_speed);
+    uint32_t over = (uint32_t)left * share;
+    struct quotient more =
+        divide_with_rest((uint16_t)(over >> 16), (uint16_t)over, line_speed);
 
-    if (beyond) {
-        high -= (uint32_t)line_speed << 16;
-    }
-    high = divide_with_rest(high, line_speed);
-    low = divide_with_rest((high & 0xFFFF0000uL) | (uint16_t)low, line_speed);
     grid->period = period;
-    grid->sum = (high << 16) | (uint16_t)low;
-    ticks += (uint16_t)over;
-    if (beyond || grid->sum >= period->divisor) {
-        grid->sum -= period->divisor;
-        ticks++;
-    }
-    return ticks;
+    return multiply_u32_u16(period->whole_ticks / line_speed, share) + more.whole +
+           start_fraction(grid, more.rest, share, line_speed);
 }
