@@ -100,7 +100,8 @@ static void reset_part(struct board *b)
     b->want = BOARD_WANT_NONE;
     irq_stats_section(&b->stats, b->stats.section, cycle);
     avr_reset(b->avr);
-    b->avr->cycle = cycle; // the boards' common time goes on, whatever simavr does with it
+    b->avr->cycle =
+        cycle; // the boards' common time goes on, whatever simavr does with it
     b->avr->state = cpu_Running;
     b->avr->run = board_next_run(b);
 }

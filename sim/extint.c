@@ -119,8 +119,11 @@ static void follow_enable(struct extint *x, int line, uint64_t cycle)
     if (!enabled) {
         vector->pending = 0;
     } else if (sense(x, line) == ON_LOW) {
-        (void)snprintf(
-            text, sizeof text, "INT%d: low level (ISC%d1:0 = 0) is not modelled", line, line);
+        (void)snprintf(text,
+                       sizeof text,
+                       "INT%d: low level (ISC%d1:0 = 0) is not modelled",
+                       line,
+                       line);
         x->hooks->refuse(x->hooks->board, text);
     } else if (avr_regbit_get(x->avr, vector->raised) != 0 && !vector->pending) {
         set_flag(x, line, cycle);

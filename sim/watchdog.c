@@ -195,6 +195,5 @@ void watchdog_attach(struct watchdog *w, avr_t *avr, const struct watchdog_hooks
     w->hooks = hooks;
     part->io.reset = NULL; // it would start its own timer
     access_take(avr, part->wdce.reg, read_control, write_control, w);
-    avr_irq_register_notify(
-        &part->watchdog.irq[AVR_INT_IRQ_RUNNING], on_running, w);
+    avr_irq_register_notify(&part->watchdog.irq[AVR_INT_IRQ_RUNNING], on_running, w);
 }

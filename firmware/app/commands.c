@@ -129,7 +129,7 @@ static void stop(uint8_t i)
     struct axis *axis = machine_axis(i);
 
     if (axis->state == AXIS_RUNNING) {
-        step_timer_empty(i);
+        step_timer_halt(i);
         axis->in_line = false;
         axis->state = AXIS_EMPTY;
         machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
@@ -175,7 +175,7 @@ static void restart_time(void)
 static bool clear_fault(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (step_timer_state(i) == STEP_ENGINE_IN_LINE) {
+        if (step_engine_going(step_timer_state(i))) {
             return false;
         }
     }

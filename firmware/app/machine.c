@@ -101,7 +101,7 @@ bool machine_clock_present(void)
 static void halt_axis(uint8_t i, enum axis_state state)
 {
     if (machine_axis(i)->state == AXIS_ARMED || machine_axis(i)->state == AXIS_RUNNING) {
-        step_timer_empty(i);
+        step_timer_halt(i);
         machine_axis(i)->in_line = false;
         machine_axis(i)->state = (uint8_t)state;
     }

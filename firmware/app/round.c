@@ -91,7 +91,7 @@ static void supervise(uint8_t i)
         supervise_running(i);
     }
     if ((machine.stopping & axis_bit(i)) != 0 &&
-        step_timer_state(i) != STEP_ENGINE_IN_LINE) {
+        !step_engine_going(step_timer_state(i))) {
         machine.stopping &= (uint8_t)~axis_bit(i);
         machine_discard(i);
     }
