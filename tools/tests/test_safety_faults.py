@@ -101,7 +101,7 @@ def test_reset_by_the_watchdog_for_an_axis_at_rest(axis):
 @pytest.mark.provokes("underrun")
 @pytest.mark.parametrize("axis", range(4))
 def test_underrun_of_an_interrupt_that_does_not_come(axis):
-    """The mega checks time: it stops the axis, whose timer would repeat its last period for ever."""
+    """The mega checks time: it stops the axis; its timer would repeat a period for ever."""
     with FaultBench("mega", range(4)) as bench:
         running(bench)
         pixel = bench.board.axis(axis)["pixel"] + 1
