@@ -5,8 +5,8 @@ import random
 from fractions import Fraction
 
 import pytest
-
 import sizes
+
 from bench import Bench
 from pixstep import natives
 from pixstep.bench import lines
