@@ -21,12 +21,31 @@ static bool read_bytes(struct eeprom *e, FILE *file)
     return fread(&beyond, 1, 1, file) == 0;
 }
 
+// Better now than at the end of a long run. Sets errno if not.
+static bool may_create(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    char folder[PATH_MOST];
+    size_t length = (slash != NULL) ? (size_t)(slash - path) + 1 : 0;
+
+    if (length == 0) {
+        return access(".", W_OK) == 0;
+    }
+    if (length >= sizeof folder) {
+        errno = ENAMETOOLONG;
+        return false;
+    }
+    memcpy(folder, path, length);
+    folder[length] = '\0';
+    return access(folder, W_OK) == 0;
+}
+
 bool eeprom_load(struct eeprom *e, const char *path, char *error, size_t room)
 {
     FILE *file = fopen(path, "rb");
     bool fits;
 
-    if (file == NULL && errno == ENOENT) {
+    if (file == NULL && errno == ENOENT && may_create(path)) {
         return true; // erased, as a new part
     }
     if (file == NULL) {

@@ -7,13 +7,7 @@ import unittest
 from fractions import Fraction
 from pathlib import Path
 
-from harness import SIM, Session, SimTest, differences, image, read_edges, rising
-
-
-def call(*arguments):
-    return subprocess.run(
-        [SIM, *arguments], check=False, capture_output=True, text=True, timeout=60
-    )
+from harness import SIM, Session, SimTest, call, differences, image, read_edges, rising
 
 
 class CommandLine(unittest.TestCase):
