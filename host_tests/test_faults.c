@@ -34,7 +34,7 @@ static void start_plain(uint8_t axis, int16_t count, uint16_t pixels)
 
 static void slow_pixels(void)
 {
-    machine.settings.pixel_hz_num = 100;
+    machine.settings.pixel_hz_num[1] = 100;
     machine_apply_settings();
     fake_pixel_clock(5000, 100, 1);
     bench_rounds(10);

@@ -22,3 +22,8 @@ void fake_pixel_clock_capture(void);
 void fake_switches_power_on(void);
 
 void fake_uart_power_on(void);
+
+void fake_estop_power_on(void);
+
+// Every axis that is in a line comes out of it.
+void fake_timers_halt_all(void);

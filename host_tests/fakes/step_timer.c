@@ -175,3 +175,22 @@ void step_timer_enable(uint8_t axis, bool on)
 {
     fake_axes[axis].enabled = on;
 }
+
+uint8_t step_timer_beat(uint8_t axis)
+{
+    const struct step_engine *engine = &timers[axis].engine;
+
+    return (uint8_t)(engine->tail + (uint8_t)engine->left + (uint8_t)engine->idle_count);
+}
+
+void fake_timers_halt_all(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        (void)step_engine_halt(&timers[i].engine);
+    }
+}
+
+void fake_hang_axis(uint8_t axis)
+{
+    timers[axis].stopped = true;
+}

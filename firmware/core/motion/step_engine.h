@@ -69,6 +69,24 @@ static inline void step_engine_empty(struct step_engine *engine, struct step_rin
     }
 }
 
+// Out of a line at once, whatever the ring holds; the rest of a run is cut off. False when it is in
+// none. With the step interrupt off.
+static inline bool step_engine_halt(struct step_engine *engine)
+{
+    int8_t left = engine->left;
+
+    if (engine->state != STEP_ENGINE_IN_LINE) {
+        return false;
+    }
+    engine->state = STEP_ENGINE_HALTED;
+    engine->pulse = false;
+    if (left != 0) {
+        engine->cut = left;
+        engine->left = 0;
+    }
+    return true;
+}
+
 static inline uint8_t step_engine_size(int8_t left)
 {
     return (uint8_t)(left < 0 ? -left : left);

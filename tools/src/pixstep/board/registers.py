@@ -109,7 +109,12 @@ class RegisterMap:
 
 def parse_registers(path: Path) -> RegisterMap:
     """Parse a register table; raises UserError naming the row for an overlap or a bad type."""
-    groups: dict[str, list[Register]] = {"INPUT": [], "INPUT_AXIS": [], "HOLDING": []}
+    groups: dict[str, list[Register]] = {
+        "INPUT": [],
+        "INPUT_AXIS": [],
+        "HOLDING": [],
+        "COMMAND": [],
+    }
     for row in read_rows(path):
         if row.macro not in groups:
             raise UserError(f"{row.where}: unknown row {row.macro}")
@@ -117,7 +122,9 @@ def parse_registers(path: Path) -> RegisterMap:
     for rows in groups.values():
         _refuse_overlap(path, rows)
     return RegisterMap(
-        tuple(groups["INPUT"]), tuple(groups["INPUT_AXIS"]), tuple(groups["HOLDING"])
+        tuple(groups["INPUT"]),
+        tuple(groups["INPUT_AXIS"]),
+        tuple(groups["HOLDING"] + groups["COMMAND"]),
     )
 
 
@@ -170,7 +177,7 @@ def code_name(codes: dict[int, Code], code: int) -> str:
 
 def _register(row: Row) -> Register:
     """Build a register from a row of five or, for a holding register, eight arguments."""
-    expected = 8 if row.macro == "HOLDING" else 5
+    expected = 8 if row.macro in ("HOLDING", "COMMAND") else 5
     if len(row.arguments) != expected or not isinstance(row.arguments[0], int):
         raise UserError(f"{row.where}: {row.macro} takes {expected} arguments, an address first")
     address, name, kind, unit = row.arguments[:4]
