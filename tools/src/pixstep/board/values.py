@@ -21,6 +21,7 @@ from pixstep.lines.rational import parse_hz
 PIXEL_HZ, BAUD, PARITY = "pixel_hz", "baud", "parity"
 _PARITIES = {"N": 0, "NONE": 0, "O": 1, "ODD": 1, "E": 2, "EVEN": 2}
 _WIDE = "*"
+_BARE = ("1", "", "bits", "code", "state")  # units that say nothing behind a number
 INPUT, AXIS, SETTING = "input", "axis", "setting"
 
 
@@ -155,8 +156,8 @@ def range_text(register: Register) -> str:
 
 
 def unit_text(register: Register) -> str:
-    """Return a unit behind a blank; nothing for a bare number."""
-    return "" if register.unit in ("1", "") else f" {register.unit}"
+    """Return a unit behind a blank; nothing for a number without one."""
+    return "" if register.unit in _BARE else f" {register.unit}"
 
 
 def _assignment(name: str, value: str) -> dict[str, int]:

@@ -17,7 +17,7 @@ from pixstep.cli.board import (
 )
 from pixstep.cli.board.group import board
 
-for group in (
+for module in (
     find,
     get,
     put,
@@ -31,7 +31,7 @@ for group in (
     log,
     selftest,
 ):
-    for command in group.COMMANDS:
+    for command in module.COMMANDS:
         board.add_command(command)
 
 COMMANDS = (board,)
