@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep import natives
+from pixstep.board import settings
 from pixstep.board.client import Board, BoardError
 from pixstep.board.transport import SimClient
 from pixstep.lines.rational import TIMER_HZ
@@ -62,9 +63,7 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")
-    options = SimOptions(
-        [(plan.board, natives.image(plan.board))], Fraction(100), seed=plan.seed
-    )
+    options = SimOptions([(plan.board, natives.image(plan.board))], Fraction(100), seed=plan.seed)
     with Simulator(options) as simulator:
         simulator.run(BOOT_CYCLES)
         board = Board(SimClient(simulator))
@@ -78,27 +77,19 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     return outcome
 
 
-def _settings(board: Board) -> dict[str, int]:
-    """Return every setting by name."""
-    return {
-        register.name: register.decode(board.read_holdings(register.address, register.words))
-        for register in board.map.settings
-    }
-
-
 def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: Outcome) -> None:
-    old = _settings(board)
+    old = settings.read(board)
     for name, value in random_settings(rng).items():
         board.write_setting(name, value)
-    new = _settings(board)
+    new = settings.read(board)
     cut = simulator.cycle + rng.randrange(_COMMAND_CYCLES, _STORE_CYCLES)
-    board.store_settings()
+    board.store()
     if cut > simulator.cycle:
         simulator.run(cut - simulator.cycle)
     outcome.in_a_byte += simulator.eeprom_state(0).address is not None
     simulator.power_cycle(0)
     simulator.run(BOOT_CYCLES)
-    found = _settings(board)
+    found = settings.read(board)
     if found == new:
         outcome.new += 1
     elif found == old:
