@@ -81,12 +81,14 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     outcome = Outcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")
     while outcome.stops < plan.stops:
-        with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
-            with _Stopper(plan.board, Path(folder) / "edges.csv") as stopper:
-                for _ in range(min(_AT_ONCE, plan.stops - outcome.stops)):
-                    stopper.stop_once(rng, outcome)
-                    outcome.stops += 1
-                    progress(outcome.stops / plan.stops)
+        with (
+            tempfile.TemporaryDirectory(prefix="pixstep-") as folder,
+            _Stopper(plan.board, Path(folder) / "edges.csv") as stopper,
+        ):
+            for _ in range(min(_AT_ONCE, plan.stops - outcome.stops)):
+                stopper.stop_once(rng, outcome)
+                outcome.stops += 1
+                progress(outcome.stops / plan.stops)
     return outcome
 
 

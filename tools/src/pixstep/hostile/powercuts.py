@@ -18,7 +18,7 @@ from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_CYCLES
 
-_STORE_CYCLES = 3 * TIMER_HZ // 20  # 150 ms: 43 bytes of 3.4 ms
+_STORE_CYCLES = 17 * TIMER_HZ // 100  # 170 ms, of which 43 bytes take 3.4 ms each
 _COMMAND_CYCLES = TIMER_HZ // 250  # the request that begins it is on the line for 2 ms
 
 Progress = Callable[[float], None]
