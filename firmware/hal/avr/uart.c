@@ -53,15 +53,14 @@ static volatile uint8_t overruns;
         __attribute__((signal, used));                                                   \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
-        __asm__ volatile(                                                                \
-            "push r24\n\t"                                                               \
-            "ldi r24, %[mask]\n\t"                                                       \
-            "sts %[control], r24\n\t"                                                    \
-            "sei\n\t"                                                                    \
-            "pop r24\n\t"                                                                \
-            "rjmp __vector_" #body                                                       \
-            :                                                                            \
-            : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));                 \
+        __asm__ volatile("push r24\n\t"                                                  \
+                         "ldi r24, %[mask]\n\t"                                          \
+                         "sts %[control], r24\n\t"                                       \
+                         "sei\n\t"                                                       \
+                         "pop r24\n\t"                                                   \
+                         "rjmp __vector_" #body                                          \
+                         :                                                               \
+                         : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
     }                                                                                    \
     static void serial_##body(void)
 
@@ -131,9 +130,10 @@ void uart_start(uint8_t *into)
 void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
 {
     // Odd is 3 and even is 2 in the place where the setting has 1 and 2.
-    uint8_t format = parity == UART_NONE ? FORMAT_NONE
-                                         : (uint8_t)(FORMAT_ODD + _BV(UPM00) -
-                                                     (uint8_t)(parity * _BV(UPM00)));
+    uint8_t format =
+        parity == UART_NONE
+            ? FORMAT_NONE
+            : (uint8_t)(FORMAT_ODD + _BV(UPM00) - (uint8_t)(parity * _BV(UPM00)));
     uint8_t rate = (uint8_t)(divisor - 1u);
     uint8_t count = COUNT_16US;
 
