@@ -84,6 +84,8 @@ bool safety_clear(void)
     if (estop_tripped()) {
         return false;
     }
-    estop_release();
+    if (machine.asking == 0) {
+        estop_release();
+    }
     return cpu_stack_intact();
 }
