@@ -12,13 +12,18 @@
 
 #define PATH_MOST 4096
 
+// False if the file goes on beyond the EEPROM's end.
 static bool read_bytes(struct eeprom *e, FILE *file)
 {
-    char beyond;
+    uint8_t bytes[EEPROM_BYTES_MOST + 1];
+    size_t count = fread(bytes, 1, (size_t)e->size + 1, file);
 
+    if (count > e->size) {
+        return false;
+    }
     memset(e->bytes, (int)EEPROM_ERASED, sizeof e->bytes);
-    (void)fread(e->bytes, 1, e->size, file);
-    return fread(&beyond, 1, 1, file) == 0;
+    memcpy(e->bytes, bytes, count);
+    return true;
 }
 
 // Better now than at the end of a long run. Sets errno if not.

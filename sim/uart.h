@@ -8,8 +8,8 @@
 // cuts the frame on its way out.
 //
 // Not modelled: synchronous modes and multi-processor mode (refused), and the up to one bit time by
-// which the part's transmitter waits for its free-running bit clock (a frame starts at once). A frame
-// in whose midst the receiver is switched on is heard whole.
+// which the part's transmitter waits for its free-running bit clock (a frame starts at once). A
+// frame in whose midst the receiver is switched on is heard whole.
 #pragma once
 
 #include <stdbool.h>

@@ -90,7 +90,13 @@ class Commands(unittest.TestCase):
             self.assertEqual(sim.ask("eeprom 0 read 0 4"), "mem ffffffff")
             self.assertEqual(sim.ask("eeprom 0 write 4094 12ab"), "ok")
             self.assertEqual(sim.ask("eeprom 0 read 4093 3"), "mem ff12ab")
-            for wrong in ("read", "read 4096 1", "read 4095 2", "write 4095 0102", "write 0"):
+            for wrong in (
+                "read",
+                "read 4096 1",
+                "read 4095 2",
+                "write 4095 0102",
+                "write 0",
+            ):
                 self.assertTrue(sim.ask(f"eeprom 0 {wrong}").startswith("error "), wrong)
             self.assertEqual(sim.ask("eeprom 0 read 0 1"), "mem ff")
 

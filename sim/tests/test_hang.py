@@ -4,7 +4,7 @@
 import json
 import unittest
 
-from harness import SimTest, differences, image, read_edges, rising, Session
+from harness import Session, SimTest, differences, image, read_edges, rising
 
 BOARDS = ("uno", "mega")
 

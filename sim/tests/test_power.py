@@ -174,7 +174,7 @@ class Off(SimTest):
 
 class Eeprom(unittest.TestCase):
     def test_only_the_byte_on_its_way_is_spoiled(self):
-        """Cuts at random cycles; the program rewrites the same bytes with another value each time."""
+        """Cuts at random cycles; each start rewrites the same bytes with another value."""
         randoms = random.Random(1)
         outcomes = {"old": 0, "new": 0, "other": 0}
         with Board() as sim:

@@ -197,7 +197,12 @@ class PlantLog(SimTest):
 
     def test_a_log_that_cannot_be_written(self):
         result = call(
-            "--board", image("uno", "turns"), "--run-ms", "1", "--plant-log", "/nowhere/x"
+            "--board",
+            image("uno", "turns"),
+            "--run-ms",
+            "1",
+            "--plant-log",
+            "/nowhere/x",
         )
         self.assertEqual(result.returncode, 2)
         self.assertIn("/nowhere/x: ", result.stderr)

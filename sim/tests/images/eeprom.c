@@ -196,7 +196,8 @@ int main(void)
         locked();
         ready();
         last();
-        eeprom_update_byte(&stored[1], 0x42); // the library's own way, and its name for the test
+        eeprom_update_byte(&stored[1],
+                           0x42); // the library's own way, and its name for the test
         RESULT[18] = eeprom_read_byte(&stored[1]);
         RESULT[19] = 0x600D;
     }

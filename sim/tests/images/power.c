@@ -24,7 +24,7 @@
 #define BYTES 64
 
 uint8_t cause;
-volatile uint8_t known = 1;                              // .data: the start-up code's
+volatile uint8_t known = 1; // .data: the start-up code's
 volatile uint8_t starts __attribute__((section(".noinit")));
 volatile uint16_t overflows;
 volatile uint16_t rounds;
