@@ -8,7 +8,7 @@
 
 static struct pixel_period period;
 static struct pixel_grid grid;
-static struct pixel_shift shift;
+static struct pixel_grid shift;
 
 void setUp(void)
 {
@@ -79,11 +79,11 @@ static void no_drift_with_large_terms(void)
 static void no_shift_is_the_grid_itself(void)
 {
     set(30000, 1001);
-    uint64_t at = pixel_shift_start(&shift, &period, 0, 32767);
+    uint64_t at = pixel_grid_start_shifted(&shift, &period, 0, 32767);
 
     for (uint32_t k = 1; k <= 1000; k++) {
         TEST_ASSERT_EQUAL_UINT64(place(k, 30000, 1001), at);
-        at += pixel_shift_advance(&shift, &period, 32767);
+        at += pixel_grid_advance(&shift);
     }
 }
 
@@ -124,13 +124,13 @@ static void limits_accepted(void)
 static void check_shift(uint32_t num, uint32_t den, uint16_t backlash, uint16_t speed)
 {
     set(num, den);
-    uint64_t at = pixel_shift_start(&shift, &period, backlash, speed);
+    uint64_t at = pixel_grid_start_shifted(&shift, &period, backlash, speed);
 
     for (uint16_t k = 0; k < 40; k++) {
         uint32_t parts = (uint32_t)k * speed + speed - backlash;
         TEST_ASSERT_EQUAL_UINT64(
             (uint64_t)TIMER_HZ * den * parts / ((uint64_t)num * speed), at);
-        at += pixel_shift_advance(&shift, &period, speed);
+        at += pixel_grid_advance(&shift);
     }
 }
 
@@ -147,8 +147,9 @@ static void shift_by_backlash(void)
 static void shift_by_all_or_nothing(void)
 {
     set(30, 1);
-    TEST_ASSERT_EQUAL_UINT32(0, pixel_shift_start(&shift, &period, 1000, 1000));
-    TEST_ASSERT_EQUAL_UINT32(533333uL, pixel_shift_start(&shift, &period, 0, 1000));
+    TEST_ASSERT_EQUAL_UINT32(0, pixel_grid_start_shifted(&shift, &period, 1000, 1000));
+    TEST_ASSERT_EQUAL_UINT32(533333uL,
+                             pixel_grid_start_shifted(&shift, &period, 0, 1000));
 }
 
 int main(void)

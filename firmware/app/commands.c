@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What the host may ask of the machine, each for a mask of axes: all of them or none.
+#include "app/drivers.h" // drivers_write
 #include "app/machine.h"
-#include "app/start.h" // start_now
+#include "app/safety.h" // safety_clear
+#include "app/start.h"  // start_now
+#include "app/store.h"  // store_*
 #include "app/time_check.h"
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/pixel_clock.h" // pixel_clock_drop
@@ -62,6 +65,7 @@ static void arm(uint8_t i)
     bool clocked = axis_waits_for_edge(axis);
     bool opening = false;
 
+    drivers_write(i, true);
     if (axis_seeks(axis, &opening)) {
         seek_begin(i, opening);
     }
@@ -81,7 +85,30 @@ static void arm(uint8_t i)
 
 static bool arm_all(uint8_t mask)
 {
-    return seeks_fit(mask) && for_axes(mask, armable, arm);
+    if (!seeks_fit(mask) || !for_axes(mask, armable, arm)) {
+        return false;
+    }
+    machine.token = machine.order[2];
+    return true;
+}
+
+// With the token that the armed axes wait for they start on the next clock edge.
+static bool go(void)
+{
+    uint16_t token = machine.order[2];
+    uint8_t axis = machine_moving_axis();
+
+    if (machine.token == 0 || axis == CONFIG_AXES) {
+        return false;
+    }
+    if (token != machine.token) {
+        machine_fault(FAULT_wrong_token, axis, token);
+        return true;
+    }
+    machine.token = 0;
+    // Patience for the pixel clock begins now.
+    machine.edge_seen_4us = clock_now_4us();
+    return true;
 }
 
 static bool resting(const struct axis *axis)
@@ -102,7 +129,7 @@ static void stop(uint8_t i)
     struct axis *axis = machine_axis(i);
 
     if (axis->state == AXIS_RUNNING) {
-        step_timer_empty(i);
+        step_timer_halt(i);
         axis->in_line = false;
         axis->state = AXIS_EMPTY;
         machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
@@ -120,12 +147,12 @@ static bool zeroable(const struct axis *axis)
 
 static void enable(uint8_t i)
 {
-    step_timer_enable(i, true);
+    drivers_write(i, true);
 }
 
 static void disable(uint8_t i)
 {
-    step_timer_enable(i, false);
+    drivers_write(i, false);
 }
 
 // Timers and ledgers agree again; positions are kept.
@@ -148,9 +175,12 @@ static void restart_time(void)
 static bool clear_fault(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (step_timer_state(i) == STEP_ENGINE_IN_LINE) {
+        if (step_engine_going(step_timer_state(i))) {
             return false;
         }
+    }
+    if (!safety_clear()) {
+        return false;
     }
     if (machine.time_lost) {
         restart_time();
@@ -161,6 +191,41 @@ static bool clear_fault(void)
         }
     }
     machine.fault = (struct fault_record){.code = FAULT_none};
+    return true;
+}
+
+// What needs its key.
+static bool keyed(void)
+{
+    return machine.order[2] == MACHINE_KEY && !machine_queued() && !store_busy();
+}
+
+static bool store(void)
+{
+    if (!keyed()) {
+        return false;
+    }
+    store_begin();
+    return true;
+}
+
+static bool default_settings(void)
+{
+    if (!keyed()) {
+        return false;
+    }
+    settings_defaults(&machine.settings);
+    store_note_change();
+    machine_apply_settings();
+    return true;
+}
+
+static bool permit_on(void)
+{
+    if (machine.fault.code != FAULT_none) {
+        return false;
+    }
+    machine_permit(true);
     return true;
 }
 
@@ -184,11 +249,17 @@ bool machine_do(enum machine_command command, uint8_t mask)
         return for_axes(mask, resting, disable);
     case COMMAND_ZERO:
         return for_axes(mask, zeroable, seek_zero);
-    case COMMAND_PERMIT_ON:
-    case COMMAND_PERMIT_OFF:
     case COMMAND_STORE:
+        return store();
     case COMMAND_DEFAULTS:
+        return default_settings();
+    case COMMAND_PERMIT_ON:
+        return permit_on();
+    case COMMAND_PERMIT_OFF:
+        machine_permit(false);
+        return true;
     case COMMAND_GO:
+        return go();
     default:
         return false;
     }

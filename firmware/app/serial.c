@@ -13,6 +13,7 @@
 static struct frame frame;
 static struct server_counters counters;
 static uint16_t overruns;
+static uint16_t last_request_ms;
 static uint32_t last_byte_4us;
 static bool serve_pending; // a request is complete; the reply waits for silence
 static bool replying;
@@ -59,8 +60,14 @@ static void receive(void)
     }
 }
 
+uint16_t serial_last_request_ms(void)
+{
+    return last_request_ms;
+}
+
 static void serve(void)
 {
+    last_request_ms = clock_now_ms();
     serve_pending = false;
     to_seal_bytes = server_serve(&frame, &counters);
     if (to_seal_bytes != 0) {

@@ -12,3 +12,6 @@ void serial_poll(void);
 
 const struct server_counters *serial_counters(void);
 uint16_t serial_overruns(void);
+
+// When a request for this board, or for all, came last.
+uint16_t serial_last_request_ms(void);
