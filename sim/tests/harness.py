@@ -84,9 +84,7 @@ def read_switches(path, board=0, axis=0):
     """Rows (cycle, switch, level) of one axis in a switch log."""
     with Path(path).open(newline="") as file:
         rows = [
-            r
-            for r in csv.DictReader(file)
-            if (r["board"], r["axis"]) == (f"{board}", f"{axis}")
+            r for r in csv.DictReader(file) if (r["board"], r["axis"]) == (f"{board}", f"{axis}")
         ]
     return [(int(r["cycle"]), r["switch"], int(r["level"])) for r in rows]
 

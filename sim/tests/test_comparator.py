@@ -199,9 +199,7 @@ class Capture(SimTest):
         self.run_on(200_000)
         self.assertEqual(self.captured(), [])
         tifr5 = int(self.sim.ask("peek 0 0x3a 1").split()[1], 16)
-        self.assertEqual(
-            tifr5 & 0x20, 0x20
-        )  # its ICF5 waits; TCCR5B = 0 captures all the same
+        self.assertEqual(tifr5 & 0x20, 0x20)  # its ICF5 waits; TCCR5B = 0 captures all the same
 
     def test_no_pull_up_is_low(self):
         self.start("uno", DO_RISING)

@@ -39,9 +39,7 @@ class Registers(unittest.TestCase):
         self.assertEqual(results[5], 0x3C)
         self.assertEqual(results[7], 0x3C & 0x0F)  # write only: clears bits, sets none
         self.assertEqual(results[9], 0xFF)  # erase only
-        self.assertEqual(
-            results[10:12], [0x14, 0]
-        )  # neither EEAR nor EEPM moves while busy
+        self.assertEqual(results[10:12], [0x14, 0])  # neither EEAR nor EEPM moves while busy
         # Constant: one instruction of the main program, then EE_READY again.
         self.assertGreater(results[12], 40)
         self.assertEqual(results[13], 0)
@@ -75,9 +73,7 @@ class Refused(unittest.TestCase):
             with self.subTest(case=case), Session(image("uno", "eeprom")) as sim:
                 self.assertEqual(sim.ask(f"poke 0 {GPIOR2} {case:02x}"), "ok")
                 answer = sim.run(100_000)
-                self.assertTrue(
-                    answer.startswith(f"error board 0 (uno): {text}"), answer
-                )
+                self.assertTrue(answer.startswith(f"error board 0 (uno): {text}"), answer)
 
 
 class Commands(unittest.TestCase):
@@ -101,9 +97,7 @@ class Commands(unittest.TestCase):
                 "write 4095 0102",
                 "write 0",
             ):
-                self.assertTrue(
-                    sim.ask(f"eeprom 0 {wrong}").startswith("error "), wrong
-                )
+                self.assertTrue(sim.ask(f"eeprom 0 {wrong}").startswith("error "), wrong)
             self.assertEqual(sim.ask("eeprom 0 read 0 1"), "mem ff")
 
 
@@ -113,18 +107,14 @@ class Files(SimTest):
         self.path = self.folder / "eeprom.bin"
 
     def session(self, path=None):
-        return Session(
-            image("uno", "echo"), options=["--eeprom", f"0={path or self.path}"]
-        )
+        return Session(image("uno", "echo"), options=["--eeprom", f"0={path or self.path}"])
 
     def test_kept_from_run_to_run(self):
         with self.session() as sim:
             sim.ask("eeprom 0 write 7 11")
             self.assertFalse(self.path.exists())
             self.assertEqual(sim.ask("flush"), "ok")
-            self.assertEqual(
-                self.path.read_bytes(), b"\xff" * 7 + b"\x11" + b"\xff" * 1016
-            )
+            self.assertEqual(self.path.read_bytes(), b"\xff" * 7 + b"\x11" + b"\xff" * 1016)
             sim.ask("eeprom 0 write 8 22")
         with self.session() as sim:  # the first one's end has written it
             self.assertEqual(sim.ask("eeprom 0 read 6 4"), "mem ff1122ff")
@@ -136,18 +126,14 @@ class Files(SimTest):
             self.assertEqual(sim.ask("eeprom 0 read 0 3"), "mem 0102ff")
 
     def refused(self, option):
-        result = call(
-            "--board", image("uno", "echo"), "--run-ms", "1", "--eeprom", option
-        )
+        result = call("--board", image("uno", "echo"), "--run-ms", "1", "--eeprom", option)
         self.assertEqual(result.returncode, 2, result)
         self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
         return result.stderr
 
     def test_errors(self):
         self.path.write_bytes(bytes(1025))
-        self.assertIn(
-            f"{self.path}: more than 1024 bytes", self.refused(f"0={self.path}")
-        )
+        self.assertIn(f"{self.path}: more than 1024 bytes", self.refused(f"0={self.path}"))
         self.assertEqual(self.path.stat().st_size, 1025)
         self.assertIn("BOARD=FILE", self.refused(str(self.path)))
         self.assertIn("no such board", self.refused(f"1={self.path}"))

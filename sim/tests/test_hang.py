@@ -21,9 +21,7 @@ class Hang(SimTest):
 
     def counts(self, sim):
         """What main loop and step interrupt have done."""
-        words = [
-            bytes.fromhex(sim.ask(f"peek 0 {s}")[4:]) for s in ("rounds", "overflows")
-        ]
+        words = [bytes.fromhex(sim.ask(f"peek 0 {s}")[4:]) for s in ("rounds", "overflows")]
         return [int.from_bytes(word, "little") for word in words]
 
     def moved(self, sim):

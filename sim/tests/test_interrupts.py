@@ -36,9 +36,7 @@ class Interrupts(unittest.TestCase):
         handler = next(h for h in stats["handlers"] if h["name"] == "TIMER1_COMPB")
         cycles = RESPONSE[board] + RJMP + 10 + RESPONSE[board]
         self.assertEqual(handler["count"], 21)
-        self.assertEqual(
-            (handler["cycles_min"], handler["cycles_max"]), (cycles, cycles)
-        )
+        self.assertEqual((handler["cycles_min"], handler["cycles_max"]), (cycles, cycles))
         self.assertEqual(handler["cycles_sum"], 21 * cycles)
         # 1000 nops and the out that ends the section; the handler served in it does not count.
         self.assertEqual(stats["sections"][3], 1001)

@@ -62,9 +62,7 @@ class PlantTest(SimTest):
 
     def session(self, knobs, board="uno", name="shuttle", options=()):
         files = ["--edges", str(self.edges_path), "--switch-log", str(self.log_path)]
-        sim = Session(
-            image(board, name), options=[*files, "--plant", f"0.0:{knobs}", *options]
-        )
+        sim = Session(image(board, name), options=[*files, "--plant", f"0.0:{knobs}", *options])
         self.addCleanup(sim.__exit__)
         return sim
 
@@ -103,9 +101,7 @@ class Delay(PlantTest):
 
     def test_a_whole_second(self):
         """The longest; the load has long gone on by then."""
-        sim = self.session(
-            f"home=5,hyst=2,start=-5,delay={SECOND_TICKS}", name="intervals"
-        )
+        sim = self.session(f"home=5,hyst=2,start=-5,delay={SECOND_TICKS}", name="intervals")
         self.tell(sim, "run 400000")
         self.assertEqual(self.log(sim), [])
         self.tell(sim, f"run {SECOND_TICKS}")
@@ -148,15 +144,11 @@ class Bounce(PlantTest):
         return [rows[i * (1 + bounce) : (i + 1) * (1 + bounce)] for i in range(whole)]
 
     def check(self, bounce, bounce_ticks, delay):
-        sim = self.session(
-            f"{KNOBS},delay={delay},bounce={bounce},bounce_ticks={bounce_ticks}"
-        )
+        sim = self.session(f"{KNOBS},delay={delay},bounce={bounce},bounce_ticks={bounce_ticks}")
         self.tell(sim, f"run {RUN_CYCLES}")
         bursts = self.bursts(sim, bounce)
         firsts = [burst[0] for burst in bursts]
-        self.assertEqual(
-            firsts, self.changes(sim, RUN_CYCLES, delay, "home")[: len(firsts)]
-        )
+        self.assertEqual(firsts, self.changes(sim, RUN_CYCLES, delay, "home")[: len(firsts)])
         for burst in bursts:
             cycles = [cycle for cycle, _, _ in burst]
             levels = [level for _, _, level in burst]
@@ -181,9 +173,7 @@ class Bounce(PlantTest):
     def test_places_are_spread(self):
         """Not all bursts alike, and over the whole of the time."""
         bursts = self.check(4, 1_000, 0)
-        offsets = {
-            tuple(cycle - burst[0][0] for cycle, _, _ in burst) for burst in bursts
-        }
+        offsets = {tuple(cycle - burst[0][0] for cycle, _, _ in burst) for burst in bursts}
         self.assertEqual(len(offsets), len(bursts))
         places = [place for burst in offsets for place in burst[1:]]
         self.assertLess(min(places), 250)
@@ -191,9 +181,7 @@ class Bounce(PlantTest):
 
     def test_seed(self):
         def row(knobs, *options):
-            sim = self.session(
-                f"{KNOBS},bounce=8,bounce_ticks=500{knobs}", options=options
-            )
+            sim = self.session(f"{KNOBS},bounce=8,bounce_ticks=500{knobs}", options=options)
             self.tell(sim, f"run {RUN_CYCLES}")
             return self.log(sim)
 
@@ -213,9 +201,7 @@ class Bounce(PlantTest):
             f"home={HOME},hyst=1,travel=-100..{HOME},over=1000,bounce=6,bounce_ticks=2000"
         )
         self.tell(sim, "run 8000")
-        home, plus = (
-            [row[0] for row in self.log(sim, name)] for name in ("home", "plus")
-        )
+        home, plus = ([row[0] for row in self.log(sim, name)] for name in ("home", "plus"))
         self.assertEqual((len(home), len(plus), home[0]), (7, 7, plus[0]))
         self.assertNotEqual(home, plus)
 
@@ -225,9 +211,7 @@ class Bounce(PlantTest):
         self.tell(sim, f"run {RUN_CYCLES}")
         rows = self.log(sim, "home")
         levels = [level for _, _, level in rows]
-        self.assertEqual(
-            levels, [i & 1 for i in range(len(levels))]
-        )  # each row is an edge
+        self.assertEqual(levels, [i & 1 for i in range(len(levels))])  # each row is an edge
         made = self.changes(sim, RUN_CYCLES, 0, "home")
         for cycle, _, level in made:
             upto = [row for row in rows if row[0] <= cycle]
@@ -241,19 +225,13 @@ class Bounce(PlantTest):
         rows = self.log(sim, "home")
         steps = positions(read_edges(self.edges_path))
         closings = [
-            cycle
-            for (_, before), (cycle, at) in pairwise(steps)
-            if (before, at) == (17, 18)
+            cycle for (_, before), (cycle, at) in pairwise(steps) if (before, at) == (17, 18)
         ]
         openings = [
-            cycle
-            for (_, before), (cycle, at) in pairwise(steps)
-            if (before, at) == (18, 17)
+            cycle for (_, before), (cycle, at) in pairwise(steps) if (before, at) == (18, 17)
         ]
         whole = [
-            pair
-            for pair in zip(closings, openings, strict=False)
-            if pair[1] + ticks < RUN_CYCLES
+            pair for pair in zip(closings, openings, strict=False) if pair[1] + ticks < RUN_CYCLES
         ]
         self.assertGreater(len(whole), 6)
         for closes, opens in whole:
@@ -304,9 +282,7 @@ class Stuck(PlantTest):
                     self.assertEqual(self.log(sim, switch), [])
                     self.assertEqual(
                         sorted(self.log(sim)),
-                        sorted(
-                            r for r in self.changes(sim, RUN_CYCLES) if r[1] != switch
-                        ),
+                        sorted(r for r in self.changes(sim, RUN_CYCLES) if r[1] != switch),
                     )
 
     def test_several_and_free_again(self):
@@ -374,9 +350,7 @@ class Knobs(PlantTest):
         self.assertEqual(self.log(sim), [])
         self.tell(sim, f"knobs 0 0 delay={SECOND_TICKS}")
         at_once = self.log(sim)
-        self.assertTrue(
-            all(0 <= row[0] - now <= 4 for row in at_once), at_once
-        )  # an instruction
+        self.assertTrue(all(0 <= row[0] - now <= 4 for row in at_once), at_once)  # an instruction
         self.assertEqual({row[1] for row in at_once}, {"home", "minus", "plus"})
         self.tell(sim, "run 500000")
         self.assertEqual(self.log(sim), at_once)
@@ -417,9 +391,7 @@ class Knobs(PlantTest):
         self.assertTrue(sim.ask("knobs 0 1 home=1").startswith("error "))
         self.assertTrue(sim.ask("knobs 0 0").startswith("error "))
         self.tell(sim, f"run {RUN_CYCLES}")
-        self.assertEqual(
-            self.log(sim, "home"), self.changes(sim, RUN_CYCLES, 70, "home")
-        )
+        self.assertEqual(self.log(sim, "home"), self.changes(sim, RUN_CYCLES, 70, "home"))
 
     def test_a_switch_that_is_not_there(self):
         for knobs, text in (

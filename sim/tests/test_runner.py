@@ -28,23 +28,15 @@ class CommandLine(unittest.TestCase):
         good = image("uno", "echo")
         self.assertIn("no board", self.refused("--control"))
         self.assertIn("no mode", self.refused("--board", good))
-        self.assertIn(
-            "unknown board 'duo'", self.refused("--board", "duo=x.elf", "--control")
-        )
-        self.assertIn(
-            "no such image", self.refused("--board", "uno=/nowhere.elf", "--control")
-        )
-        self.assertIn(
-            "not an AVR ELF", self.refused("--board", f"uno={__file__}", "--control")
-        )
+        self.assertIn("unknown board 'duo'", self.refused("--board", "duo=x.elf", "--control"))
+        self.assertIn("no such image", self.refused("--board", "uno=/nowhere.elf", "--control"))
+        self.assertIn("not an AVR ELF", self.refused("--board", f"uno={__file__}", "--control"))
         self.assertIn("--run-ms 'x'", self.refused("--board", good, "--run-ms", "x"))
         self.assertIn(
             "--pixel-hz '0'",
             self.refused("--board", good, "--control", "--pixel-hz", "0"),
         )
-        self.assertIn(
-            "only one of", self.refused("--board", good, "--control", "--pty")
-        )
+        self.assertIn("only one of", self.refused("--board", good, "--control", "--pty"))
         self.assertIn(
             "'ploy'",
             self.refused("--board", good, "--control", "--plant", "0.0:ploy=1"),
@@ -100,9 +92,7 @@ class Control(unittest.TestCase):
 class PixelClock(SimTest):
     def clock(self, *options, commands=("run 32000000",)):
         log = self.folder / "clock.csv"
-        with Session(
-            image("uno", "echo"), options=["--clock-log", str(log), *options]
-        ) as sim:
+        with Session(image("uno", "echo"), options=["--clock-log", str(log), *options]) as sim:
             for command in commands:
                 self.assertTrue(sim.ask(command).startswith("ok"), command)
         return [int(line) for line in log.read_text().split()[1:]]
@@ -153,9 +143,7 @@ class Plant(SimTest):
             pinc = int(sim.ask("peek 0 0x26 1").split()[1], 16)
             self.assertEqual(pinc & 1, 1 if load < 100 else 0)  # HOME = PC0, to ground
             sim.run(160_000)
-            sim.ask(
-                "poke 0 0x28 01"
-            )  # PORTC: has no effect on the wire (no write by the program)
+            sim.ask("poke 0 0x28 01")  # PORTC: has no effect on the wire (no write by the program)
             self.assertEqual(int(sim.ask("peek 0 0x26 1").split()[1], 16) & 1, 0)
 
     def test_hard_stop(self):
@@ -177,9 +165,7 @@ class PlantLog(SimTest):
             sim.run(100_000)
             self.assertEqual(sim.ask("flush"), "ok")
             rows = path.read_text().splitlines()
-        self.assertEqual(
-            path.read_text().splitlines(), rows
-        )  # complete after the flush
+        self.assertEqual(path.read_text().splitlines(), rows)  # complete after the flush
         self.assertEqual(rows[0], "cycle,board,axis,motor,load")
         return [tuple(map(int, row.split(","))) for row in rows[1:]]
 
@@ -236,9 +222,7 @@ class Files(SimTest):
         self.assertEqual({r[1] for r in rows}, {0, 1})
         text = vcd.read_text()
         self.assertIn("$timescale 100 ps $end", text)
-        step = next(
-            line.split()[3] for line in text.splitlines() if line.endswith("STEP0 $end")
-        )
+        step = next(line.split()[3] for line in text.splitlines() if line.endswith("STEP0 $end"))
         at, seen = 0, []
         for line in text.split("$dumpvars")[1].splitlines():
             if line.startswith("#"):
@@ -276,14 +260,10 @@ class Verdict(unittest.TestCase):
     def test_failures_are_the_exit_status(self):
         for board in ("uno", "mega"):
             result = call("--unit", "--board", image(board, "verdict"))
-            self.assertEqual(
-                (result.returncode, result.stdout), (3, "three failures\n")
-            )
+            self.assertEqual((result.returncode, result.stdout), (3, "three failures\n"))
 
     def test_no_end_is_a_failure(self):
-        result = call(
-            "--unit", "--unit-limit-ms", "20", "--board", image("uno", "intervals")
-        )
+        result = call("--unit", "--unit-limit-ms", "20", "--board", image("uno", "intervals"))
         self.assertNotEqual(result.returncode, 0)
         self.assertIn("no verdict within 20 ms", result.stderr)
 

@@ -161,9 +161,7 @@ class Refused(unittest.TestCase):
             with self.subTest(case=case), Session(image("uno", "refused")) as sim:
                 self.assertEqual(sim.ask(f"poke 0 {GPIOR2} {case:02x}"), "ok")
                 answer = sim.run(10_000)
-                self.assertTrue(
-                    answer.startswith(f"error board 0 (uno): {text}"), answer
-                )
+                self.assertTrue(answer.startswith(f"error board 0 (uno): {text}"), answer)
                 # It has stopped for good.
                 self.assertTrue(sim.run(1).startswith("error "))
 

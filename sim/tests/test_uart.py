@@ -68,9 +68,7 @@ class SharedLine(SimTest):
     def test_serial_log(self):
         with tempfile.TemporaryDirectory() as folder:
             log = Path(folder) / "serial.csv"
-            with Session(
-                image("uno", "echo"), options=["--serial-log", str(log)]
-            ) as sim:
+            with Session(image("uno", "echo"), options=["--serial-log", str(log)]) as sim:
                 sim.run(16_000)
                 sim.ask("tx 0141")
                 sim.ask("flush")

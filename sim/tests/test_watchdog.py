@@ -27,9 +27,7 @@ class Guard(SimTest):
             self.assertEqual(sim.run(cycles), f"ok {cycles}")
             sim.ask("flush")
             results = sim.results(RESULTS)
-            self.assertEqual(
-                sim.ask("permit 0").split()[1], str(len(read_edges(path)) % 2)
-            )
+            self.assertEqual(sim.ask("permit 0").split()[1], str(len(read_edges(path)) % 2))
         return results, [e[0] for e in read_edges(path) if e[3] == "PERMIT"]
 
     def check_time(self, board, case, cycles):
