@@ -15,7 +15,6 @@ import faultbench
 from pixstep import natives
 from pixstep.cli.main import main
 
-
 pytest_plugins = ["pytester"]
 
 

@@ -6,8 +6,10 @@ import click
 from pixstep import __version__
 from pixstep.cli import (
     bench,
+    board,
     docs,
     file,
+    flash,
     home,
     line,
     move,
@@ -31,6 +33,8 @@ _groups = (
     sim,
     move,
     home,
+    board,
+    flash,
     bench,
     docs,
 )
