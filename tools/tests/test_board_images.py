@@ -35,11 +35,12 @@ class Live:
     def __getattr__(self, name):
         return getattr(self.console, name)
 
-    def pin(self, signal, level, axis=0, board=0):
-        """Drive an input pin of a board."""
+    def pin(self, signal, level, axis=0, board=0, later_s=0):
+        """Drive an input pin of a board, now or later."""
         pins = boards.load(self.names[board]).pins
         (found,) = (pin for pin in pins if (pin.signal, pin.axis) == (signal, axis))
-        self.sim.command(f"pin {board} {found.port} {found.bit} {level}")
+        when = f" at {self.sim.cycle + int(later_s * TIMER_HZ)}" if later_s else ""
+        self.sim.command(f"pin {board} {found.port} {found.bit} {level}{when}")
 
     def seconds(self, seconds):
         self.sim.run(int(seconds * TIMER_HZ))
