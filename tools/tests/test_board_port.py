@@ -7,6 +7,7 @@ import pty
 import subprocess
 import termios
 import time
+from pathlib import Path
 
 import pytest
 
@@ -136,6 +137,10 @@ def test_opening_keeps_dtr_so_that_the_next_opening_resets_nothing(terminal):
 def test_the_first_opening_of_a_real_port_waits_for_the_boot_loader(terminal, monkeypatch):
     name, _ = terminal
     monkeypatch.setattr("pixstep.board.port.is_pty", lambda _: False)
+    with Path(name).open("rb", buffering=0) as opened:  # as every port is at first
+        flags = termios.tcgetattr(opened)
+        flags[2] |= termios.HUPCL
+        termios.tcsetattr(opened, termios.TCSANOW, flags)
     waited, said = [], []
     monkeypatch.setattr("pixstep.board.world.time.sleep", waited.append)
     for _ in range(2):

@@ -201,15 +201,21 @@ def test_a_motor_that_does_not_follow():
     assert found["axis 0 ENABLE"][0] == FAILED
 
 
+def clears_while_pressed(fake):
+    fake.obey_clear_fault = lambda *_: setattr(fake, "fault", (0, 0, 0, 0))
+
+
+def latches_nothing(fake):
+    fake.press_estop = lambda pressed: setattr(fake, "estop", pressed)
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        (lambda fake: setattr(fake, "obey_clear_fault", lambda *_: setattr(fake, "fault", (0,) * 4)),
-         "the fault cleared while it was pressed"),
-        (lambda fake: setattr(fake, "press_estop", lambda pressed=True: setattr(fake, "estop", pressed)),
-         "pressed, but no fault estop is latched"),
+        (clears_while_pressed, "the fault cleared while it was pressed"),
+        (latches_nothing, "pressed, but no fault estop is latched"),
     ],
-)  # fmt: skip
+)
 def test_an_emergency_stop_that_does_not_latch(change, text):
     machine = Machine()
     change(machine.fake)
