@@ -10,13 +10,6 @@
 // Timer ticks a second; prescaler 1, so the CPU clock.
 #define CONFIG_TIMER_HZ 16000000uL
 
-// Serial line, baud; 8 data bits, even parity, 1 stop bit.
-#define CONFIG_BAUD 115200uL
-
-// Silence that ends a frame and that a reply waits for, in units of 4 us. Above 19200 baud the
-// standard fixes it at 1750 us.
-#define CONFIG_SILENCE_4US 438u
-
 // STEP is low for this many ticks from the start of each period, then rises; at least 3.
 #define CONFIG_PULSE_LOW_TICKS 31u
 
@@ -56,6 +49,7 @@
 #define CONFIG_PIXEL_CLOCK_AXIS          0
 #define CONFIG_SWITCH_CAPTURE_AXIS       0  // the comparator's timer is timer 1
 #define CONFIG_QUEUE_ENTRIES             32 // runs and marks per axis
+#define CONFIG_EVENTS                    0  // kept in the event log
 #define CONFIG_MIN_INTERVAL_TICKS        63u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 120u
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   266u
@@ -67,6 +61,7 @@
 #define CONFIG_PIXEL_CLOCK_AXIS          3
 #define CONFIG_SWITCH_CAPTURE_AXIS       0
 #define CONFIG_QUEUE_ENTRIES             128
+#define CONFIG_EVENTS                    16
 #define CONFIG_MIN_INTERVAL_TICKS        266u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 266u
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   400u

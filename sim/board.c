@@ -121,8 +121,8 @@ static void attach_timers(struct board *b)
 
 static void attach_safety(struct board *b)
 {
-    b->eeprom_hooks = (struct eeprom_hooks){
-        .board = b, .flag = on_flag, .refuse = board_refuse};
+    b->eeprom_hooks =
+        (struct eeprom_hooks){.board = b, .flag = on_flag, .refuse = board_refuse};
     eeprom_attach(&b->eeprom, b->avr, &b->eeprom_hooks);
     b->watchdog_hooks = (struct watchdog_hooks){.board = b,
                                                 .flag = on_flag,
@@ -130,10 +130,8 @@ static void attach_safety(struct board *b)
                                                 .refuse = board_refuse};
     watchdog_attach(&b->watchdog, b->avr, &b->watchdog_hooks);
     b->watchdog.part->io.ioctl = on_watchdog_ioctl;
-    b->extint_hooks = (struct extint_hooks){.board = b,
-                                            .pin = board_pin_level,
-                                            .flag = on_flag,
-                                            .refuse = board_refuse};
+    b->extint_hooks = (struct extint_hooks){
+        .board = b, .pin = board_pin_level, .flag = on_flag, .refuse = board_refuse};
     extint_attach(&b->extint, b->avr, &b->extint_hooks);
 }
 

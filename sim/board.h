@@ -29,11 +29,11 @@
 #include "uart.h"
 #include "watchdog.h"
 
-#define BOARD_TIMERS 4
-#define BOARD_PORTS  12 // 'A' to 'L'
-#define BOARD_PULSES 64 // pixel pulses handed over ahead of time; a power of two
-#define BOARD_ERROR  256
-#define BOARD_PLAN   256 // deeds to come
+#define BOARD_TIMERS  4
+#define BOARD_PORTS   12 // 'A' to 'L'
+#define BOARD_PULSES  64 // pixel pulses handed over ahead of time; a power of two
+#define BOARD_ERROR   256
+#define BOARD_PLAN    256 // deeds to come
 #define BOARD_PATCHES 16
 
 // What a home or limit pin saw, driven from outside.

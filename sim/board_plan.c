@@ -21,7 +21,8 @@ bool board_plan_add(struct board *b, const struct board_deed *deed)
         at--;
     }
     plan->deed[at] = *deed;
-    if (plan->deed[at].cycle < b->avr->cycle) { // it has passed this by within an instruction
+    if (plan->deed[at].cycle <
+        b->avr->cycle) { // it has passed this by within an instruction
         plan->deed[at].cycle = b->avr->cycle;
     }
     plan->count++;

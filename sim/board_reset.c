@@ -7,7 +7,7 @@
 //  * MCUSR collects the causes: a power-on leaves PORF alone, every other reset adds its own flag;
 //    a program can clear flags, never set them.
 //  * registers of the I/O space get their initial values and all pins become inputs. RAM and the
-//    general purpose registers keep their content, except through a power cut: then they hold noise.
+//    general purpose registers keep their content, except through a power cut: then they are noise.
 // Not modelled: the start-up time (the program begins at once), the supply's slope.
 
 #include "board.h"
@@ -100,7 +100,8 @@ static void reset_part(struct board *b)
     b->want = BOARD_WANT_NONE;
     irq_stats_section(&b->stats, b->stats.section, cycle);
     avr_reset(b->avr);
-    b->avr->cycle = cycle; // the boards' common time goes on, whatever simavr does with it
+    b->avr->cycle =
+        cycle; // the boards' common time goes on, whatever simavr does with it
     b->avr->state = cpu_Running;
     b->avr->run = board_next_run(b);
 }

@@ -55,7 +55,8 @@ static void do_tx(struct control *c)
         (c->words > 2 && !control_number(c->word[2], UINT64_MAX / 2, &timeout))) {
         return;
     }
-    if (exchange(c->bench, c->bytes, count, timeout, c->bytes, CONTROL_BYTES_MAX, &received)) {
+    if (exchange(
+            c->bench, c->bytes, count, timeout, c->bytes, CONTROL_BYTES_MAX, &received)) {
         control_answer_hex("rx", c->bytes, received);
         control_answer(" %" PRIu64, c->bench->cycle);
     } else {
@@ -190,7 +191,8 @@ static void do_flush(struct control *c)
     }
     for (int i = 0; i < c->bench->boards; i++) {
         if (!bench_save_eeprom(c->bench, i)) {
-            control_answer("error flush: %s: %s", c->bench->eeprom_path[i], strerror(errno));
+            control_answer(
+                "error flush: %s: %s", c->bench->eeprom_path[i], strerror(errno));
             return;
         }
     }

@@ -98,8 +98,10 @@ static bool length(
 static bool fits(uint64_t address, size_t count, uint64_t bytes, const char *memory)
 {
     if (address + count > bytes) {
-        control_answer(
-            "error %zu bytes at %" PRIu64 " go beyond the %s's end", count, address, memory);
+        control_answer("error %zu bytes at %" PRIu64 " go beyond the %s's end",
+                       count,
+                       address,
+                       memory);
         return false;
     }
     return true;
@@ -168,7 +170,8 @@ static void write_eeprom(struct control *c, struct board *b)
 
     if (c->words < 5) {
         control_answer("error eeprom write: ADDRESS HEX is wanted");
-    } else if (place(b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
+    } else if (place(
+                   b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
                control_bytes(c, c->word[4], &count) &&
                fits(address, count, b->eeprom.size, "EEPROM")) {
         memcpy(&b->eeprom.bytes[address], c->bytes, count);
@@ -200,8 +203,9 @@ static void do_eeprom(struct control *c)
     } else if (strcmp(c->word[2], "write") == 0 && c->words > 3) {
         write_eeprom(c, b);
     } else {
-        control_answer("error eeprom '%s': read ADDRESS LENGTH, write ADDRESS HEX or state",
-                       c->word[2]);
+        control_answer(
+            "error eeprom '%s': read ADDRESS LENGTH, write ADDRESS HEX or state",
+            c->word[2]);
     }
 }
 
@@ -362,7 +366,8 @@ static bool hang_at(struct board *b, char *word)
         return false;
     }
     if (!board_hang_at(b, (uint32_t)address)) {
-        control_answer("error hang: no instruction can be patched at 0x%" PRIx64, address);
+        control_answer("error hang: no instruction can be patched at 0x%" PRIx64,
+                       address);
         return false;
     }
     return true;

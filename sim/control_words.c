@@ -91,9 +91,8 @@ bool control_at(struct control *c, int first, bool *planned, uint64_t *cycle)
         return true;
     }
     if (c->words != first + 2 || strcmp(c->word[first], "at") != 0) {
-        control_answer("error %s: 'at CYCLE' is wanted after '%s'",
-                       c->word[0],
-                       c->word[first - 1]);
+        control_answer(
+            "error %s: 'at CYCLE' is wanted after '%s'", c->word[0], c->word[first - 1]);
         return false;
     }
     if (!control_number(c->word[first + 1], UINT64_MAX / 2, cycle)) {

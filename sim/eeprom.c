@@ -97,7 +97,8 @@ static void schedule(struct eeprom *e)
 
 static uint16_t address_of(const struct eeprom *e)
 {
-    return (uint16_t)(e->avr->data[e->part->r_eearl] | e->avr->data[e->part->r_eearh] << 8);
+    return (uint16_t)(e->avr->data[e->part->r_eearl] | e->avr->data[e->part->r_eearh]
+                                                           << 8);
 }
 
 // In the order in which the cells change: an erase raises bits, a write then lowers them.
@@ -111,7 +112,8 @@ static uint8_t partly(struct eeprom *e, uint64_t cycle)
     if (erasing) {
         return before | random;
     }
-    return (uint8_t)((e->mode == MODE_WRITE ? before : EEPROM_ERASED) & (e->value | random));
+    return (uint8_t)((e->mode == MODE_WRITE ? before : EEPROM_ERASED) &
+                     (e->value | random));
 }
 
 void eeprom_power_cut(struct eeprom *e, uint64_t cycle)
@@ -192,6 +194,7 @@ static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     eeprom_level(e, cycle + 1);
 }
 
+// simavr keeps what this returns in place of the register.
 static uint8_t read_eecr(avr_t *avr, avr_io_addr_t address, void *param)
 {
     struct eeprom *e = param;

@@ -31,7 +31,7 @@ struct bench {
     struct vcd vcd;
     bool has_vcd;
     const char *eeprom_path[LINE_BOARDS]; // NULL for none
-    uint64_t cycle; // every board has reached it
+    uint64_t cycle;                       // every board has reached it
     double wall_started_s;
 };
 

@@ -139,7 +139,9 @@ static const struct symbol *find(const struct symbols *s,
     return found;
 }
 
-const struct symbol *symbols_find(const struct symbols *s, const char *name, bool *several)
+const struct symbol *symbols_find(const struct symbols *s,
+                                  const char *name,
+                                  bool *several)
 {
     const struct symbol *found;
 

@@ -148,11 +148,13 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
     schedule(w);
 }
 
+// simavr keeps what this returns in place of the register.
 static uint8_t read_control(avr_t *avr, avr_io_addr_t address, void *param)
 {
     const struct watchdog *w = param;
 
-    return avr->data[address] | (access_cycle(avr) <= w->change_until ? WDCE : 0U);
+    return (uint8_t)((avr->data[address] & ~WDCE) |
+                     (access_cycle(avr) <= w->change_until ? WDCE : 0U));
 }
 
 // "Executing the corresponding interrupt vector will clear WDIE and WDIF" (WDIF: simavr does).
@@ -195,6 +197,5 @@ void watchdog_attach(struct watchdog *w, avr_t *avr, const struct watchdog_hooks
     w->hooks = hooks;
     part->io.reset = NULL; // it would start its own timer
     access_take(avr, part->wdce.reg, read_control, write_control, w);
-    avr_irq_register_notify(
-        &part->watchdog.irq[AVR_INT_IRQ_RUNNING], on_running, w);
+    avr_irq_register_notify(&part->watchdog.irq[AVR_INT_IRQ_RUNNING], on_running, w);
 }

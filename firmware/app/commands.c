@@ -23,7 +23,7 @@ static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
             return false;
         }
     }
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+    for (uint8_t i = 0; machine.asking == 0 && i < CONFIG_AXES; i++) {
         if ((mask & (1u << i)) != 0) {
             action(i);
         }
@@ -46,7 +46,8 @@ static bool armable(const struct axis *axis)
 static bool seeks_fit(uint8_t mask)
 {
     bool opening = false;
-    bool taken = machine.seek.axis != SEEK_NOBODY;
+    bool taken = machine.seek.axis != SEEK_NOBODY ||
+                 (CONFIG_AXES > 1 && machine.asking == MACHINE_ASKED_SEEK);
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if ((mask & (1u << i)) != 0 && axis_seeks(machine_axis(i), &opening)) {
@@ -54,6 +55,9 @@ static bool seeks_fit(uint8_t mask)
                 return false;
             }
             taken = true;
+            if (CONFIG_AXES > 1 && machine.asking != 0) {
+                machine.asking = MACHINE_ASKED_SEEK;
+            }
         }
     }
     return true;
@@ -88,7 +92,9 @@ static bool arm_all(uint8_t mask)
     if (!seeks_fit(mask) || !for_axes(mask, armable, arm)) {
         return false;
     }
-    machine.token = machine.order[2];
+    if (machine.asking == 0) {
+        machine.token = machine.order[2];
+    }
     return true;
 }
 
@@ -129,7 +135,7 @@ static void stop(uint8_t i)
     struct axis *axis = machine_axis(i);
 
     if (axis->state == AXIS_RUNNING) {
-        step_timer_empty(i);
+        step_timer_halt(i);
         axis->in_line = false;
         axis->state = AXIS_EMPTY;
         machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
@@ -175,12 +181,15 @@ static void restart_time(void)
 static bool clear_fault(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (step_timer_state(i) == STEP_ENGINE_IN_LINE) {
+        if (step_engine_going(step_timer_state(i))) {
             return false;
         }
     }
     if (!safety_clear()) {
         return false;
+    }
+    if (machine.asking != 0) {
+        return true;
     }
     if (machine.time_lost) {
         restart_time();
@@ -220,12 +229,14 @@ static bool default_settings(void)
     return true;
 }
 
-static bool permit_on(void)
+static bool permit(bool on)
 {
-    if (machine.fault.code != FAULT_none) {
+    if (on && machine.fault.code != FAULT_none) {
         return false;
     }
-    machine_permit(true);
+    if (machine.asking == 0) {
+        machine_permit(on);
+    }
     return true;
 }
 
@@ -254,10 +265,8 @@ bool machine_do(enum machine_command command, uint8_t mask)
     case COMMAND_DEFAULTS:
         return default_settings();
     case COMMAND_PERMIT_ON:
-        return permit_on();
     case COMMAND_PERMIT_OFF:
-        machine_permit(false);
-        return true;
+        return permit(command == COMMAND_PERMIT_ON);
     case COMMAND_GO:
         return go();
     default:

@@ -101,7 +101,7 @@ bool machine_clock_present(void)
 static void halt_axis(uint8_t i, enum axis_state state)
 {
     if (machine_axis(i)->state == AXIS_ARMED || machine_axis(i)->state == AXIS_RUNNING) {
-        step_timer_empty(i);
+        step_timer_halt(i);
         machine_axis(i)->in_line = false;
         machine_axis(i)->state = (uint8_t)state;
     }
@@ -124,6 +124,10 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
         fault->axis = axis;
         fault->argument = argument;
         fault->pixel = machine_axis(axis)->ledger.pixel + 1u;
+    }
+    if ((fault->mask >> (uint8_t)code & 1u) == 0) {
+        events_note(
+            (uint16_t)code, axis, argument, machine_axis(axis)->ledger.pixel + 1u);
     }
     machine_permit(false);
     machine.token = 0;

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "app/drivers.h"        // struct drivers
+#include "app/events.h"         // struct events
 #include "app/inputs.h"         // struct inputs
 #include "app/seek.h"           // struct seek
 #include "app/settings.h"       // struct settings
@@ -45,6 +46,10 @@ struct fault_record {
     uint32_t pixel;
 };
 
+// machine.asking: 0, or commands are only asked about, a seek among them.
+#define MACHINE_ASKS       1u
+#define MACHINE_ASKED_SEEK 2u
+
 struct machine {
     struct axis axes[CONFIG_AXES];
     struct run slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
@@ -57,12 +62,16 @@ struct machine {
     struct inputs inputs[CONFIG_AXES];
     struct seek seek;
     struct drivers drivers;
+#if CONFIG_EVENTS != 0
+    struct events events;
+#endif
     uint8_t starting; // bit n: axis n has a line zero and waits for its release
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests
     bool permit;      // the permit output is on
     uint16_t token;   // that armed axes wait for, 0 none
     uint8_t turn;     // rounds, to look after one axis after the other
+    uint8_t asking;   // commands are only asked about: MACHINE_ASKS, MACHINE_ASKED_SEEK
     bool time_lost;   // an underrun left the timers out of step with the ledgers
     uint32_t edge_seen_4us; // when the last clock edge was handled
 };
@@ -83,7 +92,8 @@ static inline struct inputs *machine_inputs(uint8_t axis)
 // Interrupts off; time_check_start() must follow, and interrupts on before an idle period is over.
 void machine_init(void);
 
-// False when the command is not possible for every axis in the mask; then nothing is done.
+// False when the command is not possible for every axis in the mask; then nothing is done. With
+// machine.asking set nothing ever is, and the answer is the same.
 bool machine_do(enum machine_command command, uint8_t mask);
 
 // After a change of machine.settings.

@@ -33,6 +33,9 @@ uint16_t report_status(void)
     if (estop_tripped()) {
         bits |= REPORT_ESTOP;
     }
+    if (serial_counters()->listen_only) {
+        bits |= REPORT_LISTEN_ONLY;
+    }
     return machine.permit ? (uint16_t)(bits | REPORT_PERMIT) : bits;
 }
 
@@ -74,13 +77,6 @@ static uint16_t settings_state(uint8_t axis, bool low)
     (void)axis;
     (void)low;
     return store_state();
-}
-
-static uint16_t overruns(uint8_t axis, bool low)
-{
-    (void)axis;
-    (void)low;
-    return serial_overruns();
 }
 
 static uint16_t queue_free(uint8_t axis, bool low)
@@ -167,7 +163,7 @@ static const struct source board[] IN_FLASH = {
     [REG_INPUT_frames_ok] = COUNTER(frames_ok),
     [REG_INPUT_crc_errors] = COUNTER(crc_errors),
     [REG_INPUT_exceptions] = COUNTER(exceptions),
-    [REG_INPUT_rx_overruns] = CALL(overruns),
+    [REG_INPUT_rx_overruns] = COUNTER(rx_overruns),
     LONG(REG_INPUT_pixel_period_ticks, machine.period.whole_ticks),
     [REG_INPUT_min_interval_ticks] = CONSTANT(CONFIG_MIN_INTERVAL_TICKS),
     [REG_INPUT_smooth_min_interval_ticks] = CONSTANT(CONFIG_SMOOTH_MIN_INTERVAL_TICKS),
@@ -201,10 +197,10 @@ static const struct source more[] IN_FLASH = {
     [REG_INPUT_outputs - MORE_BASE] = CALL(outputs),
     [REG_INPUT_settings_state - MORE_BASE] = CALL(settings_state),
     [REG_INPUT_settings_serial - MORE_BASE] = WORD(machine.settings.serial),
-    [REG_INPUT_bus_messages - MORE_BASE] = CONSTANT(0),
-    [REG_INPUT_no_replies - MORE_BASE] = CONSTANT(0),
-    [REG_INPUT_busy_replies - MORE_BASE] = CONSTANT(0),
-    [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(0),
+    [REG_INPUT_bus_messages - MORE_BASE] = COUNTER(bus_messages),
+    [REG_INPUT_no_replies - MORE_BASE] = COUNTER(no_replies),
+    [REG_INPUT_busy_replies - MORE_BASE] = COUNTER(busy_replies),
+    [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(CONFIG_EVENTS),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))

@@ -43,6 +43,15 @@ static void line_finished(struct axis *axis)
     }
 }
 
+static void take_underruns(void)
+{
+    for (uint8_t i = 0; step_timer_underrun() && i < CONFIG_AXES; i++) {
+        if (step_timer_take_underrun(i)) {
+            machine_underrun(i);
+        }
+    }
+}
+
 // The emergency stop halts an axis before this round has heard of it.
 static enum fault why_halted(const struct axis *axis)
 {
@@ -52,13 +61,23 @@ static enum fault why_halted(const struct axis *axis)
     return axis->dry ? FAULT_starved : FAULT_decoder_late;
 }
 
+// An interrupt that came too late halts its axis as well, perhaps since underruns were last looked
+// for.
+static void name_halt(uint8_t i)
+{
+    take_underruns();
+    if (machine_axis(i)->state == AXIS_RUNNING) {
+        machine_fault(why_halted(machine_axis(i)), i, 0);
+    }
+}
+
 // A running axis that halted or came to the end of its line.
 static void supervise_running(uint8_t i)
 {
     struct axis *axis = machine_axis(i);
 
     if (step_timer_state(i) == STEP_ENGINE_HALTED) {
-        machine_fault(why_halted(axis), i, 0);
+        name_halt(i);
     } else if (!axis->in_line && axis_ring_fill(axis) == 0 &&
                step_timer_state(i) == STEP_ENGINE_IDLE) {
         machine.clocked &= (uint8_t)~axis_bit(i);
@@ -72,18 +91,9 @@ static void supervise(uint8_t i)
         supervise_running(i);
     }
     if ((machine.stopping & axis_bit(i)) != 0 &&
-        step_timer_state(i) != STEP_ENGINE_IN_LINE) {
+        !step_engine_going(step_timer_state(i))) {
         machine.stopping &= (uint8_t)~axis_bit(i);
         machine_discard(i);
-    }
-}
-
-static void take_underruns(void)
-{
-    for (uint8_t i = 0; step_timer_underrun() && i < CONFIG_AXES; i++) {
-        if (step_timer_take_underrun(i)) {
-            machine_underrun(i);
-        }
     }
 }
 
@@ -179,6 +189,10 @@ static uint8_t neediest(void)
 {
     uint8_t found = CONFIG_AXES;
     uint32_t least = UINT32_MAX;
+
+    if (CONFIG_AXES == 1) {
+        return axis_decoded(machine_axis(0)) ? CONFIG_AXES : 0;
+    }
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (!axis_decoded(machine_axis(i))) {

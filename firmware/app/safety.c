@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/safety.h"
 
+#include "app/events.h"     // events_note
 #include "app/machine.h"    // machine_fault
 #include "app/serial.h"     // serial_last_request_ms
 #include "hal/clock.h"      // clock_now_ms
@@ -26,6 +27,7 @@ void safety_start(void)
     uint8_t cause = cpu_reset_cause();
 
     alive = 0;
+    events_note(EVENT_RESET + cause, 0, 0, 0);
     estop_start(estop_inverted());
     // A supply that comes up slowly is a brown-out too.
     if ((cause & RESET_POWER_ON) == 0 && (cause & RESET_UNEXPECTED) != 0) {
@@ -34,13 +36,15 @@ void safety_start(void)
     cpu_watchdog_start();
 }
 
-// One axis a round. An underrun has switched its axis off: that one is excused.
+// One axis a round. One that came too late is off, and makes no further beat: it is excused. One
+// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge included,
+// and only a reset ends that.
 static void feed_watchdog(void)
 {
     uint8_t i = machine.turn % CONFIG_AXES;
     uint8_t beat = step_timer_beat(i);
 
-    if (beat != beats[i] || machine.time_lost) {
+    if (beat != beats[i] || step_timer_state(i) == STEP_ENGINE_HALTED) {
         beats[i] = beat;
         alive = (uint8_t)(alive | (1u << i));
     }
@@ -80,6 +84,8 @@ bool safety_clear(void)
     if (estop_tripped()) {
         return false;
     }
-    estop_release();
+    if (machine.asking == 0) {
+        estop_release();
+    }
     return cpu_stack_intact();
 }

@@ -147,6 +147,11 @@ static bool release(uint8_t i)
     if (!step_timer_release(i, &axis->feed, (uint32_t)delay, axis->ledger.idle_seen)) {
         return false;
     }
+    if (axis->state != AXIS_ARMED) {
+        // A promise was broken on the way: a fault, and nothing may run.
+        step_timer_halt(i);
+        return true;
+    }
     machine.starting = (uint8_t)(machine.starting & ~(1u << i));
     axis->state = AXIS_RUNNING;
     return true;

@@ -24,6 +24,3 @@ void fake_switches_power_on(void);
 void fake_uart_power_on(void);
 
 void fake_estop_power_on(void);
-
-// Every axis that is in a line comes out of it.
-void fake_timers_halt_all(void);

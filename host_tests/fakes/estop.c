@@ -4,6 +4,7 @@
 
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
+#include "hal/step_timer.h"
 
 bool fake_permit;
 static bool level;
@@ -24,7 +25,9 @@ static void stop_all(void)
 {
     latched = true;
     fake_permit = false;
-    fake_timers_halt_all();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        step_timer_halt(i);
+    }
 }
 
 void fake_estop(bool high)

@@ -14,7 +14,8 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from avr_image import Image, ImageError, read_image, run
+from avr_image import read_image, run
+from avr_stack import Image, ImageError
 from common import finish
 
 
@@ -40,6 +41,9 @@ EXCLUSIVE = {
     "uno": [{18, 19, 20}, {11, 13}],
     "mega": [{25, 26, 27}, {17, 20}, {32, 35}, {42, 45}, {47, 50}],
 }
+
+# The word below the stack that tells when it grew too far (firmware/hal/avr/cpu.c).
+CANARY_BYTES = 2
 
 # avr-gcc's one address space: flash from 0, RAM and EEPROM far above.
 RAM_AT = 0x800000
@@ -110,6 +114,7 @@ def worst_stack(board: str, image: Image) -> tuple[int, list[str]]:
 def measure(board: str, elf: Path) -> Size:
     """All numbers of one image."""
     flash, static_ram = memory_bytes(board, elf)
+    static_ram += CANARY_BYTES
     stack, path = worst_stack(board, read_image(elf))
     return Size(flash, static_ram, stack, LIMITS[board].ram - static_ram - stack, path)
 

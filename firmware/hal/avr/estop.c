@@ -6,10 +6,10 @@
 #include <avr/io.h>
 #include <util/atomic.h>
 
-#include "config.h"           // CONFIG_BOARD_*
-#include "hal/avr/board.h"    // BOARD_FILE
-#include "hal/avr/pins.h"     // pins_write_permit
-#include "hal/avr/step_isr.h" // step_isr_halt_all
+#include "config.h"         // CONFIG_BOARD_*
+#include "hal/avr/board.h"  // BOARD_FILE
+#include "hal/avr/pins.h"   // pins_write_permit
+#include "hal/step_timer.h" // step_timer_halt
 
 #if defined(CONFIG_BOARD_UNO)
 #define ESTOP_VECTOR   INT0_vect
@@ -52,7 +52,9 @@ static void stop_all(void)
 {
     pins_write_permit(false);
     latched = true;
-    step_isr_halt_all();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        step_timer_halt(i);
+    }
 }
 
 static void estop_body(void) __asm__("__vector_estop_body") __attribute__((signal, used));

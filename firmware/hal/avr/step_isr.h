@@ -31,10 +31,6 @@
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
 
-// No axis in a line makes a STEP edge after the period that its timer holds. Called in interrupts
-// that have let the step interrupts in.
-void step_isr_halt_all(void);
-
 // What an axis's interrupt has done, as of one instant.
 static inline struct engine_sample step_isr_sample(uint8_t axis)
 {

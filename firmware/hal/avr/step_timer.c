@@ -87,6 +87,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
         OCR##timer##B = QUIET_TICKS;                                                     \
         OCR##timer##A = STEP_IDLE_TICKS - 1u;                                            \
         TIFR##timer = (uint8_t)_BV(TOV##timer);                                          \
+        step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
         step_engines[axis].idle_count++;                                                 \
     } while (0)
 // Budget: 70 cycles.
@@ -106,7 +107,8 @@ struct step_ring *step_timer_ring(uint8_t axis)
 #define HALT_AXIS(axis, timer)                                                           \
     ATOMIC_BLOCK(ATOMIC_FORCEON)                                                         \
     {                                                                                    \
-        if (step_engine_halt(&step_engines[axis])) {                                     \
+        if ((CONFIG_AXES == 1 || which == (axis)) &&                                     \
+            step_engine_halt(&step_engines[axis], &step_rings[axis])) {                  \
             TIMSK##timer =                                                               \
                 (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A));     \
             if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \
@@ -134,7 +136,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
 #include BOARD_FILE
 #undef BOARD_AXIS
 
-void step_isr_halt_all(void){
+void step_timer_halt(uint8_t which){
 #define BOARD_AXIS(axis, timer) HALT_AXIS(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
@@ -253,17 +255,6 @@ bool step_timer_release(uint8_t axis,
         feed_front_released(feed, delay_ticks);
     }
     return released;
-}
-
-void step_timer_empty(uint8_t axis)
-{
-    struct step_engine *engine = &step_engines[axis];
-    struct step_ring *ring = &step_rings[axis];
-
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
-        step_engine_empty(engine, ring);
-    }
 }
 
 // The overflow interrupt takes over again from the one of a halted axis.
