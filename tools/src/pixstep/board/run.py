@@ -132,6 +132,6 @@ def _why_not(board: Board, name: str, axes: list[int]) -> str:
         return "the emergency stop is pressed: release it, then `pixstep board clear`"
     fault = board.fault_text()
     if fault and name != "clear_fault":
-        return f"{fault} (`pixstep board clear` when its cause is gone)"
+        return f"{fault} Then `pixstep board clear`."
     named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
     return f"not possible now: {named}"

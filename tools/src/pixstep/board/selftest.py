@@ -123,7 +123,7 @@ class SelfTest:
         if not text:
             return Result("fault", OK, "none latched")
         if self.person is None or not self.person.agrees(f"Latched: {text}. Clear it?"):
-            return Result("fault", FAILED, f"{text} (`pixstep board clear`)")
+            return Result("fault", FAILED, f"{text} Then `pixstep board clear`.")
         run.command(self.board, "clear_fault", [0])
         return Result("fault", OK, f"cleared: {text}")
 
