@@ -8,6 +8,7 @@ from pixstep.cli import (
     bench,
     docs,
     file,
+    fuzz,
     home,
     line,
     move,
@@ -32,6 +33,7 @@ _groups = (
     move,
     home,
     bench,
+    fuzz,
     docs,
 )
 for command in (command for group in _groups for command in group.COMMANDS):
