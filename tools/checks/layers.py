@@ -42,7 +42,10 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
         HOSTED,
     ),
     "sim": ({"firmware/hal/boards", "firmware/core/base"}, HOSTED),
-    "tools/native": ({"firmware/core"}, HOSTED),
+    "tools/native": (
+        {"firmware/config.h", "firmware/core", "firmware/app", "host_tests/fakes"},
+        HOSTED,
+    ),
     "fuzz": (
         {"firmware/config.h", "firmware/core", "firmware/app", "host_tests/fakes"},
         HOSTED,
