@@ -4,135 +4,227 @@
 #include <stddef.h>
 #include <string.h>
 
-#define ILLEGAL_FUNCTION 1u
-#define ILLEGAL_ADDRESS  2u
-#define ILLEGAL_VALUE    3u
+#include "reference_parts.h"
 
-// Reads and writes of the standard, at most.
+#define READ_BITS   2000u
 #define READ_WORDS  125u
+#define WRITE_BITS  1968u
 #define WRITE_WORDS 123u
+#define BOTH_WORDS  121u // written by function 23
 
-struct asked {
-    const uint8_t *bytes;
-    uint16_t count;
-    struct model *world;
-    struct expected *expected;
-};
-
-static uint16_t word(const struct asked *asked, uint16_t at)
+static uint8_t check(uint16_t number, uint32_t most, bool mapped)
 {
-    return (uint16_t)(asked->bytes[at] * 256u + asked->bytes[at + 1u]);
+    if (number < 1 || number > most) {
+        return ILLEGAL_VALUE;
+    }
+    return mapped ? 0 : ILLEGAL_ADDRESS;
 }
 
-static void reply_byte(struct expected *expected, uint16_t byte)
+static bool bit_at(const struct asked *asked, uint16_t address)
 {
-    expected->bytes[expected->count] = (uint8_t)byte;
-    expected->count++;
+    return asked->bytes[1] == 1 ? model_coil(asked->world, address)
+                                : model_discrete(address);
 }
 
-static void reply_word(struct expected *expected, uint16_t value)
-{
-    reply_byte(expected, (uint16_t)(value >> 8));
-    reply_byte(expected, value & 0xFFu);
-}
-
-static void reply_start(const struct asked *asked)
-{
-    asked->expected->count = 0;
-    reply_byte(asked->expected, asked->bytes[0]);
-    reply_byte(asked->expected, asked->bytes[1]);
-}
-
-// The reply repeats address, function and two words.
-static void reply_echo(const struct asked *asked)
-{
-    reply_start(asked);
-    reply_word(asked->expected, word(asked, 2));
-    reply_word(asked->expected, word(asked, 4));
-}
-
-static uint8_t read_words(const struct asked *asked, bool input)
+static uint8_t read_bits(const struct asked *asked)
 {
     if (asked->count != 6) {
         return ILLEGAL_VALUE;
     }
-    uint16_t first = word(asked, 2);
-    uint16_t number = word(asked, 4);
+    uint16_t first = asked_word(asked, 2);
+    uint16_t number = asked_word(asked, 4);
+    uint8_t exception =
+        check(number, READ_BITS, model_mapped(MODEL_BITS, first, number));
 
-    if (number < 1 || number > READ_WORDS) {
-        return ILLEGAL_VALUE;
-    }
-    if (!model_mapped(first, number)) {
-        return ILLEGAL_ADDRESS;
+    if (exception != 0) {
+        return exception;
     }
     reply_start(asked);
-    reply_byte(asked->expected, (uint16_t)(2u * number));
-    for (uint16_t i = 0; i < number; i++) {
-        uint16_t at = (uint16_t)(first + i);
-        reply_word(asked->expected,
-                   input ? model_input(at) : model_holding(asked->world, at));
+    reply_byte(asked->expected, (uint16_t)((number + 7u) / 8u));
+    for (uint16_t i = 0; i < number; i += 8) {
+        uint16_t byte = 0;
+        for (uint16_t bit = 0; bit < 8 && i + bit < number; bit++) {
+            if (bit_at(asked, (uint16_t)(first + i + bit))) {
+                byte = (uint16_t)(byte | 1u << bit);
+            }
+        }
+        reply_byte(asked->expected, byte);
     }
     return 0;
 }
 
-static uint8_t read_holdings(const struct asked *asked)
+static void reply_words(const struct asked *asked,
+                        uint16_t first,
+                        uint16_t number,
+                        bool input)
 {
-    return read_words(asked, false);
+    reply_start(asked);
+    reply_byte(asked->expected, (uint16_t)(2u * number));
+    for (uint16_t i = 0; i < number; i++) {
+        reply_data(asked, (uint16_t)(first + i), input);
+    }
 }
 
-static uint8_t read_inputs(const struct asked *asked)
+static uint8_t read_words(const struct asked *asked)
 {
-    return read_words(asked, true);
+    bool input = asked->bytes[1] == 4;
+
+    if (asked->count != 6) {
+        return ILLEGAL_VALUE;
+    }
+    uint16_t first = asked_word(asked, 2);
+    uint16_t number = asked_word(asked, 4);
+    uint8_t exception =
+        check(number,
+              READ_WORDS,
+              model_mapped(input ? MODEL_INPUTS : MODEL_WORDS, first, number));
+
+    if (exception == 0) {
+        reply_words(asked, first, number, input);
+    }
+    return exception;
 }
 
-static uint8_t write_one(const struct asked *asked)
+static uint8_t write_coil(const struct asked *asked)
+{
+    if (asked->count != 6 || (asked_word(asked, 4) & 0x00FFu) != 0 ||
+        (asked->bytes[4] != 0 && asked->bytes[4] != 0xFF)) {
+        return ILLEGAL_VALUE;
+    }
+    if (!model_mapped(MODEL_BITS, asked_word(asked, 2), 1)) {
+        return ILLEGAL_ADDRESS;
+    }
+    reply_echo(asked, 6);
+    return model_write_coils(asked->world, asked_word(asked, 2), 1, &asked->bytes[4]);
+}
+
+static uint8_t write_word(const struct asked *asked)
 {
     if (asked->count != 6) {
         return ILLEGAL_VALUE;
     }
-    if (!model_mapped(word(asked, 2), 1)) {
+    if (!model_mapped(MODEL_WORDS, asked_word(asked, 2), 1)) {
         return ILLEGAL_ADDRESS;
     }
-    reply_echo(asked);
-    return model_write(asked->world, word(asked, 2), 1, &asked->bytes[4]);
+    reply_echo(asked, 6);
+    return model_write(asked->world, asked_word(asked, 2), 1, &asked->bytes[4]);
 }
 
-static uint8_t write_many(const struct asked *asked)
+// Byte count and length of a write of many agree with its number.
+static bool counts_agree(const struct asked *asked, uint32_t bytes)
+{
+    return asked->bytes[6] == bytes && asked->count == 7u + bytes;
+}
+
+static uint8_t write_coils(const struct asked *asked)
 {
     if (asked->count < 7) {
         return ILLEGAL_VALUE;
     }
-    uint16_t number = word(asked, 4);
+    uint16_t first = asked_word(asked, 2);
+    uint16_t number = asked_word(asked, 4);
 
-    if (number < 1 || number > WRITE_WORDS || asked->bytes[6] != 2u * number ||
-        asked->count != 7u + 2u * number) {
+    if (!counts_agree(asked, (number + 7u) / 8u)) {
         return ILLEGAL_VALUE;
     }
-    if (!model_mapped(word(asked, 2), number)) {
-        return ILLEGAL_ADDRESS;
-    }
-    reply_echo(asked);
-    return model_write(asked->world, word(asked, 2), number, &asked->bytes[7]);
+    uint8_t exception =
+        check(number, WRITE_BITS, model_mapped(MODEL_BITS, first, number));
+
+    reply_echo(asked, 6);
+    return exception != 0
+               ? exception
+               : model_write_coils(asked->world, first, number, &asked->bytes[7]);
 }
 
-static uint8_t identify(const struct asked *asked)
+static uint8_t write_words(const struct asked *asked)
 {
-    asked->expected->exact = false;
-    return asked->count == 2 ? 0 : ILLEGAL_VALUE;
+    if (asked->count < 7) {
+        return ILLEGAL_VALUE;
+    }
+    uint16_t first = asked_word(asked, 2);
+    uint16_t number = asked_word(asked, 4);
+
+    if (!counts_agree(asked, 2u * number)) {
+        return ILLEGAL_VALUE;
+    }
+    uint8_t exception =
+        check(number, WRITE_WORDS, model_mapped(MODEL_WORDS, first, number));
+
+    reply_echo(asked, 6);
+    return exception != 0 ? exception
+                          : model_write(asked->world, first, number, &asked->bytes[7]);
+}
+
+static uint8_t mask_word(const struct asked *asked)
+{
+    if (asked->count != 8) {
+        return ILLEGAL_VALUE;
+    }
+    uint16_t address = asked_word(asked, 2);
+
+    if (!model_mapped(MODEL_WORDS, address, 1)) {
+        return ILLEGAL_ADDRESS;
+    }
+    uint16_t and_mask = asked_word(asked, 4);
+    uint16_t or_mask = asked_word(asked, 6);
+    uint16_t now = model_holding(asked->world, address);
+    uint16_t wanted = (uint16_t)((now & and_mask) | (or_mask & ~and_mask));
+    uint8_t bytes[2] = {(uint8_t)(wanted >> 8), (uint8_t)wanted};
+
+    reply_echo(asked, 8);
+    return model_write(asked->world, address, 1, bytes);
+}
+
+// What to read, then what to write, both before anything is done.
+static uint8_t write_and_read(const struct asked *asked)
+{
+    if (asked->count < 11) {
+        return ILLEGAL_VALUE;
+    }
+    uint16_t read = asked_word(asked, 2);
+    uint16_t read_number = asked_word(asked, 4);
+    uint16_t write = asked_word(asked, 6);
+    uint16_t write_number = asked_word(asked, 8);
+
+    if (read_number < 1 || read_number > READ_WORDS || write_number < 1 ||
+        write_number > BOTH_WORDS || asked->bytes[10] != 2u * write_number ||
+        asked->count != 11u + 2u * write_number) {
+        return ILLEGAL_VALUE;
+    }
+    if (!model_mapped(MODEL_WORDS, read, read_number) ||
+        !model_mapped(MODEL_WORDS, write, write_number)) {
+        return ILLEGAL_ADDRESS;
+    }
+    uint8_t exception =
+        model_write(asked->world, write, write_number, &asked->bytes[11]);
+
+    if (exception == 0) {
+        reply_words(asked, read, read_number, false);
+    }
+    return exception;
 }
 
 struct function {
     uint8_t code;
-    bool writes; // so that it makes sense as a broadcast
+    bool writes; // so that it makes sense to all
     uint8_t (*serve)(const struct asked *asked);
 };
 
 static const struct function functions[] = {
-    {3, false, read_holdings},
-    {4, false, read_inputs},
-    {6, true, write_one},
-    {16, true, write_many},
-    {17, false, identify},
+    {1, false, read_bits},
+    {2, false, read_bits},
+    {3, false, read_words},
+    {4, false, read_words},
+    {5, true, write_coil},
+    {6, true, write_word},
+    {8, false, reference_diagnose},
+    {15, true, write_coils},
+    {16, true, write_words},
+    {17, false, reference_identify},
+    {20, false, reference_read_files},
+    {22, true, mask_word},
+    {23, false, write_and_read},
+    {43, false, reference_read_device},
 };
 
 static const struct function *function_of(uint8_t code)
@@ -149,12 +241,33 @@ static void refuse(const struct asked *asked, uint8_t exception)
 {
     struct expected *expected = asked->expected;
 
-    expected->exact = true;
-    expected->exception = exception;
     expected->count = 0;
+    expected->counted = false;
     reply_byte(expected, asked->bytes[0]);
     reply_byte(expected, asked->bytes[1] | 0x80u);
     reply_byte(expected, exception);
+}
+
+static void serve(const struct asked *asked)
+{
+    const struct function *function = function_of(asked->bytes[1]);
+
+    if (function == NULL) {
+        refuse(asked, ILLEGAL_FUNCTION);
+    } else if (asked->bytes[0] != 0 || function->writes) {
+        uint8_t exception = function->serve(asked);
+        if (exception != 0) {
+            refuse(asked, exception);
+        }
+    }
+}
+
+static bool ends_listening(const struct asked *asked)
+{
+    static const uint8_t restart[] = {8, 0, 1};
+
+    return asked->bytes[0] != 0 && asked->count >= 4 &&
+           memcmp(&asked->bytes[1], restart, sizeof restart) == 0;
 }
 
 void reference_serve(const uint8_t *request,
@@ -164,19 +277,13 @@ void reference_serve(const uint8_t *request,
 {
     struct asked asked = {
         .bytes = request, .count = count, .world = world, .expected = expected};
-    const struct function *function = function_of(request[1]);
-    bool broadcast = request[0] == 0;
+    bool silent = request[0] == 0 || world->listen_only;
 
-    *expected = (struct expected){.exact = true};
-    if (function == NULL) {
-        refuse(&asked, ILLEGAL_FUNCTION);
-    } else if (!broadcast || function->writes) {
-        uint8_t exception = function->serve(&asked);
-        if (exception != 0) {
-            refuse(&asked, exception);
-        }
+    *expected = (struct expected){.count = 0};
+    if (!world->listen_only || ends_listening(&asked)) {
+        serve(&asked);
     }
-    if (broadcast) {
-        *expected = (struct expected){.exact = true};
+    if (silent || world->listen_only) {
+        *expected = (struct expected){.count = 0};
     }
 }

@@ -9,10 +9,9 @@
 #include "model.h"
 
 struct expected {
-    uint8_t exception;  // 0: none
     uint8_t bytes[256]; // address and PDU of the reply
     uint16_t count;     // 0: none is to come
-    bool exact;         // else only the form is known
+    bool counted;       // its last two bytes are a counter, whatever it says
 };
 
 // request: address and PDU, `count` bytes without the checksum. Changes `world` as it should be

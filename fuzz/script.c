@@ -8,6 +8,7 @@
 #define ITEM_KIND       0x07u
 #define ITEM_JOINED     0x08u // no silence before
 #define ITEM_RUNS_ON    0x10u // no silence after
+#define ITEM_SEEN_LATE  0x20u
 
 // Four bits at a time.
 uint16_t script_crc(const uint8_t *bytes, size_t count)
@@ -113,6 +114,7 @@ bool script_next(struct script *script, struct script_item *item)
     item->kind = (enum script_kind)(head & ITEM_KIND);
     item->silence_before = (head & ITEM_JOINED) == 0;
     item->silence_after = (head & ITEM_RUNS_ON) == 0;
+    item->seen_late = (head & ITEM_SEEN_LATE) != 0;
     item->count = 0;
     fill(script, item);
     return true;

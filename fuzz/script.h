@@ -3,7 +3,7 @@
 // right here, so that most of what is tried reaches the server instead of ending at its door.
 //
 //     byte 0   bits 0 to 2 what (enum script_kind); bit 3 set: no silence before;
-//              bit 4 set: no silence after
+//              bit 4 set: no silence after; bit 5 set: the board looks when all bytes are there
 //     byte 1   number of bytes n, where there are any (clipped to what is left)
 //     n bytes
 #pragma once
@@ -35,6 +35,7 @@ struct script_item {
     enum script_kind kind;
     bool silence_before;
     bool silence_after;
+    bool seen_late;
     uint8_t bytes[SCRIPT_BYTES_MAX]; // as they go on the line
     uint16_t count;
 };
