@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The project's rules as tests (label `rules`): who may include whom, what must not be in an image,
 # how large it may be, how plain the text is, whether a generated table still says what the source
-# says. All but the last need nothing but Python's own library.
+# says. Those about the text and the code need nothing but Python's own library.
 find_program(PIXSTEP_PYTHON NAMES python3 HINTS "${CMAKE_SOURCE_DIR}/build/venv/bin" REQUIRED)
 
 # rule(<name> <program> <argument>...): a test `rules.<name>` that runs a program from the root.
@@ -15,6 +15,7 @@ rule(layers "${PIXSTEP_PYTHON}" "${checks}/layers.py")
 rule(imports "${PIXSTEP_PYTHON}" "${checks}/imports.py")
 rule(protocol "${PIXSTEP_PYTHON}" -m pixstep docs protocol --check docs/PROTOCOL.md)
 rule(files "${PIXSTEP_PYTHON}" -m pixstep docs files --check docs/FILES.md)
+rule(faults "${PIXSTEP_PYTHON}" -m pixstep docs faults --check docs/FAULTS.md)
 rule(wiring "${PIXSTEP_PYTHON}" -m pixstep docs wiring --check docs/WIRING.md)
 rule(text "${PIXSTEP_PYTHON}" "${checks}/text.py")
 rule(
@@ -24,4 +25,9 @@ rule(
 rule(
     sizes "${PIXSTEP_PYTHON}" "${checks}/sizes.py" "uno=${PIXSTEP_UNO_IMAGE}"
     "mega=${PIXSTEP_MEGA_IMAGE}"
+)
+# Builds and runs the suites once more, with counters; seconds, as they are.
+rule(coverage "${PIXSTEP_PYTHON}" "${checks}/coverage.py" --check docs/TESTING.md)
+set_tests_properties(
+    rules.coverage PROPERTIES PROCESSORS 2 TIMEOUT 300 ENVIRONMENT "UNITY_DIR=${UNITY_DIR}"
 )

@@ -10,13 +10,6 @@
 // Timer ticks a second; prescaler 1, so the CPU clock.
 #define CONFIG_TIMER_HZ 16000000uL
 
-// Serial line, baud; 8 data bits, even parity, 1 stop bit.
-#define CONFIG_BAUD 115200uL
-
-// Silence that ends a frame and that a reply waits for, in units of 4 us. Above 19200 baud the
-// standard fixes it at 1750 us.
-#define CONFIG_SILENCE_4US 438u
-
 // STEP is low for this many ticks from the start of each period, then rises; at least 3.
 #define CONFIG_PULSE_LOW_TICKS 31u
 

@@ -27,6 +27,7 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
+    TEST_ASSERT_FALSE(bench.edge_between_blocks);
 }
 
 static void watch_edges(void)
@@ -262,6 +263,49 @@ static void chained_lines(void)
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
 }
 
+// Two pixels, each a run, decoded to their end: what is ahead is what the interrupt still takes.
+static void time_ahead_inside_a_run(void)
+{
+    uint32_t ends_ticks[200];
+    uint32_t ahead_ticks[200];
+    uint8_t inside = 0;
+
+    bench_open(1000, 1);
+    queue_plain(PLAIN_MARK, 100, 2); // every interval 160 ticks, so nothing is rounded
+    TEST_ASSERT_TRUE(bench_start_line());
+    TEST_ASSERT_FALSE(bench.axis.in_line);
+    for (uint8_t i = 0; !bench_finish_line(); i++) {
+        (void)bench_period();
+        if (bench.axis.ledger.run != LEDGER_NO_RUN) {
+            ends_ticks[inside] = bench.now_ticks;
+            ahead_ticks[inside] = axis_ahead_ticks(&bench.axis);
+            inside++;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT8(150, inside);
+    // Both lie on the same instant, whatever it is.
+    for (uint8_t i = 1; i < inside; i++) {
+        TEST_ASSERT_EQUAL_UINT32(ends_ticks[0] + ahead_ticks[0],
+                                 ends_ticks[i] + ahead_ticks[i]);
+    }
+    // The last step stands in a period of its own.
+    TEST_ASSERT_EQUAL_UINT32(ends_ticks[inside - 1u] + 160u + STEP_IDLE_TICKS,
+                             ends_ticks[0] + ahead_ticks[0]);
+}
+
+// 129 entries a pixel: the second does not fit behind the first and is handed over in parts.
+static void runs_longer_than_the_ring_has_room(void)
+{
+    bench_open(8, 1);
+    queue_plain(PLAIN_MARK, 16383, 2);
+    TEST_ASSERT_TRUE(bench_start_line());
+    while (!bench_finish_line()) {
+        (void)bench_period();
+    }
+    TEST_ASSERT_EQUAL_INT32(2L * 16383, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(2L * 16383, bench.axis.ledger.records[1].actual_steps);
+}
+
 static void waiting_line_is_not_chained(void)
 {
     bench_open(1000, 1);
@@ -350,6 +394,39 @@ static void discard_forgets_an_armed_line(void)
     TEST_ASSERT_EQUAL_INT32(8, ledger_position(&bench.axis.ledger));
 }
 
+// Ahead of the clock, edges lie inside the pixels: a stretch of steps longer than a period follows
+// shorter ones without anything between them.
+static void slow_steps_behind_a_dip(void)
+{
+    // Speeds 0 0 8 16 24 8 8 16 32 32 32 16 0
+    static const int16_t counts[] = {0, 4, 12, 20, 16, 8, 12, 24, 32, 32, 24, 8};
+    uint32_t longest_ticks = 0;
+    uint32_t last_ticks = 0;
+
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN,
+                      bench_queue(PLAIN_MARK | (int16_t)RUN_START_SMOOTH, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(8, 32));
+    for (uint8_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+    }
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_TRUE(bench_start_line());
+    while (!bench_finish_line()) {
+        uint32_t start_ticks = bench.now_ticks;
+        if (bench_period().pulse) {
+            uint32_t since_ticks = start_ticks - last_ticks;
+            if (bench.steps > 53 && bench.steps < 61 && since_ticks > longest_ticks) {
+                longest_ticks = since_ticks;
+            }
+            last_ticks = start_ticks;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(66667, longest_ticks);
+    TEST_ASSERT_EQUAL_INT32(192 + 8, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(bench.steps, ledger_position(&bench.axis.ledger));
+    TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 12u * 16000000uL / 30u, last_ticks);
+}
+
 static void warning_is_reported(void)
 {
     (void)bench_queue(PLAIN_MARK | (int16_t)RUN_START_SMOOTH, 0);
@@ -372,11 +449,14 @@ int main(void)
     RUN_TEST(states_while_loading);
     RUN_TEST(plain_line_with_reversals);
     RUN_TEST(chained_lines);
+    RUN_TEST(time_ahead_inside_a_run);
+    RUN_TEST(runs_longer_than_the_ring_has_room);
     RUN_TEST(waiting_line_is_not_chained);
     RUN_TEST(starving_halts_dry);
     RUN_TEST(streamed_line_goes_on);
     RUN_TEST(refusal_in_a_running_line_lets_it_run_dry);
     RUN_TEST(discard_forgets_an_armed_line);
+    RUN_TEST(slow_steps_behind_a_dip);
     RUN_TEST(warning_is_reported);
     return UNITY_END();
 }

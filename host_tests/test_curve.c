@@ -428,11 +428,24 @@ static void slowest_steps(void)
     }
 }
 
-// 40 bits are not enough for any of these, nor is any of them flat.
-static void steep_and_wide(void)
+// The fastest steps that 40 bits are enough for, and no more than that.
+static void flat_and_wide(void)
 {
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(0xFFFFFFuL, 5500, 6100));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(0xFFFFFFuL, 7000, 6000));
     check_batches(0xFFFFFFuL, 5500, 6100);
     check_batches(0xFFFFFFuL, 7000, 6000);
+}
+
+// 40 bits are not enough at the fast end of any of these, nor is any of them flat.
+static void steep_and_wide(void)
+{
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(0xFFFFFFuL, 0, 5000));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(0xFFFFFFuL, 10000, 5000));
+    TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(0xFFFFFFuL, 5400, 8500));
+    check_batches(0xFFFFFFuL, 0, 5000);
+    check_batches(0xFFFFFFuL, 10000, 5000);
+    check_batches(0xFFFFFFuL, 5400, 8500);
 }
 
 // Around multiples of 256 ticks both bytes of an entry change, to and fro.
@@ -470,6 +483,7 @@ int main(void)
     RUN_TEST(random_steep_pieces);
     RUN_TEST(ramps_of_steep_pieces);
     RUN_TEST(slowest_steps);
+    RUN_TEST(flat_and_wide);
     RUN_TEST(steep_and_wide);
     RUN_TEST(intervals_around_a_page);
     return UNITY_END();

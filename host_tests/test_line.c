@@ -393,6 +393,20 @@ static void smooth_seek_that_is_not_mirrored_runs_dry(void)
     TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
 }
 
+// A pixel that would end below speed 0 is no pixel: dry before a wrong step is made.
+static void smooth_pixel_too_slow_for_its_speed_runs_dry(void)
+{
+    queue_entry(RUN_MARK_START | RUN_START_SMOOTH, 0);
+    queue_entry(0, 0);
+    queue_entry(12, 1); // 0 to 24
+    queue_entry(11, 1); // 24 to -2
+    line_begin(&line, &period, &queue, true);
+    TEST_ASSERT_TRUE(take());
+    TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
+    TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
+    TEST_ASSERT_EQUAL_INT32(12, line.position);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -414,5 +428,6 @@ int main(void)
     RUN_TEST(seek_tripped_on_its_way_down_is_left_alone);
     RUN_TEST(smooth_seek_stops_from_any_pixel);
     RUN_TEST(smooth_seek_that_is_not_mirrored_runs_dry);
+    RUN_TEST(smooth_pixel_too_slow_for_its_speed_runs_dry);
     return UNITY_END();
 }

@@ -252,33 +252,6 @@ static void out_of_range(void)
     refused(LINE_out_of_range, 1, 2, 32768u);
 }
 
-static void coming_to_rest_counts_as_jerk(void)
-{
-    limits.jerk_warning = 15;
-    begin_smooth();
-    taken(5, 1);
-    taken(15, 1);
-    taken(25, 1);
-    taken(30, 1);
-    taken(25, 1);
-    taken(10, 1);
-    TEST_ASSERT_EQUAL(LINE_none, check.warning);
-    ends();
-    TEST_ASSERT_EQUAL(LINE_jerk, check.warning);
-}
-
-static void jerk_is_a_warning(void)
-{
-    struct run run;
-
-    limits.jerk_warning = 50;
-    for (uint8_t i = 0; worked_entry(0, i, &run); i++) {
-        taken(run.count, run.repeat);
-    }
-    TEST_ASSERT_EQUAL(LINE_jerk, check.warning);
-    TEST_ASSERT_EQUAL_UINT32(7, warning_pixel);
-}
-
 static void next_line_starts_without_warning(void)
 {
     begin_smooth();
@@ -329,8 +302,6 @@ int main(void)
     RUN_TEST(unknown_flags);
     RUN_TEST(mark_inside_a_line);
     RUN_TEST(out_of_range);
-    RUN_TEST(jerk_is_a_warning);
-    RUN_TEST(coming_to_rest_counts_as_jerk);
     RUN_TEST(next_line_starts_without_warning);
     RUN_TEST(pixels_count_beyond_16_bits);
     return UNITY_END();

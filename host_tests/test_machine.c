@@ -25,7 +25,7 @@ static void at_rest_after_power_on(void)
 {
     bench_rounds(100);
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_FALSE(machine_moving());
+    TEST_ASSERT_FALSE(machine_moving_axis() != CONFIG_AXES);
     TEST_ASSERT_TRUE(machine_clock_present());
     check_nothing_moves();
 }
@@ -103,7 +103,7 @@ static void axes_share_a_zero_on_the_pixel_clock(void)
 // With pixels that leave the time, zero is the very next place of the clock.
 static void start_is_one_period_after_an_edge(void)
 {
-    machine.settings.pixel_hz_num = 100;
+    machine.settings.pixel_hz_num[1] = 100;
     machine_apply_settings();
     fake_pixel_clock(5000, 100, 1);
     bench_plain_line(0, 10, 1);

@@ -89,10 +89,13 @@ static void check_inputs(bool mapped, uint16_t address, uint16_t count)
 
 static void mapped_inputs(void)
 {
-    check_inputs(true, 0, REG_INPUT_trip_ticks + 2);
-    check_inputs(false, 0, REG_INPUT_trip_ticks + 3);
+    check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
+    check_inputs(false, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE + 1);
     check_inputs(true, REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE);
     check_inputs(false, REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE + 1);
+    check_inputs(true, REG_INPUT_fault_mask_high, 8);
+    check_inputs(false, REG_INPUT_fault_mask_high, 9);
+    check_inputs(false, REG_INPUT_event_capacity + 1, 1);
     check_inputs(true, REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_RECORD_BASE + 4 * REG_RECORD_STRIDE, 1);
     check_inputs(false, 0xFFFF, 1);
@@ -106,10 +109,13 @@ static void check_holdings(bool mapped, uint16_t address, uint16_t count)
 
 static void mapped_holdings(void)
 {
-    check_holdings(true, REG_HOLDING_pixel_hz_num, 11);
-    check_holdings(false, REG_HOLDING_pixel_hz_num, 12);
-    check_holdings(false, 0, 2);
-    check_holdings(true, REG_HOLDING_axis_mask, 2);
+    check_holdings(true, 0, SETTINGS_WORDS);
+    check_holdings(false, 0, SETTINGS_WORDS + 1);
+    check_holdings(false, SETTINGS_WORDS, 1);
+    check_holdings(false, REG_HOLDING_enable_settle_ms, 0x102);
+    check_holdings(true, REG_HOLDING_axis_mask, 3);
+    check_holdings(false, REG_HOLDING_axis_mask, 4);
+    check_holdings(false, REG_HOLDING_axis_mask - 1, 2);
     check_holdings(true, REG_QUEUE_WINDOW, 122);
     check_holdings(false, REG_QUEUE_WINDOW + 1, 1);
 }
@@ -145,7 +151,7 @@ static void impossible_settings_change_nothing(void)
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_unit_address, 257));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_dir_setup_us, 1001));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_command(16, COMMAND_ENABLE));
-    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_command, 9));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_word(REG_HOLDING_command, 14));
     TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS,
                              bench_input_wide(REG_INPUT_pixel_period_ticks));
     TEST_ASSERT_EQUAL_UINT16(1, data_holding(REG_HOLDING_unit_address));

@@ -27,6 +27,15 @@ static inline uint64_t access_cycle(const avr_t *avr)
     return avr->cycle + ((in_or_out || skip_on_bit) ? 0U : 1U);
 }
 
+// The bits that the running instruction really writes: SBI and CBI one, all others eight (simavr
+// reads, changes and writes all eight for these too).
+static inline uint8_t access_bits_written(const avr_t *avr)
+{
+    uint16_t opcode = access_opcode(avr);
+
+    return ((opcode & 0xFD00U) == 0x9800U) ? (uint8_t)(1U << (opcode & 7U)) : 0xFFU;
+}
+
 // The value that a write really carries to a register of write-1-to-clear flags. The part's SBI
 // writes its one bit only and CBI writes none, while simavr reads, changes and writes all eight.
 static inline uint8_t access_flags_written(const avr_t *avr, uint8_t value)

@@ -11,8 +11,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include <avr_extint.h>
-#include <avr_ioport.h>
 #include <sim_elf.h>
 
 #include "access.h"
@@ -23,7 +21,6 @@
 #define GTCCR_TSM  0x80U
 #define GTCCR_SYNC 0x01U // PSRSYNC: the prescaler of timers 0, 1, 3, 4, 5
 #define GPIOR1     0x4AU
-#define GPIOR2     0x4BU
 #define GTCCR_MASK 0x83U
 
 __attribute__((format(printf, 2, 3))) static void set_error(struct board *b,
@@ -91,26 +88,17 @@ static void write_gpior1(avr_t *avr, avr_io_addr_t address, uint8_t value, void 
     b->stats.section_entries[b->stats.section]++;
 }
 
-// Runs after simavr's own modules, at every reset of the part.
-static void on_reset(avr_io_t *io)
+// The WDR instruction asks simavr's modules who feels meant.
+static int on_watchdog_ioctl(avr_io_t *io, uint32_t request, void *param)
 {
-    struct board *b = (struct board *)((char *)io - offsetof(struct board, reset_hook));
+    struct board *b = io->avr->custom.data;
 
-    for (int i = 0; i < b->timers; i++) {
-        timer16_reset(&b->timer[i]);
+    (void)param;
+    if (request != AVR_IOCTL_WATCHDOG_RESET) {
+        return -1;
     }
-    comparator_reset(&b->comparator);
-    uart_reset(&b->uart);
-    irq_stats_reset(&b->stats);
-    board_release_outputs(b);
-    for (int i = 0; i < EXTINT_COUNT; i++) {
-        // Or simavr polls every external interrupt pin that is low in every cycle (at reset all are
-        // level-triggered, enabled or not), at a fifth of the speed.
-        avr_extint_set_strict_lvl_trig(b->avr, (uint8_t)i, 0);
-    }
-    b->avr->data[GPIOR2] = b->strap;
-    board_schedule_pulse(b); // the reset has emptied simavr's list of events
-    board_schedule_switches(b);
+    watchdog_restart(&b->watchdog);
+    return 0;
 }
 
 static void attach_timers(struct board *b)
@@ -131,19 +119,20 @@ static void attach_timers(struct board *b)
     }
 }
 
-// simavr puts new modules at the head of its list, and resets from there: ours must come last.
-static void append_reset_hook(struct board *b)
+static void attach_safety(struct board *b)
 {
-    avr_io_t **tail = &b->avr->io_port;
-
-    while (*tail != NULL) {
-        tail = &(*tail)->next;
-    }
-    b->reset_hook.kind = "pixstep";
-    b->reset_hook.avr = b->avr;
-    b->reset_hook.reset = on_reset;
-    b->reset_hook.next = NULL;
-    *tail = &b->reset_hook;
+    b->eeprom_hooks =
+        (struct eeprom_hooks){.board = b, .flag = on_flag, .refuse = board_refuse};
+    eeprom_attach(&b->eeprom, b->avr, &b->eeprom_hooks);
+    b->watchdog_hooks = (struct watchdog_hooks){.board = b,
+                                                .flag = on_flag,
+                                                .reset = board_want_watchdog,
+                                                .refuse = board_refuse};
+    watchdog_attach(&b->watchdog, b->avr, &b->watchdog_hooks);
+    b->watchdog.part->io.ioctl = on_watchdog_ioctl;
+    b->extint_hooks = (struct extint_hooks){
+        .board = b, .pin = board_pin_level, .flag = on_flag, .refuse = board_refuse};
+    extint_attach(&b->extint, b->avr, &b->extint_hooks);
 }
 
 // The part's own init function, per kind of part; called first by ours.
@@ -170,10 +159,11 @@ static void init_with_models(avr_t *avr)
                                         .flag = on_flag,
                                         .byte = on_byte};
     uart_attach(&b->uart, avr, attach_line, b->index, &b->uart_hooks);
+    attach_safety(b);
     access_take(avr, GTCCR, NULL, write_gtccr, b);
     access_take(avr, GPIOR1, NULL, write_gpior1, b);
     board_watch_outputs(b);
-    append_reset_hook(b);
+    board_append_reset_hook(b);
 }
 
 __attribute__((format(printf, 3, 0))) static void log_errors_only(avr_t *avr,
@@ -207,7 +197,8 @@ static bool load_image(struct board *b, const char *path)
         avr_load_firmware(b->avr, image);
         loaded = true;
     }
-    if (loaded && !stack_find(&b->stack, path, b->avr)) {
+    if (loaded && !(symbols_read(&b->symbols, path) &&
+                    stack_find(&b->stack, &b->symbols, b->avr))) {
         set_error(b, "%s: no symbol _end: stripped, or not linked by avr-gcc", path);
         loaded = false;
     }
@@ -270,5 +261,6 @@ void board_close(struct board *b)
         // simavr frees its modules through this list; ours is not from its heap and has no dealloc.
         avr_terminate(b->avr);
         b->avr = NULL;
+        symbols_free(&b->symbols);
     }
 }

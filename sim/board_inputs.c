@@ -43,7 +43,7 @@ static bool follows_comparator(const struct board *b, int timer)
     return b->timer[timer].name == '1' && comparator_captures(&b->comparator);
 }
 
-void board_follow_icp(struct board *b, unsigned port, uint64_t cycle)
+void board_follow_inputs(struct board *b, unsigned port, uint64_t cycle)
 {
     char name = (char)('A' + port);
 
@@ -53,6 +53,7 @@ void board_follow_icp(struct board *b, unsigned port, uint64_t cycle)
         }
     }
     comparator_follow(&b->comparator, name, cycle);
+    extint_follow(&b->extint, name, cycle);
 }
 
 void board_follow_comparator(void *board, uint64_t cycle)
@@ -90,7 +91,7 @@ void board_drive_pin(struct board *b, char port, unsigned bit, bool level, uint6
     (void)avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL((uint32_t)port), &external);
     avr_raise_irq(pin, level ? 1 : 0);
     board_log_switch(b, index, bit, level, cycle);
-    board_follow_icp(b, index, cycle);
+    board_follow_inputs(b, index, cycle);
 }
 
 static avr_cycle_count_t on_pulse(avr_t *avr, avr_cycle_count_t when, void *param)

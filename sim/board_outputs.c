@@ -6,6 +6,8 @@
 
 #include "board.h"
 
+#include <string.h>
+
 #include <avr_ioport.h>
 
 #include "access.h"
@@ -24,7 +26,7 @@ static bool port_level(const struct board *b, const struct board_pin *pin)
     return ((b->pins[port].port & b->pins[port].ddr) >> pin->bit & 1U) != 0;
 }
 
-static struct timer16 *axis_timer(struct board *b, unsigned axis)
+struct timer16 *board_axis_timer(struct board *b, unsigned axis)
 {
     for (int i = 0; i < b->timers; i++) {
         if (b->timer[i].name == b->kind->axis_timer[axis]) {
@@ -36,7 +38,7 @@ static struct timer16 *axis_timer(struct board *b, unsigned axis)
 
 static bool step_level(struct board *b, const struct board_pin *pin)
 {
-    const struct timer16 *timer = axis_timer(b, pin->axis);
+    const struct timer16 *timer = board_axis_timer(b, pin->axis);
     bool driven = ((unsigned)b->pins[port_index(pin->port)].ddr >> pin->bit & 1U) != 0;
 
     if (timer == NULL || timer16_com(timer, STEP_CHANNEL) == 0) {
@@ -145,16 +147,19 @@ static void follow(struct board *b, const struct board_pin *pin, uint64_t cycle)
     } else if (pin->signal == SIGNAL_ENABLE && port_level(b, pin) != a->enable) {
         a->enable = !a->enable;
         add_edge(b, pin->axis, EDGE_ENABLE, a->enable, cycle);
+    } else if (pin->signal == SIGNAL_PERMIT && port_level(b, pin) != b->permit.level) {
+        b->permit.level = !b->permit.level;
+        b->permit.changes++;
+        b->permit.cycle = cycle;
+        add_edge(b, 0, EDGE_PERMIT, b->permit.level, cycle);
     } else if (pin->signal == SIGNAL_RS485_DE && !board_may_send(b)) {
         uart_driver_off(&b->uart, cycle);
     }
 }
 
 // DIR before STEP would matter only if one write moved both; the pins are looked at in table order.
-static void follow_port(struct board *b, unsigned port)
+static void follow_port(struct board *b, unsigned port, uint64_t cycle)
 {
-    uint64_t cycle = access_cycle(b->avr) + 1;
-
     for (int i = 0; i < b->timers; i++) {
         timer16_sync(&b->timer[i], cycle); // edges of before this write come first
     }
@@ -163,7 +168,7 @@ static void follow_port(struct board *b, unsigned port)
             follow(b, &b->kind->pins[i], cycle);
         }
     }
-    board_follow_icp(b, port, cycle);
+    board_follow_inputs(b, port, cycle);
 }
 
 static void on_port(struct avr_irq_t *irq, uint32_t value, void *param)
@@ -171,7 +176,7 @@ static void on_port(struct avr_irq_t *irq, uint32_t value, void *param)
     struct board *b = param;
 
     b->pins[irq->irq].port = (uint8_t)value;
-    follow_port(b, irq->irq);
+    follow_port(b, irq->irq, access_cycle(b->avr) + 1);
 }
 
 static void on_ddr(struct avr_irq_t *irq, uint32_t value, void *param)
@@ -179,19 +184,44 @@ static void on_ddr(struct avr_irq_t *irq, uint32_t value, void *param)
     struct board *b = param;
 
     b->pins[irq->irq].ddr = (uint8_t)value;
-    follow_port(b, irq->irq);
+    follow_port(b, irq->irq, access_cycle(b->avr) + 1);
+}
+
+static avr_ioport_t *find_port(const struct board *b, char name)
+{
+    for (avr_io_t *io = b->avr->io_port; io != NULL; io = io->next) {
+        avr_ioport_t *port = (avr_ioport_t *)(void *)io;
+
+        if (strcmp(io->kind, "port") == 0 && port->name == name) {
+            return port;
+        }
+    }
+    return NULL;
+}
+
+// What simavr remembers of a port, so that it tells of the next change.
+static void forget_outputs(struct board *b, avr_ioport_t *port)
+{
+    port->io.irq[IOPORT_IRQ_DIRECTION_ALL].value = 0;
+    port->io.irq[IOPORT_IRQ_REG_PORT].value = 0;
+    b->avr->data[port->r_pin] = 0;
+    for (unsigned bit = 0; bit < 8; bit++) {
+        bool level = board_pin_level(b, port->name, bit);
+
+        port->io.irq[bit].value = level ? 1 : 0;
+        b->avr->data[port->r_pin] |= (uint8_t)((level ? 1U : 0U) << bit);
+    }
 }
 
 void board_release_outputs(struct board *b)
 {
-    for (unsigned port = 0; port < BOARD_PORTS; port++) {
-        uint32_t which = AVR_IOCTL_IOPORT_GETIRQ((uint32_t)'A' + port);
-        avr_irq_t *written = avr_io_getirq(b->avr, which, IOPORT_IRQ_REG_PORT);
-        avr_irq_t *turned = avr_io_getirq(b->avr, which, IOPORT_IRQ_DIRECTION_ALL);
+    for (unsigned index = 0; index < BOARD_PORTS; index++) {
+        avr_ioport_t *port = find_port(b, (char)('A' + index));
 
-        if (written != NULL && turned != NULL) {
-            avr_raise_irq(turned, 0);
-            avr_raise_irq(written, 0);
+        b->pins[index].port = b->pins[index].ddr = 0;
+        if (port != NULL) {
+            forget_outputs(b, port);
+            follow_port(b, index, b->avr->cycle);
         }
     }
 }

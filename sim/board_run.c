@@ -56,6 +56,7 @@ static void serve(struct board *b)
             (void)avr_cycle_timer_process(avr);
         }
         uart_levels(&b->uart);
+        eeprom_levels(&b->eeprom);
     }
 }
 
@@ -105,6 +106,62 @@ void board_slice(avr_t *avr)
     slice(avr->custom.data, avr);
 }
 
+// ---- in the place of the program ----
+
+#define TO_ITSELF_CYCLES 2U // rjmp .-2
+
+// At least once; `often`: until the next event is due (the quantum's end is always among them).
+static void jump_to_itself(avr_t *avr, bool often)
+{
+    uint64_t cycles = TO_ITSELF_CYCLES;
+
+    if (often && avr->cycle_timers.timer != NULL &&
+        avr->cycle_timers.timer->when > avr->cycle) {
+        cycles = avr->cycle_timers.timer->when - avr->cycle + TO_ITSELF_CYCLES - 1;
+        cycles -= cycles % TO_ITSELF_CYCLES;
+    }
+    avr->cycle += cycles;
+    if (event_is_due(avr)) {
+        (void)avr_cycle_timer_process(avr);
+    }
+}
+
+// The main program has reached an instruction that jumps to itself; interrupts are served.
+static void hang_main(avr_t *avr)
+{
+    struct board *b = avr->custom.data;
+
+    if (avr->state != cpu_Running || b->stats.depth > 0 || avr->sreg[S_I] == 0) {
+        slice(b, avr);
+        return;
+    }
+    jump_to_itself(avr, avr->interrupt_state == 0);
+    if (avr->state == cpu_Running && may_serve(avr)) {
+        serve(b);
+    }
+    irq_stats_interrupts_off(&b->stats, avr->sreg[S_I] == 0);
+}
+
+static void hang_all(avr_t *avr)
+{
+    struct board *b = avr->custom.data;
+
+    avr->state = cpu_Running;
+    avr->sreg[S_I] = 0;
+    avr->interrupt_state = 0;
+    irq_stats_interrupts_off(&b->stats, true);
+    jump_to_itself(avr, true);
+}
+
+// Nothing runs; what happens outside does.
+static void stand_dark(avr_t *avr)
+{
+    if (avr->cycle_timers.timer != NULL && avr->cycle_timers.timer->when > avr->cycle) {
+        avr->cycle = avr->cycle_timers.timer->when;
+    }
+    (void)avr_cycle_timer_process(avr);
+}
+
 static bool alive(const struct board *b)
 {
     return b->avr->state == cpu_Running || b->avr->state == cpu_Sleeping;
@@ -115,11 +172,26 @@ bool board_is_done(const struct board *b)
     return b->avr->state == cpu_Done;
 }
 
-// A watchdog reset sets simavr's cycle count back to 0; the boards' common time goes on.
-static void keep_time(struct board *b, uint64_t before)
+avr_run_t board_next_run(const struct board *b)
 {
-    if (b->avr->cycle < before) {
-        b->avr->cycle = before;
+    if (b->want != BOARD_WANT_NONE) {
+        return board_do_wanted;
+    }
+    if (!b->powered) {
+        return stand_dark;
+    }
+    if (b->hang.all) {
+        return hang_all;
+    }
+    return b->hang.main ? hang_main : board_slice;
+}
+
+void board_schedule_end(struct board *b)
+{
+    uint64_t now = b->avr->cycle;
+
+    if (now < b->quantum_end) {
+        avr_cycle_timer_register(b->avr, b->quantum_end - now, on_quantum_end, b);
     }
 }
 
@@ -128,18 +200,14 @@ bool board_run(struct board *b, uint64_t cycle)
     avr_t *avr = b->avr;
 
     avr->run_cycle_limit = avr->run_cycle_count = RUN_LIMIT;
-    if (avr->cycle < cycle) {
-        avr_cycle_timer_register(avr, cycle - avr->cycle, on_quantum_end, b);
-    }
+    b->quantum_end = cycle;
+    board_schedule_end(b);
     while (alive(b) && avr->cycle < cycle) {
-        uint64_t before = avr->cycle;
-
         if (avr->run == board_slice) {
             slice(b, avr);
-        } else { // simavr's watchdog puts its reset in this place
+        } else { // a reset, a hang or no power
             avr->run(avr);
         }
-        keep_time(b, before);
     }
     if (avr->state == cpu_Crashed && b->error[0] == '\0') {
         board_refuse(b, "the program crashed (invalid instruction or address)");

@@ -12,3 +12,15 @@
 
 // One stretch of instructions up to the next event, the event, and an interrupt if one is due.
 void board_slice(avr_t *avr);
+
+struct board;
+
+// What the board does next: run its program, hang, or stand without power. It takes the place of
+// simavr's avr->run.
+avr_run_t board_next_run(const struct board *board);
+
+// Does what board_want has asked for (board_reset.c).
+void board_do_wanted(avr_t *avr);
+
+// Tells simavr when the quantum ends: a sleep must not last beyond it.
+void board_schedule_end(struct board *board);

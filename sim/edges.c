@@ -15,7 +15,8 @@
 
 const char *edge_signal_name(unsigned signal)
 {
-    static const char *const names[EDGE_SIGNALS] = {"STEP", "DIR", "ENABLE", "CLOCK"};
+    static const char *const names[EDGE_SIGNALS] = {
+        "STEP", "DIR", "ENABLE", "PERMIT", "CLOCK"};
 
     return names[signal];
 }

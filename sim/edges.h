@@ -11,7 +11,14 @@
 #include <stdint.h>
 #include <stdio.h>
 
-enum edge_signal { EDGE_STEP, EDGE_DIR, EDGE_ENABLE, EDGE_CLOCK, EDGE_SIGNALS };
+enum edge_signal {
+    EDGE_STEP,
+    EDGE_DIR,
+    EDGE_ENABLE,
+    EDGE_PERMIT, // of the whole board: axis 0
+    EDGE_CLOCK,
+    EDGE_SIGNALS,
+};
 
 struct edge {
     uint64_t cycle;

@@ -6,8 +6,11 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <avr_eeprom.h>
+#include <avr_extint.h>
 #include <avr_timer.h>
 #include <avr_uart.h>
+#include <avr_watchdog.h>
 
 static void name_vector(
     struct irq_stats *s, uint8_t vector, const char *unit, char which, const char *what)
@@ -35,6 +38,36 @@ static void name_uart(struct irq_stats *s, const avr_uart_t *uart)
     name_vector(s, uart->txc.vector, "USART", uart->name, "TX");
 }
 
+static void name_whole(struct irq_stats *s, uint8_t vector, const char *name)
+{
+    if (vector != 0 && vector < IRQ_VECTORS) {
+        (void)snprintf(s->vector[vector].name, sizeof s->vector[vector].name, "%s", name);
+    }
+}
+
+static void name_extint(struct irq_stats *s, const avr_extint_t *extint)
+{
+    char name[] = "INT0";
+
+    for (int i = 0; i < EXTINT_COUNT; i++) {
+        name[3] = (char)('0' + i);
+        name_whole(s, extint->eint[i].vector.vector, name);
+    }
+}
+
+static void name_other(struct irq_stats *s, const avr_io_t *io)
+{
+    const void *module = io;
+
+    if (strcmp(io->kind, "eeprom") == 0) {
+        name_whole(s, ((const avr_eeprom_t *)module)->ready.vector, "EE_READY");
+    } else if (strcmp(io->kind, "watchdog") == 0) {
+        name_whole(s, ((const avr_watchdog_t *)module)->watchdog.vector, "WDT");
+    } else if (strcmp(io->kind, "extint") == 0) {
+        name_extint(s, module);
+    }
+}
+
 static void name_vectors(struct irq_stats *s)
 {
     for (int i = 0; i < IRQ_VECTORS; i++) {
@@ -45,6 +78,8 @@ static void name_vectors(struct irq_stats *s)
             name_timer(s, (const avr_timer_t *)(const void *)io);
         } else if (strcmp(io->kind, "uart") == 0) {
             name_uart(s, (const avr_uart_t *)(const void *)io);
+        } else {
+            name_other(s, io);
         }
     }
 }

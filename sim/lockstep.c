@@ -75,6 +75,13 @@ bool bench_run(struct bench *bench, uint64_t cycle)
     return true;
 }
 
+bool bench_save_eeprom(const struct bench *bench, int board)
+{
+    const char *path = bench->eeprom_path[board];
+
+    return path == NULL || eeprom_save(&bench->board[board].eeprom, path);
+}
+
 const char *bench_error(const struct bench *bench)
 {
     for (int i = 0; i < bench->boards; i++) {

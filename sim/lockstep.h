@@ -30,7 +30,8 @@ struct bench {
     FILE *switch_log; // NULL for none
     struct vcd vcd;
     bool has_vcd;
-    uint64_t cycle; // every board has reached it
+    const char *eeprom_path[LINE_BOARDS]; // NULL for none
+    uint64_t cycle;                       // every board has reached it
     double wall_started_s;
 };
 
@@ -41,6 +42,9 @@ bool bench_run(struct bench *bench, uint64_t cycle);
 // The longest step that bench_run may be asked for when someone watches the line: later than this
 // many cycles after its start no frame stays unheard.
 uint32_t bench_quantum(const struct bench *bench);
+
+// Writes a board's EEPROM into its file, if it has one. False with errno set.
+bool bench_save_eeprom(const struct bench *bench, int board);
 
 // The first error of a board, NULL if none has one.
 const char *bench_error(const struct bench *bench);

@@ -35,6 +35,18 @@ static bool cannot_write(const char *path)
     return false;
 }
 
+static bool load_eeprom(struct board *b, const char *path)
+{
+    char error[512];
+
+    bench.eeprom_path[b->index] = path;
+    if (path != NULL && !eeprom_load(&b->eeprom, path, error, sizeof error)) {
+        (void)fprintf(stderr, "pixstep-sim: %s\n", error);
+        return false;
+    }
+    return true;
+}
+
 static bool open_boards(const struct options *o)
 {
     for (int i = 0; i < o->boards; i++) {
@@ -46,6 +58,10 @@ static bool open_boards(const struct options *o)
             return false;
         }
         bench.boards++;
+        board_seed(b, o->clock.seed);
+        if (!load_eeprom(b, o->eeprom_path[i])) {
+            return false;
+        }
         b->switch_log = bench.switch_log;
         b->serial_log = (i == 0) ? &bench.serial_log : NULL;
         b->plant_log = &bench.plant_log;
@@ -179,6 +195,7 @@ static int close_all(const struct options *o, int status)
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);
     }
     for (int i = 0; i < bench.boards; i++) {
+        closed(bench_save_eeprom(&bench, i), bench.eeprom_path[i], &status);
         board_close(&bench.board[i]);
     }
     return status;

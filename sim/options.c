@@ -42,6 +42,10 @@ static const char manual[] =
     "    stuck=SWITCH:STATE   home, minus or plus; closed, open or free; several are "
     "joined by +,\n"
     "                         stuck=none frees all\n"
+    "  --eeprom B=FILE        board B's EEPROM, its bytes: loaded if the file is there "
+    "(else erased,\n"
+    "                         0xff), written at the end and by the control command "
+    "flush\n"
     "pixel clock:\n"
     "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
     "  --pixel-ppm X          frequency error\n"
@@ -49,8 +53,9 @@ static const char manual[] =
     "  --pixel-start-ms M     first rising edge (default 10)\n"
     "  --seed S               of everything random (default 1)\n"
     "output:\n"
-    "  --edges FILE           every STEP, DIR and ENABLE edge: "
-    "cycle,board,axis,signal,level\n"
+    "  --edges FILE           every STEP, DIR, ENABLE and PERMIT edge:\n"
+    "                         cycle,board,axis,signal,level (PERMIT is of the whole "
+    "board: axis 0)\n"
     "  --clock-log FILE       every rising edge of the pixel clock\n"
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
@@ -160,6 +165,16 @@ static void read_plant(struct options *o, char *text)
     }
 }
 
+static void read_eeprom(struct options *o, const char *text)
+{
+    unsigned board = (unsigned)(unsigned char)text[0] - '0';
+
+    if (board >= LINE_BOARDS || text[1] != '=' || text[2] == '\0') {
+        fail("--eeprom '%s': BOARD=FILE is wanted, as in 0=eeprom.bin", text);
+    }
+    o->eeprom_path[board] = text + 2;
+}
+
 static void set_mode(struct options *o, enum run_mode mode)
 {
     if (o->mode != MODE_NONE) {
@@ -172,6 +187,7 @@ static void set_mode(struct options *o, enum run_mode mode)
 enum option_id {
     OPTION_BOARD = 1000,
     OPTION_PLANT,
+    OPTION_EEPROM,
     OPTION_HZ,
     OPTION_PPM,
     OPTION_JITTER,
@@ -194,6 +210,7 @@ enum option_id {
 static const struct option table[] = {
     {"board", required_argument, NULL, OPTION_BOARD},
     {"plant", required_argument, NULL, OPTION_PLANT},
+    {"eeprom", required_argument, NULL, OPTION_EEPROM},
     {"pixel-hz", required_argument, NULL, OPTION_HZ},
     {"pixel-ppm", required_argument, NULL, OPTION_PPM},
     {"pixel-jitter-ns", required_argument, NULL, OPTION_JITTER},
@@ -291,6 +308,9 @@ static void take(struct options *o, int id, char *value)
     case OPTION_PLANT:
         read_plant(o, value);
         break;
+    case OPTION_EEPROM:
+        read_eeprom(o, value);
+        break;
     case OPTION_HELP:
         (void)fputs(manual, stdout);
         exit(0);
@@ -305,6 +325,15 @@ static void take(struct options *o, int id, char *value)
             take_clock(o, id, value);
         }
         break;
+    }
+}
+
+static void check_eeproms(const struct options *o)
+{
+    for (int board = o->boards; board < LINE_BOARDS; board++) {
+        if (o->eeprom_path[board] != NULL) {
+            fail("--eeprom %d: there is no such board", board);
+        }
     }
 }
 
@@ -344,4 +373,5 @@ void options_read(struct options *o, int argc, char **argv)
         fail("no mode: one of --control, --pty, --run-ms N and --unit (--help explains)");
     }
     check_plants(o);
+    check_eeproms(o);
 }

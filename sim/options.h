@@ -18,6 +18,7 @@ struct options {
     int boards;
     char *board_name[LINE_BOARDS];
     char *board_image[LINE_BOARDS];
+    const char *eeprom_path[LINE_BOARDS]; // NULL for none
     struct plant_settings plant[LINE_BOARDS][BOARD_AXES];
     struct pixel_clock_settings clock;
     const char *edges_path, *clock_log_path, *serial_log_path, *plant_log_path,

@@ -4,7 +4,9 @@
 // Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and
 // the frame format; double-buffered transmitter; receiver with two buffered characters and one
 // waiting in the shift register, so that an overrun happens when the part's would. Interrupts on
-// RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone.
+// RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone. A frame in
+// whose midst the receiver is switched on is heard as a framing error. A reset cuts the frame on its
+// way out.
 //
 // Not modelled: synchronous modes and multi-processor mode (refused), and the up to one bit time by
 // which the part's transmitter waits for its free-running bit clock (a frame starts at once).
@@ -55,6 +57,7 @@ struct uart {
     int fifo_count;
     bool overrun;
     uint8_t rx_last;
+    uint64_t rx_since; // the receiver was last switched on in this cycle
 
     struct line_frame *incoming[UART_INCOMING];
     unsigned incoming_first, incoming_last;

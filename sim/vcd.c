@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define UNITS_PER_CYCLE 625U
-#define FIRST_ID        '!' // identifiers are printable characters; 49 are needed at most
+#define FIRST_ID        '!' // identifiers are printable characters; 53 are needed at most
 
 static void declare_board(
     struct vcd *v, int board, const char *name, int axes, char *next_id)
@@ -23,6 +23,11 @@ static void declare_board(
                           axis);
         }
     }
+    v->id[board][0][EDGE_PERMIT] = (*next_id)++;
+    (void)fprintf(v->file,
+                  "$var wire 1 %c %s $end\n",
+                  v->id[board][0][EDGE_PERMIT],
+                  edge_signal_name(EDGE_PERMIT));
     (void)fputs("$upscope $end\n", v->file);
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What the host may ask of the machine, each for a mask of axes: all of them or none.
+#include "app/drivers.h" // drivers_write
 #include "app/machine.h"
-#include "app/start.h" // start_now
+#include "app/safety.h" // safety_clear
+#include "app/start.h"  // start_now
+#include "app/store.h"  // store_*
 #include "app/time_check.h"
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/pixel_clock.h" // pixel_clock_drop
@@ -20,7 +23,7 @@ static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
             return false;
         }
     }
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+    for (uint8_t i = 0; machine.asking == 0 && i < CONFIG_AXES; i++) {
         if ((mask & (1u << i)) != 0) {
             action(i);
         }
@@ -43,7 +46,8 @@ static bool armable(const struct axis *axis)
 static bool seeks_fit(uint8_t mask)
 {
     bool opening = false;
-    bool taken = machine.seek.axis != SEEK_NOBODY;
+    bool taken = machine.seek.axis != SEEK_NOBODY ||
+                 (CONFIG_AXES > 1 && machine.asking == MACHINE_ASKED_SEEK);
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if ((mask & (1u << i)) != 0 && axis_seeks(machine_axis(i), &opening)) {
@@ -51,6 +55,9 @@ static bool seeks_fit(uint8_t mask)
                 return false;
             }
             taken = true;
+            if (CONFIG_AXES > 1 && machine.asking != 0) {
+                machine.asking = MACHINE_ASKED_SEEK;
+            }
         }
     }
     return true;
@@ -62,6 +69,7 @@ static void arm(uint8_t i)
     bool clocked = axis_waits_for_edge(axis);
     bool opening = false;
 
+    drivers_write(i, true);
     if (axis_seeks(axis, &opening)) {
         seek_begin(i, opening);
     }
@@ -81,7 +89,32 @@ static void arm(uint8_t i)
 
 static bool arm_all(uint8_t mask)
 {
-    return seeks_fit(mask) && for_axes(mask, armable, arm);
+    if (!seeks_fit(mask) || !for_axes(mask, armable, arm)) {
+        return false;
+    }
+    if (machine.asking == 0) {
+        machine.token = machine.order[2];
+    }
+    return true;
+}
+
+// With the token that the armed axes wait for they start on the next clock edge.
+static bool go(void)
+{
+    uint16_t token = machine.order[2];
+    uint8_t axis = machine_moving_axis();
+
+    if (machine.token == 0 || axis == CONFIG_AXES) {
+        return false;
+    }
+    if (token != machine.token) {
+        machine_fault(FAULT_wrong_token, axis, token);
+        return true;
+    }
+    machine.token = 0;
+    // Patience for the pixel clock begins now.
+    machine.edge_seen_4us = clock_now_4us();
+    return true;
 }
 
 static bool resting(const struct axis *axis)
@@ -102,7 +135,7 @@ static void stop(uint8_t i)
     struct axis *axis = machine_axis(i);
 
     if (axis->state == AXIS_RUNNING) {
-        step_timer_empty(i);
+        step_timer_halt(i);
         axis->in_line = false;
         axis->state = AXIS_EMPTY;
         machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
@@ -120,12 +153,12 @@ static bool zeroable(const struct axis *axis)
 
 static void enable(uint8_t i)
 {
-    step_timer_enable(i, true);
+    drivers_write(i, true);
 }
 
 static void disable(uint8_t i)
 {
-    step_timer_enable(i, false);
+    drivers_write(i, false);
 }
 
 // Timers and ledgers agree again; positions are kept.
@@ -148,9 +181,15 @@ static void restart_time(void)
 static bool clear_fault(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (step_timer_state(i) == STEP_ENGINE_IN_LINE) {
+        if (step_engine_going(step_timer_state(i))) {
             return false;
         }
+    }
+    if (!safety_clear()) {
+        return false;
+    }
+    if (machine.asking != 0) {
+        return true;
     }
     if (machine.time_lost) {
         restart_time();
@@ -161,6 +200,43 @@ static bool clear_fault(void)
         }
     }
     machine.fault = (struct fault_record){.code = FAULT_none};
+    return true;
+}
+
+// What needs its key.
+static bool keyed(void)
+{
+    return machine.order[2] == MACHINE_KEY && !machine_queued() && !store_busy();
+}
+
+static bool store(void)
+{
+    if (!keyed()) {
+        return false;
+    }
+    store_begin();
+    return true;
+}
+
+static bool default_settings(void)
+{
+    if (!keyed()) {
+        return false;
+    }
+    settings_defaults(&machine.settings);
+    store_note_change();
+    machine_apply_settings();
+    return true;
+}
+
+static bool permit(bool on)
+{
+    if (on && machine.fault.code != FAULT_none) {
+        return false;
+    }
+    if (machine.asking == 0) {
+        machine_permit(on);
+    }
     return true;
 }
 
@@ -184,11 +260,15 @@ bool machine_do(enum machine_command command, uint8_t mask)
         return for_axes(mask, resting, disable);
     case COMMAND_ZERO:
         return for_axes(mask, zeroable, seek_zero);
+    case COMMAND_STORE:
+        return store();
+    case COMMAND_DEFAULTS:
+        return default_settings();
     case COMMAND_PERMIT_ON:
     case COMMAND_PERMIT_OFF:
-    case COMMAND_STORE:
-    case COMMAND_DEFAULTS:
+        return permit(command == COMMAND_PERMIT_ON);
     case COMMAND_GO:
+        return go();
     default:
         return false;
     }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "app/machine.h"
 
+#include "app/store.h"       // store_load
 #include "base/require.h"    // require_failed
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
+#include "hal/estop.h"       // permit_write
 #include "hal/pixel_clock.h" // pixel_clock_take
 #include "hal/step_timer.h"  // step_timer_*
 #include "hal/switches.h"    // switch_capture_*
@@ -22,7 +24,7 @@ static uint8_t axis_bit(uint8_t axis)
 
 void machine_init(void)
 {
-    settings_defaults(&machine.settings);
+    store_load();
     machine.seek.axis = SEEK_NOBODY;
     switch_capture_stop();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -44,8 +46,12 @@ void machine_apply_settings(void)
                            ? settings->dir_setup_us
                            : settings->dir_hold_us;
 
-    (void)pixel_period_set(
-        &machine.period, CONFIG_TIMER_HZ, settings->pixel_hz_num, settings->pixel_hz_den);
+    (void)pixel_period_set(&machine.period,
+                           CONFIG_TIMER_HZ,
+                           settings_u32(settings->pixel_hz_num),
+                           settings_u32(settings->pixel_hz_den));
+    // A line that is over is the clock's reference no longer: its period may be another now.
+    machine.watch.following = false;
     machine.limits = (struct line_limits){
         .pixel_ticks = machine.period.whole_ticks,
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
@@ -59,20 +65,20 @@ void machine_apply_settings(void)
     };
 }
 
-bool machine_moving(void)
+uint8_t machine_moving_axis(void)
 {
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine_axis(i)->state == AXIS_ARMED ||
-            machine_axis(i)->state == AXIS_RUNNING) {
-            return true;
-        }
+    uint8_t i = 0;
+
+    while (i < CONFIG_AXES && machine_axis(i)->state != AXIS_ARMED &&
+           machine_axis(i)->state != AXIS_RUNNING) {
+        i++;
     }
-    return false;
+    return i;
 }
 
 bool machine_queued(void)
 {
-    bool queued = machine_moving();
+    bool queued = machine_moving_axis() != CONFIG_AXES;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         queued = queued || run_queue_fill(&machine_axis(i)->queue) != 0;
@@ -95,12 +101,18 @@ bool machine_clock_present(void)
 static void halt_axis(uint8_t i, enum axis_state state)
 {
     if (machine_axis(i)->state == AXIS_ARMED || machine_axis(i)->state == AXIS_RUNNING) {
-        step_timer_empty(i);
+        step_timer_halt(i);
         machine_axis(i)->in_line = false;
         machine_axis(i)->state = (uint8_t)state;
     }
     machine.starting &= (uint8_t)~axis_bit(i);
     machine.clocked &= (uint8_t)~axis_bit(i);
+}
+
+void machine_permit(bool on)
+{
+    machine.permit = on;
+    permit_write(on);
 }
 
 void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
@@ -113,6 +125,8 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
         fault->argument = argument;
         fault->pixel = machine_axis(axis)->ledger.pixel + 1u;
     }
+    machine_permit(false);
+    machine.token = 0;
     fault->mask |= (uint32_t)1 << (uint8_t)code;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         halt_axis(i, AXIS_FAULT);

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/drivers.h"        // struct drivers
 #include "app/inputs.h"         // struct inputs
 #include "app/seek.h"           // struct seek
 #include "app/settings.h"       // struct settings
@@ -29,7 +30,12 @@ enum machine_command {
     COMMAND_STORE = 11,
     COMMAND_DEFAULTS = 12,
     COMMAND_GO = 13,
+    COMMAND_LAST = COMMAND_GO,
 };
+
+#define MACHINE_ORDER_WORDS 3u // mask, command, argument
+#define MACHINE_MASK_MAX    15u
+#define MACHINE_KEY 0x5AFEu // argument of commands that change what outlives a reset
 
 struct fault_record {
     uint8_t code; // enum fault, the first since the last clear
@@ -39,20 +45,29 @@ struct fault_record {
     uint32_t pixel;
 };
 
+// machine.asking: 0, or commands are only asked about, a seek among them.
+#define MACHINE_ASKS       1u
+#define MACHINE_ASKED_SEEK 2u
+
 struct machine {
     struct axis axes[CONFIG_AXES];
     struct run slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
     struct settings settings;
+    uint16_t order[MACHINE_ORDER_WORDS]; // the last command and what came with it
     struct pixel_period period;
     struct line_limits limits;
     struct clock_watch watch;
     struct fault_record fault;
     struct inputs inputs[CONFIG_AXES];
     struct seek seek;
+    struct drivers drivers;
     uint8_t starting; // bit n: axis n has a line zero and waits for its release
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests
+    bool permit;      // the permit output is on
+    uint16_t token;   // that armed axes wait for, 0 none
     uint8_t turn;     // rounds, to look after one axis after the other
+    uint8_t asking;   // commands are only asked about: MACHINE_ASKS, MACHINE_ASKED_SEEK
     bool time_lost;   // an underrun left the timers out of step with the ledgers
     uint32_t edge_seen_4us; // when the last clock edge was handled
 };
@@ -73,7 +88,8 @@ static inline struct inputs *machine_inputs(uint8_t axis)
 // Interrupts off; time_check_start() must follow, and interrupts on before an idle period is over.
 void machine_init(void);
 
-// False when the command is not possible for every axis in the mask; then nothing is done.
+// False when the command is not possible for every axis in the mask; then nothing is done. With
+// machine.asking set nothing ever is, and the answer is the same.
 bool machine_do(enum machine_command command, uint8_t mask);
 
 // After a change of machine.settings.
@@ -92,12 +108,15 @@ void machine_account(uint8_t axis);
 // Forget every line of an axis at rest.
 void machine_discard(uint8_t axis);
 
-bool machine_moving(void); // any axis armed or running
-bool machine_queued(void); // or any line waiting, whole or in part
+uint8_t machine_moving_axis(void); // the first armed or running one, CONFIG_AXES if none
+bool machine_queued(void);         // or any line waiting, whole or in part
 bool machine_clock_present(void);
 uint32_t machine_clock_patience_4us(void); // without an edge, until it is missing
 
-// Latch a fault and stop every axis.
+// The permit output: a laser's or a spindle's gate.
+void machine_permit(bool on);
+
+// Latch a fault, take the permit away and stop every axis.
 void machine_fault(enum fault code, uint8_t axis, uint16_t argument);
 
 // This axis's step interrupt came too late: latch it and stop every axis; time is to be restarted.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/machine.h"    // machine_init
 #include "app/round.h"      // round_poll
+#include "app/safety.h"     // safety_start
 #include "app/serial.h"     // serial_*
 #include "app/time_check.h" // time_check_start
 #include "hal/clock.h"      // clock_start
@@ -17,6 +18,7 @@ int main(void)
     clock_start();
     time_check_start();
     cpu_start_interrupts();
+    safety_start();
     for (;;) {
         round_poll();
         cpu_section(CPU_SECTION_SERIAL);

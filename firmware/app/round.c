@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "app/round.h"
 
+#include "app/drivers.h" // drivers_poll
 #include "app/inputs.h"  // inputs_poll
 #include "app/machine.h" // machine_*
+#include "app/safety.h"  // safety_poll
 #include "app/seek.h"    // seek_*
 #include "app/start.h"   // start_on_edge, start_poll
+#include "app/store.h"   // store_poll
 #include "app/time_check.h"
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
+#include "hal/estop.h"       // estop_latched
 #include "hal/pixel_clock.h" // pixel_clock_take
 #include "hal/step_timer.h"  // step_timer_*
 
@@ -39,13 +43,41 @@ static void line_finished(struct axis *axis)
     }
 }
 
+static void take_underruns(void)
+{
+    for (uint8_t i = 0; step_timer_underrun() && i < CONFIG_AXES; i++) {
+        if (step_timer_take_underrun(i)) {
+            machine_underrun(i);
+        }
+    }
+}
+
+// The emergency stop halts an axis before this round has heard of it.
+static enum fault why_halted(const struct axis *axis)
+{
+    if (estop_latched()) {
+        return FAULT_estop;
+    }
+    return axis->dry ? FAULT_starved : FAULT_decoder_late;
+}
+
+// An interrupt that came too late halts its axis as well, perhaps since underruns were last looked
+// for.
+static void name_halt(uint8_t i)
+{
+    take_underruns();
+    if (machine_axis(i)->state == AXIS_RUNNING) {
+        machine_fault(why_halted(machine_axis(i)), i, 0);
+    }
+}
+
 // A running axis that halted or came to the end of its line.
 static void supervise_running(uint8_t i)
 {
     struct axis *axis = machine_axis(i);
 
     if (step_timer_state(i) == STEP_ENGINE_HALTED) {
-        machine_fault(axis->dry ? FAULT_starved : FAULT_decoder_late, i, 0);
+        name_halt(i);
     } else if (!axis->in_line && axis_ring_fill(axis) == 0 &&
                step_timer_state(i) == STEP_ENGINE_IDLE) {
         machine.clocked &= (uint8_t)~axis_bit(i);
@@ -59,18 +91,9 @@ static void supervise(uint8_t i)
         supervise_running(i);
     }
     if ((machine.stopping & axis_bit(i)) != 0 &&
-        step_timer_state(i) != STEP_ENGINE_IN_LINE) {
+        !step_engine_going(step_timer_state(i))) {
         machine.stopping &= (uint8_t)~axis_bit(i);
         machine_discard(i);
-    }
-}
-
-static void take_underruns(void)
-{
-    for (uint8_t i = 0; step_timer_underrun() && i < CONFIG_AXES; i++) {
-        if (step_timer_take_underrun(i)) {
-            machine_underrun(i);
-        }
     }
 }
 
@@ -139,7 +162,7 @@ static void take_capture(void)
 
 static void watch_clock(void)
 {
-    if (machine.clocked != 0 &&
+    if (machine.clocked != 0 && machine.token == 0 &&
         clock_now_4us() - machine.edge_seen_4us > machine_clock_patience_4us()) {
         uint8_t axis = 0;
         while ((machine.clocked & axis_bit(axis)) == 0) {
@@ -156,6 +179,7 @@ static void poll_inputs(void)
 
     if (turn < CONFIG_AXES) {
         inputs_poll(turn);
+        drivers_poll(turn);
     }
     seek_poll();
 }
@@ -221,8 +245,10 @@ void round_poll(void)
     if (CONFIG_AXES > 1) {
         time_check_poll();
     }
+    safety_poll();
     poll_inputs();
     start_poll();
     watch_clock();
+    store_poll();
     decode_neediest();
 }

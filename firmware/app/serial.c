@@ -4,27 +4,50 @@
 #include <stdbool.h>
 
 #include "app/machine.h" // machine.settings
-#include "config.h"      // CONFIG_SILENCE_4US
+#include "config.h"      // CONFIG_TIMER_HZ
 #include "hal/clock.h"   // clock_now_4us
 #include "hal/uart.h"    // uart_*
+#include "wire/baud.h"   // baud_*
 #include "wire/frame.h"  // struct frame
 
-// Receives into the frame, turns it into the reply in place, sends it from there.
+_Static_assert(FRAME_MAX_BYTES == UART_BUFFER_BYTES, "the line receives into the frame");
+_Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock");
+
+// Received in place, turned into the reply in place, sent from there.
 static struct frame frame;
 static struct server_counters counters;
-static uint16_t overruns;
-static uint32_t last_byte_4us;
-static bool serve_pending; // a request is complete; the reply waits for silence
-static bool replying;
-static uint16_t to_seal_bytes; // a reply that still lacks its checksum
+static uint16_t last_request_ms;
+
+// A request to this board alone is answered before the line is listened to again: what comes before
+// the silence that the reply waits for, behind the request, and what comes until the reply has left
+// belongs to nobody. What follows any other frame is the next one.
+static enum phase {
+    LISTENING,
+    REQUESTED, // waits for silence
+    ANSWERED,  // waits for the reply's delay, without its checksum
+    SENDING,
+} phase;
+static uint8_t reply_bytes;
+static uint16_t since_4us; // the reply's delay runs
+
+static void set_line(void)
+{
+    uint8_t divisor = baud_divisor(machine.settings.baud_100);
+
+    uart_set(divisor,
+             (enum uart_parity)machine.settings.parity,
+             baud_silence_16us(divisor));
+}
 
 void serial_start(uint8_t address)
 {
     if (address != 0) {
         machine.settings.unit_address = address;
     }
-    uart_start();
     frame_reset(&frame);
+    uart_start(frame.bytes);
+    set_line();
+    phase = LISTENING;
 }
 
 const struct server_counters *serial_counters(void)
@@ -32,78 +55,87 @@ const struct server_counters *serial_counters(void)
     return &counters;
 }
 
-uint16_t serial_overruns(void)
+uint16_t serial_last_request_ms(void)
 {
-    return overruns;
-}
-
-static void take_status(enum frame_status status)
-{
-    if (status == FRAME_READY) {
-        serve_pending = true;
-    } else if (status == FRAME_BAD) {
-        counters.crc_errors++;
-    }
-}
-
-// Bytes that arrive while a request is being served belong to nobody.
-static void receive(void)
-{
-    uint8_t byte = 0;
-
-    while (uart_take(&byte)) {
-        last_byte_4us = clock_now_4us();
-        if (!serve_pending && !replying) {
-            take_status(frame_byte(&frame, byte, (uint8_t)machine.settings.unit_address));
-        }
-    }
+    return last_request_ms;
 }
 
 static void serve(void)
 {
-    serve_pending = false;
-    to_seal_bytes = server_serve(&frame, &counters);
-    if (to_seal_bytes != 0) {
-        replying = true;
-    } else {
-        frame_reset(&frame);
+    last_request_ms = clock_now_ms();
+    reply_bytes = server_serve(&frame, &counters);
+}
+
+// Settings of the line count from here on.
+static void listen(void)
+{
+    set_line();
+    phase = LISTENING;
+}
+
+// A frame that is over; false when there is none. One to all is served at once: the next frame may
+// follow it without silence.
+static bool take_frame(void)
+{
+    bool ended = uart_received(&frame.received);
+    enum frame_status status =
+        frame_look(&frame, ended, (uint8_t)machine.settings.unit_address);
+    uint16_t length = frame.length;
+    uint16_t *counter = &counters.bus_messages;
+
+    if (status == FRAME_PARTIAL) {
+        return false;
+    }
+    if (status == FRAME_BAD) {
+        counter = &counters.crc_errors;
+    }
+    (*counter)++;
+    if (status == FRAME_READY) {
+        if (frame.bytes[0] != 0) {
+            phase = REQUESTED;
+            return false;
+        }
+        serve();
+        set_line();
+    }
+    uart_drop(length);
+    return true;
+}
+
+static void answer(void)
+{
+    uart_deafen();
+    serve();
+    since_4us = (uint16_t)clock_now_4us();
+    phase = ANSWERED;
+    if (reply_bytes == 0) {
+        uart_listen();
+        listen();
     }
 }
 
 // The checksum in a round of its own: motion waits for the longer of the two only.
-static void seal(void)
+static void send(void)
 {
-    uint16_t length = frame_seal(&frame, to_seal_bytes);
+    uint16_t waited_4us = (uint16_t)((uint16_t)clock_now_4us() - since_4us);
 
-    to_seal_bytes = 0;
-    uart_send(frame.bytes, length);
-}
-
-// Looked at before new bytes are: the next request may follow before this round was reached.
-static void finish_reply(void)
-{
-    if (replying && to_seal_bytes == 0 && !uart_sending()) {
-        replying = false;
-        frame_reset(&frame);
-        last_byte_4us = clock_now_4us();
+    if (waited_4us >= machine.settings.reply_delay_us / 4u) {
+        uart_send(frame_seal(&frame, reply_bytes));
+        phase = SENDING;
     }
 }
 
 void serial_poll(void)
 {
-    overruns = (uint16_t)(overruns + uart_take_overruns());
-    finish_reply();
-    receive();
-    if (to_seal_bytes != 0) {
-        seal();
+    counters.rx_overruns = (uint16_t)(counters.rx_overruns + uart_take_overruns());
+    if (phase == SENDING && !uart_sending()) {
+        listen();
     }
-    if (replying || clock_now_4us() - last_byte_4us < CONFIG_SILENCE_4US) {
-        return;
+    while (phase == LISTENING && take_frame()) {
     }
-    if (!serve_pending) {
-        take_status(frame_silence(&frame, (uint8_t)machine.settings.unit_address));
-    }
-    if (serve_pending) {
-        serve();
+    if (phase == ANSWERED) {
+        send();
+    } else if (phase == REQUESTED && uart_silent()) {
+        answer();
     }
 }

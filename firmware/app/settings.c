@@ -1,91 +1,68 @@
 // SPDX-License-Identifier: MIT
 #include "app/settings.h"
 
+#include <stddef.h> // offsetof
+
+#include "base/flash.h"          // IN_FLASH
+#include "config.h"              // CONFIG_TIMER_HZ
+#include "motion/pixel_period.h" // pixel_period_set
+
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
+#define COMMAND(address, name, type, unit, min, max, initial, meaning)
 
-void settings_defaults(struct settings *settings)
-{
+// Low and high words of 32 bits are limited for themselves; what both mean is checked where it is
+// used.
+struct limits {
+    uint16_t min;
+    uint16_t max;
+    uint16_t initial;
+};
+
+#define HIGH(value)                   ((uint16_t)((uint32_t)(value) >> 16))
+#define LOW(value)                    ((uint16_t)((uint32_t)(value) & 0xFFFFu))
+#define LIMITS_u16(min, max, initial) {(min), (max), (initial)},
+#define LIMITS_u32(min, max, initial)                                                    \
+    {0, HIGH(max), HIGH(initial)}, {0, LOW(max), LOW(initial)},
+static const struct limits limits[] IN_FLASH = {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    settings->name = (initial);
-#include "wire/registers.def"
-#undef HOLDING
-}
-
-static bool in_range(uint32_t value, uint32_t min, uint32_t max)
-{
-    return value >= min && value <= max;
-}
-
-bool settings_in_range(const struct settings *settings)
-{
-    bool ok = true;
-
-#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    ok = ok && in_range(settings->name, (min), (max));
-#include "wire/registers.def"
-#undef HOLDING
-    return ok;
-}
-
-#define GET_u16(address, name)                                                           \
-    case (address):                                                                      \
-        *word = settings->name;                                                          \
-        return true;
-#define GET_u32(address, name)                                                           \
-    case (address):                                                                      \
-        *word = (uint16_t)(settings->name >> 16);                                        \
-        return true;                                                                     \
-    case (address) + 1:                                                                  \
-        *word = (uint16_t)settings->name;                                                \
-        return true;
-
-bool settings_get(const struct settings *settings, uint16_t address, uint16_t *word)
-{
-    switch (address) {
-#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    GET_##type(address, name)
-#include "wire/registers.def"
-#undef HOLDING
-    default:
-        return false;
-    }
-}
-
-enum settings_bits {
-#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    BITS_##name = SETTINGS_BITS(max),
+    LIMITS_##type(min, max, initial)
 #include "wire/registers.def"
 #undef HOLDING
 };
+_Static_assert(sizeof limits / sizeof limits[0] == SETTINGS_WORDS, "one for each word");
 
-#define MASK(name) (0xFFFFu >> (16 - BITS_##name))
-
-static uint16_t fit(uint16_t word, uint16_t mask)
-{
-    return word > mask ? mask : word;
-}
-
-#define SET_u16(address, name)                                                           \
-    case (address):                                                                      \
-        settings->name = fit(word, MASK(name)) & MASK(name);                             \
-        return true;
-#define SET_u32(address, name)                                                           \
-    case (address):                                                                      \
-        settings->name = (settings->name & 0xFFFFuL) | ((uint32_t)word << 16);           \
-        return true;                                                                     \
-    case (address) + 1:                                                                  \
-        settings->name = (settings->name & 0xFFFF0000uL) | word;                         \
-        return true;
-
-bool settings_set(struct settings *settings, uint16_t address, uint16_t word)
-{
-    switch (address) {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    SET_##type(address, name)
+    _Static_assert(offsetof(struct settings, name) ==                                    \
+                       offsetof(struct settings, words) + 2u * (address),                \
+                   "settings lie at their addresses, without a gap");
 #include "wire/registers.def"
 #undef HOLDING
-    default:
-        return false;
+
+void settings_defaults(struct settings *settings)
+{
+    for (uint8_t i = 0; i < SETTINGS_WORDS; i++) {
+        settings->words[i] = flash_word(&limits[i].initial);
     }
+}
+
+static bool in_range(const struct settings *settings)
+{
+    for (uint8_t i = 0; i < SETTINGS_WORDS; i++) {
+        uint16_t word = settings->words[i];
+        if (word < flash_word(&limits[i].min) || word > flash_word(&limits[i].max)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool settings_possible(const struct settings *settings)
+{
+    struct pixel_period period;
+
+    return in_range(settings) && pixel_period_set(&period,
+                                                  CONFIG_TIMER_HZ,
+                                                  settings_u32(settings->pixel_hz_num),
+                                                  settings_u32(settings->pixel_hz_den));
 }

@@ -1,28 +1,58 @@
 // SPDX-License-Identifier: MIT
-// The holding registers of registers.def as a struct: defaults, ranges, access by address.
+// The settings of registers.def: 16-bit words in the order of their addresses, so that a word is
+// found by its address, and with a head and a checksum around them the record that is stored.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-// Where a byte holds the range it is all that is kept: 255, which is in no such range, stands for
-// everything above it.
-#define SETTINGS_BITS(max) ((max) < 255 ? 8 : (max) <= 0xFFFFuL ? 16 : 32)
+#define SETTINGS_VERSION 1u // of the record's layout
+#define SETTINGS_ERASED  0xFFu
 
-struct settings {
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
-#define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
-    uint32_t name : SETTINGS_BITS(max);
+#define COMMAND(address, name, type, unit, min, max, initial, meaning)
+#define FIELD_u16(name) uint16_t name;
+#define FIELD_u32(name) uint16_t name[2]; // high word first
+#define COUNT_u16       1u
+#define COUNT_u32       2u
+
+enum {
+    SETTINGS_WORDS = 0
+#define HOLDING(address, name, type, unit, min, max, initial, meaning) +COUNT_##type
 #include "wire/registers.def"
-#undef INPUT
-#undef INPUT_AXIS
 #undef HOLDING
 };
 
-void settings_defaults(struct settings *settings);
-bool settings_in_range(const struct settings *settings);
+struct settings {
+    uint8_t version; // SETTINGS_VERSION, of a record that is whole
+    uint8_t bytes;   // of the record
+    uint16_t serial; // number of the record: the higher one is newer
+    union {
+        struct {
+#define HOLDING(address, name, type, unit, min, max, initial, meaning) FIELD_##type(name)
+#include "wire/registers.def"
+        };
+        uint16_t words[SETTINGS_WORDS];
+    };
+    uint16_t checksum; // CRC-16 of everything before it
+};
+#undef HOLDING
+#undef COMMAND
+#undef INPUT
+#undef INPUT_AXIS
+#undef FIELD_u16
+#undef FIELD_u32
+#undef COUNT_u16
+#undef COUNT_u32
 
-// One 16-bit word by register address; false when nothing is mapped there.
-bool settings_get(const struct settings *settings, uint16_t address, uint16_t *word);
-bool settings_set(struct settings *settings, uint16_t address, uint16_t word);
+// Every word at its default; the record's head stays.
+void settings_defaults(struct settings *settings);
+
+// All of it, the pixel frequency and the baud rate as a whole included.
+bool settings_possible(const struct settings *settings);
+
+static inline uint32_t settings_u32(const uint16_t *words)
+{
+    return ((uint32_t)words[0] << 16) | words[1];
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/start.h"
 
+#include "app/drivers.h"    // drivers_settling
 #include "app/machine.h"    // machine
 #include "hal/step_timer.h" // step_timer_release
 
@@ -49,10 +50,19 @@ static uint32_t common_zero(uint32_t edge_ticks)
     return zero;
 }
 
+// Armed, but `go` is still to come, or a driver needs its time.
+static bool held_back(void)
+{
+    return machine.token != 0 || drivers_settling();
+}
+
 // Decoded as far ahead as memory allows. An edge before that is let pass: the slow first steps of
 // a line cost the most decoding, and time ahead of them is only to be had at rest.
 static bool all_ready(void)
 {
+    if (held_back()) {
+        return false;
+    }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (waits(i) && !axis_decoded(machine_axis(i))) {
             return false;
@@ -104,6 +114,15 @@ static bool begun(const struct axis *axis)
     return !axis->in_line || !axis->feed.merge;
 }
 
+// Those that wait for the clock have their place in time already.
+static bool may_release(uint8_t i)
+{
+    uint8_t bit = (uint8_t)(1u << i);
+
+    return (machine.starting & bit) != 0 &&
+           ((machine.clocked & bit) != 0 || !held_back());
+}
+
 // False when an idle period began meanwhile: the next attempt has a whole one.
 static bool release(uint8_t i)
 {
@@ -128,6 +147,11 @@ static bool release(uint8_t i)
     if (!step_timer_release(i, &axis->feed, (uint32_t)delay, axis->ledger.idle_seen)) {
         return false;
     }
+    if (axis->state != AXIS_ARMED) {
+        step_timer_halt(
+            i); // a promise was broken on the way: a fault, and nothing may run
+        return true;
+    }
     machine.starting = (uint8_t)(machine.starting & ~(1u << i));
     axis->state = AXIS_RUNNING;
     return true;
@@ -139,7 +163,7 @@ void start_poll(void)
 
     // At once again: rounds as long as an idle period would meet its end every time.
     while (machine.starting != 0 && i < CONFIG_AXES) {
-        if ((machine.starting & (1u << i)) == 0 || release(i)) {
+        if (!may_release(i) || release(i)) {
             i++;
         }
     }

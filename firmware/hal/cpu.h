@@ -2,6 +2,7 @@
 // The processor itself.
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 // Notes how the processor was reset and stops its watchdog. Call before everything else: general
@@ -12,6 +13,14 @@ void cpu_start_interrupts(void);
 
 // Bits as in input register reset_cause.
 uint8_t cpu_reset_cause(void);
+
+// The watchdog resets the processor when it has not been fed for 125 ms (the part's own oscillator:
+// 110 to 140). Outputs are then what they are after any reset: STEP low, drivers off, permit off.
+void cpu_watchdog_start(void);
+void cpu_watchdog_feed(void);
+
+// Nothing on the stack has reached the data below it.
+bool cpu_stack_intact(void);
 
 // Address strap read once at reset: 0 none, else the unit address.
 uint8_t cpu_address_strap(void);

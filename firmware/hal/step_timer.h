@@ -26,6 +26,9 @@ struct engine_sample step_timer_sample(uint8_t axis);
 uint8_t step_timer_tail(uint8_t axis); // of that, the slot alone
 enum step_engine_state step_timer_state(uint8_t axis);
 
+// Changes from interrupt to interrupt, or nearly always: every 4.1 ms at the latest there is one.
+uint8_t step_timer_beat(uint8_t axis);
+
 // Publish the held front of a line, unless an idle period was loaded since idle_count: then false
 // and nothing done.
 bool step_timer_release(uint8_t axis,
@@ -33,11 +36,11 @@ bool step_timer_release(uint8_t axis,
                         uint32_t delay_ticks,
                         uint16_t idle_count);
 
-// Empty the ring behind the entry being loaded: no STEP edge after at most one more period. The
-// engine then halts by itself if it was in a line.
-void step_timer_empty(uint8_t axis);
+// Nothing more of what stands in the ring: at most the period that the timer holds already makes a
+// STEP edge. Out of a line the engine halts. Also in interrupts that let the step interrupts in.
+void step_timer_halt(uint8_t axis);
 
-// After step_timer_empty() or a halt: the slot at which the writer continues; engine idle again.
+// After a halt: the slot at which the writer continues; engine idle again.
 uint8_t step_timer_settle(uint8_t axis);
 
 // True when step_timer_take_underrun() will be for some axis.

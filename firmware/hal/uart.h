@@ -1,21 +1,45 @@
 // SPDX-License-Identifier: MIT
-// The serial line: bytes in through a small ring, replies out from the caller's buffer, the RS-485
-// driver enabled exactly while sending.
+// The serial line, half duplex: received bytes go straight into one buffer, the reply leaves from
+// there, the RS-485 driver enabled exactly while sending. A silence is a byte's absence for as long
+// as uart_set() was told. Main loop only.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-void uart_start(void);
+#define UART_BUFFER_BYTES 256u
 
-// Oldest received byte; false when there is none.
-bool uart_take(uint8_t *byte);
+enum uart_parity { UART_NONE = 0, UART_ODD = 1, UART_EVEN = 2 }; // none has two stop bits
 
-// Bytes lost since the last call.
+// Listen into this buffer from now on; uart_set() must follow.
+void uart_start(uint8_t *buffer);
+
+// Counts of 2 MHz a bit; a silence in units of 16 us, from the end of a byte to the end of the
+// next. What is set already is left alone, and with it a byte that is on its way.
+void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us);
+
+// Number of bytes at the buffer's front that no silence divides, 0 to UART_BUFFER_BYTES; more are
+// lost. True when a silence follows them.
+bool uart_received(uint16_t *count);
+
+// The first `count` of them are done with; what follows is the front now. Bytes may come meanwhile.
+void uart_drop(uint16_t count);
+
+// Hear nothing until uart_listen() or the end of what is sent: the buffer is the caller's.
+void uart_deafen(void);
+
+// The line is silent.
+bool uart_silent(void);
+
+// Listen into an empty buffer, after uart_deafen().
+void uart_listen(void);
+
+// Bytes lost by the receiver since the last call.
 uint8_t uart_take_overruns(void);
 
-// Send length bytes (1..256); the buffer must stay until uart_sending() is false.
-void uart_send(const uint8_t *bytes, uint16_t length);
+// After uart_deafen(): send the buffer's first bytes (1..256), then listen as uart_listen() does.
+// The buffer must stay until then.
+void uart_send(uint16_t length);
 
 // True until the last stop bit has left.
 bool uart_sending(void);

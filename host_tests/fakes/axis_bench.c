@@ -65,11 +65,30 @@ bool bench_start_line(void)
     return true;
 }
 
+// The ledger takes blocks that follow each other without a look at the marks.
+static void check_blocks(const struct feed *feed)
+{
+#if FEED_BLOCKS > 0
+    for (uint8_t i = feed->block_tail; (uint8_t)(feed->block_head - i) > 1u; i++) {
+        const struct feed_block *block = &feed->blocks[i & (FEED_BLOCKS - 1u)];
+        uint8_t behind = (uint8_t)(block->slot + block->count);
+        for (uint8_t m = feed->mark_tail; m != feed->mark_placed; m++) {
+            bench.edge_between_blocks |=
+                feed->marks[m & (FEED_MARKS - 1u)].slot == behind &&
+                feed->blocks[(i + 1u) & (FEED_BLOCKS - 1u)].slot == behind;
+        }
+    }
+#else
+    (void)feed;
+#endif
+}
+
 struct step_load bench_period(void)
 {
     struct step_load load;
 
     axis_decode(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
+    check_blocks(&bench.axis.feed);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);
     ledger_follow(&bench.axis.ledger, &bench.axis.feed, &sample);

@@ -24,6 +24,7 @@ struct axis_bench {
     uint32_t zero_ticks; // line zero of the line released last
     int32_t steps;       // signed STEP edges so far
     bool always_take_up;
+    bool edge_between_blocks; // a pixel edge stood between two blocks: must never be
 };
 
 extern struct axis_bench bench;

@@ -9,6 +9,10 @@
 
 #define TICKS_PER_4US 64u
 
+uint8_t fake_reset_cause = 0x02;
+bool fake_stack_intact = true;
+uint16_t fake_watchdog_feeds;
+
 static uint32_t now_ticks;
 
 void fake_power_on(void)
@@ -18,6 +22,10 @@ void fake_power_on(void)
     fake_pixel_clock_power_on();
     fake_switches_power_on();
     fake_uart_power_on();
+    fake_estop_power_on();
+    fake_reset_cause = 0x02;
+    fake_stack_intact = true;
+    fake_watchdog_feeds = 0;
 }
 
 uint32_t fake_now_ticks(void)
@@ -54,7 +62,21 @@ void cpu_start_interrupts(void)
 
 uint8_t cpu_reset_cause(void)
 {
-    return 0x02;
+    return fake_reset_cause;
+}
+
+void cpu_watchdog_start(void)
+{
+}
+
+void cpu_watchdog_feed(void)
+{
+    fake_watchdog_feeds++;
+}
+
+bool cpu_stack_intact(void)
+{
+    return fake_stack_intact;
 }
 
 uint8_t cpu_address_strap(void)

@@ -33,6 +33,14 @@ uint32_t fake_next_edge_ticks(void);
 // Level of a switch's pin from now on; all are high at power on. `which` as in hal/switches.h.
 void fake_switch(uint8_t axis, uint8_t which, bool high);
 
+// The emergency stop pin from now on; high at power on. An edge to what trips halts every axis.
+void fake_estop(bool high);
+
+extern bool fake_permit;         // the permit output
+extern uint8_t fake_reset_cause; // from the next start on
+extern bool fake_stack_intact;
+extern uint16_t fake_watchdog_feeds;
+
 // The step interrupt of this axis came too late: its pin is taken from the timer.
 void fake_underrun(uint8_t axis);
 
@@ -42,3 +50,6 @@ void fake_missed_period(uint8_t axis);
 // Bytes to the board; what it sent since the last call, at most room bytes.
 void fake_receive(const uint8_t *bytes, uint16_t length);
 uint16_t fake_sent(uint8_t *bytes, uint16_t room);
+
+// This axis's step interrupt is never served again.
+void fake_hang_axis(uint8_t axis);

@@ -22,3 +22,5 @@ void fake_pixel_clock_capture(void);
 void fake_switches_power_on(void);
 
 void fake_uart_power_on(void);
+
+void fake_estop_power_on(void);

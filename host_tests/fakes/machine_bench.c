@@ -4,8 +4,10 @@
 #include <string.h>
 
 #include "app/round.h"
+#include "app/safety.h"
 #include "app/time_check.h"
 #include "fakes/board.h"
+#include "fakes/eeprom.h"
 #include "wire/bytes.h"
 #include "wire/register_map.h"
 
@@ -27,10 +29,12 @@ void bench_power_on(void)
 {
     memset(&machine, 0, sizeof machine);
     fake_power_on();
+    fake_eeprom_reset();
     machine_init();
-    machine.settings.pixel_hz_num = BENCH_PIXEL_HZ;
+    machine.settings.pixel_hz_num[1] = BENCH_PIXEL_HZ;
     machine_apply_settings();
     time_check_start();
+    safety_start();
     bench_clock_on();
 }
 

@@ -143,9 +143,9 @@ bool step_timer_release(uint8_t axis,
     return true;
 }
 
-void step_timer_empty(uint8_t axis)
+void step_timer_halt(uint8_t axis)
 {
-    step_engine_empty(&timers[axis].engine, &rings[axis]);
+    (void)step_engine_halt(&timers[axis].engine, &rings[axis]);
 }
 
 uint8_t step_timer_settle(uint8_t axis)
@@ -174,4 +174,16 @@ bool step_timer_take_underrun(uint8_t axis)
 void step_timer_enable(uint8_t axis, bool on)
 {
     fake_axes[axis].enabled = on;
+}
+
+uint8_t step_timer_beat(uint8_t axis)
+{
+    const struct step_engine *engine = &timers[axis].engine;
+
+    return (uint8_t)(engine->tail + (uint8_t)engine->left + (uint8_t)engine->idle_count);
+}
+
+void fake_hang_axis(uint8_t axis)
+{
+    timers[axis].stopped = true;
 }

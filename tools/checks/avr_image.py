@@ -3,13 +3,17 @@
 
 The stack is counted from the code itself, the same for every compiler version: pushes, the frame
 taken from the stack pointer, return addresses, and what the deepest callee takes on top.
+
+A call through a pointer may reach every function whose address is used. Which those are say the
+relocations that the linker leaves in the image when asked (--emit-relocs).
 """
 
 import bisect
 import re
 import subprocess
-from dataclasses import dataclass, field
 from pathlib import Path
+
+from avr_stack import Function, Image, ImageError
 
 SYMBOL = re.compile(
     r"^(?P<address>[0-9a-f]{8}) (?P<flags>.{7}) \.text\s+[0-9a-f]+ (?:\.\w+ )?(?P<name>\S+)$"
@@ -21,6 +25,12 @@ STEP_REGISTER = re.compile(r"\br[2-6]\b")
 TARGET = re.compile(r"\b0x(?P<address>[0-9a-f]+) <")
 LOCAL_LABEL = re.compile(r"\.|L\d")
 CALL_NEXT = re.compile(r"^\.\+0\b")  # a call of the next instruction: a short way to take stack
+RELOCATION = re.compile(
+    r"^[0-9a-f]{8} R_AVR_\w+_(?:GS|PM)\s+(?P<symbol>[^\s+]+)(?:\+0x(?P<offset>[0-9a-f]+))?$",
+    re.MULTILINE,
+)
+STACK_POINTER = {"0x3d", "0x3e"}
+COMPUTED_FRAME = re.compile(r"(?:sub|sbc|movw?|pop) r2[89]\b")  # Y, a copy of the stack pointer
 CALLS = {"call", "rcall"}
 INDIRECT = {"icall", "eicall", "ijmp", "eijmp"}
 ENDS = {"ret", "reti", "jmp", "rjmp", "ijmp", "eijmp"}
@@ -39,69 +49,6 @@ TRAMPOLINES = "__trampolines_start"
 
 # They jump through a register, but only back into the function that asked for it.
 HELPERS = {"__tablejump2__", "__tablejump__", SHARED_PROLOGUE}
-
-
-class ImageError(Exception):
-    """The image cannot be judged; the message says why."""
-
-
-@dataclass
-class Function:
-    """One function: its own stack use in bytes and where control may go from it."""
-
-    name: str
-    pushes: int = 0
-    frame: int = 0
-    calls: set[str] = field(default_factory=set)
-    jumps: set[str] = field(default_factory=set)
-    indirect: bool = False
-    opens_interrupts: bool = False
-    step_registers: bool = False  # names one of the step interrupt's own
-
-
-@dataclass
-class Image:
-    """All functions of an ELF file. `return_bytes` is what a call puts on the stack."""
-
-    functions: dict[str, Function]
-    typed: set[str]
-    return_bytes: int
-
-    def reachable(self, start: str) -> set[str]:
-        """Names of all functions that control may reach from one, itself included."""
-        seen: set[str] = set()
-        waiting = [start]
-        while waiting:
-            name = waiting.pop()
-            if name not in seen and name in self.functions:
-                seen.add(name)
-                waiting += self.functions[name].calls | self.functions[name].jumps
-        return seen
-
-    def handlers(self) -> list[str]:
-        """Interrupt handlers, by their vectors' names."""
-        return sorted(name for name in self.functions if re.fullmatch(r"__vector_\d+", name))
-
-    def deepest(self, start: str, trail: tuple[str, ...] = ()) -> tuple[int, list[str]]:
-        """Worst stack bytes from a function's entry on, and the path that takes them."""
-        function = self.functions[start]
-        own = function.pushes + function.frame
-        worst, path = own, []
-        inside = (*trail, start)
-        for callee in sorted(function.calls & self.functions.keys()):
-            if callee in inside:
-                raise ImageError("recursion: " + " -> ".join([*inside, callee]))
-            below, below_path = self.deepest(callee, inside)
-            if own + self.return_bytes + below > worst:
-                worst, path = own + self.return_bytes + below, below_path
-        for label in sorted((function.jumps & self.functions.keys()) - set(inside)):
-            below, below_path = self.deepest(label, inside)
-            # Before it jumps to a function, a compiler gives its own frame back; a jump to a
-            # label of hand-written assembly keeps it.
-            kept = 0 if label in self.typed else own
-            if kept + below > worst:
-                worst, path = kept + below, below_path
-        return worst, [start, *path]
 
 
 def run(command: list[str]) -> str:
@@ -155,6 +102,7 @@ class Reader:
         self.functions: dict[str, Function] = {}
         self.current: Function | None = None
         self.last_operation = "ret"
+        self.address = 0
         self.pointer_copied = False  # Y holds a copy of the stack pointer, its frame not yet taken
         self.constants: dict[str, int] = {}  # what ldi last put into a register of FRAME_SIZE
 
@@ -169,6 +117,7 @@ class Reader:
         if self.current is None or self.current.name != name:
             self.open_function(name)
         function = self.functions[name]
+        self.address = int(step["address"], 16)
         rest = (step["rest"] or "").strip()
         if STEP_REGISTER.search(rest.split(";")[0]):
             function.step_registers = True
@@ -197,6 +146,8 @@ class Reader:
             function.frame += sum(w * self.constants.get(r, 0) for r, w in FRAME_SIZE.items())
         elif operation in CALLS:
             function.calls.add(target)
+        elif target == function.name and address <= self.address:
+            function.loops.append((address, self.address))
         elif target != function.name and not self.is_switch_case(function, address):
             function.jumps.add(target)
 
@@ -206,19 +157,25 @@ class Reader:
 
     def note_stack(self, function: Function, operation: str, rest: str) -> None:
         """What one instruction takes from the stack."""
-        if operation == "push":
-            function.pushes += 1
+        if operation in ("push", "pop"):
+            function.pushes += operation == "push"
+            function.moves.append((self.address, 1 if operation == "push" else -1))
         elif operation == "rcall" and CALL_NEXT.match(rest):
             function.frame += 3
+            function.moves.append((self.address, 3))
         elif operation == "sei":
             function.opens_interrupts = True
         elif operation == "ldi" and rest[:3] in FRAME_SIZE:
             self.constants[rest[:3]] = int(rest.split(";")[0].split(",")[1], 0)
         elif (operation, rest[:9]) == ("in", "r28, 0x3d"):
             self.pointer_copied = True
-        elif (operation, rest[:4]) == ("out", "0x3d"):
-            self.pointer_copied = False
+        elif operation == "out" and rest[:4] in STACK_POINTER:
+            if not rest[6:].startswith(("r28", "r29")) and function.name not in HELPERS:
+                function.unbounded = "sets the stack pointer from " + rest[6:9].strip()
+            self.pointer_copied = False if rest[:4] == "0x3d" else self.pointer_copied
         elif self.pointer_copied:
+            if COMPUTED_FRAME.match(f"{operation} {rest}") and function.name not in HELPERS:
+                function.unbounded = "takes a frame of computed size"
             function.frame += frame_part(operation, rest)
 
 
@@ -230,21 +187,18 @@ def frame_part(operation: str, rest: str) -> int:
     return factor * (int(value, 0) & 0xFF) if factor else 0
 
 
-def called_by_pointer(functions: dict[str, Function], typed: set[str]) -> set[str]:
-    """C functions that nobody calls by name and that are still in the image: their address is used.
-
-    One that is called both by name and through a pointer is seen only on parts with large flash,
-    where the linker gives each function whose address is used a jump in low flash.
-    """
-    low = functions.get(TRAMPOLINES, Function(TRAMPOLINES)).jumps
-    named = {
-        name
-        for function in functions.values()
-        if function.name != TRAMPOLINES
-        for name in function.calls | function.jumps
-    }
-    alone = {name for name in typed - named if name != "main" and not name.startswith("__")}
-    return alone | (low & typed)
+def called_by_pointer(relocations: str, about: str, symbols: Symbols) -> set[str]:
+    """C functions whose address the program uses, by the relocations left in the image."""
+    places = {}
+    for match in filter(None, map(SYMBOL.match, about.splitlines())):
+        places[match["name"]] = int(match["address"], 16)
+    found = set()
+    for match in RELOCATION.finditer(relocations):
+        address = places.get(match["symbol"], 0) + int(match["offset"] or "0", 16)
+        # Else a label inside a function, of a switch's table.
+        if symbols.offset(address) == 0 and symbols.at(address) in symbols.typed:
+            found.add(symbols.at(address))
+    return found
 
 
 def read_image(elf: Path, objdump: str = "avr-objdump") -> Image:
@@ -256,9 +210,19 @@ def read_image(elf: Path, objdump: str = "avr-objdump") -> Image:
         reader.line(line)
     if not reader.functions:
         raise ImageError(f"{elf}: no code in it")
-    pointers = called_by_pointer(reader.functions, symbols.typed)
-    for function in reader.functions.values():
-        if function.indirect:
-            function.calls |= pointers
+    note_pointers(elf, reader.functions, symbols, about, run([objdump, "-r", "-w", str(elf)]))
     # Parts with more than 128 KB of flash ("avr:6") have return addresses of three bytes.
     return Image(reader.functions, symbols.typed, 3 if "architecture: avr:6" in about else 2)
+
+
+def note_pointers(
+    elf: Path, functions: dict[str, Function], symbols: Symbols, about: str, relocations: str
+) -> None:
+    """Let calls through pointers reach every function whose address is used."""
+    indirect = [function for function in functions.values() if function.indirect]
+    if indirect and "R_AVR_" not in relocations:
+        names = ", ".join(function.name for function in indirect)
+        raise ImageError(f"{elf}: {names} calls through a pointer: link with --emit-relocs")
+    pointers = called_by_pointer(relocations, about, symbols) if indirect else set()
+    for function in indirect:
+        function.calls |= pointers

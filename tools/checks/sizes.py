@@ -14,7 +14,8 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from avr_image import Image, ImageError, read_image, run
+from avr_image import read_image, run
+from avr_stack import Image, ImageError
 from common import finish
 
 

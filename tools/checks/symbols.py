@@ -10,7 +10,8 @@ import re
 import sys
 from pathlib import Path
 
-from avr_image import Image, ImageError, read_image
+from avr_image import read_image
+from avr_stack import Image, ImageError
 from common import finish
 
 HEAP = re.compile(r"^(malloc|calloc|realloc|free)$")

@@ -62,7 +62,7 @@ void require_failed(uint16_t line)
 static const char *error_name(unsigned code)
 {
     switch (code) {
-#define LINE_ERROR(number, name, text)                                                   \
+#define LINE_ERROR(number, name, text, cure)                                             \
     case (number):                                                                       \
         return #name;
 #include "motion/line_errors.def"
@@ -75,7 +75,7 @@ static const char *error_name(unsigned code)
 static const char *error_text(unsigned code)
 {
     switch (code) {
-#define LINE_ERROR(number, name, text)                                                   \
+#define LINE_ERROR(number, name, text, cure)                                             \
     case (number):                                                                       \
         return text;
 #include "motion/line_errors.def"

@@ -11,8 +11,12 @@ import shutil
 import pytest
 from click.testing import CliRunner
 
+import faultbench
 from pixstep import natives
 from pixstep.cli.main import main
+
+
+pytest_plugins = ["pytester"]
 
 
 def pytest_addoption(parser):
@@ -20,6 +24,29 @@ def pytest_addoption(parser):
     parser.addoption(
         "--lines", type=int, default=20, help="random lines per property test (default 20)"
     )
+
+
+def pytest_configure(config):
+    """Name the mark of tests that provoke faults."""
+    config.addinivalue_line("markers", "provokes(*names): the faults that a test provokes")
+
+
+@pytest.fixture(autouse=True)
+def _provoked(request):
+    """Let no test claim a fault that it has not seen."""
+    marks = request.node.iter_markers("provokes")
+    claimed = {name for mark in marks for name in mark.args}
+    faultbench.asserted.clear()
+    yield
+    failed = getattr(request.node, "failed", False)
+    assert failed or claimed <= faultbench.asserted, f"never seen: {claimed - faultbench.asserted}"
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Keep whether a test failed or was skipped, for its fixtures."""
+    report = (yield).get_result()
+    item.failed = getattr(item, "failed", False) or not report.passed
 
 
 @pytest.fixture

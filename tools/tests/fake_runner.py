@@ -131,7 +131,7 @@ class Fake:
             return self.record(*divmod(address - regs.RECORD_BASE, regs.RECORD_STRIDE))
         if address == FAULT_CODE:
             return int(DEFECT == "halts" and any(axis.zero for axis in self.axes))
-        if address < regs.AXIS_BASE:
+        if not regs.AXIS_BASE <= address < regs.AXIS_BASE + 4 * regs.AXIS_STRIDE:
             return {0: 1, 2: 1 + (self.board == "mega"), 3: len(self.axes), 24: 10}.get(address, 0)
         axis, offset = self.axes[(address - 0x20) // 16], address % 16
         self.update(axis)

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from rich.console import Console
 
 from pixstep import formats
-from pixstep.board import boards
+from pixstep.board import boards, registers
 from pixstep.board.client import Board
 from pixstep.cli.main import main
 from pixstep.lines import exact
@@ -99,14 +99,18 @@ def test_a_run_says_where_its_files_are(tmp_path, monkeypatch):
     assert console.export_text() == "files in run: edges.csv, summary.json\n"
 
 
-def test_a_fault_is_said_with_its_meaning(monkeypatch):
+def test_a_fault_is_said_with_its_meaning_and_its_cure(monkeypatch):
     state = {"fault_code": 2, "fault_axis": 0, "fault_pixel": 9, "fault_argument": 0}
     board = Board.__new__(Board)
     monkeypatch.setattr(board, "inputs", lambda: state)
     assert board.fault_text() == (
-        "fault decoder_late on axis 0 at pixel 9, argument 0: "
-        "the next interval was not decoded in time"
+        "fault decoder_late on axis 0 at pixel 9: the next interval was not decoded in time. "
+        + registers.faults()[2].cure
     )
+    state |= {"fault_code": 3, "fault_argument": 7}
+    assert "next interval (underruns of this axis since reset: 7). Lower" in board.fault_text()
+    state |= {"fault_code": 99}
+    assert board.fault_text() == "fault code 99 on axis 0 at pixel 9, argument 7"
 
 
 def test_commands_start_without_the_plotting_library():

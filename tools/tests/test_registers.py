@@ -68,7 +68,21 @@ def test_codes_of_the_firmware():
 
 def test_duplicate_code(table):
     with pytest.raises(UserError, match="code 1 is used twice"):
-        registers.parse_codes(table('FAULT(1, a, "x")\nFAULT(1, b, "y")'), "FAULT")
+        registers.parse_codes(table('E(1, a, "x", "y")\nE(1, b, "x", "y")'), "E", registers.Code)
+
+
+def test_codes_name_the_arguments_they_lack(table):
+    with pytest.raises(UserError, match=r":2: expected E\(code, name, text, cure\)"):
+        registers.parse_codes(table('E(1, a, "x", "y")\nE(2, b, "x")'), "E", registers.Code)
+
+
+@pytest.mark.parametrize("codes", [registers.faults(), registers.line_errors()])
+def test_every_code_says_what_to_do(codes):
+    for code in codes.values():
+        sentences = [code.cure, *([code.cause] if isinstance(code, registers.Fault) else [])]
+        for sentence in sentences if code.code else ():
+            assert sentence[0].isupper() and sentence.endswith("."), code.name
+        assert code.text and not code.text.endswith(".")
 
 
 @pytest.mark.parametrize(("name", "axes"), [("uno", 1), ("mega", 4)])

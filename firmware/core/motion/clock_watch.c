@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/clock_watch.h"
 
+#include "base/apart.h" // APART
+
 void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks)
@@ -22,7 +24,7 @@ static int16_t saturate(int32_t value)
     return value < -INT16_MAX ? (int16_t)-INT16_MAX : (int16_t)value;
 }
 
-static void plan_next(struct clock_watch *watch)
+static APART void plan_next(struct clock_watch *watch)
 {
     watch->next_ticks += pixel_grid_advance(&watch->grid);
     watch->pixel++;

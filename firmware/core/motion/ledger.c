@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/ledger.h"
 
+#include "base/apart.h"           // APART
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger,
@@ -117,13 +118,14 @@ static void add_quiet_period(struct ledger *ledger, uint16_t ticks)
     ledger->loaded_ticks += ticks;
 }
 
-static int32_t position_at(const struct ledger *ledger, const struct feed_mark *mark)
+static APART int32_t position_at(const struct ledger *ledger,
+                                 const struct feed_mark *mark)
 {
     return ledger->position_steps +
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
+static APART void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
 {
     struct pixel_record *record = &ledger->records[ledger->record_next];
 
@@ -258,7 +260,7 @@ static uint8_t next_stop(const struct ledger *ledger,
     return sooner ? slot : tail;
 }
 
-static void pass_run(struct ledger *ledger, struct feed_run *run, uint32_t ticks)
+static APART void pass_run(struct ledger *ledger, struct feed_run *run, uint32_t ticks)
 {
     ledger->loaded_ticks += ticks;
     ledger->taken_ticks += ticks;
@@ -396,11 +398,8 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
             block->count > (uint8_t)(behind - count)) {
             break;
         }
-        // Pixel edges lie between blocks.
-        if (feed->mark_tail != feed->mark_placed &&
-            feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == slot) {
-            break;
-        }
+        // No pixel edge lies between this block and the one before it (feed_plain() and put_chunk()
+        // in feed.c): the step before an edge is never in a block, nor is the one behind it.
         ticks += block->ticks;
         count = (uint8_t)(count + block->count);
         feed_drop_block(feed);
@@ -431,7 +430,7 @@ void ledger_follow_blocks(struct ledger *ledger,
                           const struct engine_sample *sample)
 {
     // After an idle period or a cut nothing stays behind that could be taken as a whole.
-    if (sample->cut || sample->idle_count != ledger->idle_seen) {
+    if (FEED_BLOCKS == 0 || sample->cut || sample->idle_count != ledger->idle_seen) {
         ledger_follow(ledger, feed, sample);
         return;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line.h"
 
+#include "base/apart.h"    // APART
 #include "base/divide.h"   // divide_u32_u16
 #include "base/multiply.h" // multiply_u32_u16
 
@@ -29,7 +30,7 @@ void line_begin(struct line *line,
 }
 
 // The next pixel edge lies in this piece, after edge_steps of its steps.
-static void place_edge(struct line *line, struct piece *piece, uint16_t edge_steps)
+static APART void place_edge(struct line *line, struct piece *piece, uint16_t edge_steps)
 {
     piece->has_edge = true;
     piece->edge_steps = edge_steps;
@@ -40,7 +41,7 @@ static void place_edge(struct line *line, struct piece *piece, uint16_t edge_ste
         pixel_grid_advance(&line->edges) - (piece->ticks - piece->edge_ticks);
 }
 
-static void count_steps(struct line *line, const struct piece *piece)
+static APART void count_steps(struct line *line, const struct piece *piece)
 {
     line->position += piece->negative ? -(int32_t)piece->steps : piece->steps;
 }
@@ -73,7 +74,7 @@ static void take_up_piece(struct line *line, struct piece *piece)
 // Steps made when a fraction f = backlash/line_speed = B/V of a shifted pixel has passed: the floor
 // of v0*f + h*f*f = B*(v0*V + h*B) / (V*V) in exact arithmetic. The division is by V twice, and the
 // product divided before it grows beyond 32 bits.
-static uint16_t steps_at_edge(const struct line *line, uint16_t steps)
+static APART uint16_t steps_at_edge(const struct line *line, uint16_t steps)
 {
     uint16_t backlash = line->backlash_steps;
     uint16_t whole = line->line_speed;

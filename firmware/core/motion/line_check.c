@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
+#include "base/apart.h"    // APART
+#include "base/multiply.h" // multiply_u32_u16
+
 // The curve decoder multiplies speeds by piece lengths in 40 bits and takes 2 * count.
 #define COUNT_MAX 16383
 
@@ -65,14 +68,14 @@ static enum line_error parameter(struct line_check *check, struct run entry)
                                                      : LINE_none;
 }
 
-static bool too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
+static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
 {
     return (uint32_t)speed * interval_ticks > pixel_ticks;
 }
 
-static uint32_t magnitude(int32_t value)
+static uint16_t magnitude(int16_t value)
 {
-    return (uint32_t)(value < 0 ? -value : value);
+    return (uint16_t)(value < 0 ? -value : value);
 }
 
 static void warn(struct line_check *check, enum line_error warning)
@@ -84,7 +87,7 @@ static void warn(struct line_check *check, enum line_error warning)
 
 static uint16_t steps_of(struct run entry)
 {
-    return (uint16_t)(entry.count < 0 ? -entry.count : entry.count);
+    return magnitude(entry.count);
 }
 
 // The edge of a seek's switch is placed by the capture interrupt, which needs the longer intervals.
@@ -105,7 +108,7 @@ static enum line_error plain_run(const struct line_check *check,
                : LINE_none;
 }
 
-static int8_t direction_of(const struct line_check *check, struct run entry)
+static int8_t APART direction_of(const struct line_check *check, struct run entry)
 {
     if (entry.count == 0) {
         return 0;
@@ -120,12 +123,12 @@ static int8_t direction_of(const struct line_check *check, struct run entry)
 static uint16_t first_speed(const struct line_check *check, struct run entry)
 {
     uint16_t steps = steps_of(entry);
-    uint16_t root = 1;
+    uint8_t root = 1; // of COUNT_MAX: 128
 
     if (!check->smooth) {
         return steps;
     }
-    while ((uint32_t)root * root < steps) {
+    while ((uint16_t)((uint16_t)root * root) < steps) {
         root++;
     }
     return root;
@@ -190,56 +193,37 @@ static void remember_turn(struct line_check *check,
 // Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
 static enum line_error equal_counts(struct line_check *check, struct run entry)
 {
-    uint32_t amplitude = magnitude((int32_t)check->speed - entry.count);
-    uint32_t steps = (uint32_t)entry.count;
+    uint16_t amplitude = magnitude((int16_t)((int16_t)check->speed - entry.count));
+    uint16_t steps = (uint16_t)entry.count;
     bool equal =
         entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
 
     if (amplitude == 0 || !equal) {
         return LINE_none;
     }
-    if (amplitude > 2u && amplitude > steps / 100u) {
+    if (amplitude > 2u && multiply_u32_u16(100, amplitude) > steps) {
         return LINE_oscillates;
     }
     warn(check, LINE_ripple);
     return LINE_none;
 }
 
-static void note_jerk(struct line_check *check,
-                      const struct line_limits *limits,
-                      int16_t acceleration)
+static bool too_steep(const struct line_limits *limits, int16_t acceleration)
 {
-    int32_t change = (int32_t)acceleration - check->acceleration;
-
-    if (limits->jerk_warning != 0 && magnitude(change) > limits->jerk_warning) {
-        warn(check, LINE_jerk);
-    }
-    check->acceleration = acceleration;
-}
-
-static enum line_error acceleration(struct line_check *check,
-                                    const struct line_limits *limits,
-                                    int16_t value)
-{
-    if (limits->max_acceleration != 0 && magnitude(value) > limits->max_acceleration) {
-        return LINE_acceleration;
-    }
-    note_jerk(check, limits, value);
-    return LINE_none;
+    return limits->max_acceleration != 0 &&
+           magnitude(acceleration) > limits->max_acceleration;
 }
 
 // Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
-static enum line_error smooth_speed(struct line_check *check,
-                                    const struct line_limits *limits,
-                                    struct run entry,
-                                    uint16_t end_speed)
+static enum line_error APART smooth_speed(struct line_check *check,
+                                          const struct line_limits *limits,
+                                          struct run entry,
+                                          uint16_t end_speed)
 {
     uint16_t top = end_speed > check->speed ? end_speed : check->speed;
-    enum line_error error =
-        acceleration(check, limits, (int16_t)(end_speed - check->speed));
 
-    if (error != LINE_none) {
-        return error;
+    if (too_steep(limits, (int16_t)(end_speed - check->speed))) {
+        return LINE_acceleration;
     }
     if (too_fast(top, shortest(check, limits), limits->pixel_ticks)) {
         return LINE_too_fast;
@@ -259,7 +243,7 @@ static enum line_error smooth_speed(struct line_check *check,
 // What the arithmetic of a smooth pixel does not allow.
 static enum line_error smooth_shape(const struct line_check *check,
                                     struct run entry,
-                                    int32_t end_speed)
+                                    int16_t end_speed)
 {
     if (entry.count < 0) {
         return LINE_negative_count;
@@ -274,7 +258,8 @@ static enum line_error smooth_run(struct line_check *check,
                                   const struct line_limits *limits,
                                   struct run entry)
 {
-    int32_t end_speed = 2 * (int32_t)entry.count - check->speed;
+    // Both are at most 2 * COUNT_MAX.
+    int16_t end_speed = (int16_t)(2 * entry.count - (int16_t)check->speed);
     enum line_error error = smooth_shape(check, entry, end_speed);
 
     if (error == LINE_none) {
@@ -293,9 +278,7 @@ static enum line_error smooth_run(struct line_check *check,
 }
 
 // The end mark, or the down mark of a seek.
-static enum line_error mark(struct line_check *check,
-                            const struct line_limits *limits,
-                            struct run entry)
+static enum line_error mark(struct line_check *check, struct run entry)
 {
     if (check->seek && (uint16_t)entry.count == RUN_MARK_DOWN) {
         check->seek = false;
@@ -310,7 +293,6 @@ static enum line_error mark(struct line_check *check,
     if (check->backlash_steps != 0 && !check->reached) {
         return LINE_speed_not_reached;
     }
-    note_jerk(check, limits, 0);
     check->phase = LINE_CHECK_OUTSIDE;
     return LINE_none;
 }
@@ -345,5 +327,5 @@ enum line_error line_check_entry(struct line_check *check,
     if (check->phase == LINE_CHECK_PARAMETER) {
         return parameter(check, entry);
     }
-    return entry.repeat == 0 ? mark(check, limits, entry) : run(check, limits, entry);
+    return entry.repeat == 0 ? mark(check, entry) : run(check, limits, entry);
 }

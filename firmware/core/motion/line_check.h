@@ -19,7 +19,6 @@ struct line_limits {
     uint16_t reversal_min_ticks;        // the same between steps of opposite direction
     uint16_t max_acceleration;          // steps/pixel^2 of a smooth line, 0: any
     uint16_t start_stop_steps;          // of both pixels at a direct reversal, 0: any
-    uint16_t jerk_warning; // change of acceleration that is worth a warning, 0: never
 };
 
 enum line_check_phase {
@@ -40,10 +39,9 @@ struct line_check {
     uint8_t warning; // first warning of the line (enum line_error, 32..)
     uint16_t backlash_steps;
     uint16_t line_speed;
-    uint16_t rest_ticks;  // whole zero pixels since that step, 0xFFFF: that or more
-    uint16_t speed;       // at the end of the last pixel
-    int16_t last_count;   // of the last pixel
-    int16_t acceleration; // in the last pixel
+    uint16_t rest_ticks; // whole zero pixels since that step, 0xFFFF: that or more
+    uint16_t speed;      // at the end of the last pixel
+    int16_t last_count;  // of the last pixel
     uint32_t pixel; // pixels accepted so far: the next entry begins with the one after
 };
 

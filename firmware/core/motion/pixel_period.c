@@ -1,25 +1,52 @@
 // SPDX-License-Identifier: MIT
 #include "motion/pixel_period.h"
 
+#include "base/apart.h"    // APART
 #include "base/multiply.h" // multiply_u32_u16
 
+// to += by, both whole + rest / divisor; the period's divisor is known.
+static APART void add(struct pixel_period *to, const struct pixel_period *by)
+{
+    uint32_t room = to->divisor - by->remainder;
+
+    to->whole_ticks += by->whole_ticks;
+    if (to->remainder >= room) {
+        to->whole_ticks++;
+        to->remainder -= room;
+    } else {
+        to->remainder += by->remainder;
+    }
+}
+
+// timer_hz * den / num bit by bit of timer_hz, by doubling: the product's 64 bits would need a
+// library of their own on a small part.
 bool pixel_period_set(struct pixel_period *period,
                       uint32_t timer_hz,
                       uint32_t num,
                       uint32_t den)
 {
-    if (num == 0 || den == 0) {
-        return false;
-    }
-    uint64_t ticks_num = (uint64_t)timer_hz * den;
-    uint64_t whole = ticks_num / num;
+    struct pixel_period sum = {.divisor = num};
 
-    if (whole < PIXEL_PERIOD_MIN_TICKS || whole > PIXEL_PERIOD_MAX_TICKS) {
+    if (num == 0) {
         return false;
     }
-    period->whole_ticks = (uint32_t)whole;
-    period->remainder = (uint32_t)(ticks_num - whole * num);
-    period->divisor = num;
+    struct pixel_period tick = {.whole_ticks = den / num, .remainder = den % num};
+
+    for (uint8_t bits = 32; bits != 0; bits--) {
+        struct pixel_period same = sum;
+        add(&sum, &same);
+        if ((timer_hz & 0x80000000uL) != 0) {
+            add(&sum, &tick);
+        }
+        timer_hz <<= 1;
+        if ((sum.whole_ticks | tick.whole_ticks) > PIXEL_PERIOD_MAX_TICKS) {
+            return false;
+        }
+    }
+    if (sum.whole_ticks < PIXEL_PERIOD_MIN_TICKS) {
+        return false;
+    }
+    *period = sum;
     return true;
 }
 

@@ -89,7 +89,8 @@ struct step_load step_engine_next(struct step_engine *engine,
     bool turned = false;
 
     // What the writer adds after a halt must never be taken for a part of the line.
-    if (engine->state == STEP_ENGINE_HALTED) {
+    if (engine->state >= STEP_ENGINE_HALTED) {
+        engine->state = STEP_ENGINE_HALTED;
         return idle_load(engine, turned);
     }
     for (;;) {

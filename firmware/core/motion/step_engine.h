@@ -14,7 +14,14 @@ enum step_engine_state {
     STEP_ENGINE_IN_LINE = 1, // an empty ring means: too late, halt
     STEP_ENGINE_HALTED =
         2, // ran empty inside a line, or was stopped: the ring is not read any more
+    STEP_ENGINE_HALTING = 3, // the same, but the period that the timer holds still comes
 };
+
+// In a line, or not quite out of it.
+static inline bool step_engine_going(enum step_engine_state state)
+{
+    return ((uint8_t)state & 1u) != 0;
+}
 
 // Offsets up to the runs are known to the assembly handler.
 struct step_engine {
@@ -52,13 +59,14 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 struct step_load step_engine_next(struct step_engine *engine,
                                   const struct step_ring *ring);
 
-// A new beginning behind step_engine_empty(), or after a halt: the slot at which the writer goes
+// A new beginning after a halt: the slot at which the writer goes
 // on. With the step interrupt off.
 uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring);
 
-// Nothing more of what stands in the ring, the rest of a run included: empty from here on. With the
-// step interrupt off, and short for that reason.
-static inline void step_engine_empty(struct step_engine *engine, struct step_ring *ring)
+// Nothing more of what stands in the ring, the rest of a run included. True out of a line: then the
+// ring is not looked at any more, whatever the writer does. With the step interrupt off, and short
+// for that reason.
+static inline bool step_engine_halt(struct step_engine *engine, struct step_ring *ring)
 {
     int8_t left = engine->left;
 
@@ -67,6 +75,12 @@ static inline void step_engine_empty(struct step_engine *engine, struct step_rin
         engine->cut = left;
         engine->left = 0;
     }
+    if (engine->state != STEP_ENGINE_IN_LINE) {
+        return false;
+    }
+    engine->state = STEP_ENGINE_HALTING;
+    engine->pulse = false;
+    return true;
 }
 
 static inline uint8_t step_engine_size(int8_t left)

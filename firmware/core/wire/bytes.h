@@ -4,9 +4,17 @@
 
 #include <stdint.h>
 
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a word's low byte comes first");
+
+// Through a union: of shifts avr-gcc makes one load and an exchange of its bytes.
 static inline uint16_t get_word(const uint8_t *bytes)
 {
-    return (uint16_t)(((uint16_t)bytes[0] << 8) | bytes[1]);
+    union {
+        uint8_t byte[2];
+        uint16_t word;
+    } both = {.byte = {bytes[1], bytes[0]}};
+
+    return both.word;
 }
 
 static inline void put_word(uint8_t *bytes, uint16_t word)

@@ -1,81 +1,116 @@
 // SPDX-License-Identifier: MIT
 #include "wire/frame.h"
 
+#include "base/apart.h" // APART
+#include "base/flash.h" // IN_FLASH
 #include "wire/crc16.h" // crc16
 
 #define FRAME_MIN_BYTES 4u
+#define FUNCTIONS       25u // those with a place in the table
+#define IDENTIFICATION  43u // the one that is served outside of it
+#define READ_STATUS     7u
+#define EXCEPTION       0x80u
 
+// A length: so many bytes, and as many more as a byte of the frame says; which one, in bits 4, 5.
+#define FIXED(bytes) (bytes)
+#define COUNTED(bytes, at)                                                               \
+    ((bytes) | ((at) == 2u ? 0x10u : (at) == 6u ? 0x20u : 0x30u)) // 2, 6 or 10
+#define RULE_AT(rule)    (((rule) >> 2 & 0x0Cu) - 2u)
+#define RULE_COUNT(rule) (((rule) & 0x30u) != 0)
+#define RULE_BYTES(rule) ((rule) & 0x0Fu)
+
+#define SERVED (RULE_SERVED)
+#define TO_ALL (RULE_SERVED | RULE_BROADCAST)
+
+// Every function that has a place in the standard.
+static const char requests[FUNCTIONS] IN_FLASH = {
+    [1] = (char)(SERVED | FIXED(8u)),
+    [2] = (char)(SERVED | FIXED(8u)),
+    [3] = (char)(SERVED | FIXED(8u)),
+    [4] = (char)(SERVED | FIXED(8u)),
+    [5] = (char)(TO_ALL | FIXED(8u)),
+    [6] = (char)(TO_ALL | FIXED(8u)),
+    [7] = (char)FIXED(4u),
+    [8] = (char)(SERVED | FIXED(8u)),
+    [11] = (char)FIXED(4u),
+    [12] = (char)FIXED(4u),
+    [15] = (char)(TO_ALL | COUNTED(9u, 6u)),
+    [16] = (char)(TO_ALL | COUNTED(9u, 6u)),
+    [17] = (char)(SERVED | FIXED(4u)),
+    [20] = (char)((SERVER_FILES ? SERVED : 0u) | COUNTED(5u, 2u)),
+    [21] = (char)COUNTED(5u, 2u),
+    [22] = (char)(TO_ALL | FIXED(10u)),
+    [23] = (char)(SERVED | COUNTED(13u, 10u)),
+    [24] = (char)FIXED(6u),
+};
 void frame_reset(struct frame *frame)
 {
-    frame->length = 0;
-    frame->ignoring = false;
+    frame->tried = 0;
 }
 
-// Bytes of a request with this function code; 0 when only silence can tell.
-static uint16_t predicted_length(const struct frame *frame)
+uint8_t frame_rule(uint8_t function)
 {
-    if (frame->length < 2) {
-        return 0;
+    if (function == IDENTIFICATION) {
+        return SERVED | FIXED(7u);
     }
-    switch (frame->bytes[1]) {
-    case 3:
-    case 4:
-    case 6:
-        return 8;
-    case 16:
-        return frame->length < 7 ? 0 : (uint16_t)(9u + frame->bytes[6]);
-    case 17:
-        return 4;
-    default:
-        return 0;
-    }
+    return function < FUNCTIONS ? (uint8_t)flash_char(&requests[function]) : 0;
 }
 
-static enum frame_status judge(const struct frame *frame, uint8_t address)
+uint16_t frame_length_by(const struct frame *frame, uint8_t rule)
 {
-    if (frame->bytes[0] != address && frame->bytes[0] != 0) {
-        return FRAME_FOREIGN;
-    }
-    if (frame->length < FRAME_MIN_BYTES || crc16(frame->bytes, frame->length) != 0) {
-        return FRAME_BAD;
-    }
-    return FRAME_READY;
+    uint16_t length = RULE_BYTES(rule);
+
+    return RULE_COUNT(rule) ? (uint16_t)(length + frame->bytes[RULE_AT(rule)]) : length;
 }
 
-enum frame_status frame_byte(struct frame *frame, uint8_t byte, uint8_t address)
+// A reply's form, from the request's: what all may be told is answered by its beginning.
+static uint8_t reply_rule(uint8_t function, uint8_t rule)
 {
-    if (frame->ignoring) {
+    if ((function & EXCEPTION) != 0 || function == READ_STATUS) {
+        return FIXED(5u);
+    }
+    return (rule & RULE_BROADCAST) != 0 ? FIXED(8u) : COUNTED(5u, 2u);
+}
+
+static APART bool ends_at(struct frame *frame, uint16_t length)
+{
+    if (length < FRAME_MIN_BYTES || length > frame->received) {
+        return false;
+    }
+    frame->length = length;
+    return crc16(frame->bytes, length) == 0;
+}
+
+static APART bool ends_by(struct frame *frame, uint8_t rule)
+{
+    uint16_t length = frame_length_by(frame, rule);
+
+    return length > frame->tried && ends_at(frame, length);
+}
+
+enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
+{
+    uint16_t received = frame->received;
+    uint8_t function = frame->bytes[1];
+    uint8_t rule = frame_rule(function);
+    bool foreign = frame->bytes[0] != address && frame->bytes[0] != 0;
+
+    if (received == 0) {
         return FRAME_PARTIAL;
     }
-    if (frame->length == FRAME_MAX_BYTES) {
-        frame->ignoring = true;
-        return FRAME_BAD;
-    }
-    frame->bytes[frame->length] = byte;
-    frame->length++;
-    if (frame->bytes[0] != address && frame->bytes[0] != 0) {
-        frame->ignoring = true;
-        return FRAME_FOREIGN;
-    }
-    if (frame->length == predicted_length(frame)) {
-        enum frame_status status = judge(frame, address);
-        // A wrong checksum may only mean a request of another shape: silence decides.
-        return status == FRAME_READY ? FRAME_READY : FRAME_PARTIAL;
-    }
-    return FRAME_PARTIAL;
-}
-
-enum frame_status frame_silence(struct frame *frame, uint8_t address)
-{
-    enum frame_status status = FRAME_PARTIAL;
-
-    if (frame->length != 0 && !frame->ignoring) {
-        status = judge(frame, address);
-    }
-    if (status != FRAME_READY) {
+    // A wrong checksum may only mean a frame of another shape: what follows decides.
+    if (ends_by(frame, rule) || (foreign && ends_by(frame, reply_rule(function, rule))) ||
+        (ended && ends_at(frame, received))) {
         frame_reset(frame);
+        return foreign ? FRAME_FOREIGN : FRAME_READY;
     }
-    return status;
+    frame->tried = received;
+    if (!ended) {
+        return FRAME_PARTIAL;
+    }
+    frame->length = received;
+    frame_reset(frame);
+    return FRAME_BAD;
 }
 
 uint16_t frame_seal(struct frame *frame, uint16_t length)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Receives one Modbus RTU frame, byte by byte. A frame ends when its length is known from its
-// function code and reached, or with silence. Time is the caller's: it reports silence as an event.
+// Finds the frames of Modbus RTU in the bytes of a line: requests for this board or for all, and
+// whatever else goes over the line, requests to other boards and their replies. A frame ends where
+// its function says so and its checksum agrees, or with silence. Time is the caller's.
 #pragma once
 
 #include <stdbool.h>
@@ -8,26 +9,43 @@
 
 #define FRAME_MAX_BYTES 256u
 
+// Function 20, reading files, is served: 1 or, where flash is short, 0.
+#ifndef SERVER_FILES
+#define SERVER_FILES 1
+#endif
+
 enum frame_status {
-    FRAME_PARTIAL,
-    FRAME_READY, // address and checksum are right: bytes[0..length-3] hold address and PDU
-    FRAME_FOREIGN, // for somebody else; the rest up to the next silence is ignored
-    FRAME_BAD,     // checksum or length wrong; ignored up to the next silence
+    FRAME_PARTIAL, // nothing yet
+    FRAME_READY,   // for us or, address 0, for all: bytes[0..length-3] hold address and PDU
+    FRAME_FOREIGN, // for somebody else, or from there
+    FRAME_BAD,     // ended by silence with a wrong checksum
 };
 
 struct frame {
+    uint16_t length;   // of the frame at the front
+    uint16_t received; // bytes so far, of this frame and of what follows it
+    uint16_t tried;    // no frame ends at so many bytes or before
+    uint8_t reply;     // bytes of the reply that the server has made of it
     uint8_t bytes[FRAME_MAX_BYTES];
-    uint16_t length;
-    bool ignoring; // up to the next silence
 };
 
+// Begin anew.
 void frame_reset(struct frame *frame);
 
-// One byte from the line. address: ours; 0 on the line is broadcast and ready as well.
-enum frame_status frame_byte(struct frame *frame, uint8_t byte, uint8_t address);
+// Look at the bytes received so far. ended: silence follows them. Unless the answer is
+// FRAME_PARTIAL frame->length says how many bytes it is about; the next look is at those after them.
+// Takes up to 30 cycles for each byte.
+enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address);
 
-// The line was silent for 3.5 characters.
-enum frame_status frame_silence(struct frame *frame, uint8_t address);
+// A function's request as frame_rule() knows it.
+#define RULE_SERVED    0x40u // by the server
+#define RULE_BROADCAST 0x80u // when it goes to all, too
+
+// RULE_* bits of a function's request, and in the rest how its length is found; 0: unknown.
+uint8_t frame_rule(uint8_t function);
+
+// Bytes of the frame at the front, if it is such a request; 0 when only silence can tell.
+uint16_t frame_length_by(const struct frame *frame, uint8_t rule);
 
 // Append the checksum to `length` bytes; returns the length to send.
 uint16_t frame_seal(struct frame *frame, uint16_t length);

@@ -17,9 +17,11 @@
 #define INPUT_AXIS(offset, name, type, unit, meaning) REG_AXIS_##name = (offset),
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     REG_HOLDING_##name = (address),
+#define COMMAND HOLDING
 enum register_address {
 #include "wire/registers.def"
 };
 #undef INPUT
 #undef INPUT_AXIS
+#undef COMMAND
 #undef HOLDING

@@ -1,140 +1,345 @@
 // SPDX-License-Identifier: MIT
 #include "wire/server.h"
 
-#include "wire/bytes.h" // get_word, put_word
+#include "base/apart.h"        // APART
+#include "wire/bytes.h"        // get_word, put_word
+#include "wire/files.h"        // files_read
+#include "wire/register_map.h" // REG_INPUT_status
 
+#define READ_MAX_BITS   2000u
 #define READ_MAX_WORDS  125u
-#define WRITE_MAX_WORDS 123u
+#define WRITE_MAX_BYTES 246u // 1968 bits, 123 words
 
-#define FUNCTION_READ_HOLDING 3u
-#define FUNCTION_READ_INPUT   4u
-#define FUNCTION_WRITE_ONE    6u
-#define FUNCTION_WRITE_MANY   16u
-#define FUNCTION_IDENTIFY     17u
+enum function {
+    READ_COILS = SERVER_COILS,
+    READ_DISCRETE = SERVER_DISCRETE,
+    READ_HOLDING = 3,
+    READ_INPUT = 4,
+    WRITE_COIL = 5,
+    WRITE_WORD = 6,
+    DIAGNOSE = 8,
+    WRITE_COILS = 15,
+    WRITE_WORDS = 16,
+    IDENTIFY = 17,
+    READ_FILES = 20,
+    MASK_WORD = 22,
+    WRITE_AND_READ = 23,
+    READ_DEVICE = 43,
+};
 
-// Bytes of address and PDU in a request, without the checksum.
-static uint16_t request_bytes(const struct frame *frame)
+// Sub-functions of DIAGNOSE.
+enum diagnosis {
+    LOOPBACK = 0,
+    RESTART = 1,
+    DIAGNOSTIC_REGISTER = 2,
+    INPUT_DELIMITER = 3, // of another transmission mode
+    LISTEN_ONLY = 4,
+    CLEAR_COUNTERS = 10,
+    FIRST_COUNTER = 11,
+    LAST_COUNTER = 18,
+};
+
+#define REPLY_TO_WRITE 6u // address, function, first, number
+#define ON             0xFFu
+
+#define DEVICE_MEI      14u // the kind of function 43 that is served
+#define DEVICE_CODES    4u  // basic, regular, extended, individual
+#define DEVICE_OBJECTS  3u
+#define DEVICE_CONFORMS 0x81u // basic; by stream and individually
+#define IDENTITY_MAX    64u
+#define IDENTITY_AT     128u // in the frame, beside the reply that is made of it
+
+// Data by the function that reads it. Quantity, then address.
+static APART enum modbus_exception check(uint16_t address, uint16_t count, uint8_t data)
 {
-    return (uint16_t)(frame->length - 2u);
+    bool mapped = false;
+
+    if ((uint16_t)(count - 1u) >= (data >= READ_HOLDING ? READ_MAX_WORDS : READ_MAX_BITS)) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    if (data == READ_INPUT) {
+        mapped = data_input_mapped(address, count);
+    } else if (data == READ_HOLDING) {
+        mapped = data_holding_mapped(address, count);
+    } else {
+        mapped = data_bits_mapped(address, count, data);
+    }
+    return mapped ? MODBUS_OK : MODBUS_ILLEGAL_ADDRESS;
 }
 
-static enum modbus_exception read_words(struct frame *frame,
-                                        uint16_t *reply_bytes,
-                                        bool input)
+// What is mapped is less than 256 bits.
+static APART enum modbus_exception read(struct frame *frame,
+                                        uint16_t address,
+                                        uint16_t count,
+                                        uint8_t data)
 {
-    uint8_t *bytes = frame->bytes;
+    uint8_t *to = &frame->bytes[3];
+    uint8_t left = (uint8_t)count;
+    uint8_t bit = 0;
+    enum modbus_exception exception = check(address, count, data);
 
-    if (request_bytes(frame) != 6) {
-        return MODBUS_ILLEGAL_VALUE;
+    if (exception != MODBUS_OK) {
+        return exception;
     }
-    uint16_t address = get_word(&bytes[2]);
-    uint16_t count = get_word(&bytes[4]);
-
-    if (count == 0 || count > READ_MAX_WORDS) {
-        return MODBUS_ILLEGAL_VALUE;
-    }
-    if (!(input ? data_input_mapped(address, count)
-                : data_holding_mapped(address, count))) {
-        return MODBUS_ILLEGAL_ADDRESS;
-    }
-    bytes[2] = (uint8_t)(2u * count);
-    for (uint16_t i = 0; i < count; i++) {
-        uint16_t at = (uint16_t)(address + i);
-        put_word(&bytes[3u + 2u * i], input ? data_input(at) : data_holding(at));
-    }
-    *reply_bytes = (uint16_t)(3u + 2u * count);
+    do {
+        if (data >= READ_HOLDING) {
+            put_word(to,
+                     data == READ_INPUT ? data_input(address) : data_holding(address));
+            to += 2;
+        } else {
+            if (bit == 0) {
+                *to++ = 0;
+                bit = 1;
+            }
+            if (data_bit(address, data)) {
+                to[-1] |= bit;
+            }
+            bit = (uint8_t)(bit << 1);
+        }
+        address++;
+    } while (--left != 0);
+    frame->reply = (uint8_t)(to - frame->bytes);
+    frame->bytes[2] = (uint8_t)(frame->reply - 3u);
     return MODBUS_OK;
 }
 
-static enum modbus_exception write_one(struct frame *frame, uint16_t *reply_bytes)
+// `from`: the data in the request. As many of them as fit a frame is what the standard allows.
+static APART enum modbus_exception write(uint16_t address,
+                                         uint16_t count,
+                                         const uint8_t *from,
+                                         uint8_t data)
+{
+    enum modbus_exception exception = check(address, count, data);
+
+    if (exception != MODBUS_OK) {
+        return exception;
+    }
+    return data == READ_COILS ? data_write_coils(address, count, from)
+                              : data_write(address, count, from);
+}
+
+// In the place of the checksum: of a request to all nothing behind it is ours.
+static const uint8_t *masked(uint8_t *bytes, uint16_t address)
+{
+    uint16_t keep = get_word(&bytes[4]);
+    uint16_t set = get_word(&bytes[6]);
+
+    put_word(&bytes[8], (uint16_t)(((data_holding(address) ^ set) & keep) ^ set));
+    return &bytes[8];
+}
+
+static enum modbus_exception write_and_read(struct frame *frame,
+                                            uint16_t address,
+                                            uint16_t count)
 {
     uint8_t *bytes = frame->bytes;
 
-    if (request_bytes(frame) != 6) {
+    if (bytes[8] != 0 || bytes[9] == 0 || bytes[10] != (uint8_t)(2u * bytes[9])) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    uint16_t address = get_word(&bytes[2]);
+    enum modbus_exception exception = check(address, count, READ_HOLDING);
 
-    if (!data_holding_mapped(address, 1)) {
-        return MODBUS_ILLEGAL_ADDRESS;
+    if (exception == MODBUS_OK) {
+        exception = write(get_word(&bytes[6]), bytes[9], &bytes[11], READ_HOLDING);
     }
-    *reply_bytes = 6;
-    return data_write(address, 1, &bytes[4]);
+    return exception != MODBUS_OK ? exception
+                                  : read(frame, address, count, READ_HOLDING);
 }
 
-static enum modbus_exception write_many(struct frame *frame, uint16_t *reply_bytes)
+static enum modbus_exception write_many(struct frame *frame,
+                                        uint16_t address,
+                                        uint16_t count)
 {
     uint8_t *bytes = frame->bytes;
+    bool words = bytes[1] == WRITE_WORDS;
+    uint8_t byte_count = bytes[6];
 
-    if (request_bytes(frame) < 7) {
+    frame->reply = REPLY_TO_WRITE;
+    if (byte_count > WRITE_MAX_BYTES ||
+        (words ? byte_count != (uint8_t)(2u * count)
+               : (uint16_t)(8u * byte_count - count) >= 8u)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    uint16_t address = get_word(&bytes[2]);
-    uint16_t count = get_word(&bytes[4]);
-
-    if (count == 0 || count > WRITE_MAX_WORDS || bytes[6] != 2u * count ||
-        request_bytes(frame) != 7u + 2u * count) {
-        return MODBUS_ILLEGAL_VALUE;
-    }
-    if (!data_holding_mapped(address, count)) {
-        return MODBUS_ILLEGAL_ADDRESS;
-    }
-    *reply_bytes = 6;
-    return data_write(address, count, &bytes[7]);
+    return write(address, count, &bytes[7], words ? READ_HOLDING : READ_COILS);
 }
 
-static enum modbus_exception identify(struct frame *frame, uint16_t *reply_bytes)
+// The request comes back, with a number in the place of its data.
+static enum modbus_exception diagnose(struct frame *frame,
+                                      struct server_counters *counters)
 {
     uint8_t *bytes = frame->bytes;
+    uint8_t which = bytes[3];
+    uint16_t answer = 0;
 
-    if (request_bytes(frame) != 2) {
-        return MODBUS_ILLEGAL_VALUE;
-    }
-    uint8_t text = data_identity(&bytes[5], 64);
-    bytes[2] = (uint8_t)(text + 2u);
-    bytes[3] = data_server_id();
-    bytes[4] = data_running() ? 0xFF : 0x00;
-    *reply_bytes = (uint16_t)(5u + text);
-    return MODBUS_OK;
-}
-
-static enum modbus_exception serve_function(struct frame *frame, uint16_t *reply_bytes)
-{
-    bool broadcast = frame->bytes[0] == 0;
-
-    switch (frame->bytes[1]) {
-    case FUNCTION_READ_HOLDING:
-    case FUNCTION_READ_INPUT:
-        return broadcast ? MODBUS_OK
-                         : read_words(frame,
-                                      reply_bytes,
-                                      frame->bytes[1] == FUNCTION_READ_INPUT);
-    case FUNCTION_WRITE_ONE:
-        return write_one(frame, reply_bytes);
-    case FUNCTION_WRITE_MANY:
-        return write_many(frame, reply_bytes);
-    case FUNCTION_IDENTIFY:
-        return broadcast ? MODBUS_OK : identify(frame, reply_bytes);
-    default:
+    if (bytes[2] != 0 || which > LAST_COUNTER || which == INPUT_DELIMITER ||
+        (which > LISTEN_ONLY && which < CLEAR_COUNTERS)) {
         return MODBUS_ILLEGAL_FUNCTION;
     }
+    if (which == LOOPBACK) {
+        return MODBUS_OK;
+    }
+    if (frame->reply != REPLY_TO_WRITE || bytes[5] != 0 ||
+        (bytes[4] != 0 && (bytes[4] != ON || which != RESTART))) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    if (which >= FIRST_COUNTER) {
+        answer = counters->all[which - FIRST_COUNTER];
+    } else if (which == DIAGNOSTIC_REGISTER) {
+        answer = data_input(REG_INPUT_status);
+    } else if (which == LISTEN_ONLY) {
+        counters->listen_only = true;
+    } else {
+        // Two functions: who may be here in listen-only mode asks for its end.
+        *counters = (struct server_counters){0};
+        return MODBUS_OK;
+    }
+    put_word(&bytes[4], answer);
+    return MODBUS_OK;
 }
 
-uint16_t server_serve(struct frame *frame, struct server_counters *counters)
+static enum modbus_exception identify(struct frame *frame)
 {
-    uint16_t reply_bytes = 0;
-    bool broadcast = frame->bytes[0] == 0;
-    enum modbus_exception exception = serve_function(frame, &reply_bytes);
+    uint8_t *bytes = frame->bytes;
+    uint8_t text = data_identity(&bytes[5], IDENTITY_MAX);
+
+    bytes[2] = (uint8_t)(text + 2u);
+    bytes[3] = data_server_id();
+    bytes[4] = data_running() ? ON : 0x00;
+    frame->reply = (uint8_t)(5u + text);
+    return MODBUS_OK;
+}
+
+// The words of the identity as objects, from the one asked for on, or that one.
+static enum modbus_exception read_device(struct frame *frame)
+{
+    uint8_t *bytes = frame->bytes;
+    uint8_t first = bytes[4];
+    bool one = bytes[3] == DEVICE_CODES;
+
+    if (bytes[2] != DEVICE_MEI) {
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+    if ((uint8_t)(bytes[3] - 1u) >= DEVICE_CODES) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    if (first >= DEVICE_OBJECTS) {
+        if (one) {
+            return MODBUS_ILLEGAL_ADDRESS;
+        }
+        first = 0;
+    }
+    uint8_t *from = &bytes[IDENTITY_AT];
+    uint8_t *to = &bytes[8];
+
+    from[data_identity(from, IDENTITY_MAX)] = ' ';
+    bytes[4] = DEVICE_CONFORMS;
+    bytes[5] = 0; // nothing follows
+    bytes[6] = 0;
+    bytes[7] = 0; // objects
+    for (uint8_t i = 0; i < DEVICE_OBJECTS; i++) {
+        uint8_t *object = to;
+        for (to += 2; *from != ' '; from++) {
+            *to++ = *from;
+        }
+        from++;
+        object[0] = i;
+        object[1] = (uint8_t)(to - object - 2);
+        if (i < first) {
+            to = object;
+            continue;
+        }
+        bytes[7]++;
+        if (one) {
+            break;
+        }
+    }
+    frame->reply = (uint8_t)(to - bytes);
+    return MODBUS_OK;
+}
+
+static enum modbus_exception serve_function(struct frame *frame,
+                                            struct server_counters *counters)
+{
+    uint8_t *bytes = frame->bytes;
+    uint16_t first = get_word(&bytes[2]);
+    uint16_t second = get_word(&bytes[4]);
+
+    switch ((enum function)bytes[1]) {
+    case WRITE_COIL:
+        if (bytes[5] != 0 || (uint8_t)(bytes[4] + 1u) > 1u) {
+            return MODBUS_ILLEGAL_VALUE;
+        }
+        return write(first, 1, &bytes[4], READ_COILS);
+    case WRITE_WORD:
+        return write(first, 1, &bytes[4], READ_HOLDING);
+    case DIAGNOSE:
+        return diagnose(frame, counters);
+    case WRITE_COILS:
+    case WRITE_WORDS:
+        return write_many(frame, first, second);
+    case IDENTIFY:
+        return identify(frame);
+    case READ_FILES:
+        return SERVER_FILES ? files_read(frame) : MODBUS_ILLEGAL_FUNCTION;
+    case MASK_WORD:
+        return write(first, 1, masked(bytes, first), READ_HOLDING);
+    case WRITE_AND_READ:
+        return write_and_read(frame, first, second);
+    case READ_DEVICE:
+        return read_device(frame);
+    case READ_COILS:
+    case READ_DISCRETE:
+    case READ_HOLDING:
+    case READ_INPUT:
+    default:
+        return read(frame, first, second, bytes[1]);
+    }
+}
+
+// Function, then the request's length; most replies are as long as what they repeat.
+static enum modbus_exception serve_checked(struct frame *frame,
+                                           uint8_t rule,
+                                           struct server_counters *counters)
+{
+    if ((rule & RULE_SERVED) == 0) {
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+    if (frame->length != frame_length_by(frame, rule) && frame->bytes[1] != DIAGNOSE) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    frame->reply = (uint8_t)(frame->length - 2u);
+    return serve_function(frame, counters);
+}
+
+static bool is_restart(const uint8_t *bytes)
+{
+    return bytes[1] == DIAGNOSE && bytes[2] == 0 && bytes[3] == RESTART;
+}
+
+uint8_t server_serve(struct frame *frame, struct server_counters *counters)
+{
+    uint8_t *bytes = frame->bytes;
+    uint8_t rule = frame_rule(bytes[1]);
+    bool mute = counters->listen_only || bytes[0] == 0;
+    enum modbus_exception exception = MODBUS_OK;
 
     counters->frames_ok++;
-    if (broadcast) {
+    if ((bytes[0] != 0 || (rule & RULE_BROADCAST) != 0) &&
+        (!counters->listen_only || is_restart(bytes))) {
+        exception = serve_checked(frame, rule, counters);
+    }
+    if (mute || counters->listen_only) {
+        counters->no_replies++;
         return 0;
     }
     if (exception != MODBUS_OK) {
         counters->exceptions++;
-        frame->bytes[1] |= 0x80u;
-        frame->bytes[2] = (uint8_t)exception;
-        reply_bytes = 3;
+        if (exception == MODBUS_BUSY) {
+            counters->busy_replies++;
+        }
+        bytes[1] |= 0x80u;
+        bytes[2] = (uint8_t)exception;
+        return 3;
     }
-    return reply_bytes;
+    return frame->reply;
 }

@@ -3,6 +3,11 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <avr/wdt.h>
+
+// Behind the last of the program's data, where the linker says that the stack's room begins.
+#define CANARY 0xC5A3u
+extern volatile uint16_t canary __asm__("__heap_start");
 
 static uint8_t reset_cause;
 static uint8_t address_strap;
@@ -15,6 +20,22 @@ void cpu_start(void)
     MCUSR = 0;
     WDTCSR = (uint8_t)(_BV(WDCE) | _BV(WDE));
     WDTCSR = 0;
+    canary = CANARY;
+}
+
+void cpu_watchdog_start(void)
+{
+    wdt_enable(WDTO_120MS);
+}
+
+void cpu_watchdog_feed(void)
+{
+    wdt_reset();
+}
+
+bool cpu_stack_intact(void)
+{
+    return canary == CANARY;
 }
 
 void cpu_start_interrupts(void)

@@ -113,7 +113,7 @@
 .macro give_way_if_halted engine, mask
     lds r24, \engine + STEP_ISR_STATE
     cpi r24, 2
-    brne .Lstays\@
+    brlo .Lstays\@
     give_way \mask
 .Lstays\@:
 .endm

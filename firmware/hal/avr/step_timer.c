@@ -81,12 +81,44 @@ struct step_ring *step_timer_ring(uint8_t axis)
     }
 // The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Clearing
 // the overflow flag does what serving it would have done, so that a capture can tell periods apart.
-// Budget: 60 cycles.
+// The registers hold an idle period already, unless the axis was halted from outside (below).
+#define LOAD_IDLE(axis, timer)                                                           \
+    do {                                                                                 \
+        OCR##timer##B = QUIET_TICKS;                                                     \
+        OCR##timer##A = STEP_IDLE_TICKS - 1u;                                            \
+        TIFR##timer = (uint8_t)_BV(TOV##timer);                                          \
+        step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
+        step_engines[axis].idle_count++;                                                 \
+    } while (0)
+// Budget: 70 cycles.
 #define HALTED_HANDLER(axis, timer)                                                      \
     ISR(TIMER##timer##_COMPA_vect)                                                       \
     {                                                                                    \
-        TIFR##timer = (uint8_t)_BV(TOV##timer);                                          \
-        step_engines[axis].idle_count++;                                                 \
+        LOAD_IDLE(axis, timer);                                                          \
+    }
+// From now on the compare A interrupt serves the axis and loads idle periods. Its flag is a stale
+// one unless this period's end is what set it; an end that comes while it is being cleared is
+// served here.
+//
+//     TOV   compare A
+//     no    stale, cleared: the next end sets it
+//     yes   set at the same instant: it comes as soon as interrupts are on
+//     yes   cleared: the end came between the two looks
+#define HALT_AXIS(axis, timer)                                                           \
+    ATOMIC_BLOCK(ATOMIC_FORCEON)                                                         \
+    {                                                                                    \
+        if ((CONFIG_AXES == 1 || which == (axis)) &&                                     \
+            step_engine_halt(&step_engines[axis], &step_rings[axis])) {                  \
+            TIMSK##timer =                                                               \
+                (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A));     \
+            if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \
+                TIFR##timer = (uint8_t)_BV(OCF##timer##A);                               \
+                if ((TIFR##timer & (_BV(TOV##timer) | _BV(OCF##timer##A))) ==            \
+                    _BV(TOV##timer)) {                                                   \
+                    LOAD_IDLE(axis, timer);                                              \
+                }                                                                        \
+            }                                                                            \
+        }                                                                                \
     }
 // The next period began before its successor was loaded, so the step after it would be late: the
 // assembly half has taken the pin from the timer before that edge. Interrupts off.
@@ -103,6 +135,12 @@ struct step_ring *step_timer_ring(uint8_t axis)
     COMMAND_HANDLER(axis, timer) HALTED_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
+
+void step_timer_halt(uint8_t which){
+#define BOARD_AXIS(axis, timer) HALT_AXIS(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+}
 
 // Compare registers are not buffered in mode 0: load them there, then enter mode 15, stopped.
 #define PREPARE_FUNCTION(timer)                                                          \
@@ -191,6 +229,13 @@ enum step_engine_state step_timer_state(uint8_t axis)
     return (enum step_engine_state)step_engines[axis].state;
 }
 
+uint8_t step_timer_beat(uint8_t axis)
+{
+    const struct step_engine *engine = &step_engines[axis];
+
+    return (uint8_t)(engine->tail + (uint8_t)engine->left + (uint8_t)engine->idle_count);
+}
+
 bool step_timer_release(uint8_t axis,
                         struct feed *feed,
                         uint32_t delay_ticks,
@@ -210,17 +255,6 @@ bool step_timer_release(uint8_t axis,
         feed_front_released(feed, delay_ticks);
     }
     return released;
-}
-
-void step_timer_empty(uint8_t axis)
-{
-    struct step_engine *engine = &step_engines[axis];
-    struct step_ring *ring = &step_rings[axis];
-
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
-        step_engine_empty(engine, ring);
-    }
 }
 
 // The overflow interrupt takes over again from the one of a halted axis.

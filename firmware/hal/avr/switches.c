@@ -5,6 +5,7 @@
 #include <util/atomic.h>
 #include <util/delay_basic.h>
 
+#include "base/apart.h"    // APART
 #include "config.h"        // CONFIG_*
 #include "hal/avr/board.h" // BOARD_FILE
 #include "hal/avr/capture.h"
@@ -105,7 +106,7 @@ bool switch_capture_waiting(void)
 // and the capture's own stages have settled is forgotten.
 #define SETTLE_LOOPS 6 // of three cycles
 
-static void choose(uint8_t axis, uint8_t comparator, bool rising)
+static APART void choose(uint8_t axis, uint8_t comparator, bool rising)
 {
     struct switch_capture stale;
 

@@ -1,31 +1,32 @@
 // SPDX-License-Identifier: MIT
-// USART 0: 8E1. Interrupt handlers only move one byte. Receiving pauses while sending: the line is
-// half duplex, so only one of the three handlers is active at a time.
+// USART 0, and timer 2 for silences. Interrupt handlers only move one byte. Receiving pauses while
+// sending: the line is half duplex, so only one of the three handlers is active at a time.
+//
+// Every byte sets timer 2 back to 0; its compare flag, for which no interrupt is enabled, is the
+// silence: the next byte's handler and the main loop find it there, however late they look.
 #include "hal/uart.h"
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
-#include <util/atomic.h>
 
-#include "config.h"       // CONFIG_BAUD
 #include "hal/avr/pins.h" // pins_write_rs485
 
-// The main loop may be away for so many characters: 3 ms at 115200 baud 8E1, or 12 ms.
-#if defined(CONFIG_BOARD_UNO)
-#define RECEIVE_SLOTS 32u
-#else
-#define RECEIVE_SLOTS 128u
-#endif
-#define UBRR_VALUE ((CONFIG_TIMER_HZ + 4uL * CONFIG_BAUD) / (8uL * CONFIG_BAUD) - 1uL)
+// Timer 2 counts 16 us, or 64 us where its eight bits would not do.
+#define COUNT_16US ((uint8_t)(_BV(CS22) | _BV(CS21)))
+#define COUNT_64US ((uint8_t)(_BV(CS22) | _BV(CS21) | _BV(CS20)))
 
-static volatile uint8_t received[RECEIVE_SLOTS];
-static volatile uint8_t receive_head; // written by the interrupt (free running)
-static volatile uint8_t receive_tail; // written by the main loop
+#define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
+#define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
+
+static uint8_t *buffer;
+
+// Where the next byte goes to or comes from, and where that ends.
+static uint8_t *volatile next;
+static uint8_t *volatile end;
+
+// Bytes received before the first silence behind any; 0 there was none, or all the buffer holds.
+static volatile uint8_t gap;
 static volatile uint8_t overruns;
-
-static const uint8_t *volatile send_next;
-static volatile uint16_t send_left;
-static volatile bool sending;
 
 #if defined(USART_RX_vect)
 #define RECEIVE_VECTOR  USART_RX_vect
@@ -37,118 +38,185 @@ static volatile bool sending;
 #define COMPLETE_VECTOR USART0_TX_vect
 #endif
 
-void uart_start(void)
-{
-    UBRR0 = (uint16_t)UBRR_VALUE;
-    UCSR0A = (uint8_t)_BV(U2X0);
-    UCSR0C = (uint8_t)(_BV(UPM01) | _BV(UCSZ01) | _BV(UCSZ00));
-    UCSR0B = (uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0));
-}
-
-#define ENABLE_RECEIVE  ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
-#define ENABLE_SEND     ((uint8_t)(_BV(UDRIE0) | _BV(RXEN0) | _BV(TXEN0)))
-#define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
+// The receiver is off from the making of a reply to its end: what comes then belongs to nobody.
 #define ENABLE_NONE     ((uint8_t)(_BV(RXEN0) | _BV(TXEN0)))
+#define ENABLE_RECEIVE  ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
+#define ENABLE_MUTE     ((uint8_t)(_BV(TXEN0)))
+#define ENABLE_SEND     ((uint8_t)(_BV(UDRIE0) | _BV(TXEN0)))
+#define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(TXEN0)))
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
 // anything else: it keeps them waiting for 14 cycles. Its body is another function, an interrupt
 // handler to the compiler; it ends by taking its source in again.
-#define SERIAL_HANDLER(vector, body)                                                     \
+#define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \
     ISR(vector, ISR_NAKED)                                                               \
     {                                                                                    \
         __asm__ volatile(                                                                \
             "push r24\n\t"                                                               \
-            "ldi r24, %[none]\n\t"                                                       \
+            "ldi r24, %[mask]\n\t"                                                       \
             "sts %[control], r24\n\t"                                                    \
             "sei\n\t"                                                                    \
             "pop r24\n\t"                                                                \
             "rjmp __vector_" #body                                                       \
             :                                                                            \
-            : [none] "M"(ENABLE_NONE), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));            \
+            : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));                 \
     }                                                                                    \
     static void serial_##body(void)
 
-static inline void store(uint8_t status, uint8_t byte)
-{
-    uint8_t head = receive_head;
-
-    // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails.
-    if ((status & (_BV(FE0) | _BV(UPE0))) != 0) {
-        return;
-    }
-    if ((status & _BV(DOR0)) != 0 || (uint8_t)(head - receive_tail) == RECEIVE_SLOTS) {
-        overruns++;
-        return;
-    }
-    received[head & (RECEIVE_SLOTS - 1u)] = byte;
-    receive_head = (uint8_t)(head + 1u);
-}
-
-// Budget: 110 cycles, once a character (1528 cycles at 115200 baud).
-SERIAL_HANDLER(RECEIVE_VECTOR, receive)
+// Budget: 110 cycles, once a character (176 cycles at 1,000,000 baud).
+SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
 {
     uint8_t status = UCSR0A;
+    uint8_t byte = UDR0;
+    uint8_t *to = next;
 
-    store(status, UDR0);
+    TCNT2 = 0;
+    if ((TIFR2 & _BV(OCF2A)) != 0) {
+        TIFR2 = (uint8_t)_BV(OCF2A);
+        if (gap == 0) {
+            gap = (uint8_t)((uint8_t)(uintptr_t)to - (uint8_t)(uintptr_t)buffer);
+        }
+    }
+    if ((status & _BV(DOR0)) != 0) {
+        overruns++;
+    }
+    // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails.
+    if ((status & (_BV(FE0) | _BV(UPE0))) == 0 && to != end) {
+        *to = byte;
+        next = to + 1;
+    }
     UCSR0B = ENABLE_RECEIVE;
 }
 
 // Budget: 110 cycles, once a character.
-SERIAL_HANDLER(EMPTY_VECTOR, send)
+SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
 {
-    const uint8_t *next = send_next;
-    uint16_t left = (uint16_t)(send_left - 1u);
+    uint8_t *from = next;
 
-    UDR0 = *next;
-    send_next = next + 1;
-    send_left = left;
-    UCSR0B = left == 0 ? ENABLE_COMPLETE : ENABLE_SEND;
+    UDR0 = *from;
+    from++;
+    next = from;
+    UCSR0B = from == end ? ENABLE_COMPLETE : ENABLE_SEND;
 }
 
-// Budget: 130 cycles, once a reply.
-SERIAL_HANDLER(COMPLETE_VECTOR, sent)
+static inline void listen(void)
 {
-    pins_write_rs485(false);
-    // Whatever was heard while sending belongs to nobody.
-    while ((UCSR0A & _BV(RXC0)) != 0) {
-        (void)UDR0;
-    }
-    sending = false;
+    next = buffer;
+    end = buffer + UART_BUFFER_BYTES;
+    gap = 0;
     UCSR0B = ENABLE_RECEIVE;
 }
 
-bool uart_take(uint8_t *byte)
+// Budget: 130 cycles, once a reply.
+SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE)
 {
-    uint8_t tail = receive_tail;
+    pins_write_rs485(false);
+    listen();
+}
 
-    if (tail == receive_head) {
-        return false;
+void uart_listen(void)
+{
+    listen();
+}
+
+void uart_start(uint8_t *into)
+{
+    buffer = into;
+    UCSR0A = (uint8_t)_BV(U2X0);
+    uart_listen();
+}
+
+void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
+{
+    // Odd is 3 and even is 2 in the place where the setting has 1 and 2.
+    uint8_t format = parity == UART_NONE ? FORMAT_NONE
+                                         : (uint8_t)(FORMAT_ODD + _BV(UPM00) -
+                                                     (uint8_t)(parity * _BV(UPM00)));
+    uint8_t rate = (uint8_t)(divisor - 1u);
+    uint8_t count = COUNT_16US;
+
+    if (UBRR0L == rate && UCSR0C == format) {
+        return;
     }
-    *byte = received[tail & (RECEIVE_SLOTS - 1u)];
-    receive_tail = (uint8_t)(tail + 1u);
-    return true;
+    UBRR0L = rate;
+    UCSR0C = format;
+    if (silence_16us >> 8 != 0) {
+        silence_16us >>= 2;
+        count = COUNT_64US;
+    }
+    OCR2A = (uint8_t)silence_16us;
+    TCCR2B = count;
+}
+
+bool uart_silent(void)
+{
+    return (TIFR2 & _BV(OCF2A)) != 0;
+}
+
+bool uart_received(uint16_t *count)
+{
+    // In this order: a byte behind a silence that is seen here is not one of these.
+    bool ended = uart_silent();
+    cli();
+    const uint8_t *to = next;
+    sei();
+    uint8_t before_gap = gap;
+
+    *count = (uint16_t)(to - buffer);
+    if (before_gap != 0) {
+        *count = before_gap;
+        ended = true;
+    }
+    return ended;
+}
+
+void uart_drop(uint16_t count)
+{
+    uint8_t *to = buffer;
+    const uint8_t *from = buffer + count;
+
+    // The receiver is kept waiting for one byte's turn at a time; at the end nothing is left behind.
+    for (;;) {
+        UCSR0B = ENABLE_NONE;
+        if (from == next) {
+            break;
+        }
+        UCSR0B = ENABLE_RECEIVE;
+        *to = *from;
+        to++;
+        from++;
+    }
+    next = to;
+    uint8_t before_gap = gap;
+    if (before_gap != 0) {
+        gap = (uint8_t)(before_gap - count); // 0 when it was at this end
+    }
+    UCSR0B = ENABLE_RECEIVE;
+}
+
+void uart_deafen(void)
+{
+    UCSR0B = ENABLE_MUTE;
 }
 
 uint8_t uart_take_overruns(void)
 {
     uint8_t count = 0;
 
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
-        count = overruns;
-        overruns = 0;
-    }
+    cli();
+    count = overruns;
+    overruns = 0;
+    sei();
     return count;
 }
 
-void uart_send(const uint8_t *bytes, uint16_t length)
+void uart_send(uint16_t length)
 {
+    next = buffer;
+    end = buffer + length;
     pins_write_rs485(true);
-    send_next = bytes;
-    send_left = length;
-    sending = true;
     // Clear a stale transmit-complete flag (write one), then let the handler send.
     UCSR0A = (uint8_t)(_BV(TXC0) | _BV(U2X0));
     UCSR0B = ENABLE_SEND;
@@ -156,5 +224,5 @@ void uart_send(const uint8_t *bytes, uint16_t length)
 
 bool uart_sending(void)
 {
-    return sending;
+    return (UCSR0B & (_BV(UDRIE0) | _BV(TXCIE0))) != 0;
 }

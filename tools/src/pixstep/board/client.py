@@ -194,16 +194,8 @@ class Board:
         return regs.code_name(regs.faults(), code) if code else ""
 
     def fault_text(self) -> str:
-        """Return the board's fault as one sentence, empty if there is none."""
-        state = self.inputs()
-        if not state["fault_code"]:
-            return ""
-        faults, code = regs.faults(), state["fault_code"]
-        meaning = f": {faults[code].text}" if code in faults else ""
-        return (
-            f"fault {regs.code_name(faults, code)} on axis {state['fault_axis']} at pixel "
-            f"{state['fault_pixel']}, argument {state['fault_argument']}{meaning}"
-        )
+        """Return the board's fault and its cure in two sentences, empty if there is none."""
+        return regs.fault_text(self.inputs())
 
     def refusal(self, axis: int) -> LineRefusedByBoardError:
         """Return the refusal of an axis in state refused."""

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The register map, the faults and the line errors, read from the firmware's own tables."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 from pixstep import natives
 from pixstep.board.deffiles import Row, read_rows
@@ -11,6 +13,7 @@ from pixstep.errors import UserError
 
 AXIS_BASE = 0x20  # per-axis input registers
 AXIS_STRIDE = 0x10
+FIRST_WARNING = 32  # line errors from here on are warnings: the line is taken
 RECORD_BASE = 0x100  # per-pixel records
 RECORD_STRIDE = 0x80
 RECORD_REGISTERS = 6
@@ -29,8 +32,14 @@ COMMANDS = {
     "enable": 6,
     "disable": 7,
     "zero": 8,
+    "permit_on": 9,
+    "permit_off": 10,
+    "store": 11,
+    "default_settings": 12,
+    "go": 13,
 }
 AXIS_STATES = ("empty", "loading", "loaded", "armed", "running", "done", "refused", "fault")
+Kind = TypeVar("Kind", "Code", "Fault")
 _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
 
 
@@ -65,11 +74,29 @@ class Register:
 
 @dataclass(frozen=True)
 class Code:
-    """A fault or a line error: its number, name and text."""
+    """A line error or warning: its number, name and text, and what a user does about it."""
 
     code: int
     name: str
     text: str
+    cure: str
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of the board, in sentences for who stands at the machine.
+
+    `argument` says what the argument register holds, empty: nothing. `position` is what is still
+    known of where the motors are.
+    """
+
+    code: int
+    name: str
+    text: str
+    argument: str
+    position: str
+    cause: str
+    cure: str
 
 
 @dataclass(frozen=True)
@@ -95,7 +122,12 @@ class RegisterMap:
 
 def parse_registers(path: Path) -> RegisterMap:
     """Parse a register table; raises UserError naming the row for an overlap or a bad type."""
-    groups: dict[str, list[Register]] = {"INPUT": [], "INPUT_AXIS": [], "HOLDING": []}
+    groups: dict[str, list[Register]] = {
+        "INPUT": [],
+        "INPUT_AXIS": [],
+        "HOLDING": [],
+        "COMMAND": [],
+    }
     for row in read_rows(path):
         if row.macro not in groups:
             raise UserError(f"{row.where}: unknown row {row.macro}")
@@ -103,17 +135,20 @@ def parse_registers(path: Path) -> RegisterMap:
     for rows in groups.values():
         _refuse_overlap(path, rows)
     return RegisterMap(
-        tuple(groups["INPUT"]), tuple(groups["INPUT_AXIS"]), tuple(groups["HOLDING"])
+        tuple(groups["INPUT"]),
+        tuple(groups["INPUT_AXIS"]),
+        tuple(groups["HOLDING"] + groups["COMMAND"]),
     )
 
 
-def parse_codes(path: Path, macro: str) -> dict[int, Code]:
-    """Parse a table of FAULT or LINE_ERROR rows into code -> Code."""
-    codes = {}
+def parse_codes(path: Path, macro: str, kind: type[Kind]) -> dict[int, Kind]:
+    """Parse a table of one macro's rows into code -> `kind`, which takes a row's arguments."""
+    names = [part.name for part in fields(kind)]
+    codes: dict[int, Kind] = {}
     for row in read_rows(path):
-        if row.macro != macro or len(row.arguments) != 3:
-            raise UserError(f"{row.where}: expected {macro}(code, name, text)")
-        code = Code(*row.arguments)
+        if row.macro != macro or len(row.arguments) != len(names):
+            raise UserError(f"{row.where}: expected {macro}({', '.join(names)})")
+        code = kind(*row.arguments)
         if code.code in codes:
             raise UserError(f"{row.where}: code {code.code} is used twice")
         codes[code.code] = code
@@ -127,25 +162,38 @@ def register_map() -> RegisterMap:
 
 
 @cache
-def faults() -> dict[int, Code]:
+def faults() -> dict[int, Fault]:
     """Return the faults by code."""
-    return parse_codes(natives.source("firmware/core/base/faults.def"), "FAULT")
+    return parse_codes(natives.source("firmware/core/base/faults.def"), "FAULT", Fault)
 
 
 @cache
 def line_errors() -> dict[int, Code]:
     """Return the line errors and warnings by code."""
-    return parse_codes(natives.source("firmware/core/motion/line_errors.def"), "LINE_ERROR")
+    return parse_codes(natives.source("firmware/core/motion/line_errors.def"), "LINE_ERROR", Code)
 
 
-def code_name(codes: dict[int, Code], code: int) -> str:
+def fault_text(state: Mapping[str, int]) -> str:
+    """Return the fault of a board's input registers and its cure, empty if there is none."""
+    code, argument = state["fault_code"], state["fault_argument"]
+    if not code:
+        return ""
+    where = f"on axis {state['fault_axis']} at pixel {state['fault_pixel']}"
+    fault = faults().get(code)
+    if fault is None:
+        return f"fault code {code} {where}, argument {argument}"
+    told = f" ({fault.argument}: {argument})" if fault.argument else ""
+    return f"fault {fault.name} {where}: {fault.text}{told}. {fault.cure}"
+
+
+def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
     """Return the name of a code, or its number if this tool does not know it."""
     return codes[code].name if code in codes else f"code {code}"
 
 
 def _register(row: Row) -> Register:
     """Build a register from a row of five or, for a holding register, eight arguments."""
-    expected = 8 if row.macro == "HOLDING" else 5
+    expected = 8 if row.macro in ("HOLDING", "COMMAND") else 5
     if len(row.arguments) != expected or not isinstance(row.arguments[0], int):
         raise UserError(f"{row.where}: {row.macro} takes {expected} arguments, an address first")
     address, name, kind, unit = row.arguments[:4]

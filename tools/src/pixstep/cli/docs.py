@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import click
 
-from pixstep import docs, filesdoc, progress
+from pixstep import docs, faultsdoc, filesdoc, progress
 from pixstep.cli.options import FILE
 
 _check = click.option("--check", type=FILE, help="Fail if the table in FILE is out of date.")
@@ -72,6 +72,11 @@ _add_table(
     "files",
     filesdoc.files,
     "Meanings, messages, bytes of a CSB and listings, for docs/FILES.md.",
+)
+_add_table(
+    "faults",
+    faultsdoc.faults,
+    "Faults and line errors with cause, cure and test, for docs/FAULTS.md.",
 )
 
 COMMANDS = (docs_group,)

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#include "app/drivers.h"
+
+#include "app/machine.h"    // machine_axis
+#include "hal/clock.h"      // clock_now_ms
+#include "hal/step_timer.h" // step_timer_enable
+
+bool drivers_is_on(uint8_t axis)
+{
+    return (machine.drivers.on & (1u << axis)) != 0;
+}
+
+void drivers_write(uint8_t axis, bool on)
+{
+    if (on && !drivers_is_on(axis)) {
+        machine.drivers.switched_ms = clock_now_ms();
+        machine.drivers.moved_ms[axis] = machine.drivers.switched_ms;
+        machine.drivers.settling = true;
+    }
+    machine.drivers.on = (uint8_t)(on ? machine.drivers.on | (1u << axis)
+                                      : machine.drivers.on & ~(1u << axis));
+    step_timer_enable(axis, on);
+}
+
+bool drivers_settling(void)
+{
+    machine.drivers.settling = machine.drivers.settling &&
+                               (uint16_t)(clock_now_ms() - machine.drivers.switched_ms) <=
+                                   machine.settings.enable_settle_ms;
+    return machine.drivers.settling;
+}
+
+void drivers_poll(uint8_t axis)
+{
+    uint16_t idle_ms = machine.settings.idle_off_ms;
+    uint8_t state = machine_axis(axis)->state;
+
+    if (state == AXIS_ARMED || state == AXIS_RUNNING) {
+        machine.drivers.moved_ms[axis] = clock_now_ms();
+    } else if (idle_ms != 0 && drivers_is_on(axis) &&
+               (uint16_t)(clock_now_ms() - machine.drivers.moved_ms[axis]) > idle_ms) {
+        drivers_write(axis, false);
+    }
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "app/safety.h"
+
+#include "app/machine.h"    // machine_fault
+#include "app/serial.h"     // serial_last_request_ms
+#include "hal/clock.h"      // clock_now_ms
+#include "hal/cpu.h"        // cpu_*
+#include "hal/estop.h"      // estop_*
+#include "hal/step_timer.h" // step_timer_beat
+
+#define RESET_POWER_ON   0x01u // bits of the reset cause
+#define RESET_UNEXPECTED 0x0Cu // brown-out, watchdog
+#define ESTOP_INVERTED   0x04u // bit of setting inputs_inverted
+#define ALL_AXES         ((uint8_t)((1u << CONFIG_AXES) - 1u))
+
+static uint8_t beats[CONFIG_AXES]; // of each step interrupt, at the last look
+static uint8_t alive;              // axes that moved on since the watchdog was fed
+
+static bool estop_inverted(void)
+{
+    return (machine.settings.inputs_inverted & ESTOP_INVERTED) != 0;
+}
+
+void safety_start(void)
+{
+    uint8_t cause = cpu_reset_cause();
+
+    alive = 0;
+    estop_start(estop_inverted());
+    // A supply that comes up slowly is a brown-out too.
+    if ((cause & RESET_POWER_ON) == 0 && (cause & RESET_UNEXPECTED) != 0) {
+        machine_fault(FAULT_reset, 0, cause);
+    }
+    cpu_watchdog_start();
+}
+
+// One axis a round. One that came too late is off, and makes no further beat: it is excused. One
+// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge included,
+// and only a reset ends that.
+static void feed_watchdog(void)
+{
+    uint8_t i = machine.turn % CONFIG_AXES;
+    uint8_t beat = step_timer_beat(i);
+
+    if (beat != beats[i] || step_timer_state(i) == STEP_ENGINE_HALTED) {
+        beats[i] = beat;
+        alive = (uint8_t)(alive | (1u << i));
+    }
+    if (alive == ALL_AXES) {
+        alive = 0;
+        cpu_watchdog_feed();
+    }
+}
+
+static bool bus_silent(void)
+{
+    uint16_t limit_ms = machine.settings.bus_timeout_ms;
+
+    return limit_ms != 0 &&
+           (uint16_t)(clock_now_ms() - serial_last_request_ms()) > limit_ms;
+}
+
+void safety_poll(void)
+{
+    uint8_t moving = machine_moving_axis();
+
+    feed_watchdog();
+    estop_poll(estop_inverted());
+    if (estop_latched()) {
+        machine_fault(FAULT_estop, moving % CONFIG_AXES, 0);
+    }
+    if (!cpu_stack_intact()) {
+        machine_fault(FAULT_stack_overflow, moving % CONFIG_AXES, 0);
+    }
+    if (moving != CONFIG_AXES && bus_silent()) {
+        machine_fault(FAULT_bus_silent, moving, machine.settings.bus_timeout_ms);
+    }
+}
+
+bool safety_clear(void)
+{
+    if (estop_tripped()) {
+        return false;
+    }
+    if (machine.asking == 0) {
+        estop_release();
+    }
+    return cpu_stack_intact();
+}

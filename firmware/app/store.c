@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "app/store.h"
+
+#include "app/machine.h" // machine.settings
+#include "app/settings.h"
+#include "hal/eeprom.h" // eeprom_*
+#include "wire/crc16.h" // crc16
+
+#define SLOTS       2u
+#define SLOT_STRIDE 64u
+#define NO_SLOT     0xFFu
+#define IDLE        0xFFu
+#define RECORD      ((uint8_t *)&machine.settings)
+_Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot");
+
+#define STATE_FOUND   0x01u
+#define STATE_CHANGED 0x02u
+#define STATE_BUSY    0x04u
+
+static uint8_t slot = NO_SLOT; // of the newest record
+static uint8_t next = IDLE; // byte to write; the record's size: its first one once more
+static uint8_t state;
+
+static uint16_t place(uint8_t which, uint8_t byte)
+{
+    return (uint16_t)(which * SLOT_STRIDE + byte);
+}
+
+static bool load(uint8_t which)
+{
+    for (uint8_t i = 0; i < sizeof(struct settings); i++) {
+        RECORD[i] = eeprom_read(place(which, i));
+    }
+    return machine.settings.version == SETTINGS_VERSION &&
+           machine.settings.bytes == sizeof(struct settings) &&
+           crc16(RECORD, sizeof(struct settings)) == 0 &&
+           settings_possible(&machine.settings);
+}
+
+void store_load(void)
+{
+    uint16_t serial = 0;
+
+    slot = NO_SLOT;
+    next = IDLE;
+    state = STATE_FOUND;
+    while (eeprom_busy()) {
+    }
+    for (uint8_t i = 0; i < SLOTS; i++) {
+        if (load(i) &&
+            (slot == NO_SLOT || (int16_t)(machine.settings.serial - serial) > 0)) {
+            slot = i;
+            serial = machine.settings.serial;
+        }
+    }
+    if (slot == NO_SLOT || !load(slot)) {
+        settings_defaults(&machine.settings);
+        machine.settings.serial = 0;
+        state = 0;
+    }
+}
+
+void store_begin(void)
+{
+    machine.settings.version = SETTINGS_VERSION;
+    machine.settings.bytes = sizeof(struct settings);
+    machine.settings.serial++;
+    machine.settings.checksum = crc16(RECORD, sizeof(struct settings) - sizeof(uint16_t));
+    next = 0;
+}
+
+bool store_busy(void)
+{
+    return next != IDLE;
+}
+
+void store_poll(void)
+{
+    uint8_t older = slot == 0 ? 1 : 0;
+
+    if (next == IDLE || eeprom_busy()) {
+        return;
+    }
+    if (next > sizeof(struct settings)) {
+        slot = older;
+        state = STATE_FOUND;
+        next = IDLE;
+        return;
+    }
+    uint8_t byte = next == sizeof(struct settings) ? 0 : next;
+
+    eeprom_write(place(older, byte), next == 0 ? SETTINGS_ERASED : RECORD[byte]);
+    next++;
+}
+
+uint16_t store_state(void)
+{
+    return (uint16_t)(next != IDLE ? state | STATE_BUSY : state);
+}
+
+void store_note_change(void)
+{
+    state |= STATE_CHANGED;
+}

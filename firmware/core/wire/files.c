@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#include "wire/files.h"
+
+#include "wire/bytes.h" // get_word, put_word
+
+#define COUNT_AT      2u // number of bytes of all requests, or of all replies
+#define FIRST_AT      3u
+#define REQUEST_BYTES 7u // kind, file, record, number of words
+#define BYTES_MIN     7u
+#define BYTES_MAX     0xF5u
+#define KIND          6u
+#define RECORD_MAX    9999u
+#define FILES         3u
+#define SETTINGS_FILE 3u
+#define REPLY_HEADER  2u // length, kind
+
+// What is left of a request once it was found right: number of words, then the register.
+#define PLAN_BYTES   3u
+#define PLAN_HOLDING 0x80u
+
+// First input register of files 1 and 2.
+static uint16_t file_start(uint16_t file)
+{
+    return file == 1 ? 0x0100u : file == 2 ? 0x0300u : 0u;
+}
+
+static bool mapped(const uint8_t *request)
+{
+    uint16_t file = get_word(&request[1]);
+    uint16_t record = get_word(&request[3]);
+    uint16_t words = get_word(&request[5]);
+
+    if (request[0] != KIND || file == 0 || file > FILES || record > RECORD_MAX) {
+        return false;
+    }
+    uint16_t address = (uint16_t)(file_start(file) + record);
+
+    return file == SETTINGS_FILE ? data_holding_mapped(address, words)
+                                 : data_input_mapped(address, words);
+}
+
+static void plan(uint8_t *to, const uint8_t *request)
+{
+    uint16_t file = get_word(&request[1]);
+    uint16_t address = (uint16_t)(file_start(file) + get_word(&request[3]));
+
+    to[0] = (uint8_t)(request[6] | (file == SETTINGS_FILE ? PLAN_HOLDING : 0u));
+    put_word(&to[1], address);
+}
+
+// Returns the byte behind what was written.
+static uint8_t *answer(uint8_t *to, const uint8_t *planned)
+{
+    bool holding = (planned[0] & PLAN_HOLDING) != 0;
+    uint8_t words = (uint8_t)(planned[0] & (PLAN_HOLDING - 1u));
+    uint16_t address = get_word(&planned[1]);
+
+    to[0] = (uint8_t)(2u * words + 1u);
+    to[1] = KIND;
+    for (to += REPLY_HEADER; words != 0; words--) {
+        put_word(to, holding ? data_holding(address) : data_input(address));
+        to += 2;
+        address++;
+    }
+    return to;
+}
+
+// Quantities, then addresses; the bytes that all replies take.
+static enum modbus_exception check(const uint8_t *bytes, uint16_t *reply_bytes)
+{
+    enum modbus_exception found = MODBUS_OK;
+    uint8_t count = bytes[COUNT_AT];
+
+    *reply_bytes = 0;
+    if (count < BYTES_MIN || count > BYTES_MAX || count % REQUEST_BYTES != 0) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    for (uint8_t i = FIRST_AT; i < FIRST_AT + count; i = (uint8_t)(i + REQUEST_BYTES)) {
+        uint16_t words = get_word(&bytes[i + 5u]);
+
+        if (words == 0 || words > BYTES_MAX / 2u) {
+            return MODBUS_ILLEGAL_VALUE;
+        }
+        *reply_bytes = (uint16_t)(*reply_bytes + REPLY_HEADER + 2u * words);
+        if (!mapped(&bytes[i])) {
+            found = MODBUS_ILLEGAL_ADDRESS;
+        }
+    }
+    return *reply_bytes > BYTES_MAX ? MODBUS_ILLEGAL_VALUE : found;
+}
+
+enum modbus_exception files_read(struct frame *frame)
+{
+    uint8_t *bytes = frame->bytes;
+    uint16_t reply_bytes = 0;
+    enum modbus_exception exception = check(bytes, &reply_bytes);
+    uint8_t requests = (uint8_t)(bytes[COUNT_AT] / REQUEST_BYTES);
+
+    if (exception != MODBUS_OK) {
+        return exception;
+    }
+    // The replies may be longer than the requests, which they take the place of: the requests are
+    // made short and put at the buffer's end. Each reply has at least 4 bytes, each plan 3, and all
+    // replies end 8 bytes before the buffer does: none reaches a plan that is still needed.
+    for (uint8_t i = 0; i < requests; i++) {
+        plan(&bytes[FIRST_AT + i * PLAN_BYTES], &bytes[FIRST_AT + i * REQUEST_BYTES]);
+    }
+    const uint8_t *planned = &bytes[FRAME_MAX_BYTES - requests * PLAN_BYTES];
+    for (uint8_t i = (uint8_t)(requests * PLAN_BYTES); i != 0;) {
+        i--;
+        bytes[FRAME_MAX_BYTES - requests * PLAN_BYTES + i] = bytes[FIRST_AT + i];
+    }
+    uint8_t *to = &bytes[FIRST_AT];
+    for (uint8_t i = 0; i < requests; i++) {
+        to = answer(to, planned);
+        planned += PLAN_BYTES;
+    }
+    bytes[COUNT_AT] = (uint8_t)reply_bytes;
+    frame->reply = (uint8_t)(to - bytes);
+    return MODBUS_OK;
+}

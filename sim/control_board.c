@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The control protocol's commands for one board: its memories, pins, supply, resets and faults.
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "control_words.h"
+
+// ---- memories ----
+
+static const struct symbol *find_symbol(const struct board *b, const char *name)
+{
+    bool several;
+    const struct symbol *symbol = symbols_find(&b->symbols, name, &several);
+
+    if (symbol == NULL) {
+        control_answer(several ? "error '%s' names several places of the image"
+                               : "error the image has no symbol '%s'",
+                       name);
+    }
+    return symbol;
+}
+
+// SYMBOL or SYMBOL+OFFSET of this space. *left: bytes of the symbol from there on, 0 if unknown.
+static bool symbol_place(const struct board *b,
+                         char *text,
+                         enum symbol_space space,
+                         uint64_t *address,
+                         uint64_t *left)
+{
+    char *plus = strchr(text, '+');
+    const struct symbol *symbol;
+    uint64_t offset = 0;
+
+    if (plus != NULL) {
+        *plus = '\0';
+        if (!control_number(plus + 1, UINT32_MAX, &offset)) {
+            return false;
+        }
+    }
+    symbol = find_symbol(b, text);
+    if (symbol == NULL) {
+        return false;
+    }
+    if (symbol->space != space) {
+        control_answer("error '%s' is in %s, not in %s",
+                       text,
+                       symbol_space_name(symbol->space),
+                       symbol_space_name(space));
+        return false;
+    }
+    *address = symbol->address + offset;
+    *left = (symbol->size > offset) ? symbol->size - offset : 0;
+    return true;
+}
+
+// A number or a symbol's place, at most `last`.
+static bool place(const struct board *b,
+                  char *text,
+                  enum symbol_space space,
+                  uint64_t last,
+                  uint64_t *address,
+                  uint64_t *left)
+{
+    *left = 0;
+    if (text[0] >= '0' && text[0] <= '9') {
+        return control_number(text, last, address);
+    }
+    if (!symbol_place(b, text, space, address, left)) {
+        return false;
+    }
+    if (*address > last) {
+        control_answer("error address %" PRIu64 " is beyond %" PRIu64, *address, last);
+        return false;
+    }
+    return true;
+}
+
+// So many bytes as the word says, or as the symbol has left.
+static bool length(
+    const struct control *c, int word, uint64_t left, uint64_t most, uint64_t *count)
+{
+    if (c->words > word) {
+        return control_number(c->word[word], most, count);
+    }
+    if (left == 0) {
+        control_answer("error %s: how many bytes?", c->word[0]);
+        return false;
+    }
+    *count = left;
+    return true;
+}
+
+static bool fits(uint64_t address, size_t count, uint64_t bytes, const char *memory)
+{
+    if (address + count > bytes) {
+        control_answer("error %zu bytes at %" PRIu64 " go beyond the %s's end",
+                       count,
+                       address,
+                       memory);
+        return false;
+    }
+    return true;
+}
+
+static void do_peek(struct control *c)
+{
+    struct board *b = control_board(c);
+    uint64_t address;
+    uint64_t left;
+    uint64_t count;
+
+    if (b != NULL && place(b, c->word[2], SYMBOL_RAM, b->avr->ramend, &address, &left) &&
+        length(c, 3, left, b->avr->ramend + 1U - address, &count)) {
+        control_answer_hex("mem", &b->avr->data[address], (size_t)count);
+        control_answer("%s", "");
+    }
+}
+
+static void do_poke(struct control *c)
+{
+    struct board *b = control_board(c);
+    uint64_t address;
+    uint64_t left;
+    size_t count;
+
+    if (b != NULL && place(b, c->word[2], SYMBOL_RAM, b->avr->ramend, &address, &left) &&
+        control_bytes(c, c->word[3], &count) &&
+        fits(address, count, b->avr->ramend + 1U, "RAM")) {
+        memcpy(&b->avr->data[address], c->bytes, count);
+        control_answer("ok");
+    }
+}
+
+static void do_symbol(struct control *c)
+{
+    const struct board *b = control_board(c);
+    const struct symbol *symbol = (b != NULL) ? find_symbol(b, c->word[2]) : NULL;
+
+    if (symbol != NULL) {
+        control_answer("symbol %s 0x%" PRIx32 " %" PRIu32,
+                       symbol_space_name(symbol->space),
+                       symbol->address,
+                       symbol->size);
+    }
+}
+
+static void read_eeprom(struct control *c, struct board *b)
+{
+    uint64_t address;
+    uint64_t left;
+    uint64_t count;
+
+    if (place(b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
+        length(c, 4, left, b->eeprom.size - address, &count)) {
+        control_answer_hex("mem", &b->eeprom.bytes[address], (size_t)count);
+        control_answer("%s", "");
+    }
+}
+
+static void write_eeprom(struct control *c, struct board *b)
+{
+    uint64_t address;
+    uint64_t left;
+    size_t count;
+
+    if (c->words < 5) {
+        control_answer("error eeprom write: ADDRESS HEX is wanted");
+    } else if (place(
+                   b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
+               control_bytes(c, c->word[4], &count) &&
+               fits(address, count, b->eeprom.size, "EEPROM")) {
+        memcpy(&b->eeprom.bytes[address], c->bytes, count);
+        control_answer("ok");
+    }
+}
+
+static void answer_eeprom(const struct eeprom *e, uint64_t cycle)
+{
+    (void)printf("eeprom %" PRIu64, e->writes);
+    if (e->busy && e->due > cycle) {
+        control_answer(" %u %" PRIu64, (unsigned)e->address, e->due - cycle);
+    } else {
+        control_answer(" - 0");
+    }
+}
+
+static void do_eeprom(struct control *c)
+{
+    struct board *b = control_board(c);
+
+    if (b == NULL) {
+        return;
+    }
+    if (strcmp(c->word[2], "state") == 0) {
+        answer_eeprom(&b->eeprom, b->avr->cycle);
+    } else if (strcmp(c->word[2], "read") == 0 && c->words > 3) {
+        read_eeprom(c, b);
+    } else if (strcmp(c->word[2], "write") == 0 && c->words > 3) {
+        write_eeprom(c, b);
+    } else {
+        control_answer(
+            "error eeprom '%s': read ADDRESS LENGTH, write ADDRESS HEX or state",
+            c->word[2]);
+    }
+}
+
+// ---- pins ----
+
+static void add_to_plan(struct board *b, const struct board_deed *deed)
+{
+    if (board_plan_add(b, deed)) {
+        control_answer("ok");
+    } else {
+        control_answer("error more than %d things are planned", BOARD_PLAN);
+    }
+}
+
+static void do_pin(struct control *c)
+{
+    struct board *b = control_board(c);
+    struct board_deed deed = {.want = BOARD_WANT_NONE};
+    uint64_t bit;
+    uint64_t level;
+    bool planned;
+
+    if (b == NULL || !control_number(c->word[3], 7, &bit) ||
+        !control_number(c->word[4], 1, &level) ||
+        !control_at(c, 5, &planned, &deed.cycle)) {
+        return;
+    }
+    if (strlen(c->word[2]) != 1 || c->word[2][0] < 'A' || c->word[2][0] > 'L') {
+        control_answer("error '%s' is not a port from A to L", c->word[2]);
+        return;
+    }
+    deed.port = c->word[2][0];
+    deed.bit = (uint8_t)bit;
+    deed.level = level != 0;
+    if (planned) {
+        add_to_plan(b, &deed);
+    } else {
+        board_drive_pin(b, deed.port, deed.bit, deed.level, deed.cycle);
+        control_answer("ok");
+    }
+}
+
+static void do_permit(struct control *c)
+{
+    const struct board *b = control_board(c);
+
+    if (b != NULL) {
+        control_answer("permit %d %" PRIu64 " %" PRIu64,
+                       b->permit.level ? 1 : 0,
+                       b->permit.changes,
+                       b->permit.cycle);
+    }
+}
+
+// ---- supply and resets ----
+
+// Now, or at the cycle that the words from `first` on name.
+static void want(struct control *c,
+                 struct board *b,
+                 enum board_want what,
+                 int first,
+                 void (*now)(struct board *b, enum board_want what))
+{
+    struct board_deed deed = {.want = what};
+    bool planned;
+
+    if (!control_at(c, first, &planned, &deed.cycle)) {
+        return;
+    }
+    if (planned) {
+        add_to_plan(b, &deed);
+    } else if ((what == BOARD_WANT_ON) == b->powered) {
+        control_answer("error %s: the board %s power",
+                       c->word[0],
+                       b->powered ? "already has" : "has no");
+    } else {
+        now(b, what);
+        control_answer("ok %" PRIu64, b->avr->cycle);
+    }
+}
+
+static void change_supply(struct board *b, enum board_want what)
+{
+    if (what != BOARD_WANT_ON) {
+        board_power_off(b);
+    }
+    if (what != BOARD_WANT_OFF) {
+        board_power_on(b);
+    }
+}
+
+static void reset_now(struct board *b, enum board_want what)
+{
+    board_reset(b, (what == BOARD_WANT_BROWN_OUT) ? BOARD_BROWN_OUT : BOARD_EXTERNAL);
+}
+
+static void do_power(struct control *c)
+{
+    struct board *b = control_board(c);
+    bool on = strcmp(c->word[2], "on") == 0;
+
+    if (b == NULL) {
+        return;
+    }
+    if (!on && strcmp(c->word[2], "off") != 0) {
+        control_answer("error power '%s': on or off", c->word[2]);
+        return;
+    }
+    want(c, b, on ? BOARD_WANT_ON : BOARD_WANT_OFF, 3, change_supply);
+}
+
+static void do_cycle(struct control *c)
+{
+    struct board *b = control_board(c);
+
+    if (b != NULL) {
+        want(c, b, BOARD_WANT_CYCLE, 2, change_supply);
+    }
+}
+
+static void do_reset(struct control *c)
+{
+    struct board *b = control_board(c);
+    bool brown_out = strcmp(c->word[2], "brownout") == 0;
+
+    if (b == NULL) {
+        return;
+    }
+    if (!brown_out && strcmp(c->word[2], "external") != 0) {
+        control_answer("error reset '%s': external or brownout", c->word[2]);
+        return;
+    }
+    want(c, b, brown_out ? BOARD_WANT_BROWN_OUT : BOARD_WANT_EXTERNAL, 3, reset_now);
+}
+
+// ---- faults ----
+
+static bool hang_axis(struct board *b, const char *word)
+{
+    uint64_t axis;
+
+    if (!control_number(word, (uint64_t)b->kind->axes - 1, &axis)) {
+        return false;
+    }
+    if (!board_hang_axis(b, (unsigned)axis)) {
+        control_answer("error hang: at most %d patches", BOARD_PATCHES);
+        return false;
+    }
+    return true;
+}
+
+static bool hang_at(struct board *b, char *word)
+{
+    uint64_t address;
+    uint64_t left;
+
+    if (!place(b, word, SYMBOL_FLASH, b->avr->flashend, &address, &left)) {
+        return false;
+    }
+    if (!board_hang_at(b, (uint32_t)address)) {
+        control_answer("error hang: no instruction can be patched at 0x%" PRIx64,
+                       address);
+        return false;
+    }
+    return true;
+}
+
+// The fault that the third and fourth word name. False after an error's answer.
+static bool make_fault(struct control *c, struct board *b)
+{
+    const char *what = c->word[2];
+
+    if (strcmp(what, "main") == 0) {
+        board_hang_main(b);
+    } else if (strcmp(what, "interrupts") == 0) {
+        board_hang_interrupts(b);
+    } else if (strcmp(what, "off") == 0) {
+        board_end_hang(b, true);
+    } else if (strcmp(what, "axis") == 0 && c->words > 3) {
+        return hang_axis(b, c->word[3]);
+    } else if (strcmp(what, "at") == 0 && c->words > 3) {
+        return hang_at(b, c->word[3]);
+    } else {
+        control_answer(
+            "error hang '%s': main, interrupts, axis N, at ADDRESS|SYMBOL or off", what);
+        return false;
+    }
+    return true;
+}
+
+static void do_hang(struct control *c)
+{
+    struct board *b = control_board(c);
+    bool kept = c->words > 3 && strcmp(c->word[c->words - 1], "kept") == 0;
+
+    if (b == NULL) {
+        return;
+    }
+    if (!b->powered) {
+        control_answer("error hang: the board has no power");
+        return;
+    }
+    c->words -= kept ? 1 : 0;
+    if (make_fault(c, b)) {
+        b->hang.kept = b->hang.kept || kept;
+        control_answer("ok %" PRIu64, b->avr->cycle);
+    }
+}
+
+const struct command control_board_commands[] = {
+    {"peek", 3, 4, do_peek},
+    {"poke", 4, 4, do_poke},
+    {"symbol", 3, 3, do_symbol},
+    {"eeprom", 3, 5, do_eeprom},
+    {"pin", 5, 7, do_pin},
+    {"permit", 2, 2, do_permit},
+    {"power", 3, 5, do_power},
+    {"cycle", 2, 4, do_cycle},
+    {"reset", 3, 5, do_reset},
+    {"hang", 3, 5, do_hang},
+    {NULL, 0, 0, NULL},
+};

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// Model of the EEPROM in the place of simavr's, which (1.6) writes in no time, never shows EEPE,
+// lets EE_READY come once only, halts the CPU for no cycle and takes every address.
+//
+//   EEMPE = 1    EEPE = 1                                     EEPE = 0
+//      |<-- 4 -->|  |<-- 2 -->|                                   |
+//      window       CPU halted                                    |
+//                   |<------------- being programmed ------------>|-> EE_READY, for as long as
+//                                                                     EERIE = 1 and EEPE = 0
+//
+// Rules, from the ATmega328P and ATmega2560 data sheets (EEPROM Data Memory):
+//  * "When EEMPE is set, setting EEPE within four clock cycles will write data to the EEPROM at the
+//    selected address. If EEMPE is zero, setting EEPE will have no effect."
+//  * EEPM1:0: 0 erases and writes in 3.4 ms, 1 erases only, 2 writes only (can clear bits, never
+//    set them), each in 1.8 ms. "While EEPE is set, any write to EEPMn will be ignored."
+//  * after EEPE the CPU is halted for two cycles, after EERE for four.
+//  * "If a write operation is in progress, it is neither possible to read the EEPROM, nor to change
+//    the EEAR Register": EEAR keeps its value.
+//  * EE_READY "generates a constant interrupt when EEPE is cleared".
+//  * "If a reset occurs while a write operation is in progress, the write operation will be
+//    completed provided that the power supply voltage is sufficient": it goes on through every
+//    reset, and a brown-out counts as sufficient (2.7 V; the EEPROM works from 1.8 V on). Only a
+//    power cut ends it: the byte is then anything.
+// Refused by name, because the data sheets tell programs to wait first and do not say what happens
+// otherwise: reading, starting a write or changing EEDR while one is in progress; EEPM1:0 = 3; EERE
+// and EEPE at once. Not modelled: the tolerance of the oscillator behind the times.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <avr_eeprom.h>
+#include <sim_avr.h>
+
+#include "noise.h"
+
+#define EEPROM_BYTES_MOST   4096
+#define EEPROM_ERASED       0xFFU
+#define EEPROM_BOTH_CYCLES  54400U // 3.4 ms
+#define EEPROM_HALF_CYCLES  28800U // 1.8 ms
+#define EEPROM_EERIE        0x08U  // in EECR
+#define EEPROM_ENABLE_TICKS 4U
+
+struct eeprom_hooks {
+    void *board;
+    // EE_READY's cause has come up at this cycle, just before the interrupt is raised.
+    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
+    // The firmware asks for what is not modelled: stop the run with this text.
+    void (*refuse)(void *board, const char *text);
+};
+
+struct eeprom {
+    avr_t *avr;
+    avr_eeprom_t *part; // register addresses and the vector, from simavr's description
+    const struct eeprom_hooks *hooks;
+    uint8_t bytes[EEPROM_BYTES_MOST];
+    uint16_t size;
+    struct noise noise; // of what a power cut leaves
+
+    uint64_t enabled_until; // EEPE starts a write up to this cycle
+    bool busy;
+    uint64_t started, due; // of the write in progress
+    uint16_t address;
+    uint8_t value, mode;
+    uint64_t writes; // begun so far
+};
+
+// Puts the model in place of simavr's, erased. Call once, between the part's init and its first
+// reset.
+void eeprom_attach(struct eeprom *eeprom, avr_t *avr, const struct eeprom_hooks *hooks);
+
+// The part was reset: a write in progress goes on.
+void eeprom_reset(struct eeprom *eeprom);
+
+// The power fails at this cycle: the byte being written is anything, the others are as they were.
+void eeprom_power_cut(struct eeprom *eeprom, uint64_t cycle);
+
+// EE_READY is a level: raises or takes back the interrupt as the registers stand.
+void eeprom_level(struct eeprom *eeprom, uint64_t cycle);
+
+// The same after every service of an interrupt.
+static inline void eeprom_levels(struct eeprom *eeprom)
+{
+    if ((eeprom->avr->data[eeprom->part->r_eecr] & EEPROM_EERIE) != 0) {
+        eeprom_level(eeprom, eeprom->avr->cycle);
+    }
+}
+
+// The content from a file, if there is one; bytes beyond its end are erased. False with a one-line
+// reason if it cannot be read or is too long.
+bool eeprom_load(struct eeprom *eeprom, const char *path, char *error, size_t room);
+
+// The content into a file, all of it or nothing. False with errno set.
+bool eeprom_save(const struct eeprom *eeprom, const char *path);

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// An EEPROM's content in a file: its bytes, nothing else.
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "eeprom.h"
+
+#define PATH_MOST 4096
+
+static bool read_bytes(struct eeprom *e, FILE *file)
+{
+    char beyond;
+
+    memset(e->bytes, (int)EEPROM_ERASED, sizeof e->bytes);
+    (void)fread(e->bytes, 1, e->size, file);
+    return fread(&beyond, 1, 1, file) == 0;
+}
+
+bool eeprom_load(struct eeprom *e, const char *path, char *error, size_t room)
+{
+    FILE *file = fopen(path, "rb");
+    bool fits;
+
+    if (file == NULL && errno == ENOENT) {
+        return true; // erased, as a new part
+    }
+    if (file == NULL) {
+        (void)snprintf(error, room, "%s: %s", path, strerror(errno));
+        return false;
+    }
+    errno = 0;
+    fits = read_bytes(e, file);
+    if (ferror(file) != 0) {
+        (void)snprintf(error, room, "%s: %s", path, strerror(errno));
+        fits = false;
+    } else if (!fits) {
+        (void)snprintf(error, room, "%s: more than %u bytes", path, (unsigned)e->size);
+    }
+    (void)fclose(file);
+    return fits;
+}
+
+bool eeprom_save(const struct eeprom *e, const char *path)
+{
+    char part[PATH_MOST];
+    FILE *file;
+    bool fine;
+
+    if (snprintf(part, sizeof part, "%s.part", path) >= (int)sizeof part) {
+        errno = ENAMETOOLONG;
+        return false;
+    }
+    file = fopen(part, "wb");
+    if (file == NULL) {
+        return false;
+    }
+    fine = fwrite(e->bytes, 1, e->size, file) == e->size;
+    fine = fclose(file) == 0 && fine;
+    if (fine && rename(part, path) == 0) {
+        return true;
+    }
+    (void)unlink(part);
+    return false;
+}

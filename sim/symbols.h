@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// The symbols of an image: its ELF file's functions, variables and linker's marks by name.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum symbol_space { SYMBOL_FLASH, SYMBOL_RAM, SYMBOL_EEPROM };
+
+struct symbol {
+    char *name;
+    enum symbol_space space;
+    uint32_t address; // bytes from the start of its space
+    uint32_t size;    // bytes, 0 if the file does not say
+};
+
+struct symbols {
+    struct symbol *list;
+    size_t count, room;
+};
+
+// Reads all symbols of a file. False if it has none.
+bool symbols_read(struct symbols *symbols, const char *elf_path);
+
+// The symbol of this name, or else the only one whose name is this and a suffix of the compiler's
+// ("name.lto_priv.0"). NULL if there is none, or if several of that name are at different addresses
+// (*several).
+const struct symbol *symbols_find(const struct symbols *symbols,
+                                  const char *name,
+                                  bool *several);
+
+const char *symbol_space_name(enum symbol_space space);
+
+void symbols_free(struct symbols *symbols);

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+//
+// Model of the watchdog timer in the place of simavr's, which (1.6) does not set WDE by the timed
+// sequence's first write, never resets while WDIE is set, cannot clear WDIF by writing one to it,
+// takes reserved prescalers and begins its count anew with every change of the prescaler.
+//
+//   wdr           wdr                       time-out: WDIF and the interrupt, or a reset
+//    |<-  less  ->|<----- 16 ms << WDP ----->|
+//
+// Rules, from the ATmega328P and ATmega2560 data sheets (Watchdog Timer):
+//  * 2048 << WDP cycles of a 128 kHz oscillator: 256000 << WDP cycles of the CPU's clock at 16 MHz.
+//    WDP above 9 is reserved.
+//  * "In the same operation, write a logic one to WDCE and WDE. Within the next four clock cycles,
+//    write the WDE and WDP bits as desired, but with the WDCE bit cleared." Without this WDE can be
+//    set but not cleared, and WDP stays.
+//  * WDE = 0, WDIE = 1: each time-out sets WDIF. WDE = 1, WDIE = 0: a time-out resets the part.
+//    Both 1: the first sets WDIF; serving the interrupt clears WDIE; "if the interrupt is not
+//    executed before the next time-out, a System Reset will be applied".
+//  * "WDE is always set when WDRF is set": after a watchdog reset it runs on with WDP = 0, 16 ms,
+//    until WDRF is cleared and the sequence turns it off. Any other reset turns it off too, unless
+//    WDRF is still set then.
+//  * "a change in the WDP bits can result in a time-out when switching to a shorter time-out
+//    period": the count goes on; WDR, a start and a time-out begin it anew.
+// Not modelled: the oscillator's tolerance and phase (a count begins with the cycle after WDR), the
+// fuse WDTON (unprogrammed, as on Arduino boards), the start-up time after a reset (none).
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <avr_watchdog.h>
+#include <sim_avr.h>
+
+#define WATCHDOG_SHORTEST_CYCLES 256000U // WDP = 0: 2048 cycles of 128 kHz
+#define WATCHDOG_CHANGE_TICKS    4U
+
+struct watchdog_hooks {
+    void *board;
+    // WDIF is set at this cycle, just before the interrupt is raised.
+    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
+    // The part is to be reset as soon as the running instruction has ended.
+    void (*reset)(void *board);
+    // The firmware asks for what is not modelled: stop the run with this text.
+    void (*refuse)(void *board, const char *text);
+};
+
+struct watchdog {
+    avr_t *avr;
+    avr_watchdog_t *part; // register addresses and the vector, from simavr's description
+    const struct watchdog_hooks *hooks;
+    uint64_t since;        // the count began in this cycle
+    uint64_t change_until; // WDE and WDP may be changed up to this cycle
+};
+
+// Puts the model in place of simavr's. Call once, between the part's init and its first reset.
+void watchdog_attach(struct watchdog *watchdog,
+                     avr_t *avr,
+                     const struct watchdog_hooks *hooks);
+
+// The part was reset; MCUSR already says why.
+void watchdog_reset(struct watchdog *watchdog);
+
+// The WDR instruction runs now.
+void watchdog_restart(struct watchdog *watchdog);

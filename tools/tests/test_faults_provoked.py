@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""Every fault of motion, provoked on the real image: what it says, and that nothing moves on."""
+
+from fractions import Fraction
+
+import pytest
+
+from faultbench import FaultBench
+from pixstep import natives
+from pixstep.bench import lines
+from pixstep.board import boards
+from pixstep.board.client import Upload
+from pixstep.lines import runs
+from pixstep.lines.line import PLAIN, Line
+
+pytestmark = pytest.mark.usefixtures("simulator")
+BOARDS = ("uno", "mega")
+LONG = Line((40,) * 60, PLAIN)
+HZ = Fraction(100)
+PIXEL_TICKS = 160_000
+START, SEEK, OPEN, DOWN, END = 0x01, 0x80, 0x100, (3, 0), (2, 0)
+
+
+def seek(bench, axis, count, pixels, flags=0):
+    """Queue a seek of constant speed."""
+    upload = Upload(
+        bench.board, axis, [(START | SEEK | flags, 0), (0, 0), (count, pixels), DOWN, END]
+    )
+    upload.push()
+    assert upload.done
+
+
+@pytest.mark.provokes("starved")
+@pytest.mark.parametrize("board", BOARDS)
+def test_starved(board):
+    """The queue is filled, but the line's end never comes."""
+    with FaultBench(board) as bench:
+        pixels = bench.board.axis(0)["queue_free"] * 3 // 4 + 1
+        line = Line(tuple(20 + n % 2 for n in range(pixels)), PLAIN)
+        upload = Upload(bench.board, 0, runs.queue_entries(line)[:-1])
+        upload.push()
+        assert upload.done and bench.state() == "loaded"
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault("starved", pixel=pixels)
+        # Only the step on the last edge has nothing behind it that could carry it.
+        assert bench.count() == line.total_steps - 1
+
+
+@pytest.mark.provokes("decoder_late")
+@pytest.mark.parametrize(
+    ("board", "rate", "axes"), [("uno", 120_000, range(1)), ("mega", 45_000, range(4))]
+)
+def test_decoder_late(board, rate, axes):
+    """Every pixel accelerates or brakes, at a rate that the board cannot decode."""
+    top = rate // 30
+    ramp = list(range(0, top, top // 10 * 2))
+    line = lines.smooth([*ramp, *lines.wobble(top - 40, top, 12), *reversed(ramp)])
+    with FaultBench(board, axes, 30) as bench:
+        for axis in bench.axes:
+            bench.load(line, axis)
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault(
+            "decoder_late", bench.machine("fault.axis"), pixel=range(1, line.pixels + 1)
+        )
+        assert 0 < bench.count() < line.total_steps
+
+
+@pytest.mark.provokes("underrun")
+@pytest.mark.parametrize(("board", "axis", "ticks"), [("uno", 0, 48), ("mega", 1, 64)])
+def test_underrun(board, axis, ticks):
+    """The check of lines is told a limit below what the step interrupt needs."""
+    with FaultBench(board, (axis,), HZ) as bench:
+        bench.poke("limits.min_interval_ticks", ticks)
+        bench.load(Line((PIXEL_TICKS // ticks,) * 20, PLAIN), axis)
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault("underrun", axis, pixel=range(1, 21), argument=1)
+        assert bench.board.axis(axis)["underruns"] == 1
+
+
+@pytest.mark.provokes("pixel_clock_missing")
+@pytest.mark.parametrize("board", BOARDS)
+def test_pixel_clock_missing(board):
+    with FaultBench(board) as bench:
+        bench.load(LONG)
+        bench.arm()
+        bench.run_until_steps(400)
+        pixel = bench.board.axis(0)["pixel"] + 1
+        bench.sim.command("clock off")
+        bench.run_into_fault()
+        bench.assert_fault("pixel_clock_missing", pixel=range(pixel, pixel + 4))
+
+
+@pytest.mark.provokes("start_late")
+@pytest.mark.parametrize("board", BOARDS)
+def test_start_late(board):
+    """The main loop is held up from before a line's release until after its zero."""
+    with FaultBench(board, hz=30) as bench:
+        bench.load(LONG)
+        bench.arm()
+        bench.until_true(lambda: bench.machine("starting") == 1)
+        bench.sim.run(384_000)  # 24 ms of the 33 between the clock's edge and line zero
+        with bench.main_loop_held():
+            bench.sim.run(160_000)
+        bench.run_into_fault()
+        bench.assert_fault("start_late", pixel=1)
+        assert bench.count() == 0
+
+
+@pytest.mark.provokes("internal")
+@pytest.mark.parametrize("board", BOARDS)
+def test_internal(board):
+    """A line is to be released whose front is not held."""
+    with FaultBench(board) as bench:
+        bench.load(LONG)
+        bench.arm()
+        bench.until_true(lambda: bench.machine("starting") == 1)
+        bench.poke("axes[0].feed.held", 0)
+        bench.run_into_fault()
+        bench.assert_fault("internal", pixel=1, argument=promise("feed.c", "feed->held"))
+        assert bench.count() == 0
+
+
+def promise(name, condition):
+    """Return the line of a promise in the motion core."""
+    text = natives.source(f"firmware/core/motion/{name}").read_text()
+    (line,) = [n for n, row in enumerate(text.split("\n"), 1) if f"REQUIRE({condition}" in row]
+    return line
+
+
+@pytest.mark.provokes("clock_edge_lost")
+@pytest.mark.parametrize("board", BOARDS)
+def test_clock_edge_lost(board):
+    """Two pulses on the clock's wire before the main loop comes by."""
+    (pin,) = [one for one in boards.load(board).pins if one.signal == "PIXEL_CLOCK"]
+    with FaultBench(board) as bench:
+        bench.load(LONG)
+        bench.arm()
+        bench.run_until_steps(400)
+        pixel = bench.board.axis(0)["pixel"] + 1
+        with bench.main_loop_held():
+            for level in (0, 1, 0, 1):
+                bench.sim.command(f"pin 0 {pin.port} {pin.bit} {level}")
+                bench.sim.run(500)
+        bench.run_into_fault(PIXEL_TICKS)
+        axis = {"uno": 0, "mega": 3}[board]  # of whose timer the clock's capture is
+        bench.assert_fault(
+            "clock_edge_lost", axis, pixel={"uno": range(pixel, pixel + 2), "mega": 1}[board]
+        )
+
+
+@pytest.mark.provokes("limit_plus")
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 2)])
+def test_limit_plus(board, axis):
+    with FaultBench(board, (axis,), plants={(0, axis): "travel=-500..500"}) as bench:
+        bench.load(LONG, axis)
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault("limit_plus", axis, pixel=range(12, 15))
+
+
+@pytest.mark.provokes("limit_minus")
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 2)])
+def test_limit_minus(board, axis):
+    with FaultBench(board, (axis,), plants={(0, axis): "travel=-500..500"}) as bench:
+        bench.load(Line((-40,) * 60, PLAIN), axis)
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault("limit_minus", axis, pixel=range(12, 15))
+
+
+@pytest.mark.provokes("home_not_found")
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 1)])
+def test_home_not_found(board, axis):
+    with FaultBench(board, (axis,), plants={(0, axis): "home=9000"}) as bench:
+        seek(bench, axis, 40, 30)
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault("home_not_found", axis, pixel=31)
+        assert bench.count(axis) == 1200
+
+
+@pytest.mark.provokes("home_stuck")
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 1)])
+def test_home_stuck(board, axis):
+    with FaultBench(board, (axis,), plants={(0, axis): "home=9000,stuck=home:closed"}) as bench:
+        bench.sim.run(100_000)
+        seek(bench, axis, 40, 30, OPEN)
+        bench.arm()
+        bench.run_into_fault()
+        bench.assert_fault("home_stuck", axis, pixel=31)
+        assert bench.count(axis) == 1200

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""Faults around the motion, provoked on the real image: emergency stop, silence on the bus, resets,
+the stack, a token that does not fit.
+"""
+
+import pytest
+
+from faultbench import FaultBench
+from pixstep.board import boards
+from pixstep.board import registers as regs
+from pixstep.board.client import BoardError
+from pixstep.lines.line import PLAIN, Line
+
+pytestmark = pytest.mark.usefixtures("simulator")
+BOARDS = ("uno", "mega")
+LONG = Line((40,) * 200, PLAIN)
+MS = 16_000
+RESET = 14
+BROWN_OUT, WATCHDOG = 4, 8  # bits of reset_cause
+WAIT_CYCLES = 10_000_000
+REST_CYCLES = 200_000
+
+
+def running(bench, steps=400):
+    """Let every axis of the bench run a long line."""
+    for axis in bench.axes:
+        bench.load(LONG, axis)
+    bench.arm()
+    bench.run_until_steps(steps)
+
+
+def estop_pin(bench, level):
+    (pin,) = [one for one in boards.load(bench.name).pins if one.signal == "ESTOP"]
+    bench.sim.command(f"pin 0 {pin.port} {pin.bit} {level}")
+
+
+@pytest.mark.provokes("estop")
+@pytest.mark.parametrize(("board", "axes"), [("uno", range(1)), ("mega", range(4))])
+def test_estop(board, axes):
+    with FaultBench(board, axes) as bench:
+        running(bench)
+        pixel = bench.board.axis(0)["pixel"] + 1
+        estop_pin(bench, 0)
+        bench.run_into_fault(4 * MS)
+        bench.assert_fault("estop", pixel=range(pixel, pixel + 2))
+        with pytest.raises(BoardError):  # as long as it is pressed
+            bench.board.command("clear_fault", [])
+        estop_pin(bench, 1)
+        bench.sim.run(MS)
+        bench.board.command("clear_fault", [])
+        assert bench.fault() == "none"
+
+
+@pytest.mark.provokes("bus_silent")
+@pytest.mark.parametrize("board", BOARDS)
+def test_bus_silent(board):
+    with FaultBench(board) as bench:
+        bench.board.write_setting("bus_timeout_ms", 80)
+        bench.load(LONG)
+        bench.arm()
+        last_request = bench.sim.cycle
+        bench.run_into_fault()
+        assert 78 * MS < bench.sim.cycle - last_request < 83 * MS
+        # Line zero is one or two pixels of 10 ms behind the arming.
+        bench.assert_fault("bus_silent", pixel=range(5, 9), argument=80)
+        assert bench.count() > 100
+
+
+def restarted(bench):
+    """After a reset: nothing has moved since, the positions began anew, as the table says."""
+    assert bench.board.axis(0)["position_steps"] == 0
+    with pytest.raises(BoardError):
+        bench.load(LONG)
+        bench.arm()
+    bench.board.command("clear_fault", [])
+    assert bench.fault() == "none"
+
+
+@pytest.mark.provokes("reset")
+@pytest.mark.parametrize(
+    ("board", "hang"),
+    [
+        *((board, what) for board in BOARDS for what in ("main", "interrupts", "axis 0")),
+        *(("mega", f"axis {axis}") for axis in (1, 2, 3)),
+    ],
+)
+def test_reset_by_the_watchdog(board, hang):
+    """Also when the mega's check of time has found the axis late: its STEP edges would go on."""
+    with FaultBench(board, range(boards.load(board).axes)) as bench:
+        running(bench)
+        bench.sim.command(f"hang 0 {hang}")
+        bench.until_true(lambda: bench.latched() == RESET, 4_000_000)
+        bench.assert_fault("reset", pixel=1, argument=WATCHDOG, known=False)
+        restarted(bench)
+
+
+@pytest.mark.provokes("reset")
+@pytest.mark.parametrize("board", BOARDS)
+def test_reset_by_a_low_supply(board):
+    with FaultBench(board) as bench:
+        running(bench)
+        bench.sim.command("reset 0 brownout")
+        bench.run_into_fault(4_000_000)
+        bench.assert_fault("reset", pixel=1, argument=BROWN_OUT, known=False)
+        restarted(bench)
+
+
+@pytest.mark.provokes("stack_overflow")
+@pytest.mark.parametrize("board", BOARDS)
+def test_stack_overflow(board):
+    """Something writes on the word below the stack."""
+    with FaultBench(board) as bench:
+        running(bench)
+        pixel = bench.board.axis(0)["pixel"] + 1
+        bench.sim.command("poke 0 _end 00")
+        bench.run_into_fault(4 * MS)
+        bench.assert_fault("stack_overflow", pixel=range(pixel, pixel + 2))
+        with pytest.raises(BoardError):  # it does not mend itself
+            bench.board.command("clear_fault", [])
+
+
+@pytest.mark.provokes("wrong_token")
+@pytest.mark.parametrize(("board", "axes"), [("uno", range(1)), ("mega", range(4))])
+def test_wrong_token(board, axes):
+    with FaultBench(board, axes) as bench:
+        for axis in bench.axes:
+            bench.load(LONG, axis)
+        order(bench, "arm", 0x1234)
+        bench.sim.run(60 * MS)
+        assert bench.state() == "armed" and bench.count() == 0
+        order(bench, "go", 0x4321)
+        bench.assert_fault("wrong_token", pixel=1, argument=0x4321)
+        assert bench.count() == 0
+
+
+def order(bench, name, token):
+    """Give a command with its argument to the bench's axes."""
+    mask = sum(1 << axis for axis in bench.axes)
+    bench.board.write(regs.COMMAND_BASE, [mask, regs.COMMANDS[name], token])
