@@ -6,7 +6,7 @@
 //   * a request that is answered with an exception changes no setting
 //   * settings stay in their ranges, and no promise inside the firmware is broken
 //   * after any input and a silence a valid request is answered
-#include <stdlib.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "app/machine.h"
@@ -19,11 +19,15 @@
 #include "form.h"
 #include "script.h"
 
-#define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / CONFIG_BAUD))
-#define SILENCE_TICKS   (CONFIG_SILENCE_4US * 64u + 64u)
-#define GAP_TICKS       (SILENCE_TICKS / 2u)
-// Until a request is known to be over, served, and its reply sealed.
-#define SERVE_ROUNDS (SILENCE_TICKS / BENCH_ROUND_TICKS + 4u)
+// A slow main loop: most of the time goes into rounds.
+#define ROUND_TICKS    6000u
+#define TICKS_PER_16US 256u
+#define TICKS_PER_US   16u
+#define TICKS_PER_BIT  8u // for each count of the divisor
+#define CHARACTER_BITS 11u
+#define READ_INPUT     4u
+#define DIAGNOSE       8u
+#define RESTART        1u
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -33,13 +37,50 @@ static size_t count;
 static uint32_t last_byte_ticks;
 static unsigned replies;
 
-static void rounds(uint32_t number)
+// The line's times, as it is set now.
+static uint32_t silence_ticks(void)
 {
-    for (; number != 0; number--) {
-        fake_pass(BENCH_ROUND_TICKS);
+    return (uint32_t)fake_line.silence_16us * TICKS_PER_16US;
+}
+
+static uint32_t character_ticks(void)
+{
+    return (uint32_t)fake_line.divisor * TICKS_PER_BIT * CHARACTER_BITS;
+}
+
+static void pass(uint32_t ticks)
+{
+    for (uint32_t passed = 0; passed < ticks; passed += ROUND_TICKS) {
+        fake_pass(ROUND_TICKS);
         round_poll();
         serial_poll();
     }
+}
+
+// Bytes of the shortest frame at the front of these; 0: none.
+static size_t whole_frame(const uint8_t *bytes, size_t number)
+{
+    for (size_t length = 4; length <= number && length <= FRAME_MAX_BYTES; length++) {
+        if (script_crc(bytes, length) == 0) {
+            return length;
+        }
+    }
+    return 0;
+}
+
+// The request that a reply is to: at the front, or behind whole frames for others or for all.
+static const uint8_t *asked(uint8_t address)
+{
+    size_t from = 0;
+
+    while (from + 4u <= count) {
+        size_t length = whole_frame(&since_silence[from], count - from);
+        if (length == 0 || since_silence[from] == address) {
+            return length != 0 ? &since_silence[from] : NULL;
+        }
+        from += length;
+    }
+    return NULL;
 }
 
 static void check_reply(const uint8_t *reply,
@@ -47,8 +88,10 @@ static void check_reply(const uint8_t *reply,
                         const struct settings *before,
                         uint8_t address)
 {
-    PROMISE(count >= 4 && since_silence[0] == address, "a reply to nobody");
-    form_check(since_silence, (uint16_t)count, reply, reply_count);
+    const uint8_t *request = asked(address);
+
+    PROMISE(request != NULL, "a reply to nobody");
+    form_check(request, (uint16_t)(&since_silence[count] - request), reply, reply_count);
     if ((reply[1] & 0x80u) != 0) {
         PROMISE(memcmp(&machine.settings, before, sizeof *before) == 0,
                 "settings changed by a request that failed");
@@ -58,7 +101,7 @@ static void check_reply(const uint8_t *reply,
 
 static void check_board(void)
 {
-    PROMISE(settings_in_range(&machine.settings), "a setting is out of its range");
+    PROMISE(settings_possible(&machine.settings), "a setting is out of its range");
     PROMISE((machine.fault.mask & (1u << FAULT_internal)) == 0,
             "promise broken at line %u",
             (unsigned)machine.fault.argument);
@@ -71,11 +114,12 @@ static void silence(void)
     struct settings before = machine.settings;
     uint8_t reply[FRAME_MAX_BYTES];
 
-    rounds(SERVE_ROUNDS);
+    pass(silence_ticks() + machine.settings.reply_delay_us * TICKS_PER_US +
+         4u * ROUND_TICKS);
     uint16_t sent = fake_sent(reply, sizeof reply);
     if (sent != 0) {
         check_reply(reply, sent, &before, address);
-        rounds(sent * CHARACTER_TICKS / BENCH_ROUND_TICKS + 2u);
+        pass(sent * character_ticks() + 2u * ROUND_TICKS);
     }
     check_board();
     count = 0;
@@ -89,7 +133,7 @@ static void send(const uint8_t *bytes, size_t number)
             count++;
         }
         fake_receive(&bytes[i], 1);
-        fake_pass(CHARACTER_TICKS);
+        fake_pass(character_ticks());
         serial_poll();
         last_byte_ticks = fake_now_ticks();
     }
@@ -98,25 +142,38 @@ static void send(const uint8_t *bytes, size_t number)
 // Two of them in a row are a silence.
 static void gap(void)
 {
-    if (fake_now_ticks() + GAP_TICKS - last_byte_ticks < SILENCE_TICKS - CHARACTER_TICKS) {
-        rounds(GAP_TICKS / BENCH_ROUND_TICKS);
+    uint32_t half_ticks = silence_ticks() / 2u;
+
+    if (fake_now_ticks() - last_byte_ticks < half_ticks / 2u) {
+        pass(half_ticks);
     } else {
         silence();
     }
 }
 
-// Reads a register that every board has.
-static void probe(void)
+static void ask(uint8_t function, uint8_t second)
 {
-    uint8_t request[8] = {(uint8_t)machine.settings.unit_address, 4, 0, 0, 0, 1};
+    uint8_t request[8] = {
+        (uint8_t)machine.settings.unit_address, function, 0, second, 0, 0};
+
+    request[5] = function == READ_INPUT ? 1 : 0;
     uint16_t crc = script_crc(request, 6);
 
     request[6] = (uint8_t)crc;
     request[7] = (uint8_t)(crc >> 8);
-    silence();
-    unsigned before = replies;
     send(request, sizeof request);
     silence();
+}
+
+// Reads a register that every board has; first ends listen-only mode.
+static void probe(void)
+{
+    silence();
+    if (serial_counters()->listen_only) {
+        ask(DIAGNOSE, RESTART);
+    }
+    unsigned before = replies;
+    ask(READ_INPUT, 0);
     PROMISE(replies == before + 1u, "a valid request was not answered");
 }
 

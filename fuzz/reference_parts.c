@@ -176,7 +176,7 @@ static void reply_objects(const struct asked *asked, uint8_t first, uint8_t last
 {
     static const char *const texts[OBJECTS] = {"maker", "thing", "1.0"};
 
-    reply_byte(asked->expected, last - first + 1u);
+    reply_byte(asked->expected, (uint16_t)(last - first + 1u));
     for (uint8_t i = first; i <= last; i++) {
         uint8_t length = (uint8_t)strlen(texts[i]);
         reply_byte(asked->expected, i);

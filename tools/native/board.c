@@ -25,7 +25,7 @@
 
 #define ADDRESS         1u
 #define ROUND_TICKS     8000u // the serial line is looked at more often than a silence is long
-#define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / CONFIG_BAUD))
+#define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / 115200uL))
 #define CHUNK           8u // characters between two looks
 #define SILENCE_TICKS   28032u
 #define REPLY_MAX       256u

@@ -10,6 +10,7 @@ from pixstep.cli import (
     file,
     fuzz,
     home,
+    hostile,
     line,
     move,
     profile,
@@ -34,6 +35,7 @@ _groups = (
     home,
     bench,
     fuzz,
+    hostile,
     docs,
 )
 for command in (command for group in _groups for command in group.COMMANDS):

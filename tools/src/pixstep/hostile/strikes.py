@@ -91,11 +91,21 @@ class Generator:
             return strike
 
     def _frames(self, strike: Strike) -> list[bytes]:
-        """Return all that the board may take for a frame, to it or to all."""
+        """Return all that the board may take for a frame, to it or to all.
+
+        One may begin behind a silence and behind any other that is whole, another board's too.
+        """
         found: list[bytes] = []
         for seen, starts in self._stages(strike):
-            for start in starts:
-                found += wire.frames_in(seen[start:], (0, self._unit))
+            left, known = list(starts), set(starts)
+            while left:
+                start = left.pop()
+                for frame in wire.frames_in(seen[start:]):
+                    if frame[0] in (0, self._unit):
+                        found.append(frame)
+                    if start + len(frame) not in known:
+                        known.add(start + len(frame))
+                        left.append(start + len(frame))
         return found
 
     def _stages(self, strike: Strike) -> Iterator[tuple[bytes, list[int]]]:
@@ -201,9 +211,9 @@ class Generator:
     def _reply_of_other(self) -> bytes:
         other = self._rng.choice(self._others)
         count = self._rng.randint(1, 30)
-        return wire.seal(bytes([other, self._rng.choice((3, 4)), 2 * count]) + self._bytes(
-            2 * count, 2 * count
-        ))
+        return wire.seal(
+            bytes([other, self._rng.choice((3, 4)), 2 * count]) + self._bytes(2 * count, 2 * count)
+        )
 
     def _foreign_reply(self) -> Strike:
         return self._asked("another's reply, then a request", (self._reply_of_other(), CERTAIN))

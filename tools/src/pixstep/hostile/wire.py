@@ -43,10 +43,8 @@ def seal(body: bytes) -> bytes:
     return body + struct.pack("<H", crc16(body))
 
 
-def frames_in(data: bytes, units: tuple[int, ...]) -> list[bytes]:
-    """Return every beginning of `data` that is a whole frame to one of `units`."""
-    if not data or data[0] not in units:
-        return []
+def frames_in(data: bytes) -> list[bytes]:
+    """Return every beginning of `data` that has a frame's length and a right checksum."""
     found, crc = [], 0xFFFF
     for length, byte in enumerate(data[:FRAME_MAX], 1):
         crc = crc >> 8 ^ _TABLE[(crc ^ byte) & 0xFF]

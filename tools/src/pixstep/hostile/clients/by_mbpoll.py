@@ -6,11 +6,11 @@ pairs with the high word first.
 import re
 import shutil
 import subprocess
-from collections.abc import Callable
 
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.hostile.clients import cases
+from pixstep.hostile.clients.cases import ConformanceError, same
 
 _LIMIT_S = 20
 _VALUE = re.compile(r"^\[(\d+)\]:\s+(-?\w+)", re.M)
@@ -23,31 +23,11 @@ _EXCEPTIONS = {
 COIL, DISCRETE, INPUT, HOLDING = "0", "1", "3", "4"
 
 
-class ConformanceError(Exception):
-    """The board did not do as a case wants."""
-
-
 def run(port: str, board: str) -> dict[str, str]:
     """Return the result of every case."""
     if shutil.which("mbpoll") is None:
         raise UserError("mbpoll is missing: tools/setup installs it")
-    checks = _checks(_Poll(port), board)
-    return {case.name: _one(checks.get(case.name)) for case in cases.CASES}
-
-
-def _one(check: Callable[[], None] | None) -> str:
-    if check is None:
-        return cases.NOT_OFFERED
-    try:
-        check()
-    except ConformanceError as error:
-        return f"{cases.FAIL}: {error}"
-    return cases.OK
-
-
-def _same(found: object, wanted: object) -> None:
-    if found != wanted:
-        raise ConformanceError(f"{found}, not {wanted}")
+    return cases.run_list(_List(_Poll(port), board))
 
 
 class _Poll:
@@ -96,99 +76,91 @@ def _last(text: str) -> str:
     return lines[-1] if lines else "no output"
 
 
-def _checks(poll: _Poll, board: str) -> dict[str, Callable[[], None]]:
-    """Return the check of every case that mbpoll has a way to ask for."""
+class _List:
+    """A method for every case that mbpoll has a way to ask for."""
 
-    def reset() -> None:
-        poll.write(HOLDING, cases.DIR_SETUP, cases.DIR_DEFAULT, cases.DIR_DEFAULT)
+    def __init__(self, poll: _Poll, board: str) -> None:
+        self.poll, self.board = poll, board
 
-    def coils_read() -> None:
-        outputs = poll.read(INPUT, cases.OUTPUTS)[0]
-        _same(poll.read(COIL, cases.DRIVER_0), [outputs & 1])
-        _same(poll.read(COIL, cases.PERMIT), [outputs >> 8 & 1])
+    def reset(self) -> None:
+        self.poll.write(HOLDING, cases.DIR_SETUP, cases.DIR_DEFAULT, cases.DIR_DEFAULT)
 
-    def discrete_inputs_read() -> None:
-        bits = poll.read(DISCRETE, 0, 16)
-        status = poll.read(INPUT, cases.STATUS)[0]
-        _same(sum(bit << index for index, bit in enumerate(bits)), status)
+    def c_coils_read(self) -> None:
+        outputs = self.poll.read(INPUT, cases.OUTPUTS)[0]
+        same(self.poll.read(COIL, cases.DRIVER_0), [outputs & 1])
+        same(self.poll.read(COIL, cases.PERMIT), [outputs >> 8 & 1])
 
-    def holding_registers_read() -> None:
-        _same(tuple(poll.read(HOLDING, 0, len(cases.DEFAULTS))), cases.DEFAULTS)
+    def c_discrete_inputs_read(self) -> None:
+        bits = self.poll.read(DISCRETE, 0, 16)
+        status = self.poll.read(INPUT, cases.STATUS)[0]
+        same(sum(bit << index for index, bit in enumerate(bits)), status)
 
-    def input_registers_read() -> None:
-        version, _, number, axes = poll.read(INPUT, 0, 4)
-        wanted = (3, boards.BOARD_NAMES.index(board) + 1, boards.load(board).axes)
-        _same((version, number, axes), wanted)
+    def c_holding_registers_read(self) -> None:
+        same(tuple(self.poll.read(HOLDING, 0, len(cases.DEFAULTS))), cases.DEFAULTS)
 
-    def coil_written() -> None:
+    def c_input_registers_read(self) -> None:
+        version, _, number, axes = self.poll.read(INPUT, 0, 4)
+        wanted = (3, boards.BOARD_NAMES.index(self.board) + 1, boards.load(self.board).axes)
+        same((version, number, axes), wanted)
+
+    def c_coil_written(self) -> None:
         for on in (1, 0):
-            poll.write(COIL, cases.DRIVER_0, on)
-            _same(poll.read(COIL, cases.DRIVER_0), [on])
-            _same(poll.read(INPUT, cases.OUTPUTS)[0] & 1, on)
+            self.poll.write(COIL, cases.DRIVER_0, on)
+            same(self.poll.read(COIL, cases.DRIVER_0), [on])
+            same(self.poll.read(INPUT, cases.OUTPUTS)[0] & 1, on)
 
-    def register_written() -> None:
-        poll.write(HOLDING, cases.DIR_SETUP, 33)
-        _same(poll.read(HOLDING, cases.DIR_SETUP), [33])
-        reset()
+    def c_register_written(self) -> None:
+        self.poll.write(HOLDING, cases.DIR_SETUP, 33)
+        same(self.poll.read(HOLDING, cases.DIR_SETUP), [33])
+        self.reset()
 
-    def coils_written() -> None:
+    def c_coils_written(self) -> None:
         # Fault cleared where there is none, and permit: two coils side by side.
         for on in (1, 0):
-            poll.write(COIL, cases.PERMIT - 1, 0, on)
-            _same(poll.read(COIL, cases.PERMIT), [on])
+            self.poll.write(COIL, cases.PERMIT - 1, 0, on)
+            same(self.poll.read(COIL, cases.PERMIT), [on])
 
-    def registers_written() -> None:
-        poll.write(HOLDING, cases.DIR_SETUP, 41, 42)
-        _same(poll.read(HOLDING, cases.DIR_SETUP, 2), [41, 42])
-        reset()
+    def c_registers_written(self) -> None:
+        self.poll.write(HOLDING, cases.DIR_SETUP, 41, 42)
+        same(self.poll.read(HOLDING, cases.DIR_SETUP, 2), [41, 42])
+        self.reset()
 
-    def server_id() -> None:
-        text = poll.call("-u")
-        for wanted in (f"pixstep {board}", "Status: Off"):
+    def c_server_id(self) -> None:
+        text = self.poll.call("-u")
+        for wanted in (f"pixstep {self.board}", "Status: Off"):
             if wanted.lower() not in text.lower():
                 raise ConformanceError(f"no {wanted!r}: {_last(text)}")
 
-    def pair_read() -> None:
-        _same(poll.read(f"{INPUT}:int", cases.PERIOD), [cases.PERIOD_30_HZ])
+    def c_32_bit_pair_read(self) -> None:
+        same(self.poll.read(f"{INPUT}:int", cases.PERIOD), [cases.PERIOD_30_HZ])
 
-    def pair_written() -> None:
-        poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 50)
-        found = poll.read(f"{INPUT}:int", cases.PERIOD)
-        poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 30)
-        _same(found, [cases.PERIOD_50_HZ])
+    def c_32_bit_pair_written(self) -> None:
+        self.poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 50)
+        found = self.poll.read(f"{INPUT}:int", cases.PERIOD)
+        self.poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 30)
+        same(found, [cases.PERIOD_50_HZ])
 
-    def exception_03() -> None:
-        poll.refused(3, HOLDING, cases.DIR_SETUP, 0)
-        _same(poll.read(HOLDING, cases.DIR_SETUP), [cases.DIR_DEFAULT])
+    def c_exception_03(self) -> None:
+        self.poll.refused(3, HOLDING, cases.DIR_SETUP, 0)
+        same(self.poll.read(HOLDING, cases.DIR_SETUP), [cases.DIR_DEFAULT])
 
-    def exception_06() -> None:
-        poll.write(HOLDING, cases.QUEUE, *cases.block(poll.read(INPUT, 0x0022)[0]))
+    def c_exception_06(self) -> None:
+        self.poll.write(HOLDING, cases.QUEUE, *cases.block(self.poll.read(INPUT, 0x0022)[0]))
         try:
-            poll.refused(6, HOLDING, cases.DIR_SETUP, 33)
+            self.poll.refused(6, HOLDING, cases.DIR_SETUP, 33)
         finally:
-            poll.write(HOLDING, cases.COMMAND, 1, cases.DISCARD)
-        _same(poll.read(HOLDING, cases.DIR_SETUP), [cases.DIR_DEFAULT])
+            self.poll.write(HOLDING, cases.COMMAND, 1, cases.DISCARD)
+        same(self.poll.read(HOLDING, cases.DIR_SETUP), [cases.DIR_DEFAULT])
 
-    def nothing_by_halves() -> None:
-        poll.refused(3, HOLDING, cases.DIR_SETUP, 71, 0)
-        _same(poll.read(HOLDING, cases.DIR_SETUP), [cases.DIR_DEFAULT])
+    def c_nothing_by_halves(self) -> None:
+        self.poll.refused(3, HOLDING, cases.DIR_SETUP, 71, 0)
+        same(self.poll.read(HOLDING, cases.DIR_SETUP), [cases.DIR_DEFAULT])
 
-    return {
-        "coils read": coils_read,
-        "discrete inputs read": discrete_inputs_read,
-        "holding registers read": holding_registers_read,
-        "input registers read": input_registers_read,
-        "coil written": coil_written,
-        "register written": register_written,
-        "coils written": coils_written,
-        "registers written": registers_written,
-        "server id": server_id,
-        "32-bit pair read": pair_read,
-        "32-bit pair written": pair_written,
-        "exception 02": lambda: poll.refused(2, HOLDING, len(cases.DEFAULTS) - 1, count=2),
-        "exception 03": exception_03,
-        "exception 06": exception_06,
-        "nothing by halves": nothing_by_halves,
-        "125 words read": lambda: _same(len(poll.read(INPUT, cases.RECORDS, 125)), 125),
-        "123 words written": lambda: poll.refused(2, HOLDING, 0, *[1] * 123),
-    }
+    def c_exception_02(self) -> None:
+        self.poll.refused(2, HOLDING, len(cases.DEFAULTS) - 1, count=2)
+
+    def c_125_words_read(self) -> None:
+        same(len(self.poll.read(INPUT, cases.RECORDS, 125)), 125)
+
+    def c_123_words_written(self) -> None:
+        self.poll.refused(2, HOLDING, 0, *[1] * 123)

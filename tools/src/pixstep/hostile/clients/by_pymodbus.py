@@ -2,7 +2,6 @@
 """The conformance list by pymodbus' own serial client, on a pseudo terminal."""
 
 import struct
-from collections.abc import Callable
 
 from pymodbus.client import ModbusSerialClient
 from pymodbus.pdu import ModbusPDU
@@ -10,12 +9,9 @@ from pymodbus.pdu.file_message import FileRecord
 
 from pixstep.board import boards
 from pixstep.hostile.clients import cases
+from pixstep.hostile.clients.cases import ConformanceError, same
 
 _TIMEOUT_S = 1.0
-
-
-class ConformanceError(Exception):
-    """The board did not do as a case wants."""
 
 
 class _Raw(ModbusPDU):
@@ -36,35 +32,17 @@ def run(port: str, board: str) -> dict[str, str]:
     if not client.connect():
         raise ConformanceError(f"{port}: cannot be opened")
     try:
-        list_ = _List(client, board)
-        return {case.name: _one(list_.case(case.name)) for case in cases.CASES}
+        return cases.run_list(_List(client, board))
     finally:
         client.close()
 
 
-def _one(check: Callable[[], None]) -> str:
-    try:
-        check()
-    except Exception as error:  # whatever it is, it is this case's
-        return f"{cases.FAIL}: {error or type(error).__name__}"
-    return cases.OK
-
-
-def _same(found: object, wanted: object) -> None:
-    if found != wanted:
-        raise ConformanceError(f"{found}, not {wanted}")
-
-
 class _List:
-    """A method for every case, by its name with underscores."""
+    """A method for every case."""
 
     def __init__(self, client: ModbusSerialClient, board: str) -> None:
         self.client, self.board = client, board
         self.unit = {"device_id": cases.UNIT}
-
-    def case(self, name: str) -> Callable[[], None]:
-        """Return the check of a case."""
-        return getattr(self, "c_" + name.lower().replace(" ", "_").replace("-", "_"))
 
     # What most of them need.
 
@@ -78,7 +56,7 @@ class _List:
         """The reply must be this exception."""
         if not reply.isError():
             raise ConformanceError("no exception")
-        _same(reply.exception_code, code)
+        same(reply.exception_code, code)
 
     def raw(self, function: int, *words: int, data: bytes = b"") -> ModbusPDU:
         """Send a request made by hand."""
@@ -112,37 +90,37 @@ class _List:
 
     def c_coils_read(self) -> None:
         outputs = self.inputs(cases.OUTPUTS)[0]
-        _same(self.coils(cases.DRIVER_0), [bool(outputs & 1)])
-        _same(self.coils(cases.PERMIT), [bool(outputs >> 8 & 1)])
+        same(self.coils(cases.DRIVER_0), [bool(outputs & 1)])
+        same(self.coils(cases.PERMIT), [bool(outputs >> 8 & 1)])
 
     def c_discrete_inputs_read(self) -> None:
         reply = self.good(self.client.read_discrete_inputs(0, count=16, **self.unit))
         status = self.inputs(cases.STATUS)[0]
-        _same(reply.bits[:16], [bool(status >> bit & 1) for bit in range(16)])
+        same(reply.bits[:16], [bool(status >> bit & 1) for bit in range(16)])
 
     def c_holding_registers_read(self) -> None:
-        _same(tuple(self.holdings(0, len(cases.DEFAULTS))), cases.DEFAULTS)
+        same(tuple(self.holdings(0, len(cases.DEFAULTS))), cases.DEFAULTS)
 
     def c_input_registers_read(self) -> None:
         version, _, board, axes = self.inputs(0, 4)
         number = boards.BOARD_NAMES.index(self.board) + 1
-        _same((version, board, axes), (3, number, boards.load(self.board).axes))
+        same((version, board, axes), (3, number, boards.load(self.board).axes))
 
     def c_coil_written(self) -> None:
         for on in (True, False):
             self.good(self.client.write_coil(cases.DRIVER_0, on, **self.unit))
-            _same(self.coils(cases.DRIVER_0), [on])
-            _same(self.inputs(cases.OUTPUTS)[0] & 1, int(on))
+            same(self.coils(cases.DRIVER_0), [on])
+            same(self.inputs(cases.OUTPUTS)[0] & 1, int(on))
 
     def c_register_written(self) -> None:
         reply = self.client.write_register(cases.DIR_SETUP, 33, **self.unit)
-        _same(self.good(reply).registers, [33])
-        _same(self.holdings(cases.DIR_SETUP), [33])
+        same(self.good(reply).registers, [33])
+        same(self.holdings(cases.DIR_SETUP), [33])
         self.reset()
 
     def c_loopback(self) -> None:
         reply = self.good(self.client.diag_query_data(b"\xa5\x37", **self.unit))
-        _same(bytes(reply.message), b"\xa5\x37")
+        same(bytes(reply.message), b"\xa5\x37")
 
     def c_counter_of_exceptions(self) -> None:
         def count() -> int:
@@ -151,16 +129,16 @@ class _List:
 
         before = count()
         self.refused(self.raw(3, 0, 0), 3)
-        _same(count(), before + 1)
+        same(count(), before + 1)
 
     def c_coils_written(self) -> None:
         for on in (True, False):
             self.good(self.client.write_coils(cases.PERMIT, [on], **self.unit))
-            _same(self.coils(cases.PERMIT), [on])
+            same(self.coils(cases.PERMIT), [on])
 
     def c_registers_written(self) -> None:
         self.good(self.write(cases.DIR_SETUP, 41, 42))
-        _same(self.holdings(cases.DIR_SETUP, 2), [41, 42])
+        same(self.holdings(cases.DIR_SETUP, 2), [41, 42])
         self.reset()
 
     def c_server_id(self) -> None:
@@ -175,7 +153,7 @@ class _List:
                 address=cases.DIR_SETUP, and_mask=0xFFF0, or_mask=0x0005, **self.unit
             )
         )
-        _same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT & 0xFFF0 | 5])
+        same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT & 0xFFF0 | 5])
         self.reset()
 
     def c_write_and_read(self) -> None:
@@ -186,15 +164,15 @@ class _List:
             values=[51, 52],
             **self.unit,
         )
-        _same(self.good(reply).registers, [0, 1, 51, 52])
+        same(self.good(reply).registers, [0, 1, 51, 52])
         self.reset()
 
     def c_device_identification(self) -> None:
-        reply = self.good(self.client.read_device_information(
-                read_code=1, object_id=0, **self.unit
-            ))
+        reply = self.good(
+            self.client.read_device_information(read_code=1, object_id=0, **self.unit)
+        )
         vendor, product, revision = (reply.information[index] for index in range(3))
-        _same((vendor, product), (b"pixstep", self.board.encode()))
+        same((vendor, product), (b"pixstep", self.board.encode()))
         if not revision:
             raise ConformanceError("no revision")
 
@@ -206,17 +184,17 @@ class _List:
             self.refused(reply, 1)
             return
         data = self.good(reply).records[0].record_data
-        _same(data, struct.pack(">2H", cases.DIR_DEFAULT, cases.DIR_DEFAULT))
+        same(data, struct.pack(">2H", cases.DIR_DEFAULT, cases.DIR_DEFAULT))
 
     def c_32_bit_pair_read(self) -> None:
         high, low = self.inputs(cases.PERIOD, 2)
-        _same(high << 16 | low, cases.PERIOD_30_HZ)
+        same(high << 16 | low, cases.PERIOD_30_HZ)
 
     def c_32_bit_pair_written(self) -> None:
         self.good(self.write(cases.PIXEL_HZ, 0, 50))
         high, low = self.inputs(cases.PERIOD, 2)
         self.good(self.write(cases.PIXEL_HZ, 0, 30))
-        _same(high << 16 | low, cases.PERIOD_50_HZ)
+        same(high << 16 | low, cases.PERIOD_50_HZ)
 
     def c_exception_01(self) -> None:
         self.refused(self.client.read_exception_status(**self.unit), 1)
@@ -227,7 +205,7 @@ class _List:
 
     def c_exception_03(self) -> None:
         self.refused(self.client.write_register(cases.DIR_SETUP, 0, **self.unit), 3)
-        _same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT])
+        same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT])
 
     def c_exception_06(self) -> None:
         next_block = self.inputs(0x0022)[0]
@@ -235,21 +213,21 @@ class _List:
         reply = self.client.write_register(cases.DIR_SETUP, 33, **self.unit)
         self.good(self.write(cases.COMMAND, 1, cases.DISCARD))
         self.refused(reply, 6)
-        _same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT])
+        same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT])
 
     def c_broadcast(self) -> None:
         self.client.write_registers(
             cases.DIR_SETUP, [61, 62], device_id=0, no_response_expected=True
         )
-        _same(self.holdings(cases.DIR_SETUP, 2), [61, 62])
+        same(self.holdings(cases.DIR_SETUP, 2), [61, 62])
         self.reset()
 
     def c_nothing_by_halves(self) -> None:
         self.refused(self.write(cases.DIR_SETUP, 71, 0), 3)
-        _same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT])
+        same(self.holdings(cases.DIR_SETUP), [cases.DIR_DEFAULT])
 
     def c_125_words_read(self) -> None:
-        _same(len(self.inputs(cases.RECORDS, 125)), 125)
+        same(len(self.inputs(cases.RECORDS, 125)), 125)
 
     def c_126_words(self) -> None:
         self.refused(self.raw(3, 0, 126), 3)

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: MIT
 """The conformance list, and what every client needs to know of the board for it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 OK = "ok"
 NOT_OFFERED = "-"  # the client has no way to ask for it
 FAIL = "FAIL"
+
+
+class ConformanceError(Exception):
+    """The board did not do as a case wants."""
 
 
 @dataclass(frozen=True)
@@ -15,6 +20,32 @@ class Case:
     name: str
     function: str
     about: str
+
+    def of(self, checks: object) -> Callable[[], None] | None:
+        """Return the method for this case, `c_` and its name with underscores; None if none is."""
+        word = self.name.lower().replace(" ", "_").replace("-", "_")
+        return getattr(checks, f"c_{word}", None)
+
+
+def run_list(checks: object) -> dict[str, str]:
+    """Return the result of every case; what goes wrong in one is that one's."""
+    return {case.name: _result(case.of(checks)) for case in CASES}
+
+
+def _result(check: Callable[[], None] | None) -> str:
+    if check is None:
+        return NOT_OFFERED
+    try:
+        check()
+    except Exception as error:
+        return f"{FAIL}: {error or type(error).__name__}"
+    return OK
+
+
+def same(found: object, wanted: object) -> None:
+    """Raise ConformanceError unless both are equal."""
+    if found != wanted:
+        raise ConformanceError(f"{found}, not {wanted}")
 
 
 CASES = (

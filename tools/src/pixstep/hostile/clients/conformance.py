@@ -2,8 +2,9 @@
 """Every client on every board's image in the simulator, and the table of what came of it."""
 
 import contextlib
-import subprocess
 import selectors
+import subprocess
+import time
 from collections.abc import Callable, Iterator
 
 from pixstep import docs, natives
@@ -17,6 +18,7 @@ CLIENTS: dict[str, Callable[[str, str], dict[str, str]]] = {
     "pymodbus": by_pymodbus.run,
 }
 _START_S = 20
+_BOOT_S = 0.3  # what is sent while a board starts is lost
 
 Results = dict[tuple[str, str], dict[str, str]]  # by client and board: result by case
 
@@ -36,16 +38,20 @@ def pty_board(board: str) -> Iterator[str]:
         if not port:
             process.kill()
             raise UserError(f"simulator: no pseudo terminal: {process.stderr.read().strip()}")
+        time.sleep(_BOOT_S)
         yield port
     finally:
         process.kill()
         process.communicate()
 
 
-def run(progress: Callable[[float], None] = lambda _: None) -> Results:
-    """Run the list with every client on every board, each on a fresh one."""
+def run(
+    names: tuple[str, ...] = boards.BOARD_NAMES,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Results:
+    """Run the list with every client on these boards, each on a fresh one."""
     results: Results = {}
-    pairs = [(client, board) for client in CLIENTS for board in boards.BOARD_NAMES]
+    pairs = [(client, board) for client in CLIENTS for board in names]
     for client, board in pairs:
         with pty_board(board) as port:
             results[client, board] = CLIENTS[client](port, board)
