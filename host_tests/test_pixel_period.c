@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <stdint.h>
 
+#include "fakes/chance.h"
 #include "motion/pixel_period.h"
 #include "unity.h"
 
@@ -8,7 +9,7 @@
 
 static struct pixel_period period;
 static struct pixel_grid grid;
-static struct pixel_shift shift;
+static struct pixel_grid shift;
 
 void setUp(void)
 {
@@ -79,11 +80,11 @@ static void no_drift_with_large_terms(void)
 static void no_shift_is_the_grid_itself(void)
 {
     set(30000, 1001);
-    uint64_t at = pixel_shift_start(&shift, &period, 0, 32767);
+    uint64_t at = pixel_grid_start_shifted(&shift, &period, 0, 32767);
 
     for (uint32_t k = 1; k <= 1000; k++) {
         TEST_ASSERT_EQUAL_UINT64(place(k, 30000, 1001), at);
-        at += pixel_shift_advance(&shift, &period, 32767);
+        at += pixel_grid_advance(&shift);
     }
 }
 
@@ -124,13 +125,13 @@ static void limits_accepted(void)
 static void check_shift(uint32_t num, uint32_t den, uint16_t backlash, uint16_t speed)
 {
     set(num, den);
-    uint64_t at = pixel_shift_start(&shift, &period, backlash, speed);
+    uint64_t at = pixel_grid_start_shifted(&shift, &period, backlash, speed);
 
     for (uint16_t k = 0; k < 40; k++) {
         uint32_t parts = (uint32_t)k * speed + speed - backlash;
         TEST_ASSERT_EQUAL_UINT64(
             (uint64_t)TIMER_HZ * den * parts / ((uint64_t)num * speed), at);
-        at += pixel_shift_advance(&shift, &period, speed);
+        at += pixel_grid_advance(&shift);
     }
 }
 
@@ -144,11 +145,46 @@ static void shift_by_backlash(void)
     check_shift(2997, 100, 16383, 32766);
 }
 
+// floor(P * parts / speed) from the period's own terms: they leave no room for a product of all.
+static uint64_t shifted_place(uint32_t parts, uint16_t speed)
+{
+    uint64_t whole = (uint64_t)period.whole_ticks * parts;
+    uint64_t rest = whole % speed * period.divisor + (uint64_t)period.remainder * parts;
+
+    return whole / speed + rest / ((uint64_t)period.divisor * speed);
+}
+
+static void check_shift_with_large_terms(uint32_t num, uint32_t den)
+{
+    uint16_t speed = (uint16_t)chance_between(2, 32766);
+    uint16_t backlash = (uint16_t)chance_between(1, (chance() & 1u) != 0 ? speed : 9u);
+
+    backlash = backlash > speed ? speed : backlash;
+    set(num, den);
+    uint64_t at = pixel_grid_start_shifted(&shift, &period, backlash, speed);
+    for (uint16_t k = 0; k < 20; k++) {
+        TEST_ASSERT_EQUAL_UINT64(
+            shifted_place((uint32_t)k * speed + speed - backlash, speed), at);
+        at += pixel_grid_advance(&shift);
+    }
+}
+
+// Near the largest divisor a fraction of the shift may have more than 32 bits.
+static void shift_with_large_terms(void)
+{
+    chance_seed(0x5EED0021uL);
+    for (uint8_t i = 0; i < 250; i++) {
+        uint32_t num = 0xFFFFFFFFuL - chance_between(0, 1000);
+        check_shift_with_large_terms(num, chance_between(300000uL, 200000000uL));
+    }
+}
+
 static void shift_by_all_or_nothing(void)
 {
     set(30, 1);
-    TEST_ASSERT_EQUAL_UINT32(0, pixel_shift_start(&shift, &period, 1000, 1000));
-    TEST_ASSERT_EQUAL_UINT32(533333uL, pixel_shift_start(&shift, &period, 0, 1000));
+    TEST_ASSERT_EQUAL_UINT32(0, pixel_grid_start_shifted(&shift, &period, 1000, 1000));
+    TEST_ASSERT_EQUAL_UINT32(533333uL,
+                             pixel_grid_start_shifted(&shift, &period, 0, 1000));
 }
 
 int main(void)
@@ -164,6 +200,7 @@ int main(void)
     RUN_TEST(limits_refused);
     RUN_TEST(limits_accepted);
     RUN_TEST(shift_by_backlash);
+    RUN_TEST(shift_with_large_terms);
     RUN_TEST(shift_by_all_or_nothing);
     return UNITY_END();
 }

@@ -198,8 +198,8 @@ static void a_driver_gets_its_time_before_the_first_step(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     uint32_t armed_ticks = fake_now_ticks();
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_TRUE(fake_axes[0].first_step_ticks - armed_ticks >= 200u * 16000u);
-    TEST_ASSERT_TRUE(fake_axes[0].first_step_ticks - armed_ticks < 300u * 16000u);
+    TEST_ASSERT_TRUE(fake_axes[0].first_step_ticks - armed_ticks >= 200uL * 16000uL);
+    TEST_ASSERT_TRUE(fake_axes[0].first_step_ticks - armed_ticks < 300uL * 16000uL);
 }
 
 static void reset_by(uint8_t cause, uint16_t expected)

@@ -131,6 +131,16 @@ bool board_may_send(void *board)
     return port_level(b, pin);
 }
 
+static void follow_permit(struct board *b, bool level, uint64_t cycle)
+{
+    if (level != b->permit.level) {
+        b->permit.level = level;
+        b->permit.changes++;
+        b->permit.cycle = cycle;
+        add_edge(b, 0, EDGE_PERMIT, level, cycle);
+    }
+}
+
 static void follow(struct board *b, const struct board_pin *pin, uint64_t cycle)
 {
     struct board_axis *a = &b->axis[pin->axis];
@@ -147,11 +157,8 @@ static void follow(struct board *b, const struct board_pin *pin, uint64_t cycle)
     } else if (pin->signal == SIGNAL_ENABLE && port_level(b, pin) != a->enable) {
         a->enable = !a->enable;
         add_edge(b, pin->axis, EDGE_ENABLE, a->enable, cycle);
-    } else if (pin->signal == SIGNAL_PERMIT && port_level(b, pin) != b->permit.level) {
-        b->permit.level = !b->permit.level;
-        b->permit.changes++;
-        b->permit.cycle = cycle;
-        add_edge(b, 0, EDGE_PERMIT, b->permit.level, cycle);
+    } else if (pin->signal == SIGNAL_PERMIT) {
+        follow_permit(b, port_level(b, pin), cycle);
     } else if (pin->signal == SIGNAL_RS485_DE && !board_may_send(b)) {
         uart_driver_off(&b->uart, cycle);
     }

@@ -7,7 +7,7 @@
 //  * MCUSR collects the causes: a power-on leaves PORF alone, every other reset adds its own flag;
 //    a program can clear flags, never set them.
 //  * registers of the I/O space get their initial values and all pins become inputs. RAM and the
-//    general purpose registers keep their content, except through a power cut: then they hold noise.
+//    general purpose registers keep their content, except through a power cut: then they are noise.
 // Not modelled: the start-up time (the program begins at once), the supply's slope.
 
 #include "board.h"

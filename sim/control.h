@@ -14,9 +14,41 @@
 //   clock ppm X             ok                  frequency error
 //   steps BOARD AXIS        steps N CYCLE       rising edges, signed: DIR low counts up
 //   counts BOARD AXIS       counts N            rising edges
-//   peek BOARD ADDR LEN     mem HEX             RAM and registers as they stand (no side effects)
-//   poke BOARD ADDR HEX     ok                  RAM
-//   pin BOARD PORT BIT L    ok                  drive an input pin
+//   peek BOARD PLACE [LEN]  mem HEX             RAM and registers as they stand (no side effects).
+//                                               PLACE: an address, or a variable of the image's
+//                                               symbols: NAME or NAME+OFFSET, then LEN may be left
+//                                               out
+//   poke BOARD PLACE HEX    ok                  RAM
+//   symbol BOARD NAME       symbol SPACE ADDRESS SIZE
+//                                               where it is in flash, ram or eeprom, in bytes
+//   eeprom BOARD read PLACE [LEN]
+//                           mem HEX             a byte that is being written is still the old one
+//   eeprom BOARD write PLACE HEX
+//                           ok                  from outside, at once
+//   eeprom BOARD state      eeprom WRITES ADDRESS LEFT
+//                                               bytes that the program has begun to write so far;
+//                                               the one on its way (- for none) and its cycles left
+//   pin BOARD PORT BIT L [at CYCLE]
+//                           ok                  drive an input pin, now or at a cycle to come
+//   permit BOARD            permit LEVEL CHANGES CYCLE
+//                                               the permit output, its edges so far, the last one's
+//                                               cycle (0: never)
+//   power BOARD off|on [at CYCLE]
+//                           ok [CYCLE]          the supply fails or comes back. Off: the byte of
+//                                               EEPROM on its way is anything, every pin an input.
+//                                               On: RAM is noise. CYCLE: when it happened, at the
+//                                               end of the instruction that was running
+//   cycle BOARD [at CYCLE]  ok [CYCLE]          power off and on in the same cycle
+//   reset BOARD external|brownout [at CYCLE]
+//                           ok [CYCLE]          RAM and EEPROM are kept, a write on its way ends
+//   hang BOARD main         ok CYCLE            the main program stands still, where interrupts are
+//                                               next on; interrupts are served
+//   hang BOARD interrupts   ok CYCLE            nothing runs: a loop with interrupts off
+//   hang BOARD axis N       ok CYCLE            its step interrupt returns at its vector
+//   hang BOARD at PLACE     ok CYCLE            the instruction at this flash address (bytes) or
+//                                               function jumps to itself
+//   hang BOARD ... kept     ok CYCLE            resets end a hang; only a power cut ends this one
+//   hang BOARD off          ok CYCLE            all hangs of the board end
 //   plant BOARD AXIS        plant MOTOR LOAD
 //   knobs BOARD AXIS KNOBS  ok                  mechanics, as --plant (--help lists the knobs);
 //                                               those not named stay. start=N puts motor and load
@@ -31,7 +63,8 @@
 //                                               HOME_CYCLE is the last edge of its bouncing so far
 //   stats                   one line of JSON
 //   mark                    ok CYCLE            handlers' figures in `stats` begin anew here
-//   flush                   ok                  output files are complete up to now
+//   flush                   ok                  output files are complete up to now, EEPROM files
+//                                               too
 //   quit                    ok                  and exit with status 0
 #pragma once
 

@@ -194,14 +194,15 @@ static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     eeprom_level(e, cycle + 1);
 }
 
+// simavr keeps what this returns in place of the register.
 static uint8_t read_eecr(avr_t *avr, avr_io_addr_t address, void *param)
 {
     struct eeprom *e = param;
     uint64_t cycle = access_cycle(avr);
 
     sync(e, cycle);
-    return (uint8_t)(avr->data[address] | (cycle <= e->enabled_until ? EEMPE : 0U) |
-                     (e->busy ? EEPE : 0U));
+    return (uint8_t)((avr->data[address] & (EEPM | EERIE)) |
+                     (cycle <= e->enabled_until ? EEMPE : 0U) | (e->busy ? EEPE : 0U));
 }
 
 static void write_eear(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)

@@ -12,13 +12,37 @@
 
 #define PATH_MOST 4096
 
+// False if the file goes on beyond the EEPROM's end.
 static bool read_bytes(struct eeprom *e, FILE *file)
 {
-    char beyond;
+    uint8_t bytes[EEPROM_BYTES_MOST + 1];
+    size_t count = fread(bytes, 1, (size_t)e->size + 1, file);
 
+    if (count > e->size) {
+        return false;
+    }
     memset(e->bytes, (int)EEPROM_ERASED, sizeof e->bytes);
-    (void)fread(e->bytes, 1, e->size, file);
-    return fread(&beyond, 1, 1, file) == 0;
+    memcpy(e->bytes, bytes, count);
+    return true;
+}
+
+// Better now than at the end of a long run. Sets errno if not.
+static bool may_create(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    char folder[PATH_MOST];
+    size_t length = (slash != NULL) ? (size_t)(slash - path) + 1 : 0;
+
+    if (length == 0) {
+        return access(".", W_OK) == 0;
+    }
+    if (length >= sizeof folder) {
+        errno = ENAMETOOLONG;
+        return false;
+    }
+    memcpy(folder, path, length);
+    folder[length] = '\0';
+    return access(folder, W_OK) == 0;
 }
 
 bool eeprom_load(struct eeprom *e, const char *path, char *error, size_t room)
@@ -26,7 +50,7 @@ bool eeprom_load(struct eeprom *e, const char *path, char *error, size_t room)
     FILE *file = fopen(path, "rb");
     bool fits;
 
-    if (file == NULL && errno == ENOENT) {
+    if (file == NULL && errno == ENOENT && may_create(path)) {
         return true; // erased, as a new part
     }
     if (file == NULL) {

@@ -6,6 +6,8 @@
 #include <string.h>
 
 #define PAINT 0xA5U
+// The firmware's canary, the lowest word of the stack's room, is written at reset.
+#define CANARY_BYTES 2U
 
 // The linker's name for the first address after .noinit.
 static const char end_symbol[] = "_end";
@@ -27,7 +29,7 @@ bool stack_find(struct stack_watch *watch,
         avr->ramend - end->address >= STACK_BYTES_MOST) {
         return false;
     }
-    watch->bottom = (uint16_t)end->address;
+    watch->bottom = (uint16_t)(end->address + CANARY_BYTES);
     watch->free_least = room(watch);
     return true;
 }

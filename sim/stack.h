@@ -16,7 +16,7 @@
 #define STACK_BYTES_MOST 8192
 
 struct stack_watch {
-    uint16_t bottom; // first address after .data, .bss and .noinit
+    uint16_t bottom; // first address after .data, .bss, .noinit and the firmware's canary
     uint16_t top;    // RAMEND
     uint8_t paint[STACK_BYTES_MOST];
     uint32_t free_least; // before the last power cut

@@ -135,8 +135,7 @@ static void receive(struct uart *u, const struct line_frame *frame, uint64_t cyc
     if ((uart_ucsrb(u) & RXEN) == 0) {
         return;
     }
-    if (frame->corrupted || frame->start < u->rx_since || !speed_fits(u, frame) ||
-        (other & UCSZ) != 0) {
+    if (frame->corrupted || !speed_fits(u, frame) || (other & UCSZ) != 0) {
         heard.data = (uint8_t)~frame->data;
         heard.errors = FE;
     } else if (other != 0) {

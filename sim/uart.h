@@ -4,12 +4,12 @@
 // Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and
 // the frame format; double-buffered transmitter; receiver with two buffered characters and one
 // waiting in the shift register, so that an overrun happens when the part's would. Interrupts on
-// RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone. A frame in
-// whose midst the receiver is switched on is heard as a framing error. A reset cuts the frame on its
-// way out.
+// RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone. A reset
+// cuts the frame on its way out.
 //
 // Not modelled: synchronous modes and multi-processor mode (refused), and the up to one bit time by
-// which the part's transmitter waits for its free-running bit clock (a frame starts at once).
+// which the part's transmitter waits for its free-running bit clock (a frame starts at once). A
+// frame in whose midst the receiver is switched on is heard whole.
 #pragma once
 
 #include <stdbool.h>
@@ -57,7 +57,6 @@ struct uart {
     int fifo_count;
     bool overrun;
     uint8_t rx_last;
-    uint64_t rx_since; // the receiver was last switched on in this cycle
 
     struct line_frame *incoming[UART_INCOMING];
     unsigned incoming_first, incoming_last;

@@ -78,9 +78,6 @@ static void write_ucsrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
 {
     struct uart *u = param;
 
-    if ((value & ~avr->data[address] & RXEN) != 0) {
-        u->rx_since = access_cycle(avr) + 1;
-    }
     avr->data[address] = value;
     if ((value & UCSZ2) != 0) {
         u->hooks->refuse(u->hooks->board, "UART 0: 9 data bits are not modelled");

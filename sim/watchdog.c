@@ -148,11 +148,13 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
     schedule(w);
 }
 
+// simavr keeps what this returns in place of the register.
 static uint8_t read_control(avr_t *avr, avr_io_addr_t address, void *param)
 {
     const struct watchdog *w = param;
 
-    return avr->data[address] | (access_cycle(avr) <= w->change_until ? WDCE : 0U);
+    return (uint8_t)((avr->data[address] & ~WDCE) |
+                     (access_cycle(avr) <= w->change_until ? WDCE : 0U));
 }
 
 // "Executing the corresponding interrupt vector will clear WDIE and WDIF" (WDIF: simavr does).

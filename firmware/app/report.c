@@ -33,6 +33,9 @@ uint16_t report_status(void)
     if (estop_tripped()) {
         bits |= REPORT_ESTOP;
     }
+    if (serial_counters()->listen_only) {
+        bits |= REPORT_LISTEN_ONLY;
+    }
     return machine.permit ? (uint16_t)(bits | REPORT_PERMIT) : bits;
 }
 

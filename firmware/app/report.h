@@ -11,6 +11,7 @@
 #define REPORT_FAULT   0x0008u
 #define REPORT_ESTOP   0x0010u
 #define REPORT_PERMIT  0x0020u
+#define REPORT_LISTEN_ONLY 0x0040u
 
 bool report_mapped(uint16_t address, uint16_t count);
 uint16_t report_word(uint16_t address);

@@ -190,6 +190,10 @@ static uint8_t neediest(void)
     uint8_t found = CONFIG_AXES;
     uint32_t least = UINT32_MAX;
 
+    if (CONFIG_AXES == 1) {
+        return axis_decoded(machine_axis(0)) ? CONFIG_AXES : 0;
+    }
+
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (!axis_decoded(machine_axis(i))) {
             uint32_t ahead = axis_ahead_ticks(machine_axis(i));

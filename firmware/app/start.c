@@ -148,8 +148,8 @@ static bool release(uint8_t i)
         return false;
     }
     if (axis->state != AXIS_ARMED) {
-        step_timer_halt(
-            i); // a promise was broken on the way: a fault, and nothing may run
+        // A promise was broken on the way: a fault, and nothing may run.
+        step_timer_halt(i);
         return true;
     }
     machine.starting = (uint8_t)(machine.starting & ~(1u << i));

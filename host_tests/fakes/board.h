@@ -47,9 +47,23 @@ void fake_underrun(uint8_t axis);
 // A period of this axis passed without its interrupt: the newest one is repeated.
 void fake_missed_period(uint8_t axis);
 
-// Bytes to the board; what it sent since the last call, at most room bytes.
+// Bytes to the board, all of them now; what it has begun to send since the last call, at most room
+// bytes.
 void fake_receive(const uint8_t *bytes, uint16_t length);
 uint16_t fake_sent(uint8_t *bytes, uint16_t room);
+
+// The receiver has lost so many bytes.
+void fake_overrun(uint8_t bytes);
+
+// What uart_set() was told last, and how often it was another than before.
+struct fake_line {
+    uint8_t divisor;
+    uint8_t parity;
+    uint16_t silence_16us;
+    uint8_t changes;
+};
+
+extern struct fake_line fake_line;
 
 // This axis's step interrupt is never served again.
 void fake_hang_axis(uint8_t axis);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// hal/uart.h: bytes wait until they are taken; a reply leaves at line speed.
+// hal/uart.h: bytes arrive at the instant they are given; a reply leaves at line speed.
 #include "hal/uart.h"
 
 #include <string.h>
@@ -7,41 +7,55 @@
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
 
-#define INCOMING_MAX    64u
-#define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / CONFIG_BAUD))
+#define TICKS_PER_16US 256u
+#define TICKS_PER_BIT  8u // for each count of the divisor
 
-static uint8_t incoming[INCOMING_MAX];
-static uint8_t taken;
-static uint8_t received;
+struct fake_line fake_line;
+
+static uint8_t *buffer;
+static uint16_t received; // bytes in the buffer
+static uint16_t gap;      // before the first silence among them, 0 none
+static bool deaf;
 static uint8_t overruns;
-static const uint8_t *outgoing;
+static uint32_t last_byte_ticks;
 static uint16_t outgoing_length;
 static uint32_t sent_at_ticks;
 static bool sending;
 
 void fake_uart_power_on(void)
 {
-    taken = 0;
     received = 0;
+    gap = 0;
     overruns = 0;
     outgoing_length = 0;
     sending = false;
+    deaf = false;
+    last_byte_ticks = fake_now_ticks();
+    fake_line = (struct fake_line){0, UART_NONE, 0, 0};
+}
+
+static void receive(uint8_t byte)
+{
+    if (uart_silent() && gap == 0 && received < UART_BUFFER_BYTES) {
+        gap = received;
+    }
+    last_byte_ticks = fake_now_ticks();
+    if (received < UART_BUFFER_BYTES) {
+        buffer[received] = byte;
+        received++;
+    }
 }
 
 void fake_receive(const uint8_t *bytes, uint16_t length)
 {
-    if (taken == received) {
-        taken = 0;
-        received = 0;
+    for (uint16_t i = 0; !deaf && i < length; i++) {
+        receive(bytes[i]);
     }
-    for (uint16_t i = 0; i < length; i++) {
-        if (received == INCOMING_MAX) {
-            overruns++;
-        } else {
-            incoming[received] = bytes[i];
-            received++;
-        }
-    }
+}
+
+void fake_overrun(uint8_t bytes)
+{
+    overruns = (uint8_t)(overruns + bytes);
 }
 
 uint16_t fake_sent(uint8_t *bytes, uint16_t room)
@@ -49,24 +63,55 @@ uint16_t fake_sent(uint8_t *bytes, uint16_t room)
     uint16_t length = outgoing_length < room ? outgoing_length : room;
 
     if (length != 0) {
-        memcpy(bytes, outgoing, length);
+        memcpy(bytes, buffer, length);
     }
     outgoing_length = 0;
     return length;
 }
 
-void uart_start(void)
+void uart_listen(void)
 {
+    received = 0;
+    gap = 0;
+    deaf = false;
 }
 
-bool uart_take(uint8_t *byte)
+void uart_start(uint8_t *into)
 {
-    if (taken == received) {
-        return false;
+    buffer = into;
+    uart_listen();
+}
+
+void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
+{
+    if (divisor != fake_line.divisor || parity != fake_line.parity) {
+        fake_line = (struct fake_line){
+            divisor, parity, silence_16us, (uint8_t)(fake_line.changes + 1u)};
     }
-    *byte = incoming[taken];
-    taken++;
-    return true;
+}
+
+bool uart_silent(void)
+{
+    return fake_now_ticks() - last_byte_ticks >=
+           (uint32_t)fake_line.silence_16us * TICKS_PER_16US;
+}
+
+bool uart_received(uint16_t *count)
+{
+    *count = gap != 0 ? gap : received;
+    return gap != 0 || uart_silent();
+}
+
+void uart_drop(uint16_t count)
+{
+    received = (uint16_t)(received - count);
+    memmove(buffer, buffer + count, received);
+    gap = gap > count ? (uint16_t)(gap - count) : 0;
+}
+
+void uart_deafen(void)
+{
+    deaf = true;
 }
 
 uint8_t uart_take_overruns(void)
@@ -77,11 +122,11 @@ uint8_t uart_take_overruns(void)
     return count;
 }
 
-void uart_send(const uint8_t *bytes, uint16_t length)
+void uart_send(uint16_t length)
 {
-    outgoing = bytes;
     outgoing_length = length;
-    sent_at_ticks = fake_now_ticks() + CHARACTER_TICKS * length;
+    sent_at_ticks =
+        fake_now_ticks() + 11u * TICKS_PER_BIT * (uint32_t)fake_line.divisor * length;
     sending = true;
 }
 
@@ -89,6 +134,7 @@ bool uart_sending(void)
 {
     if (sending && (int32_t)(fake_now_ticks() - sent_at_ticks) >= 0) {
         sending = false;
+        uart_listen();
     }
     return sending;
 }

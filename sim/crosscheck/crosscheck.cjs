@@ -19,7 +19,7 @@ const TOLERANCE_CYCLES = 3;
 const MIN_STEPS = 20000;
 // Run on after the last recorded edge, so that an edge too many shows.
 const RUN_ON_CYCLES = 160000;
-const WATCHED = new Set(['STEP', 'DIR', 'ENABLE']);
+const WATCHED = new Set(['STEP', 'DIR', 'ENABLE', 'PERMIT']);
 
 // Pins of axis 0 from the board's own table.
 function readPins(file) {

@@ -23,6 +23,13 @@ def image(board, name):
     return f"{board}={Path(IMAGES[board]) / f'sim_{name}.elf'}"
 
 
+def call(*arguments):
+    """One run of the simulator from its command line."""
+    return subprocess.run(
+        [SIM, *arguments], check=False, capture_output=True, text=True, timeout=60
+    )
+
+
 class Session:
     """pixstep-sim --control with one board or several."""
 

@@ -7,13 +7,7 @@ import unittest
 from fractions import Fraction
 from pathlib import Path
 
-from harness import SIM, Session, SimTest, differences, image, read_edges, rising
-
-
-def call(*arguments):
-    return subprocess.run(
-        [SIM, *arguments], check=False, capture_output=True, text=True, timeout=60
-    )
+from harness import SIM, Session, SimTest, call, differences, image, read_edges, rising
 
 
 class CommandLine(unittest.TestCase):
@@ -203,7 +197,12 @@ class PlantLog(SimTest):
 
     def test_a_log_that_cannot_be_written(self):
         result = call(
-            "--board", image("uno", "turns"), "--run-ms", "1", "--plant-log", "/nowhere/x"
+            "--board",
+            image("uno", "turns"),
+            "--run-ms",
+            "1",
+            "--plant-log",
+            "/nowhere/x",
         )
         self.assertEqual(result.returncode, 2)
         self.assertIn("/nowhere/x: ", result.stderr)

@@ -96,9 +96,10 @@ class Symbols:
 class Reader:
     """Walks the lines of a disassembly and fills in the functions."""
 
-    def __init__(self, symbols: Symbols) -> None:
+    def __init__(self, symbols: Symbols, return_bytes: int) -> None:
         """Start with no function open."""
         self.symbols = symbols
+        self.return_bytes = return_bytes
         self.functions: dict[str, Function] = {}
         self.current: Function | None = None
         self.last_operation = "ret"
@@ -161,8 +162,8 @@ class Reader:
             function.pushes += operation == "push"
             function.moves.append((self.address, 1 if operation == "push" else -1))
         elif operation == "rcall" and CALL_NEXT.match(rest):
-            function.frame += 3
-            function.moves.append((self.address, 3))
+            function.frame += self.return_bytes
+            function.moves.append((self.address, self.return_bytes))
         elif operation == "sei":
             function.opens_interrupts = True
         elif operation == "ldi" and rest[:3] in FRAME_SIZE:
@@ -205,14 +206,15 @@ def read_image(elf: Path, objdump: str = "avr-objdump") -> Image:
     """Disassemble an ELF file and note every function in it."""
     about = run([objdump, "-f", "-t", str(elf)])
     symbols = Symbols(about)
-    reader = Reader(symbols)
+    # Parts with more than 128 KB of flash ("avr:6") have return addresses of three bytes.
+    return_bytes = 3 if "architecture: avr:6" in about else 2
+    reader = Reader(symbols, return_bytes)
     for line in run([objdump, "-d", "-w", str(elf)]).splitlines():
         reader.line(line)
     if not reader.functions:
         raise ImageError(f"{elf}: no code in it")
     note_pointers(elf, reader.functions, symbols, about, run([objdump, "-r", "-w", str(elf)]))
-    # Parts with more than 128 KB of flash ("avr:6") have return addresses of three bytes.
-    return Image(reader.functions, symbols.typed, 3 if "architecture: avr:6" in about else 2)
+    return Image(reader.functions, symbols.typed, return_bytes)
 
 
 def note_pointers(

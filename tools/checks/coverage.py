@@ -170,12 +170,11 @@ def outdated(path: Path, files: list[File]) -> list[str]:
     text = path.read_text(encoding="utf-8")
     shown = set(re.findall(r"^\| `(firmware/[^`]+)` \|", text, re.MULTILINE))
     names = {file.name for file in files}
-    again = f"tools/coverage --write {path.name}" if path.parent == ROOT else ""
-    again = again or f"tools/coverage --write {path}"
-    return [
-        f"{path}: {'lacks' if name in names else 'still names'} {name}: {again}"
-        for name in sorted(names ^ shown)
-    ]
+    found = []
+    for name in sorted(names ^ shown):
+        what = "lacks" if name in names else "still names"
+        found.append(f"{path}: {what} {name}: tools/coverage --write {path}")
+    return found
 
 
 def arguments() -> argparse.Namespace:

@@ -42,6 +42,9 @@ EXCLUSIVE = {
     "mega": [{25, 26, 27}, {17, 20}, {32, 35}, {42, 45}, {47, 50}],
 }
 
+# The word below the stack that tells when it grew too far (firmware/hal/avr/cpu.c).
+CANARY_BYTES = 2
+
 # avr-gcc's one address space: flash from 0, RAM and EEPROM far above.
 RAM_AT = 0x800000
 EEPROM_AT = 0x810000
@@ -111,6 +114,7 @@ def worst_stack(board: str, image: Image) -> tuple[int, list[str]]:
 def measure(board: str, elf: Path) -> Size:
     """All numbers of one image."""
     flash, static_ram = memory_bytes(board, elf)
+    static_ram += CANARY_BYTES
     stack, path = worst_stack(board, read_image(elf))
     return Size(flash, static_ram, stack, LIMITS[board].ram - static_ram - stack, path)
 

@@ -11,9 +11,8 @@ from click.testing import CliRunner
 from bench import QUIET_CYCLES, Bench
 from pixstep import formats
 from pixstep.bench import lines
-from pixstep.board.client import BoardError, Upload
+from pixstep.board.client import BoardError
 from pixstep.cli.main import main
-from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -22,27 +21,6 @@ LONG = Line((40,) * 60, PLAIN)
 SHORT = Line((4, 16, 24, 24, 20, 8, 0))
 # 45,000 steps/s at 30 Hz, every pixel accelerating or braking: one axis does that, four cannot.
 TOO_FAST_FOR_FOUR = lines.at_peak(1500, Fraction(30), 0.3)
-
-
-def streamed(count):
-    """Return the entries of a line of single pixels that never ends."""
-    return runs.queue_entries(Line(tuple(20 + n % 2 for n in range(count)), PLAIN))[:-1]
-
-
-@pytest.mark.parametrize("board", BOARDS)
-def test_a_line_whose_end_never_comes_starves(board):
-    with Bench(board) as bench:
-        room = bench.board.axis(0)["queue_free"]
-        upload = Upload(bench.board, 0, streamed(room * 3 // 4 - 4))
-        upload.push()
-        assert bench.state() == "loading"
-        upload = Upload(bench.board, 0, [(30, 1), (31, 1), (32, 1)])
-        upload.push()
-        assert bench.state() == "loaded"
-        bench.arm()
-        assert bench.run_until_fault() == "starved"
-        assert bench.state() == "fault"
-        bench.assert_rest()
 
 
 @pytest.mark.parametrize("phase", range(12))

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/axis.h"
 
+#include "base/apart.h" // APART
+
 // Entries that must be free for a round of decoding to begin: a few steps at a time would cost more
 // in getting there than in decoding.
 #define DECODE_ROOM 64u
@@ -39,7 +41,7 @@ void axis_init(struct axis *axis,
     ledger_reset(&axis->ledger, ring, first_period_ticks);
 }
 
-static struct run run_from_bytes(const uint8_t *bytes)
+static APART struct run run_from_bytes(const uint8_t *bytes)
 {
     return (struct run){
         .count = (int16_t)(((uint16_t)bytes[0] << 8) | bytes[1]),

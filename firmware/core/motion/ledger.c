@@ -282,12 +282,18 @@ static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_
     for (uint8_t i = 3; i > count; i--) {
         ledger->lengths[i - 1u] = ledger->lengths[i - 1u - count];
     }
+    // A pixel's steps fit 15 bits, so both terms and their sum do.
+    int16_t least = (int16_t)(carried->after_short + carried->after_long);
+
     for (uint8_t i = 0; i < count; i++) {
+        int16_t after = carried->after_short;
         ledger->pulsed = (uint8_t)(ledger->pulsed << 1) | 1u;
-        bool was_long =
-            sum < (int32_t)carried->after_short + (int32_t)carried->after_long;
-        sum = (int16_t)(sum - (was_long ? carried->after_long : carried->after_short));
-        ledger->lengths[i] = (uint16_t)(base + (was_long ? 1u : 0u));
+        ledger->lengths[i] = base;
+        if (sum < least) {
+            after = carried->after_long;
+            ledger->lengths[i]++;
+        }
+        sum = (int16_t)(sum - after);
     }
 }
 

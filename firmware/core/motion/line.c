@@ -49,7 +49,7 @@ static APART void count_steps(struct line *line, const struct piece *piece)
 // The non-pulsing start of the leading zero pixel. False when backlash = line speed: no wait.
 static bool delay_piece(struct line *line, struct piece *piece)
 {
-    uint32_t ticks = pixel_shift_start(
+    uint32_t ticks = pixel_grid_start_shifted(
         &line->pieces, line->edges.period, line->backlash_steps, line->line_speed);
 
     *piece = (struct piece){.ticks = ticks, .negative = line->negative};
@@ -91,9 +91,7 @@ static APART uint16_t steps_at_edge(const struct line *line, uint16_t steps)
 
 static uint32_t pixel_ticks(struct line *line)
 {
-    return line->shifted
-               ? pixel_shift_advance(&line->pieces, line->edges.period, line->line_speed)
-               : line->to_edge_ticks;
+    return line->shifted ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks;
 }
 
 static uint16_t run_steps(const struct line *line)

@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/pixel_period.h" // struct pixel_grid, struct pixel_shift
+#include "motion/pixel_period.h" // struct pixel_grid
 #include "motion/run_queue.h"    // struct run_queue
 
 struct piece {
@@ -47,7 +47,7 @@ struct line {
     int32_t position;       // signed steps up to the start of the next piece
     uint32_t to_edge_ticks; // from the start of the next piece to the next pixel edge
     struct pixel_grid edges;
-    struct pixel_shift pieces; // ends of the shifted pieces
+    struct pixel_grid pieces; // ends of the shifted pieces
 };
 
 enum line_status {

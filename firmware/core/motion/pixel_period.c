@@ -2,7 +2,11 @@
 #include "motion/pixel_period.h"
 
 #include "base/apart.h"    // APART
+#include "base/divide.h"   // divide_with_rest
 #include "base/multiply.h" // multiply_u32_u16
+
+// Of the two halves of a number in memory.
+#define LOW_HALF (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)
 
 // to += by, both whole + rest / divisor; the period's divisor is known.
 static APART void add(struct pixel_period *to, const struct pixel_period *by)
@@ -69,57 +73,69 @@ uint32_t pixel_grid_advance(struct pixel_grid *grid)
     return period->whole_ticks;
 }
 
-static struct pixel_shift product(uint32_t a, uint16_t b)
-{
-    uint32_t low = multiply_u32_u16((uint16_t)a, b);
-    uint32_t high = multiply_u32_u16(a >> 16, b) + (low >> 16);
+// Half a number of 32 bits as it lies in memory, which is all that a small part can multiply.
+typedef uint16_t __attribute__((may_alias)) half;
 
-    return (struct pixel_shift){
-        .low = (high << 16) | (uint16_t)low,
-        .high = (uint16_t)(high >> 16),
-    };
+// *a * b + *c * d + more; b and d of 15 bits.
+static APART uint32_t
+mix(const half *a, uint16_t b, const half *c, uint16_t d, uint16_t more)
+{
+    return (uint32_t)*a * b + (uint32_t)*c * d + more;
 }
 
-// remainder * share further, modulo divisor * scale; what is carried. Share: not above the scale.
-static uint8_t add_fraction(struct pixel_shift *sum,
-                            const struct pixel_period *period,
-                            uint16_t share,
-                            uint16_t scale)
+// The first place of a shifted grid is P (V-B)/V with P = q + r/d, V the line speed and V-B the
+// share. q (V-B) = ticks * V + rest, so it is
+//
+//     ticks + N / (d V)   with N = rest * d + r (V-B), less than 2 d V
+//
+// A step of P adds r V to N: what N leaves over when V divides it never changes, and N / V walks as
+// the sum of a grid does.
+//
+// N / V into the grid's sum; true when a tick is carried.
+static APART bool start_fraction(struct pixel_grid *grid,
+                                 uint16_t rest,
+                                 uint16_t share,
+                                 uint16_t line_speed)
 {
-    struct pixel_shift part = product(period->remainder, share);
+    const half *divisor = (const half *)&grid->period->divisor;
+    const half *remainder = (const half *)&grid->period->remainder;
+    uint32_t low = mix(&divisor[LOW_HALF], rest, &remainder[LOW_HALF], share, 0);
+    uint32_t high = mix(&divisor[1 - LOW_HALF],
+                        rest,
+                        &remainder[1 - LOW_HALF],
+                        share,
+                        (uint16_t)(low >> 16));
+    uint16_t top = (uint16_t)(high >> 16);
+    bool beyond = top >= line_speed; // N / V has 33 bits
 
-    sum->low += part.low;
-    sum->high = (uint16_t)(sum->high + part.high + (sum->low < part.low ? 1u : 0u));
-    part = product(period->divisor, scale);
-    if (sum->high < part.high || (sum->high == part.high && sum->low < part.low)) {
-        return 0;
+    if (beyond) {
+        top = (uint16_t)(top - line_speed);
     }
-    sum->high = (uint16_t)(sum->high - part.high - (sum->low < part.low ? 1u : 0u));
-    sum->low -= part.low;
-    return 1;
+    struct quotient upper = divide_with_rest(top, (uint16_t)high, line_speed);
+    struct quotient lower = divide_with_rest(upper.rest, (uint16_t)low, line_speed);
+    half *sum = (half *)&grid->sum;
+
+    sum[LOW_HALF] = lower.whole;
+    sum[1 - LOW_HALF] = upper.whole;
+    if (beyond || grid->sum >= grid->period->divisor) {
+        grid->sum -= grid->period->divisor;
+        return true;
+    }
+    return false;
 }
 
-uint32_t pixel_shift_start(struct pixel_shift *shift,
-                           const struct pixel_period *period,
-                           uint16_t backlash_steps,
-                           uint16_t line_speed)
+uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
+                                  const struct pixel_period *period,
+                                  uint16_t backlash_steps,
+                                  uint16_t line_speed)
 {
-    // P (V-B)/V with P = q + r/d:  q (V-B) = ticks * V + rest, so the place is
-    // ticks + (rest * d + r (V-B)) / (d V), a sum of two fractions below 1.
     uint16_t share = (uint16_t)(line_speed - backlash_steps);
-    uint32_t part = period->whole_ticks / line_speed;
-    uint32_t over = multiply_u32_u16(period->whole_ticks - part * line_speed, share);
-    uint32_t carried = over / line_speed;
-    uint16_t rest = (uint16_t)(over - carried * line_speed);
+    uint16_t left = (uint16_t)(period->whole_ticks % line_speed);
+    uint32_t over = (uint32_t)left * share;
+    struct quotient more =
+        divide_with_rest((uint16_t)(over >> 16), (uint16_t)over, line_speed);
 
-    *shift = product(period->divisor, rest);
-    return multiply_u32_u16(part, share) + carried +
-           add_fraction(shift, period, share, line_speed);
-}
-
-uint32_t pixel_shift_advance(struct pixel_shift *shift,
-                             const struct pixel_period *period,
-                             uint16_t line_speed)
-{
-    return period->whole_ticks + add_fraction(shift, period, line_speed, line_speed);
+    grid->period = period;
+    return multiply_u32_u16(period->whole_ticks / line_speed, share) + more.whole +
+           start_fraction(grid, more.rest, share, line_speed);
 }

@@ -34,18 +34,9 @@ void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period
 // Ticks (floor to floor) from the present place to the one P further.
 uint32_t pixel_grid_advance(struct pixel_grid *grid);
 
-// The same from P * (line_speed - backlash) / line_speed on: the fraction of the present place, 48
-// bits, is kept over divisor * line_speed.
-struct pixel_shift {
-    uint32_t low;
-    uint16_t high;
-};
-
-// The first place. line_speed 1..32767, backlash not above it.
-uint32_t pixel_shift_start(struct pixel_shift *shift,
-                           const struct pixel_period *period,
-                           uint16_t backlash_steps,
-                           uint16_t line_speed);
-uint32_t pixel_shift_advance(struct pixel_shift *shift,
-                             const struct pixel_period *period,
-                             uint16_t line_speed);
+// Grid at P * (line_speed - backlash) / line_speed. The ticks up to there. line_speed 1..32767,
+// backlash not above it.
+uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
+                                  const struct pixel_period *period,
+                                  uint16_t backlash_steps,
+                                  uint16_t line_speed);

@@ -118,14 +118,17 @@ static APART enum modbus_exception write(uint16_t address,
                               : data_write(address, count, from);
 }
 
-// In the place of the checksum: of a request to all nothing behind it is ours.
-static const uint8_t *masked(uint8_t *bytes, uint16_t address)
+// The new word in the place of the checksum: of a request to all nothing behind it is ours.
+static enum modbus_exception mask_word(uint8_t *bytes, uint16_t address)
 {
     uint16_t keep = get_word(&bytes[4]);
     uint16_t set = get_word(&bytes[6]);
 
+    if (!data_holding_mapped(address, 1)) {
+        return MODBUS_ILLEGAL_ADDRESS;
+    }
     put_word(&bytes[8], (uint16_t)(((data_holding(address) ^ set) & keep) ^ set));
-    return &bytes[8];
+    return data_write(address, 1, &bytes[8]);
 }
 
 static enum modbus_exception write_and_read(struct frame *frame,
@@ -282,7 +285,7 @@ static enum modbus_exception serve_function(struct frame *frame,
     case READ_FILES:
         return SERVER_FILES ? files_read(frame) : MODBUS_ILLEGAL_FUNCTION;
     case MASK_WORD:
-        return write(first, 1, masked(bytes, first), READ_HOLDING);
+        return mask_word(bytes, first);
     case WRITE_AND_READ:
         return write_and_read(frame, first, second);
     case READ_DEVICE:

@@ -22,6 +22,15 @@ MAX_RECORDS = 20  # of any board; each says its own in record_capacity
 QUEUE_WINDOW = 0x1000
 MAX_ENTRIES = 60
 COMMAND_BASE = 0x100
+EVENT_BASE = 0x300  # event log: number of events, then the entries
+EVENT_WORDS = 8
+MAP_VERSION = 3
+STORE_KEY = 0x5AFE  # argument of store and default_settings
+BOARD_IDS = {1: "uno", 2: "mega"}
+AXIS_COUNTS = (1, 4)  # of the boards there are
+# Discrete inputs: the bits of `status`, then those of `inputs`. Coils, n an axis:
+DISCRETE_INPUTS = 16
+COIL_DRIVER, COIL_ARMED, COIL_STOP, COIL_CLEAR, COIL_PERMIT = 0, 4, 8, 12, 13
 
 COMMANDS = {
     "arm": 1,
@@ -184,6 +193,17 @@ def fault_text(state: Mapping[str, int]) -> str:
         return f"fault code {code} {where}, argument {argument}"
     told = f" ({fault.argument}: {argument})" if fault.argument else ""
     return f"fault {fault.name} {where}: {fault.text}{told}. {fault.cure}"
+
+
+def settings() -> tuple[Register, ...]:
+    """Return the holding registers that are settings, in the order of their addresses."""
+    found = (item for item in register_map().holdings if item.address < COMMAND_BASE)
+    return tuple(sorted(found, key=lambda item: item.address))
+
+
+def version_text(version: int) -> str:
+    """Return a firmware version as major.minor."""
+    return f"{version >> 8}.{version & 0xFF}"
 
 
 def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:

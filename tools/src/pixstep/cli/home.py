@@ -1,29 +1,16 @@
 # SPDX-License-Identifier: MIT
 """`pixstep home sim`: homing on a simulated board with a load and its switches."""
 
-from pathlib import Path
-
 import click
 from rich.console import Console
 
 from pixstep import progress
 from pixstep.board import boards
-from pixstep.cli.options import (
-    DECODE,
-    FILE,
-    FOLDER,
-    line_option,
-    pixel_hz_option,
-    raw_option,
-    say,
-)
+from pixstep.cli.homeoptions import home_options, make_plan
+from pixstep.cli.options import FOLDER, pixel_hz_option
 from pixstep.cli.results import deliver
-from pixstep.lines.line import PLAIN
-from pixstep.moves import accel, homesim, hometask, legs
-from pixstep.profiles import names
+from pixstep.moves import homesim, hometask
 from pixstep.simulation import report
-
-DIRECTIONS = {"plus": 1, "minus": -1}
 
 
 @click.group()
@@ -32,9 +19,8 @@ def home() -> None:
 
 
 @home.command("sim")
-@click.argument("profile", type=FILE)
+@home_options
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
-@click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True)
 @pixel_hz_option
 @click.option(
     "--plant",
@@ -43,92 +29,28 @@ def home() -> None:
     help="The load and its switches: home=2000,hyst=8,travel=-500..4000,start=123,delay=8000 "
     "(steps; delay in ticks of 62.5 ns); more: build/host/bin/pixstep-sim --help.",
 )
-@click.option(
-    "--direction",
-    type=click.Choice(list(DIRECTIONS)),
-    default="plus",
-    show_default=True,
-    help="Where the switch is sought; the plant's is closed above its place.",
-)
-@click.option(
-    "--decode",
-    type=DECODE,
-    help="How the motor takes the profile where it seeks the switch; moves in between are plain.  "
-    "[default: by the motor in the file's name, smooth for M39; plain if it names none]",
-)
-@click.option("--haps", type=int, help="Entries of the profile to use.  [default: its header's]")
-@click.option(
-    "--slow",
-    type=int,
-    help="Second approach, steps/pixel, even if smooth.  [default: first entry, or the even number "
-    "below]",
-)
-@click.option(
-    "--search",
-    type=int,
-    default=20_000,
-    show_default=True,
-    help="Give a leg up after so many steps.",
-)
-@click.option("--clear", type=int, help="Second approach from at least so many steps away.")
-@click.option("--filter-us", type=click.IntRange(100, 20_000), help="Filter of the switches.")
-@click.option(
-    "--inverted",
-    type=click.Choice(list(homesim.INVERTED)),
-    default="none",
-    show_default=True,
-    help="Switches that are tripped when their pin is high.",
-)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 @click.option("--plot", is_flag=True, help="Draw homing.png into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
-@raw_option
-@line_option
 @click.pass_context
-def home_sim(ctx, profile, raw, line_number, out, plot, as_json, **options):
+def home_sim(ctx, out, plot, as_json, **options):
     """Home a simulated axis by a CSV or CSB profile, and judge it against the simulator's own log.
 
     Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse.
     """
-    options["decode"] = options["decode"] or _motor_decode(profile)
-    read = accel.read(profile, raw=raw, number=line_number)
-    say(read.notes_at(options["pixel_hz"]))
-    job = _job(read, options)
-    with progress.shown("homing") as show:
-        summary = hometask.simulate(job, out, plot=plot, progress=show)
-    ctx.exit(deliver(summary, out, _print_page, as_json=as_json))
-
-
-def _motor_decode(profile: Path) -> str:
-    """Return how the motor in a conventional file name decodes; plain if the name has none."""
-    named = names.parse(profile)
-    if not named:
-        return PLAIN
-    say((f"{profile}: named for {named.motor}, so homing is {named.decode} (--decode)",))
-    return named.decode
-
-
-def _job(read: accel.Acceleration, options: dict) -> homesim.HomeJob:
-    """Plan the homing."""
-    request = legs.HomingRequest(
-        axis=options["axis"],
-        direction=DIRECTIONS[options["direction"]],
-        haps=options["haps"],
-        slow=options["slow"],
-        search_steps=options["search"],
-        clear_steps=options["clear"],
-        decode=options["decode"],
-    )
-    return homesim.HomeJob(
-        plan=legs.plan(read, request, options["pixel_hz"]),
+    job = homesim.HomeJob(
+        plan=make_plan(options, options["pixel_hz"]),
         board=options["board"],
         pixel_hz=options["pixel_hz"],
         plant=options["plant"],
-        inverted=options["inverted"],
+        inverted=options["inverted"] or "none",
         filter_us=options["filter_us"],
         seed=options["seed"],
     )
+    with progress.shown("homing") as show:
+        summary = hometask.simulate(job, out, plot=plot, progress=show)
+    ctx.exit(deliver(summary, out, _print_page, as_json=as_json))
 
 
 def _print_page(console: Console, summary: dict) -> None:

@@ -6,11 +6,11 @@ import click
 from pixstep import __version__
 from pixstep.cli import (
     bench,
+    board,
     docs,
     file,
-    fuzz,
+    flash,
     home,
-    hostile,
     line,
     move,
     profile,
@@ -33,9 +33,9 @@ _groups = (
     sim,
     move,
     home,
+    board,
+    flash,
     bench,
-    fuzz,
-    hostile,
     docs,
 )
 for command in (command for group in _groups for command in group.COMMANDS):

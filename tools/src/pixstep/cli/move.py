@@ -8,29 +8,14 @@ from rich.console import Console
 
 from pixstep import formats, progress
 from pixstep.board import boards
-from pixstep.cli.options import FILE, FOLDER, line_option, pixel_hz_option, raw_option, say
+from pixstep.cli.moveoptions import headline, plan_options, read_plan
+from pixstep.cli.options import FILE, FOLDER, pixel_hz_option
 from pixstep.cli.results import deliver
 from pixstep.errors import UserError
-from pixstep.moves import accel, fast, fastsim, fasttask
+from pixstep.moves import fastsim, fasttask
 from pixstep.simulation import report
 
-STEPS = click.IntRange(-fast.MAX_STEPS, fast.MAX_STEPS)
 _MOST_ROWS = 40
-_PLAN_OPTIONS = (
-    click.argument("profile", type=FILE),
-    click.option("--steps", type=STEPS, required=True, help="Steps to move, signed, not 0."),
-    pixel_hz_option,
-    click.option("--max-speed", type=click.IntRange(1), help="Never faster, steps/pixel."),
-    raw_option,
-    line_option,
-)
-
-
-def _plans(command):
-    """Give a command the argument and the options that plan a move."""
-    for option in reversed(_PLAN_OPTIONS):
-        command = option(command)
-    return command
 
 
 @click.group()
@@ -39,17 +24,19 @@ def move() -> None:
 
 
 @move.command("make")
-@_plans
+@plan_options
+@pixel_hz_option
 @click.option("-o", "--output", type=FILE, required=True, help="CSV line file to write (plain).")
 def move_make(output, **options):
     """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
     job = _job(options)
     formats.write_csv(output, list(job.move.counts))
-    click.echo(f"{output}: {_headline(job)}")
+    click.echo(f"{output}: {headline(job.move, job.pixel_hz)}")
 
 
 @move.command("show")
-@_plans
+@plan_options
+@pixel_hz_option
 @click.option("--plot", type=FILE, help="Draw speed and position over time (PNG).")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 def move_show(plot, as_json, **options):
@@ -62,12 +49,13 @@ def move_show(plot, as_json, **options):
     if as_json:
         click.echo(json.dumps(fastsim.plan_summary(job), indent=2))
         return
-    click.echo(_headline(job))
+    click.echo(headline(job.move, job.pixel_hz))
     _print_runs(job)
 
 
 @move.command("sim")
-@_plans
+@plan_options
+@pixel_hz_option
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
@@ -87,7 +75,7 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
 
     def page(console: Console, summary: dict) -> None:
         report.print_page(console, summary)
-        click.echo(_headline(job))
+        click.echo(headline(job.move, job.pixel_hz))
         click.echo(
             f"ends at {_known(summary['move']['position_register_steps'])} by the board's position "
             f"register, {summary['move']['counted_steps']} by the simulator's count of STEP edges"
@@ -98,24 +86,9 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
 
 def _job(options: dict, board: str = "", axis: int = 0) -> fastsim.MoveJob:
     """Read the profile and plan the move."""
-    profile = accel.read(
-        options["profile"],
-        raw=options["raw"],
-        number=options["line_number"],
-        max_speed=options["max_speed"],
-    )
     pixel_hz = options["pixel_hz"]
-    say(profile.notes_at(pixel_hz))
-    return fastsim.MoveJob(profile, fast.plan(profile, options["steps"]), board, axis, pixel_hz)
-
-
-def _headline(job: fastsim.MoveJob) -> str:
-    move = job.move
-    return (
-        f"{move.steps} steps in {move.pixels} pixels, {move.seconds(job.pixel_hz):.3f} s at "
-        f"{float(job.pixel_hz):g} Hz, top {move.top} steps/pixel = "
-        f"{float(move.top * job.pixel_hz):g} steps/s"
-    )
+    profile, planned = read_plan(options, pixel_hz)
+    return fastsim.MoveJob(profile, planned, board, axis, pixel_hz)
 
 
 def _print_runs(job: fastsim.MoveJob) -> None:

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """`pixstep sim`, `pixstep demo` and `pixstep campaign`: lines on a simulated board, judged."""
 
-from pathlib import Path
-
 import click
 from rich.console import Console
 
 from pixstep import atomic, progress
 from pixstep.board import boards
+from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
     DECODE,
     FILE,
@@ -77,7 +76,7 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for a refused line or misuse.
     """
-    lines = _lines(csv, decode, backlash, options)
+    lines = read_lines(csv, decode, backlash, options)
     last = options["axis"] + len(lines) - 1
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
@@ -146,39 +145,10 @@ def campaign_command(ctx, board, output, **options):
     ctx.exit(0 if outcome["verdict"] == "pass" else 1)
 
 
-def _per_line(values: tuple, count: int, default: object, option: str) -> list:
-    """Spread an option given never, once, or once per line."""
-    if len(values) == count:
-        return list(values)
-    if len(values) > 1:
-        raise UserError(f"{option} is given {len(values)} times for {count} lines")
-    return [values[0] if values else default] * count
-
-
-def _lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict) -> list[Line]:
-    """Read the lines, each with its decode rule and backlash."""
-    decodes = _per_line(decode, len(csv), None, "--decode")
-    plays = _per_line(backlash, len(csv), 0, "--backlash")
-    numbers = _per_line(options["line_number"], len(csv), None, "--line")
-    if len(backlash) == 1 and len(csv) > 1:  # one figure for all means the smooth ones
-        plays = [play if rule == "smooth" else 0 for play, rule in zip(plays, decodes, strict=True)]
-    return [
-        load_line(
-            path,
-            rule,
-            play,
-            raw=options["raw"],
-            negative=options["negative"] and rule == "smooth",
-            number=number,
-        )
-        for path, rule, play, number in zip(csv, decodes, plays, numbers, strict=True)
-    ]
-
-
 def _plants(lines: list[Line], options: dict) -> dict:
     """Return the plants and the ideal counts of a job, by axis."""
-    knobs = _per_line(options["plant"], len(lines), None, "--plant")
-    paths = _per_line(options["ideal"], len(lines), None, "--ideal")
+    knobs = per_line(options["plant"], len(lines), None, "--plant")
+    paths = per_line(options["ideal"], len(lines), None, "--ideal")
     if any(paths) and not any(knobs):
         raise UserError("--ideal says what the load should do: give the axis a --plant too")
     axes = range(options["axis"], options["axis"] + len(lines))

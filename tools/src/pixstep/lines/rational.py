@@ -10,6 +10,7 @@ TIMER_HZ = 16_000_000
 _DECIMAL = re.compile(r"\d{1,10}(\.\d{1,9})?")
 _FRACTION = re.compile(r"\d{1,10}/\d{1,10}")
 _U32_MAX = 0xFFFFFFFF
+_PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
 
 def parse_hz(text: str) -> Fraction:
@@ -45,3 +46,12 @@ def period_ticks(hz: Fraction, timer_hz: int = TIMER_HZ) -> Fraction:
 def edge_tick(pixel: int, period: Fraction) -> int:
     """Return B_k = floor(k * P), the tick of the end edge of pixel k after line zero."""
     return pixel * period.numerator // period.denominator
+
+
+def refuse_period(hz: Fraction) -> None:
+    """Raise UserError for a frequency whose pixel period a board's grid cannot carry."""
+    low, high = _PERIOD_TICKS
+    if not low <= period_ticks(hz) <= high:
+        raise UserError(
+            f"pixel frequency {float(hz):g} Hz: the period must be {low} to {high} ticks"
+        )

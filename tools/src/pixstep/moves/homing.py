@@ -11,11 +11,9 @@ return        by a move of its own onto 0
 What seeks the switch is smooth or plain as the plan says; the moves between are plain.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from fractions import Fraction
-from typing import Protocol
 
 from pixstep.board import registers as regs
 from pixstep.board.client import (
@@ -27,6 +25,7 @@ from pixstep.board.client import (
     Trip,
     Upload,
 )
+from pixstep.board.world import World
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast
@@ -39,28 +38,6 @@ _PATIENCE_S = 2.0  # beyond a leg's own time
 _LIMITS = {"limit_minus": "minus", "limit_plus": "plus"}
 
 Progress = Callable[[float], None]
-
-
-class World(Protocol):
-    """Time: the wall clock's beside a real board, the simulator's beside a simulated one."""
-
-    def now_s(self) -> float:
-        """Return seconds since any fixed instant."""
-
-    def wait(self, seconds: float) -> None:
-        """Let time pass."""
-
-
-class WallClock:
-    """The time of a real board."""
-
-    def now_s(self) -> float:
-        """Return seconds since any fixed instant."""
-        return time.monotonic()
-
-    def wait(self, seconds: float) -> None:
-        """Let time pass."""
-        time.sleep(seconds)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 """The runner's edge list and clock log, as arrays."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,22 +10,31 @@ import numpy as np
 from pixstep.errors import UserError
 
 HEADER = "cycle,board,axis,signal,level"
-_SIGNALS = ("STEP", "DIR", "ENABLE")
+_SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT")
 _AXES = 256  # more than a board has
 _ROW = re.compile(rf"\d+,\d+,\d+,({'|'.join(_SIGNALS)}),[01]")
+
+
+def _none() -> np.ndarray:
+    return np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class AxisEdges:
     """The edges of one axis, in cycle order: cycles as int64.
 
-    `step_levels` and `direction_levels` are the levels after each edge; DIR is low at reset.
+    Levels are those after each edge; a pin that the program does not drive counts as low, so that
+    all are low at reset. The permit output is the whole board's: its edges are with axis 0.
     """
 
     step_cycles: np.ndarray
     step_levels: np.ndarray
     direction_cycles: np.ndarray
     direction_levels: np.ndarray
+    enable_cycles: np.ndarray = field(default_factory=_none)
+    enable_levels: np.ndarray = field(default_factory=_none)
+    permit_cycles: np.ndarray = field(default_factory=_none)
+    permit_levels: np.ndarray = field(default_factory=_none)
 
     @property
     def rising(self) -> np.ndarray:
@@ -107,7 +116,7 @@ def _table(body: bytes) -> np.ndarray | None:
 
 def _axis_edges(table: np.ndarray) -> AxisEdges:
     columns = []
-    for name in ("STEP", "DIR"):
+    for name in _SIGNALS:
         chosen = table[table[:, 3] == _SIGNALS.index(name)]
         columns += [chosen[:, 0], chosen[:, 4]]
     return AxisEdges(*columns)

@@ -1,25 +1,18 @@
 # SPDX-License-Identifier: MIT
 """The runner's control pipe: one command a line in, one line out; time moves only by commands."""
 
-import contextlib
 import json
-import os
-import selectors
-import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
+from typing import NamedTuple
 
 from pixstep import natives
-from pixstep.errors import UserError
 from pixstep.lines.rational import hz_text
+from pixstep.simulation.simpipe import SimPipe, SimulatorError
 
-_ANSWER_LIMIT_S = 300  # wall-clock seconds; a longer silence means that the runner hangs
-
-
-class SimulatorError(UserError):
-    """The runner refused a command, ended or hung."""
+__all__ = ["EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
 
 
 @dataclass(frozen=True)
@@ -36,6 +29,7 @@ class SimOptions:
     serial_log: Path | None = None
     vcd: Path | None = None
     plants: Mapping[tuple[int, int], str] = field(default_factory=dict)  # knobs by board, axis
+    eeproms: Mapping[int, Path] = field(default_factory=dict)  # files by board
     plant_log: Path | None = None
     switch_log: Path | None = None
     extra: Sequence[str] = field(default_factory=tuple)
@@ -60,49 +54,46 @@ class SimOptions:
                 words += [option, str(path)]
         for (board, axis), knobs in self.plants.items():
             words += ["--plant", f"{board}.{axis}:{knobs}"]
+        for board, path in self.eeproms.items():
+            words += ["--eeprom", f"{board}={path}"]
         return [*words, *self.extra, "--control"]
 
 
-class Simulator:
+class Permit(NamedTuple):
+    """The permit output of a board: its level, edges so far, cycle of the last (0: none)."""
+
+    level: int
+    changes: int
+    cycle: int
+
+
+class EepromState(NamedTuple):
+    """Writes of EEPROM bytes begun so far, and the one on its way."""
+
+    writes: int
+    address: int | None  # None: no byte is being written
+    left_cycles: int
+
+
+class Symbol(NamedTuple):
+    """A place in a board's image: "flash", "ram" or "eeprom", byte address, bytes (0: unknown)."""
+
+    space: str
+    address: int
+    size: int
+
+
+class Simulator(SimPipe):
     """A running pixstep-sim in control mode; use as a context manager.
 
     Every method raises SimulatorError with the runner's own text if it refuses or ends. After an
-    exception the process is ended, never left behind.
+    exception the process is ended, never left behind. Boards and axes count from 0. Where a method
+    takes `at`, it happens at this cycle to come instead of now.
     """
 
     def __init__(self, options: SimOptions, program: Sequence[str | Path] | None = None) -> None:
-        command = [*(program or [natives.program("pixstep-sim")]), *options.arguments()]
-        try:
-            self._process = subprocess.Popen(
-                [str(word) for word in command],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-            )
-        except OSError as error:
-            raise UserError(f"{command[0]}: {error.strerror or error}") from None
-        self._pending = b""
-        self._ready = selectors.DefaultSelector()
-        self._ready.register(self._process.stdout, selectors.EVENT_READ)
+        super().__init__([*(program or [natives.program("pixstep-sim")]), *options.arguments()])
         self.cycle = 0
-
-    def __enter__(self) -> "Simulator":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.kill()
-
-    def command(self, text: str) -> str:
-        """Send one command and return its answer."""
-        try:
-            self._process.stdin.write(text.encode() + b"\n")
-            self._process.stdin.flush()
-        except OSError:
-            raise SimulatorError(self._last_words()) from None
-        answer = self._answer(text)
-        if answer.startswith("error"):
-            raise SimulatorError(f"simulator: {text.split(' ')[0]}: {answer[5:].strip(' :')}")
-        return answer
 
     def run(self, cycles: int) -> int:
         """Let `cycles` pass; return the cycle reached."""
@@ -141,41 +132,85 @@ class Simulator:
         """Return the runner's statistics so far."""
         return json.loads(self.command("stats"))
 
-    def quit(self) -> None:
-        """End the run; all output files are complete afterwards."""
-        self.command("quit")
-        try:
-            status = self._process.wait(timeout=60)
-        except subprocess.TimeoutExpired:
-            raise SimulatorError("simulator: does not end after quit") from None
-        if status:
-            raise SimulatorError(f"simulator: ended with status {status}")
+    def flush(self) -> None:
+        """Complete all output files, and write the EEPROM files, up to now."""
+        self.command("flush")
 
-    def kill(self) -> None:
-        """End the process if it still runs, and close its pipes."""
-        if self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
-        self._ready.close()
-        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
-            with contextlib.suppress(OSError):
-                pipe.close()
+    def peek(self, board: int, place: int | str, count: int | None = None) -> bytes:
+        """Return RAM or registers as they stand, without a read's side effects.
 
-    def _answer(self, text: str) -> str:
-        """Return the next line of the runner."""
-        while b"\n" not in self._pending:
-            if not self._ready.select(_ANSWER_LIMIT_S):
-                raise SimulatorError(f"simulator: no answer to {text[:40]!r}")
-            data = os.read(self._process.stdout.fileno(), 65_536)
-            if not data:
-                raise SimulatorError(self._last_words())
-            self._pending += data
-        line, self._pending = self._pending.split(b"\n", 1)
-        return line.decode()
+        `place` is an address or a symbol of the image, "name" or "name+2"; without `count` to the
+        symbol's end.
+        """
+        return _bytes(self.command(_words("peek", board, place, count)))
 
-    def _last_words(self) -> str:
-        """Return why the process ended, from its error output."""
-        self._process.kill()
-        _, errors = self._process.communicate()
-        lines = errors.decode(errors="replace").strip().splitlines()
-        return f"simulator: ended: {lines[-1] if lines else self._process.returncode}"
+    def poke(self, board: int, place: int | str, data: bytes) -> None:
+        """Put bytes into RAM at an address or symbol."""
+        self.command(_words("poke", board, place, data.hex()))
+
+    def symbol(self, board: int, name: str) -> Symbol:
+        """Return where a symbol of the board's image is."""
+        space, address, size = self.command(f"symbol {board} {name}").split()[1:]
+        return Symbol(space, int(address, 0), int(size))
+
+    def eeprom_read(self, board: int, place: int | str, count: int | None = None) -> bytes:
+        """Return bytes of the EEPROM; a byte that is being written is still the old one."""
+        return _bytes(self.command(_words("eeprom", board, "read", place, count)))
+
+    def eeprom_write(self, board: int, place: int | str, data: bytes) -> None:
+        """Put bytes into the EEPROM, at once and from outside."""
+        self.command(_words("eeprom", board, "write", place, data.hex()))
+
+    def eeprom_state(self, board: int) -> EepromState:
+        """Return how many bytes the program has written, and which one is on its way."""
+        writes, address, left = self.command(f"eeprom {board} state").split()[1:]
+        return EepromState(int(writes), None if address == "-" else int(address), int(left))
+
+    def pin(self, board: int, port: str, bit: int, level: int, at: int | None = None) -> None:
+        """Drive an input pin, port "A" to "L", from outside."""
+        self.command(f"pin {board} {port} {bit} {level}{_at(at)}")
+
+    def permit(self, board: int) -> Permit:
+        """Return the permit output's level and edges."""
+        return Permit(*map(int, self.command(f"permit {board}").split()[1:]))
+
+    def power_off(self, board: int, at: int | None = None) -> None:
+        """Cut a board's supply: the byte of EEPROM on its way becomes anything, pins float."""
+        self.command(f"power {board} off{_at(at)}")
+
+    def power_on(self, board: int, at: int | None = None) -> None:
+        """Give a board its supply back: RAM is noise, the program begins; hangs have ended."""
+        self.command(f"power {board} on{_at(at)}")
+
+    def power_cycle(self, board: int, at: int | None = None) -> None:
+        """Cut the supply and give it back within the same cycle."""
+        self.command(f"cycle {board}{_at(at)}")
+
+    def reset(self, board: int, cause: str = "external", at: int | None = None) -> None:
+        """Reset a board: "external" (the reset pin) or "brownout". RAM and EEPROM are kept."""
+        self.command(f"reset {board} {cause}{_at(at)}")
+
+    def hang(self, board: int, what: str, *, kept: bool = False) -> None:
+        """Make a board's program go astray until it is reset, or `kept` through resets too.
+
+        `what` is "main" (the main loop stands still, interrupts go on), "interrupts" (a loop with
+        interrupts off), "axis N" (its step interrupt returns at once) or "at SYMBOL" (the
+        instruction there jumps to itself).
+        """
+        self.command(f"hang {board} {what}{' kept' if kept else ''}")
+
+    def unhang(self, board: int) -> None:
+        """End every hang of a board: its program goes on from where it stands."""
+        self.command(f"hang {board} off")
+
+
+def _words(*words: object) -> str:
+    return " ".join(str(word) for word in words if word is not None)
+
+
+def _at(cycle: int | None) -> str:
+    return "" if cycle is None else f" at {cycle}"
+
+
+def _bytes(answer: str) -> bytes:
+    return bytes.fromhex(answer.split()[1].replace("-", ""))

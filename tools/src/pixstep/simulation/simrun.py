@@ -20,7 +20,7 @@ from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Rec
 from pixstep.board.transport import SimClient
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import TIMER_HZ, period_ticks, refuse_period
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
@@ -31,7 +31,6 @@ BOOT_CYCLES = TIMER_HZ // 20
 SETTLE_PIXELS = 2
 _POLL_LIMIT_CYCLES = TIMER_HZ // 10
 _POLICIES = {"always": 0, "on_reversal": 1}
-_PERIOD_TICKS = (1024, 0xFFFFFF)  # what the board's pixel grid can carry
 
 Progress = Callable[[float], None]
 
@@ -89,7 +88,7 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
     """
-    _refuse_period(job)
+    refuse_period(job.pixel_hz)
     image = job.image or natives.image(job.board)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
@@ -229,15 +228,6 @@ class _Run:
         text = self.board.fault_text()
         if text:
             self.result.trouble.append(text)
-
-
-def _refuse_period(job: Job) -> None:
-    """Refuse a pixel period that the board's grid cannot carry."""
-    low, high = _PERIOD_TICKS
-    if not low <= job.period <= high:
-        raise UserError(
-            f"pixel frequency {float(job.pixel_hz):g} Hz: the period must be {low} to {high} ticks"
-        )
 
 
 @contextlib.contextmanager

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// The line's clock: every rate of the setting against arithmetic of 32 bits.
+#include <stdint.h>
+
+#include "unity.h"
+#include "wire/baud.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void divisor_is_the_nearest(void)
+{
+    for (uint32_t baud_100 = 96; baud_100 <= 10000; baud_100++) {
+        uint32_t nearest = ((uint32_t)40000 + baud_100) / (2 * baud_100);
+
+        TEST_ASSERT_EQUAL_UINT32(nearest, baud_divisor((uint16_t)baud_100));
+    }
+}
+
+// |clock / divisor - rate| at most rate / 40.
+static void possible_is_within_a_fortieth(void)
+{
+    for (uint32_t baud_100 = 96; baud_100 <= 10000; baud_100++) {
+        uint32_t made = (uint32_t)baud_divisor((uint16_t)baud_100) * baud_100;
+        uint32_t off = made > 20000 ? made - 20000 : 20000 - made;
+
+        TEST_ASSERT_EQUAL(40 * off <= made, baud_possible((uint16_t)baud_100));
+    }
+}
+
+static void usual_rates_are_possible(void)
+{
+    static const uint16_t possible[] = {96, 144, 192, 288, 384, 576, 768, 1152, 2500, 5000, 10000};
+    static const uint16_t impossible[] = {0, 1, 95, 2304, 4608, 9216, 9700, 10001, 65535};
+
+    for (uint8_t i = 0; i < sizeof possible / sizeof possible[0]; i++) {
+        TEST_ASSERT_TRUE_MESSAGE(baud_possible(possible[i]), "possible");
+    }
+    for (uint8_t i = 0; i < sizeof impossible / sizeof impossible[0]; i++) {
+        TEST_ASSERT_FALSE_MESSAGE(baud_possible(impossible[i]), "impossible");
+    }
+}
+
+// Half microseconds: 49.5 bits up to 19200 baud, 1750 us and 11 bits above; at most a unit short.
+static void silence_is_the_standards_with_a_character(void)
+{
+    for (uint32_t divisor = 2; divisor <= 208; divisor++) {
+        uint32_t exact_us_2 = divisor >= 104 ? 99 * divisor / 2 : 3500 + 11 * divisor;
+        uint32_t made_us_2 = (uint32_t)32 * baud_silence_16us((uint8_t)divisor);
+
+        TEST_ASSERT_TRUE(made_us_2 <= exact_us_2 && made_us_2 + 64 > exact_us_2);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(divisor_is_the_nearest);
+    RUN_TEST(possible_is_within_a_fortieth);
+    RUN_TEST(usual_rates_are_possible);
+    RUN_TEST(silence_is_the_standards_with_a_character);
+    return UNITY_END();
+}

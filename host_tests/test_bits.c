@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+// Coils and discrete inputs of the machine on the fake board.
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app/bits.h"
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "hal/switches.h"
+#include "unity.h"
+#include "wire/register_map.h"
+#include "wire/server.h"
+
+#define DRIVER 0u
+#define ARMED  4u
+#define STOP   8u
+#define CLEAR  12u
+#define PERMIT 13u
+
+void setUp(void)
+{
+    bench_power_on();
+}
+
+void tearDown(void)
+{
+}
+
+static bool coil(uint8_t address)
+{
+    return data_bit(address, SERVER_COILS);
+}
+
+static enum modbus_exception write(uint8_t address, uint8_t count, uint16_t values)
+{
+    const uint8_t bytes[2] = {(uint8_t)values, (uint8_t)(values >> 8)};
+
+    TEST_ASSERT_TRUE(data_bits_mapped(address, count, SERVER_COILS));
+    return data_write_coils(address, count, bytes);
+}
+
+static void load(uint8_t axis)
+{
+    bench_plain_line(axis, 10, 20);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[axis].state);
+}
+
+static void as_many_are_mapped_as_there_are(void)
+{
+    TEST_ASSERT_TRUE(data_bits_mapped(0, BITS_COILS, SERVER_COILS));
+    TEST_ASSERT_FALSE(data_bits_mapped(0, BITS_COILS + 1, SERVER_COILS));
+    TEST_ASSERT_FALSE(data_bits_mapped(BITS_COILS, 1, SERVER_COILS));
+    TEST_ASSERT_TRUE(data_bits_mapped(0, BITS_INPUTS, SERVER_DISCRETE));
+    TEST_ASSERT_FALSE(data_bits_mapped(1, BITS_INPUTS, SERVER_DISCRETE));
+    TEST_ASSERT_FALSE(data_bits_mapped(0xFFFF, 2, SERVER_DISCRETE));
+    TEST_ASSERT_FALSE(data_bits_mapped(0xFFFF, 2000, SERVER_COILS));
+}
+
+static void discrete_inputs_are_two_registers(void)
+{
+    fake_switch(1, SWITCH_HOME, false);
+    bench_rounds(200);
+    uint16_t status = bench_input(REG_INPUT_status);
+    uint16_t inputs = bench_input(REG_INPUT_inputs);
+
+    TEST_ASSERT_NOT_EQUAL(0, status);
+    TEST_ASSERT_NOT_EQUAL(0, inputs);
+    for (uint8_t i = 0; i < 16; i++) {
+        TEST_ASSERT_EQUAL(status >> i & 1, data_bit(i, SERVER_DISCRETE));
+        TEST_ASSERT_EQUAL(inputs >> i & 1, data_bit((uint16_t)(16 + i), SERVER_DISCRETE));
+    }
+}
+
+static void drivers_are_switched_and_read(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER + 2, 1, 1));
+    TEST_ASSERT_TRUE(fake_axes[2].enabled && coil(DRIVER + 2));
+    TEST_ASSERT_FALSE(fake_axes[1].enabled || coil(DRIVER + 1));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, 4, 0x0B));
+    TEST_ASSERT_TRUE(fake_axes[0].enabled && fake_axes[1].enabled && fake_axes[3].enabled);
+    TEST_ASSERT_FALSE(fake_axes[2].enabled || coil(DRIVER + 2));
+}
+
+static void axes_are_armed_and_disarmed(void)
+{
+    load(1);
+    TEST_ASSERT_FALSE(coil(ARMED + 1));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 1));
+    TEST_ASSERT_TRUE(coil(ARMED + 1));
+    TEST_ASSERT_FALSE(coil(ARMED));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 0));
+    TEST_ASSERT_FALSE(coil(ARMED + 1));
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[1].state);
+}
+
+static void running_axis_reads_armed_and_stops(void)
+{
+    bench_plain_line(0, 10, 200);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 1));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_TRUE(coil(ARMED));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 1, 0)); // not by disarming
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(STOP, 1, 0));              // nor by a 0
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[0].state);
+    TEST_ASSERT_FALSE(coil(STOP));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(STOP, 1, 1));
+    TEST_ASSERT_TRUE(coil(STOP));
+    TEST_ASSERT_FALSE(coil(ARMED));
+    bench_rounds(200);
+    TEST_ASSERT_FALSE(coil(STOP));
+}
+
+static void all_or_none_are_done(void)
+{
+    load(0);
+    load(2);
+    // Axis 1 has nothing to arm; the drivers come before.
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(DRIVER, 8, 0x7F));
+    TEST_ASSERT_FALSE(fake_axes[0].enabled);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, 8, 0x5F));
+    TEST_ASSERT_TRUE(fake_axes[3].enabled);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[2].state);
+}
+
+// Each alone may seek, both at once may not: one switch is watched at a time.
+static void two_seeks_at_once_are_refused(void)
+{
+    for (uint8_t i = 0; i < 2; i++) {
+        (void)bench_entry(i, RUN_MARK_START | RUN_START_SEEK, 0);
+        (void)bench_entry(i, 0, 0);
+        (void)bench_entry(i, 1, 1);
+        (void)bench_entry(i, 2, 20);
+        (void)bench_entry(i, RUN_MARK_DOWN, 0);
+        (void)bench_entry(i, 1, 1);
+        (void)bench_entry(i, RUN_MARK_END, 0);
+        TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[i].state);
+    }
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 2, 3));
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[1].state);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 1));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 1, 1));
+}
+
+static void fault_is_read_and_cleared(void)
+{
+    TEST_ASSERT_FALSE(coil(CLEAR));
+    machine_fault(FAULT_starved, 0, 0);
+    TEST_ASSERT_TRUE(coil(CLEAR));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(CLEAR, 1, 0));
+    TEST_ASSERT_TRUE(coil(CLEAR));
+    // Not together with what waits for it.
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(CLEAR, 2, 3));
+    TEST_ASSERT_TRUE(coil(CLEAR));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(CLEAR, 1, 1));
+    TEST_ASSERT_FALSE(coil(CLEAR));
+}
+
+static void permit_is_switched_and_read(void)
+{
+    TEST_ASSERT_FALSE(coil(PERMIT));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(PERMIT, 1, 1));
+    TEST_ASSERT_TRUE(coil(PERMIT));
+    // Another coil of the same request is impossible: it stays on.
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 10, 1));
+    TEST_ASSERT_TRUE(coil(PERMIT));
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(PERMIT, 1, 0));
+    TEST_ASSERT_FALSE(coil(PERMIT));
+    machine_fault(FAULT_starved, 0, 0);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(PERMIT, 1, 1));
+    TEST_ASSERT_FALSE(coil(PERMIT));
+}
+
+// A refused request that asks to arm touches no token; one that arms waits for none.
+static void coils_have_no_token(void)
+{
+    load(0);
+    machine.order[2] = 5;
+    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 1));
+    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    load(1);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 2, 3));
+    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 1));
+    TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(as_many_are_mapped_as_there_are);
+    RUN_TEST(discrete_inputs_are_two_registers);
+    RUN_TEST(drivers_are_switched_and_read);
+    RUN_TEST(axes_are_armed_and_disarmed);
+    RUN_TEST(running_axis_reads_armed_and_stops);
+    RUN_TEST(all_or_none_are_done);
+    RUN_TEST(two_seeks_at_once_are_refused);
+    RUN_TEST(fault_is_read_and_cleared);
+    RUN_TEST(permit_is_switched_and_read);
+    RUN_TEST(coils_have_no_token);
+    return UNITY_END();
+}

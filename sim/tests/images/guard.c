@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+// The watchdog, case by case (the test pokes it into the RAM at CASE, which outlasts the resets).
+// RESULT[0] counts the starts, RESULT[n] is MCUSR at the nth, RESULT[16 + n] WDTCSR. Each watchdog
+// interrupt turns PERMIT over. Expected values in test_watchdog.py.
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/wdt.h>
+
+#include "result.h"
+
+#define CASE (*(volatile uint8_t *)0x5F0)
+
+#if defined(__AVR_ATmega2560__)
+#define PERMIT_DDR  DDRE
+#define PERMIT_PIN  PINE
+#define PERMIT_MASK (1U << 3)
+#else
+#define PERMIT_DDR  DDRD
+#define PERMIT_PIN  PIND
+#define PERMIT_MASK (1U << 6)
+#endif
+
+#define SEQUENCE ((uint8_t)((1U << WDCE) | (1U << WDE)))
+
+ISR(WDT_vect)
+{
+    PERMIT_PIN = (uint8_t)PERMIT_MASK; // a one turns the output over
+}
+
+// Writes `value` so many nops after the sequence's first write: with two, in its fourth cycle.
+#define CHANGE(nops, value)                                                              \
+    __asm__ volatile("sts %[at], %[open]\n\t"                                            \
+                     ".rept " #nops "\n\tnop\n\t.endr\n\t"                               \
+                     "sts %[at], %[to]\n\t" ::[at] "n"(_SFR_MEM_ADDR(WDTCSR)),           \
+                     [open] "r"(SEQUENCE),                                               \
+                     [to] "r"((uint8_t)(value)))
+
+static void mark(void)
+{
+    PERMIT_PIN = (uint8_t)PERMIT_MASK;
+}
+
+// Fed every 15 ms, five times.
+static void fed(void)
+{
+    CHANGE(0, 1U << WDE); // 16 ms
+    for (uint8_t i = 0; i < 5; i++) {
+        __builtin_avr_delay_cycles(240000);
+        wdt_reset();
+    }
+    mark();
+}
+
+static void prescalers(uint8_t wdp)
+{
+    CHANGE(0, (1U << WDE) | (wdp & 7U) | ((wdp & 8U) << 2));
+    mark();
+}
+
+// The prescaler is changed after 100 ms from 2 s to 64 ms: the count has passed that.
+static void shortened(void)
+{
+    CHANGE(0, (1U << WDE) | 7U);
+    __builtin_avr_delay_cycles(1600000);
+    mark();
+    CHANGE(0, (1U << WDE) | 2U);
+}
+
+static void run(uint8_t what)
+{
+    switch (what) {
+    case 1: // in the sequence's fourth cycle: 32 ms; and WDE cannot be cleared without it
+        CHANGE(2, (1U << WDE) | 1U);
+        WDTCSR = 0;
+        RESULT[30] = WDTCSR;
+        mark();
+        break;
+    case 2: // in its fifth: still 16 ms
+        CHANGE(3, (1U << WDE) | 1U);
+        mark();
+        break;
+    case 3: // interrupts only
+        CHANGE(0, 1U << WDIE);
+        mark();
+        sei();
+        break;
+    case 4: // one interrupt, then the reset
+        CHANGE(0, (1U << WDIE) | (1U << WDE));
+        mark();
+        sei();
+        break;
+    case 5: // the interrupt is not served: the reset all the same
+        CHANGE(0, (1U << WDIE) | (1U << WDE));
+        mark();
+        break;
+    case 6:
+        fed();
+        break;
+    case 7:
+        shortened();
+        break;
+    case 8: // WDIF waits; cleared by a one, not by a zero
+        CHANGE(0, 1U << WDIE);
+        __builtin_avr_delay_cycles(300000);
+        WDTCSR = (uint8_t)(1U << WDIE);
+        RESULT[30] = WDTCSR;
+        WDTCSR = (uint8_t)((1U << WDIF) | (1U << WDIE));
+        RESULT[31] = WDTCSR;
+        break;
+    case 9: // reserved
+        CHANGE(0, (1U << WDE) | (1U << WDP3) | 2U);
+        break;
+    default: // 20 + WDP
+        prescalers((uint8_t)(what - 20U));
+        break;
+    }
+}
+
+int main(void)
+{
+    uint16_t starts = ++RESULT[0];
+
+    RESULT[starts] = MCUSR;
+    RESULT[16 + starts] = WDTCSR;
+    PERMIT_DDR = (uint8_t)PERMIT_MASK;
+    if (starts == 2) { // WDRF still set: it cannot be turned off, and resets again
+        CHANGE(0, 0);
+        MCUSR = 0xFF; // sets nothing
+    } else if (starts > 2) {
+        MCUSR = 0;
+        CHANGE(0, 0);
+        RESULT[29] = WDTCSR;
+    } else {
+        MCUSR = 0;
+        run(CASE);
+    }
+    for (;;) {
+    }
+}

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: MIT
+"""A board over Modbus: names instead of addresses."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from pymodbus.client import ModbusSerialClient
+
+from pixstep.board import registers as regs
+from pixstep.board.errors import LineRefusedByBoardError, MapVersionError
+from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
+from pixstep.board.wire import Wire
+
+_MOST_WORDS = 125  # of one request
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What a board says of itself first."""
+
+    unit: int
+    map_version: int
+    firmware_version: int
+    board_id: int
+    axis_count: int
+
+    @property
+    def board(self) -> str:
+        """Its name: uno, mega."""
+        return regs.BOARD_IDS.get(self.board_id, f"board {self.board_id}")
+
+    @property
+    def firmware(self) -> str:
+        """Version as major.minor."""
+        return regs.version_text(self.firmware_version)
+
+
+class Board(Wire):
+    """One board on the line; `unit` is its Modbus address."""
+
+    def __init__(self, modbus: ModbusSerialClient, unit: int = 1) -> None:
+        super().__init__(modbus, unit)
+        self.map = regs.register_map()
+        self._record_capacity = 0
+
+    def input(self, name: str) -> int:
+        """Return a board-wide input register by name."""
+        register = self.map.input(name)
+        return register.decode(self.read_inputs(register.address, register.words))
+
+    def inputs(self) -> dict[str, int]:
+        """Return all board-wide input registers by name."""
+        return _decode(self.map.inputs, lambda first, count: self.read_inputs(first, count))
+
+    def axis(self, axis: int) -> dict[str, int]:
+        """Return the input registers of one axis by name."""
+        base = regs.AXIS_BASE + regs.AXIS_STRIDE * axis
+        return _decode(
+            self.map.axis_inputs, lambda first, count: self.read_inputs(base + first, count)
+        )
+
+    def records(self, axis: int) -> list[Record]:
+        """Return the newest per-pixel records of an axis, oldest first."""
+        words = self.read_inputs(
+            regs.RECORD_BASE + regs.RECORD_STRIDE * axis,
+            regs.RECORD_HEAD + self.record_capacity() * regs.RECORD_REGISTERS,
+        )
+        return parse_records(words)
+
+    def record_capacity(self) -> int:
+        """Return how many per-pixel records the board keeps for each axis (asked once)."""
+        if not self._record_capacity:
+            self._record_capacity = min(self.input("record_capacity"), regs.MAX_RECORDS)
+        return self._record_capacity
+
+    def axes(self, count: int) -> list[dict[str, int]]:
+        """Return the input registers of the first `count` axes by name, in one request."""
+        words = self.read_inputs(regs.AXIS_BASE, regs.AXIS_STRIDE * count)
+        return [
+            _decode(
+                self.map.axis_inputs,
+                lambda first, number, base=regs.AXIS_STRIDE * axis: words[
+                    base + first : base + first + number
+                ],
+            )
+            for axis in range(count)
+        ]
+
+    def write_setting(self, name: str, value: int) -> None:
+        """Write one 16-bit holding register by name."""
+        self.write(self.map.holding(name).address, [value & 0xFFFF])
+
+    def set_pixel_hz(self, hz: Fraction) -> None:
+        """Set the exact pixel frequency: numerator and denominator in one request."""
+        words = [hz.numerator >> 16, hz.numerator & 0xFFFF]
+        words += [hz.denominator >> 16, hz.denominator & 0xFFFF]
+        self.write(self.map.holding("pixel_hz_num").address, words)
+
+    def command(self, name: str, axes: list[int], argument: int = 0) -> None:
+        """Give a command (a key of registers.COMMANDS) to some axes at once.
+
+        `argument` is a token for arm and go, the key for store and default_settings.
+        """
+        self.write(regs.COMMAND_BASE, _command_words(name, axes, argument))
+
+    def go(self, token: int) -> None:
+        """Let every axis of every board on the line start that was armed with this token.
+
+        A broadcast: nobody replies.
+        """
+        self.broadcast(regs.COMMAND_BASE, _command_words("go", [0], token))
+
+    def stop_all(self) -> None:
+        """Stop every axis of every board on the line; a broadcast: nobody replies.
+
+        A board refuses a command for axes that it has not, so each number of axes has its own.
+        """
+        for count in sorted(set(regs.AXIS_COUNTS), reverse=True):
+            self.broadcast(regs.COMMAND_BASE, _command_words("stop", list(range(count)), 0))
+
+    def permit(self, on: bool) -> None:
+        """Switch the permit output, the gate of a laser or spindle."""
+        self.command("permit_on" if on else "permit_off", [0])
+
+    def store(self) -> None:
+        """Begin to store the settings; done when bit 2 of settings_state is 0 again."""
+        self.command("store", [0], regs.STORE_KEY)
+
+    def default_settings(self) -> None:
+        """Put the default settings into force; what is stored stays."""
+        self.command("default_settings", [0], regs.STORE_KEY)
+
+    def who(self) -> Identity:
+        """Return what the board is; raises MapVersionError if its map is not this tool's."""
+        words = self.read_inputs(0, 4)
+        found = Identity(self.unit, *words)
+        if found.map_version != regs.MAP_VERSION:
+            raise MapVersionError(
+                f"board {self.unit} has register map {found.map_version} (firmware "
+                f"{found.firmware}), this tool knows map {regs.MAP_VERSION}: flash the board with "
+                f"this tool's firmware (`pixstep flash`), or use the tool that came with it"
+            )
+        return found
+
+    def events(self) -> tuple[int, list[Event]]:
+        """Return how many events there were since reset, and those still kept, oldest first."""
+        capacity = self.input("event_capacity")
+        if not capacity:
+            return 0, []
+        words: list[int] = []
+        most = _MOST_WORDS // regs.EVENT_WORDS * regs.EVENT_WORDS
+        (total,) = self.read_inputs(regs.EVENT_BASE, 1)
+        for first in range(0, capacity * regs.EVENT_WORDS, most):
+            count = min(most, capacity * regs.EVENT_WORDS - first)
+            words += self.read_inputs(regs.EVENT_BASE + 1 + first, count)
+        return total, parse_events(words, min(total, capacity))
+
+    def switches(self, axis: int) -> Switches:
+        """Return the home and limit switches of an axis."""
+        bits = self.input("inputs") >> 4 * axis
+        return Switches(bool(bits & 1), bool(bits & 2), bool(bits & 4))
+
+    def trip(self) -> Trip:
+        """Return how the last seek line ended."""
+        state = self.inputs()
+        return Trip(
+            *(state[f"trip_{name}"] for name in ("code", "axis", "position_steps", "ticks"))
+        )
+
+    def zero(self, axis: int) -> None:
+        """Make the captured edge the position 0 of an axis at rest."""
+        self.command("zero", [axis])
+
+    def write_block(self, axis: int, block: int, entries: list[tuple[int, int]]) -> None:
+        """Write one block of 1..60 queue entries."""
+        words = [block & 0xFFFF, axis]
+        for first, second in entries:
+            words += [first & 0xFFFF, second & 0xFFFF]
+        self.write(regs.QUEUE_WINDOW, words)
+
+    def fault_name(self) -> str:
+        """Return the name of the board's fault, empty if there is none."""
+        code = self.input("fault_code")
+        return regs.code_name(regs.faults(), code) if code else ""
+
+    def fault_text(self) -> str:
+        """Return the board's fault and its cure in two sentences, empty if there is none."""
+        return regs.fault_text(self.inputs())
+
+    def refusal(self, axis: int) -> LineRefusedByBoardError:
+        """Return the refusal of an axis in state refused."""
+        state = self.axis(axis)
+        codes = regs.line_errors()
+        code = state["line_error"]
+        text = codes[code].text if code in codes else "unknown"
+        name = regs.code_name(codes, code)
+        return LineRefusedByBoardError(axis, name, state["line_error_pixel"], text)
+
+
+def _command_words(name: str, axes: list[int], argument: int) -> list[int]:
+    """Return mask and command, and the argument if there is one."""
+    words = [sum(1 << axis for axis in axes), regs.COMMANDS[name]]
+    return [*words, argument] if argument else words
+
+
+def _decode(registers: tuple[regs.Register, ...], read) -> dict[str, int]:
+    """Read registers in one request per gapless stretch and decode them by name."""
+    values = {}
+    for group in _stretches(registers):
+        first = group[0].address
+        words = read(first, group[-1].address + group[-1].words - first)
+        for register in group:
+            start = register.address - first
+            values[register.name] = register.decode(words[start : start + register.words])
+    return values
+
+
+def _stretches(registers: tuple[regs.Register, ...]) -> list[list[regs.Register]]:
+    """Group registers, sorted by address, into gapless stretches of at most 125 words."""
+    groups: list[list[regs.Register]] = []
+    for register in sorted(registers, key=lambda item: item.address):
+        last = groups[-1] if groups else None
+        end = register.address + register.words
+        if (
+            last
+            and register.address == last[-1].address + last[-1].words
+            and end - last[0].address <= _MOST_WORDS
+        ):
+            last.append(register)
+        else:
+            groups.append([register])
+    return groups

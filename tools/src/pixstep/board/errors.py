@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""What a board can fail to do; each ends a command with exit status 1 and its own text."""
+
+BUSY = 6
+EXCEPTIONS = {
+    1: "illegal function",
+    2: "illegal address",
+    3: "illegal value",
+    4: "device failure",
+    5: "acknowledge",
+    6: "busy",
+}
+
+
+class BoardError(Exception):
+    """The board did not do as asked: no reply, an exception answer, a refused line, a fault."""
+
+    def __init__(self, message: str, code: int | None = None) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class NoReplyError(BoardError):
+    """Nothing came back, or nothing that could be read: then `heard` bytes did."""
+
+    def __init__(self, unit: int, what: str, place: str = "", heard: int = 0) -> None:
+        where = f" on {place}" if place else ""
+        if heard:
+            text = (
+                f"an unreadable reply to {what} ({heard} bytes): another rate or parity, or two "
+                f"boards with this address"
+            )
+        else:
+            text = f"no reply to {what}"
+            if place:
+                text += (
+                    ": check its power, the wiring, its address, rate and parity "
+                    "(`pixstep board scan --bauds` looks for boards)"
+                )
+        super().__init__(f"board {unit}{where}: {text}")
+        self.unit, self.heard = unit, heard
+
+
+class ExceptionReplyError(BoardError):
+    """The board answered with a Modbus exception; `code` is its number."""
+
+    def __init__(self, unit: int, what: str, code: int) -> None:
+        text = EXCEPTIONS.get(code, "unknown exception")
+        super().__init__(f"board {unit}: {what} answered with exception {code}, {text}", code)
+
+
+class MapVersionError(BoardError):
+    """The board and this tool know different register maps."""
+
+
+class LineRefusedByBoardError(BoardError):
+    """The board refused a line while it was queued; `name` and `pixel` say what and where."""
+
+    def __init__(self, axis: int, name: str, pixel: int, text: str) -> None:
+        super().__init__(f"axis {axis}: line refused: {name} at pixel {pixel}: {text}")
+        self.axis, self.name, self.pixel = axis, name, pixel

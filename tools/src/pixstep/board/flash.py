@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""Firmware onto a board by avrdude through its boot loader; nothing else is written."""
+
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from pixstep import natives
+from pixstep.board.boards import BOARD_NAMES
+from pixstep.errors import UserError
+
+# Part, protocol and speed of each board's boot loader; cmake/flash.cmake has the same.
+PROGRAMMERS = {
+    "uno": ("-p", "atmega328p", "-c", "arduino", "-b", "115200"),
+    "mega": ("-p", "atmega2560", "-c", "wiring", "-b", "115200"),
+}
+_IDENTITY = re.compile(rb"pixstep (\w+) (\d+\.\d+)")
+_DATA = 0
+
+
+@dataclass(frozen=True)
+class Image:
+    """An Intel HEX file, the board and the version that it says it is for."""
+
+    path: Path
+    board: str
+    version: str
+
+
+def built_image(board: str) -> Path:
+    """Return the image that the build leaves for a board."""
+    return natives.root() / "build" / board / "firmware" / f"pixstep-{board}.hex"
+
+
+def read_image(path: Path) -> Image:
+    """Read an image and find what it says of itself; raises UserError if it is no pixstep image."""
+    try:
+        lines = path.read_text(encoding="ascii").split()
+    except UnicodeDecodeError:
+        raise UserError(f"{path}: not an Intel HEX file") from None
+    except FileNotFoundError:
+        raise UserError(
+            f"{path}: missing: build it with `tools/build`, or name another with --hex"
+        ) from None
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror or error}") from None
+    found = _IDENTITY.search(b"".join(_data(path, number, row) for number, row in _rows(lines)))
+    if not found:
+        raise UserError(f"{path}: not a pixstep image: it names no board and version")
+    board, version = (part.decode("ascii") for part in found.groups())
+    return Image(path, board, version)
+
+
+def command(board: str, port: str, image: Path, *, verify: bool = False) -> list[str]:
+    """Return the command line of avrdude: write and verify, or with `verify` only compare.
+
+    -D: the chip is not erased as a whole, the boot loader writes page by page.
+    """
+    if board not in BOARD_NAMES:
+        raise UserError(f"unknown board {board!r}: one of {', '.join(BOARD_NAMES)}")
+    mode = "v" if verify else "w"
+    return [
+        "avrdude", *PROGRAMMERS[board], "-P", port, "-D", "-U", f"flash:{mode}:{image}:i",
+    ]  # fmt: skip
+
+
+def run(words: list[str]) -> None:
+    """Run avrdude with its own output on the terminal; raises UserError if it is not there.
+
+    Raises FlashError if it fails.
+    """
+    program = shutil.which(words[0])
+    if program is None:
+        raise UserError("avrdude is missing: tools/setup installs it (apt-get install avrdude)")
+    status = subprocess.run([program, *words[1:]], check=False).returncode
+    if status:
+        raise FlashError(
+            f"avrdude failed (exit status {status}): is this the board's port, is another program "
+            f"using it, is it the board named?"
+        )
+
+
+class FlashError(Exception):
+    """The board was not flashed, or does not say so afterwards."""
+
+
+def _rows(lines: list[str]):
+    return enumerate(lines, 1)
+
+
+def _data(path: Path, number: int, row: str) -> bytes:
+    """Return the data bytes of a row of Intel HEX, none if it is a row of another kind."""
+    try:
+        content = bytes.fromhex(row[1:])
+    except ValueError:
+        content = b""
+    if row[:1] != ":" or len(content) < 5 or len(content) != content[0] + 5 or sum(content) % 256:
+        raise UserError(f"{path}:{number}: not a row of an Intel HEX file")
+    return content[4:-1] if content[3] == _DATA else b""

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""A serial port: opened with errors that say what to do, and without resetting the board again.
+
+The boards' USB chips reset the processor when a port is opened that was closed with HUPCL set, the
+default. Opening clears it, so that only the first opening after plugging in resets the board.
+"""
+
+import errno
+import os
+import termios
+from dataclasses import dataclass, replace
+
+import serial
+
+from pixstep.errors import UserError
+
+PARITIES = ("E", "O", "N")
+BOOT_S = 2.0  # of the boot loader, before it starts the firmware
+_CFLAG = 2
+_PTY = "/dev/pts/"
+
+
+@dataclass(frozen=True)
+class Port:
+    """A port's name, rate and parity; without parity there are two stop bits."""
+
+    name: str
+    baud: int
+    parity: str
+
+    @property
+    def stop_bits(self) -> int:
+        """Stop bits of a character of 11 bits."""
+        return 2 if self.parity == "N" else 1
+
+    @property
+    def text(self) -> str:
+        """Name, rate and frame, for messages."""
+        return f"{self.name} ({self.baud} baud, 8{self.parity}{self.stop_bits})"
+
+    def at(self, baud: int, parity: str) -> "Port":
+        """Return the port at another rate and parity."""
+        return replace(self, baud=baud, parity=parity)
+
+    def open(self, timeout_s: float) -> serial.Serial:
+        """Open it for this process alone.
+
+        Raises UserError naming the port and why: it is missing, not allowed, in use, or cannot
+        have this rate or parity. `pixstep_reset` of what is returned is true if the opening has
+        reset a board that resets on opening.
+        """
+        try:
+            opened = serial.Serial(
+                self.name, baudrate=self.baud, parity=self.parity, stopbits=self.stop_bits,
+                timeout=timeout_s, write_timeout=timeout_s, exclusive=True,
+            )  # fmt: skip
+        except (OSError, ValueError, termios.error) as error:
+            raise UserError(f"{self.name}: {self._reason(error)}") from None
+        opened.pixstep_reset = _hold_dtr(opened) and not is_pty(self.name)
+        return opened
+
+    def _reason(self, error: Exception) -> str:
+        """Return in words why the port cannot be opened."""
+        code = getattr(error, "errno", None) or (error.args[0] if error.args else None)
+        if code == errno.ENOENT:
+            return (
+                "there is no such port: is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*`)"
+            )
+        if code == errno.EACCES:
+            return "not allowed: add yourself to the group dialout (`sudo adduser $USER dialout`)"
+        if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
+            return "in use by another program"
+        if code == errno.EINVAL and is_pty(self.name):
+            return f"a pseudo terminal has no parity {self.parity}: --parity N"
+        if code in (errno.ENOTTY, errno.ENXIO, errno.EIO):
+            return "not a serial port"
+        if code == errno.EINVAL or isinstance(error, ValueError):
+            return f"cannot do {self.baud} baud with parity {self.parity}"
+        return os.strerror(code) if isinstance(code, int) else str(error)
+
+
+def is_pty(name: str) -> bool:
+    """True for a pseudo terminal, such as the simulator's."""
+    return os.path.realpath(name).startswith(_PTY)
+
+
+def _hold_dtr(opened: serial.Serial) -> bool:
+    """Keep DTR when the port is closed; return whether it was not kept before."""
+    flags = termios.tcgetattr(opened.fileno())
+    was_dropped = bool(flags[_CFLAG] & termios.HUPCL)
+    flags[_CFLAG] &= ~termios.HUPCL
+    termios.tcsetattr(opened.fileno(), termios.TCSANOW, flags)
+    return was_dropped

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""Lines of real boards: armed, started together, streamed and followed to their end."""
+
+import secrets
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, BoardError, ExceptionReplyError, Upload
+from pixstep.board.world import World
+
+_POLL_S = 0.02
+_GO_S = 0.5  # from the broadcast go to the first look at what came of it
+_OVER = ("done", "fault", "refused", "empty")
+_IMPOSSIBLE = 4
+
+Progress = Callable[[float], None]
+
+
+@dataclass
+class Lines:
+    """The axes of one board that take part, and what is still to be queued of their lines."""
+
+    board: Board
+    axes: list[int]
+    uploads: list[Upload] = field(default_factory=list)
+
+
+def states(board: Board, axes: list[int]) -> dict[int, str]:
+    """Return the states of some axes by name."""
+    found = board.axes(max(axes) + 1)
+    return {axis: regs.AXIS_STATES[found[axis]["axis_state"]] for axis in axes}
+
+
+def loaded(board: Board, count: int) -> list[int]:
+    """Return the axes of a board that have a line loaded."""
+    return [axis for axis, state in states(board, list(range(count))).items() if state == "loaded"]
+
+
+def arm(board: Board, axes: list[int], token: int = 0) -> None:
+    """Arm axes; raises BoardError saying why the board would not."""
+    command(board, "arm", axes, token)
+
+
+def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None:
+    """Give a command; a refusal is explained by the state of the board."""
+    try:
+        board.command(name, axes, argument)
+    except ExceptionReplyError as error:
+        if error.code != _IMPOSSIBLE:
+            raise
+        raise BoardError(f"board {board.unit}: {name}: {_why_not(board, name, axes)}") from None
+
+
+def start_together(group: list[Lines], world: World) -> int:
+    """Start lines of several boards on one pixel clock edge; return the token.
+
+    All are armed with the token, looked at, and let go by one broadcast. If one board does not
+    arm, those that did are disarmed again.
+    """
+    token = secrets.randbelow(0xFFFF) + 1
+    armed: list[Lines] = []
+    try:
+        for lines in group:
+            arm(lines.board, lines.axes, token)
+            armed.append(lines)
+        for lines in group:
+            _require(lines, ("armed",), "not armed after all")
+    except BoardError:
+        for lines in armed:
+            lines.board.command("disarm", lines.axes)
+        raise
+    group[0].board.go(token)
+    world.wait(_GO_S)
+    for lines in group:
+        _raise_fault(lines.board)
+    return token
+
+
+def follow(
+    group: list[Lines], world: World, pixels: int = 0, progress: Progress = lambda _: None
+) -> None:
+    """Stream what is left and wait until all lines are over.
+
+    `pixels` is the length of the longest, for the progress. Raises BoardError for a fault, and for
+    a line that was stopped meanwhile.
+    """
+    while True:
+        over, done = True, 0
+        for lines in group:
+            for upload in lines.uploads:
+                upload.push()
+            found = lines.board.axes(max(lines.axes) + 1)
+            names = [regs.AXIS_STATES[found[axis]["axis_state"]] for axis in lines.axes]
+            over = over and all(name in _OVER for name in names)
+            done = max(done, *(found[axis]["pixel"] for axis in lines.axes))
+            if "fault" in names:
+                _raise_fault(lines.board)
+        if over:
+            break
+        progress(min(1.0, done / pixels) if pixels else 0.0)
+        world.wait(_POLL_S)
+    for lines in group:
+        _require(lines, ("done",), "stopped before its end")
+
+
+def positions(board: Board, axes: list[int]) -> Mapping[int, int]:
+    """Return the positions of some axes, steps."""
+    found = board.axes(max(axes) + 1)
+    return {axis: found[axis]["position_steps"] for axis in axes}
+
+
+def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:
+    """Raise BoardError for the first axis in another state, with the board's fault if any."""
+    for axis, state in states(lines.board, lines.axes).items():
+        if state not in wanted:
+            _raise_fault(lines.board)
+            raise BoardError(f"board {lines.board.unit}: axis {axis} is {state}: {text}")
+
+
+def _raise_fault(board: Board) -> None:
+    """Raise the board's fault, if it has one."""
+    text = board.fault_text()
+    if text:
+        raise BoardError(f"board {board.unit}: {text}")
+
+
+def _why_not(board: Board, name: str, axes: list[int]) -> str:
+    """Return what speaks against a command at present."""
+    state = board.inputs()
+    if state["status"] >> 4 & 1:
+        return "the emergency stop is pressed: release it, then `pixstep board clear`"
+    fault = board.fault_text()
+    if fault and name != "clear_fault":
+        return f"{fault} (`pixstep board clear` when its cause is gone)"
+    named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
+    return f"not possible now: {named}"

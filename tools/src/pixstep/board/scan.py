@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""Looking for boards: every address, and every rate and parity if asked."""
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from pixstep.board import meanings
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, ExceptionReplyError, NoReplyError
+
+UNITS = range(1, 248)
+BAUDS = (115_200, 19_200, 9_600, 38_400, 57_600, 250_000, 500_000, 1_000_000)
+PARITIES = ("E", "N", "O")
+TIMEOUT_S = 0.08
+_HEAD_WORDS = 6  # map, firmware, board, axes, status, fault
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Found:
+    """What answered at an address; `trouble` says why it is not a board to talk to."""
+
+    unit: int
+    board: str = ""
+    firmware: str = ""
+    map_version: int = 0
+    axes: int = 0
+    status: str = ""
+    fault: str = ""
+    trouble: str = ""
+
+    def as_json(self) -> dict:
+        """Return plain data."""
+        return dict(vars(self))
+
+
+def scan(modbus, units: Iterable[int] = UNITS, progress: Progress = lambda _: None) -> list[Found]:
+    """Ask every address once; return what answered."""
+    wanted = list(units)
+    found = []
+    for index, unit in enumerate(wanted):
+        progress(index / len(wanted))
+        answer = look(Board(modbus, unit))
+        if answer:
+            found.append(answer)
+    return found
+
+
+def look(board: Board) -> Found | None:
+    """Return what answers at one address; None if nothing does."""
+    try:
+        words = board.read_inputs(0, _HEAD_WORDS)
+    except ExceptionReplyError as error:
+        return Found(board.unit, trouble=f"another device (exception {error.code})")
+    except NoReplyError as error:
+        if not error.heard:
+            return None
+        text = f"unreadable ({error.heard} bytes): two boards with this address, or another rate"
+        return Found(board.unit, trouble=text)
+    version, firmware, board_id, axes, status, fault = words
+    trouble = "" if version == regs.MAP_VERSION else f"this tool knows map {regs.MAP_VERSION}"
+    return Found(
+        unit=board.unit,
+        board=regs.BOARD_IDS.get(board_id, f"board {board_id}"),
+        firmware=regs.version_text(firmware),
+        map_version=version,
+        axes=axes,
+        status=meanings.words(board.map.input("status"), status),
+        fault=regs.code_name(regs.faults(), fault) if fault else "",
+        trouble=trouble,
+    )
+
+
+@contextlib.contextmanager
+def quickly(modbus, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
+    """Let a client on a port ask once only and wait briefly, as long as this lasts."""
+    if not hasattr(modbus, "set_timeout"):
+        yield
+        return
+    before = modbus.comm_params.timeout_connect, modbus.retries
+    modbus.set_timeout(timeout_s)
+    modbus.retries = 0
+    try:
+        yield
+    finally:
+        modbus.set_timeout(before[0])
+        modbus.retries = before[1]

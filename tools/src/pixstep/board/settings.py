@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""The settings of a board: all of them at once, all-or-nothing writes, the stored copy."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from pixstep.board import registers as regs
+from pixstep.board import values
+from pixstep.board.client import Board, BoardError
+from pixstep.board.registers import Register
+from pixstep.board.world import World
+from pixstep.lines.rational import refuse_period
+
+STORED, DIFFERS, STORING = 1, 2, 4  # bits of settings_state
+_STORE_LIMIT_S = 5.0
+_POLL_S = 0.02
+_PARITY_LETTERS = "NOE"
+_LINE = ("baud_100", "parity")
+
+
+@dataclass(frozen=True)
+class Change:
+    """One setting, before and after."""
+
+    register: Register
+    old: int
+    new: int
+
+    @property
+    def name(self) -> str:
+        """Name of the setting."""
+        return self.register.name
+
+    def as_json(self) -> dict:
+        """Return plain data."""
+        return {"name": self.name, "old": self.old, "new": self.new, "unit": self.register.unit}
+
+
+def read(board: Board) -> dict[str, int]:
+    """Return all settings by name, read in one request."""
+    table = regs.settings()
+    first, end = _span(table)
+    words = board.read_holdings(first, end - first)
+    return {
+        item.name: item.decode(words[item.address - first : item.address - first + item.words])
+        for item in table
+    }
+
+
+def defaults() -> dict[str, int]:
+    """Return the settings of a board that has none stored."""
+    return {item.name: int(item.default) for item in regs.settings()}
+
+
+def changes(old: dict[str, int], new: dict[str, int]) -> list[Change]:
+    """Return what differs, in the order of the register map; `new` may hold only some."""
+    return [
+        Change(item, old[item.name], new[item.name])
+        for item in regs.settings()
+        if item.name in new and old[item.name] != new[item.name]
+    ]
+
+
+def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
+    """Make changes in one all-or-nothing request, and read them back.
+
+    The settings in between are written as they were. When address, rate or parity change, the
+    client follows. Raises UserError for a pixel frequency that no board can carry, BoardError also
+    if the board reads back something else.
+    """
+    if not wanted:
+        return
+    new = old | {change.name: change.new for change in wanted}
+    refuse_period(values.hz_of(new))
+    first, end = _span([change.register for change in wanted])
+    words: list[int] = []
+    for item in regs.settings():
+        if first <= item.address < end:
+            words += [
+                new[item.name] >> 16 * (item.words - 1 - index) & 0xFFFF
+                for index in range(item.words)
+            ]
+    board.write(first, words)
+    follow(board, new, {change.name for change in wanted})
+    found = read(board)
+    for change in wanted:
+        if found[change.name] != change.new:
+            raise BoardError(
+                f"board {board.unit}: {change.name} reads back {found[change.name]}, "
+                f"not {change.new}"
+            )
+
+
+def follow(board: Board, new: dict[str, int], changed: set[str]) -> None:
+    """Let the client talk to the board as its new settings say."""
+    if "unit_address" in changed:
+        board.unit = new["unit_address"]
+    if changed.intersection(_LINE) and hasattr(board.modbus, "reconfigure"):
+        board.modbus.reconfigure(100 * new["baud_100"], _PARITY_LETTERS[new["parity"]])
+
+
+def store(board: Board, world: World) -> int:
+    """Store the settings in the board's EEPROM; return the number of the record."""
+    before = board.input("settings_serial")
+    board.store()
+    end = world.now_s() + _STORE_LIMIT_S
+    while board.input("settings_state") & STORING:
+        if world.now_s() > end:
+            raise BoardError(f"board {board.unit}: storing takes longer than {_STORE_LIMIT_S} s")
+        world.wait(_POLL_S)
+    serial = board.input("settings_serial")
+    if serial == before or board.input("settings_state") & DIFFERS:
+        raise BoardError(f"board {board.unit}: the settings were not stored (record {serial})")
+    return serial
+
+
+def pixel_hz(board: Board) -> Fraction:
+    """Return the exact pixel frequency that the board is set to."""
+    return values.hz_of(read(board))
+
+
+def _span(table) -> tuple[int, int]:
+    """Return the first address of registers and the one behind the last."""
+    return table[0].address, table[-1].address + table[-1].words

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""How a board is at one moment, and how fast its counters count between two of them."""
+
+from dataclasses import dataclass
+
+from pixstep.board import meanings
+from pixstep.board import registers as regs
+from pixstep.board.client import Board
+from pixstep.board.device import Identity
+
+COUNTED = (
+    "pixel_edges",
+    "frames_ok",
+    "crc_errors",
+    "exceptions",
+    "rx_overruns",
+    "bus_messages",
+    "no_replies",
+    "busy_replies",
+)
+_STATUS = {
+    "clock": 0,
+    "armed": 1,
+    "running": 2,
+    "fault": 3,
+    "estop": 4,
+    "permit": 5,
+    "listen_only": 6,
+}
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The registers of a board, read at `time_s`; `trouble` if it did not answer."""
+
+    who: Identity
+    time_s: float
+    inputs: dict[str, int]
+    axes: list[dict[str, int]]
+    trouble: str = ""
+
+    @property
+    def flags(self) -> dict[str, bool]:
+        """The bits of its status by name."""
+        return {name: bool(self.inputs["status"] >> bit & 1) for name, bit in _STATUS.items()}
+
+    @property
+    def fault(self) -> str:
+        """Name, axis and pixel of its fault, empty if it has none."""
+        code = self.inputs["fault_code"]
+        if not code:
+            return ""
+        name = regs.code_name(regs.faults(), code)
+        return (
+            f"{name} (axis {self.inputs['fault_axis']}, pixel {self.inputs['fault_pixel']}, "
+            f"argument {self.inputs['fault_argument']})"
+        )
+
+    @property
+    def switches(self) -> str:
+        """The switches that are closed or tripped, in words."""
+        return meanings.words(regs.register_map().input("inputs"), self.inputs["inputs"])
+
+    def rates(self, before: "Snapshot | None") -> dict[str, float]:
+        """Return how many a second each counter has counted since an earlier snapshot."""
+        if before is None or before.trouble or self.trouble or self.time_s <= before.time_s:
+            return {}
+        seconds = self.time_s - before.time_s
+        return {
+            name: ((self.inputs[name] - before.inputs[name]) % _modulus(name)) / seconds
+            for name in COUNTED
+        }
+
+    def as_json(self, before: "Snapshot | None" = None) -> dict:
+        """Return plain data."""
+        row: dict = {"unit": self.who.unit, "board": self.who.board, "time_s": self.time_s}
+        if self.trouble:
+            return row | {"trouble": self.trouble}
+        return row | {
+            "status": self.flags,
+            "fault": self.fault,
+            "switches": self.switches,
+            "pixel_edges": self.inputs["pixel_edges"],
+            "edge_error_ticks": self.inputs["edge_error_ticks"],
+            "counters": {name: self.inputs[name] for name in COUNTED[1:]},
+            "rates_per_s": {name: round(rate, 2) for name, rate in self.rates(before).items()},
+            "axes": [
+                axis | {"axis_state": regs.AXIS_STATES[axis["axis_state"]]} for axis in self.axes
+            ],
+        }
+
+
+def take(board: Board, who: Identity, time_s: float) -> Snapshot:
+    """Read a board; raises BoardError if it does not answer."""
+    return Snapshot(who, time_s, board.inputs(), board.axes(who.axis_count))
+
+
+def _modulus(name: str) -> int:
+    return 1 << 16 * regs.register_map().input(name).words

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: MIT
+"""Registers by name: what there is, read with units and words, written with their ranges checked.
+
+Names are those of the register map; those of an axis are written axis0.position_steps, and without
+the axis they mean all axes.
+"""
+
+import difflib
+import fnmatch
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from pixstep.board import meanings
+from pixstep.board import registers as regs
+from pixstep.board.client import Board
+from pixstep.board.registers import Register
+from pixstep.errors import UserError
+from pixstep.lines.rational import parse_hz
+
+PIXEL_HZ, BAUD, PARITY = "pixel_hz", "baud", "parity"
+_PARITIES = {"N": 0, "NONE": 0, "O": 1, "ODD": 1, "E": 2, "EVEN": 2}
+_WIDE = "*"
+_BARE = ("1", "", "bits", "code", "state")  # units that say nothing behind a number
+INPUT, AXIS, SETTING = "input", "axis", "setting"
+
+
+@dataclass(frozen=True)
+class Item:
+    """One register of a board under its full name."""
+
+    name: str
+    kind: str  # INPUT, AXIS or SETTING
+    register: Register
+    address: int
+
+    @property
+    def group(self) -> tuple[str, int]:
+        """Area and address: registers of one area that adjoin are read in one request."""
+        return ("holding" if self.kind == SETTING else "input"), self.address
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A register and its value."""
+
+    item: Item
+    value: int
+
+    @property
+    def words(self) -> str:
+        """The value in words, empty if it has none."""
+        return meanings.words(self.item.register, self.value)
+
+    def as_json(self) -> dict:
+        """Return plain data; limits only for a setting."""
+        register = self.item.register
+        row = {
+            "name": self.item.name,
+            "value": self.value,
+            "unit": register.unit,
+            "words": self.words,
+            "address": self.item.address,
+            "type": register.type,
+            "meaning": register.meaning,
+        }
+        if self.item.kind == SETTING:
+            row |= {
+                "minimum": register.minimum,
+                "maximum": register.maximum,
+                "default": register.default,
+            }
+        return row
+
+
+def catalogue(axes: int) -> list[Item]:
+    """Return all registers of a board: settings, inputs, those of its axes."""
+    table = regs.register_map()
+    items = [Item(item.name, SETTING, item, item.address) for item in regs.settings()]
+    items += [Item(item.name, INPUT, item, item.address) for item in table.inputs]
+    for axis in range(axes):
+        base = regs.AXIS_BASE + regs.AXIS_STRIDE * axis
+        items += [
+            Item(f"axis{axis}.{item.name}", AXIS, item, base + item.address)
+            for item in table.axis_inputs
+        ]
+    return items
+
+
+def select(patterns: Iterable[str], axes: int) -> list[Item]:
+    """Return the registers that names and wild cards (* ? [..]) mean, each once; none means all.
+
+    Raises UserError for a name that means nothing, with those that look like it.
+    """
+    items = catalogue(axes)
+    wanted = tuple(patterns) or (_WIDE,)
+    chosen: dict[str, Item] = {}
+    for pattern in wanted:
+        found = [item for item in items if _means(pattern, item)]
+        if not found:
+            raise UserError(f"no register {pattern!r}{_like(pattern, items)}")
+        chosen |= {item.name: item for item in found}
+    return list(chosen.values())
+
+
+def read(board: Board, items: list[Item]) -> list[Reading]:
+    """Read registers, those that adjoin in one request; in the order given."""
+    values: dict[str, int] = {}
+    for stretch in _stretches(items):
+        first = stretch[0].address
+        count = stretch[-1].address + stretch[-1].register.words - first
+        area = board.read_holdings if stretch[0].kind == SETTING else board.read_inputs
+        words = area(first, count)
+        for item in stretch:
+            start = item.address - first
+            values[item.name] = item.register.decode(words[start : start + item.register.words])
+    return [Reading(item, values[item.name]) for item in items]
+
+
+def assignments(texts: Iterable[str]) -> dict[str, int]:
+    """Return the settings that NAME=VALUE texts ask for, checked against their ranges.
+
+    pixel_hz takes 30, 29.97 or 30000/1001, baud a rate, parity a letter or word; all else whole
+    numbers, decimal or 0x hexadecimal. Raises UserError naming the setting and its range.
+    """
+    wanted: dict[str, int] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name or not value:
+            raise UserError(f"{text!r}: NAME=VALUE is wanted")
+        for one, number in _assignment(name, value).items():
+            if one in wanted:
+                raise UserError(f"{one} is given twice")
+            check(one, number)
+            wanted[one] = number
+    return wanted
+
+
+def check(name: str, value: int) -> Register:
+    """Return the setting of a name; raises UserError if there is none or the value is no good."""
+    known = {item.name: item for item in regs.settings()}
+    if name not in known:
+        table = regs.register_map()
+        if name in {item.name for item in (*table.inputs, *table.axis_inputs)}:
+            raise UserError(f"{name} is what the board measures: it cannot be set")
+        raise UserError(f"no setting {name!r}{_like(name, catalogue(0))}")
+    register = known[name]
+    if not register.minimum <= value <= register.maximum:
+        raise UserError(f"{name} = {value}: {range_text(register)}, default {register.default}")
+    return register
+
+
+def range_text(register: Register) -> str:
+    """Return the range of a setting with its unit: "1 to 1000 us"."""
+    return f"{register.minimum} to {register.maximum}{unit_text(register)}"
+
+
+def unit_text(register: Register) -> str:
+    """Return a unit behind a blank; nothing for a number without one."""
+    return "" if register.unit in _BARE else f" {register.unit}"
+
+
+def _assignment(name: str, value: str) -> dict[str, int]:
+    """Return what one text sets."""
+    if name == PIXEL_HZ:
+        hz = parse_hz(value)
+        return {"pixel_hz_num": hz.numerator, "pixel_hz_den": hz.denominator}
+    if name == BAUD:
+        rate = _whole(name, value)
+        if rate % 100:
+            raise UserError(f"baud = {rate}: a multiple of 100 is wanted")
+        return {"baud_100": rate // 100}
+    if name == PARITY and value.upper() in _PARITIES:
+        return {PARITY: _PARITIES[value.upper()]}
+    return {name: _whole(name, value)}
+
+
+def _whole(name: str, value: str) -> int:
+    try:
+        return int(value, 0)
+    except ValueError:
+        raise UserError(f"{name} = {value}: a whole number is wanted") from None
+
+
+def hz_of(values: dict[str, int]) -> Fraction:
+    """Return the exact pixel frequency of settings."""
+    return Fraction(values["pixel_hz_num"], values["pixel_hz_den"])
+
+
+def _means(pattern: str, item: Item) -> bool:
+    """True if a name or wild card means a register, with or without its axis."""
+    if pattern == PIXEL_HZ:
+        return item.name.startswith(PIXEL_HZ)
+    short = item.name.partition(".")[2]
+    return fnmatch.fnmatchcase(item.name, pattern) or (
+        item.kind == AXIS and fnmatch.fnmatchcase(short, pattern)
+    )
+
+
+def _like(name: str, items: list[Item]) -> str:
+    """Return what a mistyped name may have meant, as the end of a message."""
+    names = {item.name.rpartition(".")[2] for item in items} | {item.name for item in items}
+    close = difflib.get_close_matches(name, sorted(names), 3, 0.6)
+    return f"; do you mean {' or '.join(close)}?" if close else "; `pixstep board get` lists all"
+
+
+def _stretches(items: list[Item]) -> list[list[Item]]:
+    """Group registers into stretches of one area without gaps, each fit for one request."""
+    groups: list[list[Item]] = []
+    for item in sorted(items, key=lambda one: one.group):
+        last = groups[-1][-1] if groups else None
+        follows = last is not None and (
+            last.group[0] == item.group[0] and last.address + last.register.words == item.address
+        )
+        if follows and item.address + item.register.words - groups[-1][0].address <= 125:
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    return groups

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: MIT
+"""One unit on the line: the Modbus functions by what they do, errors by name."""
+
+from dataclasses import dataclass
+
+from pymodbus.client import ModbusSerialClient
+from pymodbus.exceptions import ModbusException
+from pymodbus.pdu.other_message import ReportDeviceIdResponse
+
+from pixstep.board.errors import ExceptionReplyError, NoReplyError
+
+BROADCAST = 0
+COUNTERS = {  # function 08, by sub-function 11 to 18
+    "bus_messages": "diag_read_bus_message_count",
+    "crc_errors": "diag_read_bus_comm_error_count",
+    "exceptions": "diag_read_bus_exception_error_count",
+    "requests": "diag_read_device_message_count",
+    "no_replies": "diag_read_device_no_response_count",
+    "naks": "diag_read_device_nak_count",
+    "busy_replies": "diag_read_device_busy_count",
+    "rx_overruns": "diag_read_bus_char_overrun_count",
+}
+IDENTITY_OBJECTS = (
+    "vendor",
+    "product_code",
+    "revision",
+    "vendor_url",
+    "product_name",
+    "model_name",
+    "application",
+)
+
+
+@dataclass(frozen=True)
+class ServerId:
+    """The answer to function 17: board id, whether any axis runs, "pixstep BOARD VERSION"."""
+
+    id: int
+    running: bool
+    text: str
+
+
+class _ServerIdReply(ReportDeviceIdResponse):
+    """The same reply as the standard has it: the library takes its last byte for a status."""
+
+    def decode(self, data: bytes) -> None:
+        """Keep everything behind the byte count."""
+        super().decode(data)
+        self.identifier = data[1 : 1 + data[0]]
+
+
+class Wire:
+    """The requests that one unit answers; every method raises BoardError if it does not."""
+
+    def __init__(self, modbus: ModbusSerialClient, unit: int = 1) -> None:
+        self.modbus = modbus
+        self.unit = unit
+
+    def read_inputs(self, address: int, count: int) -> list[int]:
+        """Return `count` (1..125) input registers (function 04)."""
+        reply = self._ask("read", self.modbus.read_input_registers, address, count=count)
+        return list(reply.registers)
+
+    def read_holdings(self, address: int, count: int) -> list[int]:
+        """Return `count` (1..125) holding registers (function 03)."""
+        reply = self._ask("read", self.modbus.read_holding_registers, address, count=count)
+        return list(reply.registers)
+
+    def write(self, address: int, words: list[int]) -> None:
+        """Write holding registers in one all-or-nothing request (function 16)."""
+        self._ask("write", self.modbus.write_registers, address, words)
+
+    def write_one(self, address: int, word: int) -> None:
+        """Write one holding register (function 06)."""
+        self._ask("write", self.modbus.write_register, address, word)
+
+    def mask_write(self, address: int, keep: int, put: int) -> None:
+        """Make a holding register (old AND keep) OR (put AND NOT keep) (function 22)."""
+        self._ask(
+            "mask write", self.modbus.mask_write_register, address=address, and_mask=keep,
+            or_mask=put,
+        )  # fmt: skip
+
+    def write_and_read(
+        self, write_address: int, words: list[int], address: int, count: int
+    ) -> list[int]:
+        """Write holding registers, then read some, in one request (function 23)."""
+        reply = self._ask(
+            "write and read", self.modbus.readwrite_registers, read_address=address,
+            read_count=count, write_address=write_address, values=words,
+        )  # fmt: skip
+        return list(reply.registers)
+
+    def read_coils(self, address: int, count: int) -> list[bool]:
+        """Return `count` coils (function 01)."""
+        reply = self._ask("read of coils", self.modbus.read_coils, address, count=count)
+        return list(reply.bits[:count])
+
+    def read_discretes(self, address: int, count: int) -> list[bool]:
+        """Return `count` discrete inputs (function 02)."""
+        reply = self._ask("read of inputs", self.modbus.read_discrete_inputs, address, count=count)
+        return list(reply.bits[:count])
+
+    def write_coil(self, address: int, value: bool) -> None:
+        """Write one coil (function 05)."""
+        self._ask("write of a coil", self.modbus.write_coil, address, value)
+
+    def write_coils(self, address: int, values: list[bool]) -> None:
+        """Write coils in one all-or-nothing request (function 15)."""
+        self._ask("write of coils", self.modbus.write_coils, address, values)
+
+    def identify(self) -> ServerId:
+        """Return the answer to function 17, report server id."""
+        self.modbus.register(_ServerIdReply)
+        data = self._ask("identify", self.modbus.report_device_id).identifier
+        return ServerId(data[0], data[1] != 0, data[2:].decode("ascii", errors="replace"))
+
+    def identification(self, code: int = 2) -> dict[str, str]:
+        """Return the objects of function 43/14 by name; code 1 basic, 2 regular, 3 extended."""
+        found: dict[int, bytes] = {}
+        first = 0
+        while True:
+            reply = self._ask(
+                "identification", self.modbus.read_device_information, read_code=code,
+                object_id=first,
+            )  # fmt: skip
+            found |= reply.information
+            if not reply.more_follows or reply.next_object_id <= first:
+                break
+            first = reply.next_object_id
+        return {
+            _object_name(number): value.decode("ascii", errors="replace")
+            for number, value in sorted(found.items())
+        }
+
+    def echo(self, word: int) -> int:
+        """Return what comes back of a word sent by function 08, sub-function 0."""
+        reply = self._ask("echo", self.modbus.diag_query_data, word.to_bytes(2, "big"))
+        return _number(reply.message)
+
+    def counters(self) -> dict[str, int]:
+        """Return the line's counters by name (function 08, sub-functions 11 to 18)."""
+        return {
+            name: _number(self._ask(f"counter {name}", getattr(self.modbus, method)).message)
+            for name, method in COUNTERS.items()
+        }
+
+    def clear_counters(self) -> None:
+        """Set the line's counters to 0 (function 08, sub-function 10)."""
+        self._ask("clear counters", self.modbus.diag_clear_counters)
+
+    def listen_only(self) -> None:
+        """Make the unit silent until it is restarted (function 08, sub-function 4); no reply."""
+        self._send(self.modbus.diag_force_listen_only)
+
+    def restart(self) -> None:
+        """End listen-only (function 08, sub-function 1); a silent unit does not reply."""
+        self._send(self.modbus.diag_restart_communication, False)
+
+    def broadcast(self, address: int, words: list[int]) -> None:
+        """Write holding registers of every unit on the line; nobody replies."""
+        self.modbus.write_registers(address, words, device_id=BROADCAST, no_response_expected=True)
+
+    def _send(self, method, *arguments) -> None:
+        """Send one request to which no reply comes."""
+        method(*arguments, device_id=self.unit, no_response_expected=True)
+
+    def _ask(self, what: str, method, *arguments, **options):
+        """Do one request; raise BoardError for no reply or an exception answer."""
+        try:
+            reply = method(*arguments, device_id=self.unit, **options)
+        except ModbusException:
+            place = getattr(self.modbus, "place", "")
+            heard = getattr(self.modbus, "heard", 0)
+            raise NoReplyError(self.unit, what, place, heard) from None
+        if reply.isError():
+            address = options.get("address", arguments[0] if arguments else None)
+            where = f" at 0x{address:04X}" if isinstance(address, int) else ""
+            raise ExceptionReplyError(
+                self.unit, f"{what}{where}", getattr(reply, "exception_code", 0)
+            )
+        return reply
+
+
+def _object_name(number: int) -> str:
+    return IDENTITY_OBJECTS[number] if number < len(IDENTITY_OBJECTS) else f"object_{number}"
+
+
+def _number(message: object) -> int:
+    """Return the data word of a diagnostic answer, which the library gives in several shapes."""
+    if isinstance(message, (list, tuple)):
+        message = message[0]
+    return int.from_bytes(message, "big") if isinstance(message, bytes) else int(message)

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board arm`, `disarm`, `stop`, `clear`, `enable`, `disable`, `permit`."""
+
+import click
+
+from pixstep.board import run
+from pixstep.cli.board.group import (
+    UNITS,
+    axes_option,
+    boards,
+    line_options,
+    opened,
+    units_option,
+)
+from pixstep.errors import UserError
+
+TOKEN = click.IntRange(1, 0xFFFF)
+
+
+def _axes_text(axes: list[int]) -> str:
+    return f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(map(str, axes))}"
+
+
+def _simple(name: str, code: str, done: str, text: str) -> click.Command:
+    """Return a command that gives one command to some axes of some boards."""
+
+    @click.command(name, help=text)
+    @line_options
+    @units_option
+    @axes_option
+    def simple(line, units, axes):
+        with boards(line, units) as (_found, known):
+            for item in known:
+                chosen = item.axes(axes)
+                run.command(item.board, code, chosen)
+                click.echo(f"board {item.board.unit}: {_axes_text(chosen)} {done}")
+
+    return simple
+
+
+@click.command("arm")
+@line_options
+@units_option
+@axes_option
+@click.option("--token", type=TOKEN, help="Wait after arming for `go` with this token.")
+def arm_command(line, units, axes, token):
+    """Arm loaded axes: they start on the next pixel clock edge, or on go if there is a token.
+
+    `pixstep board start` does this for several boards at once. Without --axis all loaded ones.
+    """
+    with boards(line, units) as (_found, known):
+        for item in known:
+            chosen = item.axes(axes) if axes else run.loaded(item.board, item.who.axis_count)
+            if not chosen:
+                raise UserError(f"board {item.board.unit}: no axis has a line loaded")
+            run.arm(item.board, chosen, token or 0)
+            click.echo(f"board {item.board.unit}: {_axes_text(chosen)} armed")
+
+
+@click.command("stop")
+@line_options
+@click.option("--unit", "units", type=UNITS, help="Addresses.  [default: broadcast to all]")
+@axes_option
+def stop_command(line, units, axes):
+    """Stop what moves, at once and without a ramp, and forget what is queued.
+
+    Without --unit a broadcast, sent twice: it reaches every board and nobody replies. Positions
+    stay known, but a load that is fast may run on.
+    """
+    if units is None:
+        if axes:
+            raise UserError("--axis needs --unit: a broadcast stops all axes of all boards")
+        with opened(line) as found:
+            for _ in range(2):
+                found.board(1).stop_all()
+        click.echo(f"{line.port}: stop sent to all boards")
+        return
+    with boards(line, units) as (_found, known):
+        for item in known:
+            chosen = item.axes(axes)
+            run.command(item.board, "stop", chosen)
+            click.echo(f"board {item.board.unit}: {_axes_text(chosen)} stopped")
+
+
+@click.command("clear")
+@line_options
+@units_option
+def clear_command(line, units):
+    """Clear the latched fault; refused while its cause lasts, as a pressed emergency stop does."""
+    with boards(line, units) as (_found, known):
+        for item in known:
+            before = item.board.fault_text()
+            run.command(item.board, "clear_fault", [0])
+            done = f"cleared: {before}" if before else "no fault was latched"
+            click.echo(f"board {item.board.unit}: {done}")
+
+
+@click.command("permit")
+@click.argument("state", type=click.Choice(["on", "off"]))
+@line_options
+@units_option
+def permit_command(state, line, units):
+    """Switch the permit output, the gate of a laser or spindle; every fault switches it off."""
+    with boards(line, units) as (_found, known):
+        for item in known:
+            run.command(item.board, f"permit_{state}", [0])
+            click.echo(f"board {item.board.unit}: permit output {state}")
+
+
+COMMANDS = (
+    arm_command,
+    _simple(
+        "disarm", "disarm", "disarmed", "Take armed axes back and forget what they have queued."
+    ),
+    stop_command,
+    clear_command,
+    _simple("enable", "enable", "enabled", "Switch drivers on: their motors hold."),
+    _simple("disable", "disable", "disabled", "Switch drivers of axes at rest off."),
+    permit_command,
+)

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board scan` and `info`: which boards there are, what they say of themselves."""
+
+import click
+from rich.console import Console
+
+from pixstep import progress
+from pixstep.board import meanings, scan, settings
+from pixstep.board.client import BoardError
+from pixstep.board.connection import Connection
+from pixstep.board.scan import BAUDS, PARITIES, Found
+from pixstep.cli.board.group import (
+    ALL,
+    UNITS,
+    Known,
+    boards,
+    json_option,
+    line_options,
+    opened,
+    show_json,
+    units_option,
+)
+from pixstep.cli.options import say
+from pixstep.errors import UserError
+from pixstep.simulation.report import new_table
+
+_COUNTERS = (
+    "frames_ok",
+    "crc_errors",
+    "exceptions",
+    "rx_overruns",
+    "bus_messages",
+    "no_replies",
+    "busy_replies",
+)
+
+
+@click.command("scan")
+@line_options
+@click.option("--unit", "units", type=UNITS, default=ALL, help="Addresses.  [default: 1-247]")
+@click.option(
+    "--bauds",
+    is_flag=False,
+    flag_value="usual",
+    metavar="[RATES]",
+    help="Try several rates, each with every parity, until something answers: 9600,19200, or "
+    "without a value all usual ones.",
+)
+@json_option
+@click.pass_context
+def scan_command(ctx, line, units, bauds, as_json):
+    """Look for boards at every address of the line.
+
+    Exit status 0 if a board answers, 1 if none does.
+    """
+    addresses = scan.UNITS if units == ALL else units
+    rates = _rates(bauds, line)
+    with opened(line) as found, scan.quickly(found.modbus, line.timeout_s or scan.TIMEOUT_S):
+        answers, place = _search(found, list(addresses), rates)
+    if as_json:
+        show_json({"port": line.port, **place, "boards": [item.as_json() for item in answers]})
+    elif answers:
+        say((f"{line.port}: {place['baud']} baud, parity {place['parity']}",))
+        _print_found(answers)
+    else:
+        click.echo(f"{line.port}: nothing answers", err=True)
+    ctx.exit(0 if any(not item.trouble for item in answers) else 1)
+
+
+@click.command("info")
+@line_options
+@units_option
+@json_option
+def info_command(line, units, as_json):
+    """Show what boards are and how they are: identity, status, fault, counters, axes, settings."""
+    with boards(line, units) as (_found, known):
+        told = [_info(item) for item in known]
+    if as_json:
+        show_json({"boards": told})
+        return
+    console = Console(highlight=False)
+    for item in told:
+        _print_info(console, item)
+
+
+def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
+    """Return the rates and parities to try in turn."""
+    if bauds is None:
+        return [(line.baud, line.real_parity)]
+    if bauds == "usual":
+        return [(baud, parity) for baud in BAUDS for parity in PARITIES]
+    try:
+        chosen = [int(text) for text in bauds.split(",")]
+    except ValueError:
+        raise UserError(f"--bauds {bauds}: rates are wanted, as in 9600,19200") from None
+    return [(baud, parity) for baud in chosen for parity in PARITIES]
+
+
+def _search(
+    found: Connection, addresses: list[int], rates: list[tuple[int, str]]
+) -> tuple[list[Found], dict]:
+    """Scan at one rate after the other until a board answers; return what did, and where."""
+    answers: list[Found] = []
+    for index, (baud, parity) in enumerate(rates):
+        if len(rates) > 1 and not _at(found, baud, parity):
+            continue
+        title = f"looking for boards at {baud} baud, parity {parity} ({index + 1}/{len(rates)})"
+        with progress.shown(title) as show:
+            heard = scan.scan(found.modbus, addresses, show)
+        if any(not item.trouble for item in heard) or len(rates) == 1:
+            return heard, {"baud": baud, "parity": parity}
+        answers = answers or heard
+    return answers, {"baud": None, "parity": None}
+
+
+def _at(found: Connection, baud: int, parity: str) -> bool:
+    """Go to a rate and parity; False if the port cannot."""
+    try:
+        if hasattr(found.modbus, "reconfigure"):
+            found.modbus.reconfigure(baud, parity)
+    except UserError:
+        return False
+    return True
+
+
+def _print_found(answers: list[Found]) -> None:
+    table = new_table("unit", "board", "firmware", "map", "axes", "status", "fault")
+    for column in (1, 5, 6):
+        table.columns[column].justify = "left"
+    for item in answers:
+        if not item.board:
+            table.add_row(str(item.unit), "?", "", "", "", item.trouble, "")
+            continue
+        version = str(item.map_version) + (f" ({item.trouble})" if item.trouble else "")
+        table.add_row(
+            str(item.unit), item.board, item.firmware, version, str(item.axes), item.status,
+            item.fault,
+        )  # fmt: skip
+    Console(highlight=False).print(table)
+
+
+def _info(known: Known) -> dict:
+    """Return all that a board says, as plain data."""
+    board, who = known.board, known.who
+    state, axes = board.inputs(), board.axes(who.axis_count)
+    names = board.map.input
+    told = settings.read(board)
+    return {
+        "unit": board.unit,
+        "board": who.board,
+        "firmware": who.firmware,
+        "map_version": who.map_version,
+        "server_id": board.identify().text,
+        "identification": _identification(known),
+        "status": meanings.words(names("status"), state["status"]),
+        "reset_cause": meanings.words(names("reset_cause"), state["reset_cause"]),
+        "fault": board.fault_text(),
+        "pixel_clock": {
+            "present": bool(state["status"] & 1),
+            "edges": state["pixel_edges"],
+            "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
+        },
+        "outputs": meanings.words(names("outputs"), state["outputs"]),
+        "inputs": meanings.words(names("inputs"), state["inputs"]),
+        "settings": {
+            "record": state["settings_serial"],
+            "stored": bool(state["settings_serial"]),
+            "differ": bool(state["settings_state"] & settings.DIFFERS),
+        },
+        "counters": {name: state[name] for name in _COUNTERS},
+        "axes": [
+            {
+                "axis": number,
+                "state": meanings.words(board.map.axis_input("axis_state"), axis["axis_state"]),
+                "position_steps": axis["position_steps"],
+                "pixel": axis["pixel"],
+                "lines_done": axis["lines_done"],
+                "queue_free": axis["queue_free"],
+                "underruns": axis["underruns"],
+            }
+            for number, axis in enumerate(axes)
+        ],
+    }
+
+
+def _identification(known: Known) -> dict[str, str]:
+    """Return the objects of function 43/14; none if the board does not have it."""
+    try:
+        return known.board.identification()
+    except BoardError:
+        return {}
+
+
+def _print_info(console: Console, told: dict) -> None:
+    """Print a board's page."""
+
+    def line(name: str, text: str) -> None:
+        console.print(f"  {name:<12}{text}", markup=False, soft_wrap=True)
+
+    console.print(
+        f"board {told['unit']}: {told['board']}, firmware {told['firmware']}, "
+        f"register map {told['map_version']} ({told['server_id']})", style="bold", markup=False,
+    )  # fmt: skip
+    line("status", told["status"])
+    line("fault", told["fault"] or "none")
+    line("reset", told["reset_cause"])
+    clock = told["pixel_clock"]
+    seen = "present" if clock["present"] else "not present"
+    line("pixel clock", f"{seen}, {clock['edges']} edges since reset, set to {clock['set_hz']} Hz")
+    line("outputs", told["outputs"])
+    line("switches", told["inputs"])
+    line("settings", _settings_text(told["settings"]))
+    line("counters", ", ".join(f"{name} {count}" for name, count in told["counters"].items()))
+    table = new_table("axis", "state", "position", "pixel", "lines", "queue free", "underruns")
+    table.columns[1].justify = "left"
+    for axis in told["axes"]:
+        table.add_row(*(str(value) for value in axis.values()))
+    console.print(table)
+
+
+def _settings_text(stored: dict) -> str:
+    if not stored["stored"]:
+        return "defaults, nothing is stored" if not stored["differ"] else "not stored"
+    text = f"stored as record {stored['record']}"
+    return f"{text}; those in force differ from it" if stored["differ"] else text
+
+
+COMMANDS = (scan_command, info_command)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board get`: registers by name, with units, words, ranges."""
+
+import click
+from rich.console import Console
+
+from pixstep.board import values
+from pixstep.board.values import SETTING, Reading
+from pixstep.cli.board.group import boards, json_option, line_options, show_json, units_option
+from pixstep.simulation.report import new_table
+
+
+@click.command("get")
+@click.argument("names", metavar="[NAME]...", nargs=-1)
+@line_options
+@units_option
+@json_option
+def get_command(names, line, units, as_json):
+    """Read registers by name: settings, what the board measures, its axes'.
+
+    NAME may have wild cards ('dir_*'), an axis ('axis0.position_steps', without the axis all of
+    them); none at all means everything.
+    """
+    values.select(names, max(values.regs.AXIS_COUNTS))  # an unknown name before the port is opened
+    with boards(line, units) as (_found, known):
+        told = [
+            (item, values.read(item.board, values.select(names, item.who.axis_count)))
+            for item in known
+        ]
+    if as_json:
+        rows = [
+            {"unit": item.board.unit, "registers": [reading.as_json() for reading in readings]}
+            for item, readings in told
+        ]
+        show_json({"boards": rows})
+        return
+    for item, readings in told:
+        if len(told) > 1:
+            click.echo(f"board {item.board.unit}:")
+        _print(readings, full=not names)
+
+
+def _print(readings: list[Reading], *, full: bool) -> None:
+    """Print values, and of everything the meanings too."""
+    if not full:
+        for reading in readings:
+            click.echo(text(reading))
+        return
+    table = new_table("name", "value", "in words", "range", "default", "meaning")
+    for column in table.columns:
+        column.justify = "left"
+        column.no_wrap = False
+    table.columns[0].no_wrap = True
+    for reading in readings:
+        register = reading.item.register
+        is_setting = reading.item.kind == SETTING
+        table.add_row(
+            reading.item.name,
+            f"{reading.value}{values.unit_text(register)}",
+            reading.words,
+            values.range_text(register) if is_setting else "",
+            str(register.default) if is_setting else "",
+            register.meaning,
+        )
+    Console(highlight=False, width=max(Console().width, 120)).print(table, markup=False)
+
+
+def text(reading: Reading) -> str:
+    """Return a value as `name = value unit (words)`."""
+    words = f" ({reading.words})" if reading.words else ""
+    unit = values.unit_text(reading.item.register)
+    return f"{reading.item.name} = {reading.value}{unit}{words}"
+
+
+COMMANDS = (get_command,)

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""What the commands of `pixstep board` share: the line's options, boards, errors."""
+
+import contextlib
+import functools
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import click
+
+from pixstep import progress
+from pixstep.board import connection, scan
+from pixstep.board.client import Board, BoardError, LineRefusedByBoardError
+from pixstep.board.connection import Connection, PortOptions
+from pixstep.board.device import Identity
+from pixstep.board.port import PARITIES
+from pixstep.board.transport import BAUD, TIMEOUT_S
+from pixstep.cli.options import say
+from pixstep.errors import UserError
+
+ALL = "all"
+LAST_UNIT = 247
+AXIS = click.IntRange(0, 3)
+json_option = click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+axes_option = click.option(
+    "--axis", "axes", type=AXIS, multiple=True, help="Again for more axes.  [default: all]"
+)
+
+
+class BoardGroup(click.Group):
+    """Turns a BoardError into one line and an exit status: 1, or 2 for a line that is refused."""
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except BoardError as error:
+            click.echo(f"pixstep: {error}", err=True)
+            return ctx.exit(2 if isinstance(error, LineRefusedByBoardError) else 1)
+
+
+@click.group("board", cls=BoardGroup)
+def board() -> None:
+    """Talk to boards on a serial line: look, set, upload, start, home, move, log.
+
+    Exit status 0 fine, 1 if a board did not do as asked, 2 for misuse and refused lines.
+    """
+
+
+class _Units(click.ParamType):
+    """Addresses: 1 or 1,2,5-8, or all."""
+
+    name = "UNITS"
+
+    def convert(self, value, param, ctx) -> tuple[int, ...] | str:
+        """Parse the text; a bad one is a usage error."""
+        if isinstance(value, tuple) or value == ALL:
+            return value
+        found: list[int] = []
+        for part in value.split(","):
+            low, dash, high = part.strip().partition("-")
+            if not low.isdecimal() or (dash and not high.isdecimal()):
+                self.fail(
+                    f"{value!r}: addresses are wanted, as in 1 or 1,2,5-8, or all", param, ctx
+                )
+            first, last = int(low), int(high or low)
+            if not 1 <= first <= last <= LAST_UNIT:
+                self.fail(f"{part!r}: addresses are 1 to {LAST_UNIT}", param, ctx)
+            found += [unit for unit in range(first, last + 1) if unit not in found]
+        return tuple(found)
+
+
+UNITS = _Units()
+unit_option = click.option(
+    "--unit", "unit", type=click.IntRange(1, LAST_UNIT), default=1, show_default=True,
+    help="Address of the board.",
+)  # fmt: skip
+units_option = click.option(
+    "--unit", "units", type=UNITS, default="1", show_default=True,
+    help="Addresses: 1 or 1,2,5-8, or all (looks for them).",
+)  # fmt: skip
+_LINE_OPTIONS = (
+    click.option(
+        "--port", required=True, envvar="PIXSTEP_PORT", show_envvar=True,
+        help="Serial port, or a simulator's pseudo terminal.",
+    ),
+    click.option("--baud", type=click.IntRange(300, 4_000_000), default=BAUD, show_default=True),
+    click.option(
+        "--parity", type=click.Choice(PARITIES, case_sensitive=False),
+        help="[default: E; N on a pseudo terminal, which has no parity]",
+    ),
+    click.option(
+        "--timeout", type=click.FloatRange(0.01, 60), metavar="S",
+        help=f"Seconds to wait for a reply.  [default: {TIMEOUT_S}]",
+    ),
+)  # fmt: skip
+
+
+def line_options(command: Callable) -> Callable:
+    """Add the options of the line; the command gets them as `line`, PortOptions."""
+
+    @functools.wraps(command)
+    def call(*arguments, port, baud, parity, timeout, **others):
+        line = PortOptions(port, baud, parity, timeout)
+        return command(*arguments, line=line, **others)
+
+    for option in reversed(_LINE_OPTIONS):
+        call = option(call)
+    return call
+
+
+@dataclass(frozen=True)
+class Known:
+    """A board that has said what it is."""
+
+    board: Board
+    who: Identity
+
+    def axes(self, chosen: tuple[int, ...]) -> list[int]:
+        """Return the axes chosen, all of them if none is; raises UserError for one too many."""
+        for axis in chosen:
+            if axis >= self.who.axis_count:
+                last = self.who.axis_count - 1
+                has = "axis 0 only" if last == 0 else f"axes 0 to {last}"
+                raise UserError(
+                    f"axis {axis}: board {self.board.unit} ({self.who.board}) has {has}"
+                )
+        return sorted(set(chosen)) or list(range(self.who.axis_count))
+
+
+@contextlib.contextmanager
+def opened(line: PortOptions) -> Iterator[Connection]:
+    """Yield the open line."""
+    found = connection.open_port(line, lambda text: say((text,)))
+    try:
+        yield found
+    finally:
+        found.close()
+
+
+@contextlib.contextmanager
+def boards(
+    line: PortOptions, units: tuple[int, ...] | str
+) -> Iterator[tuple[Connection, list[Known]]]:
+    """Yield the open line and its boards, each with a register map that this tool knows."""
+    with opened(line) as found:
+        chosen = _present(found) if units == ALL else units
+        yield found, [_known(found, unit) for unit in chosen]
+
+
+@contextlib.contextmanager
+def one_board(line: PortOptions, unit: int) -> Iterator[tuple[Connection, Known]]:
+    """Yield the open line and its one board."""
+    with boards(line, (unit,)) as (found, (known,)):
+        yield found, known
+
+
+def _known(found: Connection, unit: int) -> Known:
+    one = found.board(unit)
+    return Known(one, one.who())
+
+
+def _present(found: Connection) -> tuple[int, ...]:
+    """Look for all boards of the line; raises BoardError if there is none."""
+    with progress.shown("looking for boards") as show, scan.quickly(found.modbus):
+        answers = scan.scan(found.modbus, progress=show)
+    units = tuple(answer.unit for answer in answers if not answer.trouble)
+    if not units:
+        raise BoardError(f"{found.port}: no board answers at any address")
+    return units
+
+
+def show_json(value: object) -> None:
+    """Print plain data."""
+    click.echo(json.dumps(value, indent=2))

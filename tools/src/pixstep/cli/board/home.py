@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board home`: find the home switch of a real axis and stand on its edge."""
+
+import json
+
+import click
+
+from pixstep import progress
+from pixstep.board import run, settings
+from pixstep.board.client import Board, BoardError
+from pixstep.cli.board.group import json_option, line_options, one_board, unit_option
+from pixstep.cli.homeoptions import home_options, make_plan
+from pixstep.cli.options import HZ
+from pixstep.moves import homing
+from pixstep.moves.homesim import INVERTED
+from pixstep.moves.homing import Homed, HomingError
+
+
+@click.command("home")
+@home_options
+@line_options
+@unit_option
+@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@json_option
+@click.pass_context
+def home_command(ctx, line, unit, as_json, **options):
+    """Home an axis by a CSV or CSB profile: its switch's edge becomes position 0.
+
+    Off the switch, towards it, back, slowly towards it again; then the axis stands on 0. A fault
+    ends it, named, and stays latched. The same options as `pixstep home sim`, which tries it first.
+    """
+    with one_board(line, unit) as (found, known):
+        known.axes((options["axis"],))
+        _set(known.board, options)
+        pixel_hz = settings.pixel_hz(known.board)
+        plan = make_plan(options, pixel_hz)
+        run.command(known.board, "enable", [plan.axis])
+        try:
+            with progress.shown("homing") as show:
+                homed = homing.home(known.board, plan, pixel_hz, found.world, show)
+        except HomingError as error:
+            if as_json:
+                legs = homing.legs_as_json(error.legs)
+                row = {"found": False, "fault": error.name, "text": str(error), "legs": legs}
+                click.echo(json.dumps(row, indent=2))
+            raise BoardError(f"board {unit}: {error}") from None
+        except KeyboardInterrupt:
+            known.board.command("stop", [plan.axis])
+            click.echo(f"pixstep: axis {plan.axis} stopped, not homed", err=True)
+            ctx.exit(1)
+    if as_json:
+        click.echo(json.dumps({"found": True, "unit": unit} | homed.as_json(), indent=2))
+    else:
+        click.echo(_text(unit, homed))
+
+
+def _set(board: Board, options: dict) -> None:
+    """Write the settings that were asked for, in one request."""
+    wanted = {}
+    if options["pixel_hz"]:
+        wanted["pixel_hz_num"] = options["pixel_hz"].numerator
+        wanted["pixel_hz_den"] = options["pixel_hz"].denominator
+    old = settings.read(board)
+    if options["inverted"] is not None:  # the emergency stop's bit stays
+        wanted["inputs_inverted"] = old["inputs_inverted"] & 4 | INVERTED[options["inverted"]]
+    if options["filter_us"] is not None:
+        wanted["input_filter_us"] = options["filter_us"]
+    settings.write(board, old, settings.changes(old, wanted))
+
+
+def _text(unit: int, homed: Homed) -> str:
+    """Return what was found, in a sentence."""
+    seconds = homed.legs[-1].ended_s - homed.legs[0].began_s
+    return (
+        f"board {unit} axis {homed.plan.axis}: home found at {homed.edge.position_steps} steps, "
+        f"now position 0; stands on {homed.position_steps}, {len(homed.legs)} legs in "
+        f"{seconds:.1f} s"
+    )
+
+
+COMMANDS = (home_command,)

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board log`: per-pixel records into a CSV as they come; the event log."""
+
+import contextlib
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import click
+
+from pixstep import atomic
+from pixstep.board import logs
+from pixstep.board.client import Event
+from pixstep.board.logs import AxisLog
+from pixstep.cli.board.group import (
+    Known,
+    axes_option,
+    json_option,
+    line_options,
+    one_board,
+    unit_option,
+)
+from pixstep.errors import UserError
+from pixstep.lines.rational import TIMER_HZ
+
+_MOST_WAIT_S = 0.5
+_MOVES = ("armed", "running")
+_FOLLOW_S = 0.2
+output_option = click.option(
+    "-o", "--output", type=click.Path(path_type=Path, dir_okay=False),
+    help="CSV file to write, whole at the end.  [default: the terminal]",
+)  # fmt: skip
+follow_option = click.option("--follow", is_flag=True, help="Go on until Ctrl-C.")
+
+
+class _LogGroup(click.Group):
+    """`log` by itself is `log records`."""
+
+    def parse_args(self, ctx, args):
+        """Put the word in that was left out."""
+        if not args or args[0] not in {*self.commands, *ctx.help_option_names}:
+            args = ["records", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group("log", cls=_LogGroup)
+def log_group() -> None:
+    """What a board has recorded: `log` (or `log records`) pixel by pixel, `log events` faults."""
+
+
+@log_group.command("records")
+@line_options
+@unit_option
+@axes_option
+@output_option
+@follow_option
+def records_command(line, unit, axes, output, follow):
+    """Write the per-pixel records of axes as CSV, each as it comes.
+
+    Reads until no axis is armed or moves; with --follow until Ctrl-C, line after line. The board
+    keeps only the newest records: how many were overwritten before they were read is said at the
+    end, and is exit status 1.
+    """
+    with one_board(line, unit) as (found, known), _rows_to(output) as put:
+        put(logs.HEADER)
+        followed = [AxisLog(known.board, axis) for axis in known.axes(axes)]
+        wait_s = _wait_s(known)
+        with contextlib.suppress(KeyboardInterrupt):
+            while True:
+                for item in followed:
+                    for row in item.poll():
+                        put(row.text)
+                if not follow and all(item.state not in _MOVES for item in followed):
+                    break
+                found.world.wait(wait_s)
+    missed = {item.axis: item.missed for item in followed if item.missed}
+    rows = sum(item.rows for item in followed)
+    click.echo(f"{rows} records{_missed_text(missed)}", err=True)
+    click.get_current_context().exit(1 if missed else 0)
+
+
+@log_group.command("events")
+@line_options
+@unit_option
+@follow_option
+@json_option
+def events_command(line, unit, follow, as_json):
+    """Print the event log: faults and resets with their times since reset (Mega only)."""
+    with one_board(line, unit) as (found, known), contextlib.suppress(KeyboardInterrupt):
+        total, events = known.board.events()
+        if not known.board.input("event_capacity"):
+            raise UserError(f"board {unit} ({known.who.board}) has no event log")
+        _say_lost(total, events)
+        seen = _print(events, 0, as_json=as_json)
+        while follow:
+            found.world.wait(_FOLLOW_S)
+            total, events = known.board.events()
+            seen = _print(events, seen, as_json=as_json)
+
+
+@contextlib.contextmanager
+def _rows_to(output: Path | None) -> Iterator[Callable[[str], None]]:
+    """Yield what takes rows: the terminal, or a file that appears whole."""
+    if output is None:
+        yield click.echo
+        return
+    with (
+        atomic.replacing(output) as temporary,
+        temporary.open("w", encoding="ascii", newline="\n") as file,
+    ):
+        yield lambda row: file.write(f"{row}\n")
+
+
+def _wait_s(known: Known) -> float:
+    """Return how long to wait between looks so that no record is overwritten unread."""
+    period_s = known.board.input("pixel_period_ticks") / TIMER_HZ
+    return min(_MOST_WAIT_S, period_s * known.board.record_capacity() / 3)
+
+
+def _missed_text(missed: dict[int, int]) -> str:
+    """Return in words how many records were overwritten unread."""
+    if not missed:
+        return ", none missed"
+    each = ", ".join(f"{count} of axis {axis}" for axis, count in missed.items())
+    return f"; missed: {each} (the line is too slow for this pixel frequency and these axes)"
+
+
+def _say_lost(total: int, events: list[Event]) -> None:
+    """Say how many events are no longer kept."""
+    if total > len(events):
+        click.echo(f"note: {total - len(events)} older events are no longer kept", err=True)
+
+
+def _print(events: list[Event], seen: int, *, as_json: bool) -> int:
+    """Print the events behind number `seen`; return the newest number."""
+    for event in events:
+        if event.number <= seen:
+            continue
+        if as_json:
+            row = {"name": event.name, "text": event.text}
+            click.echo(json.dumps({**vars(event), **row}))
+        else:
+            click.echo(_text(event))
+    return max([seen, *(event.number for event in events)])
+
+
+def _text(event: Event) -> str:
+    """Return an event as a line."""
+    time = f"{event.number:>5}  {event.time_ms / 1000:>10.3f} s  {event.name}"
+    if event.name == "reset":
+        return f"{time}: {event.text}"
+    where = f"axis {event.axis}, pixel {event.pixel}, argument {event.argument}"
+    return f"{time}: {event.text} ({where})"
+
+
+COMMANDS = (log_group,)

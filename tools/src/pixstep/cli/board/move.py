@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board move`: exactly N steps on a real axis."""
+
+import click
+
+from pixstep import progress
+from pixstep.board import run, settings, uploading
+from pixstep.board.client import BoardError
+from pixstep.cli.board.group import (
+    AXIS,
+    json_option,
+    line_options,
+    one_board,
+    show_json,
+    unit_option,
+)
+from pixstep.cli.moveoptions import headline, plan_options, read_plan
+from pixstep.cli.options import HZ
+
+
+@click.command("move")
+@plan_options
+@line_options
+@unit_option
+@click.option("--axis", type=AXIS, default=0, show_default=True)
+@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@json_option
+@click.pass_context
+def move_command(ctx, line, unit, axis, pixel_hz, as_json, **options):
+    """Move an axis by exactly N steps, by a CSV acceleration profile; it needs no pixel clock.
+
+    Planned as by `pixstep move show`, checked with the board's own limits, followed to its end.
+    Ctrl-C stops the axis.
+    """
+    with one_board(line, unit) as (found, known):
+        board = known.board
+        known.axes((axis,))
+        if pixel_hz:
+            board.set_pixel_hz(pixel_hz)
+        hz = settings.pixel_hz(board)
+        _profile, move = read_plan(options, hz)
+        planned = move.line(str(options["profile"]))
+        uploading.check(planned, uploading.limits(board))
+        before = run.positions(board, [axis])[axis]
+        uploads = uploading.begin(board, {axis: planned})
+        run.arm(board, [axis])
+        try:
+            with progress.shown("moving") as show:
+                run.follow([run.Lines(board, [axis], uploads)], found.world, move.pixels, show)
+        except KeyboardInterrupt:
+            board.command("stop", [axis])
+            after = run.positions(board, [axis])[axis]
+            click.echo(f"pixstep: stopped {after - before} steps after the start", err=True)
+            ctx.exit(1)
+        after = run.positions(board, [axis])[axis]
+    if after - before != move.steps:
+        raise BoardError(
+            f"board {unit}: axis {axis} moved {after - before} steps, not {move.steps}"
+        )
+    if as_json:
+        show_json({
+            "unit": unit, "axis": axis, "steps": move.steps, "pixels": move.pixels,
+            "seconds": round(move.seconds(hz), 6), "top_steps_px": move.top,
+            "from_steps": before, "to_steps": after,
+        })  # fmt: skip
+        return
+    click.echo(headline(move, hz))
+    click.echo(f"board {unit} axis {axis}: from position {before} to {after}")
+
+
+COMMANDS = (move_command,)

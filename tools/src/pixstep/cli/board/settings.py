@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board settings`: export, import, store, defaults, diff."""
+
+from pathlib import Path
+
+import click
+
+from pixstep.board import settings, settingsfile
+from pixstep.board.client import Board
+from pixstep.cli.board.group import (
+    boards,
+    json_option,
+    line_options,
+    one_board,
+    show_json,
+    unit_option,
+    units_option,
+)
+from pixstep.cli.board.put import change_text
+from pixstep.cli.options import FILE
+from pixstep.errors import UserError
+
+_ADDRESS = "unit_address"
+skip_option = click.option(
+    "--skip", multiple=True, metavar="NAME", help="Leave this setting as it is; again for more."
+)
+
+
+@click.group("settings")
+def settings_group() -> None:
+    """All settings of a board: to a TOML file and back, stored, defaults, compared."""
+
+
+@settings_group.command("export")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False, allow_dash=True))
+@line_options
+@unit_option
+def export_command(file, line, unit):
+    """Write all settings in force to a TOML file ("-": to the terminal), with what they mean."""
+    with one_board(line, unit) as (_found, known):
+        found = settings.read(known.board)
+    if str(file) == "-":
+        click.echo(settingsfile.text(known.who, found), nl=False)
+        return
+    settingsfile.write(file, known.who, found)
+    click.echo(f"{file}: {len(found)} settings of board {unit} ({known.who.board})")
+
+
+@settings_group.command("import")
+@click.argument("file", type=FILE)
+@line_options
+@units_option
+@skip_option
+@click.option("--store", is_flag=True, help="Store the settings in the board's EEPROM afterwards.")
+@click.option("--dry-run", is_flag=True, help="Only show what would change.")
+@json_option
+def import_command(file, line, units, skip, store, dry_run, as_json):
+    """Set what a TOML file says, all of it or nothing, and read it back.
+
+    The file may hold only some settings; those that it leaves out stay as they are.
+    """
+    wanted = _wanted(file, skip)
+    rows = []
+    with boards(line, units) as (found, known):
+        if _ADDRESS in wanted and len(known) > 1:
+            raise UserError(
+                f"{file}: several boards cannot have one address: add --skip {_ADDRESS}"
+            )
+        for item in known:
+            old = settings.read(item.board)
+            change = settings.changes(old, wanted)
+            row = {"unit": item.board.unit, "changed": [one.as_json() for one in change]}
+            if not dry_run:
+                settings.write(item.board, old, change)
+                if store:
+                    row["record"] = settings.store(item.board, found.world)
+            rows.append(row)
+            if not as_json:
+                _print(row, dry_run=dry_run)
+    if as_json:
+        show_json({"file": str(file), "written": not dry_run, "boards": rows})
+
+
+@settings_group.command("store")
+@line_options
+@units_option
+def store_command(line, units):
+    """Store the settings in force in the board's EEPROM: they outlast power."""
+    with boards(line, units) as (found, known):
+        for item in known:
+            serial = settings.store(item.board, found.world)
+            click.echo(f"board {item.board.unit}: stored as record {serial}")
+
+
+@settings_group.command("defaults")
+@line_options
+@units_option
+@click.option("--store", is_flag=True, help="Store them too; else the stored ones return at reset.")
+def defaults_command(line, units, store):
+    """Put the default settings into force: address 1, 115200 baud, even parity, 30 Hz and so on."""
+    with boards(line, units) as (found, known):
+        if len(known) > 1:
+            raise UserError("one board at a time: by default all have address 1")
+        _defaults(known[0].board)
+        click.echo(f"default settings are in force; the board is now unit {known[0].board.unit}")
+        if store:
+            click.echo(f"stored as record {settings.store(known[0].board, found.world)}")
+
+
+@settings_group.command("diff")
+@click.argument("file", type=FILE, required=False)
+@line_options
+@unit_option
+@json_option
+@click.pass_context
+def diff_command(ctx, file, line, unit, as_json):
+    """Compare the settings in force with a TOML file, or with the defaults.
+
+    Exit status 0 if they are equal, 1 if not.
+    """
+    wanted = settingsfile.read(file) if file else settings.defaults()
+    with one_board(line, unit) as (_found, known):
+        found = settings.changes(wanted, _part(settings.read(known.board), wanted))
+    other = str(file) if file else "the defaults"
+    if as_json:
+        rows = [{"name": one.name, "other": one.old, "board": one.new} for one in found]
+        show_json({"unit": unit, "other": other, "different": rows})
+    elif not found:
+        click.echo(f"board {unit}: no difference to {other}")
+    else:
+        click.echo(f"{other} -> board {unit}")
+        for one in found:
+            click.echo(change_text(one))
+    ctx.exit(1 if found else 0)
+
+
+def _wanted(file: Path, skip: tuple[str, ...]) -> dict[str, int]:
+    """Return what a file asks for, without what is to be left out."""
+    found = settingsfile.read(file)
+    for name in skip:
+        if name not in settings.defaults():
+            raise UserError(f"--skip {name}: there is no such setting")
+    return {name: value for name, value in found.items() if name not in skip}
+
+
+def _defaults(board: Board) -> None:
+    """Put the defaults into force and follow them on the line."""
+    before = settings.read(board)
+    board.default_settings()
+    changed = {one.name for one in settings.changes(before, settings.defaults())}
+    settings.follow(board, settings.defaults(), changed)
+
+
+def _part(values: dict[str, int], names: dict[str, int]) -> dict[str, int]:
+    return {name: values[name] for name in names}
+
+
+def _print(row: dict, *, dry_run: bool) -> None:
+    done = "would change" if dry_run else "changed"
+    click.echo(f"board {row['unit']}: {len(row['changed'])} settings {done}")
+    for change in row["changed"]:
+        click.echo(f"  {change_text(change)}")
+    if "record" in row:
+        click.echo(f"  stored as record {row['record']}")
+
+
+COMMANDS = (settings_group,)

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board start`: loaded lines of one or several boards, off together."""
+
+import click
+
+from pixstep import progress
+from pixstep.board import run
+from pixstep.cli.board.group import (
+    Known,
+    axes_option,
+    boards,
+    json_option,
+    line_options,
+    show_json,
+    units_option,
+)
+from pixstep.errors import UserError
+
+
+@click.command("start")
+@line_options
+@units_option
+@axes_option
+@click.option(
+    "--wait/--no-wait", default=False, show_default=True, help="Follow the lines to their end."
+)
+@json_option
+def start_command(line, units, axes, wait, as_json):
+    """Start the lines that are loaded, of several boards on one pixel clock edge.
+
+    Of one board the axes are armed. Of several, each is armed with a random token, all are asked
+    whether they are armed, and one broadcast with that token lets them go; if one is not, none
+    goes. Without --axis all loaded axes; a board without any is left out of it.
+    """
+    with boards(line, units) as (found, known):
+        group = [_lines(item, axes) for item in known]
+        group = [item for item in group if item.axes]
+        if not group:
+            raise UserError("no axis has a line loaded: `pixstep board upload` loads one")
+        token = 0
+        if len(group) == 1:
+            run.arm(group[0].board, group[0].axes)
+        else:
+            token = run.start_together(group, found.world)
+        if wait:
+            with progress.shown("running") as show:
+                run.follow(group, found.world, progress=show)
+        rows = [_row(item) for item in group]
+    if as_json:
+        show_json({"token": token or None, "boards": rows})
+        return
+    for row in rows:
+        for axis in row["axes"]:
+            click.echo(
+                f"board {row['unit']} axis {axis['axis']}: {axis['state']}, position "
+                f"{axis['position_steps']}"
+            )
+
+
+def _lines(known: Known, axes: tuple[int, ...]) -> run.Lines:
+    """Return the axes of a board that are to start: those chosen, or all that are loaded."""
+    chosen = known.axes(axes) if axes else run.loaded(known.board, known.who.axis_count)
+    return run.Lines(known.board, chosen)
+
+
+def _row(lines: run.Lines) -> dict:
+    states, where = run.states(lines.board, lines.axes), run.positions(lines.board, lines.axes)
+    axes = [
+        {"axis": axis, "state": states[axis], "position_steps": where[axis]} for axis in lines.axes
+    ]
+    return {"unit": lines.board.unit, "axes": axes}
+
+
+COMMANDS = (start_command,)

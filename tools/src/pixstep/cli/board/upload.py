@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
+
+import click
+
+from pixstep import progress
+from pixstep.board import run, uploading
+from pixstep.board.client import Board
+from pixstep.board.world import World
+from pixstep.cli.board.group import (
+    AXIS,
+    Known,
+    json_option,
+    line_options,
+    one_board,
+    show_json,
+    unit_option,
+)
+from pixstep.cli.manylines import read_lines
+from pixstep.cli.options import DECODE, FILE, HZ, LINE_NUMBER, raw_option, say
+from pixstep.errors import UserError
+from pixstep.lines.line import Line
+from pixstep.lines.rational import hz_text, refuse_period
+
+POLICIES = {"always": 0, "on_reversal": 1}
+
+
+@click.command("upload")
+@click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
+@line_options
+@unit_option
+@click.option("--axis", type=AXIS, default=0, show_default=True, help="Axis of the first line.")
+@click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
+@click.option(
+    "--backlash", type=click.IntRange(min=0), multiple=True, help="Steps; once, or per line."
+)
+@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@click.option("--backlash-policy", type=click.Choice(list(POLICIES)), help="Set the policy.")
+@click.option("--arm", is_flag=True, help="Arm the axes once the lines are loaded.")
+@click.option(
+    "--wait/--no-wait",
+    default=True,
+    show_default=True,
+    help="With --arm: follow the lines to their end. A line longer than the queue needs that.",
+)
+@click.option("--force", is_flag=True, help="Send even what the host check refuses.")
+@json_option
+@raw_option
+@click.option(
+    "--line", "line_number", type=LINE_NUMBER, metavar="N", multiple=True,
+    help="Line N of files of many lines; once, or per line file.",
+)  # fmt: skip
+def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as_json, **options):
+    """Queue lines on a board, one file (CSV, CSB) an axis, and run them with --arm.
+
+    Each is first checked with the board's own limits: what it would refuse is not sent.
+    """
+    lines = dict(enumerate(read_lines(csv, decode, backlash, options), axis))
+    if options["pixel_hz"]:
+        refuse_period(options["pixel_hz"])
+    with one_board(line, unit) as (found, known):
+        known.axes((max(lines),))
+        _set(known.board, options)
+        _check(known, lines, force=force)
+        streamed = _streamed(known.board, lines)
+        if streamed and not (arm and wait):
+            raise UserError(
+                f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
+            )
+        summary = _run(known.board, found.world, lines, arm=arm, wait=wait)
+    if as_json:
+        show_json(summary)
+    else:
+        _print(summary)
+
+
+def _set(board: Board, options: dict) -> None:
+    """Write the settings that were asked for."""
+    if options["pixel_hz"]:
+        board.set_pixel_hz(options["pixel_hz"])
+    if options["backlash_policy"]:
+        board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
+
+
+def _check(known: Known, lines: dict[int, Line], *, force: bool) -> None:
+    """Check lines with the board's limits; warnings go to the error stream."""
+    if force:
+        return
+    limits = uploading.limits(known.board)
+    for item in lines.values():
+        say(
+            f"{item.name}: {found.name} at pixel {found.pixel}: {found.message}"
+            for found in uploading.check(item, limits)
+        )
+
+
+def _streamed(board: Board, lines: dict[int, Line]) -> str:
+    """Return which line does not fit its queue as a whole, in words; empty if all do."""
+    for axis, item in lines.items():
+        takes, free = uploading.room(board, axis, item)
+        if takes > free:
+            return f"{item.name} takes {takes} queue entries, axis {axis} has room for {free}"
+    return ""
+
+
+def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait: bool) -> dict:
+    """Queue the lines, and as asked arm and follow them; return what was done."""
+    axes = list(lines)
+    pixels = max(item.pixels for item in lines.values())
+    uploads = uploading.begin(board, lines)
+    if arm:
+        run.arm(board, axes)
+    if arm and wait:
+        with progress.shown("running") as show:
+            run.follow([run.Lines(board, axes, uploads)], world, pixels, show)
+    state, where = run.states(board, axes), run.positions(board, axes)
+    hz = uploading.limits(board).pixel_hz
+    return {
+        "unit": board.unit,
+        "pixel_hz": hz_text(hz),
+        "axes": [
+            {
+                "axis": axis,
+                "file": item.name,
+                "decode": item.decode,
+                "pixels": item.pixels,
+                "steps": item.total_steps,
+                "seconds": round(float(item.pixels / hz), 3),
+                "state": state[axis],
+                "position_steps": where[axis],
+            }
+            for axis, item in lines.items()
+        ],
+    }
+
+
+def _print(summary: dict) -> None:
+    for row in summary["axes"]:
+        click.echo(
+            f"board {summary['unit']} axis {row['axis']}: {row['file']}, {row['decode']}, "
+            f"{row['pixels']} pixels, {row['steps']} steps, {row['seconds']:g} s: {row['state']}, "
+            f"position {row['position_steps']}"
+        )
+
+
+COMMANDS = (upload_command,)

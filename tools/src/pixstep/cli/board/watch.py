@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board watch`: boards as they are, again and again."""
+
+import contextlib
+import json
+from collections.abc import Iterator
+
+import click
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from pixstep.board import registers as regs
+from pixstep.board import snapshot
+from pixstep.board.client import BoardError
+from pixstep.board.connection import Connection
+from pixstep.board.snapshot import COUNTED, Snapshot
+from pixstep.cli.board.group import Known, boards, line_options, units_option
+from pixstep.simulation.report import new_table
+
+_COLOURS = {"clock": "green", "fault": "bold red", "estop": "bold red", "permit": "yellow"}
+Pair = tuple[Snapshot, Snapshot | None]
+
+
+@click.command("watch")
+@line_options
+@units_option
+@click.option(
+    "--interval",
+    type=click.FloatRange(0.05, 3600),
+    default=0.5,
+    show_default=True,
+    metavar="S",
+    help="Seconds from one look to the next.",
+)
+@click.option("--count", type=click.IntRange(1), metavar="N", help="End after so many looks.")
+@click.option("--once", is_flag=True, help="Look once; the same as --count 1.")
+@click.option("--json", "as_json", is_flag=True, help="One line of JSON for each board and look.")
+def watch_command(line, units, interval, count, once, as_json):
+    """Watch boards live: status, axes, switches, pixel clock, fault, rates; Ctrl-C ends it.
+
+    Where nobody watches (no terminal) it prints plain lines.
+    """
+    with boards(line, units) as (found, known), contextlib.suppress(KeyboardInterrupt):
+        looks = _looks(found, known, interval, 1 if once else count)
+        if as_json:
+            for look in looks:
+                for now, before in look:
+                    click.echo(json.dumps(now.as_json(before)))
+            return
+        console = Console(highlight=False)
+        if console.is_terminal and not once:
+            _live(console, looks, found.port)
+        else:
+            for look in looks:
+                for pair in look:
+                    for text in _lines(*pair):
+                        click.echo(text)
+
+
+def _looks(
+    found: Connection, known: list[Known], interval_s: float, count: int | None
+) -> Iterator[list[Pair]]:
+    """Yield snapshots of all boards with the ones before them."""
+    before: list[Snapshot | None] = [None] * len(known)
+    done = 0
+    while True:
+        now = [_take(item, found.world.now_s()) for item in known]
+        yield list(zip(now, before, strict=True))
+        before = list(now)
+        done += 1
+        if done == count:
+            return
+        found.world.wait(interval_s)
+
+
+def _take(known: Known, time_s: float) -> Snapshot:
+    """Look at a board; one that does not answer does not end the watching."""
+    try:
+        return snapshot.take(known.board, known.who, time_s)
+    except BoardError as error:
+        return Snapshot(known.who, time_s, {}, [], str(error))
+
+
+def _live(console: Console, looks: Iterator[list[Pair]], port: str) -> None:
+    """Redraw the terminal at each look."""
+    with Live(console=console, auto_refresh=False, screen=False) as live:
+        for look in looks:
+            title = Text(f"{port}   Ctrl-C ends", style="dim")
+            live.update(Group(title, *(_page(*pair) for pair in look)), refresh=True)
+
+
+def _page(now: Snapshot, before: Snapshot | None) -> RenderableType:
+    """Return a board's part of the terminal."""
+    head = Text(f"board {now.who.unit} {now.who.board} {now.who.firmware}  ", style="bold")
+    if now.trouble:
+        return Group(head, Text(now.trouble, style="bold red"))
+    for name, on in now.flags.items():
+        head.append(f" {name} ", style=_COLOURS.get(name, "cyan") if on else "dim")
+    lines: list[RenderableType] = [head]
+    if now.fault:
+        lines.append(Text(f"fault: {now.fault}", style="bold red"))
+    lines.append(Text(f"{_clock_text(now, before)}; switches: {now.switches}"))
+    lines.append(_axes_table(now))
+    lines.append(Text(_rates_text(now, before), style="dim"))
+    return Group(*lines)
+
+
+def _axes_table(now: Snapshot) -> RenderableType:
+    table = new_table("axis", "state", "position", "expected", "pixel", "queue free", "ring")
+    table.columns[1].justify = "left"
+    for number, axis in enumerate(now.axes):
+        state = regs.AXIS_STATES[axis["axis_state"]]
+        row = [axis[name] for name in _AXIS_COLUMNS]
+        style = {"running": "green", "fault": "red", "refused": "red"}.get(state, "")
+        table.add_row(str(number), Text(state, style=style), *map(str, row))
+    return table
+
+
+_AXIS_COLUMNS = ("position_steps", "expected_steps", "pixel", "queue_free", "ring_fill")
+
+
+def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
+    """Yield a board as plain lines."""
+    unit = now.who.unit
+    if now.trouble:
+        yield now.trouble
+        return
+    flags = ", ".join(name for name, on in now.flags.items() if on) or "idle"
+    fault = f"; fault {now.fault}" if now.fault else ""
+    yield (
+        f"board {unit} {now.who.board}: {flags}{fault}; {_clock_text(now, before)}; switches: "
+        + (now.switches)
+    )
+    for number, axis in enumerate(now.axes):
+        state = regs.AXIS_STATES[axis["axis_state"]]
+        rest = ", ".join(f"{name} {axis[name]}" for name in _AXIS_COLUMNS)
+        yield f"board {unit} axis {number}: {state}, {rest}"
+    if before is not None:
+        yield f"board {unit}: {_rates_text(now, before)}"
+
+
+def _clock_text(now: Snapshot, before: Snapshot | None) -> str:
+    """Return what is known of the pixel clock."""
+    text = f"{now.inputs['pixel_edges']} pixel edges"
+    rates = now.rates(before)
+    return f"{text}, {rates['pixel_edges']:.2f} Hz" if rates else text
+
+
+def _rates_text(now: Snapshot, before: Snapshot | None) -> str:
+    """Return the line's counters with how fast they count."""
+    rates = now.rates(before)
+    names = COUNTED[1:]
+    if not rates:
+        return ", ".join(f"{name} {now.inputs[name]}" for name in names)
+    return ", ".join(f"{name} {now.inputs[name]} ({rates[name]:.1f}/s)" for name in names)
+
+
+COMMANDS = (watch_command,)

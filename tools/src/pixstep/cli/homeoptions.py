@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""What `home sim` and `board home` share: how homing is asked for."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import click
+
+from pixstep.cli.options import DECODE, FILE, line_option, raw_option, say
+from pixstep.lines.line import PLAIN
+from pixstep.moves import accel, homesim, legs
+from pixstep.profiles import names
+
+DIRECTIONS = {"plus": 1, "minus": -1}
+AXIS = click.IntRange(0, 3)
+_OPTIONS = (
+    click.argument("profile", type=FILE),
+    click.option("--axis", type=AXIS, default=0, show_default=True),
+    click.option(
+        "--direction",
+        type=click.Choice(list(DIRECTIONS)),
+        default="plus",
+        show_default=True,
+        help="Where the switch is sought: closed from its place on, in this direction.",
+    ),
+    click.option(
+        "--decode",
+        type=DECODE,
+        help="How the motor takes the profile where it seeks the switch; moves in between are "
+        "plain.  [default: by the motor in the file's name, smooth for M39, else plain]",
+    ),
+    click.option(
+        "--haps", type=int, help="Entries of the profile to use.  [default: its header's]"
+    ),
+    click.option(
+        "--slow",
+        type=int,
+        help="Second approach, steps/pixel, even if smooth.  [default: first entry, or the even "
+        "number below]",
+    ),
+    click.option(
+        "--search",
+        type=int,
+        default=20_000,
+        show_default=True,
+        help="Give a leg up after so many steps.",
+    ),
+    click.option("--clear", type=int, help="Second approach from at least so many steps away."),
+    click.option("--filter-us", type=click.IntRange(100, 20_000), help="Filter of the switches."),
+    click.option(
+        "--inverted",
+        type=click.Choice(list(homesim.INVERTED)),
+        default=None,
+        help="Switches that are tripped when their pin is high.  [default: none; on a board "
+        "as it is set]",
+    ),
+    raw_option,
+    line_option,
+)
+
+
+def home_options(command: Callable) -> Callable:
+    """Give a command the profile and the options of homing."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def read_profile(options: dict, pixel_hz: Fraction) -> accel.Acceleration:
+    """Read the profile; notes go to the error stream."""
+    read = accel.read(options["profile"], raw=options["raw"], number=options["line_number"])
+    say(read.notes_at(pixel_hz))
+    return read
+
+
+def make_plan(options: dict, pixel_hz: Fraction) -> legs.HomingPlan:
+    """Read the profile and plan the homing that the options ask for."""
+    decode = options["decode"] or _motor_decode(options["profile"])
+    request = legs.HomingRequest(
+        axis=options["axis"],
+        direction=DIRECTIONS[options["direction"]],
+        haps=options["haps"],
+        slow=options["slow"],
+        search_steps=options["search"],
+        clear_steps=options["clear"],
+        decode=decode,
+    )
+    return legs.plan(read_profile(options, pixel_hz), request, pixel_hz)
+
+
+def _motor_decode(profile: Path) -> str:
+    """Return how the motor in a conventional file name decodes; plain if the name has none."""
+    named = names.parse(profile)
+    if not named:
+        return PLAIN
+    say((f"{profile}: named for {named.motor}, so homing is {named.decode} (--decode)",))
+    return named.decode

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""Emergency stops at random cycles: where the last STEP edge is, and what the board says of it.
+
+Every axis runs a line of its own. The stop is pressed at a random cycle; then
+
+    trip         trip + BOUND_CYCLES
+      |............|
+      edges         at most one more edge of each axis: of the period that its timer held
+      permit off
+
+and the position that the board reports is the number of edges that the simulator counted.
+"""
+
+import random
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+from pixstep import natives
+from pixstep.board import boards
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, BoardError, Upload
+from pixstep.board.transport import SimClient
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.runs import queue_entries
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES
+
+# Confirmation of the input, what keeps its interrupt waiting, and halting the axes one by one.
+BOUND_CYCLES = 1600  # 100 us
+PIXEL_HZ = Fraction(100)
+_LINE_PX = 30
+_SETTLE_CYCLES = TIMER_HZ // 100
+_AT_ONCE = 100  # stops on one simulator: its list of edges stays short
+_SHORTEST_TICKS = {"uno": 80, "mega": 300}
+_SMOOTH_TICKS = {"uno": 300, "mega": 1600}
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """So many emergency stops of one board."""
+
+    board: str
+    stops: int
+    seed: int = 1
+
+
+@dataclass
+class Outcome:
+    """What happened. `complaints` is empty if every promise was kept."""
+
+    plan: Plan
+    stops: int = 0
+    moving: int = 0  # stops that met at least one axis in motion
+    latest_cycles: int = 0  # the last edge but one, behind the trip, at most
+    permit_cycles: int = 0  # the permit's end, behind the trip, at most
+    edges: int = 0
+    complaints: list[str] = field(default_factory=list)
+
+
+def line(rng: random.Random, board: str) -> Line:
+    """Return a random line: even speed, or up and down, plain or smooth."""
+    ticks = period_ticks(PIXEL_HZ)
+    if rng.random() < 0.6:
+        most = int(ticks / _SHORTEST_TICKS[board])
+        count = max(1, int(most ** rng.random()))
+        return Line((rng.choice((-1, 1)) * count,) * _LINE_PX, PLAIN)
+    top = max(4, int(ticks / _SMOOTH_TICKS[board] * rng.random()) // 4 * 4)
+    rise = (top // 4, top * 3 // 4)
+    counts = (*rise, *(top,) * (_LINE_PX - 4), *reversed(rise))
+    return Line(counts, SMOOTH, negative=rng.random() < 0.5)
+
+
+def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+    """Run a plan; raises UserError if the simulator cannot run."""
+    outcome = Outcome(plan)
+    rng = random.Random(f"{plan.seed} {plan.board}")
+    while outcome.stops < plan.stops:
+        with (
+            tempfile.TemporaryDirectory(prefix="pixstep-") as folder,
+            _Stopper(plan.board, Path(folder) / "edges.csv") as stopper,
+        ):
+            for _ in range(min(_AT_ONCE, plan.stops - outcome.stops)):
+                stopper.stop_once(rng, outcome)
+                outcome.stops += 1
+                progress(outcome.stops / plan.stops)
+    return outcome
+
+
+class _Stopper:
+    """A board with its stop's pin in hand."""
+
+    def __init__(self, board: str, edges: Path) -> None:
+        self._name, self._edges = board, edges
+        self._table = boards.load(board)
+        pin = next(pin for pin in self._table.pins if pin.signal == "ESTOP")
+        self._pin = (pin.port, pin.bit)
+        self._axes = list(range(self._table.axes))
+
+    def __enter__(self) -> "_Stopper":
+        images = [(self._name, natives.image(self._name))]
+        self._sim = Simulator(SimOptions(images, PIXEL_HZ, edges=self._edges))
+        try:
+            self._sim.run(BOOT_CYCLES)
+            self._board = Board(SimClient(self._sim))
+            self._board.set_pixel_hz(PIXEL_HZ)
+            self._sim.command("flush")
+            self._log = self._edges.open(encoding="utf-8")
+            self._log.readline()
+        except BaseException:
+            self._sim.kill()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._log.close()
+        self._sim.kill()
+
+    def stop_once(self, rng: random.Random, outcome: Outcome) -> None:
+        """Run lines, press the stop somewhere, judge, and make the board ready again."""
+        self._start(rng)
+        trip = self._sim.cycle + rng.randrange(_LINE_PX * int(TIMER_HZ / PIXEL_HZ))
+        self._sim.pin(0, *self._pin, 0, at=trip)
+        self._sim.run(trip - self._sim.cycle + _SETTLE_CYCLES)
+        where = f"stop {outcome.stops} at cycle {trip}"
+        try:
+            self._judge(trip, outcome, where)
+            self._recover()
+        except BoardError as error:
+            outcome.complaints.append(f"{where}: {error}")
+
+    def _start(self, rng: random.Random) -> None:
+        board = self._board
+        board.command("permit_on", [])
+        for axis in self._axes:
+            Upload(board, axis, queue_entries(line(rng, self._name))).push()
+        board.command("arm", self._axes)
+
+    def _judge(self, trip: int, outcome: Outcome, where: str) -> None:
+        complain = outcome.complaints.append
+        permit = self._sim.permit(0)
+        fault = regs.code_name(regs.faults(), self._board.input("fault_code"))
+        if fault != "estop":
+            complain(f"{where}: fault {fault}")
+        if permit.level or not trip <= permit.cycle <= trip + BOUND_CYCLES:
+            complain(f"{where}: permit {permit.level} since cycle {permit.cycle}")
+        outcome.permit_cycles = max(outcome.permit_cycles, permit.cycle - trip)
+        late = self._late_edges(trip, outcome)
+        outcome.moving += any(edges for edges in late.values())
+        for axis, edges in late.items():
+            outcome.latest_cycles = max([outcome.latest_cycles, *edges[:-1]])
+            if sum(edge > BOUND_CYCLES for edge in edges) > 1:
+                complain(f"{where}: axis {axis}: edges {edges} cycles behind it")
+            seen, made = self._board.axis(axis)["position_steps"], self._sim.steps(0, axis)
+            if seen != made:
+                complain(f"{where}: axis {axis}: position {seen}, {made} steps made")
+
+    def _late_edges(self, trip: int, outcome: Outcome) -> dict[int, list[int]]:
+        """Return the STEP edges of each axis from the trip on, in cycles behind it."""
+        self._sim.command("flush")
+        late: dict[int, list[int]] = {axis: [] for axis in self._axes}
+        for row in self._log:
+            cycle, _, axis, signal, level = row.split(",")
+            if signal == "STEP" and level.strip() == "1":
+                outcome.edges += 1
+                if int(cycle) > trip:
+                    late[int(axis)].append(int(cycle) - trip)
+        return late
+
+    def _recover(self) -> None:
+        self._sim.pin(0, *self._pin, 1)
+        self._sim.run(TIMER_HZ // 1000)
+        self._board.command("clear_fault", [])
+        self._board.command("discard", self._axes)

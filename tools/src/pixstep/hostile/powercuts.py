@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Power cuts at random cycles of a store: at the next start the old settings or the new, whole.
+
+The byte of EEPROM that is being written when the supply fails is left with any value. Each cut goes
+on from what the one before has left behind.
+"""
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from pixstep import natives
+from pixstep.board import settings
+from pixstep.board.client import Board, BoardError
+from pixstep.board.transport import SimClient
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES
+
+_STORE_CYCLES = 17 * TIMER_HZ // 100  # 170 ms, of which 43 bytes take 3.4 ms each
+_COMMAND_CYCLES = TIMER_HZ // 250  # the request that begins it is on the line for 2 ms
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """So many power cuts of one board."""
+
+    board: str
+    cuts: int
+    seed: int = 1
+
+
+@dataclass
+class Outcome:
+    """What happened. `complaints` is empty if every promise was kept."""
+
+    plan: Plan
+    cuts: int = 0
+    old: int = 0
+    new: int = 0
+    in_a_byte: int = 0  # cuts while a byte was being written
+    complaints: list[str] = field(default_factory=list)
+
+
+def random_settings(rng: random.Random) -> dict[str, int]:
+    """Return values for settings that leave the line to the board as it is."""
+    return {
+        "dir_setup_us": rng.randint(1, 1000),
+        "dir_hold_us": rng.randint(1, 1000),
+        "max_acceleration": rng.randint(0, 65535),
+        "input_filter_us": rng.randint(100, 20000),
+        "start_stop_steps": rng.randint(0, 16383),
+        "bus_timeout_ms": rng.randint(0, 60000),
+        "idle_off_ms": rng.randint(0, 60000),
+        "enable_settle_ms": rng.randint(0, 1000),
+    }
+
+
+def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+    """Run a plan; raises UserError if the simulator cannot run."""
+    outcome = Outcome(plan)
+    rng = random.Random(f"{plan.seed} {plan.board}")
+    options = SimOptions([(plan.board, natives.image(plan.board))], Fraction(100), seed=plan.seed)
+    with Simulator(options) as simulator:
+        simulator.run(BOOT_CYCLES)
+        board = Board(SimClient(simulator))
+        for _ in range(plan.cuts):
+            try:
+                _cut_once(rng, simulator, board, outcome)
+            except BoardError as error:
+                outcome.complaints.append(f"cut {outcome.cuts}: {error}")
+            outcome.cuts += 1
+            progress(outcome.cuts / plan.cuts)
+    return outcome
+
+
+def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: Outcome) -> None:
+    old = settings.read(board)
+    for name, value in random_settings(rng).items():
+        board.write_setting(name, value)
+    new = settings.read(board)
+    cut = simulator.cycle + rng.randrange(_COMMAND_CYCLES, _STORE_CYCLES)
+    board.store()
+    if cut > simulator.cycle:
+        simulator.run(cut - simulator.cycle)
+    outcome.in_a_byte += simulator.eeprom_state(0).address is not None
+    simulator.power_cycle(0)
+    simulator.run(BOOT_CYCLES)
+    found = settings.read(board)
+    if found == new:
+        outcome.new += 1
+    elif found == old:
+        outcome.old += 1
+    else:
+        outcome.complaints.append(f"cut {outcome.cuts} at cycle {cut}: neither: {found}")

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""The runner as a process: one command a line in, one answer a line out."""
+
+import contextlib
+import os
+import selectors
+import subprocess
+from collections.abc import Sequence
+from typing import Self
+
+from pixstep.errors import UserError
+
+_ANSWER_LIMIT_S = 300  # wall-clock seconds; a longer silence means that the runner hangs
+
+
+class SimulatorError(UserError):
+    """The runner refused a command, ended or hung."""
+
+
+class SimPipe:
+    """A running pixstep-sim in control mode; use as a context manager.
+
+    Every method raises SimulatorError with the runner's own text if it refuses or ends. After an
+    exception the process is ended, never left behind.
+    """
+
+    def __init__(self, command: Sequence[object]) -> None:
+        try:
+            self._process = subprocess.Popen(
+                [str(word) for word in command],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+            )
+        except OSError as error:
+            raise UserError(f"{command[0]}: {error.strerror or error}") from None
+        self._pending = b""
+        self._ready = selectors.DefaultSelector()
+        self._ready.register(self._process.stdout, selectors.EVENT_READ)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
+    def command(self, text: str) -> str:
+        """Send one command and return its answer."""
+        try:
+            self._process.stdin.write(text.encode() + b"\n")
+            self._process.stdin.flush()
+        except OSError:
+            raise SimulatorError(self._last_words()) from None
+        answer = self._answer(text)
+        if answer.startswith("error"):
+            raise SimulatorError(f"simulator: {text.split(' ')[0]}: {answer[5:].strip(' :')}")
+        return answer
+
+    def quit(self) -> None:
+        """End the run; all output files are complete afterwards."""
+        self.command("quit")
+        try:
+            status = self._process.wait(timeout=60)
+        except subprocess.TimeoutExpired:
+            raise SimulatorError("simulator: does not end after quit") from None
+        if status:
+            raise SimulatorError(f"simulator: ended with status {status}")
+
+    def kill(self) -> None:
+        """End the process if it still runs, and close its pipes."""
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        self._ready.close()
+        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
+            with contextlib.suppress(OSError):
+                pipe.close()
+
+    def _answer(self, text: str) -> str:
+        """Return the next line of the runner."""
+        while b"\n" not in self._pending:
+            if not self._ready.select(_ANSWER_LIMIT_S):
+                raise SimulatorError(f"simulator: no answer to {text[:40]!r}")
+            data = os.read(self._process.stdout.fileno(), 65_536)
+            if not data:
+                raise SimulatorError(self._last_words())
+            self._pending += data
+        line, self._pending = self._pending.split(b"\n", 1)
+        return line.decode()
+
+    def _last_words(self) -> str:
+        """Return why the process ended, from its error output."""
+        self._process.kill()
+        _, errors = self._process.communicate()
+        lines = errors.decode(errors="replace").strip().splitlines()
+        return f"simulator: ended: {lines[-1] if lines else self._process.returncode}"

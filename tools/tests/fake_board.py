@@ -1,0 +1,493 @@
+# SPDX-License-Identifier: MIT
+"""A test double of boards on a line, at the level of bytes: register map 3, settings, safety.
+
+It stands where the simulator's pipe does (`transmit`), so the real client talks to it. It knows
+the rules of the map, not the motion: a line that runs is done when its pixels have passed.
+"""
+
+import struct
+from dataclasses import dataclass, field
+
+from pixstep.board import registers as regs
+
+MAP = regs.register_map()
+FAULT = {code.name: code.code for code in regs.faults().values()}
+STATE = {name: code for code, name in enumerate(regs.AXIS_STATES)}
+REPLY_S = 0.005
+QUEUE = 128
+STORE_S = 0.2
+ILLEGAL, ADDRESS, VALUE, FAILURE, BUSY = 1, 2, 3, 4, 6
+
+
+class RefusalError(Exception):
+    """A Modbus exception; its argument is the code."""
+
+
+def crc(data):
+    """Return the checksum of a frame as its two bytes."""
+    value = 0xFFFF
+    for byte in data:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ (0xA001 if value & 1 else 0)
+    return struct.pack("<H", value)
+
+
+class FakeWorld:
+    """Time that passes by waiting and by requests."""
+
+    def __init__(self):
+        self.time = 100.0
+        self.then = []  # (time, action), as someone at the machine does them
+
+    def now_s(self):
+        return self.time
+
+    def wait(self, seconds):
+        self.time += seconds
+        for due in [item for item in self.then if item[0] <= self.time]:
+            self.then.remove(due)
+            due[1]()
+
+    def later(self, seconds, action):
+        """Do something when so much time has passed."""
+        self.then.append((self.time + seconds, action))
+
+
+class FakeLine:
+    """The line with its boards; `lose` replies are lost, `garble` bytes come in their place."""
+
+    def __init__(self, world, *boards):
+        self.world, self.boards = world, boards
+        self.lose = 0
+        self.garble = b""
+        self.requests = []
+
+    def transmit(self, data, _timeout=None):
+        """Return the reply to a frame, empty for none."""
+        self.world.wait(REPLY_S)
+        assert crc(data[:-2]) == data[-2:]
+        self.requests.append(data)
+        replies = [board.answer(data[0], data[1:-2]) for board in self.boards]
+        reply = b"".join(found for found in replies if found)
+        if self.lose:
+            self.lose -= 1
+            return b""
+        return self.garble or reply
+
+
+@dataclass
+class FakeAxis:
+    """One axis: its queue, where it is in its line."""
+
+    state: str = "empty"
+    entries: list = field(default_factory=list)
+    next_block: int = 0
+    position: int = 0
+    lines_done: int = 0
+    token: int = 0
+    started_s: float = 0.0
+    pixel: int = 0
+    records: list = field(default_factory=list)
+    count: int = 0  # of the run that is being made
+    repeat: int = 0
+
+
+class FakeBoard:
+    """One board; tests press its buttons by its attributes."""
+
+    def __init__(self, world, unit=1, kind="mega"):
+        self.world = world
+        self.kind = kind
+        self.id = {name: code for code, name in regs.BOARD_IDS.items()}[kind]
+        self.axes = [FakeAxis() for _ in range(4 if kind == "mega" else 1)]
+        self.holdings = self.defaults()
+        self.holdings[0] = unit
+        self.stored = None
+        self.serial = 0
+        self.storing_until = 0.0
+        self.values = {
+            "map_version": 3, "firmware_version": 0x0001, "record_capacity": 10, "reset_cause": 1,
+            "min_interval_ticks": 266, "smooth_min_interval_ticks": 266, "event_capacity": 4,
+        }  # fmt: skip
+        self.inputs_bits = 0
+        self.estop = self.clock = self.permit = False
+        self.clock_hz = 30.0
+        self.drivers = 0
+        self.fault = (0, 0, 0, 0)  # code, argument, axis, pixel
+        self.events = []
+        self.commands = []  # (name, mask, argument)
+        self.counters = dict.fromkeys(range(11, 19), 0)
+
+    @staticmethod
+    def defaults():
+        words = {}
+        for item in regs.settings():
+            for index in range(item.words):
+                shift = 16 * (item.words - 1 - index)
+                words[item.address + index] = item.default >> shift & 0xFFFF
+        return words
+
+    def setting(self, name):
+        item = MAP.holding(name)
+        return item.decode([self.holdings[item.address + n] for n in range(item.words)])
+
+    def latch(self, name, argument=0, axis=0, pixel=0):
+        """Stop everything with a fault."""
+        if not self.fault[0]:
+            self.fault = (FAULT[name], argument, axis, pixel)
+            number = len(self.events) + 1
+            ms = int(1000 * self.world.time)
+            self.events.append((number, FAULT[name], axis, argument, pixel, ms))
+        self.permit = False
+        for item in self.axes:
+            if item.state in ("armed", "running"):
+                item.state = "fault"
+
+    def press_estop(self, pressed=True):
+        self.estop = pressed
+        if pressed:
+            self.latch("estop")
+
+    # The server
+
+    def answer(self, unit, pdu):
+        """Return the reply frame, None for another's request or a broadcast."""
+        self.tick()
+        mine = self.holdings[0]
+        if unit not in (0, mine):
+            return None
+        try:
+            reply = self.serve(pdu[0], pdu[1:])
+        except RefusalError as refused:
+            reply = bytes([pdu[0] | 0x80, refused.args[0]])
+        if unit == 0:
+            return None
+        frame = bytes([mine]) + reply
+        return frame + crc(frame)
+
+    def serve(self, function, data):
+        if function in (3, 4):
+            first, count = struct.unpack(">HH", data)
+            words = self.read(function == 4, first, count)
+            return struct.pack(f">BB{count}H", function, 2 * count, *words)
+        if function in (1, 2):
+            first, count = struct.unpack(">HH", data)
+            bits = self.read_bits(function == 1, first, count)
+            packed = sum(bit << index for index, bit in enumerate(bits))
+            size = (count + 7) // 8
+            return bytes([function, size]) + packed.to_bytes(size, "little")
+        handler = getattr(self, f"do_{function}", None)
+        if handler is None:
+            raise RefusalError(ILLEGAL)
+        return handler(bytes([function]), data)
+
+    def do_5(self, head, data):
+        address, value = struct.unpack(">HH", data)
+        self.write_coils(address, [value == 0xFF00])
+        return head + data
+
+    def do_6(self, head, data):
+        address, word = struct.unpack(">HH", data)
+        self.write(address, [word])
+        return head + data
+
+    def do_8(self, head, data):
+        sub, _word = struct.unpack(">HH", data)
+        if sub in self.counters:
+            return head + struct.pack(">HH", sub, self.counters[sub])
+        if sub == 10:
+            self.counters = dict.fromkeys(self.counters, 0)
+        elif sub not in (0, 1, 4):
+            raise RefusalError(ILLEGAL)
+        return head + data
+
+    def do_15(self, head, data):
+        first, count, _size = struct.unpack(">HHB", data[:5])
+        packed = int.from_bytes(data[5:], "little")
+        self.write_coils(first, [bool(packed >> index & 1) for index in range(count)])
+        return head + data[:4]
+
+    def do_16(self, head, data):
+        first, count, size = struct.unpack(">HHB", data[:5])
+        if size != 2 * count:
+            raise RefusalError(VALUE)
+        self.write(first, list(struct.unpack(f">{count}H", data[5:])))
+        return head + data[:4]
+
+    def do_17(self, head, _data):
+        text = f"pixstep {self.kind} 0.1".encode()
+        running = any(axis.state == "running" for axis in self.axes)
+        return head + bytes([len(text) + 2, self.id, 0xFF if running else 0]) + text
+
+    def do_22(self, head, data):
+        address, keep, put = struct.unpack(">HHH", data)
+        (old,) = self.read(False, address, 1)
+        self.write(address, [old & keep | put & ~keep & 0xFFFF])
+        return head + data
+
+    def do_23(self, head, data):
+        first, count, at, _words, _size = struct.unpack(">HHHHB", data[:9])
+        self.write(at, list(struct.unpack(f">{len(data[9:]) // 2}H", data[9:])))
+        return head + struct.pack(f">B{count}H", 2 * count, *self.read(False, first, count))
+
+    def do_43(self, head, data):
+        kind, code, _first = data
+        assert kind == 14
+        objects = (b"pixstep", self.kind.encode(), b"0.1", b"", b"motor board")
+        objects = objects[: 3 if code == 1 else 5]
+        body = b"".join(bytes([n, len(text)]) + text for n, text in enumerate(objects))
+        return head + bytes([14, code, 0x82, 0, 0, len(objects)]) + body
+
+    # Registers
+
+    def read(self, inputs, first, count):
+        if not 1 <= count <= 125:
+            raise RefusalError(VALUE)
+        area = self.input_words(first) if inputs else self.holdings
+        try:
+            return [area[first + index] & 0xFFFF for index in range(count)]
+        except KeyError:
+            raise RefusalError(ADDRESS) from None
+
+    def input_words(self, first):
+        """Return the mapped input words around an address, by address."""
+        words = {}
+        if first >= regs.EVENT_BASE:
+            return self.event_words()
+        if first >= regs.RECORD_BASE:
+            return self.record_words((first - regs.RECORD_BASE) // regs.RECORD_STRIDE)
+        for item in MAP.inputs:
+            place(words, item.address, item, self.value(item.name))
+        for number, axis in enumerate(self.axes):
+            for item in MAP.axis_inputs:
+                base = regs.AXIS_BASE + number * regs.AXIS_STRIDE
+                place(words, base + item.address, item, self.axis_value(axis, item.name))
+        return words
+
+    def value(self, name):
+        code, argument, axis, pixel = self.fault
+        known = {
+            "board_id": self.id, "axis_count": len(self.axes), "status": self.status(),
+            "fault_code": code, "fault_argument": argument, "fault_axis": axis,
+            "fault_pixel": pixel, "fault_mask": 1 << code & 0xFFFE,
+            "fault_mask_high": 1 << code >> 16, "inputs": self.inputs_bits,
+            "pixel_edges": int(self.clock_hz * self.world.time) if self.clock else 0,
+            "outputs": self.drivers | self.permit << 8, "settings_serial": self.serial,
+            "settings_state": self.settings_state(),
+        }  # fmt: skip
+        return known.get(name, self.values.get(name, 0))
+
+    def status(self):
+        states = [axis.state for axis in self.axes]
+        return (
+            self.clock | ("armed" in states) << 1 | ("running" in states) << 2
+            | bool(self.fault[0]) << 3 | self.estop << 4 | self.permit << 5
+        )  # fmt: skip
+
+    def settings_state(self):
+        storing = self.world.time < self.storing_until
+        return (self.serial > 0) | (self.stored != self.holdings) << 1 | storing << 2
+
+    @staticmethod
+    def axis_value(axis, name):
+        return {
+            "axis_state": STATE[axis.state], "queue_free": QUEUE - len(axis.entries),
+            "next_block": axis.next_block, "position_steps": axis.position,
+            "pixel": axis.pixel, "lines_done": axis.lines_done,
+        }.get(name, 0)  # fmt: skip
+
+    def record_words(self, number):
+        axis = self.axes[number]
+        kept = axis.records[-self.values["record_capacity"] :]
+        newest = kept[-1][0] if kept else 0
+        words = [newest >> 16, newest, len(kept), 0]
+        for pixel, steps in kept:
+            words += [pixel, steps >> 16, steps, steps >> 16, steps, 0]
+        words += [0] * (regs.RECORD_STRIDE - len(words))
+        base = regs.RECORD_BASE + number * regs.RECORD_STRIDE
+        return {base + index: word for index, word in enumerate(words)}
+
+    def event_words(self):
+        capacity = self.values["event_capacity"]
+        words = [len(self.events)]
+        for number, code, axis, argument, pixel, ms in self.events[-capacity:]:
+            words += [number, code, axis, argument, pixel >> 16, pixel, ms >> 16, ms]
+        words += [0] * (1 + capacity * regs.EVENT_WORDS - len(words))
+        return {regs.EVENT_BASE + index: word for index, word in enumerate(words)}
+
+    def read_bits(self, coils, first, count):
+        if not coils:
+            bits = self.status() | self.inputs_bits << 16
+            if first + count > 32:
+                raise RefusalError(ADDRESS)
+            return [bits >> first + index & 1 for index in range(count)]
+        found = self.coils()
+        try:
+            return [found[first + index] for index in range(count)]
+        except KeyError:
+            raise RefusalError(ADDRESS) from None
+
+    def coils(self):
+        found = {regs.COIL_CLEAR: bool(self.fault[0]), regs.COIL_PERMIT: self.permit}
+        for number, axis in enumerate(self.axes):
+            found[regs.COIL_DRIVER + number] = bool(self.drivers >> number & 1)
+            found[regs.COIL_ARMED + number] = axis.state in ("armed", "running")
+            found[regs.COIL_STOP + number] = False
+        return found
+
+    # Writes
+
+    def write_coils(self, first, values):
+        if any(first + index not in self.coils() for index in range(len(values))):
+            raise RefusalError(ADDRESS)
+        for index, value in enumerate(values):
+            group, axis = (first + index) // 4 * 4, (first + index) % 4
+            names = {
+                regs.COIL_DRIVER: ("disable", "enable"), regs.COIL_ARMED: ("disarm", "arm"),
+                regs.COIL_STOP: ("", "stop"),
+            }.get(group)  # fmt: skip
+            if group == regs.COIL_CLEAR:
+                names = ("permit_off", "permit_on") if axis else ("", "clear_fault")
+                axis = 0
+            if names[value]:
+                self.obey(names[value], 1 << axis, 0)
+
+    def write(self, first, words):
+        if first == regs.QUEUE_WINDOW:
+            self.queue(words)
+            return
+        if first == regs.COMMAND_BASE and 2 <= len(words) <= 3:
+            names = {code: name for name, code in regs.COMMANDS.items()}
+            mask, code, argument = (*words, 0)[:3]
+            if code not in names:
+                raise RefusalError(VALUE)
+            self.obey(names[code], mask, argument)
+            return
+        wanted = self.holdings | {first + index: word for index, word in enumerate(words)}
+        if wanted.keys() != self.holdings.keys():
+            raise RefusalError(ADDRESS)
+        for item in regs.settings():
+            value = item.decode([wanted[item.address + n] for n in range(item.words)])
+            if not item.minimum <= value <= item.maximum:
+                raise RefusalError(VALUE)
+        if any(axis.entries for axis in self.axes) or self.world.time < self.storing_until:
+            raise RefusalError(BUSY)
+        self.holdings = wanted
+
+    def queue(self, words):
+        block, number, *rest = words
+        if number >= len(self.axes):
+            raise RefusalError(VALUE)
+        axis = self.axes[number]
+        if block == (axis.next_block - 1) & 0xFFFF:
+            return
+        if block != axis.next_block:
+            raise RefusalError(VALUE)
+        entries = list(zip(rest[::2], rest[1::2], strict=True))
+        if len(axis.entries) + len(entries) > QUEUE:
+            raise RefusalError(BUSY)
+        axis.next_block = (block + 1) & 0xFFFF
+        axis.entries += entries
+        axis.state = axis.state if axis.state == "running" else "loaded"
+
+    def obey(self, name, mask, argument):
+        """Do a command for the axes of a mask."""
+        self.commands.append((name, mask, argument))
+        chosen = [axis for index, axis in enumerate(self.axes) if mask >> index & 1]
+        if name in ("arm", "stop", "disarm", "discard", "enable", "disable") and (
+            not mask or mask >> len(self.axes)
+        ):
+            raise RefusalError(FAILURE)
+        getattr(self, f"obey_{name}", lambda *_: None)(chosen, mask, argument)
+
+    def obey_arm(self, chosen, mask, token):
+        if self.fault[0] or self.estop or any(axis.state != "loaded" for axis in chosen):
+            raise RefusalError(FAILURE)
+        self.drivers |= mask
+        for axis in chosen:
+            axis.state, axis.token = "armed", token
+            if not token:
+                self.start(axis)
+
+    def obey_go(self, _chosen, _mask, token):
+        for axis in (axis for axis in self.axes if axis.state == "armed"):
+            if axis.token != token:
+                self.latch("wrong_token", axis.token)
+                return
+            self.start(axis)
+
+    def start(self, axis):
+        axis.state, axis.started_s = "running", self.world.time
+        axis.pixel, axis.records = 0, []
+
+    def obey_stop(self, chosen, _mask, _argument):
+        for axis in chosen:
+            axis.state, axis.entries, axis.repeat = "empty", [], 0
+
+    obey_discard = obey_disarm = obey_stop
+
+    def obey_enable(self, _chosen, mask, _argument):
+        self.drivers |= mask
+
+    def obey_disable(self, _chosen, mask, _argument):
+        self.drivers &= ~mask
+
+    def obey_clear_fault(self, *_):
+        if self.estop:
+            raise RefusalError(FAILURE)
+        self.fault = (0, 0, 0, 0)
+        for axis in self.axes:
+            if axis.state == "fault":
+                axis.state, axis.entries, axis.repeat = "empty", [], 0
+
+    def obey_permit_on(self, *_):
+        if self.fault[0]:
+            raise RefusalError(FAILURE)
+        self.permit = True
+
+    def obey_permit_off(self, *_):
+        self.permit = False
+
+    def obey_store(self, _chosen, _mask, key):
+        if key != regs.STORE_KEY:
+            raise RefusalError(VALUE)
+        self.storing_until = self.world.time + STORE_S
+        self.stored, self.serial = dict(self.holdings), self.serial + 1
+
+    def obey_default_settings(self, _chosen, _mask, key):
+        if key != regs.STORE_KEY:
+            raise RefusalError(VALUE)
+        self.holdings = self.defaults()
+
+    def tick(self):
+        """Let running lines go on to the present."""
+        hz = self.setting("pixel_hz_num") / self.setting("pixel_hz_den")
+        for axis in self.axes:
+            while axis.state == "running":
+                if axis.started_s + (axis.pixel + 1) / hz > self.world.time:
+                    break
+                self.next_pixel(axis)
+
+    def next_pixel(self, axis):
+        """Make one pixel of a line, or end it."""
+        while not axis.repeat:
+            if not axis.entries:
+                self.latch("starved", 0, self.axes.index(axis), axis.pixel)
+                return
+            axis.count, axis.repeat = axis.entries.pop(0)
+            if axis.repeat == 0 and axis.count & 15 == 1:  # a start, its parameters behind it
+                axis.entries.pop(0)
+            elif (axis.count, axis.repeat) == (2, 0):
+                axis.state, axis.lines_done = "done", axis.lines_done + 1
+                return
+        axis.repeat -= 1
+        axis.pixel += 1
+        axis.position += axis.count - 0x10000 if axis.count & 0x8000 else axis.count
+        axis.records.append((axis.pixel, axis.position))
+
+
+def place(words, address, item, value):
+    """Put a value's words at their addresses, high word first."""
+    for index in range(item.words):
+        words[address + index] = value >> 16 * (item.words - 1 - index) & 0xFFFF

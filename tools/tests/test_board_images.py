@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board` on the real images: what the fakes promise, the firmware does."""
+
+import json
+from fractions import Fraction
+
+import pytest
+
+from console import make_console  # noqa: F401 (a fixture)
+from pixstep import formats, natives
+from pixstep.board import boards
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.moves.homesim import SimWorld
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES
+
+pytestmark = pytest.mark.usefixtures("simulator")
+BOARDS = ("uno", "mega")
+
+
+class Live:
+    """Simulated boards and the console on their line."""
+
+    def __init__(self, make, names, hz=100, **options):
+        images = [(name, natives.image(name)) for name in names]
+        self.sim = Simulator(SimOptions(images, Fraction(hz), **options))
+        self.names = names
+        try:
+            self.sim.run(BOOT_CYCLES)
+        except BaseException:
+            self.sim.kill()
+            raise
+        self.console = make(self.sim, SimWorld(self.sim))
+
+    def __getattr__(self, name):
+        return getattr(self.console, name)
+
+    def pin(self, signal, level, axis=0, board=0):
+        """Drive an input pin of a board."""
+        pins = boards.load(self.names[board]).pins
+        (found,) = (pin for pin in pins if (pin.signal, pin.axis) == (signal, axis))
+        self.sim.command(f"pin {board} {found.port} {found.bit} {level}")
+
+    def seconds(self, seconds):
+        self.sim.run(int(seconds * TIMER_HZ))
+
+
+@pytest.fixture
+def live(make_console):  # noqa: F811
+    """Return a function that starts boards; all are ended afterwards."""
+    started = []
+
+    def start(*names, **options):
+        started.append(Live(make_console, names, **options))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.sim.kill()
+
+
+def put(counts, name="line.csv"):
+    formats.write_csv(name, counts)
+    return name
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_look_set_store(live, name):
+    one = live(name)
+    (found,) = one.json("info")["boards"]
+    assert (found["board"], found["map_version"], found["reset_cause"]) == (name, 3, "power-on")
+    assert found["server_id"] == f"pixstep {name} {found['firmware']}"
+    assert found["pixel_clock"]["present"]
+    text = one.out("set", "pixel_hz=100", "dir_hold_us=25", "idle_off_ms=700", "--store")
+    assert "dir_hold_us: 20 -> 25 us" in text and "stored as record 1" in text
+    one.out("settings", "export", "all.toml")
+    one.out("settings", "defaults")
+    assert "dir_hold_us = 20" in one.out("get", "dir_hold_us")
+    assert "3 settings changed" in one.out("settings", "import", "all.toml")
+    assert "no difference" in one.out("settings", "diff", "all.toml")
+    stored = one.json("info")["boards"][0]["settings"]
+    assert stored == {"record": 1, "stored": True, "differ": True}  # never stored since defaults
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_every_range_is_the_boards_own(live, name):
+    """What the tool would refuse the board refuses too: written behind the tool's back."""
+    from pixstep.board import registers as regs
+    from pixstep.board.client import Board, BoardError
+
+    one = live(name)
+    board = Board(one.client)
+    for item in regs.settings():
+        outside = [item.maximum + 1] if item.maximum < 0xFFFF else []
+        outside += [item.minimum - 1] if item.minimum > 0 else []
+        for value in outside if item.words == 1 else []:
+            with pytest.raises(BoardError) as refused:
+                board.write(item.address, [value])
+            assert refused.value.code == 3, (item.name, value)
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_upload_runs_and_is_logged(live, name):
+    one = live(name)
+    one.out("set", "pixel_hz=100")
+    counts = [n % 9 + 1 for n in range(150)]
+    found = one.json("upload", put(counts), "--decode", "plain", "--arm")
+    (axis,) = found["axes"]
+    assert (axis["state"], axis["position_steps"]) == ("done", sum(counts))
+    assert one.sim.steps(0, 0) == sum(counts)
+    rows = one.out("log", "--axis", 0).split()[1:]
+    last = rows[-1].split(",")
+    assert last[:5] == ["1", "0", "150", str(sum(counts)), str(sum(counts))]
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_log_while_it_runs(live, name, tmp_path):
+    one = live(name)
+    one.out("set", "pixel_hz=100")
+    one.out("upload", put([7] * 80), "--decode", "plain", "--arm", "--no-wait")
+    done = one.run("log", "--axis", 0, "-o", "log.csv")
+    rows = [row.split(",") for row in (tmp_path / "log.csv").read_text().split()[1:]]
+    first = int(rows[0][2])
+    assert [(int(row[2]), int(row[4])) for row in rows] == [(n, 7 * n) for n in range(first, 81)]
+    assert "none missed" in done.stderr and len(rows) > 60
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_the_host_refuses_what_the_board_would(live, name):
+    one = live(name)
+    one.out("set", "pixel_hz=100")
+    limit = one.json("get", "min_interval_ticks")["boards"][0]["registers"][0]["value"]
+    most = 160_000 // limit
+    assert "too_fast" in one.err("upload", put([most + 1] * 3), "--decode", "plain", status=2)
+    text = one.err("upload", "line.csv", "--decode", "plain", "--force", status=2)
+    assert "axis 0: line refused: too_fast at pixel 1" in text
+    one.out("stop", "--unit", 1)
+    one.out("upload", put([most] * 3), "--decode", "plain")
+
+
+def test_start_together_on_one_clock_edge(live, tmp_path):
+    two = live("mega", "uno", edges=tmp_path / "edges.csv")
+    name = put([6] * 50)
+    for unit in (1, 2):
+        two.out("upload", name, "--decode", "plain", "--unit", unit, "--pixel-hz", 100)
+    found = two.json("start", "--unit", "1,2", "--wait")
+    assert [row["axes"][0]["position_steps"] for row in found["boards"]] == [300, 300]
+    two.sim.command("flush")
+    rows = [row.split(",") for row in (tmp_path / "edges.csv").read_text().split()[1:]]
+    steps = [row for row in rows if row[3].lower() == "step" and row[4] == "1"]
+    first = [min(int(row[0]) for row in steps if row[1] == str(board)) for board in (0, 1)]
+    assert abs(first[0] - first[1]) <= 2
+
+
+def test_a_board_that_cannot_start_keeps_all_from_starting(live):
+    two = live("mega", "uno")
+    name = put([6] * 50)
+    for unit in (1, 2):
+        two.out("upload", name, "--decode", "plain", "--unit", unit, "--pixel-hz", 100)
+    two.pin("ESTOP", 0, board=1)
+    two.seconds(0.05)
+    assert "board 2: arm: the emergency stop is pressed" in two.err("start", "--unit", "1,2")
+    two.seconds(0.2)
+    assert two.sim.count(0, 0) == two.sim.count(1, 0) == 0
+
+
+def test_stop_reaches_every_board(live):
+    two = live("mega", "uno")
+    name = put([6] * 200)
+    for unit in (1, 2):
+        two.out("upload", name, "--decode", "plain", "--unit", unit, "--pixel-hz", 100)
+    two.out("start", "--unit", "1,2")
+    two.out("stop")
+    two.seconds(0.1)
+    before = [two.sim.count(board, 0) for board in (0, 1)]
+    two.seconds(0.3)
+    assert [two.sim.count(board, 0) for board in (0, 1)] == before
+    assert all(0 < count < 1200 for count in before)
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_move(live, name):
+    one = live(name)
+    profile = natives.source("tools/data/AccProf-fast-move.csv")
+    for steps in (1, -4000, 12345):
+        found = one.json("move", profile, "--steps", steps, "--pixel-hz", 60)
+        assert found["to_steps"] - found["from_steps"] == steps
+    assert one.sim.steps(0, 0) == 1 - 4000 + 12345
+    assert "top" in one.out("move", profile, "--steps", 10)
+
+
+@pytest.mark.parametrize(("name", "axis"), [("uno", 0), ("mega", 2)])
+def test_home(live, name, axis):
+    one = live(name, plants={(0, axis): "home=900,hyst=8,travel=-2000..4000,start=100"})
+    profile = natives.source("tools/data/AccProf-fast-move.csv")
+    one.out("set", "inputs_inverted=4")  # the emergency stop's, which homing must leave alone
+    one.pin("ESTOP", 0)
+    one.seconds(0.01)
+    one.out("clear")
+    words = ("home", profile, "--axis", axis, "--pixel-hz", 100, "--search", 3000)
+    found = one.json(*words)
+    assert found["found"] and found["position_steps"] == 0
+    motor, load = one.sim.plant(0, axis)
+    assert motor == load and abs(load - 900) <= 1
+    text = one.out(*words, "--inverted", "none")
+    assert f"board 1 axis {axis}: home found" in text and "stands on 0" in text
+    assert "inputs_inverted = 4" in one.out("get", "inputs_inverted")
+
+
+def test_home_that_finds_nothing(live):
+    one = live("uno")
+    profile = natives.source("tools/data/AccProf-fast-move.csv")
+    words = ("home", profile, "--pixel-hz", 30, "--search", 800)
+    text = one.err(*words)
+    assert "board 1: axis 0: home_not_found: the home switch did not close within" in text
+    one.out("clear")
+    found = json.loads(one.run(*words, "--json", status=1).stdout)
+    assert found["fault"] == "home_not_found" and found["legs"][0]["name"] == "approach"
+
+
+def test_watch(live):
+    one = live("mega")
+    rows = [json.loads(row) for row in one.out("watch", "--count", 2, "--json").splitlines()]
+    assert rows[1]["rates_per_s"]["pixel_edges"] == pytest.approx(100, abs=3)
+    assert rows[1]["rates_per_s"]["frames_ok"] > 1
