@@ -12,11 +12,8 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pymodbus.client import ModbusSerialClient
-
-from pixstep.board.transport import BAUD, PARITY, REPLY_CYCLES
+from pixstep.board.transport import Pipe
 from pixstep.hostile.wire import FRAME_MAX, FRAME_MIN, crc16
-from pixstep.simulation.simctl import Simulator
 
 _BURST_BITS = 16
 _BYTES = 4  # lost or inserted at once, at most
@@ -84,50 +81,25 @@ class Model:
     repeated: float = 0.05  # requests that arrive twice, replies that do
 
 
-class NoisyClient(ModbusSerialClient):
-    """A Modbus client whose bytes go through a bad line to a simulated or native board.
+class NoisyLine:
+    """A bad line in front of a simulated or native board, for `transport.SimClient`.
 
-    Framing, checksums, retries are those of pymodbus; `noise` counts what happened, by name and
-    direction.
+    `noise` counts what happened, by name and direction.
     """
 
-    def __init__(self, simulator: Simulator, rng: random.Random, model: Model) -> None:
-        super().__init__("simulator", baudrate=BAUD, parity=PARITY, timeout=60, retries=3)
+    def __init__(self, simulator: Pipe, rng: random.Random, model: Model) -> None:
         self._simulator, self._rng, self._model = simulator, rng, model
-        self._reply = b""
         self.noise: Counter = Counter()
         self.undetected = 0  # spoilt frames whose checksum is right all the same
-        self.requests = 0
 
-    @property
-    def connected(self) -> bool:
-        """The pipe is open as long as the board runs."""
-        return True
-
-    def connect(self) -> bool:
-        """Nothing to connect."""
-        return True
-
-    def close(self) -> None:
-        """Nothing to close: the board is ended by who started it."""
-
-    def send(self, request: bytes, addr: tuple | None = None) -> int:
-        """Send a frame through the line; keep for `recv` what comes back through it."""
-        del addr
-        self.requests += 1
+    def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
+        """Send a frame through the line and return what comes back through it."""
         reply = b""
         for _ in range(self._times("request")):
-            arrived = self._through(request, "request")
+            arrived = self._through(data, "request")
             if arrived:
-                reply += self._simulator.transmit(arrived, REPLY_CYCLES)
-        self._reply = self._through(reply, "reply") * self._times("reply") if reply else b""
-        return len(request)
-
-    def recv(self, size: int | None) -> bytes:
-        """Return the kept bytes once; nothing means that none came in time."""
-        del size
-        reply, self._reply = self._reply, b""
-        return reply
+                reply += self._simulator.transmit(arrived, timeout_cycles)
+        return self._through(reply, "reply") * self._times("reply") if reply else b""
 
     def _times(self, direction: str) -> int:
         """Return how often a frame arrives."""

@@ -18,7 +18,7 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upload
 from pixstep.board.transport import SimClient
-from pixstep.hostile.noise import Model, NoisyClient
+from pixstep.hostile.noise import Model, NoisyLine
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import TIMER_HZ
 from pixstep.lines.runs import queue_entries
@@ -79,9 +79,8 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
         while outcome.blocks < plan.blocks and not outcome.complaints:
             side.line()
             progress(min(1.0, outcome.blocks / plan.blocks))
-        client = side.client
-        outcome.requests, outcome.noise = client.requests, client.noise
-        outcome.undetected = client.undetected
+        outcome.requests = side.client.requests
+        outcome.noise, outcome.undetected = side.bad_line.noise, side.bad_line.undetected
     return outcome
 
 
@@ -106,7 +105,8 @@ class _Side:
 
     def __init__(self, simulator: Simulator, plan: Plan, rng: random.Random, outcome: Outcome):
         self.simulator, self.rng, self.outcome = simulator, rng, outcome
-        self.client = NoisyClient(simulator, rng, plan.model)
+        self.bad_line = NoisyLine(simulator, rng, plan.model)
+        self.client = SimClient(self.bad_line)
         self.noisy = Board(self.client)
         self.axes = _NATIVE_AXES if plan.board == NATIVE else boards.load(plan.board).axes
         simulator.run(BOOT_CYCLES)
