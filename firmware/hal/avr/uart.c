@@ -159,11 +159,12 @@ bool uart_silent(void)
 
 bool uart_received(uint16_t *count)
 {
-    // In this order: a byte behind a silence that is seen here is not one of these.
-    bool ended = uart_silent();
+    // In this order: a byte that comes meanwhile ends the silence, or is behind it and not one of
+    // these. The first byte of all leaves no gap behind it.
     cli();
     const uint8_t *to = next;
     sei();
+    bool ended = uart_silent();
     uint8_t before_gap = gap;
 
     *count = (uint16_t)(to - buffer);
