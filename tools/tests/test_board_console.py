@@ -382,6 +382,16 @@ def test_a_stop_ends_the_waiting(one):
     assert text == "board 1: axis 0 is empty: stopped before its end"
 
 
+def test_ctrl_c_stops_what_moves(one):
+    def interrupt():
+        raise KeyboardInterrupt
+
+    one.world.later(0.5, interrupt)
+    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm")
+    assert text.startswith("stopped by Ctrl-C: board 1 axis 0 at position ")
+    assert one.board.commands[-1] == ("stop", 1, 0)
+
+
 def test_start_of_one_board_needs_no_token(one):
     one.out("upload", put([5] * 5), "--decode", "plain", "--axis", 1)
     found = one.json("start", "--wait")

@@ -138,7 +138,7 @@ static enum modbus_exception write_and_read(struct frame *frame,
 {
     uint8_t *bytes = frame->bytes;
 
-    if (bytes[8] != 0 || bytes[9] == 0 || bytes[10] != (uint8_t)(2u * bytes[9])) {
+    if (bytes[8] != 0 || bytes[9] == 0 || bytes[10] != 2u * bytes[9]) {
         return MODBUS_ILLEGAL_VALUE;
     }
     enum modbus_exception exception = check(address, count, READ_HOLDING);

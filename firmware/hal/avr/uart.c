@@ -165,8 +165,8 @@ bool uart_silent(void)
 
 bool uart_received(uint16_t *count)
 {
-    // In this order: a byte that comes meanwhile behind a silence is not counted, with the silence it
-    // is. (One that is the first has none before it.)
+    // In this order: a byte that comes meanwhile ends the silence, or is behind it and not one of
+    // these. The first byte of all leaves no gap behind it.
     cli();
     const uint8_t *to = next;
     sei();

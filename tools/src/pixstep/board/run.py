@@ -11,7 +11,7 @@ from pixstep.board.world import World
 
 _POLL_S = 0.02
 _GO_S = 0.5  # from the broadcast go to the first look at what came of it
-_OVER = ("done", "fault", "refused", "empty")
+_MOVING = ("armed", "running")
 _IMPOSSIBLE = 4
 
 Progress = Callable[[float], None]
@@ -92,7 +92,7 @@ def follow(
                 upload.push()
             found = lines.board.axes(max(lines.axes) + 1)
             names = [regs.AXIS_STATES[found[axis]["axis_state"]] for axis in lines.axes]
-            over = over and all(name in _OVER for name in names)
+            over = over and not any(name in _MOVING for name in names)
             done = max(done, *(found[axis]["pixel"] for axis in lines.axes))
             if "fault" in names:
                 _raise_fault(lines.board)
@@ -132,6 +132,6 @@ def _why_not(board: Board, name: str, axes: list[int]) -> str:
         return "the emergency stop is pressed: release it, then `pixstep board clear`"
     fault = board.fault_text()
     if fault and name != "clear_fault":
-        return f"{fault} (`pixstep board clear` when its cause is gone)"
+        return f"{fault} Then `pixstep board clear`."
     named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
     return f"not possible now: {named}"

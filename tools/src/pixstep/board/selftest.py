@@ -8,11 +8,12 @@ moves and no output is switched unless the person has agreed.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from typing import Protocol
 
 from pixstep.board import boards, meanings, run, settings
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, Upload
+from pixstep.board.client import Board, BoardError, NoReplyError, Upload
 from pixstep.board.device import Identity
 from pixstep.board.world import World
 from pixstep.lines.line import PLAIN, Line
@@ -71,7 +72,13 @@ class SelfTest:
                 f"board {self.board.unit}: an axis is armed or moves: stop it first "
                 f"(`pixstep board stop`)"
             )
-        for result in self._checks():
+        for name, check in self._checks():
+            try:
+                result = check()
+            except NoReplyError:
+                raise
+            except BoardError as error:
+                result = Result(name, FAILED, str(error))
             self.results.append(result)
             tell(result)
         return self.results
@@ -81,19 +88,18 @@ class SelfTest:
         """True if nothing failed."""
         return all(result.verdict != FAILED for result in self.results)
 
-    def _checks(self) -> Iterator[Result]:
-        yield self.identity()
-        yield self.supply()
-        yield self.fault()
-        yield self.clock()
+    def _checks(self) -> Iterator[tuple[str, Callable[[], Result]]]:
+        """Yield the checks by name."""
+        for name in ("identity", "supply", "fault", "clock"):
+            yield name, getattr(self, name)
         for axis in self.axes:
             for bit, signal in enumerate(_SWITCHES):
-                yield self.switch(axis, bit, signal)
+                yield f"axis {axis} {signal}", partial(self.switch, axis, bit, signal)
         for axis in self.axes:
-            yield self.driver(axis)
-            yield self.motor(axis)
-        yield self.permit()
-        yield self.estop()
+            yield f"axis {axis} ENABLE", partial(self.driver, axis)
+            yield f"axis {axis} STEP, DIR", partial(self.motor, axis)
+        yield "PERMIT", self.permit
+        yield "ESTOP", self.estop
 
     def identity(self) -> Result:
         """Which board it is."""
@@ -117,7 +123,7 @@ class SelfTest:
         if not text:
             return Result("fault", OK, "none latched")
         if self.person is None or not self.person.agrees(f"Latched: {text}. Clear it?"):
-            return Result("fault", FAILED, f"{text} (`pixstep board clear`)")
+            return Result("fault", FAILED, f"{text} Then `pixstep board clear`.")
         run.command(self.board, "clear_fault", [0])
         return Result("fault", OK, f"cleared: {text}")
 
@@ -142,13 +148,22 @@ class SelfTest:
         name, pin = f"axis {axis} {signal}", self._pin(signal, axis)
         if not self._agreed(f"Is {signal} of axis {axis} ({pin}) wired?"):
             return Result(name, SKIPPED, "not wired" if self.person else "needs a person")
-        self._say(f"Work the {signal} switch of axis {axis} now, within {self.limit_s:g} s.")
-        changed = self._changed_inputs(4 * axis + bit)
+        mine = 4 * axis + bit
+        before = self.board.input("inputs")
+        self._say(
+            f"Work the {signal} switch of axis {axis} and let it go, within {self.limit_s:g} s."
+        )
+        changed = self._changed_input(before, mine)
         if changed is None:
             return Result(name, FAILED, f"{pin} did not change in {self.limit_s:g} s")
-        if changed == 4 * axis + bit:
-            return Result(name, OK, f"{pin} seen")
-        return Result(name, FAILED, f"{self._input_name(changed)} changed instead of {pin}")
+        if changed != mine:
+            return Result(name, FAILED, f"{self._input_name(changed)} changed instead of {pin}")
+        if not self._until(lambda: self.board.input("inputs") == before):
+            return Result(name, FAILED, f"{pin} did not change back in {self.limit_s:g} s")
+        if before >> mine & 1 and signal != "HOME":
+            text = f"{pin} seen, but it is tripped when let go: setting inputs_inverted?"
+            return Result(name, FAILED, text)
+        return Result(name, OK, f"{pin} seen")
 
     def driver(self, axis: int) -> Result:
         """Whether the driver comes on."""
@@ -249,12 +264,8 @@ class SelfTest:
             self.world.wait(_POLL_S)
         return True
 
-    def _changed_inputs(self, wanted: int) -> int | None:
-        """Return the input that changes: `wanted` if it is among them, None if none does.
-
-        A mistaken input counts only if the right one does not come with it.
-        """
-        before = self.board.input("inputs")
+    def _changed_input(self, before: int, wanted: int) -> int | None:
+        """Return the input that changes: `wanted` if it is among them, None if none does."""
         seen: list[int] = []
 
         def changed() -> bool:

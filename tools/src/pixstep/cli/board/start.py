@@ -12,6 +12,7 @@ from pixstep.cli.board.group import (
     json_option,
     line_options,
     show_json,
+    stopping,
     units_option,
 )
 from pixstep.errors import UserError
@@ -43,7 +44,7 @@ def start_command(line, units, axes, wait, as_json):
         else:
             token = run.start_together(group, found.world)
         if wait:
-            with progress.shown("running") as show:
+            with stopping(group), progress.shown("running") as show:
                 run.follow(group, found.world, progress=show)
         rows = [_row(item) for item in group]
     if as_json:
