@@ -137,7 +137,7 @@ def test_info_of_a_board_without_the_optional_function(one):
 def test_info_names_the_fault(one):
     one.board.latch("limit_plus", 7, 2, 99)
     text = one.json("info")["boards"][0]["fault"]
-    assert text.startswith("fault limit_plus on axis 2 at pixel 99, argument 7: the plus limit")
+    assert text.startswith("fault limit_plus on axis 2 at pixel 99: the plus limit switch tripped")
 
 
 # Get and set
