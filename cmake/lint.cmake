@@ -16,6 +16,7 @@ file(
     GLOB_RECURSE sources CONFIGURE_DEPENDS
     "${CMAKE_SOURCE_DIR}/firmware/*.[ch]" "${CMAKE_SOURCE_DIR}/host_tests/*.[ch]"
     "${CMAKE_SOURCE_DIR}/sim/*.[ch]" "${CMAKE_SOURCE_DIR}/tools/native/*.[ch]"
+    "${CMAKE_SOURCE_DIR}/fuzz/*.[ch]"
 )
 
 function(lint name)
@@ -25,7 +26,7 @@ endfunction()
 
 set(tidy "${PIXSTEP_PYTHON}" "${CMAKE_SOURCE_DIR}/tools/checks/tidy.py" "${PIXSTEP_clang_tidy}")
 lint(format "${PIXSTEP_clang_format}" --dry-run -Werror ${sources})
-lint(tidy.host ${tidy} "${CMAKE_BINARY_DIR}" firmware host_tests sim tools/native)
+lint(tidy.host ${tidy} "${CMAKE_BINARY_DIR}" firmware host_tests sim tools/native fuzz)
 lint(tidy.avr ${tidy} "${PIXSTEP_MEGA_BUILD}" firmware)
 lint(
     cppcheck "${PIXSTEP_cppcheck}" "--project=${PIXSTEP_MEGA_BUILD}/compile_commands.json"
@@ -34,7 +35,7 @@ lint(
     --quiet "--file-filter=${CMAKE_SOURCE_DIR}/firmware/*"
 )
 # Python has its own limits, in tools/pyproject.toml.
-lint(complexity "${PIXSTEP_lizard}" -C 10 -L 60 -w -l c firmware sim tools/native)
+lint(complexity "${PIXSTEP_lizard}" -C 10 -L 60 -w -l c firmware sim tools/native fuzz)
 lint(ruff "${PIXSTEP_ruff}" check --no-cache --config pyproject.toml . ../sim)
 lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check --config pyproject.toml . ../sim)
 

@@ -36,9 +36,9 @@ void safety_start(void)
     cpu_watchdog_start();
 }
 
-// One axis a round. One that came too late is off, and makes no further beat: it is excused. One
-// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge included,
-// and only a reset ends that.
+// One axis a round. One that came too late is off and makes no further beat: it is excused. One
+// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge
+// included, and only a reset ends that.
 static void feed_watchdog(void)
 {
     uint8_t i = machine.turn % CONFIG_AXES;

@@ -42,14 +42,21 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
         HOSTED,
     ),
     "sim": ({"firmware/hal/boards", "firmware/core/base"}, HOSTED),
-    "tools/native": ({"firmware/core"}, HOSTED),
+    "tools/native": (
+        {"firmware/config.h", "firmware/core", "firmware/app", "host_tests/fakes"},
+        HOSTED,
+    ),
+    "fuzz": (
+        {"firmware/config.h", "firmware/core", "firmware/app", "host_tests/fakes"},
+        HOSTED,
+    ),
 }
 
 # Nobody reaches into these from outside, whatever the table says of the folder above.
 PRIVATE = {"firmware/hal/avr"}
 
 # Folders that an include path may start from.
-SEARCHED = ["firmware/core", "firmware", "host_tests", "sim"]
+SEARCHED = ["firmware/core", "firmware", "host_tests", "sim", "fuzz"]
 
 # A firmware file only one compiler reads, and headers that only that compiler has.
 EXTERNAL = {"unity.h": "unity/unity.h"}

@@ -76,7 +76,26 @@ def simulator():
         _need(natives.have_image(board), f"the {board} image")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
+def native_board():
+    """Require the firmware natively, on a pipe."""
+    _need(natives.have("pixstep-native-board"), "pixstep-native-board")
+
+
+@pytest.fixture(scope="session")
+def libmodbus():
+    """Require the client that is linked with libmodbus."""
+    _need(natives.have("pixstep-libmodbus"), "pixstep-libmodbus")
+
+
+@pytest.fixture(scope="session")
+def fuzzers():
+    """Require the fuzzers and the compiler that made them."""
+    _need(natives.have("fuzz-server"), "fuzz-server")
+    _need(natives.have("fuzz-board"), "fuzz-board")
+
+
+@pytest.fixture(scope="session")
 def mbpoll():
     """Require the Modbus client mbpoll."""
     _need(shutil.which("mbpoll") is not None, "mbpoll", "is not installed")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The way of a line into an axis' queue.
 
-A block whose reply was lost is repeated (the board drops the copy); a line longer than the queue
-is streamed: call `Upload.push` again while it runs.
+A block whose reply was lost is repeated as it was (the board drops the copy); a line longer than
+the queue is streamed: call `Upload.push` again while it runs.
 """
 
 from pixstep.board import registers as regs
@@ -30,7 +30,13 @@ class Upload:
         state = state or board.axis(axis)
         self._block = state["next_block"]
         self._free: int | None = state["queue_free"]  # None: to be asked for again
+        self._open = 0  # entries of a block that may have been taken: its answer never came
         self.last: tuple[int, list[tuple[int, int]]] | None = None
+
+    @property
+    def block(self) -> int:
+        """Number of the block that is sent next."""
+        return self._block
 
     @property
     def done(self) -> bool:
@@ -42,13 +48,16 @@ class Upload:
 
         What the board takes out of the queue meanwhile waits for the next call: fast pixels would
         otherwise keep this one busy to the end of the line. Raises LineRefusedByBoardError if the
-        board refuses the line.
+        board refuses the line, NoReplyError if it does not answer: call again to go on.
         """
         before = len(self._left)
         while self._left:
-            known, self._free = self._free, None
-            free = self.board.axis(self.axis)["queue_free"] if known is None else known
-            size = min(free, len(self._left), regs.MAX_ENTRIES)
+            if self._open:
+                # The same block with the same entries, or the board would drop others as a copy.
+                free, size = None, self._open
+            else:
+                free = self._room()
+                size = min(free, len(self._left), regs.MAX_ENTRIES)
             if size == 0 or not self._send(self._left[:size]):
                 break
             del self._left[:size]
@@ -56,11 +65,21 @@ class Upload:
                 break
         return before - len(self._left)
 
+    def _room(self) -> int:
+        """Return the free entries of the queue, as last known or asked for."""
+        known, self._free = self._free, None
+        return self.board.axis(self.axis)["queue_free"] if known is None else known
+
     def _send(self, entries: list[tuple[int, int]]) -> bool:
         """Send one block; False if the board is busy (queue full)."""
+        self._open = len(entries)
         try:
             self.board.write_block(self.axis, self._block, entries)
+            self._open = 0
         except BoardError as error:
+            if error.code is None:
+                raise
+            self._open = 0
             if error.code == BUSY:
                 return False
             state = self.board.axis(self.axis)

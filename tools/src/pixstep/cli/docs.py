@@ -79,4 +79,18 @@ _add_table(
     "Faults and line errors with cause, cure and test, for docs/FAULTS.md.",
 )
 
+
+def _conformance() -> str:
+    from pixstep.hostile.clients import conformance  # pymodbus takes a while to load
+
+    with progress.shown("clients") as show:
+        return conformance.table(conformance.run(progress=show))
+
+
+_add_table(
+    "conformance",
+    _conformance,
+    "What mbpoll, libmodbus and pymodbus get from the simulated boards, for docs/PROTOCOL.md.",
+)
+
 COMMANDS = (docs_group,)

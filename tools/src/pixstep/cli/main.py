@@ -10,7 +10,9 @@ from pixstep.cli import (
     docs,
     file,
     flash,
+    fuzz,
     home,
+    hostile,
     line,
     move,
     profile,
@@ -36,6 +38,8 @@ _groups = (
     board,
     flash,
     bench,
+    fuzz,
+    hostile,
     docs,
 )
 for command in (command for group in _groups for command in group.COMMANDS):

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "model.h"
+
+#include <string.h>
+
+#include "fail.h"
+#include "wire/server.h"
+
+#define TAIL_BASE (0x10000u - MODEL_TAIL)
+
+struct model model;
+
+void model_reset(void)
+{
+    memset(&model, 0, sizeof model);
+}
+
+static uint16_t index_of(uint16_t address, uint16_t from_start)
+{
+    return (uint16_t)(address < from_start ? address
+                                           : from_start + (address - TAIL_BASE));
+}
+
+bool model_mapped(uint32_t from_start, uint16_t address, uint16_t count)
+{
+    uint32_t end = (uint32_t)address + count;
+
+    return end <= from_start || (address >= TAIL_BASE && end <= 0x10000u);
+}
+
+uint16_t model_input(uint16_t address)
+{
+    return (uint16_t)(address * 0x9E37u + 0x79B9u);
+}
+
+uint16_t model_holding(const struct model *at, uint16_t address)
+{
+    return at->words[index_of(address, MODEL_WORDS)];
+}
+
+bool model_coil(const struct model *at, uint16_t address)
+{
+    return at->coils[index_of(address, MODEL_BITS)];
+}
+
+bool model_discrete(uint16_t address)
+{
+    return (model_input(address) & 0x20u) != 0;
+}
+
+static uint16_t word_at(const uint8_t *bytes)
+{
+    return (uint16_t)(((uint16_t)bytes[0] << 8) | bytes[1]);
+}
+
+static uint8_t refusal_of(uint16_t word)
+{
+    switch (word) {
+    case MODEL_ILLEGAL:
+        return MODBUS_ILLEGAL_VALUE;
+    case MODEL_BUSY:
+        return MODBUS_BUSY;
+    case MODEL_FAILS:
+        return MODBUS_DEVICE_FAILURE;
+    default:
+        return MODBUS_OK;
+    }
+}
+
+uint8_t model_write(struct model *at,
+                    uint16_t address,
+                    uint16_t count,
+                    const uint8_t *words)
+{
+    for (uint16_t i = 0; i < count; i++) {
+        uint8_t refusal = refusal_of(word_at(&words[2u * i]));
+        if (refusal != MODBUS_OK) {
+            return refusal;
+        }
+    }
+    for (uint16_t i = 0; i < count; i++) {
+        uint16_t index = index_of((uint16_t)(address + i), MODEL_WORDS);
+        at->words[index] = word_at(&words[2u * i]);
+    }
+    return MODBUS_OK;
+}
+
+static bool bit_of(const uint8_t *bits, uint16_t number)
+{
+    return (bits[number / 8u] >> (number % 8u) & 1u) != 0;
+}
+
+uint8_t model_write_coils(struct model *at,
+                          uint16_t address,
+                          uint16_t count,
+                          const uint8_t *bits)
+{
+    for (uint16_t i = 0; i < count; i++) {
+        if ((uint16_t)(address + i) == MODEL_STUCK_COIL && bit_of(bits, i)) {
+            return MODBUS_DEVICE_FAILURE;
+        }
+    }
+    for (uint16_t i = 0; i < count; i++) {
+        at->coils[index_of((uint16_t)(address + i), MODEL_BITS)] = bit_of(bits, i);
+    }
+    return MODBUS_OK;
+}
+
+// The server's contract: it asks for what is mapped only.
+static void must_be_mapped(uint32_t from_start, uint16_t address, uint16_t count)
+{
+    PROMISE(count != 0 && model_mapped(from_start, address, count),
+            "the server used %u at 0x%04X, which are not mapped",
+            (unsigned)count,
+            (unsigned)address);
+}
+
+bool data_input_mapped(uint16_t address, uint16_t count)
+{
+    return model_mapped(MODEL_INPUTS, address, count);
+}
+
+uint16_t data_input(uint16_t address)
+{
+    must_be_mapped(MODEL_INPUTS, address, 1);
+    return model_input(address);
+}
+
+bool data_holding_mapped(uint16_t address, uint16_t count)
+{
+    return model_mapped(MODEL_WORDS, address, count);
+}
+
+// May be asked for what is not mapped: the server masks a word before it writes it.
+uint16_t data_holding(uint16_t address)
+{
+    return model_mapped(MODEL_WORDS, address, 1) ? model_holding(&model, address) : 0;
+}
+
+enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t *words)
+{
+    must_be_mapped(MODEL_WORDS, address, count);
+    return (enum modbus_exception)model_write(&model, address, count, words);
+}
+
+bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
+{
+    PROMISE(which == SERVER_COILS || which == SERVER_DISCRETE, "bits %u", (unsigned)which);
+    return model_mapped(MODEL_BITS, address, count);
+}
+
+bool data_bit(uint16_t address, uint8_t which)
+{
+    must_be_mapped(MODEL_BITS, address, 1);
+    return which == SERVER_COILS ? model_coil(&model, address) : model_discrete(address);
+}
+
+enum modbus_exception data_write_coils(uint16_t address,
+                                       uint16_t count,
+                                       const uint8_t *bits)
+{
+    must_be_mapped(MODEL_BITS, address, count);
+    return (enum modbus_exception)model_write_coils(&model, address, count, bits);
+}
+
+uint8_t data_identity(uint8_t *text, uint8_t room)
+{
+    static const char identity[] = MODEL_IDENTITY;
+
+    PROMISE(room >= sizeof identity, "only %u bytes of identity", (unsigned)room);
+    memcpy(text, identity, sizeof identity - 1u);
+    return sizeof identity - 1u;
+}
+
+bool data_running(void)
+{
+    return true;
+}
+
+uint8_t data_server_id(void)
+{
+    return MODEL_SERVER_ID;
+}

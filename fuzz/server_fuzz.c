@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+// Anything at all on the serial line, through the frame parser into the server and back. What must
+// hold, whatever came:
+//
+//   * what is taken for a frame is one: address, length, checksum; what ends with silence and has a
+//     right checksum is never dropped; a foreign or a spoilt frame is never served
+//   * the reply is, byte for byte, what the reference works out; none to a broadcast, none in
+//     listen-only mode
+//   * a request to all spoils nothing of the bytes that follow it
+//   * the registers are what the reference makes of them: a request that fails changes nothing
+//   * after any input and a silence a valid request is answered
+#include <stdlib.h>
+#include <string.h>
+
+#include "fail.h"
+#include "form.h"
+#include "model.h"
+#include "reference.h"
+#include "script.h"
+#include "wire/frame.h"
+#include "wire/server.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+// The board's side of the line, as serial.c drives it; a copy of what it received beside it.
+struct line {
+    struct frame *frame;
+    struct server_counters counters;
+    uint8_t received[FRAME_MAX_BYTES];
+    bool lazy;    // the main loop comes by after whole pieces only
+    bool pending; // a request is complete; it is served at the next silence
+    unsigned replies;
+};
+
+// What the parser said, against what it was given.
+static void check_front(const struct line *line, enum frame_status status, bool ended)
+{
+    const struct frame *frame = line->frame;
+    uint8_t first = line->received[0];
+    bool ours = first == 0 || first == SCRIPT_ADDRESS;
+
+    PROMISE(frame->length <= frame->received, "a frame longer than what came");
+    PROMISE(memcmp(frame->bytes, line->received, frame->received) == 0,
+            "other bytes than came");
+    if (status == FRAME_BAD) {
+        PROMISE(ended && frame->length == frame->received, "bad before the silence");
+        PROMISE(frame->length < 4 || script_crc(line->received, frame->length) != 0,
+                "a whole frame is bad");
+        return;
+    }
+    PROMISE(status == (ours ? FRAME_READY : FRAME_FOREIGN), "taken for another's");
+    PROMISE(frame->length >= 4, "a frame of %u bytes", (unsigned)frame->length);
+    PROMISE(script_crc(line->received, frame->length) == 0,
+            "ready without being a frame");
+}
+
+// The frame at the front is done with.
+static void drop(struct line *line)
+{
+    struct frame *frame = line->frame;
+    uint16_t left = (uint16_t)(frame->received - frame->length);
+
+    memmove(frame->bytes, &frame->bytes[frame->length], left);
+    memmove(line->received, &line->received[frame->length], left);
+    frame->received = left;
+}
+
+static void check_world(const struct model *wanted, const struct model *before)
+{
+    PROMISE(memcmp(&model, wanted, sizeof model) == 0,
+            "%s",
+            memcmp(&model, before, sizeof model) == 0
+                ? "a write was not done"
+                : "the registers are not what they should be");
+}
+
+static void check_reply(struct line *line,
+                        const struct frame *request,
+                        const struct expected *expected,
+                        uint16_t count)
+{
+    struct frame *frame = line->frame;
+    uint16_t exact = (uint16_t)(expected->count - (expected->counted ? 2u : 0u));
+
+    PROMISE(count == expected->count,
+            "%u bytes of reply, %u expected",
+            (unsigned)count,
+            (unsigned)expected->count);
+    PROMISE(memcmp(frame->bytes, expected->bytes, exact) == 0, "another reply");
+    if (count != 0) {
+        uint16_t sealed = frame_seal(frame, count);
+        PROMISE(sealed <= FRAME_MAX_BYTES, "a reply of %u bytes", (unsigned)sealed);
+        form_check(request->bytes, request->length, frame->bytes, sealed);
+        line->replies++;
+    }
+}
+
+static void serve(struct line *line)
+{
+    struct frame *frame = line->frame;
+    struct frame request = *frame;
+    struct model before = model;
+    struct model wanted = model;
+    struct expected expected;
+
+    wanted.listen_only = line->counters.listen_only;
+    before.listen_only = wanted.listen_only;
+    reference_serve(request.bytes, (uint16_t)(request.length - 2u), &wanted, &expected);
+    uint16_t count = server_serve(frame, &line->counters);
+
+    model.listen_only = line->counters.listen_only;
+    check_world(&wanted, &before);
+    if (request.bytes[0] == 0) {
+        PROMISE(memcmp(&frame->bytes[request.length],
+                       &request.bytes[request.length],
+                       FRAME_MAX_BYTES - request.length) == 0,
+                "a request to all spoilt what follows it");
+    }
+    check_reply(line, &request, &expected, count);
+    frame->length = request.length;
+}
+
+// As often as there is something to see.
+static void look(struct line *line, bool ended)
+{
+    while (!line->pending) {
+        enum frame_status status = frame_look(line->frame, ended, SCRIPT_ADDRESS);
+        if (status == FRAME_PARTIAL) {
+            PROMISE(!ended || line->frame->received == 0, "silence ended nothing");
+            return;
+        }
+        check_front(line, status, ended);
+        if (status == FRAME_READY && line->received[0] != 0) {
+            line->pending = true;
+            return;
+        }
+        if (status == FRAME_READY) {
+            serve(line);
+        }
+        drop(line);
+    }
+}
+
+// A request to this board alone makes it deaf until its reply is over.
+static void take_byte(struct line *line, uint8_t byte)
+{
+    struct frame *frame = line->frame;
+
+    if (line->pending || frame->received == FRAME_MAX_BYTES) {
+        return;
+    }
+    frame->bytes[frame->received] = byte;
+    line->received[frame->received] = byte;
+    frame->received++;
+    if (!line->lazy) {
+        look(line, false);
+    }
+}
+
+static void silence(struct line *line)
+{
+    look(line, true);
+    if (line->pending) {
+        serve(line);
+        line->frame->received = 0;
+        frame_reset(line->frame);
+    }
+    line->pending = false;
+}
+
+static void send(struct line *line, const uint8_t *bytes, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        take_byte(line, bytes[i]);
+    }
+    look(line, false);
+}
+
+static void ask(struct line *line, const uint8_t *scripted, size_t count)
+{
+    struct script script = {.data = scripted, .left = count};
+    struct script_item item;
+
+    (void)script_next(&script, &item);
+    send(line, item.bytes, item.count);
+    silence(line);
+}
+
+// Reads one word, of which the reference knows the answer; first ends listen-only mode.
+static void probe(struct line *line)
+{
+    static const uint8_t restart[] = {SCRIPT_REQUEST, 5, 8, 0, 1, 0, 0};
+    static const uint8_t read[] = {SCRIPT_REQUEST, 5, 3, 0, 0, 0, 1};
+
+    silence(line);
+    if (line->counters.listen_only) {
+        ask(line, restart, sizeof restart);
+    }
+    unsigned before = line->replies;
+    ask(line, read, sizeof read);
+    PROMISE(line->replies == before + 1u, "a valid request was not answered");
+}
+
+static void play(struct line *line, const struct script_item *item)
+{
+    if (item->kind == SCRIPT_PROBE) {
+        probe(line);
+        return;
+    }
+    if (item->kind == SCRIPT_SILENCE || (item->count != 0 && item->silence_before)) {
+        silence(line);
+    }
+    line->lazy = item->seen_late;
+    send(line, item->bytes, item->count);
+    if (item->count != 0 && item->silence_after) {
+        silence(line);
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    struct script script = {.data = data, .left = size};
+    struct script_item item;
+    struct line line = {0};
+
+    // On the heap, so that the address sanitizer sees a write behind it.
+    line.frame = calloc(1, sizeof *line.frame);
+    PROMISE(line.frame != NULL, "no memory");
+    frame_reset(line.frame);
+    model_reset();
+    while (script_next(&script, &item)) {
+        play(&line, &item);
+    }
+    probe(&line);
+    free(line.frame);
+    return 0;
+}

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep hostile`: campaigns of bad company on the serial line."""
+
+import json
+from dataclasses import asdict
+
+import click
+
+from pixstep import progress
+from pixstep.board import boards
+from pixstep.cli.options import Group
+
+_seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+_json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+
+
+@click.group("hostile", cls=Group)
+def hostile_group() -> None:
+    """Hostile and foreign company on the serial line: mutated frames, a bad line, other clients."""
+
+
+@hostile_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=100_000, show_default=True, help="Frames."
+)
+@_seed
+@_json
+@click.pass_context
+def frames(ctx, board, count, seed, as_json):
+    """Send mutated frames to a simulated board whose axes all move; compare every STEP edge.
+
+    Runs the same lines undisturbed and under fire. Exit status 0 only if the edges are the same to
+    the cycle and the board answers, at rest and without a fault, afterwards.
+    """
+    from pixstep.hostile import framestorm  # pymodbus takes a while to load
+
+    with progress.shown(f"{board}: {count} frames") as show:
+        outcome = framestorm.run(framestorm.Plan(board, count, seed), show)
+    if as_json:
+        click.echo(json.dumps(asdict(outcome), indent=2))
+    else:
+        _say_frames(board, outcome)
+    ctx.exit(1 if outcome.complaints else 0)
+
+
+def _say_frames(board: str, outcome) -> None:
+    """Print what a storm did."""
+    click.echo(
+        f"{board}: {outcome.frames:,} frames in {outcome.seconds:.0f} simulated seconds, "
+        f"{outcome.answers:,} answered, {outcome.exceptions:,} of these by an exception"
+    )
+    click.echo(
+        f"  {outcome.edges:,} STEP edges, {outcome.turns} direction changes moved by at most "
+        f"{outcome.turn_shift_cycles} cycles"
+    )
+    for kind, number in sorted(outcome.kinds.items()):
+        click.echo(f"  {number:>7,} {kind}")
+    for name, value in outcome.counters.items():
+        click.echo(f"  board's {name}: {value}")
+    _say_complaints(outcome.complaints, "not one STEP edge differs")
+
+
+def _say_complaints(complaints: list[str], otherwise: str) -> None:
+    for text in complaints:
+        click.echo(f"FAIL: {text}")
+    if not complaints:
+        click.echo(f"  {otherwise}")
+
+
+@hostile_group.command()
+@click.option(
+    "--board",
+    type=click.Choice(("native", *boards.BOARD_NAMES)),
+    default="native",
+    show_default=True,
+    help="The firmware natively, or an image in the simulator.",
+)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=200_000, show_default=True, help="Blocks."
+)
+@click.option(
+    "--garbage",
+    is_flag=True,
+    help="Random bytes in the place of half of the frames' ends: passes a checksum now and then.",
+)
+@_seed
+@_json
+@click.pass_context
+def uploads(ctx, board, count, garbage, seed, as_json):
+    """Upload lines over a bad line: bits turned over, bursts, lost and repeated frames.
+
+    Both ends are the real ones: the host's client and the firmware. Exit status 0 only if every
+    queue held exactly what was sent (natively), every line played exactly (in the simulator).
+    """
+    from pixstep.hostile import noise
+    from pixstep.hostile import uploads as campaign
+
+    model = noise.Model(0.5, (noise.garbage,)) if garbage else noise.Model()
+    plan = campaign.Plan(board, count, seed, model)
+    with progress.shown(f"{board}: {count} blocks") as show:
+        outcome = campaign.run(plan, show)
+    if as_json:
+        click.echo(json.dumps(_upload_facts(outcome), indent=2))
+    else:
+        _say_uploads(board, outcome)
+    ctx.exit(1 if outcome.complaints else 0)
+
+
+def _upload_facts(outcome) -> dict:
+    facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
+    return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
+
+
+def _say_uploads(board: str, outcome) -> None:
+    """Print what a campaign did."""
+    click.echo(
+        f"{board}: {outcome.blocks:,} blocks of {outcome.lines:,} lines, "
+        f"{outcome.entries:,} entries, {outcome.requests:,} requests, "
+        f"{outcome.given_up:,} times begun again after every retry had failed"
+    )
+    if outcome.steps:
+        click.echo(f"  {outcome.steps:,} steps made and counted")
+    for name, number in sorted(outcome.noise.items()):
+        click.echo(f"  {number:>7,} {name}")
+    click.echo(f"  {outcome.undetected:,} spoilt frames had a right checksum all the same")
+    _say_complaints(outcome.complaints, "every queue was exact")
+
+
+@hostile_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all.")
+@click.pass_context
+def clients(ctx, board):
+    """Run the conformance list by mbpoll, libmodbus and pymodbus against the images.
+
+    `pixstep docs conformance --write docs/PROTOCOL.md` keeps its table. Exit status 0 only if no
+    case fails.
+    """
+    from pixstep.hostile.clients import conformance
+
+    with progress.shown("clients") as show:
+        results = conformance.run(board or boards.BOARD_NAMES, show)
+    click.echo(conformance.table(results), nl=False)
+    failures = conformance.failures(results)
+    for text in failures:
+        click.echo(f"FAIL: {text}", err=True)
+    ctx.exit(1 if failures else 0)
+
+
+COMMANDS = (hostile_group,)

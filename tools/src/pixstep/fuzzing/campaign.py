@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""A campaign of fuzzing: from the kept corpus on, and what of it is recorded."""
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from pixstep import docs, natives
+from pixstep.errors import UserError
+from pixstep.fuzzing import corpus, fuzzer, sources
+
+# What the kept corpus may grow to.
+INPUTS_MAX = 190
+BYTES_MAX = 40_000
+
+Progress = Callable[[float], None]
+
+
+def program(target: str) -> Path:
+    """Return the built fuzzer of a target."""
+    return natives.program(f"fuzz-{target}")
+
+
+def run(
+    target: str, limits: fuzzer.Limits, *, grow: bool = False, progress: Progress = lambda _: None
+) -> fuzzer.Outcome:
+    """Fuzz a target from its kept corpus on; with `grow` keep the inputs that reach more.
+
+    An input that breaks a promise is left in build/fuzz/TARGET/artifacts.
+    """
+    work = natives.root() / "build" / "fuzz" / target
+    shutil.rmtree(work, ignore_errors=True)
+    kept = corpus.path(target)
+    inputs = corpus.read(kept) if kept.is_file() else []
+    corpus.unpack(inputs, work / "corpus")
+    outcome = fuzzer.run(program(target), work / "corpus", limits, progress)
+    if grow and not outcome.finding:
+        _keep(target, work)
+    return outcome
+
+
+def _keep(target: str, work: Path) -> None:
+    """Make what a run left the kept corpus: all that every edge needs, and a choice of the rest."""
+    found = {}
+    for counters in (False, True):
+        folder = work / f"minimal-{int(counters)}"
+        fuzzer.merge(program(target), work / "corpus", folder, counters=counters)
+        found[counters] = sorted(corpus.pack(folder), key=len)
+    chosen = found[False]
+    room = INPUTS_MAX - len(chosen)
+    rest = [item for item in found[True] if item not in set(chosen)]
+    chosen += rest[:: max(1, -(-len(rest) // max(1, room)))]
+    size = sum(map(len, chosen))
+    if len(chosen) > INPUTS_MAX or size > BYTES_MAX:
+        raise UserError(
+            f"{corpus.path(target)}: would hold {len(chosen)} inputs of {size} bytes; "
+            f"kept are at most {INPUTS_MAX} of {BYTES_MAX}"
+        )
+    corpus.write(corpus.path(target), chosen)
+
+
+def plant(defect: sources.Defect, seconds: int) -> tuple[fuzzer.Outcome, int]:
+    """Fuzz a target with a planted defect; return the outcome and the corpus' inputs."""
+    kept = corpus.read(corpus.path(defect.target))
+    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
+        folder = Path(name)
+        corpus.unpack(kept, folder / "corpus")
+        built = sources.build_with(defect, folder / "build")
+        return fuzzer.run(built, folder / "corpus", fuzzer.Limits(seconds=seconds)), len(kept)
+
+
+def record(target: str, limits: fuzzer.Limits, outcome: fuzzer.Outcome, path: Path) -> None:
+    """Write the facts of a campaign between the markers of its target."""
+    kept = corpus.path(target)
+    inputs = corpus.read(kept)
+    with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
+        covered = sources.coverage(target, kept, Path(folder))
+    lines = sum(item.lines for item in covered)
+    reached = sum(item.reached for item in covered)
+    command = f"tools/pixstep fuzz run {target} --executions {limits.executions}"
+    facts = [
+        ("command", f"`{command} --seed {limits.seed} --grow --record`"),
+        ("executions", f"{outcome.executions:,}"),
+        ("findings", outcome.finding or "none"),
+        ("sanitizers", "address, undefined behaviour; clang's libFuzzer"),
+        ("edges of the program reached", f"{outcome.edges:,} of {outcome.edges_known:,}"),
+        ("inputs at the end; features", f"{outcome.inputs:,}; {outcome.features:,}"),
+        (
+            "kept corpus",
+            f"{len(inputs)} inputs, {sum(map(len, inputs)):,} bytes ({kept.name})",
+        ),
+        ("firmware lines that the kept corpus reaches", f"{reached} of {lines}"),
+        *((f"`{item.file}`", f"{item.reached} of {item.lines} lines") for item in covered),
+    ]
+    docs.write(path, f"campaign {target}", docs.table(("", target), facts))

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""Defects that the fuzzers must find: what would be wrong if a check were not there.
+
+Each is planted in a copy of one source file; the tree itself never holds them.
+"""
+
+from pixstep.fuzzing.sources import Defect
+
+FRAME = "core/wire/frame.c"
+SERVER = "core/wire/server.c"
+
+DEFECTS = (
+    Defect(
+        "server",
+        SERVER,
+        "#define READ_MAX_WORDS  125u",
+        "#define READ_MAX_WORDS  127u",
+        "a reply longer than a frame",
+    ),
+    Defect(
+        "server",
+        SERVER,
+        "byte_count != (uint8_t)(2u * count)",
+        "false",
+        "a byte count that is believed",
+    ),
+    Defect(
+        "server",
+        SERVER,
+        "if (counters->listen_only || frame->bytes[0] == 0) {",
+        "if (counters->listen_only) {",
+        "a request to all that is answered",
+    ),
+    Defect(
+        "server",
+        SERVER,
+        "exception = check(address, count, READ_HOLDING);",
+        "exception = MODBUS_OK;",
+        "a write that is done though the read is impossible",
+    ),
+    Defect(
+        "server",
+        SERVER,
+        "bytes[10] != 2u * bytes[9]",
+        "bytes[10] != (uint8_t)(2u * bytes[9])",
+        "a number of words that wraps",
+    ),
+    Defect(
+        "server",
+        SERVER,
+        "return &bytes[8];",
+        "bytes[10] = 0;\n    return &bytes[8];",
+        "a request to all that spoils what follows",
+    ),
+    Defect(
+        "server",
+        FRAME,
+        "return crc16(frame->bytes, length) == 0;",
+        "return length > 8u || crc16(frame->bytes, length) == 0;",
+        "a checksum that only short frames need",
+    ),
+    Defect(
+        "server",
+        FRAME,
+        "(ended && ends_at(frame, received))",
+        "(ended && received > 8u && ends_at(frame, received))",
+        "a frame of unknown form that silence does not end",
+    ),
+    Defect(
+        "server",
+        "core/wire/files.c",
+        "return *reply_bytes > BYTES_MAX ? MODBUS_ILLEGAL_VALUE : found;",
+        "return found;",
+        "file records longer than a frame",
+    ),
+    Defect(
+        "board",
+        "app/data.c",
+        "if (!possible || machine_queued() || store_busy()) {\n        machine.settings = before;",
+        "if (!possible || machine_queued() || store_busy()) {",
+        "settings that stay as they must not be",
+    ),
+    Defect(
+        "board",
+        "app/data.c",
+        "if (axis >= CONFIG_AXES) {",
+        "if (axis > CONFIG_AXES) {",
+        "a block for an axis behind the last",
+    ),
+)

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""What a fuzzing target is built from, and builds of it with something changed or counted.
+
+The host build writes a response file for each target (compiler options and sources, one a line);
+everything here goes by it.
+"""
+
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from pixstep import natives
+from pixstep.errors import UserError
+
+_SANITIZERS = ["-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
+_COUNTED = re.compile(r"File '(.+)'\nLines executed:([\d.]+)% of (\d+)")
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A defect to plant: in `file` (under firmware/), `right` becomes `wrong`."""
+
+    target: str
+    file: str
+    right: str
+    wrong: str
+    about: str
+
+
+@dataclass(frozen=True)
+class FileCoverage:
+    """Lines of a firmware file that a corpus reaches."""
+
+    file: str
+    lines: int
+    reached: int
+
+
+def words(target: str) -> list[str]:
+    """Return the compiler's words for a target; raises UserError if it is not configured."""
+    path = natives.root() / "build" / "host" / "fuzz" / f"{target}.rsp"
+    try:
+        return path.read_text(encoding="utf-8").split("\n")[:-1]
+    except OSError:
+        raise UserError(
+            f"{path}: missing; run tools/setup (it installs clang), then `cmake --preset host`"
+        ) from None
+
+
+def build_with(defect: Defect, folder: Path) -> Path:
+    """Build a target's fuzzer with a planted defect in `folder`; return the program.
+
+    Raises UserError if the right text is not in the file exactly once: then the defect would not
+    be planted.
+    """
+    source = natives.source(f"firmware/{defect.file}")
+    text = source.read_text(encoding="utf-8")
+    if text.count(defect.right) != 1:
+        raise UserError(f"{source}: {defect.right!r} is not there exactly once")
+    folder.mkdir(parents=True, exist_ok=True)
+    planted = folder / source.name
+    planted.write_text(text.replace(defect.right, defect.wrong), encoding="utf-8")
+    program = folder / "fuzz"
+    changed = [str(planted) if word == str(source) else word for word in words(defect.target)]
+    _compile(["clang", *_SANITIZERS, *changed, "-o", str(program)], folder)
+    return program
+
+
+def coverage(target: str, corpus: Path, folder: Path) -> list[FileCoverage]:
+    """Play a corpus file through a build that counts lines; return the firmware's files."""
+    program = folder / "replay"
+    replay = natives.source("fuzz/replay.c")
+    options = ["--coverage", "-O0", "-w"]
+    _compile(["gcc", *words(target), str(replay), *options, "-o", str(program)], folder)
+    _compile([str(program), str(corpus)], folder)
+    counts = [path.name for path in folder.glob("*.gcda")]
+    firmware = f"{natives.root() / 'firmware'}/"
+    found = []
+    for name, share, lines in _COUNTED.findall(_compile(["gcov", "-n", *counts], folder)):
+        if name.startswith(firmware):
+            reached = round(float(share) * int(lines) / 100)
+            found.append(FileCoverage(name.removeprefix(firmware), int(lines), reached))
+    return sorted(found, key=lambda item: item.file)
+
+
+def _compile(command: list[str], folder: Path) -> str:
+    """Run a command in a folder; return its output."""
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise UserError(f"{command[0]}: {error.strerror or error}") from None
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        raise UserError(f"{command[0]}: {said[0] if said else done.returncode}")
+    return done.stdout

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: MIT
+"""The conformance list by libmodbus: a C program that runs it and prints a line a case."""
+
+from pixstep import natives
+from pixstep.errors import UserError
+from pixstep.hostile.clients import cases
+
+
+def run(port: str, board: str) -> dict[str, str]:
+    """Return the result of every case; those that are not in the program's list are not offered."""
+    done = natives.run([natives.program("pixstep-libmodbus"), port, board])
+    if done.returncode:
+        raise UserError(f"pixstep-libmodbus: {done.stderr.strip()}")
+    found = dict(line.split("\t", 1) for line in done.stdout.splitlines())
+    strangers = found.keys() - {case.name for case in cases.CASES}
+    if strangers:
+        raise UserError(f"pixstep-libmodbus: no such case: {', '.join(sorted(strangers))}")
+    return {
+        case.name: _result(found[case.name]) if case.name in found else cases.NOT_OFFERED
+        for case in cases.CASES
+    }
+
+
+def _result(text: str) -> str:
+    return cases.OK if text == cases.OK else f"{cases.FAIL}: {text}"

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""The conformance list, and what every client needs to know of the board for it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+OK = "ok"
+NOT_OFFERED = "-"  # the client has no way to ask for it
+FAIL = "FAIL"
+
+
+class ConformanceError(Exception):
+    """The board did not do as a case wants."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case: its name, the function, what is asked for and what must come."""
+
+    name: str
+    function: str
+    about: str
+
+    def of(self, checks: object) -> Callable[[], None] | None:
+        """Return the method for this case, `c_` and its name with underscores; None if none is."""
+        word = self.name.lower().replace(" ", "_").replace("-", "_")
+        return getattr(checks, f"c_{word}", None)
+
+
+def run_list(checks: object) -> dict[str, str]:
+    """Return the result of every case; what goes wrong in one is that one's."""
+    return {case.name: _result(case.of(checks)) for case in CASES}
+
+
+def _result(check: Callable[[], None] | None) -> str:
+    if check is None:
+        return NOT_OFFERED
+    try:
+        check()
+    except Exception as error:
+        return f"{FAIL}: {error or type(error).__name__}"
+    return OK
+
+
+def same(found: object, wanted: object) -> None:
+    """Raise ConformanceError unless both are equal."""
+    if found != wanted:
+        raise ConformanceError(f"{found}, not {wanted}")
+
+
+CASES = (
+    Case("coils read", "01", "driver and permit coils, as register `outputs` has them"),
+    Case("discrete inputs read", "02", "the first 16, as register `status` has them"),
+    Case("holding registers read", "03", "all settings are their defaults"),
+    Case("input registers read", "04", "version of the map, board, axes"),
+    Case("coil written", "05", "a driver on, seen in its coil and in `outputs`, and off"),
+    Case("register written", "06", "one setting, echoed and read back"),
+    Case("loopback", "08", "data come back as they were sent"),
+    Case("counter of exceptions", "08", "sub-function 13 counts a refused request"),
+    Case("coils written", "15", "permit on and off, seen in its coil"),
+    Case("registers written", "16", "two settings at once, read back"),
+    Case("server id", "17", "byte count, board, run indicator, text"),
+    Case("mask write", "22", "(value AND and-mask) OR (or-mask AND NOT and-mask)"),
+    Case("write and read", "23", "two settings written, four read, the new values among them"),
+    Case("device identification", "43/14", "vendor, product code, revision"),
+    Case("file record", "20", "settings as file 3; exception 01 where the flash is short (uno)"),
+    Case("32-bit pair read", "04", "pixel period, high word first"),
+    Case("32-bit pair written", "16", "pixel frequency, high word first, and the period follows"),
+    Case("exception 01", "07", "a function that is not served"),
+    Case("exception 02", "03", "a range that ends behind what is mapped"),
+    Case("exception 03", "06", "a value out of its range; the setting stays"),
+    Case("exception 06", "06", "a setting while a line is queued"),
+    Case("broadcast", "16", "a setting written to all: no reply, and it counts"),
+    Case("nothing by halves", "16", "two settings, the second out of range: both stay"),
+    Case("125 words read", "04", "a whole reply"),
+    Case("126 words", "03", "exception 03"),
+    Case("123 words written", "16", "no more is mapped: exception 02, so the number was right"),
+    Case("124 words", "16", "exception 03"),
+    Case("121 words in 23", "23", "exception 02, so the number was right"),
+    Case("2000 bits", "01", "exception 02, so the number was right"),
+    Case("2001 bits", "01", "exception 03"),
+    Case("1968 bits written", "15", "exception 02, so the number was right"),
+    Case("1969 bits", "15", "exception 03"),
+)
+
+UNIT = 1
+
+# Input registers.
+OUTPUTS = 0x0061
+STATUS = 0x0004
+PERIOD = 0x0014
+RECORDS = 0x0100
+
+# Holding registers, their defaults, and other values within their ranges.
+DEFAULTS = (1, 1152, 0, 30, 0, 1, 20, 20, 0, 0, 1000, 0, 0, 2, 0, 0, 0, 0)
+PIXEL_HZ = 2
+DIR_SETUP, DIR_HOLD = 6, 7
+DIR_DEFAULT = 20
+COMMAND = 0x0100
+DISCARD = 5
+QUEUE = 0x1000
+
+# Coils.
+DRIVER_0 = 0
+PERMIT = 13
+
+PERIOD_30_HZ = 533_333  # whole ticks
+PERIOD_50_HZ = 320_000
+
+
+def block(number: int) -> list[int]:
+    """Return the words of a queue block: axis 0, a line start, its parameters, a run."""
+    return [number & 0xFFFF, 0, 0x0021, 0, 0, 0, 1, 10]

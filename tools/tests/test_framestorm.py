@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""Mutated frames while lines run; `pixstep hostile frames` is the long form."""
+
+import random
+import struct
+from collections import Counter
+
+import pytest
+
+from pixstep.hostile import framestorm, strikes, wire
+from pixstep.lines.linecheck import check, refused
+
+SAFETY = wire.Safety(4, lambda axis: 7)
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("board", ["uno", "mega"])
+def test_no_edge_differs(board):
+    outcome = framestorm.run(framestorm.Plan(board, 2000))
+    assert outcome.complaints == []
+    assert outcome.frames >= 2000
+    assert len(outcome.kinds) == 15
+    assert min(outcome.kinds.values()) > 100
+    assert outcome.edges > 50_000
+    assert outcome.counters["crc_errors"] > 200
+    assert outcome.counters["exceptions"] > 200
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_frame_that_is_obeyed_is_found(monkeypatch):
+    """With a generator that lets a stop through, the storm says that edges are missing."""
+    monkeypatch.setattr(wire.Safety, "harmless", lambda self, frame: True)
+    stop = wire.seal(b"\x01\x10" + struct.pack(">HHBHH", 0x0100, 2, 4, 1, 3))
+    original = strikes.Generator._any_function
+
+    def any_function(self):
+        original(self)
+        return strikes.Strike("any function", ((b"", strikes.CERTAIN), (stop, strikes.ANSWER)))
+
+    monkeypatch.setattr(strikes.Generator, "_any_function", any_function)
+    outcome = framestorm.run(framestorm.Plan("uno", 300))
+    assert any("edges differ" in text for text in outcome.complaints)
+    assert any("axis 0: " in text for text in outcome.complaints)
+
+
+@pytest.mark.parametrize("axis", range(4))
+def test_lines_are_fine(axis):
+    line = framestorm.line(axis, 8)
+    assert not refused(check(line))
+    assert line.pixels == 8 * framestorm.PART_PX
+
+
+def words(*values):
+    return struct.pack(f">{len(values)}H", *values)
+
+
+@pytest.mark.parametrize(
+    ("body", "harmless"),
+    [
+        (b"\x04" + words(0, 2), True),
+        (b"\x06" + words(0x0006, 5), True),  # a setting: refused while lines are queued
+        (b"\x06" + words(0x0101, 3), False),
+        (b"\x06" + words(0x0101, 14), True),  # no such command
+        (b"\x10" + words(0x0100, 2) + b"\x04" + words(1, 3), False),
+        (b"\x10" + words(0x0100, 2) + b"\x03" + words(1, 3), True),  # wrong byte count
+        (b"\x10" + words(0x0100, 4) + b"\x08" + words(1, 3, 0, 0), True),  # not mapped
+        (b"\x10" + words(0x1000, 4) + b"\x08" + words(7, 0, 5, 1), False),  # the block that is due
+        (b"\x10" + words(0x1000, 4) + b"\x08" + words(9, 0, 5, 1), True),
+        (b"\x10" + words(0x1000, 4) + b"\x08" + words(7, 4, 5, 1), True),  # no such axis
+        (b"\x05" + words(8, 0xFF00), False),
+        (b"\x05" + words(0x40, 0xFF00), True),
+        (b"\x0f" + words(0, 4) + b"\x01\x0f", False),
+        (b"\x16" + words(0x0101, 0, 3), False),
+        (b"\x17" + words(0, 1, 0x0100, 2) + b"\x04" + words(1, 3), False),
+        (b"\x17" + words(0, 1, 0x0000, 1) + b"\x02" + words(9), True),
+        (b"\x08" + words(0, 0x1234), True),
+        (b"\x08" + words(4, 0), False),  # listen-only
+        (b"\x63", True),
+    ],
+)
+def test_what_is_harmless(body, harmless):
+    assert SAFETY.harmless(wire.seal(b"\x01" + body)) is harmless
+
+
+def test_a_request_behind_anothers_reply_is_seen():
+    """No strike carries what would be obeyed, wherever in it that begins."""
+    generator = strikes.Generator(random.Random(5), 1, SAFETY)
+    kinds = Counter()
+    for strike, _ in zip(generator, range(3000), strict=False):
+        kinds[strike.kind] += 1
+        seen = b"".join(piece for piece, _ in strike.pieces)
+        for start in range(len(seen)):
+            for frame in wire.frames_in(seen[start:]):
+                if frame[0] in (0, 1) and (start == 0 or wire.frames_in(seen[:start])):
+                    assert SAFETY.harmless(frame), strike
+    assert len(kinds) == 15
+
+
+def test_same_seed_same_strikes():
+    def first(seed):
+        generator = strikes.Generator(random.Random(seed), 1, SAFETY)
+        return [strike for strike, _ in zip(generator, range(50), strict=False)]
+
+    assert first(1) == first(1) != first(2)
+
+
+def test_checksum():
+    assert wire.crc16(b"123456789") == 0x4B37
+    assert wire.seal(bytes.fromhex("01030000000A")).hex() == "01030000000ac5cd"
