@@ -68,8 +68,9 @@ def test_a_session_over_a_terminal(pixstep, invoke, sim_port, tmp_path, monkeypa
 
 def test_watch_is_live_on_a_terminal_and_ends_by_ctrl_c(sim_port):
     master, slave = pty.openpty()
+    words = ("board", "watch", "--port", sim_port, "--interval", "0.1")
     process = subprocess.Popen(
-        [sys.executable, "-m", "pixstep", "board", "watch", "--port", sim_port, "--interval", "0.1"],
+        [sys.executable, "-m", "pixstep", *words],
         stdout=slave, stderr=slave, stdin=slave,
         env=os.environ | {"TERM": "xterm", "COLUMNS": "100", "LINES": "40"},
     )  # fmt: skip
