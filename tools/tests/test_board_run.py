@@ -150,6 +150,43 @@ def test_start_together_or_not_at_all(two):
     assert all(name != "go" for name, _, _ in two.boards[0].commands)
 
 
+def test_arm_survives_a_lost_reply(one):
+    one.out("upload", put([5] * 90), "--decode", "plain")
+    arm = one.board.obey_arm
+
+    def arm_and_lose_the_reply(*arguments):
+        one.board.obey_arm = arm
+        arm(*arguments)
+        one.line.lose = 1
+
+    one.board.obey_arm = arm_and_lose_the_reply
+    assert "axis 0 armed" in one.out("arm")
+    assert [name for name, _, _ in one.board.commands].count("arm") == 2
+    assert one.board.axes[0].state == "running"
+
+
+def test_a_board_that_may_be_armed_is_disarmed(two):
+    for unit in (1, 2):
+        two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
+    arm = two.boards[1].obey_arm
+
+    def arm_and_fall_silent(*arguments):
+        arm(*arguments)
+        two.line.lose = 2  # the reply, and that to the repetition
+
+    two.boards[1].obey_arm = arm_and_fall_silent
+    assert "board 2 on /dev/ttyTEST" in two.err("start", "--unit", "1,2")
+    assert [board.axes[0].state for board in two.boards] == ["empty", "empty"]
+
+
+def test_a_board_that_does_not_hear_go_is_named(two):
+    for unit in (1, 2):
+        two.out("upload", put([5] * 200), "--decode", "plain", "--unit", unit)
+    two.boards[1].obey_go = lambda *_: None
+    text = two.err("start", "--unit", "1,2")
+    assert "board 2: axis 0 is still armed while others move: it has not heard go" in text
+
+
 def test_start_with_a_wrong_token_names_the_fault(two):
     name = put([5] * 90)
     for unit in (1, 2):
