@@ -49,7 +49,8 @@ static void check_body(const uint8_t *request,
         break;
     case 17:
         check_counted(reply, reply_count, reply_count - 5u);
-        PROMISE(reply[4] == 0 || reply[4] == 0xFF, "run indicator %u", (unsigned)reply[4]);
+        PROMISE(
+            reply[4] == 0 || reply[4] == 0xFF, "run indicator %u", (unsigned)reply[4]);
         break;
     case 22:
         check_echo(request, reply, reply_count, 10);

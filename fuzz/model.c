@@ -145,7 +145,8 @@ enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t
 
 bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 {
-    PROMISE(which == SERVER_COILS || which == SERVER_DISCRETE, "bits %u", (unsigned)which);
+    PROMISE(
+        which == SERVER_COILS || which == SERVER_DISCRETE, "bits %u", (unsigned)which);
     return model_mapped(MODEL_BITS, address, count);
 }
 

@@ -33,8 +33,7 @@ static uint8_t read_bits(const struct asked *asked)
     }
     uint16_t first = asked_word(asked, 2);
     uint16_t number = asked_word(asked, 4);
-    uint8_t exception =
-        check(number, READ_BITS, model_mapped(MODEL_BITS, first, number));
+    uint8_t exception = check(number, READ_BITS, model_mapped(MODEL_BITS, first, number));
 
     if (exception != 0) {
         return exception;
@@ -195,8 +194,7 @@ static uint8_t write_and_read(const struct asked *asked)
         !model_mapped(MODEL_WORDS, write, write_number)) {
         return ILLEGAL_ADDRESS;
     }
-    uint8_t exception =
-        model_write(asked->world, write, write_number, &asked->bytes[11]);
+    uint8_t exception = model_write(asked->world, write, write_number, &asked->bytes[11]);
 
     if (exception == 0) {
         reply_words(asked, read, read_number, false);

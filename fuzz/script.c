@@ -14,8 +14,22 @@
 uint16_t script_crc(const uint8_t *bytes, size_t count)
 {
     static const uint16_t of_nibble[16] = {
-        0x0000, 0xCC01, 0xD801, 0x1400, 0xF001, 0x3C00, 0x2800, 0xE401,
-        0xA001, 0x6C00, 0x7800, 0xB401, 0x5000, 0x9C01, 0x8801, 0x4400,
+        0x0000,
+        0xCC01,
+        0xD801,
+        0x1400,
+        0xF001,
+        0x3C00,
+        0x2800,
+        0xE401,
+        0xA001,
+        0x6C00,
+        0x7800,
+        0xB401,
+        0x5000,
+        0x9C01,
+        0x8801,
+        0x4400,
     };
     uint16_t crc = 0xFFFF;
 
@@ -88,7 +102,8 @@ static void fill(struct script *script, struct script_item *item)
         break;
     case SCRIPT_FOREIGN:
         take_bytes(script, item);
-        if (item->count != 0 && (item->bytes[0] == 0 || item->bytes[0] == SCRIPT_ADDRESS)) {
+        if (item->count != 0 &&
+            (item->bytes[0] == 0 || item->bytes[0] == SCRIPT_ADDRESS)) {
             item->bytes[0] = SCRIPT_ADDRESS + 1u;
         }
         seal(item, 0);
