@@ -27,8 +27,8 @@ DEFECTS = (
     Defect(
         "server",
         SERVER,
-        "if (counters->listen_only || frame->bytes[0] == 0) {",
-        "if (counters->listen_only) {",
+        "bool mute = counters->listen_only || bytes[0] == 0;",
+        "bool mute = counters->listen_only;",
         "a request to all that is answered",
     ),
     Defect(
@@ -48,8 +48,8 @@ DEFECTS = (
     Defect(
         "server",
         SERVER,
-        "return &bytes[8];",
-        "bytes[10] = 0;\n    return &bytes[8];",
+        "return data_write(address, 1, &bytes[8]);",
+        "bytes[10] = 0;\n    return data_write(address, 1, &bytes[8]);",
         "a request to all that spoils what follows",
     ),
     Defect(
