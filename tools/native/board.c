@@ -5,7 +5,7 @@
 //
 //   run CYCLES           ok CYCLE         let time pass
 //   tx HEX [TIMEOUT]     rx HEX CYCLE     send, then wait for the reply's end (rx - if none)
-//   pop AXIS             runs C,R C,R ... take everything out of an axis' queue, as its decoder does
+//   pop AXIS             runs C,R C,R ... empty an axis' queue, as its decoder does
 //   quit                 ok
 //
 // Options are taken from the simulator's command line and not looked at.
@@ -23,8 +23,9 @@
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 
-#define ADDRESS         1u
-#define ROUND_TICKS     8000u // the serial line is looked at more often than a silence is long
+#define ADDRESS 1u
+#define ROUND_TICKS                                                                      \
+    8000u // the serial line is looked at more often than a silence is long
 #define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / 115200uL))
 #define CHUNK           8u // characters between two looks
 #define SILENCE_TICKS   28032u
@@ -77,7 +78,8 @@ static uint16_t take_reply(uint8_t *reply)
 {
     uint16_t sent = 0;
 
-    for (uint32_t waited = 0; waited < 2u * SILENCE_TICKS && sent == 0; waited += ROUND_TICKS) {
+    for (uint32_t waited = 0; waited < 2u * SILENCE_TICKS && sent == 0;
+         waited += ROUND_TICKS) {
         pass(ROUND_TICKS);
         sent = fake_sent(reply, REPLY_MAX);
     }
