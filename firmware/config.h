@@ -49,6 +49,7 @@
 #define CONFIG_PIXEL_CLOCK_AXIS          0
 #define CONFIG_SWITCH_CAPTURE_AXIS       0  // the comparator's timer is timer 1
 #define CONFIG_QUEUE_ENTRIES             32 // runs and marks per axis
+#define CONFIG_EVENTS                    0  // kept in the event log
 #define CONFIG_MIN_INTERVAL_TICKS        63u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 120u
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   266u
@@ -60,6 +61,7 @@
 #define CONFIG_PIXEL_CLOCK_AXIS          3
 #define CONFIG_SWITCH_CAPTURE_AXIS       0
 #define CONFIG_QUEUE_ENTRIES             128
+#define CONFIG_EVENTS                    16
 #define CONFIG_MIN_INTERVAL_TICKS        266u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 266u
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   400u

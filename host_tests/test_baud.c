@@ -35,7 +35,8 @@ static void possible_is_within_a_fortieth(void)
 
 static void usual_rates_are_possible(void)
 {
-    static const uint16_t possible[] = {96, 144, 192, 288, 384, 576, 768, 1152, 2500, 5000, 10000};
+    static const uint16_t possible[] = {
+        96, 144, 192, 288, 384, 576, 768, 1152, 2500, 5000, 10000};
     static const uint16_t impossible[] = {0, 1, 95, 2304, 4608, 9216, 9700, 10001, 65535};
 
     for (uint8_t i = 0; i < sizeof possible / sizeof possible[0]; i++) {

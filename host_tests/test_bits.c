@@ -77,7 +77,8 @@ static void drivers_are_switched_and_read(void)
     TEST_ASSERT_TRUE(fake_axes[2].enabled && coil(DRIVER + 2));
     TEST_ASSERT_FALSE(fake_axes[1].enabled || coil(DRIVER + 1));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, 4, 0x0B));
-    TEST_ASSERT_TRUE(fake_axes[0].enabled && fake_axes[1].enabled && fake_axes[3].enabled);
+    TEST_ASSERT_TRUE(fake_axes[0].enabled && fake_axes[1].enabled &&
+                     fake_axes[3].enabled);
     TEST_ASSERT_FALSE(fake_axes[2].enabled || coil(DRIVER + 2));
 }
 

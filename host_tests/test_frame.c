@@ -249,7 +249,8 @@ static void overlong_frame_is_bad(void)
 
 static void next_look_begins_anew(void)
 {
-    check_over(FRAME_FOREIGN, (const uint8_t[]){OTHER, 17, 8, 1, 255, 1, 2, 3, 4, 5, 6}, 11);
+    check_over(
+        FRAME_FOREIGN, (const uint8_t[]){OTHER, 17, 8, 1, 255, 1, 2, 3, 4, 5, 6}, 11);
     // Without frame_reset(): what was tried before is forgotten.
     frame.received = 0;
     build((const uint8_t[]){ADDRESS, 17}, 2);

@@ -97,7 +97,7 @@ static void mapped_inputs(void)
     check_inputs(false, REG_INPUT_fault_mask_high, 9);
     check_inputs(false, REG_INPUT_event_capacity + 1, 1);
     check_inputs(true, REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
-    check_inputs(false, REG_RECORD_BASE + 4 * REG_RECORD_STRIDE, 1);
+    check_inputs(false, REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE + 1);
     check_inputs(false, 0xFFFF, 1);
     check_inputs(false, 0xFFFF, 125);
 }

@@ -59,7 +59,7 @@ enum modbus_exception data_write_coils(uint16_t address,
     writes++;
     for (uint16_t i = 0; answer == MODBUS_OK && i < count; i++) {
         uint16_t place = (uint16_t)(1u << (address + i));
-        bool on = (bits[i / 8u] >> (i % 8u) & 1u) != 0;
+        bool on = ((uint8_t)(bits[i / 8u] >> (i % 8u)) & 1u) != 0;
         coils = (uint16_t)(on ? coils | place : coils & ~place);
     }
     return answer;
@@ -183,10 +183,10 @@ static void check_reply(const uint8_t *bytes, uint8_t length)
 }
 
 #define SEND(...)                                                                        \
-    send((const uint8_t[]){__VA_ARGS__}, (uint8_t)sizeof(const uint8_t[]){__VA_ARGS__})
+    send((const uint8_t[]){__VA_ARGS__}, (uint8_t)sizeof (const uint8_t[]){__VA_ARGS__})
 #define CHECK_REPLY(...)                                                                 \
     check_reply((const uint8_t[]){__VA_ARGS__},                                          \
-                (uint8_t)sizeof(const uint8_t[]){__VA_ARGS__})
+                (uint8_t)sizeof (const uint8_t[]){__VA_ARGS__})
 
 static void check_words(uint16_t count, uint16_t first)
 {
@@ -636,7 +636,27 @@ static void device_is_read_from_an_object_on(void)
 {
     for (uint8_t code = 1; code <= 3; code++) {
         SEND(UNIT, 43, 14, code, 0);
-        CHECK_REPLY(UNIT, 43, 14, code, 0x81, 0, 0, 3, 0, 2, 'm', 'e', 1, 2, 'b', '1', 2, 3, '0', '.', '7');
+        CHECK_REPLY(UNIT,
+                    43,
+                    14,
+                    code,
+                    0x81,
+                    0,
+                    0,
+                    3,
+                    0,
+                    2,
+                    'm',
+                    'e',
+                    1,
+                    2,
+                    'b',
+                    '1',
+                    2,
+                    3,
+                    '0',
+                    '.',
+                    '7');
         SEND(UNIT, 43, 14, code, 2);
         CHECK_REPLY(UNIT, 43, 14, code, 0x81, 0, 0, 1, 2, 3, '0', '.', '7');
         // One that is not there: from the first on.

@@ -250,6 +250,9 @@ static void obey(struct control *c)
         command = find(control_board_commands, c->word[0]);
     }
     if (command == NULL) {
+        command = find(control_line_commands, c->word[0]);
+    }
+    if (command == NULL) {
         control_answer("error unknown command '%s'", c->word[0]);
     } else if (c->words < command->words_min || c->words > command->words_max) {
         control_answer("error %s: wrong number of words", command->name);

@@ -5,11 +5,32 @@
 
 #include <string.h>
 
+// What a receiver still bears: as in uart.c.
+#define SPEED_TOLERANCE_PER_MILLE 45
+
 #define RECENT 1024 // frames looked back at for a collision: more than a master may queue
 
 void line_init(struct line *line)
 {
     memset(line, 0, sizeof *line);
+    line_set_master(line, LINE_BAUD, LINE_EVEN);
+    line->master_strict = false;
+}
+
+void line_set_master(struct line *line, uint32_t baud, enum line_parity parity)
+{
+    static const uint8_t formats[] = {
+        [LINE_NONE] = 0x06, [LINE_ODD] = 0x36, [LINE_EVEN] = 0x26};
+
+    line->master_baud = baud;
+    line->master_format = formats[parity];
+    line->master_rest = 0;
+    line->master_strict = true;
+}
+
+static uint32_t bit_cycles_x1000(const struct line *line)
+{
+    return (uint32_t)((uint64_t)LINE_CPU_HZ * 1000 / line->master_baud);
 }
 
 // The stop bit is the idle level: a start bit over it still comes through.
@@ -60,18 +81,38 @@ uint64_t line_master_send(struct line *line,
         uint64_t length = (uint64_t)LINE_CPU_HZ * LINE_BITS + line->master_rest;
         struct line_frame frame = {
             .start = line->master_ready,
-            .end = line->master_ready + length / LINE_BAUD,
-            .bit_cycles_x1000 = (uint32_t)((uint64_t)LINE_CPU_HZ * 1000 / LINE_BAUD),
+            .end = line->master_ready + length / line->master_baud,
+            .bit_cycles_x1000 = bit_cycles_x1000(line),
             .sender = LINE_MASTER,
             .data = bytes[i],
-            .format = LINE_FORMAT,
+            .format = line->master_format,
         };
 
         (void)line_start(line, &frame);
         line->master_ready = frame.end;
-        line->master_rest = (uint32_t)(length % LINE_BAUD);
+        line->master_rest = (uint32_t)(length % line->master_baud);
     }
     return line->master_ready;
+}
+
+void line_master_pause(struct line *line, uint64_t cycles)
+{
+    line->master_ready += cycles;
+}
+
+static bool fits(const struct line *line, const struct line_frame *frame)
+{
+    uint32_t mine = bit_cycles_x1000(line);
+    uint32_t theirs = frame->bit_cycles_x1000;
+    uint32_t off = (mine > theirs) ? mine - theirs : theirs - mine;
+
+    return frame->format == line->master_format &&
+           off <= mine / 1000 * SPEED_TOLERANCE_PER_MILLE;
+}
+
+static bool heard_well(const struct line *line, const struct line_frame *frame)
+{
+    return !frame->corrupted && (!line->master_strict || fits(line, frame));
 }
 
 int line_master_receive(struct line *line, uint64_t cycle, uint64_t *end)
@@ -86,7 +127,7 @@ int line_master_receive(struct line *line, uint64_t cycle, uint64_t *end)
         } else {
             line->heard++;
             *end = frame->end;
-            return frame->corrupted ? (uint8_t)~frame->data : frame->data;
+            return heard_well(line, frame) ? frame->data : (uint8_t)~frame->data;
         }
     }
     return -1;

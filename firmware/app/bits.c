@@ -14,7 +14,8 @@
 #define ALL_AXES    ((1u << CONFIG_AXES) - 1u)
 #define MAPPED      (ALL_AXES * (FIRST_STOP + FIRST_ARMED + 1u) | CLEAR_FAULT | PERMIT)
 
-#define OUTPUTS_PERMIT 0x0100u // bit of input register `outputs`; the drivers are the lowest
+#define OUTPUTS_PERMIT                                                                   \
+    0x0100u // bit of input register `outputs`; the drivers are the lowest
 
 #define GROUP_OF(coil) ((coil) < 12u ? (coil) / 4u : (coil) - 9u)
 
@@ -66,10 +67,9 @@ static uint16_t all_coils(void)
 
 bool data_bit(uint16_t address, uint8_t which)
 {
-    uint16_t word =
-        which == SERVER_COILS
-            ? all_coils()
-            : data_input(address < 16u ? REG_INPUT_status : REG_INPUT_inputs);
+    uint16_t word = which == SERVER_COILS
+                        ? all_coils()
+                        : data_input(address < 16u ? REG_INPUT_status : REG_INPUT_inputs);
 
     return (word >> (address & 15u) & 1u) != 0;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The register map's contents: what the Modbus server reads and writes.
+#include "app/events.h"        // events_*
 #include "app/machine.h"       // machine
 #include "app/report.h"        // report_*
 #include "app/store.h"         // store_busy
@@ -61,7 +62,7 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 
 bool data_input_mapped(uint16_t address, uint16_t count)
 {
-    return report_mapped(address, count) ||
+    return report_mapped(address, count) || events_mapped(address, count) ||
            (address >= REG_RECORD_BASE && address < RECORD_END &&
             count <= RECORD_END - address);
 }
@@ -70,6 +71,9 @@ uint16_t data_input(uint16_t address)
 {
     if (address < REG_RECORD_BASE) {
         return report_word(address);
+    }
+    if (CONFIG_EVENTS != 0 && address >= REG_EVENT_BASE) {
+        return events_word(address);
     }
     uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
 

@@ -125,6 +125,10 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
         fault->argument = argument;
         fault->pixel = machine_axis(axis)->ledger.pixel + 1u;
     }
+    if ((fault->mask >> (uint8_t)code & 1u) == 0) {
+        events_note(
+            (uint16_t)code, axis, argument, machine_axis(axis)->ledger.pixel + 1u);
+    }
     machine_permit(false);
     machine.token = 0;
     fault->mask |= (uint32_t)1 << (uint8_t)code;

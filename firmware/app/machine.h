@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "app/drivers.h"        // struct drivers
+#include "app/events.h"         // struct events
 #include "app/inputs.h"         // struct inputs
 #include "app/seek.h"           // struct seek
 #include "app/settings.h"       // struct settings
@@ -61,6 +62,9 @@ struct machine {
     struct inputs inputs[CONFIG_AXES];
     struct seek seek;
     struct drivers drivers;
+#if CONFIG_EVENTS != 0
+    struct events events;
+#endif
     uint8_t starting; // bit n: axis n has a line zero and waits for its release
     uint8_t clocked;  // bit n: axis n needs the pixel clock
     uint8_t stopping; // bit n: axis n was told to stop; forget its lines when it rests

@@ -200,7 +200,7 @@ static const struct source more[] IN_FLASH = {
     [REG_INPUT_bus_messages - MORE_BASE] = COUNTER(bus_messages),
     [REG_INPUT_no_replies - MORE_BASE] = COUNTER(no_replies),
     [REG_INPUT_busy_replies - MORE_BASE] = COUNTER(busy_replies),
-    [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(0),
+    [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(CONFIG_EVENTS),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))

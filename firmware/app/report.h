@@ -5,12 +5,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REPORT_CLOCK   0x0001u // bits of input register `status`
-#define REPORT_ARMED   0x0002u
-#define REPORT_RUNNING 0x0004u
-#define REPORT_FAULT   0x0008u
-#define REPORT_ESTOP   0x0010u
-#define REPORT_PERMIT  0x0020u
+#define REPORT_CLOCK       0x0001u // bits of input register `status`
+#define REPORT_ARMED       0x0002u
+#define REPORT_RUNNING     0x0004u
+#define REPORT_FAULT       0x0008u
+#define REPORT_ESTOP       0x0010u
+#define REPORT_PERMIT      0x0020u
 #define REPORT_LISTEN_ONLY 0x0040u
 
 bool report_mapped(uint16_t address, uint16_t count);

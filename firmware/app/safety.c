@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "app/safety.h"
 
+#include "app/events.h"     // events_note
 #include "app/machine.h"    // machine_fault
 #include "app/serial.h"     // serial_last_request_ms
 #include "hal/clock.h"      // clock_now_ms
@@ -26,6 +27,7 @@ void safety_start(void)
     uint8_t cause = cpu_reset_cause();
 
     alive = 0;
+    events_note(EVENT_RESET + cause, 0, 0, 0);
     estop_start(estop_inverted());
     // A supply that comes up slowly is a brown-out too.
     if ((cause & RESET_POWER_ON) == 0 && (cause & RESET_UNEXPECTED) != 0) {

@@ -34,9 +34,8 @@ static void set_line(void)
 {
     uint8_t divisor = baud_divisor(machine.settings.baud_100);
 
-    uart_set(divisor,
-             (enum uart_parity)machine.settings.parity,
-             baud_silence_16us(divisor));
+    uart_set(
+        divisor, (enum uart_parity)machine.settings.parity, baud_silence_16us(divisor));
 }
 
 void serial_start(uint8_t address)

@@ -6,6 +6,7 @@
 #include "base/flash.h"          // IN_FLASH
 #include "config.h"              // CONFIG_TIMER_HZ
 #include "motion/pixel_period.h" // pixel_period_set
+#include "wire/baud.h"           // baud_possible
 
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
@@ -61,8 +62,9 @@ bool settings_possible(const struct settings *settings)
 {
     struct pixel_period period;
 
-    return in_range(settings) && pixel_period_set(&period,
-                                                  CONFIG_TIMER_HZ,
-                                                  settings_u32(settings->pixel_hz_num),
-                                                  settings_u32(settings->pixel_hz_den));
+    return in_range(settings) && baud_possible(settings->baud_100) &&
+           pixel_period_set(&period,
+                            CONFIG_TIMER_HZ,
+                            settings_u32(settings->pixel_hz_num),
+                            settings_u32(settings->pixel_hz_den));
 }

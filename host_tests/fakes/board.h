@@ -47,10 +47,10 @@ void fake_underrun(uint8_t axis);
 // A period of this axis passed without its interrupt: the newest one is repeated.
 void fake_missed_period(uint8_t axis);
 
-// Bytes to the board, all of them now; what it has begun to send since the last call, at most room
-// bytes.
+// Bytes to the board, all of them now; the number of those that it has begun to send since the last
+// call. They stay until the next are received.
 void fake_receive(const uint8_t *bytes, uint16_t length);
-uint16_t fake_sent(uint8_t *bytes, uint16_t room);
+uint16_t fake_sent(const uint8_t **bytes);
 
 // The receiver has lost so many bytes.
 void fake_overrun(uint8_t bytes);

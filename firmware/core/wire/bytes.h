@@ -4,7 +4,8 @@
 
 #include <stdint.h>
 
-_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a word's low byte comes first");
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+               "a word's low byte comes first");
 
 // Through a union: of shifts avr-gcc makes one load and an exchange of its bytes.
 static inline uint16_t get_word(const uint8_t *bytes)

@@ -32,7 +32,8 @@ static const char requests[FUNCTIONS] IN_FLASH = {
     [6] = (char)(TO_ALL | FIXED(8u)),
     [7] = (char)FIXED(4u),
     [8] = (char)(SERVED | FIXED(8u)),
-    [11] = (char)(RULE_BROADCAST | FIXED(4u)), // not served; its reply is as long as theirs
+    [11] =
+        (char)(RULE_BROADCAST | FIXED(4u)), // not served; its reply is as long as theirs
     [12] = (char)FIXED(4u),
     [15] = (char)(TO_ALL | COUNTED(9u, 6u)),
     [16] = (char)(TO_ALL | COUNTED(9u, 6u)),

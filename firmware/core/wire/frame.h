@@ -16,7 +16,7 @@
 
 enum frame_status {
     FRAME_PARTIAL, // nothing yet
-    FRAME_READY,   // for us or, address 0, for all: bytes[0..length-3] hold address and PDU
+    FRAME_READY, // for us or, address 0, for all: bytes[0..length-3] hold address and PDU
     FRAME_FOREIGN, // for somebody else, or from there
     FRAME_BAD,     // ended by silence with a wrong checksum
 };

@@ -10,6 +10,9 @@
 #define REG_RECORD_STRIDE 0x0080u
 #define REG_RECORD_HEADER 4u      // newest pixel (2), count, reserved
 #define REG_RECORD_WORDS  6u      // pixel, expected (2), actual (2), clock edge error
+#define REG_EVENT_BASE    0x0300u // newest events, input
+#define REG_EVENT_HEADER  1u      // events since reset
+#define REG_EVENT_WORDS   8u      // number, code, axis, argument, pixel (2), time (2)
 #define REG_QUEUE_WINDOW  0x1000u // block, axis, then runs of two words
 #define REG_QUEUE_HEADER  2u
 

@@ -54,7 +54,8 @@ static APART enum modbus_exception check(uint16_t address, uint16_t count, uint8
 {
     bool mapped = false;
 
-    if ((uint16_t)(count - 1u) >= (data >= READ_HOLDING ? READ_MAX_WORDS : READ_MAX_BITS)) {
+    if ((uint16_t)(count - 1u) >=
+        (data >= READ_HOLDING ? READ_MAX_WORDS : READ_MAX_BITS)) {
         return MODBUS_ILLEGAL_VALUE;
     }
     if (data == READ_INPUT) {
@@ -145,8 +146,7 @@ static enum modbus_exception write_and_read(struct frame *frame,
     if (exception == MODBUS_OK) {
         exception = write(get_word(&bytes[6]), bytes[9], &bytes[11], READ_HOLDING);
     }
-    return exception != MODBUS_OK ? exception
-                                  : read(frame, address, count, READ_HOLDING);
+    return exception != MODBUS_OK ? exception : read(frame, address, count, READ_HOLDING);
 }
 
 static enum modbus_exception write_many(struct frame *frame,

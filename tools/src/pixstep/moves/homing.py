@@ -239,9 +239,10 @@ class _Homing:
         elif name in _LIMITS:
             text = f"the {_LIMITS[name]} limit switch tripped ({where})"
         else:
-            text = f"{self.board.fault_text() or 'stopped'} ({where})"
-        title = f"{name}: " if name else ""
-        return HomingError(f"axis {axis}: {title}{text}", name, tuple(self.legs))
+            text = f"{where}: {self.board.fault_text() or 'stopped'}"
+            return HomingError(f"axis {axis}: {text}", name, tuple(self.legs))
+        cure = next(fault.cure for fault in regs.faults().values() if fault.name == name)
+        return HomingError(f"axis {axis}: {name}: {text}. {cure}", name, tuple(self.legs))
 
 
 def _state(name: str) -> int:

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// The newest faults and resets, for a board that has the memory: input registers from
+// REG_EVENT_BASE on. Main loop only.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "config.h"            // CONFIG_EVENTS
+#include "wire/register_map.h" // REG_EVENT_*
+
+#define EVENT_RESET 0x0100u // code of a reset, plus its cause; else the fault's
+
+#if CONFIG_EVENTS != 0
+
+struct event {
+    uint16_t code;
+    uint16_t axis;
+    uint16_t argument;
+    uint32_t pixel;
+    uint32_t time_ms; // since reset; wraps after 4.7 hours
+};
+
+struct events {
+    struct event ring[CONFIG_EVENTS];
+    uint16_t count; // since reset
+};
+
+void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel);
+
+bool events_mapped(uint16_t address, uint16_t count);
+uint16_t events_word(uint16_t address);
+
+#else
+
+static inline void events_note(uint16_t code,
+                               uint8_t axis,
+                               uint16_t argument,
+                               uint32_t pixel)
+{
+    (void)code;
+    (void)axis;
+    (void)argument;
+    (void)pixel;
+}
+
+static inline bool events_mapped(uint16_t address, uint16_t count)
+{
+    (void)address;
+    (void)count;
+    return false;
+}
+
+static inline uint16_t events_word(uint16_t address)
+{
+    (void)address;
+    return 0;
+}
+
+#endif

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: MIT
+"""The simulator's control pipe from the host's side, on the real images: what the tests of settings
+and safety stand on.
+"""
+
+from dataclasses import replace
+
+import pytest
+
+from bench import Bench
+from pixstep.board import boards
+from pixstep.board import registers as regs
+from pixstep.board.client import BoardError
+from pixstep.errors import UserError
+from pixstep.lines.line import PLAIN, Line
+from pixstep.simulation.edges import read_edges
+from pixstep.simulation.simctl import SimulatorError
+from pixstep.simulation.simrun import BOOT_CYCLES
+
+pytestmark = pytest.mark.usefixtures("simulator")
+BOARDS = ("uno", "mega")
+MS = 16_000
+STORE, KEY = 11, 0x5AFE
+EEPROM_BYTE_CYCLES = 54_400  # 3.4 ms
+POWER_ON, EXTERNAL, BROWN_OUT, WATCHDOG = 1, 2, 4, 8  # bits of reset_cause
+LONG = Line((40,) * 200, PLAIN)
+
+
+def pin_of(board, signal):
+    """Port and bit of a signal of the whole board."""
+    (pin,) = [one for one in boards.load(board).pins if one.signal == signal]
+    return pin.port, pin.bit
+
+
+def cause_after(bench, act):
+    """Return the board's own reset_cause after doing something to it."""
+    act()
+    bench.sim.run(BOOT_CYCLES)
+    return bench.board.input("reset_cause")
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_reset_causes(board):
+    with Bench(board) as bench:
+        sim = bench.sim
+        assert bench.board.input("reset_cause") == POWER_ON
+        assert cause_after(bench, lambda: sim.reset(0)) == EXTERNAL
+        assert cause_after(bench, lambda: sim.reset(0, "brownout")) == BROWN_OUT
+        assert cause_after(bench, lambda: sim.power_cycle(0)) == POWER_ON
+        assert cause_after(bench, lambda: sim.power_cycle(0, at=sim.cycle + 100)) == POWER_ON
+        sim.hang(0, "main")
+        sim.run(200 * MS)
+        assert bench.board.input("reset_cause") == WATCHDOG
+
+
+def test_a_kept_hang_resets_again_and_again():
+    with Bench("uno") as bench:
+        bench.sim.hang(0, "main", kept=True)
+        bench.sim.run(500 * MS)
+        with pytest.raises(BoardError):
+            bench.board.input("reset_cause")
+        bench.sim.unhang(0)
+        bench.sim.run(200 * MS)
+        assert bench.board.input("reset_cause") == WATCHDOG
+
+
+def test_no_power():
+    with Bench("mega") as bench:
+        bench.sim.power_off(0)
+        with pytest.raises(BoardError):
+            bench.board.input("reset_cause")
+        with pytest.raises(SimulatorError, match="the board has no power"):
+            bench.sim.reset(0)
+        bench.sim.power_on(0)
+        bench.sim.run(BOOT_CYCLES)
+        assert bench.board.input("reset_cause") == POWER_ON
+
+
+def store(bench):
+    """Have the settings stored, and return the bytes of EEPROM that this has changed."""
+    before = bench.sim.eeprom_read(0, 0, 1024)
+    bench.board.write(regs.COMMAND_BASE, [0, STORE, KEY])
+    assert bench.sim.eeprom_state(0).address is not None
+    bench.sim.run(60 * EEPROM_BYTE_CYCLES)
+    assert bench.sim.eeprom_state(0).address is None
+    after = bench.sim.eeprom_read(0, 0, 1024)
+    return [at for at in range(1024) if after[at] != before[at]]
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_eeprom(board, tmp_path):
+    path = tmp_path / "eeprom.bin"
+    bench = Bench(board)
+    bench.options = replace(bench.options, eeproms={0: path})
+    with bench:
+        changed = store(bench)
+        assert changed
+        writes = bench.sim.eeprom_state(0).writes
+        assert writes >= len(changed)
+        bench.sim.flush()
+        assert path.read_bytes()[:1024] == bench.sim.eeprom_read(0, 0, 1024)
+        bench.sim.eeprom_write(0, 1000, b"\x12\x34")
+        assert bench.sim.eeprom_read(0, 999, 3) == b"\xff\x12\x34"
+        bench.sim.quit()
+    bench = Bench(board)
+    bench.options = replace(bench.options, eeproms={0: path})
+    with bench:  # what the run before has left
+        assert bench.board.input("settings_serial") == 1
+        assert bench.sim.eeprom_read(0, 1000, 2) == b"\x12\x34"
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_permit(board, tmp_path):
+    edges = tmp_path / "edges.csv"
+    with Bench(board, edges=edges) as bench:
+        assert bench.sim.permit(0).level == 0
+        bench.board.command("permit_on", [])
+        on = bench.sim.permit(0)
+        bench.board.command("permit_off", [])
+        off = bench.sim.permit(0)
+        bench.sim.quit()
+    found = read_edges(edges).axis(0, 0)
+    assert (on.level, on.changes, off.level, off.changes) == (1, 1, 0, 2)
+    assert found.permit_cycles.tolist() == [on.cycle, off.cycle]
+    assert found.permit_levels.tolist() == [1, 0]
+
+
+def test_a_planned_pin_is_exact():
+    """An emergency stop in a cycle chosen beforehand: its edge is the only thing that stops."""
+    with Bench("uno") as bench:
+        bench.load(LONG)
+        bench.arm()
+        bench.until(lambda: bench.count() > 20)
+        at = bench.sim.cycle + 12_345
+        port, bit = pin_of("uno", "ESTOP")
+        bench.sim.pin(0, port, bit, 0, at=at)
+        bench.sim.run(12_345 - 1)
+        before = bench.count()
+        bench.sim.run(100 * MS)
+        assert bench.count() <= before + 2
+        assert bench.fault() == "estop"
+    with Bench("uno") as bench, pytest.raises(SimulatorError, match="is over, it is"):
+        bench.sim.pin(0, port, bit, 0, at=bench.sim.cycle - 1)
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_memory_by_name(board):
+    with Bench(board) as bench:
+        end = bench.sim.symbol(0, "_end")
+        assert end.space == "ram"
+        bench.sim.poke(0, end.address + 200, b"\x12\x34\x56")
+        assert bench.sim.peek(0, "_end+200", 3) == b"\x12\x34\x56"
+        assert bench.sim.symbol(0, "main").space == "flash"
+        with pytest.raises(UserError, match="no symbol 'nowhere'"):
+            bench.sim.peek(0, "nowhere")
