@@ -5,7 +5,7 @@
 //
 //   run CYCLES           ok CYCLE         let time pass
 //   tx HEX [TIMEOUT]     rx HEX CYCLE     send, then wait for the reply's end (rx - if none)
-//   pop AXIS             runs C,R C,R ... take everything out of an axis' queue, as its decoder does
+//   pop AXIS             runs C,R C,R ... empty an axis' queue, as its decoder does
 //   quit                 ok
 //
 // Options are taken from the simulator's command line and not looked at.

@@ -308,7 +308,7 @@ static bool broadcast(void)
     int answered = modbus_write_registers(client, DIR_SETUP, 2, words);
 
     (void)modbus_set_slave(client, UNIT);
-    (void)modbus_set_response_timeout(client, 1, 0);
+    (void)modbus_set_response_timeout(client, 3, 0);
     if (answered >= 0) {
         return wrong("answered");
     }
@@ -438,7 +438,7 @@ int main(int argc, char **argv)
         (void)fprintf(stderr, "%s: %s\n", argv[1], modbus_strerror(errno));
         return 2;
     }
-    (void)modbus_set_response_timeout(client, 1, 0);
+    (void)modbus_set_response_timeout(client, 3, 0);
     run_list();
     modbus_close(client);
     modbus_free(client);

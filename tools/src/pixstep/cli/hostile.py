@@ -82,7 +82,7 @@ def _say_complaints(complaints: list[str], otherwise: str) -> None:
 @click.option(
     "--garbage",
     is_flag=True,
-    help="Random bytes in the place of half of the frames' ends: passes a checksum now and then.",
+    help="Random bytes at the end of half of the frames: some pass the checksum; goes on then.",
 )
 @_seed
 @_json
@@ -97,7 +97,7 @@ def uploads(ctx, board, count, garbage, seed, as_json):
     from pixstep.hostile import uploads as campaign
 
     model = noise.Model(0.5, (noise.garbage,)) if garbage else noise.Model()
-    plan = campaign.Plan(board, count, seed, model)
+    plan = campaign.Plan(board, count, seed, model, go_on=garbage)
     with progress.shown(f"{board}: {count} blocks") as show:
         outcome = campaign.run(plan, show)
     if as_json:
@@ -124,6 +124,10 @@ def _say_uploads(board: str, outcome) -> None:
     for name, number in sorted(outcome.noise.items()):
         click.echo(f"  {number:>7,} {name}")
     click.echo(f"  {outcome.undetected:,} spoilt frames had a right checksum all the same")
+    if outcome.complaints:
+        click.echo(
+            f"  {outcome.reported} lines ended with an error, {outcome.silent} were silently wrong"
+        )
     _say_complaints(outcome.complaints, "every queue was exact")
 
 
