@@ -268,7 +268,7 @@ static bool command_axes(enum machine_command command, uint8_t mask)
 
 bool machine_do(enum machine_command command, uint8_t mask)
 {
-    switch (command) {
+    switch ((uint8_t)command) {
     case COMMAND_NONE:
         return true;
     case COMMAND_ARM:
@@ -284,13 +284,7 @@ bool machine_do(enum machine_command command, uint8_t mask)
         return permit(command == COMMAND_PERMIT_ON);
     case COMMAND_GO:
         return go();
-    case COMMAND_DISARM:
-    case COMMAND_STOP:
-    case COMMAND_DISCARD:
-    case COMMAND_ENABLE:
-    case COMMAND_DISABLE:
-    case COMMAND_ZERO:
-    default:
+    default: // for axes, each for itself
         return command_axes(command, mask);
     }
 }

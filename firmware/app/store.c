@@ -18,7 +18,8 @@ _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot")
 #define STATE_BUSY    0x04u
 
 static uint8_t newest = NO_SLOT; // of the newest record
-static uint8_t next = IDLE; // byte to write; the record's size: its first one once more
+static uint8_t to_write =
+    IDLE; // byte to write; the record's size: its first one once more
 static uint8_t flags;
 
 static uint16_t place(uint8_t which, uint8_t byte)
@@ -42,7 +43,7 @@ void store_load(void)
     uint16_t serial = 0;
 
     newest = NO_SLOT;
-    next = IDLE;
+    to_write = IDLE;
     flags = STATE_FOUND;
     while (eeprom_busy()) {
     }
@@ -66,36 +67,36 @@ void store_begin(void)
     machine.settings.bytes = sizeof(struct settings);
     machine.settings.serial++;
     machine.settings.checksum = crc16(RECORD, sizeof(struct settings) - sizeof(uint16_t));
-    next = 0;
+    to_write = 0;
 }
 
 bool store_busy(void)
 {
-    return next != IDLE;
+    return to_write != IDLE;
 }
 
 void store_poll(void)
 {
     uint8_t older = newest == 0 ? 1 : 0;
 
-    if (next == IDLE || eeprom_busy()) {
+    if (to_write == IDLE || eeprom_busy()) {
         return;
     }
-    if (next > sizeof(struct settings)) {
+    if (to_write > sizeof(struct settings)) {
         newest = older;
         flags = STATE_FOUND;
-        next = IDLE;
+        to_write = IDLE;
         return;
     }
-    uint8_t byte = next == sizeof(struct settings) ? 0 : next;
+    uint8_t byte = to_write == sizeof(struct settings) ? 0 : to_write;
 
-    eeprom_write(place(older, byte), next == 0 ? SETTINGS_ERASED : RECORD[byte]);
-    next++;
+    eeprom_write(place(older, byte), to_write == 0 ? SETTINGS_ERASED : RECORD[byte]);
+    to_write++;
 }
 
 uint16_t store_state(void)
 {
-    return (uint16_t)(next != IDLE ? flags | STATE_BUSY : flags);
+    return (uint16_t)(to_write != IDLE ? flags | STATE_BUSY : flags);
 }
 
 void store_note_change(void)

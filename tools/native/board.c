@@ -80,18 +80,7 @@ static uint16_t take_reply(const uint8_t **reply)
     for (uint32_t waited = 0; waited < 2u * SILENCE_TICKS && sent == 0;
          waited += ROUND_TICKS) {
         pass(ROUND_TICKS);
-<<<<<<< HEAD
-        const uint8_t *bytes = NULL;
-        sent = fake_sent(&bytes);
-        if (sent != 0) {
-            memcpy(reply, bytes, sent);
-        }
-    }
-    if (sent != 0) {
-        run(sent * CHARACTER_TICKS + SILENCE_TICKS);
-=======
         sent = fake_sent(reply);
->>>>>>> campaigns
     }
     return sent;
 }
