@@ -91,7 +91,7 @@ static void check_reply(const uint8_t *reply,
     const uint8_t *request = asked(address);
 
     PROMISE(request != NULL, "a reply to nobody");
-    form_check(request, (uint16_t)(&since_silence[count] - request), reply, reply_count);
+    form_check(request, reply, reply_count);
     if ((reply[1] & 0x80u) != 0) {
         PROMISE(memcmp(&machine.settings, before, sizeof *before) == 0,
                 "settings changed by a request that failed");

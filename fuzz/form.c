@@ -27,46 +27,41 @@ static void check_echo(const uint8_t *request,
             "not the request's echo");
 }
 
-static void check_body(const uint8_t *request,
-                       uint16_t request_count,
-                       const uint8_t *reply,
-                       uint16_t reply_count)
+// Bytes of a write's echo, checksum included; 0: the function has none.
+static uint16_t echo_bytes(uint8_t function)
 {
-    switch (request[1]) {
-    case 1:
-    case 2:
-        check_counted(reply, reply_count, (request[4] * 256u + request[5] + 7u) / 8u);
-        break;
-    case 3:
-    case 4:
-        check_counted(reply, reply_count, 2u * (request[4] * 256u + request[5]));
-        break;
+    switch (function) {
     case 5:
     case 6:
     case 15:
     case 16:
-        check_echo(request, reply, reply_count, 8);
-        break;
-    case 17:
-        check_counted(reply, reply_count, reply_count - 5u);
-        PROMISE(reply[4] == 0 || reply[4] == 0xFF, "run indicator %u", (unsigned)reply[4]);
-        break;
+        return 8;
     case 22:
-        check_echo(request, reply, reply_count, 10);
-        break;
-    case 23:
-        check_counted(reply, reply_count, 2u * (request[4] * 256u + request[5]));
-        break;
+        return 10;
     default:
-        (void)request_count;
-        break;
+        return 0;
     }
 }
 
-void form_check(const uint8_t *request,
-                uint16_t request_count,
-                const uint8_t *reply,
-                uint16_t reply_count)
+static void check_body(const uint8_t *request, const uint8_t *reply, uint16_t reply_count)
+{
+    uint8_t function = request[1];
+    unsigned number = request[4] * 256u + request[5];
+
+    if (function == 1 || function == 2) {
+        check_counted(reply, reply_count, (number + 7u) / 8u);
+    } else if (function == 3 || function == 4 || function == 23) {
+        check_counted(reply, reply_count, 2u * number);
+    } else if (function == 17) {
+        check_counted(reply, reply_count, reply_count - 5u);
+        PROMISE(
+            reply[4] == 0 || reply[4] == 0xFF, "run indicator %u", (unsigned)reply[4]);
+    } else if (echo_bytes(function) != 0) {
+        check_echo(request, reply, reply_count, echo_bytes(function));
+    }
+}
+
+void form_check(const uint8_t *request, const uint8_t *reply, uint16_t reply_count)
 {
     PROMISE(reply_count >= 5 && reply_count <= 256,
             "a reply of %u bytes",
@@ -80,6 +75,6 @@ void form_check(const uint8_t *request,
         // An exception to a function code that has the exception bit itself.
     } else {
         PROMISE(reply[1] == request[1], "function %u answered", (unsigned)reply[1]);
-        check_body(request, request_count, reply, reply_count);
+        check_body(request, reply, reply_count);
     }
 }

@@ -4,9 +4,6 @@
 
 #include <stdint.h>
 
-// Both with their checksums; the request was for one board. Fails when the reply cannot be one to
+// The request was for one board; the reply has its checksum. Fails when the reply cannot be one to
 // it.
-void form_check(const uint8_t *request,
-                uint16_t request_count,
-                const uint8_t *reply,
-                uint16_t reply_count);
+void form_check(const uint8_t *request, const uint8_t *reply, uint16_t reply_count);

@@ -131,10 +131,10 @@ bool data_holding_mapped(uint16_t address, uint16_t count)
     return model_mapped(MODEL_WORDS, address, count);
 }
 
-// May be asked for what is not mapped: the server masks a word before it writes it.
 uint16_t data_holding(uint16_t address)
 {
-    return model_mapped(MODEL_WORDS, address, 1) ? model_holding(&model, address) : 0;
+    must_be_mapped(MODEL_WORDS, address, 1);
+    return model_holding(&model, address);
 }
 
 enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t *words)
@@ -145,7 +145,8 @@ enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t
 
 bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 {
-    PROMISE(which == SERVER_COILS || which == SERVER_DISCRETE, "bits %u", (unsigned)which);
+    PROMISE(
+        which == SERVER_COILS || which == SERVER_DISCRETE, "bits %u", (unsigned)which);
     return model_mapped(MODEL_BITS, address, count);
 }
 

@@ -6,10 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define MODEL_WORDS  160u  // holding registers from address 0 on
+#define MODEL_WORDS  160u   // holding registers from address 0 on
 #define MODEL_INPUTS 0x180u // input registers from address 0 on
-#define MODEL_BITS   200u  // coils, and discrete inputs, from address 0 on
-#define MODEL_TAIL   16u   // and of each the last ones before 0xFFFF
+#define MODEL_BITS   200u   // coils, and discrete inputs, from address 0 on
+#define MODEL_TAIL   16u    // and of each the last ones before 0xFFFF
 
 // Words that make a whole write fail, the first of them in a request decides.
 #define MODEL_ILLEGAL 0x0BADu

@@ -33,8 +33,7 @@ static uint8_t read_bits(const struct asked *asked)
     }
     uint16_t first = asked_word(asked, 2);
     uint16_t number = asked_word(asked, 4);
-    uint8_t exception =
-        check(number, READ_BITS, model_mapped(MODEL_BITS, first, number));
+    uint8_t exception = check(number, READ_BITS, model_mapped(MODEL_BITS, first, number));
 
     if (exception != 0) {
         return exception;
@@ -175,6 +174,12 @@ static uint8_t mask_word(const struct asked *asked)
     return model_write(asked->world, address, 1, bytes);
 }
 
+static bool both_numbers_agree(const struct asked *asked, uint16_t read, uint16_t write)
+{
+    return read >= 1 && read <= READ_WORDS && write >= 1 && write <= BOTH_WORDS &&
+           asked->bytes[10] == 2u * write && asked->count == 11u + 2u * write;
+}
+
 // What to read, then what to write, both before anything is done.
 static uint8_t write_and_read(const struct asked *asked)
 {
@@ -186,17 +191,14 @@ static uint8_t write_and_read(const struct asked *asked)
     uint16_t write = asked_word(asked, 6);
     uint16_t write_number = asked_word(asked, 8);
 
-    if (read_number < 1 || read_number > READ_WORDS || write_number < 1 ||
-        write_number > BOTH_WORDS || asked->bytes[10] != 2u * write_number ||
-        asked->count != 11u + 2u * write_number) {
+    if (!both_numbers_agree(asked, read_number, write_number)) {
         return ILLEGAL_VALUE;
     }
     if (!model_mapped(MODEL_WORDS, read, read_number) ||
         !model_mapped(MODEL_WORDS, write, write_number)) {
         return ILLEGAL_ADDRESS;
     }
-    uint8_t exception =
-        model_write(asked->world, write, write_number, &asked->bytes[11]);
+    uint8_t exception = model_write(asked->world, write, write_number, &asked->bytes[11]);
 
     if (exception == 0) {
         reply_words(asked, read, read_number, false);

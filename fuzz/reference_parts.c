@@ -115,9 +115,8 @@ static bool part_mapped(const struct asked *asked, uint16_t at)
     if (asked->bytes[at] != FILE_KIND || file < 1 || file > 3 || record > RECORD_MAX) {
         return false;
     }
-    return model_mapped(file == 3 ? MODEL_WORDS : MODEL_INPUTS,
-                        (uint16_t)(starts[file] + record),
-                        words);
+    return model_mapped(
+        file == 3 ? MODEL_WORDS : MODEL_INPUTS, (uint16_t)(starts[file] + record), words);
 }
 
 static void reply_part(const struct asked *asked, uint16_t at)
@@ -129,8 +128,7 @@ static void reply_part(const struct asked *asked, uint16_t at)
     reply_byte(asked->expected, (uint16_t)(2u * words + 1u));
     reply_byte(asked->expected, FILE_KIND);
     for (uint16_t i = 0; i < words; i++) {
-        uint16_t address =
-            (uint16_t)(start + asked_word(asked, (uint16_t)(at + 3u)) + i);
+        uint16_t address = (uint16_t)(start + asked_word(asked, (uint16_t)(at + 3u)) + i);
         reply_data(asked, address, file != 3);
     }
 }

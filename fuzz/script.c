@@ -14,8 +14,22 @@
 uint16_t script_crc(const uint8_t *bytes, size_t count)
 {
     static const uint16_t of_nibble[16] = {
-        0x0000, 0xCC01, 0xD801, 0x1400, 0xF001, 0x3C00, 0x2800, 0xE401,
-        0xA001, 0x6C00, 0x7800, 0xB401, 0x5000, 0x9C01, 0x8801, 0x4400,
+        0x0000,
+        0xCC01,
+        0xD801,
+        0x1400,
+        0xF001,
+        0x3C00,
+        0x2800,
+        0xE401,
+        0xA001,
+        0x6C00,
+        0x7800,
+        0xB401,
+        0x5000,
+        0x9C01,
+        0x8801,
+        0x4400,
     };
     uint16_t crc = 0xFFFF;
 
@@ -72,35 +86,30 @@ static void seal(struct script_item *item, uint16_t spoil)
     append(item, (uint8_t)(crc >> 8));
 }
 
+// For another board, whatever address was given.
+static void make_foreign(struct script_item *item)
+{
+    if (item->count != 0 && (item->bytes[0] == 0 || item->bytes[0] == SCRIPT_ADDRESS)) {
+        item->bytes[0] = SCRIPT_ADDRESS + 1u;
+    }
+}
+
 static void fill(struct script *script, struct script_item *item)
 {
-    switch (item->kind) {
-    case SCRIPT_REQUEST:
-    case SCRIPT_SPOILT:
+    if (item->kind >= SCRIPT_GAP) {
+        return;
+    }
+    if (item->kind == SCRIPT_REQUEST || item->kind == SCRIPT_SPOILT) {
         append(item, SCRIPT_ADDRESS);
-        take_bytes(script, item);
-        seal(item, item->kind == SCRIPT_SPOILT ? 0x0100u : 0u);
-        break;
-    case SCRIPT_BROADCAST:
+    } else if (item->kind == SCRIPT_BROADCAST) {
         append(item, 0);
-        take_bytes(script, item);
-        seal(item, 0);
-        break;
-    case SCRIPT_FOREIGN:
-        take_bytes(script, item);
-        if (item->count != 0 && (item->bytes[0] == 0 || item->bytes[0] == SCRIPT_ADDRESS)) {
-            item->bytes[0] = SCRIPT_ADDRESS + 1u;
-        }
-        seal(item, 0);
-        break;
-    case SCRIPT_BYTES:
-        take_bytes(script, item);
-        break;
-    case SCRIPT_GAP:
-    case SCRIPT_SILENCE:
-    case SCRIPT_PROBE:
-    default:
-        break;
+    }
+    take_bytes(script, item);
+    if (item->kind == SCRIPT_FOREIGN) {
+        make_foreign(item);
+    }
+    if (item->kind != SCRIPT_BYTES) {
+        seal(item, item->kind == SCRIPT_SPOILT ? 0x0100u : 0u);
     }
 }
 

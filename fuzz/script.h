@@ -3,7 +3,7 @@
 // right here, so that most of what is tried reaches the server instead of ending at its door.
 //
 //     byte 0   bits 0 to 2 what (enum script_kind); bit 3 set: no silence before;
-//              bit 4 set: no silence after; bit 5 set: the board looks when all bytes are there
+//              bit 4 set: no silence after; bit 5 set: the board does not look meanwhile
 //     byte 1   number of bytes n, where there are any (clipped to what is left)
 //     n bytes
 #pragma once

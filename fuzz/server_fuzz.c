@@ -27,7 +27,7 @@ struct line {
     struct frame *frame;
     struct server_counters counters;
     uint8_t received[FRAME_MAX_BYTES];
-    bool lazy;    // the main loop comes by after whole pieces only
+    bool lazy;    // the main loop does not come by before the silence
     bool pending; // a request is complete; it is served at the next silence
     unsigned replies;
 };
@@ -90,7 +90,7 @@ static void check_reply(struct line *line,
     if (count != 0) {
         uint16_t sealed = frame_seal(frame, count);
         PROMISE(sealed <= FRAME_MAX_BYTES, "a reply of %u bytes", (unsigned)sealed);
-        form_check(request->bytes, request->length, frame->bytes, sealed);
+        form_check(request->bytes, frame->bytes, sealed);
         line->replies++;
     }
 }
@@ -173,7 +173,6 @@ static void send(struct line *line, const uint8_t *bytes, size_t count)
     for (size_t i = 0; i < count; i++) {
         take_byte(line, bytes[i]);
     }
-    look(line, false);
 }
 
 static void ask(struct line *line, const uint8_t *scripted, size_t count)

@@ -212,7 +212,9 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
     struct source source;
 
     flash_copy(&source, entry, sizeof source);
-    const uint8_t *at = (const uint8_t *)source.at + axis * sizeof(struct axis);
+    // Of what is not in RAM it is none, and nobody looks.
+    const uint8_t *at =
+        (const uint8_t *)((uintptr_t)source.at + axis * sizeof(struct axis));
 
     switch ((enum source_kind)source.kind) {
     case SOURCE_COUNTER:

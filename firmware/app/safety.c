@@ -79,13 +79,7 @@ void safety_poll(void)
     }
 }
 
-bool safety_clear(void)
+bool safety_allows(void)
 {
-    if (estop_tripped()) {
-        return false;
-    }
-    if (machine.asking == 0) {
-        estop_release();
-    }
-    return cpu_stack_intact();
+    return !estop_tripped() && cpu_stack_intact();
 }

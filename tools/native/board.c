@@ -5,7 +5,7 @@
 //
 //   run CYCLES           ok CYCLE         let time pass
 //   tx HEX [TIMEOUT]     rx HEX CYCLE     send, then wait for the reply's end (rx - if none)
-//   pop AXIS             runs C,R C,R ... take everything out of an axis' queue, as its decoder does
+//   pop AXIS             runs C,R C,R ... empty an axis' queue, as its decoder does
 //   quit                 ok
 //
 // Options are taken from the simulator's command line and not looked at.
@@ -23,12 +23,12 @@
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 
-#define ADDRESS         1u
-#define ROUND_TICKS     8000u // the serial line is looked at more often than a silence is long
+#define ADDRESS 1u
+#define ROUND_TICKS                                                                      \
+    8000u // the serial line is looked at more often than a silence is long
 #define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / 115200uL))
 #define CHUNK           8u // characters between two looks
 #define SILENCE_TICKS   28032u
-#define REPLY_MAX       256u
 #define LINE_MAX        8192u
 
 static uint64_t cycle;
@@ -72,38 +72,35 @@ static bool send_hex(const char *digits)
     return true;
 }
 
-// What the board says until it is silent again; at least a silence passes.
-static uint16_t take_reply(uint8_t *reply)
+// What the board says; without a reply at least a silence passes.
+static uint16_t take_reply(const uint8_t **reply)
 {
     uint16_t sent = 0;
 
-    for (uint32_t waited = 0; waited < 2u * SILENCE_TICKS && sent == 0; waited += ROUND_TICKS) {
+    for (uint32_t waited = 0; waited < 2u * SILENCE_TICKS && sent == 0;
+         waited += ROUND_TICKS) {
         pass(ROUND_TICKS);
-        const uint8_t *bytes = NULL;
-        sent = fake_sent(&bytes);
-        if (sent != 0) {
-            memcpy(reply, bytes, sent);
-        }
-    }
-    if (sent != 0) {
-        run(sent * CHARACTER_TICKS + SILENCE_TICKS);
+        sent = fake_sent(reply);
     }
     return sent;
 }
 
 static void do_tx(const char *words)
 {
-    uint8_t reply[REPLY_MAX];
+    const uint8_t *reply = NULL;
 
     if (!send_hex(words)) {
         (void)puts("error not a row of bytes");
         return;
     }
-    uint16_t sent = take_reply(reply);
+    uint16_t sent = take_reply(&reply);
 
     (void)fputs("rx ", stdout);
     for (uint16_t i = 0; i < sent; i++) {
         (void)printf("%02x", reply[i]);
+    }
+    if (sent != 0) {
+        run(sent * CHARACTER_TICKS + SILENCE_TICKS);
     }
     (void)printf("%s %" PRIu64 "\n", sent == 0 ? "-" : "", cycle);
 }

@@ -24,9 +24,9 @@ def test_every_queue_is_exact():
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", ["uno", "mega"])
 def test_lines_play_exactly(board):
-    outcome = uploads.run(uploads.Plan(board, 150))
+    outcome = uploads.run(uploads.Plan(board, 80))
     assert outcome.complaints == []
-    assert outcome.blocks >= 150
+    assert outcome.blocks >= 80
     assert outcome.steps > 10_000
 
 

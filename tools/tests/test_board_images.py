@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import pytest
 
-from console import make_console  # noqa: F401 (a fixture)
-from pixstep import formats, natives
+from console import put
+from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
@@ -49,7 +49,7 @@ class Live:
 
 
 @pytest.fixture
-def live(make_console):  # noqa: F811
+def live(make_console):
     """Return a function that starts boards; all are ended afterwards."""
     started = []
 
@@ -60,11 +60,6 @@ def live(make_console):  # noqa: F811
     yield start
     for one in started:
         one.sim.kill()
-
-
-def put(counts, name="line.csv"):
-    formats.write_csv(name, counts)
-    return name
 
 
 @pytest.mark.parametrize("name", BOARDS)

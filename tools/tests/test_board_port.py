@@ -4,7 +4,9 @@
 import json
 import os
 import pty
+import signal
 import subprocess
+import sys
 import termios
 import time
 from pathlib import Path
@@ -62,6 +64,28 @@ def test_a_session_over_a_terminal(pixstep, invoke, sim_port, tmp_path, monkeypa
     assert "stop sent" in pixstep("board", "stop")
     text = invoke("board", "get", "status", "--parity", "E", status=2).stderr
     assert text == f"pixstep: {sim_port}: a pseudo terminal has no parity E: --parity N\n"
+
+
+def test_watch_is_live_on_a_terminal_and_ends_by_ctrl_c(sim_port):
+    master, slave = pty.openpty()
+    words = ("board", "watch", "--port", sim_port, "--interval", "0.1")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pixstep", *words],
+        stdout=slave, stderr=slave, stdin=slave,
+        env=os.environ | {"TERM": "xterm", "COLUMNS": "100", "LINES": "40"},
+    )  # fmt: skip
+    os.close(slave)
+    seen = b""
+    end = time.monotonic() + 20
+    while seen.count(b"queue free") < 3 and time.monotonic() < end:
+        seen += os.read(master, 4096)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=10) == 0
+    os.close(master)
+    text = seen.decode()
+    assert "Traceback" not in text
+    assert "Ctrl-C ends" in text and "mega" in text and "Hz; switches: none" in text
+    assert "\x1b[" in text  # redrawn in its place
 
 
 def test_nobody_answers(terminal, invoke):

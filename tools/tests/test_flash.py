@@ -7,7 +7,6 @@ import stat
 
 import pytest
 
-from console import make_console  # noqa: F401 (a fixture)
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep import natives
 from pixstep.board import flash
@@ -47,7 +46,7 @@ def avrdude(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def board(make_console):  # noqa: F811
+def board(make_console):
     """Put a fake Mega on the port."""
     world = FakeWorld()
     fake = FakeBoard(world)

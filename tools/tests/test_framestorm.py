@@ -16,11 +16,11 @@ SAFETY = wire.Safety(4, lambda axis: 7)
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", ["uno", "mega"])
 def test_no_edge_differs(board):
-    outcome = framestorm.run(framestorm.Plan(board, 2000))
+    outcome = framestorm.run(framestorm.Plan(board, 1500))
     assert outcome.complaints == []
-    assert outcome.frames >= 2000
+    assert outcome.frames >= 1500
     assert len(outcome.kinds) == 15
-    assert min(outcome.kinds.values()) > 100
+    assert min(outcome.kinds.values()) > 80
     assert outcome.edges > 50_000
     assert outcome.counters["crc_errors"] > 200
     assert outcome.counters["exceptions"] > 200
@@ -82,18 +82,33 @@ def test_what_is_harmless(body, harmless):
     assert SAFETY.harmless(wire.seal(b"\x01" + body)) is harmless
 
 
+def stretches(strike):
+    """Bytes of a strike between certain silences."""
+    seen = b""
+    for piece, pause in strike.pieces:
+        seen += piece
+        if pause >= strikes.CERTAIN:
+            yield seen
+            seen = b""
+    yield seen
+
+
 def test_a_request_behind_anothers_reply_is_seen():
     """No strike carries what would be obeyed, wherever in it that begins."""
     generator = strikes.Generator(random.Random(5), 1, SAFETY)
     kinds = Counter()
+    looked_at = 0
     for strike, _ in zip(generator, range(3000), strict=False):
         kinds[strike.kind] += 1
-        seen = b"".join(piece for piece, _ in strike.pieces)
-        for start in range(len(seen)):
-            for frame in wire.frames_in(seen[start:]):
-                if frame[0] in (0, 1) and (start == 0 or wire.frames_in(seen[:start])):
-                    assert SAFETY.harmless(frame), strike
+        for seen in stretches(strike):
+            for start in range(len(seen)):
+                behind_a_frame = seen[:start] in wire.frames_in(seen)
+                for frame in wire.frames_in(seen[start:]):
+                    if frame[0] in (0, 1) and (start == 0 or behind_a_frame):
+                        assert SAFETY.harmless(frame), strike
+                        looked_at += 1
     assert len(kinds) == 15
+    assert looked_at > 1000
 
 
 def test_same_seed_same_strikes():

@@ -3,7 +3,6 @@
 
 import pytest
 
-from console import make_console  # noqa: F401 (a fixture)
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep.board import selftest
 from pixstep.board.client import Board, BoardError
@@ -254,7 +253,7 @@ def test_a_board_that_moves_is_left_alone():
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("name", BOARDS)
-def test_the_images_pass(make_console, name):  # noqa: F811
+def test_the_images_pass(make_console, name):
     live = Live(make_console, (name,), hz=30)
     try:
         axes = (0,) if name == "uno" else (0, 3)
@@ -267,7 +266,7 @@ def test_the_images_pass(make_console, name):  # noqa: F811
         live.sim.kill()
 
 
-def test_the_command(make_console):  # noqa: F811
+def test_the_command(make_console):
     machine = Machine()
     console = make_console(FakeLine(machine.world, machine.fake), machine.world)
     text = console.out("selftest", "--yes")

@@ -179,8 +179,8 @@ static bool coil_set(int address, int on)
 
 static bool coil_written(void)
 {
-    return coil_set(DRIVER_0, 1) && same(input(OUTPUTS) & 1, 1) && coil_set(DRIVER_0, 0) &&
-           same(input(OUTPUTS) & 1, 0);
+    return coil_set(DRIVER_0, 1) && same(input(OUTPUTS) & 1, 1) &&
+           coil_set(DRIVER_0, 0) && same(input(OUTPUTS) & 1, 0);
 }
 
 static bool register_written(void)
@@ -308,7 +308,7 @@ static bool broadcast(void)
     int answered = modbus_write_registers(client, DIR_SETUP, 2, words);
 
     (void)modbus_set_slave(client, UNIT);
-    (void)modbus_set_response_timeout(client, 1, 0);
+    (void)modbus_set_response_timeout(client, 3, 0);
     if (answered >= 0) {
         return wrong("answered");
     }
@@ -352,7 +352,8 @@ static bool words_121(void)
     static const uint16_t words[121];
     uint16_t found = 0;
 
-    return refused(modbus_write_and_read_registers(client, 0, 121, words, 0, 1, &found), 2);
+    return refused(modbus_write_and_read_registers(client, 0, 121, words, 0, 1, &found),
+                   2);
 }
 
 static bool bits_2000(void)
@@ -437,7 +438,7 @@ int main(int argc, char **argv)
         (void)fprintf(stderr, "%s: %s\n", argv[1], modbus_strerror(errno));
         return 2;
     }
-    (void)modbus_set_response_timeout(client, 1, 0);
+    (void)modbus_set_response_timeout(client, 3, 0);
     run_list();
     modbus_close(client);
     modbus_free(client);

@@ -27,8 +27,8 @@ DEFECTS = (
     Defect(
         "server",
         SERVER,
-        "if (counters->listen_only || frame->bytes[0] == 0) {",
-        "if (counters->listen_only) {",
+        "bool mute = counters->listen_only || bytes[0] == 0;",
+        "bool mute = counters->listen_only;",
         "a request to all that is answered",
     ),
     Defect(
@@ -41,15 +41,8 @@ DEFECTS = (
     Defect(
         "server",
         SERVER,
-        "bytes[10] != 2u * bytes[9]",
-        "bytes[10] != (uint8_t)(2u * bytes[9])",
-        "a number of words that wraps",
-    ),
-    Defect(
-        "server",
-        SERVER,
-        "return &bytes[8];",
-        "bytes[10] = 0;\n    return &bytes[8];",
+        "return data_write(address, 1, &bytes[8]);",
+        "bytes[10] = 0;\n    return data_write(address, 1, &bytes[8]);",
         "a request to all that spoils what follows",
     ),
     Defect(
@@ -65,13 +58,6 @@ DEFECTS = (
         "(ended && ends_at(frame, received))",
         "(ended && received > 8u && ends_at(frame, received))",
         "a frame of unknown form that silence does not end",
-    ),
-    Defect(
-        "server",
-        "core/wire/files.c",
-        "return *reply_bytes > BYTES_MAX ? MODBUS_ILLEGAL_VALUE : found;",
-        "return found;",
-        "file records longer than a frame",
     ),
     Defect(
         "board",

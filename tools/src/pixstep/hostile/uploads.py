@@ -43,11 +43,15 @@ class Plan:
     blocks: int
     seed: int = 1
     model: Model = field(default_factory=Model)
+    go_on: bool = False  # after a line that was not exact; else the first of them is the end
 
 
 @dataclass
 class Outcome:
-    """What a campaign did. `complaints` is empty if every queue was exact; the first ends it."""
+    """What a campaign did. `complaints` is empty if every queue was exact.
+
+    Lines that were not are `reported`, by the board or the client, or `silent`.
+    """
 
     plan: Plan
     lines: int = 0
@@ -56,6 +60,8 @@ class Outcome:
     requests: int = 0
     given_up: int = 0  # steps for which every retry failed, and which were begun again
     steps: int = 0
+    reported: int = 0
+    silent: int = 0
     undetected: int = 0  # spoilt frames whose checksum was right all the same
     noise: Counter = field(default_factory=Counter)
     complaints: list[str] = field(default_factory=list)
@@ -76,7 +82,7 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     outcome = Outcome(plan)
     with _board(plan) as simulator:
         side = (_Native if plan.board == NATIVE else _Image)(simulator, plan, rng, outcome)
-        while outcome.blocks < plan.blocks and not outcome.complaints:
+        while outcome.blocks < plan.blocks and (plan.go_on or not outcome.complaints):
             side.line()
             progress(min(1.0, outcome.blocks / plan.blocks))
         outcome.requests = side.client.requests
@@ -118,15 +124,23 @@ class _Side:
         where = f"line {self.outcome.lines}, {len(entries)} entries"
         try:
             if not self.exact(axis, entries):
+                self.outcome.silent += 1
                 self.outcome.complaints.append(f"{where}: axis {axis} does not hold them")
+                self.recover(axis)
         except BoardError as error:
+            self.outcome.reported += 1
             self.outcome.complaints.append(f"{where}: {error}")
+            self.recover(axis)
         self.outcome.lines += 1
         self.outcome.entries += len(entries)
 
     def exact(self, axis: int, entries: list[tuple[int, int]]) -> bool:
         """Upload; return True if the board has exactly these entries."""
         raise NotImplementedError
+
+    def recover(self, axis: int) -> None:
+        """Have what is queued forgotten, over a good line."""
+        Board(SimClient(self.simulator)).command("discard", [axis])
 
     def persistently(self, step: Callable[[], object]) -> object:
         """Do a step until its requests come through; BoardError with a code is the caller's."""

@@ -31,7 +31,8 @@ def start_command(line, units, axes, wait, as_json):
 
     Of one board the axes are armed. Of several, each is armed with a random token, all are asked
     whether they are armed, and one broadcast with that token lets them go; if one is not, none
-    goes. Without --axis all loaded axes; a board without any is left out of it.
+    goes, and the lines of those that were armed must be uploaded again. Without --axis all loaded
+    axes; a board without any is left out of it.
     """
     with boards(line, units) as (found, known):
         group = [_lines(item, axes) for item in known]

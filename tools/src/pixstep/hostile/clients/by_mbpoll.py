@@ -34,7 +34,19 @@ class _Poll:
     """Calls of mbpoll on one port."""
 
     def __init__(self, port: str) -> None:
-        self._words = ["mbpoll", "-m", "rtu", "-b", "115200", "-P", "none", "-a", str(cases.UNIT)]
+        self._words = [
+            "mbpoll",
+            "-m",
+            "rtu",
+            "-b",
+            "115200",
+            "-P",
+            "none",
+            "-a",
+            str(cases.UNIT),
+            "-o",
+            "3",
+        ]
         self._port = port
 
     def call(self, *options: str, values: tuple[int, ...] = ()) -> str:

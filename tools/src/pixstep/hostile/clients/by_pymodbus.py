@@ -11,7 +11,7 @@ from pixstep.board import boards
 from pixstep.hostile.clients import cases
 from pixstep.hostile.clients.cases import ConformanceError, same
 
-_TIMEOUT_S = 1.0
+_TIMEOUT_S = 3.0
 
 
 class _Raw(ModbusPDU):

@@ -70,20 +70,29 @@ def failures(results: Results) -> list[str]:
 
 
 def table(results: Results) -> str:
-    """Return the results as Markdown: a row a case, a column a client and board."""
-    columns = list(results)
-    head = ("case", "function", "what", *(f"{client} {board}" for client, board in columns))
+    """Return the results as Markdown: a row a case, a column a client."""
+    head = ("case", "function", "what", *CLIENTS)
     rows = [
         (
             case.name,
             case.function,
             case.about,
-            *(results[column][case.name].split(":")[0] for column in columns),
+            *(_cell(results, client, case.name) for client in CLIENTS),
         )
         for case in cases.CASES
     ]
-    counts = [
-        f"{client} {board} {sum(text == cases.OK for text in results[client, board].values())}"
-        for client, board in columns
-    ]
-    return f"{docs.table(head, rows)}\n\nCases that are ok: {', '.join(counts)}.\n"
+    served = ", ".join(
+        f"{client} {sum(text == cases.OK for text in found.values())} on the {board}"
+        for (client, board), found in results.items()
+    )
+    return f"{docs.table(head, rows)}\n\nCases that are ok: {served}.\n"
+
+
+def _cell(results: Results, client: str, name: str) -> str:
+    """Return a client's result, once if it is the same on every board."""
+    found = {
+        board: text[name].split(":")[0] for (who, board), text in results.items() if who == client
+    }
+    if len(set(found.values())) == 1:
+        return next(iter(found.values()))
+    return ", ".join(f"{board} {text}" for board, text in found.items())
