@@ -12,12 +12,6 @@
 #include "unity.h"
 #include "wire/crc16.h"
 
-#if defined(__AVR__)
-// The machine leaves hardly any RAM there: a test is known by its line.
-#undef RUN_TEST
-#define RUN_TEST(test) UnityDefaultTestRun(test, "", __LINE__)
-#endif
-
 #define MS_TICKS      16000u
 #define SILENCE_TICKS ((uint32_t)fake_line.silence_16us * 256u)
 #define SLACK_TICKS   256u
