@@ -214,7 +214,7 @@ static const void *place(const struct source *source, uint8_t axis)
 
 static uint16_t word_of(const struct source *entry, uint8_t axis)
 {
-    struct source source;
+    struct source source = {.kind = SOURCE_CONSTANT};
 
     flash_copy(&source, entry, sizeof source);
     switch ((enum source_kind)source.kind) {
