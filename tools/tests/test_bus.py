@@ -353,7 +353,7 @@ def test_broadcasts_faster_than_they_are_served_reset_nothing(board):
         assert master.input(CRC_ERRORS) + master.input(NO_REPLIES) > 10
 
 
-# Here a byte's interrupt takes longer than the byte: the step interrupts have two thirds of the time.
+# A byte takes less time than its interrupt here: the step interrupts have two thirds of it all.
 @pytest.mark.parametrize(("board", "count"), [("uno", 2285), ("mega", 400)])
 @pytest.mark.parametrize("load", [requests, others])
 def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, load):
