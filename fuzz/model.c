@@ -25,8 +25,7 @@ bool model_same(const struct model *one, const struct model *other)
 
 static uint16_t index_of(uint16_t address, uint16_t from_start)
 {
-    return (uint16_t)(address < from_start ? address
-                                           : from_start + address % MODEL_TAIL);
+    return (uint16_t)(address < from_start ? address : from_start + address % MODEL_TAIL);
 }
 
 bool model_mapped(uint32_t from_start, uint16_t address, uint16_t count)
