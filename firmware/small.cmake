@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
-# The smaller part's flash is full. A routine that all functions share saves their registers, for some
-# 20 cycles a call, and fewer values are kept ready ahead of a loop, which wins most of them back
-# (registers are few and wanted inside). The interrupts' half (hal) stays as it is.
+# The smaller part's flash is full. A routine that all functions share saves their registers, for
+# some 20 cycles a call, and fewer values are kept ready ahead of a loop, which wins most of them
+# back (registers are few and wanted inside). The interrupts' half (hal) stays as it is.
 set(small -mcall-prologues -mstrict-X -fno-move-loop-invariants -fno-guess-branch-probability)
 foreach(layer pixstep_core pixstep_app)
     target_compile_options(${layer} PRIVATE "$<$<COMPILE_LANGUAGE:C>:${small}>")
 endforeach()
 
-# What else makes a file smaller, tried one optimisation after the other: 750 bytes together. None of
-# these changes what the code does; a new compiler may want others.
+# What else makes a file smaller, tried one optimisation after the other: 750 bytes together. None
+# of these changes what the code does; a new compiler may want others.
 function(smaller file)
     set_property(SOURCE ${file} APPEND PROPERTY COMPILE_OPTIONS ${ARGN})
 endfunction()

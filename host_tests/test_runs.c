@@ -261,6 +261,22 @@ static void edge_seen_late_has_the_same_record(void)
     TEST_ASSERT_EQUAL_INT32(-1, ledger.records[0].actual_steps);
 }
 
+static void check_halt(void)
+{
+    TEST_ASSERT_TRUE(step_engine_halt(&engine, &ring));
+    TEST_ASSERT_FALSE(step_engine_halt(&engine, &ring)); // must not undo it
+    TEST_ASSERT_TRUE(step_engine_going((enum step_engine_state)engine.state));
+}
+
+static void check_at_rest(uint16_t steps)
+{
+    TEST_ASSERT_EQUAL_INT32(steps, ledger_position(&ledger));
+    TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
+    TEST_ASSERT_TRUE(feed_run_free(&feed));
+    (void)step_engine_settle(&engine, &ring);
+    TEST_ASSERT_FALSE(step_engine_sample(&engine).cut);
+}
+
 static void check_taken_away_after(uint16_t steps)
 {
     struct even even;
@@ -271,20 +287,14 @@ static void check_taken_away_after(uint16_t steps)
     for (uint16_t k = 0; k < steps; k++) {
         (void)load();
     }
-    TEST_ASSERT_TRUE(step_engine_halt(&engine, &ring));
-    TEST_ASSERT_FALSE(step_engine_halt(&engine, &ring)); // must not undo it
-    TEST_ASSERT_TRUE(step_engine_going((enum step_engine_state)engine.state));
+    check_halt();
     check_account();
     uint32_t before_ticks = now_ticks;
     TEST_ASSERT_EQUAL_UINT32(STEP_IDLE_TICKS, load());
     TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
     follow();
     TEST_ASSERT_EQUAL_UINT32(before_ticks, ledger_period_start(&ledger, &feed, 0));
-    TEST_ASSERT_EQUAL_INT32(steps, ledger_position(&ledger));
-    TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
-    TEST_ASSERT_TRUE(feed_run_free(&feed));
-    (void)step_engine_settle(&engine, &ring);
-    TEST_ASSERT_FALSE(step_engine_sample(&engine).cut);
+    check_at_rest(steps);
 }
 
 static void rest_of_a_run_taken_away(void)

@@ -379,7 +379,7 @@ static void write_coil_exceptions(void)
 {
     static const uint16_t values[] = {1, 0xFF01, 0xFE00, 0x0100, 0x00FF, 0xFFFF};
 
-    for (uint8_t i = 0; i < sizeof values / sizeof values[0]; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof values / sizeof values[0]); i++) {
         ask(5, 99, values[i]); // the value is looked at before the address
         check_exception(5, MODBUS_ILLEGAL_VALUE);
     }
@@ -557,13 +557,13 @@ static void diagnosis_exceptions(void)
     static const uint8_t unknown[] = {3, 5, 6, 7, 8, 9, 19, 20, 255};
     static const uint8_t empty[] = {2, 4, 10, 11, 18};
 
-    for (uint8_t i = 0; i < sizeof unknown; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof unknown); i++) {
         SEND(UNIT, 8, 0, unknown[i], 0, 0);
         check_exception(8, MODBUS_ILLEGAL_FUNCTION);
     }
     SEND(UNIT, 8, 1, 2, 0, 0);
     check_exception(8, MODBUS_ILLEGAL_FUNCTION);
-    for (uint8_t i = 0; i < sizeof empty; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof empty); i++) {
         SEND(UNIT, 8, 0, empty[i], 0, 1);
         check_exception(8, MODBUS_ILLEGAL_VALUE);
         SEND(UNIT, 8, 0, empty[i], 0xFF, 0);
@@ -855,7 +855,7 @@ static void broadcasts_leave_what_follows_alone(void)
         {5, 0, 43, 14, 1, 0},
     };
 
-    for (uint8_t i = 0; i < sizeof requests / sizeof requests[0]; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof requests / sizeof requests[0]); i++) {
         uint16_t length = requests[i][0];
         memset(frame.bytes, 0xEE, sizeof frame.bytes);
         memcpy(frame.bytes, &requests[i][1], length);

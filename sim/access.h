@@ -33,7 +33,7 @@ static inline uint8_t access_bits_written(const avr_t *avr)
 {
     uint16_t opcode = access_opcode(avr);
 
-    return ((opcode & 0xFD00U) == 0x9800U) ? (uint8_t)(1U << (opcode & 7U)) : 0xFFU;
+    return (uint8_t)(((opcode & 0xFD00U) == 0x9800U) ? 1U << (opcode & 7U) : 0xFFU);
 }
 
 // The value that a write really carries to a register of write-1-to-clear flags. The part's SBI

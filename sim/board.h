@@ -122,22 +122,7 @@ struct board {
     struct comparator_hooks comparator_hooks;
     struct uart uart;
     struct uart_hooks uart_hooks;
-    struct eeprom eeprom;
-    struct eeprom_hooks eeprom_hooks;
-    struct watchdog watchdog;
-    struct watchdog_hooks watchdog_hooks;
-    struct extint extint;
-    struct extint_hooks extint_hooks;
     struct irq_stats stats;
-    struct stack_watch stack;
-    struct symbols symbols; // of the image
-
-    bool powered;
-    uint8_t mcusr; // at the next reset
-    struct noise ram_noise;
-    enum board_want want;
-    struct board_plan plan;
-    struct board_hang hang;
 
     struct {
         uint8_t port, ddr;                 // as last written
@@ -158,6 +143,23 @@ struct board {
 
     uint64_t sleep_cycles;
     uint64_t quantum_end;
+
+    // Rarely looked at: behind what every instruction needs.
+    struct eeprom eeprom;
+    struct eeprom_hooks eeprom_hooks;
+    struct watchdog watchdog;
+    struct watchdog_hooks watchdog_hooks;
+    struct extint extint;
+    struct extint_hooks extint_hooks;
+    struct stack_watch stack;
+    struct symbols symbols; // of the image
+
+    bool powered;
+    uint8_t mcusr; // at the next reset
+    struct noise ram_noise;
+    enum board_want want;
+    struct board_plan plan;
+    struct board_hang hang;
 };
 
 // Loads an image into a new board. The board must stay where it is in memory. On failure returns

@@ -132,7 +132,7 @@ void eeprom_power_cut(struct eeprom *e, uint64_t cycle)
 
 static void start_write(struct eeprom *e, uint64_t cycle)
 {
-    uint8_t mode = (e->avr->data[e->part->r_eecr] & EEPM) >> 4;
+    uint8_t mode = (uint8_t)((e->avr->data[e->part->r_eecr] & EEPM) >> 4);
 
     if (e->busy) {
         refuse_busy(e, "EEPE set");

@@ -2,11 +2,13 @@
 // What the host may ask of the machine, each for a mask of axes: all of them or none.
 #include "app/drivers.h" // drivers_write
 #include "app/machine.h"
-#include "app/safety.h" // safety_clear
+#include "app/safety.h" // safety_allows
 #include "app/start.h"  // start_now
 #include "app/store.h"  // store_*
 #include "app/time_check.h"
+#include "base/flash.h"      // IN_FLASH
 #include "hal/clock.h"       // clock_now_4us
+#include "hal/estop.h"       // estop_release
 #include "hal/pixel_clock.h" // pixel_clock_drop
 #include "hal/step_timer.h"  // step_timer_*
 
@@ -185,12 +187,13 @@ static bool clear_fault(void)
             return false;
         }
     }
-    if (!safety_clear()) {
+    if (!safety_allows()) {
         return false;
     }
     if (machine.asking != 0) {
         return true;
     }
+    estop_release();
     if (machine.time_lost) {
         restart_time();
     }
@@ -240,26 +243,38 @@ static bool permit(bool on)
     return true;
 }
 
+// Commands for axes, each for itself.
+struct axis_command {
+    axis_test possible;
+    axis_action act;
+};
+
+static const struct axis_command axis_commands[] IN_FLASH = {
+    [COMMAND_DISARM] = {resting, discard},
+    [COMMAND_STOP] = {always, stop},
+    [COMMAND_DISCARD] = {resting, discard},
+    [COMMAND_ENABLE] = {always, enable},
+    [COMMAND_DISABLE] = {resting, disable},
+    [COMMAND_ZERO] = {zeroable, seek_zero},
+};
+
+static bool command_axes(enum machine_command command, uint8_t mask)
+{
+    struct axis_command found;
+
+    flash_copy(&found, &axis_commands[command], sizeof found);
+    return for_axes(mask, found.possible, found.act);
+}
+
 bool machine_do(enum machine_command command, uint8_t mask)
 {
-    switch (command) {
+    switch ((uint8_t)command) {
     case COMMAND_NONE:
         return true;
     case COMMAND_ARM:
         return arm_all(mask);
-    case COMMAND_DISARM:
-    case COMMAND_DISCARD:
-        return for_axes(mask, resting, discard);
-    case COMMAND_STOP:
-        return for_axes(mask, always, stop);
     case COMMAND_CLEAR_FAULT:
         return clear_fault();
-    case COMMAND_ENABLE:
-        return for_axes(mask, always, enable);
-    case COMMAND_DISABLE:
-        return for_axes(mask, resting, disable);
-    case COMMAND_ZERO:
-        return for_axes(mask, zeroable, seek_zero);
     case COMMAND_STORE:
         return store();
     case COMMAND_DEFAULTS:
@@ -269,7 +284,7 @@ bool machine_do(enum machine_command command, uint8_t mask)
         return permit(command == COMMAND_PERMIT_ON);
     case COMMAND_GO:
         return go();
-    default:
-        return false;
+    default: // for axes, each for itself
+        return command_axes(command, mask);
     }
 }

@@ -115,10 +115,16 @@ void machine_permit(bool on)
     permit_write(on);
 }
 
+// First the outputs: the record takes its time.
 void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
 {
     struct fault_record *fault = &machine.fault;
 
+    machine_permit(false);
+    machine.token = 0;
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        halt_axis(i, AXIS_FAULT);
+    }
     if (fault->code == FAULT_none) {
         fault->code = (uint8_t)code;
         fault->axis = axis;
@@ -129,12 +135,7 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
         events_note(
             (uint16_t)code, axis, argument, machine_axis(axis)->ledger.pixel + 1u);
     }
-    machine_permit(false);
-    machine.token = 0;
     fault->mask |= (uint32_t)1 << (uint8_t)code;
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        halt_axis(i, AXIS_FAULT);
-    }
 }
 
 void require_failed(uint16_t line)

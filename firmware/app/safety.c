@@ -36,19 +36,22 @@ void safety_start(void)
     cpu_watchdog_start();
 }
 
-// One axis a round. One that came too late is off, and makes no further beat: it is excused. One
-// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge included,
-// and only a reset ends that.
+// One axis a round. One that came too late is off and makes no further beat: it is excused. One
+// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge
+// included, and only a reset ends that.
 static void feed_watchdog(void)
 {
     uint8_t i = machine.turn % CONFIG_AXES;
     uint8_t beat = step_timer_beat(i);
 
-    if (beat != beats[i] || step_timer_state(i) == STEP_ENGINE_HALTED) {
-        beats[i] = beat;
+    if (beat == beats[i] && step_timer_state(i) != STEP_ENGINE_HALTED) {
+        return;
+    }
+    beats[i] = beat;
+    if (CONFIG_AXES > 1) {
         alive = (uint8_t)(alive | (1u << i));
     }
-    if (alive == ALL_AXES) {
+    if (CONFIG_AXES == 1 || alive == ALL_AXES) {
         alive = 0;
         cpu_watchdog_feed();
     }
@@ -79,13 +82,7 @@ void safety_poll(void)
     }
 }
 
-bool safety_clear(void)
+bool safety_allows(void)
 {
-    if (estop_tripped()) {
-        return false;
-    }
-    if (machine.asking == 0) {
-        estop_release();
-    }
-    return cpu_stack_intact();
+    return !estop_tripped() && cpu_stack_intact();
 }

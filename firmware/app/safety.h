@@ -10,5 +10,5 @@ void safety_start(void);
 
 void safety_poll(void);
 
-// False when the emergency stop is still tripped.
-bool safety_clear(void);
+// Faults may be cleared: the emergency stop is released, the stack is sound.
+bool safety_allows(void);

@@ -17,9 +17,10 @@ _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot")
 #define STATE_CHANGED 0x02u
 #define STATE_BUSY    0x04u
 
-static uint8_t slot = NO_SLOT; // of the newest record
-static uint8_t next = IDLE; // byte to write; the record's size: its first one once more
-static uint8_t state;
+static uint8_t newest = NO_SLOT; // of the newest record
+static uint8_t to_write =
+    IDLE; // byte to write; the record's size: its first one once more
+static uint8_t flags;
 
 static uint16_t place(uint8_t which, uint8_t byte)
 {
@@ -41,22 +42,22 @@ void store_load(void)
 {
     uint16_t serial = 0;
 
-    slot = NO_SLOT;
-    next = IDLE;
-    state = STATE_FOUND;
+    newest = NO_SLOT;
+    to_write = IDLE;
+    flags = STATE_FOUND;
     while (eeprom_busy()) {
     }
     for (uint8_t i = 0; i < SLOTS; i++) {
         if (load(i) &&
-            (slot == NO_SLOT || (int16_t)(machine.settings.serial - serial) > 0)) {
-            slot = i;
+            (newest == NO_SLOT || (int16_t)(machine.settings.serial - serial) > 0)) {
+            newest = i;
             serial = machine.settings.serial;
         }
     }
-    if (slot == NO_SLOT || !load(slot)) {
+    if (newest == NO_SLOT || !load(newest)) {
         settings_defaults(&machine.settings);
         machine.settings.serial = 0;
-        state = 0;
+        flags = 0;
     }
 }
 
@@ -66,39 +67,39 @@ void store_begin(void)
     machine.settings.bytes = sizeof(struct settings);
     machine.settings.serial++;
     machine.settings.checksum = crc16(RECORD, sizeof(struct settings) - sizeof(uint16_t));
-    next = 0;
+    to_write = 0;
 }
 
 bool store_busy(void)
 {
-    return next != IDLE;
+    return to_write != IDLE;
 }
 
 void store_poll(void)
 {
-    uint8_t older = slot == 0 ? 1 : 0;
+    uint8_t older = newest == 0 ? 1 : 0;
 
-    if (next == IDLE || eeprom_busy()) {
+    if (to_write == IDLE || eeprom_busy()) {
         return;
     }
-    if (next > sizeof(struct settings)) {
-        slot = older;
-        state = STATE_FOUND;
-        next = IDLE;
+    if (to_write > sizeof(struct settings)) {
+        newest = older;
+        flags = STATE_FOUND;
+        to_write = IDLE;
         return;
     }
-    uint8_t byte = next == sizeof(struct settings) ? 0 : next;
+    uint8_t byte = to_write == sizeof(struct settings) ? 0 : to_write;
 
-    eeprom_write(place(older, byte), next == 0 ? SETTINGS_ERASED : RECORD[byte]);
-    next++;
+    eeprom_write(place(older, byte), to_write == 0 ? SETTINGS_ERASED : RECORD[byte]);
+    to_write++;
 }
 
 uint16_t store_state(void)
 {
-    return (uint16_t)(next != IDLE ? state | STATE_BUSY : state);
+    return (uint16_t)(to_write != IDLE ? flags | STATE_BUSY : flags);
 }
 
 void store_note_change(void)
 {
-    state |= STATE_CHANGED;
+    flags |= STATE_CHANGED;
 }

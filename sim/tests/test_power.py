@@ -111,6 +111,23 @@ class Off(SimTest):
             gaps = differences(steps)
             self.assertEqual(len([gap for gap in gaps if gap != 1000]), 1)
 
+    def test_permit_in_the_waveforms(self):
+        path = self.folder / "waves.vcd"
+        with Board("mega", options=["--vcd", str(path)]) as sim:
+            sim.run(20_000)
+            on = int(sim.ask("permit 0").split()[3])
+            off = int(sim.ask("power 0 off").split()[1])
+            sim.run(20_000)
+            sim.ask("flush")
+        lines = path.read_text().splitlines()
+        name = next(line.split()[3] for line in lines if line.endswith(" PERMIT $end"))
+        at, seen = 0, []
+        for line in lines[lines.index("$end", lines.index("$dumpvars")) :]:
+            at = int(line[1:]) // 625 if line.startswith("#") else at
+            if line[1:] == name:
+                seen.append((at, line[0]))
+        self.assertEqual(seen, [(on, "1"), (off, "0")])
+
     def test_ram_is_noise_and_the_same_with_the_same_seed(self):
         def noises(seed):
             with Board(options=["--seed", str(seed)]) as sim:

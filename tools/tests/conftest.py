@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 import faultbench
+from console import make_console, one, two  # noqa: F401 (fixtures)
 from pixstep import natives
 from pixstep.cli.main import main
 

@@ -6,6 +6,8 @@ import json
 import pytest
 from click.testing import CliRunner
 
+from fake_board import FakeBoard, FakeLine, FakeWorld
+from pixstep import formats
 from pixstep.board import connection
 from pixstep.board.connection import Connection
 from pixstep.board.transport import SimClient
@@ -58,3 +60,33 @@ def make_console(monkeypatch, tmp_path):
     """Return a function that makes a Console on a pipe, in an empty folder."""
     monkeypatch.chdir(tmp_path)
     return lambda pipe, world, **options: Console(monkeypatch, pipe, world, **options)
+
+
+class Rig:
+    """A line with fake boards and the console on it."""
+
+    def __init__(self, make, *kinds):
+        self.world = FakeWorld()
+        self.boards = [FakeBoard(self.world, unit, kind) for unit, kind in enumerate(kinds, 1)]
+        self.line = FakeLine(self.world, *self.boards)
+        self.console = make(self.line, self.world)
+        self.board = self.boards[0]
+
+    def __getattr__(self, name):
+        return getattr(self.console, name)
+
+
+@pytest.fixture
+def one(make_console):
+    return Rig(make_console, "mega")
+
+
+@pytest.fixture
+def two(make_console):
+    return Rig(make_console, "mega", "uno")
+
+
+def put(counts, name="line.csv"):
+    """Write a line file into the present folder and return its name."""
+    formats.write_csv(name, counts)
+    return name

@@ -6,9 +6,11 @@ from fractions import Fraction
 
 import pytest
 
-from console import make_console  # noqa: F401 (a fixture)
-from pixstep import formats, natives
+from console import put
+from pixstep import natives
 from pixstep.board import boards
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, BoardError
 from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.homesim import SimWorld
 from pixstep.simulation.simctl import SimOptions, Simulator
@@ -35,18 +37,19 @@ class Live:
     def __getattr__(self, name):
         return getattr(self.console, name)
 
-    def pin(self, signal, level, axis=0, board=0):
-        """Drive an input pin of a board."""
+    def pin(self, signal, level, axis=0, board=0, later_s=0):
+        """Drive an input pin of a board, now or later."""
         pins = boards.load(self.names[board]).pins
         (found,) = (pin for pin in pins if (pin.signal, pin.axis) == (signal, axis))
-        self.sim.command(f"pin {board} {found.port} {found.bit} {level}")
+        when = f" at {self.sim.cycle + int(later_s * TIMER_HZ)}" if later_s else ""
+        self.sim.command(f"pin {board} {found.port} {found.bit} {level}{when}")
 
     def seconds(self, seconds):
         self.sim.run(int(seconds * TIMER_HZ))
 
 
 @pytest.fixture
-def live(make_console):  # noqa: F811
+def live(make_console):
     """Return a function that starts boards; all are ended afterwards."""
     started = []
 
@@ -57,11 +60,6 @@ def live(make_console):  # noqa: F811
     yield start
     for one in started:
         one.sim.kill()
-
-
-def put(counts, name="line.csv"):
-    formats.write_csv(name, counts)
-    return name
 
 
 @pytest.mark.parametrize("name", BOARDS)
@@ -85,9 +83,6 @@ def test_look_set_store(live, name):
 @pytest.mark.parametrize("name", BOARDS)
 def test_every_range_is_the_boards_own(live, name):
     """What the tool would refuse the board refuses too: written behind the tool's back."""
-    from pixstep.board import registers as regs
-    from pixstep.board.client import Board, BoardError
-
     one = live(name)
     board = Board(one.client)
     for item in regs.settings():
@@ -97,6 +92,72 @@ def test_every_range_is_the_boards_own(live, name):
             with pytest.raises(BoardError) as refused:
                 board.write(item.address, [value])
             assert refused.value.code == 3, (item.name, value)
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_every_function_that_the_client_has(live, name):
+    board = Board(live(name).client)
+    assert board.identification(1) == {
+        "vendor": "pixstep", "product_code": name, "revision": board.who().firmware,
+    }  # fmt: skip
+    assert board.echo(0xA5A5) == 0xA5A5
+    board.clear_counters()
+    before = board.counters()
+    board.read_inputs(0, 1)
+    assert board.counters()["requests"] == before["requests"] + len(before) + 1
+    board.mask_write(6, 0xFFF0, 0x0005)
+    assert board.read_holdings(6, 2) == [0x15, 20]
+    assert board.write_and_read(6, [30, 40], 6, 2) == [30, 40]
+    board.write_one(6, 20)
+    assert board.read_holdings(6, 1) == [20]
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_bits(live, name):
+    one = live(name)
+    board = Board(one.client)
+    one.pin("LIMIT_PLUS", 0)
+    one.seconds(0.02)
+    bits = board.read_discretes(0, 32)
+    assert bits[0] and bits[regs.DISCRETE_INPUTS + 2] and sum(bits) == 2
+    board.write_coil(regs.COIL_DRIVER, True)
+    board.write_coil(regs.COIL_PERMIT, True)
+    assert board.read_coils(regs.COIL_DRIVER, 1) == [True]
+    assert board.read_coils(regs.COIL_CLEAR, 2) == [False, True]
+    assert board.input("outputs") == 0x0101
+    one.pin("ESTOP", 0)
+    one.seconds(0.02)
+    assert board.read_coils(regs.COIL_CLEAR, 2) == [True, False]
+    with pytest.raises(BoardError):
+        board.write_coil(regs.COIL_CLEAR, True)
+    one.pin("ESTOP", 1)
+    one.seconds(0.02)
+    board.write_coil(regs.COIL_CLEAR, True)
+    assert not board.fault_name()
+    with pytest.raises(BoardError) as refused:
+        board.write_coil(regs.COIL_PERMIT + 1, True)
+    assert refused.value.code == 2
+
+
+def test_events_of_the_image(live):
+    one = live("mega")
+    one.pin("ESTOP", 0)
+    one.seconds(0.02)
+    lines = one.out("log", "events").splitlines()
+    assert lines[0].endswith("reset: power-on")
+    assert "estop: the emergency stop input was tripped" in lines[1]
+    assert "has no event log" in live("uno").err("log", "events", status=2)
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_a_silent_board_comes_back(live, name):
+    one = live(name)
+    board = Board(one.client)
+    board.listen_only()
+    with pytest.raises(BoardError):
+        board.who()
+    board.restart()
+    board.who()
 
 
 @pytest.mark.parametrize("name", BOARDS)

@@ -102,7 +102,7 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
     with HomeBench(board, axis, f"{PLANT},start=0", hz=HZ, edges=path) as bench:
         plan = bench.plan(profile=PROFILE, decode=SMOOTH, slow=4, search_steps=6000)
         made = []
-        for index in range(16):
+        for index in range(20):
             place = 2000 - rng.randint(1, (60, 700)[index % 2])
             bench.sim.knobs(0, axis, f"start={place},delay={rng.randint(0, 16_000)}")
             bench.sim.run(50_000)
@@ -121,7 +121,7 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
         if leg.name != "slow approach":
             assert tuple(speeds[: top + 1]) == SPEEDS[: top + 1]
             tops.add(speeds[top])
-    assert len(made) == 48 and len(tops) >= 5, tops
+    assert len(made) == 60 and len(tops) >= 5, tops
 
 
 @pytest.mark.parametrize("axis", range(4))

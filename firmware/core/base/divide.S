@@ -4,7 +4,8 @@
 ;     uint16_t divide_u32_u16(uint32_t value, uint16_t divisor)
 ;     struct quotient divide_with_rest(uint16_t high, uint16_t low, uint16_t divisor)
 ;
-; The same registers hold both arguments, and both results. r2..r6 are left alone: they are the step interrupt's.
+; The same registers hold the arguments of both, and the results. r2..r6 are left alone: they are
+; the step interrupt's.
 
 ; Bit by bit; the divisor goes into the upper half of the value at first less than once.
     .section .text.divide_u32_u16, "ax", @progbits

@@ -49,19 +49,31 @@ class Port:
         have this rate or parity. `pixstep_reset` of what is returned is true if the opening has
         reset a board that resets on opening.
         """
+        if is_pty(self.name) and self.parity != "N":  # the system takes it now and then, or EINVAL
+            raise UserError(
+                f"{self.name}: a pseudo terminal has no parity {self.parity}: --parity N"
+            )
+        opened = None
         try:
             opened = serial.Serial(
-                self.name, baudrate=self.baud, parity=self.parity, stopbits=self.stop_bits,
-                timeout=timeout_s, write_timeout=timeout_s, exclusive=True,
-            )  # fmt: skip
+                self.name,
+                baudrate=self.baud,
+                parity=self.parity,
+                stopbits=self.stop_bits,
+                timeout=timeout_s,
+                write_timeout=timeout_s,
+                exclusive=True,
+            )
+            opened.pixstep_reset = _hold_dtr(opened) and not is_pty(self.name)
         except (OSError, ValueError, termios.error) as error:
+            if opened:
+                opened.close()
             raise UserError(f"{self.name}: {self._reason(error)}") from None
-        opened.pixstep_reset = _hold_dtr(opened) and not is_pty(self.name)
         return opened
 
     def _reason(self, error: Exception) -> str:
         """Return in words why the port cannot be opened."""
-        code = getattr(error, "errno", None) or (error.args[0] if error.args else None)
+        code = _code(error) or _code(error.__context__)
         if code == errno.ENOENT:
             return (
                 "there is no such port: is the board plugged in? (`ls /dev/ttyACM* /dev/ttyUSB*`)"
@@ -70,13 +82,18 @@ class Port:
             return "not allowed: add yourself to the group dialout (`sudo adduser $USER dialout`)"
         if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
             return "in use by another program"
-        if code == errno.EINVAL and is_pty(self.name):
-            return f"a pseudo terminal has no parity {self.parity}: --parity N"
         if code in (errno.ENOTTY, errno.ENXIO, errno.EIO):
             return "not a serial port"
         if code == errno.EINVAL or isinstance(error, ValueError):
             return f"cannot do {self.baud} baud with parity {self.parity}"
-        return os.strerror(code) if isinstance(code, int) else str(error)
+        return os.strerror(code) if code else str(error)
+
+
+def _code(error: BaseException | None) -> int | None:
+    """Return the system's number of an error; a terminal's own errors have it as argument."""
+    if isinstance(error, termios.error):
+        return error.args[0]
+    return getattr(error, "errno", None)
 
 
 def is_pty(name: str) -> bool:

@@ -1,17 +1,26 @@
 # SPDX-License-Identifier: MIT
 """Lines of real boards: armed, started together, streamed and followed to their end."""
 
+import contextlib
 import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, ExceptionReplyError, Upload
+from pixstep.board.client import (
+    Board,
+    BoardError,
+    ExceptionReplyError,
+    NoReplyError,
+    Upload,
+)
 from pixstep.board.world import World
+from pixstep.lines.rational import TIMER_HZ
 
 _POLL_S = 0.02
-_GO_S = 0.5  # from the broadcast go to the first look at what came of it
-_OVER = ("done", "fault", "refused", "empty")
+_GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
+_GO_PIXELS = 4
+_MOVING = ("armed", "running")
 _IMPOSSIBLE = 4
 
 Progress = Callable[[float], None]
@@ -38,8 +47,18 @@ def loaded(board: Board, count: int) -> list[int]:
 
 
 def arm(board: Board, axes: list[int], token: int = 0) -> None:
-    """Arm axes; raises BoardError saying why the board would not."""
-    command(board, "arm", axes, token)
+    """Arm axes; raises BoardError saying why the board would not.
+
+    A request whose reply was lost is repeated, and the repetition refused because the axes are
+    armed already: that is no error.
+    """
+    try:
+        board.command("arm", axes, token)
+    except ExceptionReplyError as error:
+        if error.code != _IMPOSSIBLE:
+            raise
+        if any(state not in _MOVING for state in states(board, axes).values()):
+            raise BoardError(f"board {board.unit}: arm: {_why_not(board, 'arm', axes)}") from None
 
 
 def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None:
@@ -56,25 +75,55 @@ def start_together(group: list[Lines], world: World) -> int:
     """Start lines of several boards on one pixel clock edge; return the token.
 
     All are armed with the token, looked at, and let go by one broadcast. If one board does not
-    arm, those that did are disarmed again.
+    arm, those that did, or may have, are disarmed: their lines are forgotten. Raises BoardError
+    then, and if a board is still armed long after the broadcast: it has not heard it.
     """
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
     try:
         for lines in group:
-            arm(lines.board, lines.axes, token)
-            armed.append(lines)
+            _arm_one(lines, token, armed)
         for lines in group:
             _require(lines, ("armed",), "not armed after all")
     except BoardError:
         for lines in armed:
-            lines.board.command("disarm", lines.axes)
+            with contextlib.suppress(BoardError):
+                lines.board.command("disarm", lines.axes)
         raise
     group[0].board.go(token)
-    world.wait(_GO_S)
-    for lines in group:
-        _raise_fault(lines.board)
+    _await_start(group, world)
     return token
+
+
+def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
+    """Arm a board's lines and note it; a board whose reply is lost may be armed too."""
+    try:
+        arm(lines.board, lines.axes, token)
+    except NoReplyError:
+        armed.append(lines)
+        raise
+    armed.append(lines)
+
+
+def _await_start(group: list[Lines], world: World) -> None:
+    """Wait until no axis is armed any more; raises BoardError for a fault, and if one stays so."""
+    slowest = max(lines.board.input("pixel_period_ticks") for lines in group)
+    end = world.now_s() + _GO_S + _GO_PIXELS * slowest / TIMER_HZ
+    while True:
+        waiting = []
+        for lines in group:
+            _raise_fault(lines.board)
+            found = states(lines.board, lines.axes)
+            waiting += [(lines.board.unit, axis) for axis, name in found.items() if name == "armed"]
+        if not waiting:
+            return
+        if world.now_s() > end:
+            unit, axis = waiting[0]
+            raise BoardError(
+                f"board {unit}: axis {axis} is still armed while others move: it has not heard go "
+                f"(`pixstep board stop` stops all)"
+            )
+        world.wait(_POLL_S)
 
 
 def follow(
@@ -92,7 +141,7 @@ def follow(
                 upload.push()
             found = lines.board.axes(max(lines.axes) + 1)
             names = [regs.AXIS_STATES[found[axis]["axis_state"]] for axis in lines.axes]
-            over = over and all(name in _OVER for name in names)
+            over = over and not any(name in _MOVING for name in names)
             done = max(done, *(found[axis]["pixel"] for axis in lines.axes))
             if "fault" in names:
                 _raise_fault(lines.board)
@@ -132,6 +181,6 @@ def _why_not(board: Board, name: str, axes: list[int]) -> str:
         return "the emergency stop is pressed: release it, then `pixstep board clear`"
     fault = board.fault_text()
     if fault and name != "clear_fault":
-        return f"{fault} (`pixstep board clear` when its cause is gone)"
+        return f"{fault} Then `pixstep board clear`."
     named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
     return f"not possible now: {named}"

@@ -76,14 +76,12 @@ def look(board: Board) -> Found | None:
 @contextlib.contextmanager
 def quickly(modbus, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
     """Let a client on a port ask once only and wait briefly, as long as this lasts."""
-    if not hasattr(modbus, "set_timeout"):
+    if not hasattr(modbus, "patience"):
         yield
         return
-    before = modbus.comm_params.timeout_connect, modbus.retries
-    modbus.set_timeout(timeout_s)
-    modbus.retries = 0
+    before = modbus.patience
+    modbus.patience = (timeout_s, 0)
     try:
         yield
     finally:
-        modbus.set_timeout(before[0])
-        modbus.retries = before[1]
+        modbus.patience = before

@@ -51,19 +51,15 @@ class SerialClient(ModbusSerialClient):
         return self.port.text
 
     @property
-    def retries(self) -> int:
-        """How often a request without a reply is repeated."""
-        return self.transaction.retries
+    def patience(self) -> tuple[float, int]:
+        """How long a reply may take, seconds, and how often a request without one is repeated."""
+        return self.comm_params.timeout_connect, self.transaction.retries
 
-    @retries.setter
-    def retries(self, count: int) -> None:
-        self.transaction.retries = count
-
-    def set_timeout(self, seconds: float) -> None:
-        """Change how long a reply may take."""
-        self.comm_params.timeout_connect = seconds
+    @patience.setter
+    def patience(self, wanted: tuple[float, int]) -> None:
+        self.comm_params.timeout_connect, self.transaction.retries = wanted
         if self.socket:
-            self.socket.timeout = self.socket.write_timeout = seconds
+            self.socket.timeout = self.socket.write_timeout = wanted[0]
 
     def connect(self) -> bool:
         """Open the port unless it is open; raises UserError saying why it cannot be."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep hostile`: campaigns of bad company on the serial line."""
+"""`pixstep hostile`: campaigns of bad company on the serial line, and of bad luck."""
 
 import json
 from dataclasses import asdict
@@ -16,7 +16,7 @@ _json = click.option("--json", "as_json", is_flag=True, help="Print the figures 
 
 @click.group("hostile", cls=Group)
 def hostile_group() -> None:
-    """Hostile and foreign company on the serial line: mutated frames, a bad line, other clients."""
+    """What may happen to a board: mutated frames, a bad line, other clients, cuts and stops."""
 
 
 @hostile_group.command()
@@ -149,6 +149,63 @@ def clients(ctx, board):
     for text in failures:
         click.echo(f"FAIL: {text}", err=True)
     ctx.exit(1 if failures else 0)
+
+
+@hostile_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--count", type=click.IntRange(min=1), default=1000, show_default=True, help="Stops.")
+@_seed
+@_json
+@click.pass_context
+def estops(ctx, board, count, seed, as_json):
+    """Press the emergency stop at random cycles while every axis runs a random line.
+
+    Exit status 0 only if the edges stop within the bound, the permit output is off, the fault is
+    named and every reported position is the number of edges made.
+    """
+    from pixstep.hostile import estops as campaign
+
+    with progress.shown(f"{board}: {count} stops") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+    if as_json:
+        click.echo(json.dumps(asdict(outcome), indent=2))
+    else:
+        click.echo(
+            f"{board}: {outcome.stops:,} stops, {outcome.moving:,} of them in motion, "
+            f"{outcome.edges:,} STEP edges"
+        )
+        click.echo(
+            f"  the last edge but one comes {outcome.latest_cycles} cycles behind the stop at "
+            f"most, the permit's end {outcome.permit_cycles}; bound {campaign.BOUND_CYCLES}"
+        )
+        _say_complaints(outcome.complaints, "every position is the number of edges made")
+    ctx.exit(1 if outcome.complaints else 0)
+
+
+@hostile_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True, help="Cuts.")
+@_seed
+@_json
+@click.pass_context
+def powercuts(ctx, board, count, seed, as_json):
+    """Cut the supply at random cycles while settings are being stored.
+
+    Exit status 0 only if after every cut the board has the old settings or the new ones, whole.
+    """
+    from pixstep.hostile import powercuts as campaign
+
+    with progress.shown(f"{board}: {count} cuts") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+    if as_json:
+        click.echo(json.dumps(asdict(outcome), indent=2))
+    else:
+        click.echo(
+            f"{board}: {outcome.cuts:,} cuts, {outcome.in_a_byte:,} of them inside a byte; then "
+            f"{outcome.old:,} times the old settings, {outcome.new:,} times the new"
+        )
+        _say_complaints(outcome.complaints, "always one of them, whole")
+    ctx.exit(1 if outcome.complaints else 0)
 
 
 COMMANDS = (hostile_group,)

@@ -195,7 +195,7 @@ def _print_info(console: Console, told: dict) -> None:
     """Print a board's page."""
 
     def line(name: str, text: str) -> None:
-        console.print(f"  {name:<12}{text}", markup=False, soft_wrap=True)
+        console.print(f"  {name:<13}{text}", markup=False, soft_wrap=True)
 
     console.print(
         f"board {told['unit']}: {told['board']}, firmware {told['firmware']}, "

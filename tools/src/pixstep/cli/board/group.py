@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import click
 
 from pixstep import progress
-from pixstep.board import connection, scan
+from pixstep.board import connection, run, scan
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError
 from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
@@ -169,6 +169,22 @@ def _present(found: Connection) -> tuple[int, ...]:
     if not units:
         raise BoardError(f"{found.port}: no board answers at any address")
     return units
+
+
+@contextlib.contextmanager
+def stopping(group: list[run.Lines]) -> Iterator[None]:
+    """Stop all axes of a group when Ctrl-C comes; raises BoardError saying where they are then."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        for lines in group:
+            lines.board.command("stop", lines.axes)
+        where = "; ".join(
+            f"board {lines.board.unit} axis {axis} at position {steps}"
+            for lines in group
+            for axis, steps in run.positions(lines.board, lines.axes).items()
+        )
+        raise BoardError(f"stopped by Ctrl-C: {where}") from None
 
 
 def show_json(value: object) -> None:

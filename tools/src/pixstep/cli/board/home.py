@@ -8,7 +8,7 @@ import click
 from pixstep import progress
 from pixstep.board import run, settings
 from pixstep.board.client import Board, BoardError
-from pixstep.cli.board.group import json_option, line_options, one_board, unit_option
+from pixstep.cli.board.group import json_option, line_options, one_board, stopping, unit_option
 from pixstep.cli.homeoptions import home_options, make_plan
 from pixstep.cli.options import HZ
 from pixstep.moves import homing
@@ -22,8 +22,7 @@ from pixstep.moves.homing import Homed, HomingError
 @unit_option
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @json_option
-@click.pass_context
-def home_command(ctx, line, unit, as_json, **options):
+def home_command(line, unit, as_json, **options):
     """Home an axis by a CSV or CSB profile: its switch's edge becomes position 0.
 
     Off the switch, towards it, back, slowly towards it again; then the axis stands on 0. A fault
@@ -36,7 +35,7 @@ def home_command(ctx, line, unit, as_json, **options):
         plan = make_plan(options, pixel_hz)
         run.command(known.board, "enable", [plan.axis])
         try:
-            with progress.shown("homing") as show:
+            with stopping([run.Lines(known.board, [plan.axis])]), progress.shown("homing") as show:
                 homed = homing.home(known.board, plan, pixel_hz, found.world, show)
         except HomingError as error:
             if as_json:
@@ -44,10 +43,6 @@ def home_command(ctx, line, unit, as_json, **options):
                 row = {"found": False, "fault": error.name, "text": str(error), "legs": legs}
                 click.echo(json.dumps(row, indent=2))
             raise BoardError(f"board {unit}: {error}") from None
-        except KeyboardInterrupt:
-            known.board.command("stop", [plan.axis])
-            click.echo(f"pixstep: axis {plan.axis} stopped, not homed", err=True)
-            ctx.exit(1)
     if as_json:
         click.echo(json.dumps({"found": True, "unit": unit} | homed.as_json(), indent=2))
     else:

@@ -12,6 +12,7 @@ from pixstep.cli.board.group import (
     line_options,
     one_board,
     show_json,
+    stopping,
     unit_option,
 )
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
@@ -25,8 +26,7 @@ from pixstep.cli.options import HZ
 @click.option("--axis", type=AXIS, default=0, show_default=True)
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @json_option
-@click.pass_context
-def move_command(ctx, line, unit, axis, pixel_hz, as_json, **options):
+def move_command(line, unit, axis, pixel_hz, as_json, **options):
     """Move an axis by exactly N steps, by a CSV acceleration profile; it needs no pixel clock.
 
     Planned as by `pixstep move show`, checked with the board's own limits, followed to its end.
@@ -44,14 +44,9 @@ def move_command(ctx, line, unit, axis, pixel_hz, as_json, **options):
         before = run.positions(board, [axis])[axis]
         uploads = uploading.begin(board, {axis: planned})
         run.arm(board, [axis])
-        try:
-            with progress.shown("moving") as show:
-                run.follow([run.Lines(board, [axis], uploads)], found.world, move.pixels, show)
-        except KeyboardInterrupt:
-            board.command("stop", [axis])
-            after = run.positions(board, [axis])[axis]
-            click.echo(f"pixstep: stopped {after - before} steps after the start", err=True)
-            ctx.exit(1)
+        group = [run.Lines(board, [axis], uploads)]
+        with stopping(group), progress.shown("moving") as show:
+            run.follow(group, found.world, move.pixels, show)
         after = run.positions(board, [axis])[axis]
     if after - before != move.steps:
         raise BoardError(

@@ -12,6 +12,7 @@ from pixstep.cli.board.group import (
     json_option,
     line_options,
     show_json,
+    stopping,
     units_option,
 )
 from pixstep.errors import UserError
@@ -30,7 +31,8 @@ def start_command(line, units, axes, wait, as_json):
 
     Of one board the axes are armed. Of several, each is armed with a random token, all are asked
     whether they are armed, and one broadcast with that token lets them go; if one is not, none
-    goes. Without --axis all loaded axes; a board without any is left out of it.
+    goes, and the lines of those that were armed must be uploaded again. Without --axis all loaded
+    axes; a board without any is left out of it.
     """
     with boards(line, units) as (found, known):
         group = [_lines(item, axes) for item in known]
@@ -43,7 +45,7 @@ def start_command(line, units, axes, wait, as_json):
         else:
             token = run.start_together(group, found.world)
         if wait:
-            with progress.shown("running") as show:
+            with stopping(group), progress.shown("running") as show:
                 run.follow(group, found.world, progress=show)
         rows = [_row(item) for item in group]
     if as_json:

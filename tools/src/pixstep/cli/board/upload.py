@@ -14,6 +14,7 @@ from pixstep.cli.board.group import (
     line_options,
     one_board,
     show_json,
+    stopping,
     unit_option,
 )
 from pixstep.cli.manylines import read_lines
@@ -112,8 +113,9 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
     if arm:
         run.arm(board, axes)
     if arm and wait:
-        with progress.shown("running") as show:
-            run.follow([run.Lines(board, axes, uploads)], world, pixels, show)
+        group = [run.Lines(board, axes, uploads)]
+        with stopping(group), progress.shown("running") as show:
+            run.follow(group, world, pixels, show)
     state, where = run.states(board, axes), run.positions(board, axes)
     hz = uploading.limits(board).pixel_hz
     return {

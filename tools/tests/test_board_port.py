@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""Real serial ports: the simulator's pseudo terminal, and every way a port cannot be opened."""
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import termios
+import time
+from pathlib import Path
+
+import pytest
+
+from pixstep import formats, natives
+from pixstep.board import connection
+from pixstep.board.connection import PortOptions
+from pixstep.board.port import Port
+from pixstep.board.transport import serial_client
+from pixstep.errors import UserError
+
+
+@pytest.fixture
+def sim_port(simulator):
+    """Start a simulated Mega behind a pseudo terminal; yield the terminal's name."""
+    process = subprocess.Popen(
+        [
+            natives.program("pixstep-sim"), "--board", f"mega={natives.image('mega')}",
+            "--pixel-hz", "100", "--pty",
+        ],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        name = process.stdout.readline().strip()
+        time.sleep(0.3)
+        yield name
+    finally:
+        process.terminate()
+        process.wait(timeout=10)
+        process.stdout.close()
+
+
+@pytest.fixture
+def terminal():
+    """Yield the name of a pseudo terminal on which nobody answers, and its other end."""
+    master, slave = pty.openpty()
+    yield os.ttyname(slave), master
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_session_over_a_terminal(pixstep, invoke, sim_port, tmp_path, monkeypatch):
+    monkeypatch.setenv("PIXSTEP_PORT", sim_port)
+    found = json.loads(pixstep("board", "scan", "--unit", "1-3", "--json"))
+    assert [item["board"] for item in found["boards"]] == ["mega"] and found["parity"] == "N"
+    assert "pixel_hz_num: 30 -> 100 Hz" in pixstep("board", "set", "pixel_hz=100")
+    formats.write_csv(tmp_path / "a.csv", [9] * 250)
+    words = ("board", "upload", "a.csv", "--decode", "plain", "--axis", 1, "--arm", "--json")
+    (axis,) = json.loads(pixstep(*words))["axes"]
+    assert (axis["state"], axis["position_steps"]) == ("done", 2250)
+    assert "axis 1: done, position_steps 2250" in pixstep("board", "watch", "--once")
+    assert "map_version = 3" in pixstep("board", "get", "map_version", "--baud", 9600)
+    assert "stop sent" in pixstep("board", "stop")
+    text = invoke("board", "get", "status", "--parity", "E", status=2).stderr
+    assert text == f"pixstep: {sim_port}: a pseudo terminal has no parity E: --parity N\n"
+
+
+def test_watch_is_live_on_a_terminal_and_ends_by_ctrl_c(sim_port):
+    master, slave = pty.openpty()
+    words = ("board", "watch", "--port", sim_port, "--interval", "0.1")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pixstep", *words],
+        stdout=slave, stderr=slave, stdin=slave,
+        env=os.environ | {"TERM": "xterm", "COLUMNS": "100", "LINES": "40"},
+    )  # fmt: skip
+    os.close(slave)
+    seen = b""
+    end = time.monotonic() + 20
+    while seen.count(b"queue free") < 3 and time.monotonic() < end:
+        seen += os.read(master, 4096)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=10) == 0
+    os.close(master)
+    text = seen.decode()
+    assert "Traceback" not in text
+    assert "Ctrl-C ends" in text and "mega" in text and "Hz; switches: none" in text
+    assert "\x1b[" in text  # redrawn in its place
+
+
+def test_nobody_answers(terminal, invoke):
+    name, _ = terminal
+    words = ("board", "info", "--port", name, "--timeout", 0.02, "--unit", 3)
+    text = invoke(*words, status=1).stderr
+    assert text.startswith(
+        f"pixstep: board 3 on {name} (115200 baud, 8N2): no reply to read: check its power"
+    )
+
+
+def test_a_scan_at_several_rates_goes_through_them_all(terminal, invoke):
+    name, master = terminal
+    os.set_blocking(master, False)
+    words = ("board", "scan", "--port", name, "--unit", 1, "--timeout", 0.02)
+    assert "nothing answers" in invoke(*words, "--bauds", "9600,19200", status=1).stderr
+    sent = os.read(master, 1000)
+    assert len(sent) == 8 * 2  # without parity; a pseudo terminal has no other
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("/dev/ttyNONE", "there is no such port: is the board plugged in?"),
+        ("/dev/null", "not a serial port"),
+        ("/etc/hostname", "not a serial port"),
+    ],
+)
+def test_ports_that_cannot_be_opened(invoke, name, complaint):
+    text = invoke("board", "get", "status", "--port", name, status=2).stderr
+    assert text.startswith(f"pixstep: {name}: {complaint}") and text.count("\n") == 1
+
+
+def test_a_port_in_use(terminal):
+    name, _ = terminal
+    client = serial_client(name, parity="N")
+    client.connect()
+    try:
+        with pytest.raises(UserError, match="in use by another program"):
+            serial_client(name, parity="N").connect()
+    finally:
+        client.close()
+
+
+@pytest.mark.parametrize(
+    ("error", "complaint"),
+    [
+        (PermissionError(13, "x"), "not allowed: add yourself to the group dialout"),
+        (OSError(16, "x"), "in use by another program"),
+        (ValueError("baud"), "cannot do 115200 baud with parity E"),
+        (OSError(5, "x"), "not a serial port"),
+        (OSError(28, "x"), "No space left on device"),
+    ],
+)
+def test_why_a_port_cannot_be_opened(monkeypatch, error, complaint):
+    def refuse(*_, **__):
+        raise error
+
+    monkeypatch.setattr("pixstep.board.port.serial.Serial", refuse)
+    with pytest.raises(UserError, match=complaint):
+        Port("/dev/ttyX", 115_200, "E").open(0.1)
+
+
+def test_opening_keeps_dtr_so_that_the_next_opening_resets_nothing(terminal):
+    name, _ = terminal
+    opened = Port(name, 115_200, "N").open(0.1)
+    flags = termios.tcgetattr(opened.fileno())
+    assert not flags[2] & termios.HUPCL
+    assert opened.pixstep_reset is False  # a pseudo terminal resets nothing
+    opened.close()
+
+
+def test_the_first_opening_of_a_real_port_waits_for_the_boot_loader(terminal, monkeypatch):
+    name, _ = terminal
+    monkeypatch.setattr("pixstep.board.port.is_pty", lambda _: False)
+    with Path(name).open("rb", buffering=0) as opened:  # as every port is at first
+        flags = termios.tcgetattr(opened)
+        flags[2] |= termios.HUPCL
+        termios.tcsetattr(opened, termios.TCSANOW, flags)
+    waited, said = [], []
+    monkeypatch.setattr("pixstep.board.world.time.sleep", waited.append)
+    for _ in range(2):
+        connection.open_port(PortOptions(name, parity="N"), said.append).close()
+    assert waited == [2.0]
+    assert len(said) == 1 and "waiting 2 s for its boot loader" in said[0]

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board` on fake boards: commands, upload, start, log, watch."""
+
+import json
+
+import pytest
+
+from console import put
+
+# Commands
+
+
+def test_commands_and_their_masks(one):
+    one.out("enable", "--axis", 1, "--axis", 3)
+    one.out("disable", "--axis", 1)
+    one.out("permit", "on")
+    one.out("permit", "off")
+    assert one.board.commands == [
+        ("enable", 0b1010, 0), ("disable", 0b0010, 0), ("permit_on", 1, 0), ("permit_off", 1, 0),
+    ]  # fmt: skip
+
+
+def test_stop_is_a_broadcast_that_every_kind_of_board_understands(two):
+    assert "stop sent to all boards" in two.out("stop")
+    for board, most in zip(two.boards, (0b1111, 0b0001), strict=True):
+        assert ("stop", most, 0) in board.commands
+    assert "--axis needs --unit" in two.err("stop", "--axis", 0, status=2)
+    two.out("stop", "--unit", 1, "--axis", 2)
+    assert two.board.commands[-1] == ("stop", 0b0100, 0)
+
+
+def test_a_refused_command_says_why(one):
+    assert one.err("arm", "--axis", 1) == ("board 1: arm: not possible now: axis 1 is empty")
+    one.board.press_estop()
+    assert "the emergency stop is pressed" in one.err("arm", "--axis", 1)
+    assert "the emergency stop is pressed" in one.err("clear")
+    one.board.press_estop(False)
+    text = one.err("permit", "on")
+    assert "fault estop on axis 0" in text and "`pixstep board clear`" in text
+    assert "cleared: fault estop" in one.out("clear")
+    assert "no fault was latched" in one.out("clear")
+
+
+# Upload and start
+
+
+def test_upload_arm_and_wait(one):
+    text = one.out("upload", put([5] * 40), "--decode", "plain", "--axis", 2, "--arm")
+    assert text == (
+        "board 1 axis 2: line.csv, plain, 40 pixels, 200 steps, 1.333 s: done, position 200\n"
+    )
+    assert ("arm", 0b0100, 0) in one.board.commands
+
+
+def test_upload_of_two_lines(one):
+    found = one.json(
+        "upload", put([5, 5]), put([4, 12, 8], "b.csv"), "--decode", "plain", "--decode", "smooth"
+    )
+    assert [row["state"] for row in found["axes"]] == ["loaded", "loaded"]
+    assert [axis.state for axis in one.board.axes[:2]] == ["loaded", "loaded"]
+
+
+def test_upload_streams_a_long_line(one):
+    counts = [n % 7 + 1 for n in range(400)]
+    name = put(counts)
+    text = one.err("upload", name, "--decode", "plain", status=2)
+    assert "line.csv takes 403 queue entries, axis 0 has room for 128" in text
+    assert not one.board.axes[0].entries
+    found = one.json("upload", name, "--decode", "plain", "--arm")
+    assert found["axes"][0]["state"] == "done"
+    assert one.board.axes[0].position == sum(counts)
+
+
+def test_upload_checks_with_the_boards_limits(one):
+    name = put([700, 700])
+    one.out("set", "pixel_hz=100")
+    text = one.err("upload", name, "--decode", "plain", status=2)
+    assert (
+        "line refused: too_fast at pixel 1" in text and "266" in text and "nothing was sent" in text
+    )
+    assert one.board.axes[0].state == "empty"
+    one.out("upload", name, "--decode", "plain", "--pixel-hz", 30)
+    assert one.board.setting("pixel_hz_num") == 30 and one.board.axes[0].state == "loaded"
+
+
+def test_upload_checks_what_the_settings_forbid(one):
+    one.out("set", "start_stop_steps=4", "max_acceleration=8")
+    name = put([9, -9])
+    assert "reversal_without_ramp at pixel 2" in one.err(
+        "upload", name, "--decode", "plain", status=2
+    )
+    smooth = put([20, 20], "s.csv")
+    assert "acceleration at pixel 1" in one.err("upload", smooth, "--decode", "smooth", status=2)
+    assert one.board.axes[0].state == "empty"
+
+
+def test_a_fault_ends_the_waiting(one):
+    one.world.later(0.5, lambda: one.board.latch("limit_plus", 0, 0, 12))
+    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm")
+    assert "board 1: fault limit_plus on axis 0 at pixel 12" in text
+
+
+def test_a_stop_ends_the_waiting(one):
+    one.world.later(0.5, lambda: one.board.obey("stop", 1, 0))
+    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm")
+    assert text == "board 1: axis 0 is empty: stopped before its end"
+
+
+def test_ctrl_c_stops_what_moves(one):
+    def interrupt():
+        raise KeyboardInterrupt
+
+    one.world.later(0.5, interrupt)
+    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm")
+    assert text.startswith("stopped by Ctrl-C: board 1 axis 0 at position ")
+    assert one.board.commands[-1] == ("stop", 1, 0)
+
+
+def test_start_of_one_board_needs_no_token(one):
+    one.out("upload", put([5] * 5), "--decode", "plain", "--axis", 1)
+    found = one.json("start", "--wait")
+    assert found["token"] is None
+    assert found["boards"] == [
+        {"unit": 1, "axes": [{"axis": 1, "state": "done", "position_steps": 25}]}
+    ]
+    assert "no axis has a line loaded" in one.err("start", status=2)
+
+
+def test_start_together(two):
+    name = put([5] * 90)
+    for unit in (1, 2):
+        two.out("upload", name, "--decode", "plain", "--unit", unit)
+    found = two.json("start", "--unit", "1,2")
+    token = found["token"]
+    assert 1 <= token <= 0xFFFF
+    for board in two.boards:
+        assert ("arm", 1, token) in board.commands and ("go", 1, token) in board.commands
+        assert board.axes[0].state == "running"
+    assert abs(two.boards[0].axes[0].started_s - two.boards[1].axes[0].started_s) < 1e-9
+
+
+def test_start_together_or_not_at_all(two):
+    name = put([5] * 90)
+    for unit in (1, 2):
+        two.out("upload", name, "--decode", "plain", "--unit", unit)
+    two.boards[1].press_estop()
+    text = two.err("start", "--unit", "1,2")
+    assert "board 2: arm: the emergency stop is pressed" in text
+    assert two.boards[0].axes[0].state == "empty" and not two.boards[0].axes[0].records
+    assert all(name != "go" for name, _, _ in two.boards[0].commands)
+
+
+def test_arm_survives_a_lost_reply(one):
+    one.out("upload", put([5] * 90), "--decode", "plain")
+    arm = one.board.obey_arm
+
+    def arm_and_lose_the_reply(*arguments):
+        one.board.obey_arm = arm
+        arm(*arguments)
+        one.line.lose = 1
+
+    one.board.obey_arm = arm_and_lose_the_reply
+    assert "axis 0 armed" in one.out("arm")
+    assert [name for name, _, _ in one.board.commands].count("arm") == 2
+    assert one.board.axes[0].state == "running"
+
+
+def test_a_board_that_may_be_armed_is_disarmed(two):
+    for unit in (1, 2):
+        two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
+    arm = two.boards[1].obey_arm
+
+    def arm_and_fall_silent(*arguments):
+        arm(*arguments)
+        two.line.lose = 2  # the reply, and that to the repetition
+
+    two.boards[1].obey_arm = arm_and_fall_silent
+    assert "board 2 on /dev/ttyTEST" in two.err("start", "--unit", "1,2")
+    assert [board.axes[0].state for board in two.boards] == ["empty", "empty"]
+
+
+def test_a_board_that_does_not_hear_go_is_named(two):
+    for unit in (1, 2):
+        two.out("upload", put([5] * 200), "--decode", "plain", "--unit", unit)
+    two.boards[1].obey_go = lambda *_: None
+    text = two.err("start", "--unit", "1,2")
+    assert "board 2: axis 0 is still armed while others move: it has not heard go" in text
+
+
+def test_start_with_a_wrong_token_names_the_fault(two):
+    name = put([5] * 90)
+    for unit in (1, 2):
+        two.out("upload", name, "--decode", "plain", "--unit", unit)
+    two.boards[1].obey_go = lambda *_: two.boards[1].latch("wrong_token", 5)
+    assert "board 2: fault wrong_token" in two.err("start", "--unit", "1,2")
+
+
+# Log and watch
+
+
+def test_log_has_every_pixel_once(one, tmp_path):
+    one.out("upload", put([3] * 90), "--decode", "plain", "--arm", "--no-wait")
+    done = one.run("log", "--axis", 0, "-o", "log.csv")
+    rows = (tmp_path / "log.csv").read_text().splitlines()
+    assert rows[0] == "line,axis,pixel,expected_steps,actual_steps,edge_error_ticks"
+    first = int(rows[1].split(",")[2])
+    assert rows[1:] == [f"1,0,{n},{3 * n},{3 * n},0" for n in range(first, 91)]
+    assert f"{91 - first} records, none missed" in done.stderr
+
+
+def test_log_says_what_it_missed(one, tmp_path):
+    one.board.values["pixel_period_ticks"] = 48_000_000  # as if there were ten seconds' time
+    one.board.values["record_capacity"] = 2
+    one.out("upload", put([3] * 90), "--decode", "plain", "--arm", "--no-wait")
+    done = one.run("log", "--axis", 0, "-o", "log.csv", status=1)
+    pixels = [int(row.split(",")[2]) for row in (tmp_path / "log.csv").read_text().split()[1:]]
+    missed = pixels[-1] - pixels[0] + 1 - len(pixels)
+    assert missed > 20 and f"missed: {missed} of axis 0" in done.stderr
+
+
+def test_log_tells_lines_apart(one):
+    one.out("upload", put([3] * 4), "--decode", "plain", "--arm")
+    one.out("upload", put([2] * 4), "--decode", "plain", "--arm", "--no-wait")
+    rows = one.out("log", "records", "--axis", 0).split()[1:]
+    assert {row.split(",")[0] for row in rows} == {"2"}
+    assert rows[-1] == "2,0,4,20,20,0"
+
+
+def test_events(one):
+    one.board.latch("limit_minus", 3, 1, 77)
+    one.board.events.append((2, 0x0108, 0, 0, 0, 5000))
+    lines = one.out("log", "events").splitlines()
+    assert lines[0].split(maxsplit=3)[3].startswith("limit_minus: the minus limit switch tripped")
+    assert lines[0].endswith("(axis 1, pixel 77, argument 3)")
+    assert lines[1].endswith("5.000 s  reset: watchdog")
+    rows = [json.loads(line) for line in one.out("log", "events", "--json").splitlines()]
+    assert [row["name"] for row in rows] == ["limit_minus", "reset"]
+    one.board.events += [(n, 1, 0, 0, 0, 0) for n in range(3, 9)]
+    done = one.run("log", "events")
+    assert "4 older events are no longer kept" in done.stderr and len(done.stdout.split("\n")) == 5
+
+
+def test_a_board_without_an_event_log(two):
+    two.boards[1].values["event_capacity"] = 0
+    assert "board 2 (uno) has no event log" in two.err("log", "events", "--unit", 2, status=2)
+
+
+def test_watch(two):
+    two.board.clock = True
+    two.board.latch("starved", 0, 1, 5)
+    text = two.out("watch", "--once", "--unit", "1,2")
+    assert "board 1 mega: clock, fault; fault starved (axis 1, pixel 5, argument 0)" in text
+    assert "board 2 axis 0: empty, position_steps 0" in text
+    rows = [json.loads(row) for row in two.out("watch", "--count", 2, "--json").splitlines()]
+    assert len(rows) == 2 and rows[0]["rates_per_s"] == {}
+    assert rows[1]["rates_per_s"]["pixel_edges"] == pytest.approx(30, abs=2)
+    assert rows[1]["status"]["clock"] is True and len(rows[1]["axes"]) == 4
+
+
+def test_watch_goes_on_when_a_board_falls_silent(two):
+    two.world.later(0.5, lambda: setattr(two.line, "lose", 2))  # the request and its repetition
+    rows = [json.loads(row) for row in two.out("watch", "--count", 3, "--json").splitlines()]
+    assert ["no reply" in row.get("trouble", "") for row in rows] == [False, True, False]
+    assert rows[2]["rates_per_s"] == {}  # nothing to compare with
