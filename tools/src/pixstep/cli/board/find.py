@@ -11,6 +11,8 @@ from pixstep.board.connection import Connection
 from pixstep.board.scan import BAUDS, PARITIES, Found
 from pixstep.cli.board.group import (
     ALL,
+    LEAST_BAUD,
+    MOST_BAUD,
     UNITS,
     Known,
     boards,
@@ -89,10 +91,13 @@ def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
         return [(line.baud, line.real_parity)]
     if bauds == "usual":
         return [(baud, parity) for baud in BAUDS for parity in PARITIES]
-    try:
-        chosen = [int(text) for text in bauds.split(",")]
-    except ValueError:
-        raise UserError(f"--bauds {bauds}: rates are wanted, as in 9600,19200") from None
+    texts = [text.strip() for text in bauds.split(",")]
+    if not all(text.isdecimal() and LEAST_BAUD <= int(text) <= MOST_BAUD for text in texts):
+        raise UserError(
+            f"--bauds {bauds}: rates from {LEAST_BAUD} to {MOST_BAUD} baud are wanted, as in "
+            f"9600,19200"
+        )
+    chosen = [int(text) for text in texts]
     return [(baud, parity) for baud in chosen for parity in PARITIES]
 
 
