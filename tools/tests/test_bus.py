@@ -276,7 +276,7 @@ def test_reply_waits_for_the_silence_and_its_delay(master):
 def steps_of(board, folder, load, baud, percent):
     """Run a line on every axis of a board while `load` has the serial line of that rate.
 
-    Returns each axis's STEP edges, its direction's levels, the states at the end and the bytes lost.
+    Returns each axis's STEP edges, its direction's levels, the states at the end, the bytes lost.
     """
     axes = range(AXES[board])
     path = folder / f"{load.__name__}.csv"
@@ -318,7 +318,8 @@ def others(master):
 
 
 # At 1,000,000 baud bytes without any silence leave the mega a fifth of its time: there the axes are
-# slower, and where all four turn at once they keep the receiver waiting for more than its three bytes.
+# slower, and where all four turn at once they keep the receiver waiting for more than its three
+# bytes.
 @pytest.mark.parametrize(
     ("board", "load", "baud", "percent", "lost_most"),
     [

@@ -13,7 +13,7 @@ from functools import partial
 from pixstep.board import meanings, run, settings
 from pixstep.board import registers as regs
 from pixstep.board.atmachine import SWITCHES, AtMachine
-from pixstep.board.client import BoardError, NoReplyError
+from pixstep.board.client import BoardError, LineLostError, NoReplyError
 
 OK, FAILED, SKIPPED = "ok", "failed", "skipped"
 _CLOCK_S = 1.0
@@ -51,7 +51,7 @@ class SelfTest(AtMachine):
         for name, check in self._checks():
             try:
                 result = check()
-            except NoReplyError:
+            except (NoReplyError, LineLostError):
                 raise
             except BoardError as error:
                 result = Result(name, FAILED, str(error))
