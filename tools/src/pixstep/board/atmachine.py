@@ -84,7 +84,10 @@ class AtMachine:
         return wanted if wanted in seen else seen[0]
 
     def move_slowly(self, axis: int, steps: int) -> int:
-        """Move slowly without the pixel clock; return the steps that the board counts."""
+        """Move slowly without the pixel clock; return the steps that the board counts.
+
+        Ctrl-C stops the axis.
+        """
         hz = settings.pixel_hz(self.board)
         per_pixel = max(1, int(_STEPS_HZ / hz))
         whole, rest = divmod(abs(steps), per_pixel)
@@ -94,8 +97,13 @@ class AtMachine:
         line = Line(tuple(counts), PLAIN, clocked=False, name="self-test")
         upload = Upload(self.board, axis, queue_entries(line))
         upload.push()
-        run.arm(self.board, [axis])
-        run.follow([run.Lines(self.board, [axis], [upload])], self.world)
+        group = [run.Lines(self.board, [axis], [upload])]
+        try:
+            run.arm(self.board, [axis])
+            run.follow(group, self.world)
+        except KeyboardInterrupt:
+            run.stop(group)
+            raise
         return run.positions(self.board, [axis])[axis] - before
 
     def pin(self, signal: str, axis: int = 0) -> str:

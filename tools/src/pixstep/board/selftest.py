@@ -5,6 +5,7 @@ Checks that need nobody only look. What asks a person says so first and can be l
 moves and no output is switched unless the person has agreed.
 """
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -42,27 +43,36 @@ class SelfTest(AtMachine):
     results: list[Result] = field(default_factory=list)
 
     def go(self, tell: Callable[[Result], None] = lambda _: None) -> list[Result]:
-        """Make all checks, each told as it ends; raises BoardError if the board is not at rest."""
+        """Make all checks, each told as it ends; raises BoardError if the board is not at rest.
+
+        Drivers that it has switched on are off again at its end, however that comes.
+        """
         if self.status() & 0b110:
             raise BoardError(
                 f"board {self.board.unit}: an axis is armed or moves: stop it first "
                 f"(`pixstep board stop`)"
             )
-        for name, check in self._checks():
-            try:
-                result = check()
-            except (NoReplyError, LineLostError):
-                raise
-            except BoardError as error:
-                result = Result(name, FAILED, str(error))
-            self.results.append(result)
-            tell(result)
+        were_on = self._drivers_on()
+        try:
+            for name, check in self._checks():
+                self.results.append(_result(name, check))
+                tell(self.results[-1])
+        finally:
+            with contextlib.suppress(BoardError):
+                switched = self._drivers_on() - were_on
+                if switched:
+                    self.board.command("disable", sorted(switched))
         return self.results
 
     @property
     def passed(self) -> bool:
         """True if nothing failed."""
         return all(result.verdict != FAILED for result in self.results)
+
+    def _drivers_on(self) -> set[int]:
+        """Return the axes whose drivers are on."""
+        outputs = self.board.input("outputs")
+        return {axis for axis in self.axes if outputs >> axis & 1}
 
     def _checks(self) -> Iterator[tuple[str, Callable[[], Result]]]:
         """Yield the checks by name."""
@@ -147,7 +157,7 @@ class SelfTest(AtMachine):
         if not self.agreed(f"Switch the driver of axis {axis} on ({pin} goes low)?"):
             return Result(name, SKIPPED, "not wanted" if self.person else "needs a person")
         run.command(self.board, "enable", [axis])
-        if not self.board.input("outputs") >> axis & 1:
+        if axis not in self._drivers_on():
             return Result(name, FAILED, "the board does not say that it is on")
         if not self.agreed(
             f"Does the motor of axis {axis} hold (the shaft does not turn by hand)?"
@@ -209,3 +219,13 @@ class SelfTest(AtMachine):
         if not self.clears():
             return Result("ESTOP", FAILED, "released, but the fault does not clear")
         return Result("ESTOP", OK, f"{pin} latches, holds while pressed, clears when released")
+
+
+def _result(name: str, check: Callable[[], Result]) -> Result:
+    """Return the result of a check; a board that refuses has failed, a silent one ends the test."""
+    try:
+        return check()
+    except (NoReplyError, LineLostError):
+        raise
+    except BoardError as error:
+        return Result(name, FAILED, str(error))
