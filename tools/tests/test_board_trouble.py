@@ -81,6 +81,20 @@ def test_watch_goes_on_when_the_port_goes_away(terminal, make_console):
     assert "is gone" in rows[1]["trouble"] and "there is no such port" in rows[3]["trouble"]
 
 
+def test_watch_makes_no_rates_of_a_board_that_was_reset(one):
+    one.board.clock = True
+
+    def reset():
+        one.board.value = lambda name, value=one.board.value: (
+            3 if name == "pixel_edges" else value(name)
+        )
+
+    one.world.later(0.7, reset)
+    rows = [json.loads(row) for row in one.out("watch", "--count", 3, "--json").splitlines()]
+    assert [bool(row["rates_per_s"]) for row in rows] == [False, True, False]
+    assert rows[2]["pixel_edges"] == 3 < rows[1]["pixel_edges"]
+
+
 def test_settings_of_the_line_change_behind_a_pseudo_terminal(terminal, make_console):
     console = make_console(None, terminal.fake.world)
     console.client = terminal.client
@@ -148,6 +162,14 @@ def test_a_silent_board_does_not_keep_a_command_from_the_others(two, words, comm
         "pixstep: board 7",
         "pixstep: board 8",
     ]
+
+
+def test_an_axis_with_a_fault_takes_no_line_and_says_why(one):
+    one.out("upload", put([5] * 90), "--decode", "plain", "--arm", "--no-wait")
+    one.board.latch("limit_plus", 0, 0, 3)
+    text = one.err("upload", put([5] * 9), "--decode", "plain")
+    assert text.startswith("board 1: axis 0 takes no line: fault limit_plus on axis 0 at pixel 3")
+    assert text.endswith("Then `pixstep board clear`.")
 
 
 @pytest.mark.parametrize("rates", ["9600,0", "9600,-4", "9600,", "x", "5000000"])

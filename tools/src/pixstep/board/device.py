@@ -187,6 +187,11 @@ class Board(Wire):
         """Return the board's fault and its cure in two sentences, empty if there is none."""
         return regs.fault_text(self.inputs())
 
+    def fault_advice(self) -> str:
+        """Return the same, and how to go on then; empty if there is no fault."""
+        text = self.fault_text()
+        return f"{text} Then `pixstep board clear`." if text else ""
+
     def refusal(self, axis: int) -> LineRefusedByBoardError:
         """Return the refusal of an axis in state refused."""
         state = self.axis(axis)

@@ -202,8 +202,8 @@ def _why_not(board: Board, name: str, axes: list[int]) -> str:
     state = board.inputs()
     if state["status"] >> 4 & 1:
         return "the emergency stop is pressed: release it, then `pixstep board clear`"
-    fault = board.fault_text()
+    fault = board.fault_advice()
     if fault and name != "clear_fault":
-        return f"{fault} Then `pixstep board clear`."
+        return fault
     named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
     return f"not possible now: {named}"

@@ -109,7 +109,7 @@ class SelfTest(AtMachine):
         if not text:
             return Result("fault", OK, "none latched")
         if self.person is None or not self.person.agrees(f"Latched: {text}. Clear it?"):
-            return Result("fault", FAILED, f"{text} Then `pixstep board clear`.")
+            return Result("fault", FAILED, self.board.fault_advice())
         run.command(self.board, "clear_fault", [0])
         return Result("fault", OK, f"cleared: {text}")
 

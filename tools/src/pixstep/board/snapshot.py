@@ -62,14 +62,19 @@ class Snapshot:
         return meanings.words(regs.register_map().input("inputs"), self.inputs["inputs"])
 
     def rates(self, before: "Snapshot | None") -> dict[str, float]:
-        """Return how many a second each counter has counted since an earlier snapshot."""
+        """Return how many a second each counter has counted since an earlier snapshot.
+
+        Nothing without one to compare with, nor if a counter went back: the board was reset.
+        """
         if before is None or before.trouble or self.trouble or self.time_s <= before.time_s:
             return {}
         seconds = self.time_s - before.time_s
-        return {
-            name: ((self.inputs[name] - before.inputs[name]) % _modulus(name)) / seconds
-            for name in COUNTED
+        counted = {
+            name: (self.inputs[name] - before.inputs[name]) % _modulus(name) for name in COUNTED
         }
+        if any(count > _modulus(name) // 2 for name, count in counted.items()):
+            return {}
+        return {name: count / seconds for name, count in counted.items()}
 
     def as_json(self, before: "Snapshot | None" = None) -> dict:
         """Return plain data."""
