@@ -47,9 +47,9 @@ def _body(now: Snapshot, before: Snapshot | None) -> Iterator[RenderableType]:
         yield Text(f"fault: {now.fault}", style="bold red")
     yield Text()
     yield _axes(now)
-    yield Text()
-    yield Text.assemble(("pixel clock  ", "dim"), _clock(now, before))
-    yield Text.assemble(("switches     ", "dim"), now.switches)
+    yield Text.assemble(
+        ("pixel clock  ", "dim"), _clock(now, before), (f"{_GAP}switches  ", "dim"), now.switches
+    )
     yield Text.assemble(("serial line  ", "dim"), _line(now, before))
 
 
