@@ -37,7 +37,7 @@ class Terminal:
         tty.setraw(self.slave)
         self.name = os.ttyname(self.slave)
         self.fake = FakeBoard(FakeWorld())
-        self.client = Client(Port(self.name, 115_200, "N"), timeout_s=0.05, retries=0)
+        self.client = Client(Port(self.name, 115_200, "N"), timeout_s=5, retries=0)
         self.client.answer = self.answer
         self.client.connect()
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import registers as regs
-from pixstep.board import values
+from pixstep.board import stretches, values
 from pixstep.board.client import Board, BoardError, NoReplyError
 from pixstep.board.registers import Register
 from pixstep.board.world import World
@@ -39,13 +39,7 @@ class Change:
 
 def read(board: Board) -> dict[str, int]:
     """Return all settings by name, read in one request."""
-    table = regs.settings()
-    first, end = _span(table)
-    words = board.read_holdings(first, end - first)
-    return {
-        item.name: item.decode(words[item.address - first : item.address - first + item.words])
-        for item in table
-    }
+    return stretches.values(stretches.places(regs.settings()), board.read_holdings)
 
 
 def defaults() -> dict[str, int]:
