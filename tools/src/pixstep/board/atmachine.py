@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pixstep.board import boards, run, settings
+from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError, Upload
 from pixstep.board.device import Identity
 from pixstep.board.world import World
@@ -15,7 +16,6 @@ from pixstep.lines.runs import queue_entries
 SWITCHES = ("HOME", "LIMIT_MINUS", "LIMIT_PLUS")  # bits 0, 1, 2 of an axis in `inputs`
 _POLL_S = 0.02
 _STEPS_HZ = 100  # of the slow move
-_ESTOP_BIT = 4
 
 
 class Person(Protocol):
@@ -49,10 +49,10 @@ class AtMachine:
         return not self.board.fault_name()
 
     def pressed(self) -> bool:
-        return bool(self.status() >> _ESTOP_BIT & 1)
+        return self.flags()["estop"]
 
-    def status(self) -> int:
-        return self.board.input("status")
+    def flags(self) -> dict[str, bool]:
+        return regs.flags(self.board.input("status"))
 
     def agreed(self, question: str) -> bool:
         return self.person is not None and self.person.agrees(question)

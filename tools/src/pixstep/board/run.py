@@ -200,7 +200,7 @@ def _raise_fault(board: Board) -> None:
 def _why_not(board: Board, name: str, axes: list[int]) -> str:
     """Return what speaks against a command at present."""
     state = board.inputs()
-    if state["status"] >> 4 & 1:
+    if regs.flags(state["status"])["estop"]:
         return "the emergency stop is pressed: release it, then `pixstep board clear`"
     fault = board.fault_advice()
     if fault and name != "clear_fault":

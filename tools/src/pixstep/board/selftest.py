@@ -20,7 +20,6 @@ OK, FAILED, SKIPPED = "ok", "failed", "skipped"
 _CLOCK_S = 1.0
 _CLOCK_SHARE = 0.02  # what a quartz and the way of the requests may be off
 _BROWN_OUT, _WATCHDOG = 1 << 2, 1 << 3
-_PERMIT_BIT = 8
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,8 @@ class SelfTest(AtMachine):
 
         Drivers that it has switched on are off again at its end, however that comes.
         """
-        if self.status() & 0b110:
+        flags = self.flags()
+        if flags["armed"] or flags["running"]:
             raise BoardError(
                 f"board {self.board.unit}: an axis is armed or moves: stop it first "
                 f"(`pixstep board stop`)"
@@ -190,11 +190,11 @@ class SelfTest(AtMachine):
             return Result("PERMIT", SKIPPED, "not wanted" if self.person else "needs a person")
         run.command(self.board, "permit_on", [0])
         try:
-            seen = self.board.input("outputs") >> _PERMIT_BIT & 1
+            seen = self.board.input("outputs") >> regs.OUTPUT_PERMIT & 1
             agreed = self.agreed(f"Is {pin} high now, and what it permits on?")
         finally:
             run.command(self.board, "permit_off", [0])
-        off = not self.board.input("outputs") >> _PERMIT_BIT & 1
+        off = not self.board.input("outputs") >> regs.OUTPUT_PERMIT & 1
         if not (seen and off):
             return Result("PERMIT", FAILED, "the board does not say that it switches")
         return Result("PERMIT", OK if agreed else FAILED, f"{pin} on and off again")

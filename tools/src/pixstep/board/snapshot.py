@@ -8,8 +8,7 @@ from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.board.device import Identity
 
-COUNTED = (
-    "pixel_edges",
+LINE_COUNTERS = (
     "frames_ok",
     "crc_errors",
     "exceptions",
@@ -18,15 +17,7 @@ COUNTED = (
     "no_replies",
     "busy_replies",
 )
-_STATUS = {
-    "clock": 0,
-    "armed": 1,
-    "running": 2,
-    "fault": 3,
-    "estop": 4,
-    "permit": 5,
-    "listen_only": 6,
-}
+COUNTED = ("pixel_edges", *LINE_COUNTERS)
 
 
 @dataclass(frozen=True)
@@ -42,7 +33,7 @@ class Snapshot:
     @property
     def flags(self) -> dict[str, bool]:
         """The bits of its status by name."""
-        return {name: bool(self.inputs["status"] >> bit & 1) for name, bit in _STATUS.items()}
+        return regs.flags(self.inputs["status"])
 
     @property
     def fault(self) -> str:
@@ -87,7 +78,7 @@ class Snapshot:
             "switches": self.switches,
             "pixel_edges": self.inputs["pixel_edges"],
             "edge_error_ticks": self.inputs["edge_error_ticks"],
-            "counters": {name: self.inputs[name] for name in COUNTED[1:]},
+            "counters": {name: self.inputs[name] for name in LINE_COUNTERS},
             "rates_per_s": {name: round(rate, 2) for name, rate in self.rates(before).items()},
             "axes": [
                 axis | {"axis_state": regs.AXIS_STATES[axis["axis_state"]]} for axis in self.axes

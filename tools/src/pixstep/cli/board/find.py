@@ -6,9 +6,11 @@ from rich.console import Console
 
 from pixstep import progress
 from pixstep.board import meanings, scan, settings
+from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
 from pixstep.board.scan import BAUDS, PARITIES, Found
+from pixstep.board.snapshot import LINE_COUNTERS
 from pixstep.cli.board.group import (
     ALL,
     LEAST_BAUD,
@@ -25,16 +27,6 @@ from pixstep.cli.board.group import (
 from pixstep.cli.options import say
 from pixstep.errors import UserError
 from pixstep.simulation.report import new_table
-
-_COUNTERS = (
-    "frames_ok",
-    "crc_errors",
-    "exceptions",
-    "rx_overruns",
-    "bus_messages",
-    "no_replies",
-    "busy_replies",
-)
 
 
 @click.command("scan")
@@ -161,7 +153,7 @@ def _info(known: Known) -> dict:
         "reset_cause": meanings.words(names("reset_cause"), state["reset_cause"]),
         "fault": board.fault_text(),
         "pixel_clock": {
-            "present": bool(state["status"] & 1),
+            "present": regs.flags(state["status"])["clock"],
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
         },
@@ -172,7 +164,7 @@ def _info(known: Known) -> dict:
             "stored": bool(state["settings_serial"]),
             "differ": bool(state["settings_state"] & settings.DIFFERS),
         },
-        "counters": {name: state[name] for name in _COUNTERS},
+        "counters": {name: state[name] for name in LINE_COUNTERS},
         "axes": [
             {
                 "axis": number,

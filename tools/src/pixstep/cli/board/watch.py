@@ -14,7 +14,7 @@ from pixstep.board import registers as regs
 from pixstep.board import snapshot
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
-from pixstep.board.snapshot import COUNTED, Snapshot
+from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
 from pixstep.cli.board import watchview
 from pixstep.cli.board.group import Known, boards, line_options, units_option
 from pixstep.cli.board.watchview import AXIS_COLUMNS
@@ -120,7 +120,7 @@ def _clock_text(now: Snapshot, before: Snapshot | None) -> str:
 def _rates_text(now: Snapshot, before: Snapshot | None) -> str:
     """Return the line's counters with how fast they count."""
     rates = now.rates(before)
-    names = COUNTED[1:]
+    names = LINE_COUNTERS
     if not rates:
         return ", ".join(f"{name} {now.inputs[name]}" for name in names)
     return ", ".join(f"{name} {now.inputs[name]} ({rates[name]:.1f}/s)" for name in names)
