@@ -13,11 +13,12 @@
 #include "app/round.h"
 #include "app/serial.h"
 #include "app/settings.h"
-#include "fail.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 #include "form.h"
+#include "promise.h"
 #include "script.h"
+#include "target.h"
 
 // A slow main loop: most of the time goes into rounds.
 #define ROUND_TICKS    6000u
@@ -28,8 +29,6 @@
 #define READ_INPUT     4u
 #define DIAGNOSE       8u
 #define RESTART        1u
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 // What came since the line was silent and the board's reply was over.
 static uint8_t since_silence[SCRIPT_BYTES_MAX];
@@ -90,10 +89,10 @@ static void check_reply(const uint8_t *reply,
 {
     const uint8_t *request = asked(address);
 
-    PROMISE(request != NULL, "a reply to nobody");
+    promise(request != NULL, "a reply to nobody");
     form_check(request, reply, reply_count);
     if ((reply[1] & 0x80u) != 0) {
-        PROMISE(memcmp(&machine.settings, before, sizeof *before) == 0,
+        promise(memcmp(&machine.settings, before, sizeof *before) == 0,
                 "settings changed by a request that failed");
     }
     replies++;
@@ -101,8 +100,8 @@ static void check_reply(const uint8_t *reply,
 
 static void check_board(void)
 {
-    PROMISE(settings_possible(&machine.settings), "a setting is out of its range");
-    PROMISE((machine.fault.mask & (1u << FAULT_internal)) == 0,
+    promise(settings_possible(&machine.settings), "a setting is out of its range");
+    promise((machine.fault.mask & (1u << FAULT_internal)) == 0,
             "promise broken at line %u",
             (unsigned)machine.fault.argument);
 }
@@ -174,7 +173,7 @@ static void probe(void)
     }
     unsigned before = replies;
     ask(READ_INPUT, 0);
-    PROMISE(replies == before + 1u, "a valid request was not answered");
+    promise(replies == before + 1u, "a valid request was not answered");
 }
 
 static void play(const struct script_item *item)

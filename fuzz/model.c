@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "model.h"
 
+#include <stddef.h>
 #include <string.h>
 
-#include "fail.h"
+#include "promise.h"
 #include "wire/server.h"
 
 #define TAIL_BASE (0x10000u - MODEL_TAIL)
@@ -15,10 +16,16 @@ void model_reset(void)
     memset(&model, 0, sizeof model);
 }
 
+bool model_same(const struct model *one, const struct model *other)
+{
+    return memcmp(one->words, other->words, sizeof one->words) == 0 &&
+           memcmp(one->coils, other->coils, sizeof one->coils) == 0 &&
+           one->listen_only == other->listen_only;
+}
+
 static uint16_t index_of(uint16_t address, uint16_t from_start)
 {
-    return (uint16_t)(address < from_start ? address
-                                           : from_start + (address - TAIL_BASE));
+    return (uint16_t)(address < from_start ? address : from_start + address % MODEL_TAIL);
 }
 
 bool model_mapped(uint32_t from_start, uint16_t address, uint16_t count)
@@ -73,14 +80,14 @@ uint8_t model_write(struct model *at,
                     const uint8_t *words)
 {
     for (uint16_t i = 0; i < count; i++) {
-        uint8_t refusal = refusal_of(word_at(&words[2u * i]));
+        uint8_t refusal = refusal_of(word_at(&words[2 * (size_t)i]));
         if (refusal != MODBUS_OK) {
             return refusal;
         }
     }
     for (uint16_t i = 0; i < count; i++) {
         uint16_t index = index_of((uint16_t)(address + i), MODEL_WORDS);
-        at->words[index] = word_at(&words[2u * i]);
+        at->words[index] = word_at(&words[2 * (size_t)i]);
     }
     return MODBUS_OK;
 }
@@ -109,7 +116,7 @@ uint8_t model_write_coils(struct model *at,
 // The server's contract: it asks for what is mapped only.
 static void must_be_mapped(uint32_t from_start, uint16_t address, uint16_t count)
 {
-    PROMISE(count != 0 && model_mapped(from_start, address, count),
+    promise(count != 0 && model_mapped(from_start, address, count),
             "the server used %u at 0x%04X, which are not mapped",
             (unsigned)count,
             (unsigned)address);
@@ -145,7 +152,7 @@ enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t
 
 bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 {
-    PROMISE(
+    promise(
         which == SERVER_COILS || which == SERVER_DISCRETE, "bits %u", (unsigned)which);
     return model_mapped(MODEL_BITS, address, count);
 }
@@ -168,7 +175,7 @@ uint8_t data_identity(uint8_t *text, uint8_t room)
 {
     static const char identity[] = MODEL_IDENTITY;
 
-    PROMISE(room >= sizeof identity, "only %u bytes of identity", (unsigned)room);
+    promise(room >= sizeof identity, "only %u bytes of identity", (unsigned)room);
     memcpy(text, identity, sizeof identity - 1u);
     return sizeof identity - 1u;
 }

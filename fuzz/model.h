@@ -30,6 +30,7 @@ struct model {
 extern struct model model; // what data_*() read and write
 
 void model_reset(void);
+bool model_same(const struct model *one, const struct model *other);
 
 bool model_mapped(uint32_t from_start, uint16_t address, uint16_t count);
 uint16_t model_input(uint16_t address);

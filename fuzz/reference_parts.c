@@ -105,9 +105,11 @@ uint8_t reference_identify(const struct asked *asked)
     return 0;
 }
 
+// Registers where files 1 to 3 begin.
+static const uint16_t starts[] = {0, 0x0100, 0x0300, 0};
+
 static bool part_mapped(const struct asked *asked, uint16_t at)
 {
-    static const uint16_t starts[] = {0, 0x0100, 0x0300, 0};
     uint16_t file = asked_word(asked, (uint16_t)(at + 1u));
     uint16_t record = asked_word(asked, (uint16_t)(at + 3u));
     uint16_t words = asked_word(asked, (uint16_t)(at + 5u));
@@ -123,12 +125,12 @@ static void reply_part(const struct asked *asked, uint16_t at)
 {
     uint16_t file = asked_word(asked, (uint16_t)(at + 1u));
     uint16_t words = asked_word(asked, (uint16_t)(at + 5u));
-    uint16_t start = file == 1 ? 0x0100u : file == 2 ? 0x0300u : 0u;
 
     reply_byte(asked->expected, (uint16_t)(2u * words + 1u));
     reply_byte(asked->expected, FILE_KIND);
     for (uint16_t i = 0; i < words; i++) {
-        uint16_t address = (uint16_t)(start + asked_word(asked, (uint16_t)(at + 3u)) + i);
+        uint16_t address =
+            (uint16_t)(starts[file] + asked_word(asked, (uint16_t)(at + 3u)) + i);
         reply_data(asked, address, file != 3);
     }
 }

@@ -4,16 +4,14 @@
 //     fuzz-replay-NAME CORPUS.hex
 //
 // The corpus is text: an input is a paragraph of bytes in hexadecimal; '#' begins a comment line.
-#include <ctype.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "target.h"
 
 #define INPUT_MAX 4096u
 #define LINE_MAX  256
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 static uint8_t input[INPUT_MAX];
 static size_t count;
@@ -28,14 +26,20 @@ static void play(void)
     count = 0;
 }
 
+// Value of a hexadecimal digit; -1: none.
+static int digit(char character)
+{
+    static const char digits[] = "0123456789abcdef";
+    const char *found = character == '\0' ? NULL : strchr(digits, character);
+
+    return found == NULL ? -1 : (int)(found - digits);
+}
+
 // The bytes of one line; false when it is not a row of bytes.
 static int take_line(const char *text)
 {
-    while (isxdigit((unsigned char)text[0]) && isxdigit((unsigned char)text[1]) &&
-           count < INPUT_MAX) {
-        const char digits[3] = {text[0], text[1], '\0'};
-
-        input[count] = (uint8_t)strtoul(digits, NULL, 16);
+    while (count < INPUT_MAX && digit(text[0]) >= 0 && digit(text[1]) >= 0) {
+        input[count] = (uint8_t)(digit(text[0]) * 16 + digit(text[1]));
         count++;
         text += 2;
     }

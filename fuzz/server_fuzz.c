@@ -12,15 +12,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fail.h"
 #include "form.h"
 #include "model.h"
+#include "promise.h"
 #include "reference.h"
 #include "script.h"
+#include "target.h"
 #include "wire/frame.h"
 #include "wire/server.h"
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 // The board's side of the line, as serial.c drives it; a copy of what it received beside it.
 struct line {
@@ -39,18 +38,18 @@ static void check_front(const struct line *line, enum frame_status status, bool 
     uint8_t first = line->received[0];
     bool ours = first == 0 || first == SCRIPT_ADDRESS;
 
-    PROMISE(frame->length <= frame->received, "a frame longer than what came");
-    PROMISE(memcmp(frame->bytes, line->received, frame->received) == 0,
+    promise(frame->length <= frame->received, "a frame longer than what came");
+    promise(memcmp(frame->bytes, line->received, frame->received) == 0,
             "other bytes than came");
     if (status == FRAME_BAD) {
-        PROMISE(ended && frame->length == frame->received, "bad before the silence");
-        PROMISE(frame->length < 4 || script_crc(line->received, frame->length) != 0,
+        promise(ended && frame->length == frame->received, "bad before the silence");
+        promise(frame->length < 4 || script_crc(line->received, frame->length) != 0,
                 "a whole frame is bad");
         return;
     }
-    PROMISE(status == (ours ? FRAME_READY : FRAME_FOREIGN), "taken for another's");
-    PROMISE(frame->length >= 4, "a frame of %u bytes", (unsigned)frame->length);
-    PROMISE(script_crc(line->received, frame->length) == 0,
+    promise(status == (ours ? FRAME_READY : FRAME_FOREIGN), "taken for another's");
+    promise(frame->length >= 4, "a frame of %u bytes", (unsigned)frame->length);
+    promise(script_crc(line->received, frame->length) == 0,
             "ready without being a frame");
 }
 
@@ -67,11 +66,10 @@ static void drop(struct line *line)
 
 static void check_world(const struct model *wanted, const struct model *before)
 {
-    PROMISE(memcmp(&model, wanted, sizeof model) == 0,
+    promise(model_same(&model, wanted),
             "%s",
-            memcmp(&model, before, sizeof model) == 0
-                ? "a write was not done"
-                : "the registers are not what they should be");
+            model_same(&model, before) ? "a write was not done"
+                                       : "the registers are not what they should be");
 }
 
 static void check_reply(struct line *line,
@@ -82,14 +80,14 @@ static void check_reply(struct line *line,
     struct frame *frame = line->frame;
     uint16_t exact = (uint16_t)(expected->count - (expected->counted ? 2u : 0u));
 
-    PROMISE(count == expected->count,
+    promise(count == expected->count,
             "%u bytes of reply, %u expected",
             (unsigned)count,
             (unsigned)expected->count);
-    PROMISE(memcmp(frame->bytes, expected->bytes, exact) == 0, "another reply");
+    promise(memcmp(frame->bytes, expected->bytes, exact) == 0, "another reply");
     if (count != 0) {
         uint16_t sealed = frame_seal(frame, count);
-        PROMISE(sealed <= FRAME_MAX_BYTES, "a reply of %u bytes", (unsigned)sealed);
+        promise(sealed <= FRAME_MAX_BYTES, "a reply of %u bytes", (unsigned)sealed);
         form_check(request->bytes, frame->bytes, sealed);
         line->replies++;
     }
@@ -111,7 +109,7 @@ static void serve(struct line *line)
     model.listen_only = line->counters.listen_only;
     check_world(&wanted, &before);
     if (request.bytes[0] == 0) {
-        PROMISE(memcmp(&frame->bytes[request.length],
+        promise(memcmp(&frame->bytes[request.length],
                        &request.bytes[request.length],
                        FRAME_MAX_BYTES - request.length) == 0,
                 "a request to all spoilt what follows it");
@@ -126,7 +124,7 @@ static void look(struct line *line, bool ended)
     while (!line->pending) {
         enum frame_status status = frame_look(line->frame, ended, SCRIPT_ADDRESS);
         if (status == FRAME_PARTIAL) {
-            PROMISE(!ended || line->frame->received == 0, "silence ended nothing");
+            promise(!ended || line->frame->received == 0, "silence ended nothing");
             return;
         }
         check_front(line, status, ended);
@@ -197,7 +195,7 @@ static void probe(struct line *line)
     }
     unsigned before = line->replies;
     ask(line, read, sizeof read);
-    PROMISE(line->replies == before + 1u, "a valid request was not answered");
+    promise(line->replies == before + 1u, "a valid request was not answered");
 }
 
 static void play(struct line *line, const struct script_item *item)
@@ -224,7 +222,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
     // On the heap, so that the address sanitizer sees a write behind it.
     line.frame = calloc(1, sizeof *line.frame);
-    PROMISE(line.frame != NULL, "no memory");
+    if (line.frame == NULL) {
+        return -1;
+    }
     frame_reset(line.frame);
     model_reset();
     while (script_next(&script, &item)) {

@@ -39,10 +39,10 @@ static void usual_rates_are_possible(void)
         96, 144, 192, 288, 384, 576, 768, 1152, 2500, 5000, 10000};
     static const uint16_t impossible[] = {0, 1, 95, 2304, 4608, 9216, 9700, 10001, 65535};
 
-    for (uint8_t i = 0; i < sizeof possible / sizeof possible[0]; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof possible / sizeof possible[0]); i++) {
         TEST_ASSERT_TRUE_MESSAGE(baud_possible(possible[i]), "possible");
     }
-    for (uint8_t i = 0; i < sizeof impossible / sizeof impossible[0]; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof impossible / sizeof impossible[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(baud_possible(impossible[i]), "impossible");
     }
 }

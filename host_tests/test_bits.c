@@ -35,7 +35,7 @@ static enum modbus_exception write(uint8_t address, uint8_t count, uint16_t valu
 {
     const uint8_t bytes[2] = {(uint8_t)values, (uint8_t)(values >> 8)};
 
-    TEST_ASSERT_TRUE(data_bits_mapped(address, count, SERVER_COILS));
+    TEST_ASSERT_EQUAL(true, data_bits_mapped(address, count, SERVER_COILS));
     return data_write_coils(address, count, bytes);
 }
 
@@ -47,13 +47,13 @@ static void load(uint8_t axis)
 
 static void as_many_are_mapped_as_there_are(void)
 {
-    TEST_ASSERT_TRUE(data_bits_mapped(0, BITS_COILS, SERVER_COILS));
-    TEST_ASSERT_FALSE(data_bits_mapped(0, BITS_COILS + 1, SERVER_COILS));
-    TEST_ASSERT_FALSE(data_bits_mapped(BITS_COILS, 1, SERVER_COILS));
-    TEST_ASSERT_TRUE(data_bits_mapped(0, BITS_INPUTS, SERVER_DISCRETE));
-    TEST_ASSERT_FALSE(data_bits_mapped(1, BITS_INPUTS, SERVER_DISCRETE));
-    TEST_ASSERT_FALSE(data_bits_mapped(0xFFFF, 2, SERVER_DISCRETE));
-    TEST_ASSERT_FALSE(data_bits_mapped(0xFFFF, 2000, SERVER_COILS));
+    TEST_ASSERT_EQUAL(true, data_bits_mapped(0, BITS_COILS, SERVER_COILS));
+    TEST_ASSERT_EQUAL(false, data_bits_mapped(0, BITS_COILS + 1, SERVER_COILS));
+    TEST_ASSERT_EQUAL(false, data_bits_mapped(BITS_COILS, 1, SERVER_COILS));
+    TEST_ASSERT_EQUAL(true, data_bits_mapped(0, BITS_INPUTS, SERVER_DISCRETE));
+    TEST_ASSERT_EQUAL(false, data_bits_mapped(1, BITS_INPUTS, SERVER_DISCRETE));
+    TEST_ASSERT_EQUAL(false, data_bits_mapped(0xFFFF, 2, SERVER_DISCRETE));
+    TEST_ASSERT_EQUAL(false, data_bits_mapped(0xFFFF, 2000, SERVER_COILS));
 }
 
 static void discrete_inputs_are_two_registers(void)
@@ -74,23 +74,23 @@ static void discrete_inputs_are_two_registers(void)
 static void drivers_are_switched_and_read(void)
 {
     TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER + 2, 1, 1));
-    TEST_ASSERT_TRUE(fake_axes[2].enabled && coil(DRIVER + 2));
-    TEST_ASSERT_FALSE(fake_axes[1].enabled || coil(DRIVER + 1));
+    TEST_ASSERT_EQUAL(true, fake_axes[2].enabled && coil(DRIVER + 2));
+    TEST_ASSERT_EQUAL(false, fake_axes[1].enabled || coil(DRIVER + 1));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, 4, 0x0B));
-    TEST_ASSERT_TRUE(fake_axes[0].enabled && fake_axes[1].enabled &&
-                     fake_axes[3].enabled);
-    TEST_ASSERT_FALSE(fake_axes[2].enabled || coil(DRIVER + 2));
+    TEST_ASSERT_EQUAL(
+        true, fake_axes[0].enabled && fake_axes[1].enabled && fake_axes[3].enabled);
+    TEST_ASSERT_EQUAL(false, fake_axes[2].enabled || coil(DRIVER + 2));
 }
 
 static void axes_are_armed_and_disarmed(void)
 {
     load(1);
-    TEST_ASSERT_FALSE(coil(ARMED + 1));
+    TEST_ASSERT_EQUAL(false, coil(ARMED + 1));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 1));
-    TEST_ASSERT_TRUE(coil(ARMED + 1));
-    TEST_ASSERT_FALSE(coil(ARMED));
+    TEST_ASSERT_EQUAL(true, coil(ARMED + 1));
+    TEST_ASSERT_EQUAL(false, coil(ARMED));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 0));
-    TEST_ASSERT_FALSE(coil(ARMED + 1));
+    TEST_ASSERT_EQUAL(false, coil(ARMED + 1));
     TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[1].state);
 }
 
@@ -98,17 +98,17 @@ static void running_axis_reads_armed_and_stops(void)
 {
     bench_plain_line(0, 10, 200);
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 1));
-    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
-    TEST_ASSERT_TRUE(coil(ARMED));
+    TEST_ASSERT_EQUAL(true, bench_until(0, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL(true, coil(ARMED));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 1, 0)); // not by disarming
     TEST_ASSERT_EQUAL(MODBUS_OK, write(STOP, 1, 0));              // nor by a 0
     TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[0].state);
-    TEST_ASSERT_FALSE(coil(STOP));
+    TEST_ASSERT_EQUAL(false, coil(STOP));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(STOP, 1, 1));
-    TEST_ASSERT_TRUE(coil(STOP));
-    TEST_ASSERT_FALSE(coil(ARMED));
+    TEST_ASSERT_EQUAL(true, coil(STOP));
+    TEST_ASSERT_EQUAL(false, coil(ARMED));
     bench_rounds(200);
-    TEST_ASSERT_FALSE(coil(STOP));
+    TEST_ASSERT_EQUAL(false, coil(STOP));
 }
 
 static void all_or_none_are_done(void)
@@ -117,10 +117,10 @@ static void all_or_none_are_done(void)
     load(2);
     // Axis 1 has nothing to arm; the drivers come before.
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(DRIVER, 8, 0x7F));
-    TEST_ASSERT_FALSE(fake_axes[0].enabled);
+    TEST_ASSERT_EQUAL(false, fake_axes[0].enabled);
     TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
     TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, 8, 0x5F));
-    TEST_ASSERT_TRUE(fake_axes[3].enabled);
+    TEST_ASSERT_EQUAL(true, fake_axes[3].enabled);
     TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[0].state);
     TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[2].state);
 }
@@ -147,31 +147,31 @@ static void two_seeks_at_once_are_refused(void)
 
 static void fault_is_read_and_cleared(void)
 {
-    TEST_ASSERT_FALSE(coil(CLEAR));
+    TEST_ASSERT_EQUAL(false, coil(CLEAR));
     machine_fault(FAULT_starved, 0, 0);
-    TEST_ASSERT_TRUE(coil(CLEAR));
+    TEST_ASSERT_EQUAL(true, coil(CLEAR));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(CLEAR, 1, 0));
-    TEST_ASSERT_TRUE(coil(CLEAR));
+    TEST_ASSERT_EQUAL(true, coil(CLEAR));
     // Not together with what waits for it.
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(CLEAR, 2, 3));
-    TEST_ASSERT_TRUE(coil(CLEAR));
+    TEST_ASSERT_EQUAL(true, coil(CLEAR));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(CLEAR, 1, 1));
-    TEST_ASSERT_FALSE(coil(CLEAR));
+    TEST_ASSERT_EQUAL(false, coil(CLEAR));
 }
 
 static void permit_is_switched_and_read(void)
 {
-    TEST_ASSERT_FALSE(coil(PERMIT));
+    TEST_ASSERT_EQUAL(false, coil(PERMIT));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(PERMIT, 1, 1));
-    TEST_ASSERT_TRUE(coil(PERMIT));
+    TEST_ASSERT_EQUAL(true, coil(PERMIT));
     // Another coil of the same request is impossible: it stays on.
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 10, 1));
-    TEST_ASSERT_TRUE(coil(PERMIT));
+    TEST_ASSERT_EQUAL(true, coil(PERMIT));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(PERMIT, 1, 0));
-    TEST_ASSERT_FALSE(coil(PERMIT));
+    TEST_ASSERT_EQUAL(false, coil(PERMIT));
     machine_fault(FAULT_starved, 0, 0);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(PERMIT, 1, 1));
-    TEST_ASSERT_FALSE(coil(PERMIT));
+    TEST_ASSERT_EQUAL(false, coil(PERMIT));
 }
 
 // A refused request that asks to arm touches no token; one that arms waits for none.
@@ -179,7 +179,7 @@ static void coils_have_no_token(void)
 {
     load(0);
     machine.order[2] = 5;
-    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 1));
+    TEST_ASSERT_EQUAL(true, machine_do(COMMAND_ARM, 1));
     TEST_ASSERT_EQUAL_UINT16(5, machine.token);
     load(1);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 2, 3));

@@ -79,12 +79,12 @@ static void requests(uint8_t address, enum frame_status status)
     static const uint8_t of_8[] = {1, 2, 3, 4, 5, 6, 8};
     static const uint8_t of_4[] = {7, 11, 12, 17};
 
-    for (uint8_t i = 0; i < sizeof of_8; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof of_8); i++) {
         const uint8_t request[] = {address, of_8[i], 0, 1, 0, 2};
         check_over(status, request, sizeof request);
         check_found_before_others(status);
     }
-    for (uint8_t i = 0; i < sizeof of_4; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof of_4); i++) {
         const uint8_t request[] = {address, of_4[i]};
         check_over(status, request, sizeof request);
         check_found_before_others(status);
@@ -120,14 +120,14 @@ static void length_of_foreign_replies_is_known(void)
     static const uint8_t counted[] = {1, 2, 3, 4, 12, 17, 20, 21, 23};
     static const uint8_t of_8[] = {5, 6, 8, 11, 15, 16};
 
-    for (uint8_t i = 0; i < sizeof counted; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof counted); i++) {
         const uint8_t odd[] = {OTHER, counted[i], 1, 0x55};
         const uint8_t even[] = {OTHER, counted[i], 6, 1, 2, 3, 4, 5, 6};
         check_over(FRAME_FOREIGN, odd, sizeof odd);
         check_over(FRAME_FOREIGN, even, sizeof even);
         check_found_before_others(FRAME_FOREIGN);
     }
-    for (uint8_t i = 0; i < sizeof of_8; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof of_8); i++) {
         const uint8_t reply[] = {OTHER, of_8[i], 0x12, 0x34, 0x56, 0x78};
         check_over(FRAME_FOREIGN, reply, sizeof reply);
         check_found_before_others(FRAME_FOREIGN);
@@ -155,7 +155,7 @@ static void unknown_function_ends_with_silence(void)
 {
     static const uint8_t functions[] = {0, 9, 25, 65, 127, 0x83, 255};
 
-    for (uint8_t i = 0; i < sizeof functions; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof functions); i++) {
         setUp();
         build((const uint8_t[]){ADDRESS, functions[i], 1, 2, 3}, 5);
         TEST_ASSERT_EQUAL(FRAME_PARTIAL, receive(0, sent_length));
@@ -179,7 +179,7 @@ static void bad_checksum_is_bad_at_the_silence(void)
 {
     static const uint8_t addresses[] = {0, ADDRESS, OTHER};
 
-    for (uint8_t i = 0; i < sizeof addresses; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(sizeof addresses); i++) {
         setUp();
         build((const uint8_t[]){addresses[i], 3, 0, 0, 0, 1}, 6);
         sent.bytes[4] ^= 0x10u;

@@ -9,9 +9,9 @@
 //   tx HEX [TIMEOUT]        rx HEX CYCLE        send, then run until 1750 us of silence after the
 //                                               answer (rx - CYCLE if none begins within TIMEOUT
 //                                               cycles, 100 ms if not given)
-//   send HEX [PAUSE_US]     ok CYCLE            the line's master sends, behind what it still has to
-//                                               send, and waits so long before it sends again. No
-//                                               time passes: `run` or `tx` follows. CYCLE = its end
+//   send HEX [PAUSE_US]     ok CYCLE            the master sends, behind what it still has to send,
+//                                               and waits so long before it sends again. No time
+//                                               passes: `run` or `tx` follows. CYCLE = its end
 //   baud RATE N|O|E         ok                  the master's rate and parity (N: two stop bits) for
 //                                               what it sends from now on; at first 115200 E
 //   clock on|off            ok                  pulses of the pixel clock

@@ -44,11 +44,14 @@ static void feed_watchdog(void)
     uint8_t i = machine.turn % CONFIG_AXES;
     uint8_t beat = step_timer_beat(i);
 
-    if (beat != beats[i] || step_timer_state(i) == STEP_ENGINE_HALTED) {
-        beats[i] = beat;
+    if (beat == beats[i] && step_timer_state(i) != STEP_ENGINE_HALTED) {
+        return;
+    }
+    beats[i] = beat;
+    if (CONFIG_AXES > 1) {
         alive = (uint8_t)(alive | (1u << i));
     }
-    if (alive == ALL_AXES) {
+    if (CONFIG_AXES == 1 || alive == ALL_AXES) {
         alive = 0;
         cpu_watchdog_feed();
     }

@@ -11,8 +11,8 @@
 
 enum uart_parity { UART_NONE = 0, UART_ODD = 1, UART_EVEN = 2 }; // none has two stop bits
 
-// Listen into this buffer from now on; uart_set() must follow.
-void uart_start(uint8_t *buffer);
+// Listen into this buffer of UART_BUFFER_BYTES from now on; uart_set() must follow.
+void uart_start(uint8_t *bytes);
 
 // Counts of 2 MHz a bit; a silence in units of 16 us, from the end of a byte to the end of the
 // next. What is set already is left alone, and with it a byte that is on its way.

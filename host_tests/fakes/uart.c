@@ -74,9 +74,9 @@ void uart_listen(void)
     deaf = false;
 }
 
-void uart_start(uint8_t *into)
+void uart_start(uint8_t *bytes)
 {
-    buffer = into;
+    buffer = bytes;
     uart_listen();
 }
 
@@ -84,7 +84,7 @@ void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
 {
     if (divisor != fake_line.divisor || parity != fake_line.parity) {
         fake_line = (struct fake_line){
-            divisor, parity, silence_16us, (uint8_t)(fake_line.changes + 1u)};
+            divisor, (uint8_t)parity, silence_16us, (uint8_t)(fake_line.changes + 1u)};
     }
 }
 

@@ -6,7 +6,7 @@
 // At most 2.5 % off: clock / (divisor * rate) from 39/40 to 41/40.
 #define PRODUCT_MIN (BAUD_CLOCK_100 / 41u * 40u + BAUD_CLOCK_100 % 41u * 40u / 41u + 1u)
 #define PRODUCT_MAX (BAUD_CLOCK_100 / 39u * 40u + BAUD_CLOCK_100 % 39u * 40u / 39u)
-// The standard's 1750 us count above 19200 baud; up to there 3.5 characters, here with the next one.
+// The standard's 1750 us count above 19200 baud, 3.5 characters up to there; plus the next one.
 #define SLOW_DIVISOR 104u
 #define SILENCE_16US 109u // 1750 us
 

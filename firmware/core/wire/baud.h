@@ -8,7 +8,7 @@
 // What the line's clock counts in a second, in units of 100: 16 MHz by 8.
 #define BAUD_CLOCK_100 20000u
 
-// Counts of that clock a bit, rounded to the nearest: 2 at 10000, 208 at 96. Takes 7 cycles for each.
+// Counts of that clock a bit, rounded to the nearest: 2 at 10000, 208 at 96. Takes 7 cycles each.
 uint8_t baud_divisor(uint16_t baud_100);
 
 // The rate that the divisor gives is within 2.5 %. False below 9600 baud and above 1,000,000.

@@ -18,10 +18,12 @@
 #define PLAN_BYTES   3u
 #define PLAN_HOLDING 0x80u
 
-// First input register of files 1 and 2.
+// First register of a file.
 static uint16_t file_start(uint16_t file)
 {
-    return file == 1 ? 0x0100u : file == 2 ? 0x0300u : 0u;
+    static const uint16_t starts[FILES] = {0x0100u, 0x0300u, 0u};
+
+    return starts[file - 1u];
 }
 
 static bool mapped(const uint8_t *request)

@@ -33,7 +33,7 @@ struct frame {
 void frame_reset(struct frame *frame);
 
 // Look at the bytes received so far. ended: silence follows them. Unless the answer is
-// FRAME_PARTIAL frame->length says how many bytes it is about; the next look is at those after them.
+// FRAME_PARTIAL frame->length says how many bytes it is about; the next look is at what follows.
 // Takes up to 30 cycles for each byte.
 enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address);
 

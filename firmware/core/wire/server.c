@@ -166,6 +166,18 @@ static enum modbus_exception write_many(struct frame *frame,
     return write(address, count, &bytes[7], words ? READ_HOLDING : READ_COILS);
 }
 
+static bool known_diagnosis(uint8_t which)
+{
+    return which <= LAST_COUNTER && which != INPUT_DELIMITER &&
+           (which <= LISTEN_ONLY || which >= CLEAR_COUNTERS);
+}
+
+// Only a restart may be told more than nothing.
+static bool right_data(const uint8_t *bytes)
+{
+    return bytes[5] == 0 && (bytes[4] == 0 || (bytes[4] == ON && bytes[3] == RESTART));
+}
+
 // The request comes back, with a number in the place of its data.
 static enum modbus_exception diagnose(struct frame *frame,
                                       struct server_counters *counters)
@@ -174,15 +186,13 @@ static enum modbus_exception diagnose(struct frame *frame,
     uint8_t which = bytes[3];
     uint16_t answer = 0;
 
-    if (bytes[2] != 0 || which > LAST_COUNTER || which == INPUT_DELIMITER ||
-        (which > LISTEN_ONLY && which < CLEAR_COUNTERS)) {
+    if (bytes[2] != 0 || !known_diagnosis(which)) {
         return MODBUS_ILLEGAL_FUNCTION;
     }
     if (which == LOOPBACK) {
         return MODBUS_OK;
     }
-    if (frame->reply != REPLY_TO_WRITE || bytes[5] != 0 ||
-        (bytes[4] != 0 && (bytes[4] != ON || which != RESTART))) {
+    if (frame->reply != REPLY_TO_WRITE || !right_data(bytes)) {
         return MODBUS_ILLEGAL_VALUE;
     }
     if (which >= FIRST_COUNTER) {
@@ -212,32 +222,14 @@ static enum modbus_exception identify(struct frame *frame)
     return MODBUS_OK;
 }
 
-// The words of the identity as objects, from the one asked for on, or that one.
-static enum modbus_exception read_device(struct frame *frame)
+// The words of the identity as objects, from this one on, or this one alone.
+static void put_objects(struct frame *frame, uint8_t first, bool one)
 {
     uint8_t *bytes = frame->bytes;
-    uint8_t first = bytes[4];
-    bool one = bytes[3] == DEVICE_CODES;
-
-    if (bytes[2] != DEVICE_MEI) {
-        return MODBUS_ILLEGAL_FUNCTION;
-    }
-    if ((uint8_t)(bytes[3] - 1u) >= DEVICE_CODES) {
-        return MODBUS_ILLEGAL_VALUE;
-    }
-    if (first >= DEVICE_OBJECTS) {
-        if (one) {
-            return MODBUS_ILLEGAL_ADDRESS;
-        }
-        first = 0;
-    }
     uint8_t *from = &bytes[IDENTITY_AT];
     uint8_t *to = &bytes[8];
 
     from[data_identity(from, IDENTITY_MAX)] = ' ';
-    bytes[4] = DEVICE_CONFORMS;
-    bytes[5] = 0; // nothing follows
-    bytes[6] = 0;
     bytes[7] = 0; // objects
     for (uint8_t i = 0; i < DEVICE_OBJECTS; i++) {
         uint8_t *object = to;
@@ -257,45 +249,79 @@ static enum modbus_exception read_device(struct frame *frame)
         }
     }
     frame->reply = (uint8_t)(to - bytes);
+}
+
+static enum modbus_exception read_device(struct frame *frame)
+{
+    uint8_t *bytes = frame->bytes;
+    uint8_t first = bytes[4];
+    bool one = bytes[3] == DEVICE_CODES;
+
+    if (bytes[2] != DEVICE_MEI) {
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+    if ((uint8_t)(bytes[3] - 1u) >= DEVICE_CODES) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    if (first >= DEVICE_OBJECTS) {
+        if (one) {
+            return MODBUS_ILLEGAL_ADDRESS;
+        }
+        first = 0;
+    }
+    bytes[4] = DEVICE_CONFORMS;
+    bytes[5] = 0; // nothing follows
+    bytes[6] = 0;
+    put_objects(frame, first, one);
     return MODBUS_OK;
 }
 
-static enum modbus_exception serve_function(struct frame *frame,
-                                            struct server_counters *counters)
+static enum modbus_exception write_coil(const uint8_t *bytes, uint16_t address)
+{
+    if (bytes[5] != 0 || (uint8_t)(bytes[4] + 1u) > 1u) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    return write(address, 1, &bytes[4], READ_COILS);
+}
+
+// The functions of data: where they begin and how many, or a value.
+static enum modbus_exception serve_data(struct frame *frame)
 {
     uint8_t *bytes = frame->bytes;
     uint16_t first = get_word(&bytes[2]);
     uint16_t second = get_word(&bytes[4]);
 
-    switch ((enum function)bytes[1]) {
+    switch (bytes[1]) {
     case WRITE_COIL:
-        if (bytes[5] != 0 || (uint8_t)(bytes[4] + 1u) > 1u) {
-            return MODBUS_ILLEGAL_VALUE;
-        }
-        return write(first, 1, &bytes[4], READ_COILS);
+        return write_coil(bytes, first);
     case WRITE_WORD:
         return write(first, 1, &bytes[4], READ_HOLDING);
-    case DIAGNOSE:
-        return diagnose(frame, counters);
     case WRITE_COILS:
     case WRITE_WORDS:
         return write_many(frame, first, second);
-    case IDENTIFY:
-        return identify(frame);
-    case READ_FILES:
-        return SERVER_FILES ? files_read(frame) : MODBUS_ILLEGAL_FUNCTION;
     case MASK_WORD:
         return mask_word(bytes, first);
     case WRITE_AND_READ:
         return write_and_read(frame, first, second);
-    case READ_DEVICE:
-        return read_device(frame);
-    case READ_COILS:
-    case READ_DISCRETE:
-    case READ_HOLDING:
-    case READ_INPUT:
     default:
         return read(frame, first, second, bytes[1]);
+    }
+}
+
+static enum modbus_exception serve_function(struct frame *frame,
+                                            struct server_counters *counters)
+{
+    switch (frame->bytes[1]) {
+    case DIAGNOSE:
+        return diagnose(frame, counters);
+    case IDENTIFY:
+        return identify(frame);
+    case READ_FILES:
+        return SERVER_FILES ? files_read(frame) : MODBUS_ILLEGAL_FUNCTION;
+    case READ_DEVICE:
+        return read_device(frame);
+    default:
+        return serve_data(frame);
     }
 }
 

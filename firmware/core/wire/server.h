@@ -43,8 +43,8 @@ struct server_counters {
 };
 
 // Serve the ready frame. Returns the bytes of the reply in frame->bytes, to be sealed and sent, or
-// 0; the frame is used up. Writes nothing beyond frame->length if the frame is a broadcast. May take
-// some hundred microseconds; main loop only.
+// 0; the frame is used up. Writes nothing beyond frame->length if the frame is a broadcast. May
+// take some hundred microseconds; main loop only.
 uint8_t server_serve(struct frame *frame, struct server_counters *counters);
 
 // The data behind the server; the application supplies these. Addresses 0-based.

@@ -78,8 +78,8 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
             gap = (uint8_t)((uint8_t)(uintptr_t)to - (uint8_t)(uintptr_t)buffer);
         }
     }
-    // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails, as it does
-    // after a byte that was lost.
+    // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails, as it
+    // does after a byte that was lost.
     if ((status & (_BV(DOR0) | _BV(FE0) | _BV(UPE0))) != 0) {
         if ((status & _BV(DOR0)) != 0) {
             overruns++;
@@ -128,9 +128,9 @@ void uart_listen(void)
     listen();
 }
 
-void uart_start(uint8_t *into)
+void uart_start(uint8_t *bytes)
 {
-    buffer = into;
+    buffer = bytes;
     UCSR0A = (uint8_t)_BV(U2X0);
     uart_listen();
 }
@@ -186,7 +186,7 @@ void uart_drop(uint16_t count)
     uint8_t *to = buffer;
     const uint8_t *from = buffer + count;
 
-    // The receiver is kept waiting for one byte's turn at a time; at the end nothing is left behind.
+    // The receiver is kept waiting for one byte's turn at a time; in the end nothing is left over.
     for (;;) {
         UCSR0B = ENABLE_NONE;
         if (from == next) {

@@ -27,16 +27,18 @@ def run(
 ) -> fuzzer.Outcome:
     """Fuzz a target from its kept corpus on; with `grow` keep the inputs that reach more.
 
-    An input that breaks a promise is left in build/fuzz/TARGET/artifacts.
+    An input that breaks a promise is left in a folder of its own under build/fuzz.
     """
-    work = natives.root() / "build" / "fuzz" / target
-    shutil.rmtree(work, ignore_errors=True)
+    folder = natives.root() / "build" / "fuzz"
+    folder.mkdir(parents=True, exist_ok=True)
+    work = Path(tempfile.mkdtemp(prefix=f"{target}-", dir=folder))
     kept = corpus.path(target)
-    inputs = corpus.read(kept) if kept.is_file() else []
-    corpus.unpack(inputs, work / "corpus")
+    corpus.unpack(corpus.read(kept) if kept.is_file() else [], work / "corpus")
     outcome = fuzzer.run(program(target), work / "corpus", limits, progress)
     if grow and not outcome.finding:
         _keep(target, work)
+    if not outcome.finding:
+        shutil.rmtree(work)
     return outcome
 
 

@@ -66,11 +66,4 @@ DEFECTS = (
         "if (!possible || machine_queued() || store_busy()) {",
         "settings that stay as they must not be",
     ),
-    Defect(
-        "board",
-        "app/data.c",
-        "if (axis >= CONFIG_AXES) {",
-        "if (axis > CONFIG_AXES) {",
-        "a block for an axis behind the last",
-    ),
 )

@@ -58,12 +58,13 @@ def build_with(defect: Defect, folder: Path) -> Path:
     text = source.read_text(encoding="utf-8")
     if text.count(defect.right) != 1:
         raise UserError(f"{source}: {defect.right!r} is not there exactly once")
-    folder.mkdir(parents=True, exist_ok=True)
-    planted = folder / source.name
+    planted = folder / "firmware" / source.name  # where the fuzzer is guided by what it reaches
+    planted.parent.mkdir(parents=True, exist_ok=True)
     planted.write_text(text.replace(defect.right, defect.wrong), encoding="utf-8")
     program = folder / "fuzz"
     changed = [str(planted) if word == str(source) else word for word in words(defect.target)]
-    _compile(["clang", *_SANITIZERS, *changed, "-o", str(program)], folder)
+    covered = f"-fsanitize-coverage-allowlist={natives.source('fuzz/covered.txt')}"
+    _compile(["clang", *_SANITIZERS, covered, *changed, "-O1", "-o", str(program)], folder)
     return program
 
 

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "fail.h"
+#include "promise.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-void fuzz_fail(const char *format, ...)
+void promise(bool kept, const char *format, ...)
 {
     va_list arguments;
 
+    if (kept) {
+        return;
+    }
     (void)fputs("broken promise: ", stderr);
     va_start(arguments, format);
     (void)vfprintf(stderr, format, arguments);
