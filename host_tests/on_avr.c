@@ -44,3 +44,18 @@ int main(void)
         sleep_mode();
     }
 }
+
+void board_run_test(void (*test)(void), int line)
+{
+    Unity.CurrentTestName = "";
+    Unity.CurrentTestLineNumber = (UNITY_LINE_TYPE)line;
+    Unity.NumberOfTests++;
+    if (TEST_PROTECT()) {
+        setUp();
+        test();
+    }
+    if (TEST_PROTECT()) {
+        tearDown();
+    }
+    UnityConcludeTest();
+}

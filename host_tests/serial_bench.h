@@ -12,12 +12,6 @@
 #include "unity.h"
 #include "wire/crc16.h"
 
-#if defined(__AVR__)
-// The machine leaves hardly any RAM there: a test is known by its line.
-#undef RUN_TEST
-#define RUN_TEST(test) UnityDefaultTestRun(test, "", __LINE__)
-#endif
-
 #define MS_TICKS      16000u
 #define SILENCE_TICKS ((uint32_t)fake_line.silence_16us * 256u)
 #define SLACK_TICKS   256u
@@ -50,13 +44,23 @@ static inline void put(const uint8_t *bytes, uint8_t length)
     fake_receive(sum, 2);
 }
 
+#define CONSTANTS_MAX 64u
+
+// The same from flash.
+static inline void put_constants(const uint8_t *constants, uint8_t length)
+{
+    uint8_t bytes[CONSTANTS_MAX];
+
+    flash_copy(bytes, constants, length);
+    put(bytes, length);
+}
+
 // A frame of constants, its checksum appended; it takes no RAM of the simulated board's.
 #define PUT(...)                                                                         \
     do {                                                                                 \
         static const uint8_t constants[] IN_FLASH = {__VA_ARGS__};                       \
-        uint8_t bytes_put[sizeof constants];                                             \
-        flash_copy(bytes_put, constants, sizeof constants);                              \
-        put(bytes_put, sizeof bytes_put);                                                \
+        _Static_assert(sizeof constants <= CONSTANTS_MAX, "room for them");              \
+        put_constants(constants, sizeof constants);                                      \
     } while (0)
 
 static inline uint16_t taken(void)

@@ -9,8 +9,8 @@
 #include "fakes/eeprom.h"
 #include "unity.h"
 
-#define RECORD_BYTES sizeof(struct settings)
-#define WRITES       (RECORD_BYTES + 1u) // the first byte twice
+#define RECORD_BYTES ((uint8_t)sizeof(struct settings))
+#define WRITES       ((uint16_t)(RECORD_BYTES + 1u)) // the first byte twice
 #define SLOT         64u
 
 void setUp(void)
@@ -121,7 +121,7 @@ static void a_cut_leaves_the_old_or_the_new_settings(void)
     static const uint8_t undefined[] = {0x00, 0x01, 0x02, 0x2A, 0x80, 0xFF};
 
     for (uint16_t writes = 0; writes <= WRITES; writes++) {
-        for (uint8_t i = 0; i < sizeof undefined; i++) {
+        for (uint8_t i = 0; i < (uint8_t)sizeof undefined; i++) {
             cut(writes, undefined[i]);
         }
     }

@@ -116,6 +116,10 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
     if (axis >= CONFIG_AXES) {
         return MODBUS_ILLEGAL_VALUE;
     }
+    // What is queued will be forgotten when the axis rests.
+    if ((machine.stopping & (CONFIG_AXES == 1 ? 1u : 1u << axis)) != 0) {
+        return MODBUS_BUSY;
+    }
     switch (axis_queue_block(machine_axis((uint8_t)axis),
                              &machine.limits,
                              get_word(&words[0]),
@@ -154,14 +158,14 @@ static enum modbus_exception __attribute__((noinline)) write_settings(
 }
 
 // Mask, command and argument: what is left out keeps its value, the argument is none.
-static enum modbus_exception give_order(uint16_t address,
-                                        uint16_t count,
+static enum modbus_exception give_order(uint8_t address,
+                                        uint8_t count,
                                         const uint8_t *words)
 {
     uint16_t order[MACHINE_ORDER_WORDS] = {machine.order[0], COMMAND_NONE, 0};
 
     for (uint8_t i = 0; i < count; i++) {
-        order[(uint8_t)address + i] = get_word(&words[2u * i]);
+        order[address + i] = get_word(&words[2u * i]);
     }
     if (order[0] > MACHINE_MASK_MAX || order[1] > COMMAND_LAST) {
         return MODBUS_ILLEGAL_VALUE;
@@ -183,7 +187,8 @@ enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t
         return queue_block(count, words);
     }
     if (address >= REG_HOLDING_axis_mask) {
-        return give_order((uint16_t)(address - REG_HOLDING_axis_mask), count, words);
+        return give_order(
+            (uint8_t)(address - REG_HOLDING_axis_mask), (uint8_t)count, words);
     }
     return write_settings((uint8_t)address, (uint8_t)count, words);
 }

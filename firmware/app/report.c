@@ -207,25 +207,26 @@ static const struct source more[] IN_FLASH = {
 _Static_assert(COUNT(board) == REG_AXIS_BASE, "the first area ends where the axes begin");
 _Static_assert(COUNT(axes) == REG_AXIS_STRIDE, "an axis's registers follow each other");
 
+static const void *place(const struct source *source, uint8_t axis)
+{
+    return (const uint8_t *)source->at + axis * sizeof(struct axis);
+}
+
 static uint16_t word_of(const struct source *entry, uint8_t axis)
 {
-    struct source source;
+    struct source source = {.kind = SOURCE_CONSTANT};
 
     flash_copy(&source, entry, sizeof source);
-    // Of what is not in RAM it is none, and nobody looks.
-    const uint8_t *at =
-        (const uint8_t *)((uintptr_t)source.at + axis * sizeof(struct axis));
-
     switch ((enum source_kind)source.kind) {
     case SOURCE_COUNTER:
         return *(const uint16_t *)((const uint8_t *)serial_counters() + source.constant);
     case SOURCE_BYTE:
-        return *at;
+        return *(const uint8_t *)place(&source, axis);
     case SOURCE_WORD:
-        return *(const uint16_t *)at;
+        return *(const uint16_t *)place(&source, axis);
     case SOURCE_HIGH:
     case SOURCE_LOW:
-        return half(*(const uint32_t *)at, source.kind == SOURCE_LOW);
+        return half(*(const uint32_t *)place(&source, axis), source.kind == SOURCE_LOW);
     case SOURCE_CALL_HIGH:
     case SOURCE_CALL_LOW:
         return source.call(axis, source.kind == SOURCE_CALL_LOW);

@@ -42,14 +42,14 @@ _Static_assert(sizeof limits / sizeof limits[0] == SETTINGS_WORDS, "one for each
 
 void settings_defaults(struct settings *settings)
 {
-    for (uint8_t i = 0; i < SETTINGS_WORDS; i++) {
+    for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
         settings->words[i] = flash_word(&limits[i].initial);
     }
 }
 
 static bool in_range(const struct settings *settings)
 {
-    for (uint8_t i = 0; i < SETTINGS_WORDS; i++) {
+    for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
         uint16_t word = settings->words[i];
         if (word < flash_word(&limits[i].min) || word > flash_word(&limits[i].max)) {
             return false;

@@ -19,6 +19,7 @@
 
 enum {
     SETTINGS_WORDS = 0
+// NOLINTNEXTLINE(bugprone-macro-parentheses): the sum goes on from row to row
 #define HOLDING(address, name, type, unit, min, max, initial, meaning) +COUNT_##type
 #include "wire/registers.def"
 #undef HOLDING

@@ -6,11 +6,12 @@
 #include "hal/eeprom.h" // eeprom_*
 #include "wire/crc16.h" // crc16
 
-#define SLOTS       2u
-#define SLOT_STRIDE 64u
-#define NO_SLOT     0xFFu
-#define IDLE        0xFFu
-#define RECORD      ((uint8_t *)&machine.settings)
+#define SLOTS        2u
+#define SLOT_STRIDE  64u
+#define NO_SLOT      0xFFu
+#define IDLE         0xFFu
+#define RECORD       ((uint8_t *)&machine.settings)
+#define RECORD_BYTES ((uint8_t)sizeof(struct settings))
 _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot");
 
 #define STATE_FOUND   0x01u
@@ -29,12 +30,11 @@ static uint16_t place(uint8_t which, uint8_t byte)
 
 static bool load(uint8_t which)
 {
-    for (uint8_t i = 0; i < sizeof(struct settings); i++) {
+    for (uint8_t i = 0; i < RECORD_BYTES; i++) {
         RECORD[i] = eeprom_read(place(which, i));
     }
     return machine.settings.version == SETTINGS_VERSION &&
-           machine.settings.bytes == sizeof(struct settings) &&
-           crc16(RECORD, sizeof(struct settings)) == 0 &&
+           machine.settings.bytes == RECORD_BYTES && crc16(RECORD, RECORD_BYTES) == 0 &&
            settings_possible(&machine.settings);
 }
 
@@ -64,9 +64,9 @@ void store_load(void)
 void store_begin(void)
 {
     machine.settings.version = SETTINGS_VERSION;
-    machine.settings.bytes = sizeof(struct settings);
+    machine.settings.bytes = RECORD_BYTES;
     machine.settings.serial++;
-    machine.settings.checksum = crc16(RECORD, sizeof(struct settings) - sizeof(uint16_t));
+    machine.settings.checksum = crc16(RECORD, RECORD_BYTES - sizeof(uint16_t));
     to_write = 0;
 }
 
@@ -82,13 +82,13 @@ void store_poll(void)
     if (to_write == IDLE || eeprom_busy()) {
         return;
     }
-    if (to_write > sizeof(struct settings)) {
+    if (to_write > RECORD_BYTES) {
         newest = older;
         flags = STATE_FOUND;
         to_write = IDLE;
         return;
     }
-    uint8_t byte = to_write == sizeof(struct settings) ? 0 : to_write;
+    uint8_t byte = to_write == RECORD_BYTES ? 0 : to_write;
 
     eeprom_write(place(older, byte), to_write == 0 ? SETTINGS_ERASED : RECORD[byte]);
     to_write++;

@@ -36,9 +36,10 @@ bool step_timer_release(uint8_t axis,
                         uint32_t delay_ticks,
                         uint16_t idle_count);
 
-// Nothing more of what stands in the ring: at most the period that the timer holds already makes a
-// STEP edge. Out of a line the engine halts. Also in interrupts that let the step interrupts in.
-void step_timer_halt(uint8_t axis);
+// Of axis `which` nothing more of what stands in the ring: at most the period that the timer holds
+// already makes a STEP edge. Out of a line the engine halts. Also in interrupts that let the step
+// interrupts in.
+void step_timer_halt(uint8_t which);
 
 // After a halt: the slot at which the writer continues; engine idle again.
 uint8_t step_timer_settle(uint8_t axis);

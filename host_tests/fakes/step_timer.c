@@ -143,9 +143,9 @@ bool step_timer_release(uint8_t axis,
     return true;
 }
 
-void step_timer_halt(uint8_t axis)
+void step_timer_halt(uint8_t which)
 {
-    (void)step_engine_halt(&timers[axis].engine, &rings[axis]);
+    (void)step_engine_halt(&timers[which].engine, &rings[which]);
 }
 
 uint8_t step_timer_settle(uint8_t axis)

@@ -275,7 +275,7 @@ class FakeBoard(FakeServer):
         axis = self.axes[number]
         if block == (axis.next_block - 1) & 0xFFFF:
             return
-        if block != axis.next_block:
+        if block != axis.next_block or axis.state == "fault":
             raise RefusalError(VALUE)
         entries = list(zip(rest[::2], rest[1::2], strict=True))
         if len(axis.entries) + len(entries) > QUEUE:

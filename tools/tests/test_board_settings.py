@@ -93,11 +93,11 @@ def test_export_and_import(one, tmp_path):
     one.out("settings", "defaults")
     assert one.board.setting("dir_hold_us") == 20
     assert one.out("settings", "diff", "a.toml", status=1).endswith("dir_hold_us: 33 -> 20 us\n")
-    assert "1 settings would change" in one.out("settings", "import", "a.toml", "--dry-run")
+    assert "1 setting would change" in one.out("settings", "import", "a.toml", "--dry-run")
     assert one.board.setting("dir_hold_us") == 20
     text = one.out("settings", "import", "a.toml", "--store")
     assert text == (
-        "board 1: 1 settings changed\n  dir_hold_us: 20 -> 33 us\n  stored as record 1\n"
+        "board 1: 1 setting changed\n  dir_hold_us: 20 -> 33 us\n  stored as record 1\n"
     )
     assert "no difference" in one.out("settings", "diff", "a.toml")
     assert one.board.stored == one.board.holdings

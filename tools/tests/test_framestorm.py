@@ -43,6 +43,33 @@ def test_a_frame_that_is_obeyed_is_found(monkeypatch):
     assert any("axis 0: " in text for text in outcome.complaints)
 
 
+QUIET = (
+    "cycle,board,axis,signal,level\n10,0,0,ENABLE,0\n20,0,0,DIR,1\n30,0,0,STEP,1\n40,0,0,STEP,0\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("storm", "complaint"),
+    [
+        (QUIET, ""),
+        (QUIET + "50,0,0,ENABLE,1\n", ""),  # behind the last step: a setting counts again
+        (QUIET.replace("20,", "25,"), ""),
+        (QUIET.replace("40,0,0", "35,0,0,PERMIT,1\n40,0,0"), "other edges of direction, enable"),
+        (QUIET.replace("20,0,0,DIR,1\n", ""), "other edges of direction, enable"),
+        (QUIET.replace("40,", "41,"), "edges differ from '40,0,0,STEP,0'"),
+    ],
+)
+def test_what_differs_is_said(tmp_path, storm, complaint):
+    for name, text in (("quiet", QUIET), ("storm", storm)):
+        (tmp_path / name).write_text(text)
+    outcome = framestorm.Outcome(framestorm.Plan("uno", 1))
+    framestorm._compare(tmp_path / "quiet", tmp_path / "storm", outcome)
+    assert len(outcome.complaints) == bool(complaint)
+    assert not complaint or outcome.complaints[0].startswith(complaint)
+    assert outcome.turns == 1 and outcome.edges == 2
+    assert outcome.turn_shift_cycles == (5 if "25,0,0,DIR" in storm else 0)
+
+
 @pytest.mark.parametrize("axis", range(4))
 def test_lines_are_fine(axis):
     line = framestorm.line(axis, 8)

@@ -243,6 +243,33 @@ def test_permit_goes_off_again_whatever_comes():
     assert not machine.fake.permit and ("permit_off", 1, 0) in machine.fake.commands
 
 
+def test_drivers_are_as_before_whatever_comes():
+    machine = Machine()
+    machine.fake.obey("enable", 0b0010, 0)
+    assert test_of(machine, Person(machine), axes=(0, 1, 2)).go()
+    assert machine.fake.commands[-1] == ("disable", 0b0101, 0)
+    assert Board(machine.client).input("outputs") == 0b0010
+
+
+def test_ctrl_c_stops_the_motor_that_turns():
+    machine = Machine()
+
+    def interrupt():
+        assert machine.fake.axes[0].state == "running"
+        raise KeyboardInterrupt
+
+    class Hasty(Person):
+        def agrees(self, question):
+            if "slow steps" in question:
+                machine.world.later(0.5, interrupt)
+            return "slow steps" in question
+
+    with pytest.raises(KeyboardInterrupt):
+        test_of(machine, Hasty(machine), steps=1000).go()
+    assert machine.fake.axes[0].state == "empty"
+    assert [name for name, _, _ in machine.fake.commands[-2:]] == ["stop", "disable"]
+
+
 def test_a_board_that_moves_is_left_alone():
     machine = Machine()
     machine.fake.axes[0].state = "running"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pixstep.board import boards, run, settings
+from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError, Upload
 from pixstep.board.device import Identity
 from pixstep.board.world import World
@@ -15,7 +16,6 @@ from pixstep.lines.runs import queue_entries
 SWITCHES = ("HOME", "LIMIT_MINUS", "LIMIT_PLUS")  # bits 0, 1, 2 of an axis in `inputs`
 _POLL_S = 0.02
 _STEPS_HZ = 100  # of the slow move
-_ESTOP_BIT = 4
 
 
 class Person(Protocol):
@@ -49,10 +49,10 @@ class AtMachine:
         return not self.board.fault_name()
 
     def pressed(self) -> bool:
-        return bool(self.status() >> _ESTOP_BIT & 1)
+        return self.flags()["estop"]
 
-    def status(self) -> int:
-        return self.board.input("status")
+    def flags(self) -> dict[str, bool]:
+        return regs.flags(self.board.input("status"))
 
     def agreed(self, question: str) -> bool:
         return self.person is not None and self.person.agrees(question)
@@ -84,7 +84,10 @@ class AtMachine:
         return wanted if wanted in seen else seen[0]
 
     def move_slowly(self, axis: int, steps: int) -> int:
-        """Move slowly without the pixel clock; return the steps that the board counts."""
+        """Move slowly without the pixel clock; return the steps that the board counts.
+
+        Ctrl-C stops the axis.
+        """
         hz = settings.pixel_hz(self.board)
         per_pixel = max(1, int(_STEPS_HZ / hz))
         whole, rest = divmod(abs(steps), per_pixel)
@@ -94,8 +97,13 @@ class AtMachine:
         line = Line(tuple(counts), PLAIN, clocked=False, name="self-test")
         upload = Upload(self.board, axis, queue_entries(line))
         upload.push()
-        run.arm(self.board, [axis])
-        run.follow([run.Lines(self.board, [axis], [upload])], self.world)
+        group = [run.Lines(self.board, [axis], [upload])]
+        try:
+            run.arm(self.board, [axis])
+            run.follow(group, self.world)
+        except KeyboardInterrupt:
+            run.stop(group)
+            raise
         return run.positions(self.board, [axis])[axis] - before
 
     def pin(self, signal: str, axis: int = 0) -> str:

@@ -11,6 +11,7 @@ from pixstep.board.device import Board
 from pixstep.board.errors import (
     BoardError,
     ExceptionReplyError,
+    LineLostError,
     LineRefusedByBoardError,
     MapVersionError,
     NoReplyError,
@@ -36,6 +37,7 @@ __all__ = [
     "BoardError",
     "Event",
     "ExceptionReplyError",
+    "LineLostError",
     "LineRefusedByBoardError",
     "MapVersionError",
     "NoReplyError",

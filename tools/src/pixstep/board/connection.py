@@ -8,10 +8,9 @@ from pymodbus.client import ModbusSerialClient
 
 from pixstep.board import transport
 from pixstep.board.client import Board
-from pixstep.board.port import BOOT_S, is_pty
+from pixstep.board.port import BOOT_S, NO_PARITY, is_pty
 from pixstep.board.world import WallClock, World
 
-NO_PARITY = "N"
 Say = Callable[[str], None]
 
 

@@ -9,9 +9,8 @@ from pymodbus.client import ModbusSerialClient
 from pixstep.board import registers as regs
 from pixstep.board.errors import LineRefusedByBoardError, MapVersionError
 from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
+from pixstep.board.stretches import MOST_WORDS, places, values
 from pixstep.board.wire import Wire
-
-_MOST_WORDS = 125  # of one request
 
 
 @dataclass(frozen=True)
@@ -50,13 +49,14 @@ class Board(Wire):
 
     def inputs(self) -> dict[str, int]:
         """Return all board-wide input registers by name."""
-        return _decode(self.map.inputs, lambda first, count: self.read_inputs(first, count))
+        return values(places(self.map.inputs), self.read_inputs)
 
     def axis(self, axis: int) -> dict[str, int]:
         """Return the input registers of one axis by name."""
         base = regs.AXIS_BASE + regs.AXIS_STRIDE * axis
-        return _decode(
-            self.map.axis_inputs, lambda first, count: self.read_inputs(base + first, count)
+        return values(
+            places(self.map.axis_inputs),
+            lambda first, count: self.read_inputs(base + first, count),
         )
 
     def records(self, axis: int) -> list[Record]:
@@ -77,8 +77,8 @@ class Board(Wire):
         """Return the input registers of the first `count` axes by name, in one request."""
         words = self.read_inputs(regs.AXIS_BASE, regs.AXIS_STRIDE * count)
         return [
-            _decode(
-                self.map.axis_inputs,
+            values(
+                places(self.map.axis_inputs),
                 lambda first, number, base=regs.AXIS_STRIDE * axis: words[
                     base + first : base + first + number
                 ],
@@ -148,7 +148,7 @@ class Board(Wire):
         if not capacity:
             return 0, []
         words: list[int] = []
-        most = _MOST_WORDS // regs.EVENT_WORDS * regs.EVENT_WORDS
+        most = MOST_WORDS // regs.EVENT_WORDS * regs.EVENT_WORDS
         (total,) = self.read_inputs(regs.EVENT_BASE, 1)
         for first in range(0, capacity * regs.EVENT_WORDS, most):
             count = min(most, capacity * regs.EVENT_WORDS - first)
@@ -187,6 +187,11 @@ class Board(Wire):
         """Return the board's fault and its cure in two sentences, empty if there is none."""
         return regs.fault_text(self.inputs())
 
+    def fault_advice(self) -> str:
+        """Return the same, and how to go on then; empty if there is no fault."""
+        text = self.fault_text()
+        return f"{text} Then `pixstep board clear`." if text else ""
+
     def refusal(self, axis: int) -> LineRefusedByBoardError:
         """Return the refusal of an axis in state refused."""
         state = self.axis(axis)
@@ -201,32 +206,3 @@ def _command_words(name: str, axes: list[int], argument: int) -> list[int]:
     """Return mask and command, and the argument if there is one."""
     words = [sum(1 << axis for axis in axes), regs.COMMANDS[name]]
     return [*words, argument] if argument else words
-
-
-def _decode(registers: tuple[regs.Register, ...], read) -> dict[str, int]:
-    """Read registers in one request per gapless stretch and decode them by name."""
-    values = {}
-    for group in _stretches(registers):
-        first = group[0].address
-        words = read(first, group[-1].address + group[-1].words - first)
-        for register in group:
-            start = register.address - first
-            values[register.name] = register.decode(words[start : start + register.words])
-    return values
-
-
-def _stretches(registers: tuple[regs.Register, ...]) -> list[list[regs.Register]]:
-    """Group registers, sorted by address, into gapless stretches of at most 125 words."""
-    groups: list[list[regs.Register]] = []
-    for register in sorted(registers, key=lambda item: item.address):
-        last = groups[-1] if groups else None
-        end = register.address + register.words
-        if (
-            last
-            and register.address == last[-1].address + last[-1].words
-            and end - last[0].address <= _MOST_WORDS
-        ):
-            last.append(register)
-        else:
-            groups.append([register])
-    return groups

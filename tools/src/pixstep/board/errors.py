@@ -41,6 +41,10 @@ class NoReplyError(BoardError):
         self.unit, self.heard = unit, heard
 
 
+class LineLostError(BoardError):
+    """The port went away while it was open; a later request tries to open it again."""
+
+
 class ExceptionReplyError(BoardError):
     """The board answered with a Modbus exception; `code` is its number."""
 

@@ -15,6 +15,7 @@ import serial
 from pixstep.errors import UserError
 
 PARITIES = ("E", "O", "N")
+NO_PARITY = "N"
 BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2
 _PTY = "/dev/pts/"
@@ -31,7 +32,7 @@ class Port:
     @property
     def stop_bits(self) -> int:
         """Stop bits of a character of 11 bits."""
-        return 2 if self.parity == "N" else 1
+        return 2 if self.parity == NO_PARITY else 1
 
     @property
     def text(self) -> str:
@@ -49,7 +50,9 @@ class Port:
         have this rate or parity. `pixstep_reset` of what is returned is true if the opening has
         reset a board that resets on opening.
         """
-        if is_pty(self.name) and self.parity != "N":  # the system takes it now and then, or EINVAL
+        if (
+            is_pty(self.name) and self.parity != NO_PARITY
+        ):  # the system takes it now and then, or EINVAL
             raise UserError(
                 f"{self.name}: a pseudo terminal has no parity {self.parity}: --parity N"
             )

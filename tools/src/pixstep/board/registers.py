@@ -28,6 +28,16 @@ MAP_VERSION = 3
 STORE_KEY = 0x5AFE  # argument of store and default_settings
 BOARD_IDS = {1: "uno", 2: "mega"}
 AXIS_COUNTS = (1, 4)  # of the boards there are
+STATUS_BITS = {  # of input register `status`
+    "clock": 0,
+    "armed": 1,
+    "running": 2,
+    "fault": 3,
+    "estop": 4,
+    "permit": 5,
+    "listen_only": 6,
+}
+OUTPUT_PERMIT = 8  # bit of input register `outputs`; bit n is the driver of axis n
 # Discrete inputs: the bits of `status`, then those of `inputs`. Coils, n an axis:
 DISCRETE_INPUTS = 16
 COIL_DRIVER, COIL_ARMED, COIL_STOP, COIL_CLEAR, COIL_PERMIT = 0, 4, 8, 12, 13
@@ -180,6 +190,11 @@ def faults() -> dict[int, Fault]:
 def line_errors() -> dict[int, Code]:
     """Return the line errors and warnings by code."""
     return parse_codes(natives.source("firmware/core/motion/line_errors.def"), "LINE_ERROR", Code)
+
+
+def flags(status: int) -> dict[str, bool]:
+    """Return the bits of input register `status` by name."""
+    return {name: bool(status >> bit & 1) for name, bit in STATUS_BITS.items()}
 
 
 def fault_text(state: Mapping[str, int]) -> str:

@@ -11,6 +11,7 @@ from pixstep.board.client import (
     Board,
     BoardError,
     ExceptionReplyError,
+    LineLostError,
     NoReplyError,
     Upload,
 )
@@ -75,8 +76,9 @@ def start_together(group: list[Lines], world: World) -> int:
     """Start lines of several boards on one pixel clock edge; return the token.
 
     All are armed with the token, looked at, and let go by one broadcast. If one board does not
-    arm, those that did, or may have, are disarmed: their lines are forgotten. Raises BoardError
-    then, and if a board is still armed long after the broadcast: it has not heard it.
+    arm, or Ctrl-C comes, those that did, or may have, are disarmed: their lines are forgotten.
+    Raises BoardError then, and if a board is still armed long after the broadcast: it has not
+    heard it.
     """
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
@@ -85,7 +87,7 @@ def start_together(group: list[Lines], world: World) -> int:
             _arm_one(lines, token, armed)
         for lines in group:
             _require(lines, ("armed",), "not armed after all")
-    except BoardError:
+    except (BoardError, KeyboardInterrupt):
         for lines in armed:
             with contextlib.suppress(BoardError):
                 lines.board.command("disarm", lines.axes)
@@ -96,13 +98,15 @@ def start_together(group: list[Lines], world: World) -> int:
 
 
 def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
-    """Arm a board's lines and note it; a board whose reply is lost may be armed too."""
+    """Arm a board's lines and note it; a board that did not say no may be armed too."""
+    armed.append(lines)
     try:
         arm(lines.board, lines.axes, token)
-    except NoReplyError:
-        armed.append(lines)
+    except (NoReplyError, LineLostError):
         raise
-    armed.append(lines)
+    except BoardError:
+        armed.remove(lines)
+        raise
 
 
 def _await_start(group: list[Lines], world: World) -> None:
@@ -153,6 +157,25 @@ def follow(
         _require(lines, ("done",), "stopped before its end")
 
 
+def stop(group: list[Lines]) -> str:
+    """Stop all axes of a group, also behind a board that does not answer; return in words how.
+
+    A board that does not acknowledge it is named: what it does is not known.
+    """
+    told = []
+    for lines in group:
+        try:
+            lines.board.command("stop", lines.axes)
+            found = positions(lines.board, lines.axes)
+            told += [
+                f"board {lines.board.unit} axis {axis} at position {steps}"
+                for axis, steps in found.items()
+            ]
+        except BoardError as error:
+            told.append(f"NOT STOPPED as far as is known: {error}")
+    return "; ".join(told)
+
+
 def positions(board: Board, axes: list[int]) -> Mapping[int, int]:
     """Return the positions of some axes, steps."""
     found = board.axes(max(axes) + 1)
@@ -177,10 +200,10 @@ def _raise_fault(board: Board) -> None:
 def _why_not(board: Board, name: str, axes: list[int]) -> str:
     """Return what speaks against a command at present."""
     state = board.inputs()
-    if state["status"] >> 4 & 1:
+    if regs.flags(state["status"])["estop"]:
         return "the emergency stop is pressed: release it, then `pixstep board clear`"
-    fault = board.fault_text()
+    fault = board.fault_advice()
     if fault and name != "clear_fault":
-        return f"{fault} Then `pixstep board clear`."
+        return fault
     named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
     return f"not possible now: {named}"

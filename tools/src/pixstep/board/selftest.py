@@ -5,6 +5,7 @@ Checks that need nobody only look. What asks a person says so first and can be l
 moves and no output is switched unless the person has agreed.
 """
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -13,13 +14,12 @@ from functools import partial
 from pixstep.board import meanings, run, settings
 from pixstep.board import registers as regs
 from pixstep.board.atmachine import SWITCHES, AtMachine
-from pixstep.board.client import BoardError, NoReplyError
+from pixstep.board.client import BoardError, LineLostError, NoReplyError
 
 OK, FAILED, SKIPPED = "ok", "failed", "skipped"
 _CLOCK_S = 1.0
 _CLOCK_SHARE = 0.02  # what a quartz and the way of the requests may be off
 _BROWN_OUT, _WATCHDOG = 1 << 2, 1 << 3
-_PERMIT_BIT = 8
 
 
 @dataclass(frozen=True)
@@ -42,27 +42,37 @@ class SelfTest(AtMachine):
     results: list[Result] = field(default_factory=list)
 
     def go(self, tell: Callable[[Result], None] = lambda _: None) -> list[Result]:
-        """Make all checks, each told as it ends; raises BoardError if the board is not at rest."""
-        if self.status() & 0b110:
+        """Make all checks, each told as it ends; raises BoardError if the board is not at rest.
+
+        Drivers that it has switched on are off again at its end, however that comes.
+        """
+        flags = self.flags()
+        if flags["armed"] or flags["running"]:
             raise BoardError(
                 f"board {self.board.unit}: an axis is armed or moves: stop it first "
                 f"(`pixstep board stop`)"
             )
-        for name, check in self._checks():
-            try:
-                result = check()
-            except NoReplyError:
-                raise
-            except BoardError as error:
-                result = Result(name, FAILED, str(error))
-            self.results.append(result)
-            tell(result)
+        were_on = self._drivers_on()
+        try:
+            for name, check in self._checks():
+                self.results.append(_result(name, check))
+                tell(self.results[-1])
+        finally:
+            with contextlib.suppress(BoardError):
+                switched = self._drivers_on() - were_on
+                if switched:
+                    self.board.command("disable", sorted(switched))
         return self.results
 
     @property
     def passed(self) -> bool:
         """True if nothing failed."""
         return all(result.verdict != FAILED for result in self.results)
+
+    def _drivers_on(self) -> set[int]:
+        """Return the axes whose drivers are on."""
+        outputs = self.board.input("outputs")
+        return {axis for axis in self.axes if outputs >> axis & 1}
 
     def _checks(self) -> Iterator[tuple[str, Callable[[], Result]]]:
         """Yield the checks by name."""
@@ -99,7 +109,7 @@ class SelfTest(AtMachine):
         if not text:
             return Result("fault", OK, "none latched")
         if self.person is None or not self.person.agrees(f"Latched: {text}. Clear it?"):
-            return Result("fault", FAILED, f"{text} Then `pixstep board clear`.")
+            return Result("fault", FAILED, self.board.fault_advice())
         run.command(self.board, "clear_fault", [0])
         return Result("fault", OK, f"cleared: {text}")
 
@@ -147,7 +157,7 @@ class SelfTest(AtMachine):
         if not self.agreed(f"Switch the driver of axis {axis} on ({pin} goes low)?"):
             return Result(name, SKIPPED, "not wanted" if self.person else "needs a person")
         run.command(self.board, "enable", [axis])
-        if not self.board.input("outputs") >> axis & 1:
+        if axis not in self._drivers_on():
             return Result(name, FAILED, "the board does not say that it is on")
         if not self.agreed(
             f"Does the motor of axis {axis} hold (the shaft does not turn by hand)?"
@@ -180,11 +190,11 @@ class SelfTest(AtMachine):
             return Result("PERMIT", SKIPPED, "not wanted" if self.person else "needs a person")
         run.command(self.board, "permit_on", [0])
         try:
-            seen = self.board.input("outputs") >> _PERMIT_BIT & 1
+            seen = self.board.input("outputs") >> regs.OUTPUT_PERMIT & 1
             agreed = self.agreed(f"Is {pin} high now, and what it permits on?")
         finally:
             run.command(self.board, "permit_off", [0])
-        off = not self.board.input("outputs") >> _PERMIT_BIT & 1
+        off = not self.board.input("outputs") >> regs.OUTPUT_PERMIT & 1
         if not (seen and off):
             return Result("PERMIT", FAILED, "the board does not say that it switches")
         return Result("PERMIT", OK if agreed else FAILED, f"{pin} on and off again")
@@ -209,3 +219,13 @@ class SelfTest(AtMachine):
         if not self.clears():
             return Result("ESTOP", FAILED, "released, but the fault does not clear")
         return Result("ESTOP", OK, f"{pin} latches, holds while pressed, clears when released")
+
+
+def _result(name: str, check: Callable[[], Result]) -> Result:
+    """Return the result of a check; a board that refuses has failed, a silent one ends the test."""
+    try:
+        return check()
+    except (NoReplyError, LineLostError):
+        raise
+    except BoardError as error:
+        return Result(name, FAILED, str(error))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import registers as regs
-from pixstep.board import values
-from pixstep.board.client import Board, BoardError
+from pixstep.board import stretches, values
+from pixstep.board.client import Board, BoardError, NoReplyError
 from pixstep.board.registers import Register
 from pixstep.board.world import World
 from pixstep.lines.rational import refuse_period
@@ -16,6 +16,7 @@ _STORE_LIMIT_S = 5.0
 _POLL_S = 0.02
 _PARITY_LETTERS = "NOE"
 _LINE = ("baud_100", "parity")
+_ADDRESS = "unit_address"
 
 
 @dataclass(frozen=True)
@@ -38,13 +39,7 @@ class Change:
 
 def read(board: Board) -> dict[str, int]:
     """Return all settings by name, read in one request."""
-    table = regs.settings()
-    first, end = _span(table)
-    words = board.read_holdings(first, end - first)
-    return {
-        item.name: item.decode(words[item.address - first : item.address - first + item.words])
-        for item in table
-    }
+    return stretches.values(stretches.places(regs.settings()), board.read_holdings)
 
 
 def defaults() -> dict[str, int]:
@@ -82,7 +77,7 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
             ]
     board.write(first, words)
     follow(board, new, {change.name for change in wanted})
-    found = read(board)
+    found = _read_back(board, {change.name for change in wanted})
     for change in wanted:
         if found[change.name] != change.new:
             raise BoardError(
@@ -91,12 +86,26 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
             )
 
 
+def _read_back(board: Board, changed: set[str]) -> dict[str, int]:
+    """Read the settings after a change; say so if the board has taken it and is lost since."""
+    try:
+        return read(board)
+    except NoReplyError:
+        if not changed.intersection((_ADDRESS, *_LINE)):
+            raise
+        place = getattr(board.modbus, "place", "the line")
+        raise BoardError(
+            f"board {board.unit}: it has taken the change and does not answer any more on {place}; "
+            f"unless they are stored, a reset brings the settings before back"
+        ) from None
+
+
 def follow(board: Board, new: dict[str, int], changed: set[str]) -> None:
     """Let the client talk to the board as its new settings say."""
-    if "unit_address" in changed:
-        board.unit = new["unit_address"]
-    if changed.intersection(_LINE) and hasattr(board.modbus, "reconfigure"):
-        board.modbus.reconfigure(100 * new["baud_100"], _PARITY_LETTERS[new["parity"]])
+    if _ADDRESS in changed:
+        board.unit = new[_ADDRESS]
+    if changed.intersection(_LINE) and hasattr(board.modbus, "follow"):
+        board.modbus.follow(100 * new["baud_100"], _PARITY_LETTERS[new["parity"]])
 
 
 def store(board: Board, world: World) -> int:

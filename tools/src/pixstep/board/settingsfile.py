@@ -55,7 +55,7 @@ def read(path: Path) -> dict[str, int]:
     type or out of range, and for a file of another register map.
     """
     try:
-        content = path.read_text(encoding="utf-8")
+        content = path.read_text(encoding="utf-8-sig")
         found = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"{path}{_place_and_reason(error)}") from None

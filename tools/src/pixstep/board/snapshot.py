@@ -8,8 +8,7 @@ from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.board.device import Identity
 
-COUNTED = (
-    "pixel_edges",
+LINE_COUNTERS = (
     "frames_ok",
     "crc_errors",
     "exceptions",
@@ -18,15 +17,7 @@ COUNTED = (
     "no_replies",
     "busy_replies",
 )
-_STATUS = {
-    "clock": 0,
-    "armed": 1,
-    "running": 2,
-    "fault": 3,
-    "estop": 4,
-    "permit": 5,
-    "listen_only": 6,
-}
+COUNTED = ("pixel_edges", *LINE_COUNTERS)
 
 
 @dataclass(frozen=True)
@@ -42,7 +33,7 @@ class Snapshot:
     @property
     def flags(self) -> dict[str, bool]:
         """The bits of its status by name."""
-        return {name: bool(self.inputs["status"] >> bit & 1) for name, bit in _STATUS.items()}
+        return regs.flags(self.inputs["status"])
 
     @property
     def fault(self) -> str:
@@ -62,14 +53,19 @@ class Snapshot:
         return meanings.words(regs.register_map().input("inputs"), self.inputs["inputs"])
 
     def rates(self, before: "Snapshot | None") -> dict[str, float]:
-        """Return how many a second each counter has counted since an earlier snapshot."""
+        """Return how many a second each counter has counted since an earlier snapshot.
+
+        Nothing without one to compare with, nor if a counter went back: the board was reset.
+        """
         if before is None or before.trouble or self.trouble or self.time_s <= before.time_s:
             return {}
         seconds = self.time_s - before.time_s
-        return {
-            name: ((self.inputs[name] - before.inputs[name]) % _modulus(name)) / seconds
-            for name in COUNTED
+        counted = {
+            name: (self.inputs[name] - before.inputs[name]) % _modulus(name) for name in COUNTED
         }
+        if any(count > _modulus(name) // 2 for name, count in counted.items()):
+            return {}
+        return {name: count / seconds for name, count in counted.items()}
 
     def as_json(self, before: "Snapshot | None" = None) -> dict:
         """Return plain data."""
@@ -82,7 +78,7 @@ class Snapshot:
             "switches": self.switches,
             "pixel_edges": self.inputs["pixel_edges"],
             "edge_error_ticks": self.inputs["edge_error_ticks"],
-            "counters": {name: self.inputs[name] for name in COUNTED[1:]},
+            "counters": {name: self.inputs[name] for name in LINE_COUNTERS},
             "rates_per_s": {name: round(rate, 2) for name, rate in self.rates(before).items()},
             "axes": [
                 axis | {"axis_state": regs.AXIS_STATES[axis["axis_state"]]} for axis in self.axes

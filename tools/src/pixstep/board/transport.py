@@ -6,7 +6,7 @@ from typing import Protocol
 
 from pymodbus.client import ModbusSerialClient
 
-from pixstep.board.port import Port
+from pixstep.board.port import NO_PARITY, Port, is_pty
 from pixstep.lines.rational import TIMER_HZ
 
 BAUD = 115_200
@@ -72,6 +72,10 @@ class SerialClient(ModbusSerialClient):
         self.port = self.port.at(baud, parity)
         self.close()
         self.connect()
+
+    def follow(self, baud: int, parity: str) -> None:
+        """Go on as a board's new settings say; a pseudo terminal has no parity to change."""
+        self.reconfigure(baud, NO_PARITY if is_pty(self.port.name) else parity)
 
     def send(self, request: bytes, addr: tuple | None = None) -> int:
         """Send a frame."""

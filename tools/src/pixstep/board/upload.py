@@ -83,8 +83,14 @@ class Upload:
             if error.code == BUSY:
                 return False
             state = self.board.axis(self.axis)
-            if error.code == _ILLEGAL_VALUE and regs.AXIS_STATES[state["axis_state"]] == "refused":
+            name = regs.AXIS_STATES[state["axis_state"]]
+            if error.code == _ILLEGAL_VALUE and name == "refused":
                 raise self.board.refusal(self.axis) from None
+            if name == "fault":
+                raise BoardError(
+                    f"board {self.board.unit}: axis {self.axis} takes no line: "
+                    f"{self.board.fault_advice()}"
+                ) from None
             raise
         self.last = (self._block, entries)
         self._block = (self._block + 1) & 0xFFFF

@@ -11,10 +11,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.board import meanings
+from pixstep.board import meanings, stretches
 from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.board.registers import Register
+from pixstep.board.stretches import Place
 from pixstep.errors import UserError
 from pixstep.lines.rational import parse_hz
 
@@ -33,11 +34,6 @@ class Item:
     kind: str  # INPUT, AXIS or SETTING
     register: Register
     address: int
-
-    @property
-    def group(self) -> tuple[str, int]:
-        """Area and address: registers of one area that adjoin are read in one request."""
-        return ("holding" if self.kind == SETTING else "input"), self.address
 
 
 @dataclass(frozen=True)
@@ -105,16 +101,13 @@ def select(patterns: Iterable[str], axes: int) -> list[Item]:
 
 def read(board: Board, items: list[Item]) -> list[Reading]:
     """Read registers, those that adjoin in one request; in the order given."""
-    values: dict[str, int] = {}
-    for stretch in _stretches(items):
-        first = stretch[0].address
-        count = stretch[-1].address + stretch[-1].register.words - first
-        area = board.read_holdings if stretch[0].kind == SETTING else board.read_inputs
-        words = area(first, count)
-        for item in stretch:
-            start = item.address - first
-            values[item.name] = item.register.decode(words[start : start + item.register.words])
-    return [Reading(item, values[item.name]) for item in items]
+    found: dict[str, int] = {}
+    for area, of_settings in ((board.read_holdings, True), (board.read_inputs, False)):
+        wanted = [item for item in items if (item.kind == SETTING) == of_settings]
+        found |= stretches.values(
+            [Place(item.name, item.address, item.register) for item in wanted], area
+        )
+    return [Reading(item, found[item.name]) for item in items]
 
 
 def assignments(texts: Iterable[str]) -> dict[str, int]:
@@ -202,18 +195,3 @@ def _like(name: str, items: list[Item]) -> str:
     names = {item.name.rpartition(".")[2] for item in items} | {item.name for item in items}
     close = difflib.get_close_matches(name, sorted(names), 3, 0.6)
     return f"; do you mean {' or '.join(close)}?" if close else "; `pixstep board get` lists all"
-
-
-def _stretches(items: list[Item]) -> list[list[Item]]:
-    """Group registers into stretches of one area without gaps, each fit for one request."""
-    groups: list[list[Item]] = []
-    for item in sorted(items, key=lambda one: one.group):
-        last = groups[-1][-1] if groups else None
-        follows = last is not None and (
-            last.group[0] == item.group[0] and last.address + last.register.words == item.address
-        )
-        if follows and item.address + item.register.words - groups[-1][0].address <= 125:
-            groups[-1].append(item)
-        else:
-            groups.append([item])
-    return groups

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
 """One unit on the line: the Modbus functions by what they do, errors by name."""
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pymodbus.client import ModbusSerialClient
-from pymodbus.exceptions import ModbusException
+from pymodbus.exceptions import ConnectionException, ModbusException
 from pymodbus.pdu.other_message import ReportDeviceIdResponse
 
-from pixstep.board.errors import ExceptionReplyError, NoReplyError
+from pixstep.board.errors import ExceptionReplyError, LineLostError, NoReplyError
+from pixstep.errors import UserError
 
 BROADCAST = 0
 COUNTERS = {  # function 08, by sub-function 11 to 18
@@ -159,16 +162,19 @@ class Wire:
 
     def broadcast(self, address: int, words: list[int]) -> None:
         """Write holding registers of every unit on the line; nobody replies."""
-        self.modbus.write_registers(address, words, device_id=BROADCAST, no_response_expected=True)
+        self._send(self.modbus.write_registers, address, words, unit=BROADCAST)
 
-    def _send(self, method, *arguments) -> None:
-        """Send one request to which no reply comes."""
-        method(*arguments, device_id=self.unit, no_response_expected=True)
+    def _send(self, method, *arguments, unit: int | None = None) -> None:
+        """Send one request to which no reply comes, to this unit if no other is given."""
+        unit = self.unit if unit is None else unit
+        with self._line_kept():
+            method(*arguments, device_id=unit, no_response_expected=True)
 
     def _ask(self, what: str, method, *arguments, **options):
         """Do one request; raise BoardError for no reply or an exception answer."""
         try:
-            reply = method(*arguments, device_id=self.unit, **options)
+            with self._line_kept():
+                reply = method(*arguments, device_id=self.unit, **options)
         except ModbusException:
             place = getattr(self.modbus, "place", "")
             heard = getattr(self.modbus, "heard", 0)
@@ -180,6 +186,17 @@ class Wire:
                 self.unit, f"{what}{where}", getattr(reply, "exception_code", 0)
             )
         return reply
+
+    @contextlib.contextmanager
+    def _line_kept(self) -> Iterator[None]:
+        """Raise LineLostError if the port goes away in a request, or did before and still is."""
+        try:
+            yield
+        except ConnectionException:
+            place = getattr(self.modbus, "place", "the line")
+            raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
+        except UserError as error:
+            raise LineLostError(f"board {self.unit}: {error}") from None
 
 
 def _object_name(number: int) -> str:

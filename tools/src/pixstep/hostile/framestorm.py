@@ -254,13 +254,18 @@ def reply_fault(strike: strikes.Strike, reply: bytes, unit: int) -> str:
 
 
 def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
-    """Compare two edge lists: STEP to the cycle; DIR, which an interrupt writes, in its order."""
-    turns: tuple[list[bytes], list[bytes]] = ([], [])
+    """Compare two edge lists up to the last STEP edge: behind it settings may change.
+
+    STEP to the cycle; all else, which the program writes, in its order.
+    """
+    others: tuple[list[bytes], list[bytes]] = ([], [])
     missing: Counter = Counter()
+    end = 0
     with quiet.open("rb") as left, storm.open("rb") as right:
-        steps = [_steps(file, apart) for file, apart in zip((left, right), turns, strict=True)]
+        steps = [_steps(file, apart) for file, apart in zip((left, right), others, strict=True)]
         for one, other in itertools.zip_longest(*steps, fillvalue=b""):
             outcome.edges += 1
+            end = _cycle_of(one) if one else end
             if one == other:
                 continue
             # Edges of one cycle may stand in any order.
@@ -273,7 +278,9 @@ def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
         edge = min(missing, key=_cycle_of)
         where = "only undisturbed" if missing[edge] > 0 else "only under fire"
         outcome.complain(f"edges differ from {edge.decode().strip()!r} on, which is {where}")
-    _compare_turns(*turns, outcome)
+    _compare_others(
+        *([edge for edge in edges if _cycle_of(edge) <= end] for edges in others), outcome
+    )
 
 
 def _steps(file: BinaryIO, apart: list[bytes]) -> Iterator[bytes]:
@@ -286,14 +293,15 @@ def _steps(file: BinaryIO, apart: list[bytes]) -> Iterator[bytes]:
             apart.append(edge)
 
 
-def _compare_turns(quiet: list[bytes], storm: list[bytes], outcome: Outcome) -> None:
-    """Compare the edges of DIR, axis by axis: the same ones, and how far they moved."""
-    outcome.turns = len(quiet)
+def _compare_others(quiet: list[bytes], storm: list[bytes], outcome: Outcome) -> None:
+    """Compare DIR, ENABLE and PERMIT, output by output: the same edges, and how far DIR moved."""
     found = [sorted(edges, key=lambda edge: edge.split(b",")[1:4]) for edges in (quiet, storm)]
     kinds = [[edge.split(b",")[1:] for edge in edges] for edges in found]
+    outcome.turns = sum(kind[2] == b"DIR" for kind in kinds[0])
     if kinds[0] != kinds[1]:
-        outcome.complain("other direction changes than undisturbed")
+        outcome.complain("other edges of direction, enable or permit outputs than undisturbed")
         return
+    found = [[edge for edge in edges if b",DIR," in edge] for edges in found]
     shifts = (abs(_cycle_of(a) - _cycle_of(b)) for a, b in zip(*found, strict=True))
     outcome.turn_shift_cycles = max(shifts, default=0)
 

@@ -148,7 +148,9 @@ class Generator:
             words = self._words(rng.randint(1, 15), rng.randint(1, 10))
             return bytes([unit, 16]) + self._words(regs.COMMAND_BASE, 2) + bytes([4]) + words
         if kind == 1:
-            return bytes([unit, 6]) + self._words(rng.randrange(0x12), rng.randrange(200))
+            return bytes([unit, 6]) + self._words(
+                rng.randrange(wire.SETTINGS_END), rng.randrange(200)
+            )
         if kind == 2:
             count = 2 * rng.randint(1, 20)
             head = self._words(regs.QUEUE_WINDOW, count + 2) + bytes([2 * count + 4])
@@ -156,7 +158,9 @@ class Generator:
             return bytes([unit, 16]) + head + block + self._bytes(2 * count, 2 * count)
         if kind == 3:
             return bytes([unit, 5]) + self._words(rng.randrange(14), rng.choice((0, 0xFF00)))
-        return bytes([unit, 22]) + self._words(rng.randrange(0x12), *rng.choices(range(99), k=2))
+        return bytes([unit, 22]) + self._words(
+            rng.randrange(wire.SETTINGS_END), *rng.choices(range(99), k=2)
+        )
 
     def _any_body(self) -> bytes:
         make = self._rng.choice((self._read_body, self._write_body))
@@ -237,7 +241,9 @@ class Generator:
     def _refused_write(self) -> Strike:
         rng = self._rng
         if rng.random() < 0.5:
-            body = bytes([self._unit, 6]) + self._words(rng.randrange(0x12), rng.randrange(200))
+            body = bytes([self._unit, 6]) + self._words(
+                rng.randrange(wire.SETTINGS_END), rng.randrange(200)
+            )
         else:
             words = self._words(*rng.choices(range(0x10000), k=4))
             where = rng.choice((0x0002, 0x0030, 0x0100, 0x00FF, 0x2000, 0xFFFE))

@@ -15,7 +15,8 @@ FRAME_MIN = 4
 READS = frozenset({1, 2, 3, 4, 7, 11, 12, 17, 20, 24, 43})
 # Of function 08: loopback, register, clear counters, counters. 1 restarts, 4 silences the board.
 _DIAGNOSTICS = frozenset({0, 2, 10, *range(11, 21)})
-_COMMAND_LAST = 13
+_COMMAND_LAST = max(regs.COMMANDS.values())
+SETTINGS_END = regs.settings()[-1].address + regs.settings()[-1].words
 _WRITE_FORMS = {5: 8, 6: 8, 22: 10}
 
 
@@ -102,8 +103,8 @@ class Safety:
 def mapped(address: int, count: int) -> bool:
     """True if all of these holding registers are there, the queue window apart."""
     end = address + count
-    settings = end <= 0x12
-    return settings or (address >= regs.COMMAND_BASE and end <= regs.COMMAND_BASE + 3)
+    commands = address >= regs.COMMAND_BASE and end <= regs.COMMAND_BASE + 3
+    return end <= SETTINGS_END or commands
 
 
 def _word(frame: bytes, at: int) -> int:

@@ -6,8 +6,10 @@ import click
 from pixstep.board import run
 from pixstep.cli.board.group import (
     UNITS,
+    Known,
     axes_option,
     boards,
+    each_board,
     line_options,
     opened,
     units_option,
@@ -29,13 +31,15 @@ def _simple(name: str, code: str, done: str, text: str) -> click.Command:
     @units_option
     @axes_option
     def simple(line, units, axes):
-        with boards(line, units) as (_found, known):
-            for item in known:
-                chosen = item.axes(axes)
-                run.command(item.board, code, chosen)
-                click.echo(f"board {item.board.unit}: {_axes_text(chosen)} {done}")
+        each_board(line, units, lambda item: _give(item, code, item.axes(axes), done))
 
     return simple
+
+
+def _give(item: Known, code: str, axes: list[int], done: str) -> None:
+    """Give a board a command for some axes and say so."""
+    run.command(item.board, code, axes)
+    click.echo(f"board {item.board.unit}: {_axes_text(axes)} {done}")
 
 
 @click.command("arm")
@@ -75,11 +79,7 @@ def stop_command(line, units, axes):
                 found.board(1).stop_all()
         click.echo(f"{line.port}: stop sent to all boards")
         return
-    with boards(line, units) as (_found, known):
-        for item in known:
-            chosen = item.axes(axes)
-            run.command(item.board, "stop", chosen)
-            click.echo(f"board {item.board.unit}: {_axes_text(chosen)} stopped")
+    each_board(line, units, lambda item: _give(item, "stop", item.axes(axes), "stopped"))
 
 
 @click.command("clear")
@@ -87,12 +87,14 @@ def stop_command(line, units, axes):
 @units_option
 def clear_command(line, units):
     """Clear the latched fault; refused while its cause lasts, as a pressed emergency stop does."""
-    with boards(line, units) as (_found, known):
-        for item in known:
-            before = item.board.fault_text()
-            run.command(item.board, "clear_fault", [0])
-            done = f"cleared: {before}" if before else "no fault was latched"
-            click.echo(f"board {item.board.unit}: {done}")
+    each_board(line, units, _clear)
+
+
+def _clear(item: Known) -> None:
+    before = item.board.fault_text()
+    run.command(item.board, "clear_fault", [0])
+    done = f"cleared: {before}" if before else "no fault was latched"
+    click.echo(f"board {item.board.unit}: {done}")
 
 
 @click.command("permit")
@@ -101,10 +103,12 @@ def clear_command(line, units):
 @units_option
 def permit_command(state, line, units):
     """Switch the permit output, the gate of a laser or spindle; every fault switches it off."""
-    with boards(line, units) as (_found, known):
-        for item in known:
-            run.command(item.board, f"permit_{state}", [0])
-            click.echo(f"board {item.board.unit}: permit output {state}")
+
+    def switch(item: Known) -> None:
+        run.command(item.board, f"permit_{state}", [0])
+        click.echo(f"board {item.board.unit}: permit output {state}")
+
+    each_board(line, units, switch)
 
 
 COMMANDS = (

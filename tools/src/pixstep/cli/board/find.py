@@ -6,11 +6,15 @@ from rich.console import Console
 
 from pixstep import progress
 from pixstep.board import meanings, scan, settings
+from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
 from pixstep.board.scan import BAUDS, PARITIES, Found
+from pixstep.board.snapshot import LINE_COUNTERS
 from pixstep.cli.board.group import (
     ALL,
+    LEAST_BAUD,
+    MOST_BAUD,
     UNITS,
     Known,
     boards,
@@ -23,16 +27,6 @@ from pixstep.cli.board.group import (
 from pixstep.cli.options import say
 from pixstep.errors import UserError
 from pixstep.simulation.report import new_table
-
-_COUNTERS = (
-    "frames_ok",
-    "crc_errors",
-    "exceptions",
-    "rx_overruns",
-    "bus_messages",
-    "no_replies",
-    "busy_replies",
-)
 
 
 @click.command("scan")
@@ -89,10 +83,13 @@ def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
         return [(line.baud, line.real_parity)]
     if bauds == "usual":
         return [(baud, parity) for baud in BAUDS for parity in PARITIES]
-    try:
-        chosen = [int(text) for text in bauds.split(",")]
-    except ValueError:
-        raise UserError(f"--bauds {bauds}: rates are wanted, as in 9600,19200") from None
+    texts = [text.strip() for text in bauds.split(",")]
+    if not all(text.isdecimal() and LEAST_BAUD <= int(text) <= MOST_BAUD for text in texts):
+        raise UserError(
+            f"--bauds {bauds}: rates from {LEAST_BAUD} to {MOST_BAUD} baud are wanted, as in "
+            f"9600,19200"
+        )
+    chosen = [int(text) for text in texts]
     return [(baud, parity) for baud in chosen for parity in PARITIES]
 
 
@@ -156,7 +153,7 @@ def _info(known: Known) -> dict:
         "reset_cause": meanings.words(names("reset_cause"), state["reset_cause"]),
         "fault": board.fault_text(),
         "pixel_clock": {
-            "present": bool(state["status"] & 1),
+            "present": regs.flags(state["status"])["clock"],
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
         },
@@ -167,7 +164,7 @@ def _info(known: Known) -> dict:
             "stored": bool(state["settings_serial"]),
             "differ": bool(state["settings_state"] & settings.DIFFERS),
         },
-        "counters": {name: state[name] for name in _COUNTERS},
+        "counters": {name: state[name] for name in LINE_COUNTERS},
         "axes": [
             {
                 "axis": number,

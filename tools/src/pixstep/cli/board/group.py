@@ -21,11 +21,17 @@ from pixstep.errors import UserError
 
 ALL = "all"
 LAST_UNIT = 247
+LEAST_BAUD, MOST_BAUD = 300, 4_000_000
 AXIS = click.IntRange(0, 3)
 json_option = click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 axes_option = click.option(
     "--axis", "axes", type=AXIS, multiple=True, help="Again for more axes.  [default: all]"
 )
+
+
+def complain(error: Exception) -> None:
+    """Print an error as its one line."""
+    click.echo(f"pixstep: {error}", err=True)
 
 
 class BoardGroup(click.Group):
@@ -36,7 +42,7 @@ class BoardGroup(click.Group):
         try:
             return super().invoke(ctx)
         except BoardError as error:
-            click.echo(f"pixstep: {error}", err=True)
+            complain(error)
             return ctx.exit(2 if isinstance(error, LineRefusedByBoardError) else 1)
 
 
@@ -85,7 +91,9 @@ _LINE_OPTIONS = (
         "--port", required=True, envvar="PIXSTEP_PORT", show_envvar=True,
         help="Serial port, or a simulator's pseudo terminal.",
     ),
-    click.option("--baud", type=click.IntRange(300, 4_000_000), default=BAUD, show_default=True),
+    click.option(
+        "--baud", type=click.IntRange(LEAST_BAUD, MOST_BAUD), default=BAUD, show_default=True
+    ),
     click.option(
         "--parity", type=click.Choice(PARITIES, case_sensitive=False),
         help="[default: E; N on a pseudo terminal, which has no parity]",
@@ -149,6 +157,26 @@ def boards(
         yield found, [_known(found, unit) for unit in chosen]
 
 
+def each_board(
+    line: PortOptions, units: tuple[int, ...] | str, act: Callable[[Known], None]
+) -> None:
+    """Do something with every board, also behind one that does not answer or refuses.
+
+    Raises BoardError for the last that failed; those before it are told on the error stream.
+    """
+    failures: list[BoardError] = []
+    with opened(line) as found:
+        for unit in _present(found) if units == ALL else units:
+            try:
+                act(_known(found, unit))
+            except BoardError as error:
+                failures.append(error)
+    for error in failures[:-1]:
+        complain(error)
+    if failures:
+        raise failures[-1]
+
+
 @contextlib.contextmanager
 def one_board(line: PortOptions, unit: int) -> Iterator[tuple[Connection, Known]]:
     """Yield the open line and its one board."""
@@ -177,14 +205,7 @@ def stopping(group: list[run.Lines]) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        for lines in group:
-            lines.board.command("stop", lines.axes)
-        where = "; ".join(
-            f"board {lines.board.unit} axis {axis} at position {steps}"
-            for lines in group
-            for axis, steps in run.positions(lines.board, lines.axes).items()
-        )
-        raise BoardError(f"stopped by Ctrl-C: {where}") from None
+        raise BoardError(f"stopped by Ctrl-C: {run.stop(group)}") from None
 
 
 def show_json(value: object) -> None:

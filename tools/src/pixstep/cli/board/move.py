@@ -43,9 +43,9 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         uploading.check(planned, uploading.limits(board))
         before = run.positions(board, [axis])[axis]
         uploads = uploading.begin(board, {axis: planned})
-        run.arm(board, [axis])
         group = [run.Lines(board, [axis], uploads)]
         with stopping(group), progress.shown("moving") as show:
+            run.arm(board, [axis])
             run.follow(group, found.world, move.pixels, show)
         after = run.positions(board, [axis])[axis]
     if after - before != move.steps:

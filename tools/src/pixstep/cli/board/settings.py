@@ -157,7 +157,8 @@ def _part(values: dict[str, int], names: dict[str, int]) -> dict[str, int]:
 
 def _print(row: dict, *, dry_run: bool) -> None:
     done = "would change" if dry_run else "changed"
-    click.echo(f"board {row['unit']}: {len(row['changed'])} settings {done}")
+    count = len(row["changed"])
+    click.echo(f"board {row['unit']}: {count} setting{'' if count == 1 else 's'} {done}")
     for change in row["changed"]:
         click.echo(f"  {change_text(change)}")
     if "record" in row:

@@ -5,6 +5,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import run
+from pixstep.board.world import World
 from pixstep.cli.board.group import (
     Known,
     axes_option,
@@ -39,14 +40,11 @@ def start_command(line, units, axes, wait, as_json):
         group = [item for item in group if item.axes]
         if not group:
             raise UserError("no axis has a line loaded: `pixstep board upload` loads one")
-        token = 0
-        if len(group) == 1:
-            run.arm(group[0].board, group[0].axes)
-        else:
-            token = run.start_together(group, found.world)
-        if wait:
-            with stopping(group), progress.shown("running") as show:
-                run.follow(group, found.world, progress=show)
+        with stopping(group):
+            token = _start(group, found.world)
+            if wait:
+                with progress.shown("running") as show:
+                    run.follow(group, found.world, progress=show)
         rows = [_row(item) for item in group]
     if as_json:
         show_json({"token": token or None, "boards": rows})
@@ -63,6 +61,14 @@ def _lines(known: Known, axes: tuple[int, ...]) -> run.Lines:
     """Return the axes of a board that are to start: those chosen, or all that are loaded."""
     chosen = known.axes(axes) if axes else run.loaded(known.board, known.who.axis_count)
     return run.Lines(known.board, chosen)
+
+
+def _start(group: list[run.Lines], world: World) -> int:
+    """Start the lines; return the token that they were started with, 0 none."""
+    if len(group) > 1:
+        return run.start_together(group, world)
+    run.arm(group[0].board, group[0].axes)
+    return 0
 
 
 def _row(lines: run.Lines) -> dict:

@@ -110,12 +110,13 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
     axes = list(lines)
     pixels = max(item.pixels for item in lines.values())
     uploads = uploading.begin(board, lines)
-    if arm:
-        run.arm(board, axes)
     if arm and wait:
         group = [run.Lines(board, axes, uploads)]
         with stopping(group), progress.shown("running") as show:
+            run.arm(board, axes)
             run.follow(group, world, pixels, show)
+    elif arm:
+        run.arm(board, axes)
     state, where = run.states(board, axes), run.positions(board, axes)
     hz = uploading.limits(board).pixel_hz
     return {

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 
 import click
-from rich.console import Console, Group, RenderableType
+from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
@@ -14,11 +14,11 @@ from pixstep.board import registers as regs
 from pixstep.board import snapshot
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
-from pixstep.board.snapshot import COUNTED, Snapshot
+from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
+from pixstep.cli.board import watchview
 from pixstep.cli.board.group import Known, boards, line_options, units_option
-from pixstep.simulation.report import new_table
+from pixstep.cli.board.watchview import AXIS_COLUMNS
 
-_COLOURS = {"clock": "green", "fault": "bold red", "estop": "bold red", "permit": "yellow"}
 Pair = tuple[Snapshot, Snapshot | None]
 
 
@@ -87,37 +87,7 @@ def _live(console: Console, looks: Iterator[list[Pair]], port: str) -> None:
     with Live(console=console, auto_refresh=False, screen=False) as live:
         for look in looks:
             title = Text(f"{port}   Ctrl-C ends", style="dim")
-            live.update(Group(title, *(_page(*pair) for pair in look)), refresh=True)
-
-
-def _page(now: Snapshot, before: Snapshot | None) -> RenderableType:
-    """Return a board's part of the terminal."""
-    head = Text(f"board {now.who.unit} {now.who.board} {now.who.firmware}  ", style="bold")
-    if now.trouble:
-        return Group(head, Text(now.trouble, style="bold red"))
-    for name, on in now.flags.items():
-        head.append(f" {name} ", style=_COLOURS.get(name, "cyan") if on else "dim")
-    lines: list[RenderableType] = [head]
-    if now.fault:
-        lines.append(Text(f"fault: {now.fault}", style="bold red"))
-    lines.append(Text(f"{_clock_text(now, before)}; switches: {now.switches}"))
-    lines.append(_axes_table(now))
-    lines.append(Text(_rates_text(now, before), style="dim"))
-    return Group(*lines)
-
-
-def _axes_table(now: Snapshot) -> RenderableType:
-    table = new_table("axis", "state", "position", "expected", "pixel", "queue free", "ring")
-    table.columns[1].justify = "left"
-    for number, axis in enumerate(now.axes):
-        state = regs.AXIS_STATES[axis["axis_state"]]
-        row = [axis[name] for name in _AXIS_COLUMNS]
-        style = {"running": "green", "fault": "red", "refused": "red"}.get(state, "")
-        table.add_row(str(number), Text(state, style=style), *map(str, row))
-    return table
-
-
-_AXIS_COLUMNS = ("position_steps", "expected_steps", "pixel", "queue_free", "ring_fill")
+            live.update(Group(title, *(watchview.page(*pair) for pair in look)), refresh=True)
 
 
 def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
@@ -134,7 +104,7 @@ def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
     )
     for number, axis in enumerate(now.axes):
         state = regs.AXIS_STATES[axis["axis_state"]]
-        rest = ", ".join(f"{name} {axis[name]}" for name in _AXIS_COLUMNS)
+        rest = ", ".join(f"{name} {axis[name]}" for name in AXIS_COLUMNS)
         yield f"board {unit} axis {number}: {state}, {rest}"
     if before is not None:
         yield f"board {unit}: {_rates_text(now, before)}"
@@ -150,7 +120,7 @@ def _clock_text(now: Snapshot, before: Snapshot | None) -> str:
 def _rates_text(now: Snapshot, before: Snapshot | None) -> str:
     """Return the line's counters with how fast they count."""
     rates = now.rates(before)
-    names = COUNTED[1:]
+    names = LINE_COUNTERS
     if not rates:
         return ", ".join(f"{name} {now.inputs[name]}" for name in names)
     return ", ".join(f"{name} {now.inputs[name]} ({rates[name]:.1f}/s)" for name in names)

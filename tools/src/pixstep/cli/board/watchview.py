@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""A board as `pixstep board watch` draws it: steady columns, colour for what counts."""
+
+from collections.abc import Iterator
+
+from rich import box
+from rich.console import Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from pixstep.board import registers as regs
+from pixstep.board.snapshot import Snapshot
+
+AXIS_COLUMNS = ("position_steps", "expected_steps", "pixel", "queue_free", "ring_fill")
+_HEADS = (  # and widths that hold any value, so that nothing jumps
+    ("axis", 4), ("state", 7), ("position", 11), ("expected", 11), ("pixel", 10),
+    ("queue free", 10), ("ring", 4),
+)  # fmt: skip
+_ON = {"clock": "green", "fault": "bold red", "estop": "bold red", "permit": "yellow"}
+_STATES = {"running": "green", "armed": "cyan", "fault": "red", "refused": "red", "empty": "dim"}
+_TROUBLES = ("crc_errors", "exceptions", "rx_overruns", "busy_replies")
+_GAP = "   "
+
+
+def page(now: Snapshot, before: Snapshot | None) -> RenderableType:
+    """Return a board as a frame: red at a fault, green while it moves."""
+    body: RenderableType
+    if now.trouble:
+        body, border = Text(now.trouble, style="red"), "red"
+    else:
+        body, border = Group(*_body(now, before)), _border(now.flags)
+    title = Text(f" board {now.who.unit}  {now.who.board} {now.who.firmware} ", style="bold")
+    return Panel(body, title=title, title_align="left", border_style=border, box=box.ROUNDED)
+
+
+def _border(flags: dict[str, bool]) -> str:
+    if flags["fault"] or flags["estop"]:
+        return "red"
+    return "green" if flags["running"] else "dim"
+
+
+def _body(now: Snapshot, before: Snapshot | None) -> Iterator[RenderableType]:
+    """Yield flags, fault, axes, and what else there is."""
+    yield _flags(now.flags)
+    if now.fault:
+        yield Text(f"fault: {now.fault}", style="bold red")
+    yield Text()
+    yield _axes(now)
+    yield Text.assemble(
+        ("pixel clock  ", "dim"), _clock(now, before), (f"{_GAP}switches  ", "dim"), now.switches
+    )
+    yield Text.assemble(("serial line  ", "dim"), _line(now, before))
+
+
+def _flags(flags: dict[str, bool]) -> Text:
+    """Return the status bits: a filled dot is on."""
+    text = Text()
+    for name, on in flags.items():
+        mark, style = ("●", _ON.get(name, "cyan")) if on else ("○", "dim")
+        text.append(f"{mark} {name.replace('_', ' ')}{_GAP}", style=style)
+    return text
+
+
+def _axes(now: Snapshot) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for name, width in _HEADS:
+        table.add_column(
+            name, justify="left" if name == "state" else "right", min_width=width, no_wrap=True
+        )
+    for number, axis in enumerate(now.axes):
+        state = regs.AXIS_STATES[axis["axis_state"]]
+        values = (f"{axis[name]:,}" for name in AXIS_COLUMNS)
+        table.add_row(str(number), Text(state, style=_STATES.get(state, "")), *values)
+    return table
+
+
+def _clock(now: Snapshot, before: Snapshot | None) -> str:
+    rates = now.rates(before)
+    rate = f"{rates['pixel_edges']:.2f} Hz, " if rates else ""
+    return f"{rate}{now.inputs['pixel_edges']:,} edges"
+
+
+def _line(now: Snapshot, before: Snapshot | None) -> Text:
+    """Return how busy the line is, and what went wrong on it."""
+    rates = now.rates(before)
+    text = Text(f"{now.inputs['frames_ok']:,} requests served")
+    if rates:
+        text.append(f", {rates['frames_ok']:.1f}/s of {rates['bus_messages']:.1f}/s on the line")
+    wrong = [f"{name} {now.inputs[name]}" for name in _TROUBLES if now.inputs[name]]
+    text.append(_GAP)
+    if wrong:
+        text.append(", ".join(wrong), style="yellow")
+    else:
+        text.append("no errors", style="green")
+    return text
