@@ -272,7 +272,8 @@ def test_reply_waits_for_the_silence_and_its_delay(master):
         took_us = (master.sim.cycle - begin) / CYCLES_PER_US
         line_us = (8 + len(reply)) * 11e6 / 115_200
         waited_us = took_us - line_us - SILENCE_US
-        assert SILENCE_US + delay_us <= waited_us <= SILENCE_US + delay_us + 450
+        # Two rounds, building and sealing: at most 557 us on the mega, over many phases.
+        assert SILENCE_US + delay_us <= waited_us <= SILENCE_US + delay_us + 600
 
 
 def steps_of(board, folder, load, baud, percent):
