@@ -37,9 +37,10 @@ Pair = tuple[Snapshot, Snapshot | None]
 @click.option("--once", is_flag=True, help="Look once; the same as --count 1.")
 @click.option("--json", "as_json", is_flag=True, help="One line of JSON for each board and look.")
 def watch_command(line, units, interval, count, once, as_json):
-    """Watch boards live: status, axes, switches, pixel clock, fault, rates; Ctrl-C ends it.
+    """Watch boards live; Ctrl-C ends it.
 
-    Where nobody watches (no terminal) it prints plain lines.
+    Status, fault, axes, switches, pixel clock, rates. Where nobody watches (no terminal) it prints
+    plain lines.
     """
     with boards(line, units) as (found, known), contextlib.suppress(KeyboardInterrupt):
         looks = _looks(found, known, interval, 1 if once else count)
