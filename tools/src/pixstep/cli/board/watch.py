@@ -15,9 +15,8 @@ from pixstep.board import snapshot
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
-from pixstep.cli.board import watchview
 from pixstep.cli.board.group import Known, boards, line_options, units_option
-from pixstep.cli.board.watchview import AXIS_COLUMNS
+from pixstep.cli.board.watchview import AXIS_COLUMNS, page
 
 Pair = tuple[Snapshot, Snapshot | None]
 
@@ -88,7 +87,7 @@ def _live(console: Console, looks: Iterator[list[Pair]], port: str) -> None:
     with Live(console=console, auto_refresh=False, screen=False) as live:
         for look in looks:
             title = Text(f"{port}   Ctrl-C ends", style="dim")
-            live.update(Group(title, *(watchview.page(*pair) for pair in look)), refresh=True)
+            live.update(Group(title, *(page(*pair) for pair in look)), refresh=True)
 
 
 def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
