@@ -184,6 +184,10 @@ static void coils_have_no_token(void)
     load(1);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 2, 3));
     TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    // The first one would not wait any longer.
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 1, 1));
+    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 1));
     TEST_ASSERT_EQUAL_UINT16(0, machine.token);
 }

@@ -160,6 +160,45 @@ static void another_token_is_a_fault(void)
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
 }
 
+// With one axis armed by a token another may be armed by the same one only.
+static void armed_axes_have_one_token(void)
+{
+    bench_plain_line(0, 10, 50);
+    bench_plain_line(1, 10, 50);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, order(2, COMMAND_ARM, 0));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, order(2, COMMAND_ARM, TOKEN + 1));
+    pass_ms(100);
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(2, COMMAND_ARM, TOKEN));
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(500, fake_axes[1].steps);
+}
+
+static void an_axis_that_runs_needs_the_clock_while_another_waits_for_go(void)
+{
+    bench_plain_line(1, 10, 50);
+    run_a_line();
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(2, COMMAND_ARM, TOKEN));
+    bench_clock_off();
+    pass_ms(300);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_pixel_clock_missing, fault());
+}
+
+// Its line would run, and be counted, without the motor.
+static void the_driver_of_an_armed_axis_stays_on(void)
+{
+    bench_plain_line(0, 10, 50);
+    TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_DISABLE));
+    TEST_ASSERT_TRUE(fake_axes[0].enabled);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_DISARM));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_DISABLE));
+    TEST_ASSERT_FALSE(fake_axes[0].enabled);
+}
+
 // The clock may rest until all boards are ready.
 static void waiting_for_go_has_patience_with_the_clock(void)
 {
@@ -271,6 +310,9 @@ int main(void)
     RUN_TEST(a_silent_bus_stops_what_moves);
     RUN_TEST(go_needs_the_token_and_somebody_who_waits);
     RUN_TEST(another_token_is_a_fault);
+    RUN_TEST(armed_axes_have_one_token);
+    RUN_TEST(an_axis_that_runs_needs_the_clock_while_another_waits_for_go);
+    RUN_TEST(the_driver_of_an_armed_axis_stays_on);
     RUN_TEST(waiting_for_go_has_patience_with_the_clock);
     RUN_TEST(arming_switches_the_driver_on_and_rest_off);
     RUN_TEST(a_driver_gets_its_time_before_the_first_step);

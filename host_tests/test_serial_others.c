@@ -34,6 +34,9 @@ static void request_behind_foreign_frames_is_served(void)
     PUT(9, 17);
     PUT(9, 17, 3, 7, 255, 'x');
     ask_axis_count(7);
+    for (uint8_t i = 0; i < 8; i++) { // one a round
+        serial_poll();
+    }
     check_axis_count();
     TEST_ASSERT_EQUAL_UINT16(messages + 9u, serial_counters()->bus_messages);
 }

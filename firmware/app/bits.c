@@ -98,10 +98,10 @@ enum modbus_exception data_write_coils(uint16_t address,
     // Behind the bits lies at least the checksum.
     uint16_t values = (uint16_t)(bits[0] | (uint16_t)bits[1] << 8);
 
+    machine.order[2] = 0; // an axis armed here waits for no token
     machine.asking = MACHINE_ASKS;
     bool possible = command_all((uint8_t)address, (uint8_t)count, values);
     machine.asking = 0;
-    machine.order[2] = 0; // an axis armed here waits for no token
     return possible && command_all((uint8_t)address, (uint8_t)count, values)
                ? MODBUS_OK
                : MODBUS_DEVICE_FAILURE;

@@ -89,9 +89,21 @@ static void arm(uint8_t i)
     }
 }
 
+// One token at a time: another would start, or hold back, what is armed already.
+static bool token_fits(void)
+{
+    bool fits = true;
+
+    for (uint8_t i = 0; CONFIG_AXES > 1 && i < CONFIG_AXES; i++) {
+        fits = fits && (machine_axis(i)->state != AXIS_ARMED ||
+                        machine.order[2] == machine.token);
+    }
+    return fits;
+}
+
 static bool arm_all(uint8_t mask)
 {
-    if (!seeks_fit(mask) || !for_axes(mask, armable, arm)) {
+    if (!token_fits() || !seeks_fit(mask) || !for_axes(mask, armable, arm)) {
         return false;
     }
     if (machine.asking == 0) {
@@ -147,10 +159,15 @@ static void stop(uint8_t i)
     }
 }
 
+// An armed axis begins by itself.
+static bool still(const struct axis *axis)
+{
+    return resting(axis) && axis->state != AXIS_ARMED;
+}
+
 static bool zeroable(const struct axis *axis)
 {
-    return resting(axis) && axis->state != AXIS_ARMED &&
-           seek_can_zero((uint8_t)(axis - machine.axes));
+    return still(axis) && seek_can_zero((uint8_t)(axis - machine.axes));
 }
 
 static void enable(uint8_t i)
@@ -254,7 +271,7 @@ static const struct axis_command axis_commands[] IN_FLASH = {
     [COMMAND_STOP] = {always, stop},
     [COMMAND_DISCARD] = {resting, discard},
     [COMMAND_ENABLE] = {always, enable},
-    [COMMAND_DISABLE] = {resting, disable},
+    [COMMAND_DISABLE] = {still, disable},
     [COMMAND_ZERO] = {zeroable, seek_zero},
 };
 

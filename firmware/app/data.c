@@ -116,6 +116,10 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
     if (axis >= CONFIG_AXES) {
         return MODBUS_ILLEGAL_VALUE;
     }
+    // What is queued will be forgotten when the axis rests.
+    if ((machine.stopping & (CONFIG_AXES == 1 ? 1u : 1u << axis)) != 0) {
+        return MODBUS_BUSY;
+    }
     switch (axis_queue_block(machine_axis((uint8_t)axis),
                              &machine.limits,
                              get_word(&words[0]),

@@ -162,7 +162,11 @@ static void take_capture(void)
 
 static void watch_clock(void)
 {
-    if (machine.clocked != 0 && machine.token == 0 &&
+    // Those that wait for go have patience with it; those that run have not.
+    bool watched =
+        machine.token == 0 || (CONFIG_AXES > 1 && start_clocked_axis_runs());
+
+    if (machine.clocked != 0 && watched &&
         clock_now_4us() - machine.edge_seen_4us > machine_clock_patience_4us()) {
         uint8_t axis = 0;
         while ((machine.clocked & axis_bit(axis)) == 0) {
@@ -222,7 +226,9 @@ static uint8_t decode(uint8_t i, uint8_t budget)
 // The axis nearest to starving is served first, and again while no other is nearer.
 static void decode_neediest(void)
 {
-    uint8_t left = machine.starting != 0 ? DECODE_BUDGET_STARTING : DECODE_BUDGET;
+    // One that is held back by its token or driver may be so for long, beside others that run.
+    bool starting = CONFIG_AXES == 1 ? machine.starting != 0 : start_near();
+    uint8_t left = starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET;
 
     for (uint8_t calls = DECODE_CALLS; calls != 0 && left != 0; calls--) {
         uint8_t i = neediest();

@@ -72,9 +72,9 @@ static void listen(void)
     phase = LISTENING;
 }
 
-// A frame that is over; false when there is none. One to all is served at once: the next frame may
-// follow it without silence.
-static bool take_frame(void)
+// A frame that is over, if there is one. One to all is served at once: the next frame may follow it
+// without silence.
+static void take_frame(void)
 {
     bool ended = uart_received(&frame.received);
     enum frame_status status =
@@ -83,7 +83,7 @@ static bool take_frame(void)
     uint16_t *counter = &counters.bus_messages;
 
     if (status == FRAME_PARTIAL) {
-        return false;
+        return;
     }
     if (status == FRAME_BAD) {
         counter = &counters.crc_errors;
@@ -92,13 +92,12 @@ static bool take_frame(void)
     if (status == FRAME_READY) {
         if (frame.bytes[0] != 0) {
             phase = REQUESTED;
-            return false;
+            return;
         }
         serve();
         set_line();
     }
     uart_drop(length);
-    return true;
 }
 
 static void answer(void)
@@ -130,7 +129,9 @@ void serial_poll(void)
     if (phase == SENDING && !uart_sending()) {
         listen();
     }
-    while (phase == LISTENING && take_frame()) {
+    // One a round: a buffer full of short ones would keep the watchdog waiting at the fastest rates.
+    if (phase == LISTENING) {
+        take_frame();
     }
     if (phase == ANSWERED) {
         send();

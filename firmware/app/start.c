@@ -71,7 +71,7 @@ static bool all_ready(void)
     return true;
 }
 
-static bool clocked_axis_runs(void)
+bool start_clocked_axis_runs(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (machine_axis(i)->state == AXIS_RUNNING &&
@@ -98,7 +98,7 @@ void start_on_edge(uint32_t edge_ticks)
         }
     }
     // One line is the clock's reference; a later start does not take that away from it.
-    if (any && !clocked_axis_runs()) {
+    if (any && (CONFIG_AXES == 1 || !start_clocked_axis_runs())) {
         clock_watch_follow(&machine.watch, &machine.period, zero);
     }
 }
@@ -122,6 +122,18 @@ static bool may_release(uint8_t i)
     return (machine.starting & bit) != 0 &&
            ((machine.clocked & bit) != 0 || !held_back());
 }
+
+#if CONFIG_AXES > 1
+bool start_near(void)
+{
+    bool near = false;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        near = near || may_release(i);
+    }
+    return near;
+}
+#endif
 
 // False when an idle period began meanwhile: the next attempt has a whole one.
 static bool release(uint8_t i)

@@ -5,10 +5,12 @@ the stack, a token that does not fit.
 
 import pytest
 
+from bench import Bench
 from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
+from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -48,6 +50,28 @@ def test_estop(board, axes):
         bench.sim.run(MS)
         bench.board.command("clear_fault", [])
         assert bench.fault() == "none"
+
+
+# The emergency stop's interrupt; a round at rest takes twice that.
+@pytest.mark.parametrize(("board", "handler_cycles"), [("uno", 450), ("mega", 1000)])
+def test_permit_goes_off_when_the_estop_comes_while_it_is_switched_on(board, handler_cycles):
+    request = seal(b"\x01\x06" + bytes([1, 1, 0, regs.COMMANDS["permit_on"]]))
+    on_at = permitted(board, request, None).cycle
+    for before in range(2, 60, 4):
+        permit = permitted(board, request, on_at - before)
+        assert permit.level == 0
+        assert permit.cycle < on_at + handler_cycles
+
+
+def permitted(board, request, estop_at):
+    """Send a request to a board that has just started; return its permit output 8 ms later."""
+    with Bench(board) as bench:
+        bench.sim.command(f"send {request.hex()} 0")
+        if estop_at is not None:
+            (pin,) = [one for one in boards.load(board).pins if one.signal == "ESTOP"]
+            bench.sim.pin(0, pin.port, pin.bit, 0, at=estop_at)
+        bench.sim.run(8 * MS)
+        return bench.sim.permit(0)
 
 
 @pytest.mark.provokes("bus_silent")

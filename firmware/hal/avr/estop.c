@@ -122,4 +122,8 @@ void estop_release(void)
 void permit_write(bool on)
 {
     pins_write_permit(on);
+    // The interrupt may have come between the decision and here.
+    if (latched) {
+        pins_write_permit(false);
+    }
 }

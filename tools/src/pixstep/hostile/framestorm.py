@@ -31,7 +31,7 @@ from pixstep.simulation.simrun import BOOT_CYCLES
 PIXEL_HZ = Fraction(30)
 PART_PX = 62
 _PARTS = 4
-_FRAME_CYCLES = 11 * TIMER_HZ // 1000  # more than a strike takes, with what is asked in between
+_FRAME_CYCLES = 12 * TIMER_HZ // 1000  # more than a strike takes, with what is asked in between
 _HOUSEKEEPING = 20  # strikes between two looks at the board
 _LOOK_CYCLES = TIMER_HZ // 10  # how long the undisturbed run looks away
 _REFILL = 8  # free entries worth a block
