@@ -69,6 +69,16 @@ static void frames_that_waited_are_all_served(void)
     TEST_ASSERT_EQUAL_UINT16(43, machine.settings.dir_setup_us);
 }
 
+static void what_comes_beside_a_reply_is_dropped(void)
+{
+    PUT(7, 17); // while the reply waits for its checksum
+    serial_poll();
+    PUT(7, 17); // while it is sent
+    TEST_ASSERT_EQUAL_UINT16(7, taken());
+    TEST_ASSERT_EQUAL_HEX8(4, reply[1]);
+    sent();
+}
+
 static void what_follows_a_request_belongs_to_nobody(void)
 {
     uint16_t messages = serial_counters()->bus_messages;
@@ -84,12 +94,7 @@ static void what_follows_a_request_belongs_to_nobody(void)
     TEST_ASSERT_EQUAL_UINT16(0, taken()); // that broke the silence
     fake_pass(SILENCE_TICKS / 2u);
     serial_poll();
-    PUT(7, 17); // while the reply waits for its checksum
-    serial_poll();
-    PUT(7, 17); // while it is sent
-    TEST_ASSERT_EQUAL_UINT16(7, taken());
-    TEST_ASSERT_EQUAL_HEX8(4, reply[1]);
-    sent();
+    what_comes_beside_a_reply_is_dropped();
     TEST_ASSERT_NOT_EQUAL(99, machine.settings.dir_setup_us);
     TEST_ASSERT_EQUAL_UINT16(messages + 1u, serial_counters()->bus_messages);
     ask_axis_count(7);

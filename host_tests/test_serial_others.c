@@ -21,10 +21,9 @@ static void foreign_request_has_no_reply(void)
     TEST_ASSERT_EQUAL_UINT16(ok + 1u, serial_counters()->frames_ok);
 }
 
-static void request_behind_foreign_frames_is_served(void)
+// Requests and replies of every length rule.
+static void others_talk(void)
 {
-    uint16_t messages = serial_counters()->bus_messages;
-
     ask_axis_count(8);
     PUT(8, 4, 2, 0, 4);
     PUT(9, 3, 0, 0, 0, 2);
@@ -33,6 +32,13 @@ static void request_behind_foreign_frames_is_served(void)
     PUT(9, 6, 0, 6, 0, 50);
     PUT(9, 17);
     PUT(9, 17, 3, 7, 255, 'x');
+}
+
+static void request_behind_foreign_frames_is_served(void)
+{
+    uint16_t messages = serial_counters()->bus_messages;
+
+    others_talk();
     ask_axis_count(7);
     for (uint8_t i = 0; i < 8; i++) { // one a round
         serial_poll();
