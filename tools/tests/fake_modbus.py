@@ -3,21 +3,13 @@
 
 import struct
 
+from pixstep.hostile.wire import seal
+
 ILLEGAL, ADDRESS, VALUE, FAILURE, BUSY = 1, 2, 3, 4, 6
 
 
 class RefusalError(Exception):
     """A Modbus exception; its argument is the code."""
-
-
-def crc(data):
-    """Return the checksum of a frame as its two bytes."""
-    value = 0xFFFF
-    for byte in data:
-        value ^= byte
-        for _ in range(8):
-            value = value >> 1 ^ (0xA001 if value & 1 else 0)
-    return struct.pack("<H", value)
 
 
 class FakeServer:
@@ -36,7 +28,7 @@ class FakeServer:
         if unit == 0:
             return None
         frame = bytes([mine]) + reply
-        return frame + crc(frame)
+        return seal(frame)
 
     def serve(self, function, data):
         if function in (3, 4):

@@ -12,6 +12,7 @@ import sys
 from fractions import Fraction
 
 from pixstep.board import registers as regs
+from pixstep.hostile.wire import crc16, seal
 from pixstep.lines import exact, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
@@ -22,16 +23,6 @@ GAP_CYCLES = 28_000
 QUEUE_SLOTS = 64
 FAULT_CODE = 5
 DEFECT = os.environ.get("DEFECT", "")
-
-
-def crc(data: bytes) -> bytes:
-    """Return the Modbus checksum, low byte first."""
-    value = 0xFFFF
-    for byte in data:
-        value ^= byte
-        for _ in range(8):
-            value = value >> 1 ^ 0xA001 if value & 1 else value >> 1
-    return value.to_bytes(2, "little")
 
 
 class FakeAxis:
@@ -171,7 +162,7 @@ class Fake:
 
     def serve(self, frame):
         """Return the reply to a request frame, empty for a broken one or a lost reply."""
-        if crc(frame[:-2]) != frame[-2:] or (DEFECT == "mute" and self.axes[0].state == 4):
+        if crc16(frame) != 0 or (DEFECT == "mute" and self.axes[0].state == 4):
             return b""
         unit, function, body = frame[0], frame[1], frame[2:-2]
         if function in (3, 4):
@@ -193,7 +184,7 @@ class Fake:
             elif first == regs.QUEUE_WINDOW and DEFECT == "lost reply" and self.lost < 2:
                 self.lost += 1
                 return b""
-        return reply + crc(reply)
+        return seal(reply)
 
     def write(self, first, words):
         if first == regs.COMMAND_BASE:

@@ -33,7 +33,10 @@ def fuzz_group() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
 @click.pass_context
 def run(ctx, target, executions, seconds, seed, grow, record, as_json):
-    """Fuzz a target from the kept corpus on; exit status 1 if anything is found."""
+    """Fuzz a target, from the kept corpus on.
+
+    Exit status 1 if anything is found.
+    """
     if not executions and not seconds:
         raise UserError("say when to end: --executions N, --seconds N or both")
     limits = fuzzer.Limits(executions, seconds, seed)
@@ -66,7 +69,7 @@ def _say(target: str, outcome: fuzzer.Outcome) -> None:
 @click.option("--seconds", type=click.IntRange(min=1), default=20, show_default=True, help="Each.")
 @click.pass_context
 def prove(ctx, seconds):
-    """Plant known defects, one at a time, and see that fuzzing finds each of them."""
+    """Plant known defects; see that fuzzing finds each."""
     missed = 0
     for defect in defects.DEFECTS:
         outcome, kept = campaign.plant(defect, seconds)

@@ -28,10 +28,11 @@ def hostile_group() -> None:
 @_json
 @click.pass_context
 def frames(ctx, board, count, seed, as_json):
-    """Send mutated frames to a simulated board whose axes all move; compare every STEP edge.
+    """Send mutated frames while every axis moves.
 
-    Runs the same lines undisturbed and under fire. Exit status 0 only if the edges are the same to
-    the cycle and the board answers, at rest and without a fault, afterwards.
+    Compares every STEP edge: runs the same lines undisturbed and under fire. Exit status 0 only if
+    the edges are the same to the cycle and the board answers, at rest and without a fault,
+    afterwards.
     """
     from pixstep.hostile import framestorm  # pymodbus takes a while to load
 
@@ -88,10 +89,11 @@ def _say_complaints(complaints: list[str], otherwise: str) -> None:
 @_json
 @click.pass_context
 def uploads(ctx, board, count, garbage, seed, as_json):
-    """Upload lines over a bad line: bits turned over, bursts, lost and repeated frames.
+    """Upload lines over a bad serial line.
 
-    Both ends are the real ones: the host's client and the firmware. Exit status 0 only if every
-    queue held exactly what was sent (natively), every line played exactly (in the simulator).
+    Bits turned over, bursts, bytes lost and added, frames lost and repeated. Both ends are the real
+    ones: the host's client and the firmware. Exit status 0 only if every queue held exactly what
+    was sent (natively), every line played exactly (in the simulator).
     """
     from pixstep.hostile import noise
     from pixstep.hostile import uploads as campaign
@@ -135,7 +137,9 @@ def _say_uploads(board: str, outcome) -> None:
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all.")
 @click.pass_context
 def clients(ctx, board):
-    """Run the conformance list by mbpoll, libmodbus and pymodbus against the images.
+    """Run a list of cases by mbpoll, libmodbus and pymodbus.
+
+    Against both images in the simulator.
 
     `pixstep docs conformance --write docs/PROTOCOL.md` keeps its table. Exit status 0 only if no
     case fails.
@@ -158,7 +162,9 @@ def clients(ctx, board):
 @_json
 @click.pass_context
 def estops(ctx, board, count, seed, as_json):
-    """Press the emergency stop at random cycles while every axis runs a random line.
+    """Press the emergency stop at random cycles of a run.
+
+    Every axis runs a random line.
 
     Exit status 0 only if the edges stop within the bound, the permit output is off, the fault is
     named and every reported position is the number of edges made.
@@ -189,7 +195,7 @@ def estops(ctx, board, count, seed, as_json):
 @_json
 @click.pass_context
 def powercuts(ctx, board, count, seed, as_json):
-    """Cut the supply at random cycles while settings are being stored.
+    """Cut the supply at random cycles of a settings store.
 
     Exit status 0 only if after every cut the board has the old settings or the new ones, whole.
     """

@@ -48,9 +48,10 @@ def _give(item: Known, code: str, axes: list[int], done: str) -> None:
 @axes_option
 @click.option("--token", type=TOKEN, help="Wait after arming for `go` with this token.")
 def arm_command(line, units, axes, token):
-    """Arm loaded axes: they start on the next pixel clock edge, or on go if there is a token.
+    """Arm loaded axes by hand, with a token if wanted.
 
-    `pixstep board start` does this for several boards at once. Without --axis all loaded ones.
+    They start on the next pixel clock edge, or on go if there is a token. `pixstep board start`
+    does this for several boards at once. Without --axis all loaded ones.
     """
     with boards(line, units) as (_found, known):
         for item in known:
@@ -66,10 +67,10 @@ def arm_command(line, units, axes, token):
 @click.option("--unit", "units", type=UNITS, help="Addresses.  [default: broadcast to all]")
 @axes_option
 def stop_command(line, units, axes):
-    """Stop what moves, at once and without a ramp, and forget what is queued.
+    """Stop what moves, at once, and forget what is queued.
 
-    Without --unit a broadcast, sent twice: it reaches every board and nobody replies. Positions
-    stay known, but a load that is fast may run on.
+    There is no ramp. Without --unit a broadcast, sent twice: it reaches every board and nobody
+    replies. Positions stay known, but a load that is fast may run on.
     """
     if units is None:
         if axes:
@@ -86,7 +87,10 @@ def stop_command(line, units, axes):
 @line_options
 @units_option
 def clear_command(line, units):
-    """Clear the latched fault; refused while its cause lasts, as a pressed emergency stop does."""
+    """Clear the latched fault.
+
+    Refused while its cause lasts, as a pressed emergency stop does.
+    """
     each_board(line, units, _clear)
 
 
@@ -102,7 +106,10 @@ def _clear(item: Known) -> None:
 @line_options
 @units_option
 def permit_command(state, line, units):
-    """Switch the permit output, the gate of a laser or spindle; every fault switches it off."""
+    """Switch the permit output, the gate of a laser or spindle.
+
+    Every fault switches it off; `pixstep board stop` does not.
+    """
 
     def switch(item: Known) -> None:
         run.command(item.board, f"permit_{state}", [0])

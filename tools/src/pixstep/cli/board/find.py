@@ -66,7 +66,10 @@ def scan_command(ctx, line, units, bauds, as_json):
 @units_option
 @json_option
 def info_command(line, units, as_json):
-    """Show what boards are and how they are: identity, status, fault, counters, axes, settings."""
+    """Show what boards are and how they are.
+
+    Identity, status, fault, reset cause, pixel clock, counters, axes, whether settings are stored.
+    """
     with boards(line, units) as (_found, known):
         told = [_info(item) for item in known]
     if as_json:

@@ -16,10 +16,10 @@ from pixstep.simulation.report import new_table
 @units_option
 @json_option
 def get_command(names, line, units, as_json):
-    """Read registers by name: settings, what the board measures, its axes'.
+    """Read registers by name, or all of them.
 
-    NAME may have wild cards ('dir_*'), an axis ('axis0.position_steps', without the axis all of
-    them); none at all means everything.
+    Settings, what the board measures, and its axes'. NAME may have wild cards ('dir_*'), an axis
+    ('axis0.position_steps', without the axis all of them); none at all means everything.
     """
     values.select(names, max(values.regs.AXIS_COUNTS))  # an unknown name before the port is opened
     with boards(line, units) as (_found, known):

@@ -23,10 +23,11 @@ from pixstep.moves.homing import Homed, HomingError
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @json_option
 def home_command(line, unit, as_json, **options):
-    """Home an axis by a CSV or CSB profile: its switch's edge becomes position 0.
+    """Home an axis: its switch's edge becomes position 0.
 
-    Off the switch, towards it, back, slowly towards it again; then the axis stands on 0. A fault
-    ends it, named, and stays latched. The same options as `pixstep home sim`, which tries it first.
+    By a CSV or CSB profile. Off the switch, towards it, back, slowly towards it again; then the
+    axis stands on 0. A fault ends it, named, and stays latched. The same options as `pixstep home
+    sim`, which tries it first.
     """
     with one_board(line, unit) as (found, known):
         known.axes((options["axis"],))

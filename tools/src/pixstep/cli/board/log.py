@@ -45,7 +45,10 @@ class _LogGroup(click.Group):
 
 @click.group("log", cls=_LogGroup)
 def log_group() -> None:
-    """What a board has recorded: `log` (or `log records`) pixel by pixel, `log events` faults."""
+    """Records pixel by pixel; the log of faults and resets.
+
+    `log` by itself is `log records`.
+    """
 
 
 @log_group.command("records")
@@ -55,7 +58,7 @@ def log_group() -> None:
 @output_option
 @follow_option
 def records_command(line, unit, axes, output, follow):
-    """Write the per-pixel records of axes as CSV, each as it comes.
+    """Write per-pixel records as CSV, each as it comes.
 
     Reads until no axis is armed or moves; with --follow until Ctrl-C, line after line. The board
     keeps only the newest records: how many were overwritten before they were read is said at the
@@ -85,7 +88,10 @@ def records_command(line, unit, axes, output, follow):
 @follow_option
 @json_option
 def events_command(line, unit, follow, as_json):
-    """Print the event log: faults and resets with their times since reset (Mega only)."""
+    """Print faults and resets with their times (Mega only).
+
+    Times are since the board's last reset.
+    """
     with one_board(line, unit) as (found, known), contextlib.suppress(KeyboardInterrupt):
         total, events = known.board.events()
         if not known.board.input("event_capacity"):

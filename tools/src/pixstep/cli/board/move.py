@@ -27,10 +27,10 @@ from pixstep.cli.options import HZ
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @json_option
 def move_command(line, unit, axis, pixel_hz, as_json, **options):
-    """Move an axis by exactly N steps, by a CSV acceleration profile; it needs no pixel clock.
+    """Move an axis by exactly N steps.
 
-    Planned as by `pixstep move show`, checked with the board's own limits, followed to its end.
-    Ctrl-C stops the axis.
+    By a CSV acceleration profile; it needs no pixel clock. Planned as by `pixstep move show`,
+    checked with the board's own limits, followed to its end. Ctrl-C stops the axis.
     """
     with one_board(line, unit) as (found, known):
         board = known.board

@@ -53,10 +53,10 @@ class _Asked:
 @json_option
 @click.pass_context
 def selftest_command(ctx, line, unit, axes, yes, limit_s, steps, as_json):
-    """Walk through the wiring of a new board: supply, clock, switches, motors, outputs, stop.
+    """Walk through the wiring of a new board.
 
-    It asks before anything moves or is switched on. Exit status 0 if nothing failed; what was left
-    out is listed.
+    Supply, clock, switches, motors, permit output, emergency stop. It asks before anything moves or
+    is switched on. Exit status 0 if nothing failed; what was left out is listed.
     """
     with one_board(line, unit) as (found, known):
         person = None if yes else _Asked()

@@ -28,7 +28,7 @@ skip_option = click.option(
 
 @click.group("settings")
 def settings_group() -> None:
-    """All settings of a board: to a TOML file and back, stored, defaults, compared."""
+    """All settings: as a TOML file and back, stored, defaults."""
 
 
 @settings_group.command("export")
@@ -36,7 +36,10 @@ def settings_group() -> None:
 @line_options
 @unit_option
 def export_command(file, line, unit):
-    """Write all settings in force to a TOML file ("-": to the terminal), with what they mean."""
+    """Write all settings in force to a TOML file.
+
+    Each with what it means; "-" writes to the terminal.
+    """
     with one_board(line, unit) as (_found, known):
         found = settings.read(known.board)
     if str(file) == "-":
@@ -55,7 +58,7 @@ def export_command(file, line, unit):
 @click.option("--dry-run", is_flag=True, help="Only show what would change.")
 @json_option
 def import_command(file, line, units, skip, store, dry_run, as_json):
-    """Set what a TOML file says, all of it or nothing, and read it back.
+    """Set what a TOML file says, all or nothing; read it back.
 
     The file may hold only some settings; those that it leaves out stay as they are.
     """
@@ -85,7 +88,7 @@ def import_command(file, line, units, skip, store, dry_run, as_json):
 @line_options
 @units_option
 def store_command(line, units):
-    """Store the settings in force in the board's EEPROM: they outlast power."""
+    """Store the settings in force: they outlast power."""
     with boards(line, units) as (found, known):
         for item in known:
             serial = settings.store(item.board, found.world)
@@ -97,7 +100,10 @@ def store_command(line, units):
 @units_option
 @click.option("--store", is_flag=True, help="Store them too; else the stored ones return at reset.")
 def defaults_command(line, units, store):
-    """Put the default settings into force: address 1, 115200 baud, even parity, 30 Hz and so on."""
+    """Put the default settings into force.
+
+    Address 1, 115200 baud, even parity, 30 Hz and so on.
+    """
     with boards(line, units) as (found, known):
         if len(known) > 1:
             raise UserError("one board at a time: by default all have address 1")
@@ -114,7 +120,7 @@ def defaults_command(line, units, store):
 @json_option
 @click.pass_context
 def diff_command(ctx, file, line, unit, as_json):
-    """Compare the settings in force with a TOML file, or with the defaults.
+    """Compare with a TOML file, or with the defaults.
 
     Exit status 0 if they are equal, 1 if not.
     """

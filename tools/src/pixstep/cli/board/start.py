@@ -28,7 +28,7 @@ from pixstep.errors import UserError
 )
 @json_option
 def start_command(line, units, axes, wait, as_json):
-    """Start the lines that are loaded, of several boards on one pixel clock edge.
+    """Start loaded lines, of several boards on one clock edge.
 
     Of one board the axes are armed. Of several, each is armed with a random token, all are asked
     whether they are armed, and one broadcast with that token lets them go; if one is not, none

@@ -53,9 +53,10 @@ POLICIES = {"always": 0, "on_reversal": 1}
     help="Line N of files of many lines; once, or per line file.",
 )  # fmt: skip
 def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as_json, **options):
-    """Queue lines on a board, one file (CSV, CSB) an axis, and run them with --arm.
+    """Queue lines, one file an axis; with --arm run them.
 
-    Each is first checked with the board's own limits: what it would refuse is not sent.
+    Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
+    refuse is not sent.
     """
     lines = dict(enumerate(read_lines(csv, decode, backlash, options), axis))
     if options["pixel_hz"]:

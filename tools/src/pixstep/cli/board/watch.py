@@ -15,9 +15,8 @@ from pixstep.board import snapshot
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
-from pixstep.cli.board import watchview
 from pixstep.cli.board.group import Known, boards, line_options, units_option
-from pixstep.cli.board.watchview import AXIS_COLUMNS
+from pixstep.cli.board.watchview import AXIS_COLUMNS, page
 
 Pair = tuple[Snapshot, Snapshot | None]
 
@@ -37,9 +36,10 @@ Pair = tuple[Snapshot, Snapshot | None]
 @click.option("--once", is_flag=True, help="Look once; the same as --count 1.")
 @click.option("--json", "as_json", is_flag=True, help="One line of JSON for each board and look.")
 def watch_command(line, units, interval, count, once, as_json):
-    """Watch boards live: status, axes, switches, pixel clock, fault, rates; Ctrl-C ends it.
+    """Watch boards live; Ctrl-C ends it.
 
-    Where nobody watches (no terminal) it prints plain lines.
+    Status, fault, axes, switches, pixel clock, rates. Where nobody watches (no terminal) it prints
+    plain lines.
     """
     with boards(line, units) as (found, known), contextlib.suppress(KeyboardInterrupt):
         looks = _looks(found, known, interval, 1 if once else count)
@@ -87,7 +87,7 @@ def _live(console: Console, looks: Iterator[list[Pair]], port: str) -> None:
     with Live(console=console, auto_refresh=False, screen=False) as live:
         for look in looks:
             title = Text(f"{port}   Ctrl-C ends", style="dim")
-            live.update(Group(title, *(watchview.page(*pair) for pair in look)), refresh=True)
+            live.update(Group(title, *(page(*pair) for pair in look)), refresh=True)
 
 
 def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
