@@ -43,23 +43,26 @@ def run(
 
 
 def _keep(target: str, work: Path) -> None:
-    """Make what a run left the kept corpus: all that every edge needs, and a choice of the rest."""
+    """Make what a run left the kept corpus: what every edge needs, and a choice of the rest."""
     found = {}
     for counters in (False, True):
         folder = work / f"minimal-{int(counters)}"
         fuzzer.merge(program(target), work / "corpus", folder, counters=counters)
         found[counters] = sorted(corpus.pack(folder), key=len)
-    chosen = found[False]
-    room = INPUTS_MAX - len(chosen)
+    chosen = _spread(found[False], INPUTS_MAX)
     rest = [item for item in found[True] if item not in set(chosen)]
-    chosen += rest[:: max(1, -(-len(rest) // max(1, room)))]
+    chosen += _spread(rest, INPUTS_MAX - len(chosen))
     size = sum(map(len, chosen))
-    if len(chosen) > INPUTS_MAX or size > BYTES_MAX:
+    if size > BYTES_MAX:
         raise UserError(
-            f"{corpus.path(target)}: would hold {len(chosen)} inputs of {size} bytes; "
-            f"kept are at most {INPUTS_MAX} of {BYTES_MAX}"
+            f"{corpus.path(target)}: would hold {size} bytes; kept are at most {BYTES_MAX}"
         )
     corpus.write(corpus.path(target), chosen)
+
+
+def _spread(inputs: list[bytes], most: int) -> list[bytes]:
+    """Return at most `most` of the inputs, of every length."""
+    return inputs[:: max(1, -(-len(inputs) // most))] if most > 0 else []
 
 
 def plant(defect: sources.Defect, seconds: int) -> tuple[fuzzer.Outcome, int]:
