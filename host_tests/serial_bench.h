@@ -68,10 +68,18 @@ static inline uint16_t taken(void)
     return fake_sent(&reply);
 }
 
+// Each round takes one frame.
+static inline void rounds(void)
+{
+    for (uint8_t i = 0; i < 16; i++) {
+        serial_poll();
+    }
+}
+
 // The reply is made in one round, sealed and sent in the next.
 static inline uint16_t answer(void)
 {
-    serial_poll();
+    rounds();
     fake_pass(SILENCE_TICKS + SLACK_TICKS);
     serial_poll();
     serial_poll();

@@ -64,9 +64,7 @@ static void frames_that_waited_are_all_served(void)
         }
     }
     uint16_t messages = serial_counters()->bus_messages;
-    for (uint8_t i = 0; i < 4; i++) { // one a round
-        serial_poll();
-    }
+    rounds();
     TEST_ASSERT_EQUAL_UINT16(messages + 4u, serial_counters()->bus_messages);
     TEST_ASSERT_EQUAL_UINT16(43, machine.settings.dir_setup_us);
 }

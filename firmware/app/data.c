@@ -109,15 +109,12 @@ uint16_t data_holding(uint16_t address)
 
 static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
 {
-    if (count < REG_QUEUE_HEADER + 2u || (count & 1u) != 0) {
-        return MODBUS_ILLEGAL_VALUE;
-    }
     uint16_t axis = get_word(&words[2]);
-    if (axis >= CONFIG_AXES) {
+    if (count < REG_QUEUE_HEADER + 2u || (count & 1u) != 0 || axis >= CONFIG_AXES) {
         return MODBUS_ILLEGAL_VALUE;
     }
     // What is queued will be forgotten when the axis rests.
-    if ((machine.stopping & (CONFIG_AXES == 1 ? 1u : 1u << axis)) != 0) {
+    if ((machine.stopping & (1u << axis)) != 0) {
         return MODBUS_BUSY;
     }
     switch (axis_queue_block(machine_axis((uint8_t)axis),

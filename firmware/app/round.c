@@ -163,8 +163,7 @@ static void take_capture(void)
 static void watch_clock(void)
 {
     // Those that wait for go have patience with it; those that run have not.
-    bool watched =
-        machine.token == 0 || (CONFIG_AXES > 1 && start_clocked_axis_runs());
+    bool watched = machine.token == 0 || (CONFIG_AXES > 1 && start_clocked_axis_runs());
 
     if (machine.clocked != 0 && watched &&
         clock_now_4us() - machine.edge_seen_4us > machine_clock_patience_4us()) {

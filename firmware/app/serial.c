@@ -129,7 +129,7 @@ void serial_poll(void)
     if (phase == SENDING && !uart_sending()) {
         listen();
     }
-    // One a round: a buffer full of short ones would keep the watchdog waiting at the fastest rates.
+    // One a round: a buffer full of short ones would keep the watchdog waiting at fast rates.
     if (phase == LISTENING) {
         take_frame();
     }

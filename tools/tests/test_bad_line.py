@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from pixstep.board.client import BoardError, Upload
+from pixstep.board.client import BoardError, ExceptionReplyError, Upload
 from pixstep.hostile import noise, uploads, wire
 
 FRAME = wire.seal(bytes(range(60)))
@@ -77,6 +77,37 @@ class _Deaf:
         if self.lost:
             self.lost, self.free = False, 30
             raise BoardError("no reply")
+
+
+class _Puzzled(_Deaf):
+    """A board that answers with exception 3; whether it has taken the block is another question."""
+
+    def __init__(self, taken, times):
+        super().__init__()
+        self.taken, self.times, self.due = taken, times, 0
+
+    def axis(self, _):
+        return {**super().axis(_), "next_block": self.due}
+
+    def write_block(self, _, block, entries):
+        self.blocks.append((block, entries))
+        if self.times == 0 or self.taken:
+            self.due = block + 1
+        if self.times:
+            self.times -= 1
+            raise ExceptionReplyError(1, "write", 3)
+
+
+@pytest.mark.parametrize(("taken", "times", "sent"), [(False, 1, 2), (False, 2, 3), (True, 1, 1)])
+def test_an_exception_to_a_spoilt_request_is_seen_through(taken, times, sent):
+    board = _Puzzled(taken, times)
+    assert Upload(board, 0, [(5, 1)]).push() == 1
+    assert board.blocks == [(0, [(5, 1)])] * sent
+
+
+def test_an_exception_that_stays_is_told():
+    with pytest.raises(ExceptionReplyError):
+        Upload(_Puzzled(False, 9), 0, [(5, 1)]).push()
 
 
 def test_a_block_without_an_answer_is_sent_again_as_it_was():

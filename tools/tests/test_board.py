@@ -106,6 +106,9 @@ def test_line_longer_than_the_queue_is_streamed(tmp_path):
 STEP_CYCLES = {"uno": 41, "mega": 43}
 BUDGETS = {"OVF": 300, "CAPT": 165, "RX": 115, "UDRE": 115, "TX": 140}
 CLOCK_BUDGET = 70
+# A serial handler ends by a RET (firmware/hal/avr/uart.c): what it takes behind its RETI counts as
+# the time of a handler that it came between.
+SERIAL_TAIL = 15
 
 
 def min_interval(board):
@@ -123,9 +126,11 @@ def test_handlers_keep_their_budgets_and_never_wait_a_whole_interval(tmp_path, b
     for handler in judged.summary["handlers"]:
         name = handler["name"]
         if name == "TIMER0_OVF":
-            assert handler["cycles_max"] <= CLOCK_BUDGET
+            assert handler["cycles_max"] <= CLOCK_BUDGET + SERIAL_TAIL
             continue
-        assert handler["cycles_max"] <= BUDGETS[name.rpartition("_")[2]], handler
+        kind = name.rpartition("_")[2]
+        tail = SERIAL_TAIL if kind in ("OVF", "CAPT") else 0
+        assert handler["cycles_max"] <= BUDGETS[kind] + tail, handler
         if name.endswith("OVF"):
             assert handler["cycles_min"] == STEP_CYCLES[board], handler
             assert handler["latency_max"] < min_interval(board), handler

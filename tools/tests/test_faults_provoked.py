@@ -76,7 +76,9 @@ def test_underrun(board, axis, ticks):
         bench.load(Line((PIXEL_TICKS // ticks,) * 20, PLAIN), axis)
         bench.arm()
         bench.run_into_fault()
-        bench.assert_fault("underrun", axis, pixel=range(1, 21), argument=1)
+        # So far below its shortest interval the mega may miss a whole period: home again.
+        known = board == "uno"
+        bench.assert_fault("underrun", axis, pixel=range(1, 21), argument=1, known=known)
         assert bench.board.axis(axis)["underruns"] == 1
 
 

@@ -87,6 +87,15 @@ def read(path):
     return natives.source(path).read_text(encoding="utf-8")
 
 
+def _pixstep(words):
+    """The command exists; with what follows it, up to its help text."""
+    command = main
+    while words and not words[0].startswith("-"):
+        command, words = command.commands[words[0]], words[1:]
+    known = {option for item in command.params for option in item.opts}
+    return {word for word in words if word.startswith("--")} <= known
+
+
 JUDGES = {
     "sudo": _apt,
     "git": _clone,
@@ -97,6 +106,8 @@ JUDGES = {
     "cmake": _cmake,
     "stty": lambda words: words[0] == "-F" and words[2:] == ["-hupcl"],
     "mbpoll": _mbpoll,
+    "export": lambda words: words[0].startswith("PIXSTEP_PORT=/dev/"),
+    "pixstep": _pixstep,
 }
 
 
@@ -104,6 +115,7 @@ def test_judges_refuse():
     assert not _cmake(["--build", "--preset", "mega", "--target", "burn"])
     assert not _cmake(["--build", "--preset", "nano", "--target", "flash"])
     assert not _setup(["everything"])
+    assert not _pixstep(["flash", "--burn", "now"])
 
 
 @pytest.mark.usefixtures("mbpoll")

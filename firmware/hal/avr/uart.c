@@ -48,10 +48,10 @@ static volatile uint8_t after; // UCSR0B, once the handler is over
 #define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(TXEN0)))
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
-// anything else: it keeps them waiting for 15 cycles (17 on the Mega). Its body is another function,
-// an interrupt handler to the compiler. Its source is taken in again when the body has left the
-// stack, with interrupts off: where handlers are slower than the line, each would nest in the one
-// before.
+// anything else: it keeps them waiting for 15 cycles (17 on the Mega). Its body is another
+// function, an interrupt handler to the compiler. Its source is taken in again when the body has
+// left the stack, with interrupts off: where handlers are slower than the line, each would nest in
+// the one before.
 #define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \

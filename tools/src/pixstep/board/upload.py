@@ -71,27 +71,45 @@ class Upload:
         return self.board.axis(self.axis)["queue_free"] if known is None else known
 
     def _send(self, entries: list[tuple[int, int]]) -> bool:
-        """Send one block; False if the board is busy (queue full)."""
+        """Send one block; False if the board is busy (queue full).
+
+        A request that was spoilt on its way and passes the checksum all the same (one in 65,536)
+        is answered with an exception: what the board then says of its queue decides.
+        """
         self._open = len(entries)
-        try:
-            self.board.write_block(self.axis, self._block, entries)
-            self._open = 0
-        except BoardError as error:
-            if error.code is None:
-                raise
-            self._open = 0
-            if error.code == BUSY:
-                return False
-            state = self.board.axis(self.axis)
-            name = regs.AXIS_STATES[state["axis_state"]]
-            if error.code == _ILLEGAL_VALUE and name == "refused":
-                raise self.board.refusal(self.axis) from None
-            if name == "fault":
-                raise BoardError(
-                    f"board {self.board.unit}: axis {self.axis} takes no line: "
-                    f"{self.board.fault_advice()}"
-                ) from None
-            raise
+        for last in (False, False, True):
+            try:
+                self.board.write_block(self.axis, self._block, entries)
+                break
+            except BoardError as error:
+                if error.code is None:
+                    raise
+                if error.code == BUSY:
+                    self._open = 0
+                    return False
+                if self._taken_all_the_same(error, last):
+                    break
+        self._open = 0
         self.last = (self._block, entries)
         self._block = (self._block + 1) & 0xFFFF
         return True
+
+    def _taken_all_the_same(self, error: BoardError, last: bool) -> bool:
+        """Whether the board has a block that it answered with an exception; False: to be repeated.
+
+        Raises what is really wrong: a refused line, a fault, or the exception itself.
+        """
+        state = self.board.axis(self.axis)
+        name = regs.AXIS_STATES[state["axis_state"]]
+        if error.code == _ILLEGAL_VALUE and name == "refused":
+            raise self.board.refusal(self.axis) from None
+        if name == "fault":
+            raise BoardError(
+                f"board {self.board.unit}: axis {self.axis} takes no line: "
+                f"{self.board.fault_advice()}"
+            ) from None
+        if state["next_block"] == (self._block + 1) & 0xFFFF:
+            return True
+        if last or error.code != _ILLEGAL_VALUE or state["next_block"] != self._block:
+            raise error
+        return False
