@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: MIT
 """`python -m pixstep` is the same as the `pixstep` command."""
 
-from pixstep.cli.main import main
+import sys
 
 if __name__ == "__main__":
+    try:
+        from pixstep.cli.main import main
+    except KeyboardInterrupt:  # loading takes a moment; click is not there yet to say it
+        sys.exit("Aborted!")
     main(prog_name="pixstep")
