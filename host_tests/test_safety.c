@@ -120,6 +120,15 @@ static void permit_needs_a_sound_machine(void)
     TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_outputs));
 }
 
+static void a_stop_takes_the_permit_away(void)
+{
+    run_a_line();
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_PERMIT_ON));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
+    TEST_ASSERT_FALSE(fake_permit);
+    TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
+}
+
 static void a_silent_bus_stops_what_moves(void)
 {
     machine.settings.bus_timeout_ms = 400;
@@ -307,6 +316,7 @@ int main(void)
     RUN_TEST(estop_may_be_inverted);
     RUN_TEST(estop_tripped_from_the_start);
     RUN_TEST(permit_needs_a_sound_machine);
+    RUN_TEST(a_stop_takes_the_permit_away);
     RUN_TEST(a_silent_bus_stops_what_moves);
     RUN_TEST(go_needs_the_token_and_somebody_who_waits);
     RUN_TEST(another_token_is_a_fault);

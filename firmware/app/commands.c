@@ -144,10 +144,12 @@ static void discard(uint8_t i)
     machine_discard(i);
 }
 
+// What a laser burns while its axis stands still is not asked for by who stops.
 static void stop(uint8_t i)
 {
     struct axis *axis = machine_axis(i);
 
+    machine_permit(false);
     if (axis->state == AXIS_RUNNING) {
         step_timer_halt(i);
         axis->in_line = false;
@@ -199,6 +201,10 @@ static void restart_time(void)
 
 static bool clear_fault(void)
 {
+    // An emergency stop may be latched that the main loop has not heard of yet.
+    if (machine.fault.code == FAULT_none) {
+        return true;
+    }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (step_engine_going(step_timer_state(i))) {
             return false;
