@@ -53,10 +53,11 @@ class Person:
 
     def __init__(self, machine, no=(), swapped=None, lazy=()):
         self.machine, self.no, self.swapped, self.lazy = machine, no, swapped or {}, lazy
-        self.asked = []
+        self.asked, self.defaults = [], {}
 
-    def agrees(self, question):
+    def agrees(self, question, *, default=True):
         self.asked.append(question)
+        self.defaults[question] = default
         return not any(text in question for text in self.no)
 
     def says(self, text):
@@ -233,7 +234,8 @@ def test_permit_goes_off_again_whatever_comes():
     machine = Machine()
 
     class Gone(Person):
-        def agrees(self, question):
+        def agrees(self, question, *, default=True):
+            del default
             if "permits on" in question:
                 raise KeyboardInterrupt
             return "permit output" in question
@@ -241,6 +243,14 @@ def test_permit_goes_off_again_whatever_comes():
     with pytest.raises(KeyboardInterrupt):
         test_of(machine, Gone(machine)).go()
     assert not machine.fake.permit and ("permit_off", 1, 0) in machine.fake.commands
+
+
+def test_enter_alone_switches_no_laser_on():
+    machine = Machine()
+    person = Person(machine)
+    assert test_of(machine, person).go()
+    no = [question for question, default in person.defaults.items() if not default]
+    assert len(no) == 1 and no[0].startswith("Switch the permit output")
 
 
 def test_drivers_are_as_before_whatever_comes():
@@ -259,7 +269,8 @@ def test_ctrl_c_stops_the_motor_that_turns():
         raise KeyboardInterrupt
 
     class Hasty(Person):
-        def agrees(self, question):
+        def agrees(self, question, *, default=True):
+            del default
             if "slow steps" in question:
                 machine.world.later(0.5, interrupt)
             return "slow steps" in question

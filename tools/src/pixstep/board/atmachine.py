@@ -21,8 +21,8 @@ _STEPS_HZ = 100  # of the slow move
 class Person(Protocol):
     """Someone at the machine."""
 
-    def agrees(self, question: str) -> bool:
-        """Ask for yes or no."""
+    def agrees(self, question: str, *, default: bool = True) -> bool:
+        """Ask for yes or no; `default` is what a bare Enter means."""
 
     def says(self, text: str) -> None:
         """Tell what to do now."""
@@ -54,8 +54,8 @@ class AtMachine:
     def flags(self) -> dict[str, bool]:
         return regs.flags(self.board.input("status"))
 
-    def agreed(self, question: str) -> bool:
-        return self.person is not None and self.person.agrees(question)
+    def agreed(self, question: str, *, default: bool = True) -> bool:
+        return self.person is not None and self.person.agrees(question, default=default)
 
     def tell(self, text: str) -> None:
         if self.person:

@@ -186,7 +186,8 @@ class SelfTest(AtMachine):
     def permit(self) -> Result:
         """Whether the permit output follows."""
         pin = self.pin("PERMIT")
-        if not self.agreed(f"Switch the permit output ({pin}, laser or spindle gate) on?"):
+        question = f"Switch the permit output ({pin}, laser or spindle gate) on?"
+        if not self.agreed(question, default=False):
             return Result("PERMIT", SKIPPED, "not wanted" if self.person else "needs a person")
         run.command(self.board, "permit_on", [0])
         try:

@@ -20,9 +20,9 @@ _COLOURS = {OK: "green", FAILED: "red", selftest.SKIPPED: "yellow"}
 class _Asked:
     """The person at the terminal; asked on the error stream, so that --json stays clean."""
 
-    def agrees(self, question: str) -> bool:
+    def agrees(self, question: str, *, default: bool = True) -> bool:
         """Ask for yes or no."""
-        return click.confirm(question, default=True, err=True)
+        return click.confirm(question, default=default, err=True)
 
     def says(self, text: str) -> None:
         """Tell what to do now."""
