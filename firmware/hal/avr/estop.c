@@ -70,8 +70,8 @@ ISR(ESTOP_VECTOR, ISR_NAKED)
                      : [mask] "I"(_SFR_IO_ADDR(EIMSK)), [bit] "I"(ESTOP_BIT));
 }
 
-// Budget: 450 cycles, 1000 on the Mega, once a round at most; interrupts are off for 45 of them at a
-// time.
+// Budget: 450 cycles, 1000 on the Mega, once a round at most; interrupts are off for 45 of them at
+// a time.
 static void estop_body(void)
 {
     bool trips = high_trips;
