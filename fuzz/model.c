@@ -94,7 +94,7 @@ uint8_t model_write(struct model *at,
 
 static bool bit_of(const uint8_t *bits, uint16_t number)
 {
-    return (bits[number / 8u] >> (number % 8u) & 1u) != 0;
+    return ((uint8_t)(bits[number / 8u] >> (number % 8u)) & 1u) != 0;
 }
 
 uint8_t model_write_coils(struct model *at,

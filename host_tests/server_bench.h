@@ -51,7 +51,8 @@ bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 // Every third discrete input is on.
 bool data_bit(uint16_t address, uint8_t which)
 {
-    return which == SERVER_COILS ? (coils >> address & 1u) != 0 : address % 3u == 0;
+    return which == SERVER_COILS ? ((uint16_t)(coils >> address) & 1u) != 0
+                                 : address % 3u == 0;
 }
 
 enum modbus_exception data_write_coils(uint16_t address,

@@ -227,7 +227,7 @@ static void check_drivers(uint16_t on)
 {
     TEST_ASSERT_EQUAL_HEX16(on, bench_input(REG_INPUT_outputs));
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL((on >> i & 1u) != 0, fake_axes[i].enabled);
+        TEST_ASSERT_EQUAL(((uint16_t)(on >> i) & 1u) != 0, fake_axes[i].enabled);
     }
 }
 

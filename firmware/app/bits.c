@@ -71,7 +71,7 @@ bool data_bit(uint16_t address, uint8_t which)
                         ? all_coils()
                         : data_input(address < 16u ? REG_INPUT_status : REG_INPUT_inputs);
 
-    return (word >> (address & 15u) & 1u) != 0;
+    return ((uint16_t)(word >> (address & 15u)) & 1u) != 0;
 }
 
 // False where one is not possible; those before it are done, or asked about.

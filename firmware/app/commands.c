@@ -201,14 +201,14 @@ static void restart_time(void)
 
 static bool clear_fault(void)
 {
-    // An emergency stop may be latched that the main loop has not heard of yet.
-    if (machine.fault.code == FAULT_none) {
-        return true;
-    }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (step_engine_going(step_timer_state(i))) {
             return false;
         }
+    }
+    // An emergency stop may be latched that the main loop has not heard of yet.
+    if (machine.fault.code == FAULT_none) {
+        return true;
     }
     if (!safety_allows()) {
         return false;
