@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What suites of the Modbus server share: a few registers, coils and files behind it, requests and
-// what must come back.
+// What suites of the Modbus server share: data behind it, requests to it, looks at its replies.
 #pragma once
 
 #include <stdbool.h>
@@ -201,4 +200,9 @@ static inline void check_words(uint16_t count, uint16_t first)
     for (uint16_t i = 0; i < count; i++) {
         TEST_ASSERT_EQUAL_HEX16(first + i, get_word(&frame.bytes[3u + 2u * i]));
     }
+}
+
+static inline void check_silent(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, reply_bytes);
 }
