@@ -263,8 +263,8 @@ static void edge_seen_late_has_the_same_record(void)
 
 static void check_halt(void)
 {
-    TEST_ASSERT_TRUE(step_engine_halt(&engine, &ring));
-    TEST_ASSERT_FALSE(step_engine_halt(&engine, &ring)); // must not undo it
+    TEST_ASSERT_TRUE(step_engine_halt(&engine, &ring, false));
+    TEST_ASSERT_FALSE(step_engine_halt(&engine, &ring, false)); // must not undo it
     TEST_ASSERT_TRUE(step_engine_going((enum step_engine_state)engine.state));
 }
 

@@ -171,6 +171,38 @@ static void tail_wraps(void)
     }
 }
 
+// A halt inside step_engine_next() leaves the entry alone that is being taken: the account of what
+// was taken reads it again.
+static void halted_while_it_takes(void)
+{
+    put_command(STEP_COMMAND_BEGIN);
+    put_command(STEP_COMMAND_PULSE);
+    put_period(700);
+    put_period(701);
+    check_load(700, true, false);
+    TEST_ASSERT_TRUE(step_engine_halt(&engine, &ring, true));
+    TEST_ASSERT_EQUAL_HEX8(701 >> 8, ring.high[engine.tail]);
+    TEST_ASSERT_TRUE(engine.pulse);
+    TEST_ASSERT_FALSE(step_engine_halt(&engine, &ring, false));
+    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[engine.tail]);
+    (void)step_engine_settle(&engine, &ring);
+    TEST_ASSERT_FALSE(engine.pulse);
+}
+
+static void rest_of_a_run_taken_beside_a_halt_is_cut(void)
+{
+    engine.left = 5;
+    engine.state = STEP_ENGINE_IN_LINE;
+    step_engine_cut(&engine);
+    TEST_ASSERT_EQUAL_INT8(5, engine.left);
+    engine.state = STEP_ENGINE_HALTING;
+    step_engine_cut(&engine);
+    TEST_ASSERT_EQUAL_INT8(0, engine.left);
+    TEST_ASSERT_EQUAL_INT8(5, engine.cut);
+    step_engine_cut(&engine);
+    TEST_ASSERT_EQUAL_INT8(5, engine.cut);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -184,5 +216,7 @@ int main(void)
     RUN_TEST(halted_leaves_later_entries_alone);
     RUN_TEST(direction_before_an_idle_period);
     RUN_TEST(tail_wraps);
+    RUN_TEST(halted_while_it_takes);
+    RUN_TEST(rest_of_a_run_taken_beside_a_halt_is_cut);
     return UNITY_END();
 }

@@ -145,7 +145,7 @@ bool step_timer_release(uint8_t axis,
 
 void step_timer_halt(uint8_t which)
 {
-    (void)step_engine_halt(&timers[which].engine, &rings[which]);
+    (void)step_engine_halt(&timers[which].engine, &rings[which], false);
 }
 
 uint8_t step_timer_settle(uint8_t axis)

@@ -35,11 +35,12 @@ static void take_run_entry(struct step_engine *engine, const struct step_ring *r
     }
 }
 
+// left: of the run, not 0; a halt may take engine->left away at any time.
 static struct step_load run_load(struct step_engine *engine,
                                  const struct step_ring *ring,
+                                 int8_t left,
                                  bool turned)
 {
-    int8_t left = engine->left;
     struct step_run *run = &engine->runs[left < 0];
     uint16_t top_ticks = (uint16_t)((uint16_t)run->top_high << 8);
 
@@ -62,6 +63,7 @@ uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring)
     ring->high[engine->tail] = STEP_HIGH_EMPTY;
     engine->left = 0;
     engine->cut = 0;
+    engine->pulse = false;
     engine->state = STEP_ENGINE_IDLE;
     return engine->tail;
 }
@@ -95,8 +97,9 @@ struct step_load step_engine_next(struct step_engine *engine,
     }
     for (;;) {
         take_run_entry(engine, ring);
-        if (engine->left != 0) {
-            return run_load(engine, ring, turned);
+        int8_t left = engine->left;
+        if (left != 0) {
+            return run_load(engine, ring, left, turned);
         }
         uint8_t tail = engine->tail;
         uint8_t high = ring->high[tail];

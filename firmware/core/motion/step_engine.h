@@ -63,14 +63,30 @@ struct step_load step_engine_next(struct step_engine *engine,
 // on. With the step interrupt off.
 uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring);
 
+// Of an engine that was halted inside step_engine_next(): the rest of the run that it took then.
+static inline void step_engine_cut(struct step_engine *engine)
+{
+    if (engine->state == STEP_ENGINE_HALTING && engine->left != 0) {
+        engine->cut = engine->left;
+        engine->left = 0;
+    }
+}
+
 // Nothing more of what stands in the ring, the rest of a run included. True out of a line: then the
 // ring is not looked at any more, whatever the writer does. With the step interrupt off, and short
 // for that reason.
-static inline bool step_engine_halt(struct step_engine *engine, struct step_ring *ring)
+//
+// taking: the step interrupt is in the middle of step_engine_next(). What it has begun to take counts
+// as taken and is not touched, step_engine_cut() follows; a line that it is just beginning goes on.
+static inline bool step_engine_halt(struct step_engine *engine,
+                                    struct step_ring *ring,
+                                    bool taking)
 {
     int8_t left = engine->left;
 
-    ring->high[engine->tail] = STEP_HIGH_EMPTY;
+    if (!taking) {
+        ring->high[engine->tail] = STEP_HIGH_EMPTY;
+    }
     if (left != 0) {
         engine->cut = left;
         engine->left = 0;
@@ -79,7 +95,6 @@ static inline bool step_engine_halt(struct step_engine *engine, struct step_ring
         return false;
     }
     engine->state = STEP_ENGINE_HALTING;
-    engine->pulse = false;
     return true;
 }
 

@@ -69,6 +69,8 @@ struct step_ring *step_timer_ring(uint8_t axis)
             OCR##timer##A = load.top_ticks;                                              \
             /* TEMP, for a run that comes next (step_isr.S). */                          \
             OCR##timer##AH = step_engines[axis].run_high;                                \
+            /* Halted meanwhile: what was taken since goes the same way. */              \
+            step_engine_cut(&step_engines[axis]);                                        \
             /* A stale flag would count this period twice, see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
@@ -100,6 +102,8 @@ struct step_ring *step_timer_ring(uint8_t axis)
 // one unless this period's end is what set it; an end that comes while it is being cleared is
 // served here.
 //
+// A command handler (step_isr.S) has masked all of its timer's interrupts while it takes entries.
+//
 //     TOV   compare A
 //     no    stale, cleared: the next end sets it
 //     yes   set at the same instant: it comes as soon as interrupts are on
@@ -108,7 +112,8 @@ struct step_ring *step_timer_ring(uint8_t axis)
     ATOMIC_BLOCK(ATOMIC_FORCEON)                                                         \
     {                                                                                    \
         if ((CONFIG_AXES == 1 || which == (axis)) &&                                     \
-            step_engine_halt(&step_engines[axis], &step_rings[axis])) {                  \
+            step_engine_halt(                                                            \
+                &step_engines[axis], &step_rings[axis], TIMSK##timer == 0)) {            \
             TIMSK##timer =                                                               \
                 (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A));     \
             if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \

@@ -30,7 +30,7 @@ from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_CYCLES
 
 # Confirmation of the input, what keeps its interrupt waiting, and halting the axes one by one.
-BOUND_CYCLES = 1600  # 100 us
+BOUND_CYCLES = 2400  # 150 us; seen: 750 on the Uno, 1734 on the Mega where four axes turn at once
 PIXEL_HZ = Fraction(100)
 _LINE_PX = 30
 _SETTLE_CYCLES = TIMER_HZ // 100
@@ -83,7 +83,7 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     while outcome.stops < plan.stops:
         with (
             tempfile.TemporaryDirectory(prefix="pixstep-") as folder,
-            _Stopper(plan.board, Path(folder) / "edges.csv") as stopper,
+            Stopper(plan.board, Path(folder) / "edges.csv") as stopper,
         ):
             for _ in range(min(_AT_ONCE, plan.stops - outcome.stops)):
                 stopper.stop_once(rng, outcome)
@@ -92,7 +92,7 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     return outcome
 
 
-class _Stopper:
+class Stopper:
     """A board with its stop's pin in hand."""
 
     def __init__(self, board: str, edges: Path) -> None:
@@ -100,51 +100,56 @@ class _Stopper:
         self._table = boards.load(board)
         pin = next(pin for pin in self._table.pins if pin.signal == "ESTOP")
         self._pin = (pin.port, pin.bit)
-        self._axes = list(range(self._table.axes))
+        self.axes = list(range(self._table.axes))
 
-    def __enter__(self) -> "_Stopper":
+    def __enter__(self) -> "Stopper":
         images = [(self._name, natives.image(self._name))]
-        self._sim = Simulator(SimOptions(images, PIXEL_HZ, edges=self._edges))
+        self.sim = Simulator(SimOptions(images, PIXEL_HZ, edges=self._edges))
         try:
-            self._sim.run(BOOT_CYCLES)
-            self._board = Board(SimClient(self._sim))
-            self._board.set_pixel_hz(PIXEL_HZ)
-            self._sim.command("flush")
-            self._log = self._edges.open(encoding="utf-8")
-            self._log.readline()
+            self.sim.run(BOOT_CYCLES)
+            self.board = Board(SimClient(self.sim))
+            self.board.set_pixel_hz(PIXEL_HZ)
+            self.sim.command("flush")
+            self.log = self._edges.open(encoding="utf-8")
+            self.log.readline()
         except BaseException:
-            self._sim.kill()
+            self.sim.kill()
             raise
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._log.close()
-        self._sim.kill()
+        self.log.close()
+        self.sim.kill()
 
     def stop_once(self, rng: random.Random, outcome: Outcome) -> None:
         """Run lines, press the stop somewhere, judge, and make the board ready again."""
         self._start(rng)
-        trip = self._sim.cycle + rng.randrange(_LINE_PX * int(TIMER_HZ / PIXEL_HZ))
-        self._sim.pin(0, *self._pin, 0, at=trip)
-        self._sim.run(trip - self._sim.cycle + _SETTLE_CYCLES)
+        trip = self.sim.cycle + rng.randrange(_LINE_PX * int(TIMER_HZ / PIXEL_HZ))
+        self.press(trip)
         where = f"stop {outcome.stops} at cycle {trip}"
         try:
-            self._judge(trip, outcome, where)
-            self._recover()
+            self.judge(trip, outcome, where)
+            self.recover()
         except BoardError as error:
             outcome.complaints.append(f"{where}: {error}")
 
     def _start(self, rng: random.Random) -> None:
-        board = self._board
+        board = self.board
         board.command("permit_on", [])
-        for axis in self._axes:
+        for axis in self.axes:
             Upload(board, axis, queue_entries(line(rng, self._name))).push()
-        board.command("arm", self._axes)
+        board.command("arm", self.axes)
 
-    def _judge(self, trip: int, outcome: Outcome, where: str) -> None:
+    def press(self, trip: int) -> None:
+        """Press the stop at this cycle to come, and let the board come to rest."""
+        self.sim.pin(0, *self._pin, 0, at=trip)
+        self.sim.run(trip - self.sim.cycle + _SETTLE_CYCLES)
+
+    def judge(self, trip: int, outcome: Outcome, where: str) -> None:
+        """Compare what the board says of a stop with what the simulator has seen."""
         complain = outcome.complaints.append
-        permit = self._sim.permit(0)
-        fault = regs.code_name(regs.faults(), self._board.input("fault_code"))
+        permit = self.sim.permit(0)
+        fault = regs.code_name(regs.faults(), self.board.input("fault_code"))
         if fault != "estop":
             complain(f"{where}: fault {fault}")
         if permit.level or not trip <= permit.cycle <= trip + BOUND_CYCLES:
@@ -156,15 +161,15 @@ class _Stopper:
             outcome.latest_cycles = max([outcome.latest_cycles, *edges[:-1]])
             if sum(edge > BOUND_CYCLES for edge in edges) > 1:
                 complain(f"{where}: axis {axis}: edges {edges} cycles behind it")
-            seen, made = self._board.axis(axis)["position_steps"], self._sim.steps(0, axis)
+            seen, made = self.board.axis(axis)["position_steps"], self.sim.steps(0, axis)
             if seen != made:
                 complain(f"{where}: axis {axis}: position {seen}, {made} steps made")
 
     def _late_edges(self, trip: int, outcome: Outcome) -> dict[int, list[int]]:
         """Return the STEP edges of each axis from the trip on, in cycles behind it."""
-        self._sim.command("flush")
-        late: dict[int, list[int]] = {axis: [] for axis in self._axes}
-        for row in self._log:
+        self.sim.command("flush")
+        late: dict[int, list[int]] = {axis: [] for axis in self.axes}
+        for row in self.log:
             cycle, _, axis, signal, level = row.split(",")
             if signal == "STEP" and level.strip() == "1":
                 outcome.edges += 1
@@ -172,8 +177,9 @@ class _Stopper:
                     late[int(axis)].append(int(cycle) - trip)
         return late
 
-    def _recover(self) -> None:
-        self._sim.pin(0, *self._pin, 1)
-        self._sim.run(TIMER_HZ // 1000)
-        self._board.command("clear_fault", [])
-        self._board.command("discard", self._axes)
+    def recover(self) -> None:
+        """Release the stop, clear its fault and forget the lines."""
+        self.sim.pin(0, *self._pin, 1)
+        self.sim.run(TIMER_HZ // 1000)
+        self.board.command("clear_fault", [])
+        self.board.command("discard", self.axes)
