@@ -76,8 +76,8 @@ static inline void step_engine_cut(struct step_engine *engine)
 // ring is not looked at any more, whatever the writer does. With the step interrupt off, and short
 // for that reason.
 //
-// taking: the step interrupt is in the middle of step_engine_next(). What it has begun to take counts
-// as taken and is not touched, step_engine_cut() follows; a line that it is just beginning goes on.
+// taking: the step interrupt is in the middle of step_engine_next(). What it has begun to take
+// counts as taken and is not touched, step_engine_cut() follows; a line just being begun goes on.
 static inline bool step_engine_halt(struct step_engine *engine,
                                     struct step_ring *ring,
                                     bool taking)
