@@ -12,3 +12,6 @@ foreach(file IN LISTS files)
     )
     set_tests_properties(${name} PROPERTIES LABELS python TIMEOUT 600)
 endforeach()
+
+# These talk to a simulated board over a pseudo terminal, in real time: nothing runs beside them.
+set_tests_properties(py.tutorial py.console_doc py.board_port PROPERTIES RUN_SERIAL TRUE)

@@ -171,6 +171,12 @@ static void tail_wraps(void)
     }
 }
 
+static void check_halt(bool halts, bool taking, uint8_t high)
+{
+    TEST_ASSERT_EQUAL(halts, step_engine_halt(&engine, &ring, taking));
+    TEST_ASSERT_EQUAL_HEX8(high, ring.high[engine.tail]);
+}
+
 // A halt inside step_engine_next() leaves the entry alone that is being taken: the account of what
 // was taken reads it again.
 static void halted_while_it_takes(void)
@@ -180,11 +186,9 @@ static void halted_while_it_takes(void)
     put_period(700);
     put_period(701);
     check_load(700, true, false);
-    TEST_ASSERT_TRUE(step_engine_halt(&engine, &ring, true));
-    TEST_ASSERT_EQUAL_HEX8(701 >> 8, ring.high[engine.tail]);
+    check_halt(true, true, 701 >> 8);
     TEST_ASSERT_TRUE(engine.pulse);
-    TEST_ASSERT_FALSE(step_engine_halt(&engine, &ring, false));
-    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[engine.tail]);
+    check_halt(false, false, STEP_HIGH_EMPTY);
     (void)step_engine_settle(&engine, &ring);
     TEST_ASSERT_FALSE(engine.pulse);
 }

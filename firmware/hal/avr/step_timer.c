@@ -54,7 +54,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
 
 // A command, or the end of the entries: the rare cases of the interrupt. Called with interrupts on
 // but for this timer's own. Off they are for as long as the compare registers and the port need it:
-// TEMP is shared with the capture's reads, the port with other axes. Budget: 300 cycles, 40 of them
+// TEMP is shared with the capture's reads, the port with other axes. Budget: 320 cycles, 50 of them
 // with interrupts off. The entries around a command are long enough for it (feed.c).
 #define COMMAND_HANDLER(axis, timer)                                                     \
     void step_isr_command_##axis(void);                                                  \
