@@ -113,8 +113,10 @@ static void silence(void)
     struct settings before = machine.settings;
     const uint8_t *reply = NULL;
 
-    pass(silence_ticks() + machine.settings.reply_delay_us * TICKS_PER_US +
-         4u * ROUND_TICKS);
+    // A frame a round is looked at, and the shortest has four bytes. The reply waits as long as the
+    // request has it, which may have changed that.
+    pass(silence_ticks() + (2u + (uint32_t)count / 4u) * ROUND_TICKS);
+    pass(machine.settings.reply_delay_us * TICKS_PER_US + 2u * ROUND_TICKS);
     uint16_t sent = fake_sent(&reply);
     if (sent != 0) {
         check_reply(reply, sent, &before, address);
