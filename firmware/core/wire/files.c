@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "wire/files.h"
 
-#include "wire/bytes.h" // get_word, put_word
+#include "wire/bytes.h"        // get_word, put_word
+#include "wire/register_map.h" // REG_*
 
 #define COUNT_AT      2u // number of bytes of all requests, or of all replies
 #define FIRST_AT      3u
@@ -21,7 +22,7 @@
 // First register of a file.
 static uint16_t file_start(uint16_t file)
 {
-    static const uint16_t starts[FILES] = {0x0100u, 0x0300u, 0u};
+    static const uint16_t starts[FILES] = {REG_RECORD_BASE, REG_EVENT_BASE, 0u};
 
     return starts[file - 1u];
 }
