@@ -98,12 +98,12 @@ bool machine_clock_present(void)
            clock_now_4us() - machine.edge_seen_4us <= machine_clock_patience_4us();
 }
 
-static void halt_axis(uint8_t i, enum axis_state state)
+static void halt_axis(uint8_t i)
 {
     if (machine_axis(i)->state == AXIS_ARMED || machine_axis(i)->state == AXIS_RUNNING) {
         step_timer_halt(i);
         machine_axis(i)->in_line = false;
-        machine_axis(i)->state = (uint8_t)state;
+        machine_axis(i)->state = AXIS_FAULT;
     }
     machine.starting &= (uint8_t)~axis_bit(i);
     machine.clocked &= (uint8_t)~axis_bit(i);
@@ -123,7 +123,7 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
     machine_permit(false);
     machine.token = 0;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        halt_axis(i, AXIS_FAULT);
+        halt_axis(i);
     }
     if (fault->code == FAULT_none) {
         fault->code = (uint8_t)code;
