@@ -6,14 +6,9 @@
 #include "app/store.h"         // store_busy
 #include "base/apart.h"        // APART
 #include "base/flash.h"        // IN_FLASH
-#include "wire/bytes.h"        // get_word
+#include "wire/bytes.h"        // get_word, half_word
 #include "wire/register_map.h" // REG_*
 #include "wire/server.h"       // data_*
-
-static uint16_t half(uint32_t value, bool low)
-{
-    return (uint16_t)(low ? value : value >> 16);
-}
 
 static APART uint16_t record_word(const struct pixel_record *record, uint8_t word)
 {
@@ -22,10 +17,10 @@ static APART uint16_t record_word(const struct pixel_record *record, uint8_t wor
         return record->pixel;
     case 1:
     case 2:
-        return half((uint32_t)record->expected_steps, word == 2);
+        return half_word((uint32_t)record->expected_steps, word == 2);
     case 3:
     case 4:
-        return half((uint32_t)record->actual_steps, word == 4);
+        return half_word((uint32_t)record->actual_steps, word == 4);
     default:
         return (uint16_t)record->edge_error_ticks;
     }
@@ -34,7 +29,7 @@ static APART uint16_t record_word(const struct pixel_record *record, uint8_t wor
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
     if (offset < 2) {
-        return half(ledger->record_count == 0 ? 0 : ledger->pixel, offset == 1);
+        return half_word(ledger->record_count == 0 ? 0 : ledger->pixel, offset == 1);
     }
     if (offset < REG_RECORD_HEADER) {
         return offset == 2 ? ledger->record_count : 0;

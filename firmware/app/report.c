@@ -12,6 +12,7 @@
 #include "base/flash.h"        // IN_FLASH
 #include "hal/cpu.h"           // cpu_reset_cause
 #include "hal/estop.h"         // estop_tripped
+#include "wire/bytes.h"        // half_word
 #include "wire/register_map.h" // REG_*
 
 #define OUTPUTS_PERMIT 0x0100u
@@ -37,11 +38,6 @@ uint16_t report_status(void)
         bits |= REPORT_LISTEN_ONLY;
     }
     return machine.permit ? (uint16_t)(bits | REPORT_PERMIT) : bits;
-}
-
-static uint16_t half(uint32_t value, bool low)
-{
-    return (uint16_t)(low ? value : value >> 16);
 }
 
 static uint16_t status(uint8_t axis, bool low)
@@ -97,7 +93,7 @@ static uint16_t position_steps(uint8_t axis, bool low)
     if (!low) {
         (void)machine_follow(axis);
     }
-    return half((uint32_t)ledger_position(&machine_axis(axis)->ledger), low);
+    return half_word((uint32_t)ledger_position(&machine_axis(axis)->ledger), low);
 }
 
 static uint16_t expected_steps(uint8_t axis, bool low)
@@ -107,7 +103,7 @@ static uint16_t expected_steps(uint8_t axis, bool low)
 
     return ledger->record_count == 0
                ? 0
-               : half((uint32_t)ledger->records[newest - 1u].expected_steps, low);
+               : half_word((uint32_t)ledger->records[newest - 1u].expected_steps, low);
 }
 
 enum source_kind {
@@ -226,7 +222,8 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
         return *(const uint16_t *)place(&source, axis);
     case SOURCE_HIGH:
     case SOURCE_LOW:
-        return half(*(const uint32_t *)place(&source, axis), source.kind == SOURCE_LOW);
+        return half_word(*(const uint32_t *)place(&source, axis),
+                         source.kind == SOURCE_LOW);
     case SOURCE_CALL_HIGH:
     case SOURCE_CALL_LOW:
         return source.call(axis, source.kind == SOURCE_CALL_LOW);
