@@ -130,8 +130,9 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
 }
 
 // Not inline: what it keeps on the stack would lie below the check of a block.
-static enum modbus_exception __attribute__((noinline)) write_settings(
-    uint8_t address, uint8_t count, const uint8_t *words)
+static APART enum modbus_exception write_settings(uint8_t address,
+                                                  uint8_t count,
+                                                  const uint8_t *words)
 {
     struct settings before = machine.settings;
 
