@@ -9,7 +9,7 @@
 #include "app/start.h"   // start_on_edge, start_poll
 #include "app/store.h"   // store_poll
 #include "app/time_check.h"
-#include "app/witness.h" // witness_poll
+#include "app/witness.h"     // witness_poll
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
@@ -238,10 +238,11 @@ static void decode_neediest(void)
 void round_poll(void)
 {
     cpu_section(CPU_SECTION_ROUND);
+    // First: behind an underrun the place of a clock edge is not known.
+    take_underruns();
     if (!seek_has_clock_input()) {
         take_capture();
     }
-    take_underruns();
     follow_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         supervise(i);
