@@ -171,7 +171,7 @@ void machine_discard(uint8_t i)
     machine.clocked &= (uint8_t)~bit;
     axis->in_line = false;
     axis->state = AXIS_EMPTY;
-    if (!any_armed()) {
+    if (CONFIG_AXES == 1 || !any_armed()) {
         machine.token = 0;
     }
     if (!step_engine_going(step_timer_state(i))) {
