@@ -43,6 +43,10 @@ class Console:
         """Run a command and return what it printed on the output."""
         return self.run(*words, status=status, say=say).stdout
 
+    def ended(self, *words, status=130):
+        """Run a command that a signal ends and return its one line on the error stream."""
+        return self.err(*words, status=status)
+
     def err(self, *words, status=1):
         """Run a command that fails and return its one line on the error stream."""
         text = self.run(*words, status=status).stderr

@@ -127,7 +127,7 @@ def test_ctrl_c_stops_the_boards_behind_a_silent_one(two):
         interrupt()
 
     two.world.later(1.5, silence_the_first)
-    text = two.err("start", "--unit", "1,2", "--wait")
+    text = two.ended("start", "--unit", "1,2", "--wait")
     assert "NOT STOPPED as far as is known: board 1 on /dev/ttyTEST" in text
     assert "board 2 axis 0 at position " in text
     assert two.boards[1].commands[-1] == ("stop", 1, 0)
@@ -137,7 +137,7 @@ def test_ctrl_c_before_go_disarms(two, monkeypatch):
     for unit in (1, 2):
         two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
     monkeypatch.setattr(run, "_require", lambda *_: interrupt())
-    assert "stopped by Ctrl-C" in two.err("start", "--unit", "1,2")
+    assert "stopped by Ctrl-C" in two.ended("start", "--unit", "1,2")
     for board in two.boards:
         assert board.axes[0].state == "empty"
         assert "disarm" in [name for name, _, _ in board.commands]

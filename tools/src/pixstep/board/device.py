@@ -7,7 +7,7 @@ from fractions import Fraction
 from pymodbus.client import ModbusSerialClient
 
 from pixstep.board import registers as regs
-from pixstep.board.errors import LineRefusedByBoardError, MapVersionError
+from pixstep.board.errors import BoardError, LineRefusedByBoardError, MapVersionError
 from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
 from pixstep.board.stretches import MOST_WORDS, places, values
 from pixstep.board.wire import Wire
@@ -113,10 +113,14 @@ class Board(Wire):
     def stop_all(self) -> None:
         """Stop every axis of every board on the line; a broadcast: nobody replies.
 
-        A board refuses a command for axes that it has not, so each number of axes has its own.
+        A board refuses a command for axes that it has not, so the axes that only larger boards
+        have get a frame of their own: each axis is stopped by exactly one.
         """
-        for count in sorted(set(regs.AXIS_COUNTS), reverse=True):
-            self.broadcast(regs.COMMAND_BASE, _command_words("stop", list(range(count)), 0))
+        first = 0
+        for end in sorted(set(regs.AXIS_COUNTS)):
+            axes = list(range(first, end))
+            self.broadcast(regs.COMMAND_BASE, _command_words("stop", axes, 0))
+            first = end
 
     def permit(self, on: bool) -> None:
         """Switch the permit output, the gate of a laser or spindle."""
@@ -140,11 +144,15 @@ class Board(Wire):
                 f"{found.firmware}), this tool knows map {regs.MAP_VERSION}: flash the board with "
                 f"this tool's firmware (`pixstep flash`), or use the tool that came with it"
             )
+        if found.axis_count not in regs.AXIS_COUNTS:
+            raise BoardError(
+                f"board {self.unit} says that it has {found.axis_count} axes: no board has"
+            )
         return found
 
     def events(self) -> tuple[int, list[Event]]:
         """Return how many events there were since reset, and those still kept, oldest first."""
-        capacity = self.input("event_capacity")
+        capacity = min(self.input("event_capacity"), regs.MAX_EVENTS)
         if not capacity:
             return 0, []
         words: list[int] = []

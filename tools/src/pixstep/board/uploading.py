@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.board import settings
+from pixstep.board import settings, values
 from pixstep.board.client import Board, BoardError, Upload
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -46,7 +46,7 @@ def limits(board: Board) -> BoardLimits:
         state["smooth_min_interval_ticks"],
         known["max_acceleration"],
         known["start_stop_steps"],
-        Fraction(known["pixel_hz_num"], known["pixel_hz_den"]),
+        values.hz_of(known),
     )
 
 

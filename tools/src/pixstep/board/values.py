@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from pixstep.board import meanings, stretches
 from pixstep.board import registers as regs
-from pixstep.board.client import Board
+from pixstep.board.client import Board, BoardError
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place
 from pixstep.errors import UserError
@@ -176,8 +176,11 @@ def _whole(name: str, value: str) -> int:
 
 
 def hz_of(values: dict[str, int]) -> Fraction:
-    """Return the exact pixel frequency of settings."""
-    return Fraction(values["pixel_hz_num"], values["pixel_hz_den"])
+    """Return the exact pixel frequency of settings; raises BoardError if they are none."""
+    numerator, denominator = values["pixel_hz_num"], values["pixel_hz_den"]
+    if not (numerator and denominator):
+        raise BoardError(f"the pixel frequency is set to {numerator}/{denominator} Hz")
+    return Fraction(numerator, denominator)
 
 
 def _means(pattern: str, item: Item) -> bool:

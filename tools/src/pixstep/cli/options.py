@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """What the commands share: option types, the reading of line files, notes, errors."""
 
+import contextlib
 from fractions import Fraction
 from pathlib import Path
 
 import click
 
-from pixstep import formats
+from pixstep import formats, signals
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
@@ -48,15 +49,38 @@ line_option = click.option(
 
 
 class Group(click.Group):
-    """Turns a UserError of any command into one line and exit status 2."""
+    """Turns what ends a command early into one line and an exit status.
+
+    A UserError is 2; Ctrl-C, SIGTERM and SIGHUP are 128 and the signal's number.
+    """
+
+    def main(self, *arguments, **options) -> object:
+        """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
+        with signals.caught():
+            return super().main(*arguments, **options)
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command."""
         try:
             return super().invoke(ctx)
         except UserError as error:
-            click.echo(f"pixstep: {error}", err=True)
+            _tell(str(error))
             return ctx.exit(2)
+        except KeyboardInterrupt as error:
+            _tell(f"ended by {signals.name(error)}")
+            return ctx.exit(signals.status(error))
+        except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
+            ended = error.__context__
+            if not isinstance(ended, KeyboardInterrupt):
+                raise
+            _tell(f"ended by {signals.name(ended)}")
+            return ctx.exit(signals.status(ended))
+
+
+def _tell(text: str) -> None:
+    """Print a line on the error stream, if that is still there: a closed terminal is not."""
+    with contextlib.suppress(OSError):
+        click.echo(f"pixstep: {text}", err=True)
 
 
 def load_line(

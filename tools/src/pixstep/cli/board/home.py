@@ -36,7 +36,8 @@ def home_command(line, unit, as_json, **options):
         plan = make_plan(options, pixel_hz)
         run.command(known.board, "enable", [plan.axis])
         try:
-            with stopping([run.Lines(known.board, [plan.axis])]), progress.shown("homing") as show:
+            group = [run.Lines(known.board, [plan.axis])]
+            with progress.shown("homing") as show, stopping(group):
                 homed = homing.home(known.board, plan, pixel_hz, found.world, show)
         except HomingError as error:
             if as_json:

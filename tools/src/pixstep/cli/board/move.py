@@ -44,7 +44,7 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         before = run.positions(board, [axis])[axis]
         uploads = uploading.begin(board, {axis: planned})
         group = [run.Lines(board, [axis], uploads)]
-        with stopping(group), progress.shown("moving") as show:
+        with progress.shown("moving") as show, stopping(group):
             run.arm(board, [axis])
             run.follow(group, found.world, move.pixels, show)
         after = run.positions(board, [axis])[axis]

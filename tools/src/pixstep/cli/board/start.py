@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board start`: loaded lines of one or several boards, off together."""
 
+import contextlib
+
 import click
 
 from pixstep import progress
@@ -40,11 +42,11 @@ def start_command(line, units, axes, wait, as_json):
         group = [item for item in group if item.axes]
         if not group:
             raise UserError("no axis has a line loaded: `pixstep board upload` loads one")
-        with stopping(group):
+        shown = progress.shown("running") if wait else contextlib.nullcontext()
+        with shown as show, stopping(group):
             token = _start(group, found.world)
             if wait:
-                with progress.shown("running") as show:
-                    run.follow(group, found.world, progress=show)
+                run.follow(group, found.world, progress=show)
         rows = [_row(item) for item in group]
     if as_json:
         show_json({"token": token or None, "boards": rows})

@@ -113,11 +113,12 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
     uploads = uploading.begin(board, lines)
     if arm and wait:
         group = [run.Lines(board, axes, uploads)]
-        with stopping(group), progress.shown("running") as show:
+        with progress.shown("running") as show, stopping(group):
             run.arm(board, axes)
             run.follow(group, world, pixels, show)
     elif arm:
-        run.arm(board, axes)
+        with stopping([run.Lines(board, axes)]):
+            run.arm(board, axes)
     state, where = run.states(board, axes), run.positions(board, axes)
     hz = uploading.limits(board).pixel_hz
     return {

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board watch`: boards as they are, again and again."""
 
-import contextlib
 import json
 from collections.abc import Iterator
 
@@ -10,6 +9,7 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
+from pixstep import signals
 from pixstep.board import registers as regs
 from pixstep.board import snapshot
 from pixstep.board.client import BoardError
@@ -41,7 +41,7 @@ def watch_command(line, units, interval, count, once, as_json):
     Status, fault, axes, switches, pixel clock, rates. Where nobody watches (no terminal) it prints
     plain lines.
     """
-    with boards(line, units) as (found, known), contextlib.suppress(KeyboardInterrupt):
+    with boards(line, units) as (found, known), signals.until_ctrl_c():
         looks = _looks(found, known, interval, 1 if once else count)
         if as_json:
             for look in looks:
@@ -103,7 +103,7 @@ def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
         + (now.switches)
     )
     for number, axis in enumerate(now.axes):
-        state = regs.AXIS_STATES[axis["axis_state"]]
+        state = regs.axis_state(axis["axis_state"])
         rest = ", ".join(f"{name} {axis[name]}" for name in AXIS_COLUMNS)
         yield f"board {unit} axis {number}: {state}, {rest}"
     if before is not None:
