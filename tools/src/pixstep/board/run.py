@@ -23,6 +23,7 @@ _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
 _STOP_TRIES = 3
+_LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
 _IMPOSSIBLE = 4
 
@@ -40,7 +41,7 @@ class Lines:
 
 @dataclass(frozen=True)
 class Rest:
-    """An axis, looked at twice: its state and position, and whether it was elsewhere before."""
+    """An axis, looked at twice: its state and position, and whether it still moved."""
 
     state: str
     position_steps: int
@@ -189,7 +190,10 @@ def stop_axes(board: Board, axes: list[int]) -> None:
 
 
 def rests(board: Board, axes: list[int], world: World) -> dict[int, Rest]:
-    """Look twice at some axes; return for each where it is and whether it rests."""
+    """Look twice at some axes, a little after the last step of a stop; return what each does."""
+    end = world.now_s() + _LAST_STEP_S
+    while (stopping := _stopping(board, axes)) and world.now_s() < end:
+        world.wait(_POLL_S)
     before = positions(board, axes)
     world.wait(_LOOK_S)
     found = board.axes(max(axes) + 1)
@@ -197,7 +201,7 @@ def rests(board: Board, axes: list[int], world: World) -> dict[int, Rest]:
         axis: Rest(
             regs.axis_state(found[axis]["axis_state"]),
             found[axis]["position_steps"],
-            found[axis]["position_steps"] != before[axis],
+            axis in stopping or found[axis]["position_steps"] != before[axis],
         )
         for axis in axes
     }
@@ -249,6 +253,12 @@ def _known_still(board: Board, axes: list[int]) -> bool:
             return not any(state in _MOVING for state in states(board, axes).values())
     except BoardError:
         return False
+
+
+def _stopping(board: Board, axes: list[int]) -> set[int]:
+    """Return those of some axes whose timer still holds the period that a stop has cut short."""
+    coils = board.read_coils(regs.COIL_STOP, max(axes) + 1)
+    return {axis for axis in axes if coils[axis]}
 
 
 def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:

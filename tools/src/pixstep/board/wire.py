@@ -180,7 +180,7 @@ class Wire:
         self._send(self.modbus.write_registers, address, words, unit=BROADCAST)
 
     def _diagnosis(self, what: str, method, *arguments) -> int:
-        """Return the data word of a diagnostic answer, which the library gives in several shapes."""
+        """Return the data word of a diagnostic answer; the library has several shapes for it."""
         message = self._ask(what, method, *arguments).message
         if isinstance(message, (list, tuple)):
             message = message[0] if message else None

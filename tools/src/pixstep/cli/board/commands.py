@@ -11,6 +11,7 @@ from pixstep.cli.board.group import (
     boards,
     each_board,
     line_options,
+    note_unattended,
     stopping,
     units_option,
 )
@@ -47,7 +48,8 @@ def arm_command(line, units, axes, token):
     """Arm loaded axes by hand, with a token if wanted.
 
     They start on the next pixel clock edge, or on go if there is a token. `pixstep board start`
-    does this for several boards at once. Without --axis all loaded ones.
+    does this for several boards at once. Without --axis all loaded ones. A board that gets no
+    request for `bus_timeout_ms` (3 s by default) while an axis is armed or moves stops.
     """
     with boards(line, units) as (_found, known):
         for item in known:
@@ -57,6 +59,7 @@ def arm_command(line, units, axes, token):
             with stopping([run.Lines(item.board, chosen)]):
                 run.arm(item.board, chosen, token or 0)
             click.echo(f"board {item.board.unit}: {axes_text(chosen)} armed")
+            note_unattended(item.board)
 
 
 @click.command("clear")

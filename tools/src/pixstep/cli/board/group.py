@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import click
 
 from pixstep import progress, signals
-from pixstep.board import connection, run, scan
+from pixstep.board import connection, run, scan, settings
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError
 from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
@@ -241,6 +241,17 @@ def stopping(group: list[run.Lines]) -> Iterator[None]:
         with signals.ignored():
             run.stop(group)
         raise
+
+
+def note_unattended(board: Board) -> None:
+    """Say that a board does not go on for long without requests, if it is set so."""
+    limit_ms = settings.read(board)["bus_timeout_ms"]
+    if limit_ms:
+        say((
+            f"board {board.unit} stops with fault bus_silent when no request comes for "
+            f"{limit_ms / 1000:g} s while an axis is armed or moves: follow it (--wait, `pixstep "
+            f"board watch`), or let it run alone (`pixstep board set bus_timeout_ms=0`, at rest)",
+        ))  # fmt: skip
 
 
 def axes_text(axes: list[int]) -> str:

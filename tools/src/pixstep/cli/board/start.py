@@ -14,6 +14,7 @@ from pixstep.cli.board.group import (
     boards,
     json_option,
     line_options,
+    note_unattended,
     show_json,
     stopping,
     units_option,
@@ -35,7 +36,8 @@ def start_command(line, units, axes, wait, as_json):
     Of one board the axes are armed. Of several, each is armed with a random token, all are asked
     whether they are armed, and one broadcast with that token lets them go; if one is not, none
     goes, and the lines of those that were armed must be uploaded again. Without --axis all loaded
-    axes; a board without any is left out of it.
+    axes; a board without any is left out of it. Without --wait a board stops when no request comes
+    for `bus_timeout_ms` (3 s by default).
     """
     with boards(line, units) as (found, known):
         group = [_lines(item, axes) for item in known]
@@ -48,6 +50,8 @@ def start_command(line, units, axes, wait, as_json):
             if wait:
                 run.follow(group, found.world, progress=show)
         rows = [_row(item) for item in group]
+        for item in group if not wait else ():
+            note_unattended(item.board)
     if as_json:
         show_json({"token": token or None, "boards": rows})
         return

@@ -12,6 +12,7 @@ from pixstep.cli.board.group import (
     Known,
     json_option,
     line_options,
+    note_unattended,
     one_board,
     show_json,
     stopping,
@@ -43,7 +44,8 @@ POLICIES = {"always": 0, "on_reversal": 1}
     "--wait/--no-wait",
     default=True,
     show_default=True,
-    help="With --arm: follow the lines to their end. A line longer than the queue needs that.",
+    help="With --arm: follow the lines to their end. A line longer than the queue needs that; "
+    "without it a board stops when no request comes for bus_timeout_ms (3 s by default).",
 )
 @click.option("--force", is_flag=True, help="Send even what the host check refuses.")
 @json_option
@@ -119,6 +121,7 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
     elif arm:
         with stopping([run.Lines(board, axes)]):
             run.arm(board, axes)
+        note_unattended(board)
     state, where = run.states(board, axes), run.positions(board, axes)
     hz = uploading.limits(board).pixel_hz
     return {

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board watch`: boards as they are, again and again."""
 
+import contextlib
 import json
+import math
 from collections.abc import Iterator
 
 import click
@@ -11,7 +13,7 @@ from rich.text import Text
 
 from pixstep import signals
 from pixstep.board import registers as regs
-from pixstep.board import snapshot
+from pixstep.board import settings, snapshot
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
@@ -63,6 +65,7 @@ def _looks(
 ) -> Iterator[list[Pair]]:
     """Yield snapshots of all boards with the ones before them."""
     before: list[Snapshot | None] = [None] * len(known)
+    patience_s = _patience_s(known)
     done = 0
     while True:
         now = [_take(item, found.world.now_s()) for item in known]
@@ -71,7 +74,28 @@ def _looks(
         done += 1
         if done == count:
             return
-        found.world.wait(interval_s)
+        _wait(found, known, interval_s, patience_s)
+
+
+def _patience_s(known: list[Known]) -> float:
+    """Return how long every board may go without a request: a third of what stops it."""
+    limits_ms = []
+    for item in known:
+        with contextlib.suppress(BoardError):
+            limits_ms.append(settings.read(item.board)["bus_timeout_ms"])
+    return min((limit / 3000 for limit in limits_ms if limit), default=math.inf)
+
+
+def _wait(found: Connection, known: list[Known], interval_s: float, patience_s: float) -> None:
+    """Wait, with requests in between so that no board takes its host for dead."""
+    left_s = interval_s
+    while left_s > patience_s:
+        found.world.wait(patience_s)
+        left_s -= patience_s
+        for item in known:
+            with contextlib.suppress(BoardError):
+                item.board.input("status")
+    found.world.wait(left_s)
 
 
 def _take(known: Known, time_s: float) -> Snapshot:
