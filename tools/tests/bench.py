@@ -36,7 +36,6 @@ class Bench:
             self.sim.run(BOOT_CYCLES)
             self.board = Board(SimClient(self.sim))
             self.board.set_pixel_hz(self.hz)
-            self.board.write_setting("bus_timeout_ms", 0)  # the tests look without requests
             self.board.command("enable", self.axes)
         except BaseException:
             self.sim.kill()

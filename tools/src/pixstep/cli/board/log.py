@@ -112,7 +112,7 @@ def events_command(line, unit, follow, as_json):
 @contextlib.contextmanager
 def _rows_to(output: Path | None) -> Iterator[Callable[[str], None]]:
     """Yield what takes rows: the terminal, or a file that appears whole."""
-    if output is None:
+    if output is None or atomic.is_stdout(output):
         yield click.echo
         return
     with (

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from pixstep import atomic
 from pixstep.board import settings, settingsfile
 from pixstep.board.client import Board
 from pixstep.cli.board.group import (
@@ -42,7 +43,7 @@ def export_command(file, line, unit):
     """
     with one_board(line, unit) as (_found, known):
         found = settings.read(known.board)
-    if str(file) == "-":
+    if atomic.is_stdout(file):
         click.echo(settingsfile.text(known.who, found), nl=False)
         return
     settingsfile.write(file, known.who, found)
