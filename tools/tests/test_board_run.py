@@ -6,6 +6,7 @@ import json
 import pytest
 
 from console import put
+from pixstep import natives
 
 # Commands
 
@@ -263,3 +264,56 @@ def test_watch_goes_on_when_a_board_falls_silent(two):
     rows = [json.loads(row) for row in two.out("watch", "--count", 3, "--json").splitlines()]
     assert ["no reply" in row.get("trouble", "") for row in rows] == [False, True, False]
     assert rows[2]["rates_per_s"] == {}  # nothing to compare with
+
+
+# Nothing is sent before everything is checked
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("upload", "line.csv", "--decode", "plain", "--pixel-hz", 100),
+        ("upload", "long.csv", "--decode", "plain", "--pixel-hz", 20),
+        ("upload", "line.csv", "--decode", "plain", "--pixel-hz", 100, "--backlash-policy",
+         "on_reversal"),
+        ("move", natives.root() / "tools/data/AccProf-fast-move.csv", "--steps", 40_000,
+         "--pixel-hz", 3000),
+        ("home", natives.root() / "tools/data/AccProf-fast-move.csv", "--pixel-hz", 100_000),
+    ],
+)  # fmt: skip
+def test_a_line_that_is_refused_leaves_the_settings_as_they_were(one, words):
+    put([700, 700])
+    put([n % 7 + 1 for n in range(400)], "long.csv")
+    before = dict(one.board.holdings)
+    one.run(*words, status=2)
+    assert one.board.holdings == before
+    assert not [request for request in one.line.requests if request[1] not in (3, 4)]
+
+
+# Busy, and why
+
+
+@pytest.mark.parametrize(
+    ("state", "reason"),
+    [
+        ("loaded", "axis 2 has a line loaded (`pixstep board disarm` forgets it)"),
+        ("running", "axis 2 is running (`pixstep board stop` stops it)"),
+        ("armed", "axis 2 is armed (`pixstep board disarm` takes it back)"),
+        ("fault", "axis 2 has stopped with a fault (`pixstep board clear` clears it)"),
+        ("done", "a line is queued, or an axis is not at rest yet: try again"),
+    ],
+)
+def test_settings_that_cannot_be_changed_now_say_why(one, state, reason):
+    one.board.axes[2].entries = [(7, 7)] * 4
+    one.board.axes[2].state = state
+    one.board.tick = lambda: None
+    assert one.err("set", "dir_hold_us=30") == f"board 1: busy: {reason}"
+    words = ("upload", put([4, 4]), "--decode", "plain", "--pixel-hz", 50)
+    assert one.err(*words) == f"board 1: busy: {reason}"
+
+
+def test_disarm_cures_a_line_that_was_left_loaded(one):
+    one.out("upload", put([4, 4]), "--decode", "plain")
+    assert "axis 0 has a line loaded" in one.err("set", "dir_hold_us=30")
+    one.out("disarm")
+    assert "dir_hold_us: 20 -> 30 us" in one.out("set", "dir_hold_us=30")

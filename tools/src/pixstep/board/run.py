@@ -15,6 +15,7 @@ from pixstep.board.client import (
     NoReplyError,
     Upload,
 )
+from pixstep.board.errors import IMPOSSIBLE
 from pixstep.board.world import World
 from pixstep.lines.rational import TIMER_HZ
 
@@ -25,7 +26,6 @@ _MOVING = ("armed", "running")
 _STOP_TRIES = 3
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
-_IMPOSSIBLE = 4
 
 Progress = Callable[[float], None]
 
@@ -73,7 +73,7 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
     try:
         board.command("arm", axes, token)
     except ExceptionReplyError as error:
-        if error.code != _IMPOSSIBLE:
+        if error.code != IMPOSSIBLE:
             raise
         if any(state not in _MOVING for state in states(board, axes).values()):
             raise BoardError(f"board {board.unit}: arm: {_why_not(board, 'arm', axes)}") from None
@@ -84,7 +84,7 @@ def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None
     try:
         board.command(name, axes, argument)
     except ExceptionReplyError as error:
-        if error.code != _IMPOSSIBLE:
+        if error.code != IMPOSSIBLE:
             raise
         raise BoardError(f"board {board.unit}: {name}: {_why_not(board, name, axes)}") from None
 

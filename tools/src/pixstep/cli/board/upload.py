@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
+from fractions import Fraction
+
 import click
 
 from pixstep import progress
@@ -65,13 +67,13 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as
         refuse_period(options["pixel_hz"])
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
-        _set(known.board, options)
-        _check(known, lines, force=force)
+        _check(known, lines, options["pixel_hz"], force=force)
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):
             raise UserError(
                 f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
             )
+        _set(known.board, options)
         summary = _run(known.board, found.world, lines, arm=arm, wait=wait)
     if as_json:
         show_json(summary)
@@ -87,11 +89,14 @@ def _set(board: Board, options: dict) -> None:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
 
-def _check(known: Known, lines: dict[int, Line], *, force: bool) -> None:
-    """Check lines with the board's limits; warnings go to the error stream."""
+def _check(known: Known, lines: dict[int, Line], hz: Fraction | None, *, force: bool) -> None:
+    """Check lines with the board's limits; warnings go to the error stream.
+
+    `hz` is the pixel frequency that the board will be set to, if another than its own.
+    """
     if force:
         return
-    limits = uploading.limits(known.board)
+    limits = uploading.limits(known.board, hz)
     for item in lines.values():
         say(
             f"{item.name}: {found.name} at pixel {found.pixel}: {found.message}"
