@@ -7,6 +7,7 @@ import pty
 import tty
 
 import pytest
+from serial import SerialTimeoutException
 
 from console import put
 from fake_board import FakeBoard, FakeWorld
@@ -70,6 +71,19 @@ def test_a_line_that_goes_away_is_named_and_no_misuse(terminal):
         board.input("status")
     with pytest.raises(LineLostError, match="there is no such port"):
         board.stop_all()
+
+
+def test_a_port_that_takes_no_bytes_is_not_gone(terminal, monkeypatch):
+    board = Board(terminal.client)
+
+    def block(_):
+        raise SerialTimeoutException("Write timeout")
+
+    monkeypatch.setattr(terminal.client.socket, "write", block)
+    with pytest.raises(LineLostError, match="takes no bytes: nobody reads at its other end, or"):
+        board.input("status")
+    monkeypatch.undo()
+    assert board.who().board == "mega"
 
 
 def test_watch_goes_on_when_the_port_goes_away(terminal, make_console):
