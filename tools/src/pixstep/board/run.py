@@ -6,6 +6,7 @@ import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from pixstep import signals
 from pixstep.board import registers as regs
 from pixstep.board.client import (
     Board,
@@ -105,9 +106,11 @@ def start_together(group: list[Lines], world: World) -> int:
         for lines in group:
             _require(lines, ("armed",), "not armed after all")
     except (BoardError, KeyboardInterrupt):
-        for lines in armed:
-            with contextlib.suppress(BoardError):
-                lines.board.command("disarm", lines.axes)
+        with signals.ignored():
+            group[0].board.settle()
+            for lines in armed:
+                with contextlib.suppress(BoardError):
+                    lines.board.command("disarm", lines.axes)
         raise
     group[0].board.go(token)
     _await_start(group, world)
@@ -211,9 +214,15 @@ def stop(group: list[Lines]) -> str:
     """Stop all axes of a group, also behind a board that does not answer; return in words how.
 
     Each board is told once before any is asked again. One that does not acknowledge it is named:
-    what it does is not known.
+    what it does is not known. Signals are ignored meanwhile.
     """
-    group[0].board.settle()
+    with signals.ignored():
+        group[0].board.settle()
+        return "; ".join(_stop_all(group))
+
+
+def _stop_all(group: list[Lines]) -> list[str]:
+    """Stop all axes of a group; return in words how, by board and axis."""
     failures = [_try_stop(lines.board, lines.axes) for lines in group]
     told = []
     for lines, failure in zip(group, failures, strict=True):
@@ -227,7 +236,7 @@ def stop(group: list[Lines]) -> str:
             ]
         except BoardError as error:
             told.append(f"NOT STOPPED as far as is known: {error}")
-    return "; ".join(told)
+    return told
 
 
 def positions(board: Board, axes: list[int]) -> Mapping[int, int]:

@@ -232,14 +232,12 @@ def stopping(group: list[run.Lines]) -> Iterator[None]:
     except (BoardError, UserError):
         raise
     except KeyboardInterrupt as error:
-        with signals.ignored():
-            told = run.stop(group)
+        told = run.stop(group)
         raise StoppedError(
             f"stopped by {signals.name(error)}: {told}", signals.status(error)
         ) from None
     except BaseException:
-        with signals.ignored():
-            run.stop(group)
+        run.stop(group)
         raise
 
 
