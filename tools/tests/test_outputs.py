@@ -57,6 +57,14 @@ def test_the_standard_output_by_its_device(planned, line, tmp_path):
     assert done.stderr == "/dev/stdout: 12 steps\n"
 
 
+def test_a_standard_output_that_is_closed(planned, line):
+    words = ["bash", "-c", 'exec "$@" >&-', "-", sys.executable, "-m", "pixstep"]
+    done = subprocess.run(
+        [*words, *map(str, ticks(line, "-"))], stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (2, "pixstep: -: the standard output is closed\n")
+
+
 def test_a_link_stays_and_its_file_is_written(planned, invoke, line, tmp_path):
     (tmp_path / "real.csv").write_text("old")
     (tmp_path / "link.csv").symlink_to("real.csv")
@@ -97,7 +105,7 @@ def test_a_file_keeps_its_rights(planned, invoke, line, tmp_path):
     ("target", "reason"),
     [
         ("line.csv/x.csv", "Not a directory"),
-        ("/proc/x.csv", "No such file or directory"),
+        ("/proc/x.csv", "No such file or directory\n"),
         ("x" * (LONG - 3) + ".csv", "File name too long"),
         ("x" * 5000, "File name too long"),
         ("link.csv", "is a link to /nowhere/x.csv, whose folder is not there"),

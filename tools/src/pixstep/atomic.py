@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import stat
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
@@ -79,9 +80,9 @@ def told_of(target: Path, *instead: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno == errno.EPIPE:
             raise
-        named = error.filename
-        mine = named is None or Path(os.fsdecode(named)) in (target, *instead)
-        where = f" ({os.fsdecode(named)})" if not mine else ""
+        named = Path(os.fsdecode(error.filename or target))
+        mine = named in (target, *instead) or named.name.startswith(_PREFIX)
+        where = "" if mine else f" ({named})"
         reason = error.strerror or str(error)
         if isinstance(error, FileExistsError):  # where a folder is to be made
             reason = os.strerror(errno.ENOTDIR)
@@ -168,6 +169,8 @@ def _refuse_name(place: Path) -> None:
 def _pour(temporary: Path, target: Path) -> None:
     """Write a file's bytes to what is no file."""
     if is_stdout(target):
+        if sys.stdout is None:
+            raise OSError(errno.EBADF, "the standard output is closed")
         click.echo(temporary.read_bytes(), nl=False)
         return
     with temporary.open("rb") as source, target.open("wb") as sink:
