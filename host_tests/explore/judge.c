@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "explore/judge.h"
+
+#include "explore/board.h"
+#include "explore/part.h"
+
+struct judged judged;
+
+static void allow_at_most(uint8_t edges)
+{
+    if (judged.edges_allowed > edges) {
+        judged.edges_allowed = edges;
+    }
+}
+
+void judge_edge(bool negative)
+{
+    judged.position += negative ? -1 : 1;
+    if (judged.edges_allowed == 0) {
+        judge_broken(JUDGE_RUNAWAY);
+    }
+    if (judged.edges_allowed != JUDGE_ANY_NUMBER) {
+        judged.edges_allowed--;
+    } else if (board_held()) {
+        judge_broken(JUDGE_EARLY);
+    }
+}
+
+void judge_look(void)
+{
+    bool stopped = board_stopped();
+
+    if (stopped) {
+        judged.permit_given = false;
+        if (!judged.stopped) {
+            allow_at_most(1);
+        }
+    }
+    judged.stopped = stopped;
+    if (part_permit_high() && !judged.permit_given) {
+        judge_broken(JUDGE_PERMIT);
+    }
+}
+
+// An AVR accesses words in two halves. Shared ones must be accessed with interrupts off; excused
+// are those of which the reader takes the low byte only, or that the protocol of the runs keeps
+// apart.
+void judge_access(const void *address, uint32_t bytes, bool writes)
+{
+    if (bytes > 1 && part.interrupts_on && !board_excused(address, writes)) {
+        judge_broken(JUDGE_WIDE);
+    }
+}
+
+void judge_between(void)
+{
+    if (board_finished()) {
+        allow_at_most(0);
+    } else if (!board_moving()) {
+        allow_at_most(1);
+    }
+    if (board_promise_broken()) {
+        judge_broken(JUDGE_PROMISE);
+    }
+}

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// pixstep-explore: every placement of hardware events over sequences of commands.
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "explore/board.h"
+#include "explore/search.h"
+
+static int misuse(void)
+{
+    (void)fputs("usage: pixstep-explore [--actions N] [--periods N] [--pins N] [--scenario N]\n"
+                "  N actions in a sequence, N ends of periods and N changes of the emergency\n"
+                "  stop's pin placed in it\n",
+                stderr);
+    return 2;
+}
+
+static void add(struct search_counts *sum, const struct search_counts *counts)
+{
+    sum->sequences += counts->sequences;
+    sum->schedules += counts->schedules;
+    sum->runs += counts->runs;
+    sum->states += counts->states;
+    sum->judged += counts->judged;
+    if (counts->points > sum->points) {
+        sum->points = counts->points;
+    }
+}
+
+static void print(const char *name, const struct search_counts *counts)
+{
+    (void)printf("%-34s %9.0f %14.0f %11llu %9llu %9llu %5u\n",
+                 name,
+                 counts->sequences,
+                 counts->schedules,
+                 (unsigned long long)counts->runs,
+                 (unsigned long long)counts->states,
+                 (unsigned long long)counts->judged,
+                 counts->points);
+    (void)fflush(stdout);
+}
+
+static bool take_number(const char *text, uint8_t most, uint8_t *number)
+{
+    char *end = NULL;
+    unsigned long value = strtoul(text, &end, 10);
+
+    *number = (uint8_t)value;
+    return *text != '\0' && *end == '\0' && value <= most;
+}
+
+struct options {
+    struct search_limits limits;
+    uint8_t first, last;
+};
+
+static bool take_option(const char *name, const char *value, struct options *options)
+{
+    if (strcmp(name, "--actions") == 0) {
+        return take_number(value, 5, &options->limits.actions);
+    }
+    if (strcmp(name, "--periods") == 0) {
+        return take_number(value, 4, &options->limits.periods);
+    }
+    if (strcmp(name, "--pins") == 0) {
+        return take_number(value, 4, &options->limits.pins);
+    }
+    bool taken = strcmp(name, "--scenario") == 0 &&
+                 take_number(value, (uint8_t)(board_scenarios() - 1u), &options->first);
+    options->last = options->first;
+    return taken;
+}
+
+int main(int argc, char **argv)
+{
+    struct options options = {
+        .limits = {.actions = 2, .periods = 2, .pins = 1},
+        .last = (uint8_t)(board_scenarios() - 1u),
+    };
+    struct search_counts sum = {0};
+    bool fine = true;
+
+    for (int i = 1; i < argc; i += 2) {
+        if (i + 1 == argc || !take_option(argv[i], argv[i + 1], &options)) {
+            return misuse();
+        }
+    }
+    (void)printf("%-34s %9s %14s %11s %9s %9s %5s\n",
+                 "from",
+                 "sequences",
+                 "schedules",
+                 "runs",
+                 "states",
+                 "judged",
+                 "points");
+    for (uint8_t i = options.first; i <= options.last; i++) {
+        struct search_counts counts;
+        fine = search_scenario(i, &options.limits, &counts, stdout) && fine;
+        print(board_scenario(i), &counts);
+        add(&sum, &counts);
+    }
+    print("together", &sum);
+    return fine ? 0 : 1;
+}

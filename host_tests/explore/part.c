@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: MIT
+#include "explore/part.h"
+
+#include <avr/io.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "explore/judge.h"
+#include "explore/step_isr.h"
+
+#define DIR_BIT    4 // of port D, hal/boards/uno.def
+#define PERMIT_BIT 6
+#define ESTOP_BIT  2
+
+// Periods so long do not end while their own interrupt is served: 450 cycles of the emergency
+// stop's handler and 165 of a capture's come first at worst.
+#define LATE_TICKS 1024u
+
+// Side effects of a write, due before the next access.
+enum effect {
+    EFFECT_NONE,
+    EFFECT_FLAGS,
+    EFFECT_TOP,
+    EFFECT_TOP_LOW,
+    EFFECT_EDGE,
+    EFFECT_EDGE_LOW,
+    EFFECT_PIN_FLAG,
+};
+
+struct part_registers part_registers;
+struct part_state part;
+struct part_run *part_run;
+
+void explored_estop_body(void);
+void explored_pixel_clock_body(void);
+void explored_timer1_compa(void);
+
+static bool has(uint8_t word, uint8_t bit)
+{
+    return (word & _BV(bit)) != 0;
+}
+
+bool part_permit_high(void)
+{
+    return has(PORTD, PERMIT_BIT);
+}
+
+bool part_estop_pressed(void)
+{
+    return !has(PIND, ESTOP_BIT);
+}
+
+static bool connected(void)
+{
+    return has(TCCR1A, COM1B1);
+}
+
+bool part_pulses_next(void)
+{
+    return connected() && part.buffer_edge <= part.buffer_top;
+}
+
+bool part_timer_served(void)
+{
+    return (TIMSK1 & (_BV(TOIE1) | _BV(OCIE1A))) != 0;
+}
+
+// Which bytes of the state are shared. Not part of the state itself.
+static uint8_t *shared;
+
+void part_share(const volatile void *object, uint32_t bytes)
+{
+    if (shared == NULL) {
+        shared = calloc((size_t)(part_memory_end - part_memory), 1);
+    }
+    memset(&shared[(const volatile uint8_t *)object - part_memory], 1, bytes);
+}
+
+void part_power_on(void)
+{
+    part_share(&part_registers, sizeof part_registers);
+    PIND = (uint8_t)_BV(ESTOP_BIT);
+    PINB = 0xFF;
+    PINC = 0xFF;
+}
+
+// Both compare registers are buffered in mode 15; in mode 0 they are not.
+static void take_effect_at_once(void)
+{
+    if ((TCCR1A & (_BV(WGM11) | _BV(WGM10))) == 0) {
+        part.top = part.buffer_top;
+        part.edge = part.buffer_edge;
+    }
+}
+
+void part_settle(void)
+{
+    uint8_t effect = part.effect;
+
+    part.effect = EFFECT_NONE;
+    switch (effect) {
+    case EFFECT_NONE:
+        return;
+    case EFFECT_FLAGS:
+        TIFR1 = (uint8_t)(part.kept_flags & ~TIFR1);
+        return;
+    case EFFECT_TOP:
+        part.buffer_top = OCR1A;
+        part_registers.temp = (uint8_t)(OCR1A >> 8);
+        break;
+    case EFFECT_TOP_LOW:
+        part.buffer_top = (uint16_t)(part_registers.temp << 8 | OCR1AL);
+        break;
+    case EFFECT_EDGE:
+        part.buffer_edge = OCR1B;
+        part_registers.temp = (uint8_t)(OCR1B >> 8);
+        break;
+    case EFFECT_EDGE_LOW:
+        part.buffer_edge = (uint16_t)(part_registers.temp << 8 | OCR1BL);
+        break;
+    default:
+        EIFR = 0;
+        return;
+    }
+    take_effect_at_once();
+}
+
+static void note_effect(const void *address)
+{
+    if (address == (const void *)&TIFR1) {
+        part.kept_flags = TIFR1;
+        part.effect = EFFECT_FLAGS;
+    } else if (address == (const void *)&OCR1A) {
+        part.effect = EFFECT_TOP;
+    } else if (address == (const void *)&OCR1AL) {
+        part.effect = EFFECT_TOP_LOW;
+    } else if (address == (const void *)&OCR1B) {
+        part.effect = EFFECT_EDGE;
+    } else if (address == (const void *)&OCR1BL) {
+        part.effect = EFFECT_EDGE_LOW;
+    } else if (address == (const void *)&EIFR) {
+        part.effect = EFFECT_PIN_FLAG;
+    }
+}
+
+static void make_edge(void)
+{
+    part.edge_waits = false;
+    if (connected()) {
+        judge_edge(has(PORTD, DIR_BIT));
+    }
+}
+
+// A period whose interrupt has not been served cannot end: config.h makes every interval longer
+// than all that can keep the interrupt waiting.
+static bool period_can_end(void)
+{
+    bool running = has(TCCR1B, CS10) && !has(TIFR1, TOV1) && !part.in_command;
+
+    return running && (!part.in_fast || part.top < LATE_TICKS);
+}
+
+bool part_possible(enum part_event event)
+{
+    return event == PART_PERIOD_ENDS ? period_can_end() : true;
+}
+
+static void end_period(void)
+{
+    part.top = part.buffer_top;
+    part.edge = part.buffer_edge;
+    TIFR1 = (uint8_t)(TIFR1 | _BV(TOV1) | _BV(OCF1A));
+    if (part.edge <= part.top) {
+        TIFR1 = (uint8_t)(TIFR1 | _BV(OCF1B));
+        part.edge_waits = true;
+        // 31 ticks from here: the handler's look at the flag comes before it.
+        if (!part.in_fast) {
+            make_edge();
+        }
+    }
+}
+
+void part_happen(enum part_event event)
+{
+    if (event == PART_PERIOD_ENDS) {
+        end_period();
+        return;
+    }
+    PIND = (uint8_t)(PIND ^ _BV(ESTOP_BIT));
+    EIFR = (uint8_t)_BV(INTF0);
+}
+
+// The few instructions of the naked handlers (estop.c, capture.h).
+static void estop_interrupt(void)
+{
+    EIFR = 0;
+    EIMSK = (uint8_t)(EIMSK & ~_BV(INT0));
+    part_sei();
+    explored_estop_body();
+}
+
+static void overflow_interrupt(void)
+{
+    TIFR1 = (uint8_t)(TIFR1 & ~_BV(TOV1));
+    step_isr_overflow();
+    part_settle();
+    if (part.edge_waits) {
+        make_edge();
+    }
+}
+
+static void compare_interrupt(void)
+{
+    TIFR1 = (uint8_t)(TIFR1 & ~_BV(OCF1A));
+    explored_timer1_compa();
+}
+
+static void enter(void (*handler)(void))
+{
+    part.interrupts_on = false;
+    part.depth++;
+    handler();
+    part_settle();
+    part.depth--;
+    part.interrupts_on = true;
+}
+
+// In the order of their vectors.
+static bool serve_one(void)
+{
+    if (!part.interrupts_on) {
+        return false;
+    }
+    if (has(EIMSK, INT0) && has(EIFR, INTF0)) {
+        enter(estop_interrupt);
+    } else if (has(TIMSK1, OCIE1A) && has(TIFR1, OCF1A)) {
+        enter(compare_interrupt);
+    } else if (has(TIMSK1, TOIE1) && has(TIFR1, TOV1)) {
+        enter(overflow_interrupt);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static void look_around(const void *pc)
+{
+    struct part_run *run = part_run;
+    uint16_t point = run->points++;
+
+    if (point >= PART_POINTS_MAX) {
+        judge_broken("too many points");
+    }
+    run->pcs[point] = pc;
+    judge_look();
+    while (run->next < run->count && run->placed[run->next].point == point) {
+        part_happen((enum part_event)run->placed[run->next].event);
+        run->next++;
+    }
+    run->possible[point] = (uint8_t)(part_possible(PART_PERIOD_ENDS) |
+                                     part_possible(PART_PIN_CHANGES) << 1);
+}
+
+static void point_at(const void *pc)
+{
+    do {
+        look_around(pc);
+    } while (serve_one());
+}
+
+void part_point(void)
+{
+    part_settle();
+    point_at(__builtin_return_address(0));
+}
+
+void part_cli(void)
+{
+    part_settle();
+    part.interrupts_on = false;
+}
+
+void part_sei(void)
+{
+    part_settle();
+    part.interrupts_on = true;
+    while (serve_one()) {
+        look_around(__builtin_return_address(0));
+    }
+}
+
+unsigned char part_interrupts_on(void)
+{
+    return part.interrupts_on;
+}
+
+// The 20 looks of the emergency stop's handler are one: what comes between two of them could as well
+// come before the first or behind the last.
+static bool same_look(const void *address)
+{
+    bool again = address == part_run->last && address == (const void *)&PIND;
+
+    part_run->last = address;
+    return again;
+}
+
+static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
+{
+    size_t at = (size_t)((uint8_t *)address - part_memory);
+
+    if (part_run == NULL || part_run->deaf) {
+        return;
+    }
+    if (part.effect != EFFECT_NONE) {
+        part_settle();
+    }
+    if (at >= (size_t)(part_memory_end - part_memory)) {
+        return;
+    }
+    if (!shared[at]) {
+        if (part.depth != 0) {
+            judge_unshared(address);
+        }
+        return;
+    }
+    judge_access(address, bytes, writes);
+    if (!same_look(address)) {
+        point_at(pc);
+    }
+    if (writes) {
+        note_effect(address);
+    }
+}
+
+// What gcc calls before every access (-fsanitize=thread), in the place of its own library.
+#define ACCESS(name, bytes, writes)                                                      \
+    void access_##name(void *address) __asm__("__tsan_" #name);                          \
+    void access_##name(void *address)                                                    \
+    {                                                                                    \
+        touched(address, (bytes), (writes), __builtin_return_address(0));                \
+    }
+#define ACCESSES(bytes)                                                                  \
+    ACCESS(read##bytes, bytes, false)                                                    \
+    ACCESS(write##bytes, bytes, true)                                                    \
+    ACCESS(unaligned_read##bytes, bytes, false)                                          \
+    ACCESS(unaligned_write##bytes, bytes, true)
+ACCESSES(1)
+ACCESSES(2)
+ACCESSES(4)
+ACCESSES(8)
+ACCESSES(16)
+
+#define RANGE(name, writes)                                                              \
+    void access_##name(void *address, uint32_t bytes) __asm__("__tsan_" #name);          \
+    void access_##name(void *address, uint32_t bytes)                                    \
+    {                                                                                    \
+        touched(address, bytes, (writes), __builtin_return_address(0));                  \
+    }
+RANGE(read_range, false)
+RANGE(write_range, true)
+
+#define NOTHING(name)                                                                    \
+    void ignored_##name(void) __asm__("__tsan_" #name);                                  \
+    void ignored_##name(void)                                                            \
+    {                                                                                    \
+    }
+NOTHING(init)
+NOTHING(func_entry)
+NOTHING(func_exit)

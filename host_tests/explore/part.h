@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// The part under the firmware, as far as the step engine can tell: registers, one 16-bit timer in
+// mode 15, interrupts. Time is not counted: what the timer does next happens where the search
+// places it, at one of the points of a piece of program.
+//
+// A point lies before every access of the firmware to an object that an interrupt handler uses
+// too, and behind every handler. Between two points nothing that the firmware does can be told
+// apart from outside, so all places for a hardware event between them are the same place.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PART_EVENTS_MAX 4u
+#define PART_POINTS_MAX 8192u
+
+enum part_event {
+    PART_PERIOD_ENDS, // the timer wraps: buffers take effect, a STEP edge if the period has one
+    PART_PIN_CHANGES, // the emergency stop's pin
+    PART_EVENT_KINDS,
+};
+
+struct part_placed {
+    uint16_t point;
+    uint8_t event; // enum part_event
+};
+
+// What the program cannot see. Part of the state that the search saves.
+struct part_state {
+    uint16_t buffer_top, buffer_edge; // OCR1A, OCR1B as last written
+    uint16_t top, edge;               // in effect
+    bool interrupts_on;
+    uint8_t depth;      // handlers entered and not left
+    bool in_fast;       // in the part of the step handler that looks whether it is late
+    bool in_command;    // in the part that obeys a command
+    bool edge_waits;    // a STEP edge that the handler may still prevent
+    uint8_t effect;     // side effect of the last write, due before anything else
+    uint8_t kept_flags; // TIFR1 before that write
+};
+
+extern struct part_state part;
+
+// What the search lends a run: where events are placed, and what comes back.
+struct part_run {
+    struct part_placed placed[PART_EVENTS_MAX];
+    uint8_t count;
+    uint8_t next;
+    uint16_t points;
+    bool deaf;        // the judge asks the firmware: not a part of the run
+    const void *last; // accessed last
+    uint8_t possible[PART_POINTS_MAX]; // bit n: event n could happen at that point
+    const void *pcs[PART_POINTS_MAX];  // where the program was
+};
+
+// Not part of the state. Set once.
+extern struct part_run *part_run;
+
+void part_power_on(void);
+void part_cli(void);
+void part_sei(void);
+unsigned char part_interrupts_on(void);
+
+// A point of its own, for what is not an access: the end of a piece of program.
+void part_point(void);
+// Bring everything about that the last write still has to bring about.
+void part_settle(void);
+// The same as placed events, at once.
+bool part_possible(enum part_event event);
+void part_happen(enum part_event event);
+
+bool part_permit_high(void);
+bool part_estop_pressed(void);
+bool part_pulses_next(void); // the buffered period has a STEP edge
+bool part_timer_served(void); // one of the timer's two interrupts is on
+
+// An object that interrupts and the main loop share.
+void part_share(const volatile void *object, uint32_t bytes);
+// The state that the search saves lies here.
+extern uint8_t part_memory[] __asm__("__data_start");
+extern uint8_t part_memory_end[] __asm__("_end");
