@@ -2,6 +2,7 @@
 #include "explore/board.h"
 
 #include <avr/io.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "app/machine.h"
@@ -11,6 +12,7 @@
 #include "app/time_check.h"
 #include "explore/judge.h"
 #include "explore/part.h"
+#include "explore/search.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"
 #include "hal/eeprom.h"
@@ -160,8 +162,21 @@ static void set_pixel_hz(uint16_t hz)
     machine_apply_settings();
 }
 
+// Everything that a refused order must leave as it was.
+struct observed {
+    struct machine machine;
+    struct step_engine engine;
+    struct step_ring ring;
+    uint16_t top, edge;
+    bool permit;
+};
+
+// Allocated before the first state is saved: what was observed is not part of a state.
+static struct observed *observed;
+
 void board_power_on(void)
 {
+    observed = calloc(2, sizeof *observed);
     part_power_on();
     part_share(step_engines, sizeof step_engines);
     part_share(step_rings, sizeof step_rings);
@@ -182,7 +197,6 @@ void board_round(void)
 
 void board_idle(void)
 {
-    part_run->points = 0;
     part_point();
     if (part_possible(PART_PERIOD_ENDS)) {
         part_happen(PART_PERIOD_ENDS);
@@ -494,15 +508,6 @@ const char *board_action(uint8_t action)
     return actions[action].name;
 }
 
-// Everything that a refused order must leave as it was.
-struct observed {
-    struct machine machine;
-    struct step_engine engine;
-    struct step_ring ring;
-    uint16_t top, edge;
-    bool permit;
-};
-
 static void observe(struct observed *seen)
 {
     memset(seen, 0, sizeof *seen);
@@ -514,8 +519,14 @@ static void observe(struct observed *seen)
     seen->permit = part_permit_high();
 }
 
-static struct observed before;
-static struct observed after;
+
+static void check_refusal(void)
+{
+    observe(&observed[1]);
+    if (search_undisturbed() && memcmp(&observed[0], &observed[1], sizeof *observed) != 0) {
+        judge_broken(JUDGE_REFUSED);
+    }
+}
 
 static void order(const struct action *action)
 {
@@ -528,24 +539,18 @@ static void order(const struct action *action)
     if (action->command == COMMAND_PERMIT_ON && !board_stopped()) {
         judged.permit_given = true;
     }
-    observe(&before);
+    observe(&observed[0]);
     if (give_order(action->command, action->argument) == MODBUS_OK) {
         if (action->command == COMMAND_STOP || action->command == COMMAND_PERMIT_OFF) {
             judged.permit_given = false;
         }
-        memset(&before, 0, sizeof before);
         return;
     }
-    if (arms) {
+    if (arms && judged.edges_allowed > was.edges_allowed) {
         judged.edges_allowed = was.edges_allowed;
     }
     judged.permit_given = judged.permit_given && was.permit_given;
-    observe(&after);
-    if (part_run->count == 0 && memcmp(&before, &after, sizeof before) != 0) {
-        judge_broken(JUDGE_REFUSED);
-    }
-    memset(&before, 0, sizeof before);
-    memset(&after, 0, sizeof after);
+    check_refusal();
 }
 
 static void press(bool pressed)
@@ -597,11 +602,11 @@ bool board_finished(void)
 
 bool board_stopped(void)
 {
-    bool deaf = part_run->deaf;
+    bool deaf = *part_deaf;
 
-    part_run->deaf = true;
+    *part_deaf = true;
     bool stopped = machine.fault.code != FAULT_none || estop_latched();
-    part_run->deaf = deaf;
+    *part_deaf = deaf;
     return stopped;
 }
 
@@ -631,10 +636,10 @@ int32_t board_position(void)
 {
     uint16_t address = REG_AXIS_BASE + 6u;
 
-    part_run->deaf = true;
+    *part_deaf = true;
     uint32_t position =
         (uint32_t)data_input(address) << 16 | data_input((uint16_t)(address + 1u));
-    part_run->deaf = false;
+    *part_deaf = false;
     return (int32_t)position;
 }
 

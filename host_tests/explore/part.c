@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "explore/judge.h"
+#include "explore/search.h"
 #include "explore/step_isr.h"
 
 #define DIR_BIT    4 // of port D, hal/boards/uno.def
@@ -29,7 +30,7 @@ enum effect {
 
 struct part_registers part_registers;
 struct part_state part;
-struct part_run *part_run;
+bool *part_deaf;
 
 void explored_estop_body(void);
 void explored_pixel_clock_body(void);
@@ -202,8 +203,10 @@ static void estop_interrupt(void)
 static void overflow_interrupt(void)
 {
     TIFR1 = (uint8_t)(TIFR1 & ~_BV(TOV1));
+    part.in_fast = true;
     step_isr_overflow();
     part_settle();
+    part.in_fast = false;
     if (part.edge_waits) {
         make_edge();
     }
@@ -223,6 +226,7 @@ static void enter(void (*handler)(void))
     part_settle();
     part.depth--;
     part.interrupts_on = true;
+    search_clear_stack();
 }
 
 // In the order of their vectors.
@@ -243,22 +247,26 @@ static bool serve_one(void)
     return true;
 }
 
+void part_command_begins(void)
+{
+    part_settle();
+    part.in_fast = false;
+    part.in_command = true;
+}
+
+void part_command_ends(void)
+{
+    part_settle();
+    part.in_command = false;
+    part.in_fast = true;
+}
+
 static void look_around(const void *pc)
 {
-    struct part_run *run = part_run;
-    uint16_t point = run->points++;
-
-    if (point >= PART_POINTS_MAX) {
-        judge_broken("too many points");
-    }
-    run->pcs[point] = pc;
+    part.points++;
+    part.pc = pc;
     judge_look();
-    while (run->next < run->count && run->placed[run->next].point == point) {
-        part_happen((enum part_event)run->placed[run->next].event);
-        run->next++;
-    }
-    run->possible[point] = (uint8_t)(part_possible(PART_PERIOD_ENDS) |
-                                     part_possible(PART_PIN_CHANGES) << 1);
+    search_point();
 }
 
 static void point_at(const void *pc)
@@ -298,9 +306,10 @@ unsigned char part_interrupts_on(void)
 // come before the first or behind the last.
 static bool same_look(const void *address)
 {
-    bool again = address == part_run->last && address == (const void *)&PIND;
+    bool looks = address == (const void *)&PIND;
+    bool again = looks && part.looking;
 
-    part_run->last = address;
+    part.looking = looks;
     return again;
 }
 
@@ -308,7 +317,7 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
 {
     size_t at = (size_t)((uint8_t *)address - part_memory);
 
-    if (part_run == NULL || part_run->deaf) {
+    if (*part_deaf) {
         return;
     }
     if (part.effect != EFFECT_NONE) {

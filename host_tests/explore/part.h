@@ -11,18 +11,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define PART_EVENTS_MAX 4u
-#define PART_POINTS_MAX 8192u
-
 enum part_event {
     PART_PERIOD_ENDS, // the timer wraps: buffers take effect, a STEP edge if the period has one
     PART_PIN_CHANGES, // the emergency stop's pin
     PART_EVENT_KINDS,
-};
-
-struct part_placed {
-    uint16_t point;
-    uint8_t event; // enum part_event
 };
 
 // What the program cannot see. Part of the state that the search saves.
@@ -36,29 +28,24 @@ struct part_state {
     bool edge_waits;    // a STEP edge that the handler may still prevent
     uint8_t effect;     // side effect of the last write, due before anything else
     uint8_t kept_flags; // TIFR1 before that write
+    bool looking;       // the last access was a look at the emergency stop's pin
+    uint16_t points;    // passed in this piece of program
+    const void *pc;     // of the program at the last one
 };
 
 extern struct part_state part;
 
-// What the search lends a run: where events are placed, and what comes back.
-struct part_run {
-    struct part_placed placed[PART_EVENTS_MAX];
-    uint8_t count;
-    uint8_t next;
-    uint16_t points;
-    bool deaf;        // the judge asks the firmware: not a part of the run
-    const void *last; // accessed last
-    uint8_t possible[PART_POINTS_MAX]; // bit n: event n could happen at that point
-    const void *pcs[PART_POINTS_MAX];  // where the program was
-};
-
-// Not part of the state. Set once.
-extern struct part_run *part_run;
+// The judge asks the firmware: nothing of that is a point. Not part of the state.
+extern bool *part_deaf;
 
 void part_power_on(void);
 void part_cli(void);
 void part_sei(void);
 unsigned char part_interrupts_on(void);
+
+// The step handler obeys a command, with interrupts on.
+void part_command_begins(void);
+void part_command_ends(void);
 
 // A point of its own, for what is not an access: the end of a piece of program.
 void part_point(void);

@@ -4,34 +4,46 @@
 #include <setjmp.h>
 #include <stdlib.h>
 #include <string.h>
+#include <ucontext.h>
 
 #include "explore/board.h"
 #include "explore/judge.h"
 #include "explore/part.h"
 
-#define ROUND       255u // a piece that is no action
-#define NO_PARENT   UINT32_MAX
-#define IDLE_AT_REST 8u    // periods without an edge
-#define REST_MAX     300u  // periods until an axis rests
-#define NAMES_MAX    4096u
+#define ROUND        254u // a piece that is no action
+#define EVENTS       255u // no piece: events at a point of one
+#define NO_PARENT    UINT32_MAX
+#define IDLE_AT_REST 8u   // periods without an edge
+#define REST_MAX     300u // periods until an axis rests
+#define STACK_BYTES  65536u
+// Below the block that alloca() gives there is nothing of a frame but the call in work.
+#define STACK_MARGIN 64u
+#define STACK_CLEARED 2048u
 
-enum verdict { VERDICT_FINE = 1, VERDICT_BROKEN, VERDICT_UNSHARED };
+enum verdict {
+    VERDICT_POINT = 1,
+    VERDICT_OVER, // of the piece
+    VERDICT_BROKEN,
+    VERDICT_UNSHARED,
+};
 
 // How a state was first reached.
 struct step {
     uint32_t parent;
+    uint16_t point;
     uint8_t piece;
-    uint8_t count;
-    struct part_placed placed[PART_EVENTS_MAX];
+    uint8_t events; // bit n: enum part_event n, at that point
+    const void *pc;
 };
 
-// A state that waits to be gone on from.
+// A state to go on from. Its memory is followed by the used part of its stack.
 struct state {
     uint64_t hash[2];
-    uint32_t step;
-    uint8_t left[PART_EVENT_KINDS];
     double schedules;
     uint8_t *memory;
+    uint32_t stack_bytes;
+    uint32_t step;
+    uint8_t left[PART_EVENT_KINDS];
 };
 
 struct layer {
@@ -42,22 +54,34 @@ struct layer {
 };
 
 struct search {
-    jmp_buf out;
+    jmp_buf out; // of the program, to the search
     const char *broken;
     struct search_counts *counts;
     size_t memory_bytes;
     struct step *steps;
     uint32_t step_count, step_room;
-    struct layer now, next;
-    struct layer judged; // at rest
-    uint8_t possible[PART_EVENTS_MAX + 1][PART_POINTS_MAX];
-    // The piece in work.
+    struct layer now, next;     // between pieces
+    struct layer here, further; // at points of the piece in work
+    struct layer judged;        // at rest
+    uint8_t *stack;
     const struct state *from;
     uint8_t piece;
+    uint8_t events;   // to happen at the point in work
+    bool on_stack;    // the program runs on its own stack
+    bool to_the_end;  // nothing is left to be placed: points are passed
+    bool undisturbed; // nothing was placed in this piece
+    struct step last; // in a report
+};
+
+// Where the program goes on, a part of the state.
+struct place {
+    jmp_buf at;
+    uint8_t *low; // of its stack
 };
 
 // Not a part of the state: allocated, and set before the first state is saved.
 static struct search *search;
+static struct place place;
 
 static void *allocate(void *old, size_t bytes)
 {
@@ -70,16 +94,103 @@ static void *allocate(void *old, size_t bytes)
     return room;
 }
 
+// Leaving the program and going on with it.
+
+static __attribute__((noinline)) void leave(enum verdict verdict)
+{
+    place.low = (uint8_t *)__builtin_alloca(16) - STACK_MARGIN;
+    if (_setjmp(place.at) == 0) {
+        _longjmp(search->out, (int)verdict);
+    }
+}
+
+// Apart, because it returns twice.
+static __attribute__((noinline)) enum verdict go(void)
+{
+    int verdict = _setjmp(search->out);
+
+    if (verdict == 0) {
+        search->on_stack = true;
+        _longjmp(place.at, 1);
+    }
+    search->on_stack = false;
+    return (enum verdict)verdict;
+}
+
+static void run_pieces(void)
+{
+    for (;;) {
+        // What a piece leaves behind in its accounts is no part of a state between two.
+        part.points = 0;
+        part.pc = NULL;
+        part.looking = false;
+        leave(VERDICT_OVER);
+        if (search->piece == ROUND) {
+            board_round();
+        } else {
+            board_act(search->piece);
+        }
+        part_point();
+        judge_between();
+        if (part.points > search->counts->points) {
+            search->counts->points = part.points;
+        }
+    }
+}
+
+static void open_stack(void)
+{
+    ucontext_t program;
+    ucontext_t back;
+
+    search->stack = allocate(NULL, STACK_BYTES);
+    memset(search->stack, 0, STACK_BYTES);
+    (void)getcontext(&program);
+    program.uc_stack.ss_sp = search->stack;
+    program.uc_stack.ss_size = STACK_BYTES;
+    program.uc_link = NULL;
+    makecontext(&program, run_pieces, 0);
+    if (_setjmp(search->out) == 0) {
+        (void)swapcontext(&back, &program);
+    }
+}
+
+void search_point(void)
+{
+    if (!search->on_stack || search->to_the_end) {
+        return;
+    }
+    leave(VERDICT_POINT);
+    for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
+        if ((search->events & 1u << event) != 0) {
+            part_happen((enum part_event)event);
+        }
+    }
+}
+
+__attribute__((noinline)) void search_clear_stack(void)
+{
+    if (search->on_stack) {
+        uint8_t *end = (uint8_t *)__builtin_alloca(16) - 2u * STACK_MARGIN;
+        memset(end - STACK_CLEARED, 0, STACK_CLEARED);
+    }
+}
+
+bool search_undisturbed(void)
+{
+    return search->undisturbed;
+}
+
 _Noreturn void judge_broken(const char *rule)
 {
     search->broken = rule;
-    longjmp(search->out, VERDICT_BROKEN);
+    _longjmp(search->out, VERDICT_BROKEN);
 }
 
 void judge_unshared(const volatile void *address)
 {
     part_share(address, 1);
-    longjmp(search->out, VERDICT_UNSHARED);
+    _longjmp(search->out, VERDICT_UNSHARED);
 }
 
 // States.
@@ -91,40 +202,44 @@ static uint64_t mix(uint64_t hash, uint64_t word)
     return (uint64_t)product ^ (uint64_t)(product >> 64);
 }
 
-static void hash_memory(const uint8_t *memory, size_t bytes, uint64_t seed, uint64_t hash[2])
+static void hash_bytes(const uint8_t *bytes, size_t count, uint64_t hash[2])
 {
-    hash[0] = 0x243F6A8885A308D3u ^ seed;
-    hash[1] = 0x13198A2E03707344u + seed;
-    for (size_t at = 0; at + 8u <= bytes; at += 8u) {
+    for (size_t at = 0; at + 8u <= count; at += 8u) {
         uint64_t word = 0;
-        memcpy(&word, &memory[at], sizeof word);
+        memcpy(&word, &bytes[at], sizeof word);
         hash[0] = mix(hash[0], word);
         hash[1] = mix(hash[1] + 0xA4093822299F31D0u, ~word);
     }
 }
 
-static void restore(const uint8_t *memory)
+static uint8_t *stack_end(void)
 {
-    memcpy(part_memory, memory, search->memory_bytes);
+    return search->stack + STACK_BYTES;
 }
 
-static uint8_t *save(void)
+static void restore(const struct state *state)
 {
-    uint8_t *memory = allocate(NULL, search->memory_bytes);
-
-    memcpy(memory, part_memory, search->memory_bytes);
-    return memory;
+    memcpy(part_memory, state->memory, search->memory_bytes);
+    memcpy(stack_end() - state->stack_bytes,
+           &state->memory[search->memory_bytes],
+           state->stack_bytes);
 }
 
-static uint32_t add_step(const struct part_run *run, uint32_t parent, uint8_t piece)
+static void save(struct state *state)
+{
+    state->stack_bytes = (uint32_t)(stack_end() - place.low);
+    state->memory = allocate(NULL, search->memory_bytes + state->stack_bytes);
+    memcpy(state->memory, part_memory, search->memory_bytes);
+    memcpy(&state->memory[search->memory_bytes], place.low, state->stack_bytes);
+}
+
+static uint32_t add_step(const struct step *step)
 {
     if (search->step_count == search->step_room) {
         search->step_room = 2u * search->step_room + 1024u;
         search->steps = allocate(search->steps, search->step_room * sizeof *search->steps);
     }
-    struct step *step = &search->steps[search->step_count];
-    *step = (struct step){.parent = parent, .piece = piece, .count = run->count};
-    memcpy(step->placed, run->placed, sizeof step->placed);
+    search->steps[search->step_count] = *step;
     return search->step_count++;
 }
 
@@ -178,89 +293,130 @@ static void empty(struct layer *layer)
     }
 }
 
-// The program's memory now is a state of the next layer.
-static void arrive(const uint8_t left[PART_EVENT_KINDS])
+static void swap_layers(struct layer *now, struct layer *next)
+{
+    struct layer done = *now;
+
+    *now = *next;
+    *next = done;
+    empty(next);
+}
+
+static void hash_now(uint64_t hash[2])
+{
+    hash[0] = 0x243F6A8885A308D3u;
+    hash[1] = 0x13198A2E03707344u;
+    hash_bytes(part_memory, search->memory_bytes, hash);
+    hash_bytes(place.low, (size_t)(stack_end() - place.low), hash);
+}
+
+// The program is in a state of this layer. `step` is how it came there, if it came by one.
+static void arrive(struct layer *layer,
+                   const struct state *from,
+                   const uint8_t left[PART_EVENT_KINDS],
+                   uint32_t parent,
+                   const struct step *step)
 {
     uint64_t hash[2];
-    uint64_t seed = 1u + (uint64_t)left[0] * 256u + left[1];
 
-    hash_memory(part_memory, search->memory_bytes, seed, hash);
-    struct state *state = find(&search->next, hash);
+    hash_now(hash);
+    for (uint8_t i = 0; i < PART_EVENT_KINDS; i++) {
+        hash[0] = mix(hash[0], left[i]);
+    }
+    struct state *state = find(layer, hash);
     if (state->memory == NULL) {
-        state->memory = save();
-        state->step = add_step(part_run, search->from->step, search->piece);
+        save(state);
+        state->step = parent;
+        if (step != NULL) {
+            struct step taken = *step;
+            taken.parent = parent;
+            state->step = add_step(&taken);
+        }
         memcpy(state->left, left, sizeof state->left);
         search->counts->states++;
     }
-    state->schedules += search->from->schedules;
+    state->schedules += from->schedules;
 }
 
 // Running.
 
-static void run_piece(void)
+static uint8_t sum(const uint8_t left[PART_EVENT_KINDS])
 {
-    if (search->piece == ROUND) {
-        board_round();
-    } else {
-        board_act(search->piece);
-    }
-    part_point();
-    judge_between();
+    return (uint8_t)(left[PART_PERIOD_ENDS] + left[PART_PIN_CHANGES]);
 }
 
-static bool start_run(void)
+// These events are possible at the point of the restored state; they are taken from what is left.
+static bool choose(uint8_t events, uint8_t left[PART_EVENT_KINDS])
 {
-    restore(search->from->memory);
-    part_run->next = 0;
-    part_run->points = 0;
-    search->counts->runs++;
-    enum verdict verdict = (enum verdict)setjmp(search->out);
-    if (verdict == 0) {
-        run_piece();
-    }
-    return verdict == 0;
-}
-
-// Run the piece with the events placed so far; then with one more, wherever one can be.
-static bool place(uint8_t count, const uint8_t left[PART_EVENT_KINDS])
-{
-    part_run->count = count;
-    if (!start_run()) {
-        return false;
-    }
-    arrive(left);
-    uint16_t points = part_run->points;
-    if (points > search->counts->points) {
-        search->counts->points = points;
-    }
-    uint8_t *possible = search->possible[count];
-    memcpy(possible, part_run->possible, points);
-    uint16_t first = count == 0 ? 0 : part_run->placed[count - 1u].point;
-
-    for (uint16_t point = first; count < PART_EVENTS_MAX && point < points; point++) {
-        for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
-            bool again = count != 0 && point == first &&
-                         event <= part_run->placed[count - 1u].event;
-            if (left[event] == 0 || again || (possible[point] & 1u << event) == 0) {
-                continue;
-            }
-            uint8_t fewer[PART_EVENT_KINDS];
-            memcpy(fewer, left, sizeof fewer);
-            fewer[event]--;
-            part_run->placed[count] = (struct part_placed){point, event};
-            if (!place((uint8_t)(count + 1u), fewer)) {
+    search->events = events;
+    for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
+        if ((events & 1u << event) != 0) {
+            if (left[event] == 0 || !part_possible((enum part_event)event)) {
                 return false;
             }
+            left[event]--;
         }
     }
     return true;
 }
 
-static bool go_on(const struct state *state, uint8_t piece)
+// From a state at a point, or before the piece, to the next point or the end.
+static bool go_on(const struct state *from, uint8_t events)
 {
-    search->from = state;
+    uint8_t left[PART_EVENT_KINDS];
+
+    memcpy(left, from->left, sizeof left);
+    restore(from);
+    if (!choose(events, left)) {
+        return true;
+    }
+    struct step here = {
+        .piece = EVENTS, .events = events, .point = part.points, .pc = part.pc};
+    search->last = here;
+    search->to_the_end = sum(left) == 0;
+    search->undisturbed = search->undisturbed && events == 0;
+    search->counts->runs++;
+    enum verdict verdict = go();
+    if (verdict == VERDICT_POINT) {
+        arrive(&search->further, from, left, from->step, events != 0 ? &here : NULL);
+        return true;
+    }
+    if (verdict != VERDICT_OVER) {
+        return false;
+    }
+    uint32_t parent = from->step;
+    struct step over = {.piece = search->piece};
+    if (events != 0) {
+        over.events = events;
+        over.point = here.point;
+        over.pc = here.pc;
+    }
+    arrive(&search->next, from, left, parent, &over);
+    return true;
+}
+
+static bool run_piece(const struct state *from, uint8_t piece)
+{
     search->piece = piece;
-    return place(0, state->left);
+    search->from = from;
+    search->undisturbed = true;
+    if (!go_on(from, 0)) {
+        return false;
+    }
+    while (search->further.count != 0) {
+        swap_layers(&search->here, &search->further);
+        for (uint32_t i = 0; i < search->here.count; i++) {
+            search->from = &search->here.states[i];
+            for (uint8_t events = 0; events < 1u << PART_EVENT_KINDS; events++) {
+                search->undisturbed = search->here.states[i].step == from->step;
+                if (!go_on(&search->here.states[i], events)) {
+                    return false;
+                }
+            }
+        }
+    }
+    empty(&search->here);
+    return true;
 }
 
 // Judging.
@@ -295,11 +451,9 @@ static void judge_rest(void)
 
 static bool judge_state(const struct state *state)
 {
-    restore(state->memory);
-    part_run->count = 0;
-    part_run->next = 0;
+    restore(state);
     search->counts->judged++;
-    enum verdict verdict = (enum verdict)setjmp(search->out);
+    int verdict = _setjmp(search->out);
     if (verdict == 0) {
         judge_rest();
     }
@@ -312,7 +466,8 @@ static bool was_judged(const struct state *state)
     uint64_t hash[2];
     uint32_t before = search->judged.count;
 
-    hash_memory(state->memory, search->memory_bytes, 0, hash);
+    restore(state);
+    hash_now(hash);
     (void)find(&search->judged, hash);
     return search->judged.count == before;
 }
@@ -323,7 +478,6 @@ static bool judge_layer(void)
         const struct state *state = &search->now.states[i];
         if (!was_judged(state) && !judge_state(state)) {
             search->from = state;
-            part_run->count = 0;
             return false;
         }
     }
@@ -332,19 +486,28 @@ static bool judge_layer(void)
 
 // Reporting.
 
+static const char *const event_names[PART_EVENT_KINDS] = {
+    [PART_PERIOD_ENDS] = "a period ends",
+    [PART_PIN_CHANGES] = "the emergency stop's pin changes",
+};
+
 static void report_step(FILE *report, const struct step *step)
 {
-    (void)fprintf(report,
-                  "  %s",
-                  step->piece == ROUND ? "a round of the main loop" : board_action(step->piece));
-    for (uint8_t i = 0; i < step->count; i++) {
-        (void)fprintf(report,
-                      "; at point %u %s",
-                      step->placed[i].point,
-                      step->placed[i].event == PART_PERIOD_ENDS ? "a period ends"
-                                                                : "the pin changes");
+    if (step->events != 0) {
+        (void)fprintf(report, "    at point %u (%p):", step->point, step->pc);
+        for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
+            if ((step->events & 1u << event) != 0) {
+                (void)fprintf(report, " %s;", event_names[event]);
+            }
+        }
+        (void)fputc('\n', report);
     }
-    (void)fputc('\n', report);
+    if (step->piece != EVENTS) {
+        (void)fprintf(report,
+                      "  %s\n",
+                      step->piece == ROUND ? "a round of the main loop"
+                                           : board_action(step->piece));
+    }
 }
 
 static void report_path(FILE *report, uint32_t step)
@@ -352,15 +515,6 @@ static void report_path(FILE *report, uint32_t step)
     if (step != NO_PARENT) {
         report_path(report, search->steps[step].parent);
         report_step(report, &search->steps[step]);
-    }
-}
-
-// Where the program was at the points at which events are placed.
-static void report_places(FILE *report)
-{
-    for (uint8_t i = 0; i < part_run->count; i++) {
-        (void)fprintf(report, "  point %u: %p\n", part_run->placed[i].point,
-                      part_run->pcs[part_run->placed[i].point]);
     }
 }
 
@@ -373,35 +527,25 @@ static void report_broken(FILE *report, uint8_t scenario, bool at_rest)
     if (at_rest) {
         (void)fputs("  then idle periods\n", report);
     } else {
-        struct step last = {.piece = search->piece, .count = part_run->count};
-        memcpy(last.placed, part_run->placed, sizeof last.placed);
+        struct step last = search->last;
+        last.piece = search->piece;
         report_step(report, &last);
-        report_places(report);
     }
     board_describe(report);
 }
 
 // Searching.
 
-static void swap_layers(void)
-{
-    struct layer done = search->now;
-
-    search->now = search->next;
-    search->next = done;
-    empty(&search->next);
-}
-
 static bool expand(uint8_t first_piece, uint8_t pieces)
 {
     for (uint32_t i = 0; i < search->now.count; i++) {
         for (uint8_t piece = 0; piece < pieces; piece++) {
-            if (!go_on(&search->now.states[i], (uint8_t)(first_piece + piece))) {
+            if (!run_piece(&search->now.states[i], (uint8_t)(first_piece + piece))) {
                 return false;
             }
         }
     }
-    swap_layers();
+    swap_layers(&search->now, &search->next);
     return true;
 }
 
@@ -410,14 +554,13 @@ static bool begin(uint8_t scenario, const struct search_limits *limits)
 {
     empty(&search->now);
     empty(&search->next);
+    empty(&search->here);
+    empty(&search->further);
     empty(&search->judged);
     search->step_count = 0;
     search->from = NULL;
-    part_run->count = 0;
-    part_run->next = 0;
-    part_run->points = 0;
     search->piece = ROUND;
-    enum verdict verdict = (enum verdict)setjmp(search->out);
+    int verdict = _setjmp(search->out);
     if (verdict != 0) {
         return false;
     }
@@ -425,9 +568,12 @@ static bool begin(uint8_t scenario, const struct search_limits *limits)
         judge_broken("the scenario does not come");
     }
     part_point();
+    part.points = 0;
+    part.pc = NULL;
+    part.looking = false;
     uint64_t hash[2] = {0, 0};
     struct state *state = find(&search->now, hash);
-    state->memory = save();
+    save(state);
     state->step = NO_PARENT;
     state->schedules = 1;
     state->left[PART_PERIOD_ENDS] = limits->periods;
@@ -460,22 +606,23 @@ static bool explore(uint8_t scenario, const struct search_limits *limits, bool *
     return true;
 }
 
-static void open_search(void)
+static struct state *power_on(void)
 {
-    static uint8_t *power_on;
+    static struct state state;
 
     if (search == NULL) {
-        part_run = allocate(NULL, sizeof *part_run);
-        memset(part_run, 0, sizeof *part_run);
+        part_deaf = allocate(NULL, sizeof *part_deaf);
+        *part_deaf = false;
         search = allocate(NULL, sizeof *search);
         memset(search, 0, sizeof *search);
         search->memory_bytes = (size_t)(part_memory_end - part_memory);
         board_power_on();
-        power_on = save();
-        // The pointer itself is part of what was saved.
-        memcpy(&power_on[(uint8_t *)&power_on - part_memory], &power_on, sizeof power_on);
+        open_stack();
+        save(&state);
+        // It is part of what was saved.
+        memcpy(&state.memory[(uint8_t *)&state - part_memory], &state, sizeof state);
     }
-    restore(power_on);
+    return &state;
 }
 
 bool search_scenario(uint8_t scenario,
@@ -486,7 +633,7 @@ bool search_scenario(uint8_t scenario,
     bool at_rest = false;
 
     do {
-        open_search();
+        restore(power_on());
         memset(counts, 0, sizeof *counts);
         search->counts = counts;
         search->broken = NULL;

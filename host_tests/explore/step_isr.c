@@ -118,13 +118,11 @@ static void obey(void)
     uint8_t mask = TIMSK1;
 
     TIMSK1 = 0;
-    part.in_fast = false;
-    part.in_command = true;
+    part_command_begins();
     part_sei();
     step_isr_command_0();
     part_cli();
-    part.in_command = false;
-    part.in_fast = true;
+    part_command_ends();
     TIMSK1 = mask;
     give_way_if_halted();
     loaded();
@@ -170,7 +168,6 @@ static bool entry(void)
 // TIMER1_OVF_vect, .Lagain, .Lsecond
 void step_isr_overflow(void)
 {
-    part.in_fast = true;
     int8_t left = engine->left;
     if (left == 0 && entry()) {
         left = engine->left;
@@ -178,5 +175,4 @@ void step_isr_overflow(void)
     if (left != 0) {
         run_period(left);
     }
-    part.in_fast = false;
 }
