@@ -610,6 +610,11 @@ bool board_stopped(void)
     return stopped;
 }
 
+bool board_halted(void)
+{
+    return engine()->state >= STEP_ENGINE_HALTED;
+}
+
 bool board_promise_broken(void)
 {
     return (machine.fault.mask & 1uL << FAULT_internal) != 0;

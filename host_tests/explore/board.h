@@ -28,6 +28,7 @@ bool board_held(void);     // armed, not released
 bool board_moving(void);   // armed or running
 bool board_finished(void); // the last line came to its end
 bool board_stopped(void);  // a fault is recorded or the emergency stop latched
+bool board_halted(void);   // the engine loads no periods of a line any more
 bool board_promise_broken(void);
 bool board_estop_recorded(void);
 bool board_excused(const void *address, bool writes);

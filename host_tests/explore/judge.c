@@ -28,15 +28,13 @@ void judge_edge(bool negative)
 
 void judge_look(void)
 {
-    bool stopped = board_stopped();
-
-    if (stopped) {
+    if (board_stopped()) {
         judged.permit_given = false;
-        if (!judged.stopped) {
-            allow_at_most(1);
-        }
     }
-    judged.stopped = stopped;
+    // What the timer holds still comes.
+    if (board_halted()) {
+        allow_at_most(1);
+    }
     if (part_permit_high() && !judged.permit_given) {
         judge_broken(JUDGE_PERMIT);
     }
@@ -56,7 +54,7 @@ void judge_between(void)
 {
     if (board_finished()) {
         allow_at_most(0);
-    } else if (!board_moving()) {
+    } else if (!board_moving() || board_stopped()) {
         allow_at_most(1);
     }
     if (board_promise_broken()) {

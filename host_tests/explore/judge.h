@@ -24,7 +24,6 @@ struct judged {
     int32_t position; // edges made, signed
     uint8_t edges_allowed;
     bool permit_given;
-    bool stopped; // fault or emergency stop, as seen last
 };
 
 extern struct judged judged;

@@ -271,6 +271,9 @@ static void look_around(const void *pc)
 
 static void point_at(const void *pc)
 {
+    if (*part_deaf) {
+        return;
+    }
     do {
         look_around(pc);
     } while (serve_one());
@@ -282,9 +285,13 @@ void part_point(void)
     point_at(__builtin_return_address(0));
 }
 
+// A point of its own: inside, an interrupt has to wait.
 void part_cli(void)
 {
     part_settle();
+    if (part.interrupts_on) {
+        point_at(__builtin_return_address(0));
+    }
     part.interrupts_on = false;
 }
 
@@ -292,7 +299,7 @@ void part_sei(void)
 {
     part_settle();
     part.interrupts_on = true;
-    while (serve_one()) {
+    while (!*part_deaf && serve_one()) {
         look_around(__builtin_return_address(0));
     }
 }

@@ -4,7 +4,7 @@
 // places it, at one of the points of a piece of program.
 //
 // A point lies before every access of the firmware to an object that an interrupt handler uses
-// too, and behind every handler. Between two points nothing that the firmware does can be told
+// too, before interrupts are switched off, and behind every handler. Between two points nothing that the firmware does can be told
 // apart from outside, so all places for a hardware event between them are the same place.
 #pragma once
 
