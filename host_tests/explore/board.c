@@ -617,7 +617,7 @@ bool board_halted(void)
 
 bool board_promise_broken(void)
 {
-    return (machine.fault.mask & 1uL << FAULT_internal) != 0;
+    return (machine.fault.mask & (1uL << FAULT_internal | 1uL << FAULT_stray_steps)) != 0;
 }
 
 bool board_estop_recorded(void)

@@ -104,10 +104,13 @@ static void halt(void)
     give_way();
 }
 
-// macro give_way_if_halted
-static void give_way_if_halted(void)
+// macro halt_if_told
+static void halt_if_told(void)
 {
-    if (engine->state >= STEP_ENGINE_HALTED) {
+    if (engine->stop) {
+        engine->cut = engine->left;
+        engine->left = 0;
+        engine->state = STEP_ENGINE_HALTING;
         give_way();
     }
 }
@@ -124,7 +127,7 @@ static void obey(void)
     part_cli();
     part_command_ends();
     TIMSK1 = mask;
-    give_way_if_halted();
+    halt_if_told();
     loaded();
 }
 
