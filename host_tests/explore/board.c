@@ -2,6 +2,7 @@
 #include "explore/board.h"
 
 #include <avr/io.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,6 +28,7 @@
 #define TOKEN       7u
 #define OTHER_TOKEN 8u
 #define PREPARE_MAX 200u // periods until a scenario has come
+#define TRIES       4u   // to clear a fault
 #define UNITS_OF_MS 256u // of 4 us, nearly
 
 extern struct step_engine step_engines[CONFIG_AXES];
@@ -625,14 +627,13 @@ bool board_estop_recorded(void)
     return (machine.fault.mask & 1uL << FAULT_estop) != 0;
 }
 
-bool board_excused(const void *address, bool writes)
+bool board_excused(const volatile void *address)
 {
+    const volatile uint8_t *runs =
+        (const volatile uint8_t *)&step_engines[0] + offsetof(struct step_engine, runs);
+    const volatile uint8_t *byte = address;
     // step_timer_beat() takes the low byte.
-    bool beat = address == (const void *)&step_engines[0].idle_count;
-    const uint8_t *byte = address;
-    const uint8_t *runs = (const uint8_t *)step_engines[0].runs;
-
-    (void)writes;
+    bool beat = address == &step_engines[0].idle_count;
 
     return beat || (byte >= runs && byte < runs + sizeof step_engines[0].runs);
 }
@@ -648,14 +649,24 @@ int32_t board_position(void)
     return (int32_t)position;
 }
 
+// Refused while a step is still to come.
+static bool clears(void)
+{
+    for (uint8_t i = 0; i < TRIES; i++) {
+        if (give_order(COMMAND_CLEAR_FAULT, 0) == MODBUS_OK) {
+            return true;
+        }
+        board_idle();
+    }
+    return false;
+}
+
 bool board_recovers(void)
 {
     press(false);
-    for (uint8_t i = 0; i < 4; i++) {
-        board_idle();
-    }
-    if (give_order(COMMAND_CLEAR_FAULT, 0) != MODBUS_OK ||
-        give_order(COMMAND_DISCARD, 0) != MODBUS_OK) {
+    board_idle();
+    board_idle();
+    if (!clears() || give_order(COMMAND_DISCARD, 0) != MODBUS_OK) {
         return false;
     }
     board_idle();

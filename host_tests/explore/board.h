@@ -31,7 +31,7 @@ bool board_stopped(void);  // a fault is recorded or the emergency stop latched
 bool board_halted(void);   // the engine loads no periods of a line any more
 bool board_promise_broken(void);
 bool board_estop_recorded(void);
-bool board_excused(const void *address, bool writes);
+bool board_excused(const volatile void *address);
 int32_t board_position(void);
 
 // Clear, discard, run a line of two steps to its end. False when something of that is refused or

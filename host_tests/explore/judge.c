@@ -43,9 +43,9 @@ void judge_look(void)
 // An AVR accesses words in two halves. Shared ones must be accessed with interrupts off; excused
 // are those of which the reader takes the low byte only, or that the protocol of the runs keeps
 // apart.
-void judge_access(const void *address, uint32_t bytes, bool writes)
+void judge_access(const volatile void *address, uint32_t bytes)
 {
-    if (bytes > 1 && part.interrupts_on && !board_excused(address, writes)) {
+    if (bytes > 1 && part.interrupts_on && !board_excused(address)) {
         judge_broken(JUDGE_WIDE);
     }
 }

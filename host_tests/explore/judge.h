@@ -35,5 +35,5 @@ void judge_unshared(const volatile void *address);
 
 void judge_edge(bool negative);
 void judge_look(void); // at every point
-void judge_access(const void *address, uint32_t bytes, bool writes);
+void judge_access(const volatile void *address, uint32_t bytes);
 void judge_between(void); // the main loop is between two pieces of its program

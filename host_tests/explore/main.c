@@ -53,8 +53,16 @@ static bool take_number(const char *text, uint8_t most, uint8_t *number)
 }
 
 struct options {
-    struct search_limits limits;
-    uint8_t first, last;
+    struct search_limits limits; // none: what the tests run
+    uint8_t first, last;         // scenarios
+    bool to_the_first;           // that breaks a rule
+};
+
+// What the tests run: some tens of seconds.
+static const struct search_limits usual[] = {
+    {.actions = 1, .periods = 2, .pins = 1},
+    {.actions = 2, .periods = 1, .pins = 1},
+    {.actions = 3, .periods = 1, .pins = 0},
 };
 
 static bool take_option(const char *name, const char *value, struct options *options)
@@ -74,21 +82,23 @@ static bool take_option(const char *name, const char *value, struct options *opt
     return taken;
 }
 
-int main(int argc, char **argv)
+static bool take_options(int count, char **words, struct options *options)
 {
-    struct options options = {
-        .limits = {.actions = 2, .periods = 2, .pins = 1},
-        .last = (uint8_t)(board_scenarios() - 1u),
-    };
-    struct search_counts sum = {0};
-    bool fine = true;
-
-    for (int i = 1; i < argc; i += 2) {
-        if (i + 1 == argc || !take_option(argv[i], argv[i + 1], &options)) {
-            return misuse();
+    for (int i = 1; i < count; i++) {
+        if (strcmp(words[i], "--first") == 0) {
+            options->to_the_first = true;
+        } else if (i + 1 == count || !take_option(words[i], words[i + 1], options)) {
+            return false;
+        } else {
+            i++;
         }
     }
-    (void)printf("%-34s %9s %14s %11s %9s %9s %5s\n",
+    return true;
+}
+
+static void print_heading(const struct search_limits *limits)
+{
+    (void)printf("%-34s %9s %14s %11s %9s %9s %6s\n",
                  "from",
                  "sequences",
                  "schedules",
@@ -96,12 +106,48 @@ int main(int argc, char **argv)
                  "states",
                  "judged",
                  "points");
-    for (uint8_t i = options.first; i <= options.last; i++) {
+    (void)limits;
+}
+
+static bool explore(const struct options *options, const struct search_limits *limits)
+{
+    struct search_counts sum = {0};
+    bool fine = true;
+
+    (void)printf("sequences of up to %u, %u ends of periods, %u changes of the pin\n",
+                 limits->actions,
+                 limits->periods,
+                 limits->pins);
+    print_heading(limits);
+    for (uint8_t i = options->first; i <= options->last; i++) {
         struct search_counts counts;
-        fine = search_scenario(i, &options.limits, &counts, stdout) && fine;
+        fine = search_scenario(i, limits, &counts, stdout) && fine;
+        if (!fine && options->to_the_first) {
+            return false;
+        }
         print(board_scenario(i), &counts);
         add(&sum, &counts);
     }
     print("together", &sum);
+    return fine;
+}
+
+int main(int argc, char **argv)
+{
+    struct options options = {.last = (uint8_t)(board_scenarios() - 1u)};
+    bool fine = true;
+
+    if (!take_options(argc, argv, &options)) {
+        return misuse();
+    }
+    if (options.limits.actions != 0) {
+        return explore(&options, &options.limits) ? 0 : 1;
+    }
+    for (size_t i = 0; i < sizeof usual / sizeof usual[0]; i++) {
+        fine = explore(&options, &usual[i]) && fine;
+        if (!fine && options.to_the_first) {
+            break;
+        }
+    }
     return fine ? 0 : 1;
 }

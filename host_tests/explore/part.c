@@ -126,22 +126,27 @@ void part_settle(void)
     take_effect_at_once();
 }
 
-static void note_effect(const void *address)
+// What an access of this register brings about, EFFECT_NONE of any other object.
+static uint8_t effect_of(const volatile void *address)
 {
-    if (address == (const void *)&TIFR1) {
-        part.kept_flags = TIFR1;
-        part.effect = EFFECT_FLAGS;
-    } else if (address == (const void *)&OCR1A) {
-        part.effect = EFFECT_TOP;
-    } else if (address == (const void *)&OCR1AL) {
-        part.effect = EFFECT_TOP_LOW;
-    } else if (address == (const void *)&OCR1B) {
-        part.effect = EFFECT_EDGE;
-    } else if (address == (const void *)&OCR1BL) {
-        part.effect = EFFECT_EDGE_LOW;
-    } else if (address == (const void *)&EIFR) {
-        part.effect = EFFECT_PIN_FLAG;
+    static const struct {
+        const volatile void *address;
+        uint8_t effect;
+    } effects[] = {
+        {&TIFR1, EFFECT_FLAGS},
+        {&OCR1A, EFFECT_TOP},
+        {&OCR1AL, EFFECT_TOP_LOW},
+        {&OCR1B, EFFECT_EDGE},
+        {&OCR1BL, EFFECT_EDGE_LOW},
+        {&EIFR, EFFECT_PIN_FLAG},
+    };
+
+    for (uint8_t i = 0; i < sizeof effects / sizeof effects[0]; i++) {
+        if (effects[i].address == address) {
+            return effects[i].effect;
+        }
     }
+    return EFFECT_NONE;
 }
 
 static void make_edge(void)
@@ -311,9 +316,9 @@ unsigned char part_interrupts_on(void)
 
 // The 20 looks of the emergency stop's handler are one: what comes between two of them could as well
 // come before the first or behind the last.
-static bool same_look(const void *address)
+static bool same_look(const volatile void *address)
 {
-    bool looks = address == (const void *)&PIND;
+    bool looks = address == &PIND;
     bool again = looks && part.looking;
 
     part.looking = looks;
@@ -339,12 +344,13 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
         }
         return;
     }
-    judge_access(address, bytes, writes);
+    judge_access(address, bytes);
     if (!same_look(address)) {
         point_at(pc);
     }
     if (writes) {
-        note_effect(address);
+        part.kept_flags = TIFR1;
+        part.effect = effect_of(address);
     }
 }
 

@@ -89,3 +89,7 @@ extern struct part_registers part_registers;
 
 // The linker of the image gives the rings their section; here their alignment is what is left.
 #define section(name) aligned(256)
+
+// The layout that step_isr.S knows is the AVR's, not this machine's.
+// NOLINTNEXTLINE(bugprone-reserved-identifier): the compiler's own keyword
+#define _Static_assert(condition, text) extern const uint8_t layout_of_the_avr

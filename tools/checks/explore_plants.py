@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: MIT
+"""pixstep-explore finds what is planted: each defect below, under the name of the rule it breaks.
+
+    explore_plants.py COMPILER WORDS EXPLORER EXPLORED [PLANT...]
+
+WORDS is a file of compiler options, EXPLORER and EXPLORED the libraries of the explorer and of the
+firmware under it. A defect is planted in copies of the files that hold it; the sources named with
+it are compiled again and linked before the rest.
+"""
+
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from common import ROOT, finish
+
+ENGINE = "firmware/core/motion/step_engine.c"
+ENGINE_H = "firmware/core/motion/step_engine.h"
+TIMER = "firmware/hal/avr/step_timer.c"
+ESTOP = "firmware/hal/avr/estop.c"
+MACHINE = "firmware/app/machine.c"
+ASSEMBLY = "host_tests/explore/step_isr.c"
+
+RUNAWAY = "runaway"
+POSITION = "the position is not the edges made"
+PERMIT = "permit is high"
+STUCK = "the axis cannot be used again"
+
+
+@dataclass(frozen=True)
+class Change:
+    """In `file`, `right` becomes `wrong`."""
+
+    file: str
+    right: str
+    wrong: str
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A defect: what it is, how it is reported, and where it is."""
+
+    about: str
+    rule: str
+    changes: tuple[Change, ...]
+    compiled: tuple[str, ...]  # sources that include a changed header
+
+
+PLANTS = (
+    Plant(
+        "settle while the timer holds a step",
+        RUNAWAY,
+        (
+            Change(
+                ENGINE,
+                "if (step_engine_going((enum step_engine_state)engine->state)) {",
+                "if (false) {",
+            ),
+            Change(MACHINE, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
+        ),
+        (),
+    ),
+    Plant(
+        "permit set before the emergency stop is looked at",
+        PERMIT,
+        (
+            Change(
+                ESTOP,
+                "        pins_write_permit(on && !latched);\n    }",
+                "    }\n    pins_write_permit(on);\n    if (latched) {\n"
+                "        pins_write_permit(false);\n    }",
+            ),
+        ),
+        (),
+    ),
+    Plant(
+        "a halt that does not cut a run",
+        POSITION,
+        (Change(ENGINE_H, "engine->cut = left;\n        engine->left = 0;", ""),),
+        (TIMER,),
+    ),
+    Plant(
+        "a halt inside a command that does not give way",
+        RUNAWAY,
+        (Change(ASSEMBLY, "STEP_ENGINE_HALTING;\n        give_way();", "STEP_ENGINE_HALTING;"),),
+        (),
+    ),
+    Plant(
+        "a stale compare flag that loads an idle period too early",
+        POSITION,
+        (
+            Change(
+                TIMER,
+                "if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \\\n"
+                "                TIFR##timer = (uint8_t)_BV(OCF##timer##A);",
+                "if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \\\n"
+                "                TIFR##timer = 0;",
+            ),
+        ),
+        (),
+    ),
+    Plant(
+        "idle periods that leave the edge's register alone",
+        RUNAWAY,
+        (
+            Change(
+                TIMER,
+                "OCR##timer##B = QUIET_TICKS;                                                 \\\n"
+                "        OCR##timer##A = STEP_IDLE_TICKS",
+                "                                                                             \\\n"
+                "        OCR##timer##A = STEP_IDLE_TICKS",
+            ),
+        ),
+        (),
+    ),
+    Plant(
+        "an end command that overwrites a halt",
+        RUNAWAY,
+        (
+            Change(
+                ENGINE_H,
+                "step_engine_halt_soon(struct step_engine *engine)\n{\n    engine->stop = true;",
+                "step_engine_halt_soon(struct step_engine *engine)\n{\n"
+                "    engine->state = STEP_ENGINE_HALTING;",
+            ),
+            Change(
+                ASSEMBLY, "if (engine->stop) {", "if (engine->state >= STEP_ENGINE_HALTED) {"
+            ),
+        ),
+        (TIMER,),
+    ),
+    Plant(
+        "an emergency stop that halts only lines",
+        RUNAWAY,
+        (
+            Change(
+                TIMER,
+                "} else if (TIMSK##timer == 0) {",
+                "} else if (step_engines[axis].state != STEP_ENGINE_IN_LINE) {"
+                " } else if (TIMSK##timer == 0) {",
+            ),
+        ),
+        (),
+    ),
+    Plant(
+        "a settled axis whose interrupt stays off",
+        STUCK,
+        (Change(TIMER, "            resume(axis);", ""),),
+        (),
+    ),
+    Plant(
+        "a late interrupt that forgets the rest of its run",
+        POSITION,
+        (),
+        (),
+    ),
+    Plant(
+        "a sentinel written behind its entry",
+        "",
+        (
+            Change(
+                "firmware/core/motion/feed.h",
+                "    ring->high[next] = STEP_HIGH_EMPTY;\n    ring->low[slot] = (uint8_t)top;\n"
+                "    ring->high[slot] = (uint8_t)(top >> 8);",
+                "    ring->low[slot] = (uint8_t)top;\n"
+                "    ring->high[slot] = (uint8_t)(top >> 8);\n"
+                "    ring->high[next] = STEP_HIGH_EMPTY;",
+            ),
+        ),
+        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
+    ),
+    Plant(
+        "an entry visible before it is whole",
+        "",
+        (
+            Change(
+                "firmware/core/motion/feed.h",
+                "    ring->low[slot] = (uint8_t)top;\n"
+                "    ring->high[slot] = (uint8_t)(top >> 8);",
+                "    ring->high[slot] = (uint8_t)(top >> 8);\n"
+                "    ring->low[slot] = (uint8_t)top;",
+            ),
+        ),
+        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
+    ),
+)
+
+
+def plant(defect: Plant, folder: Path) -> list[str]:
+    """Write the changed files; return the sources to compile again."""
+    sources = [str(ROOT / name) for name in defect.compiled]
+    for change in defect.changes:
+        target = folder / change.file
+        kept = target if target.is_file() else ROOT / change.file
+        text = kept.read_text(encoding="utf-8")
+        if text.count(change.right) != 1:
+            raise ValueError(f"{change.file}: {change.right!r} is not there exactly once")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text.replace(change.right, change.wrong), encoding="utf-8")
+        if target.suffix == ".c":
+            sources.append(str(target))
+    return sources
+
+
+def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> str:
+    """Build the explorer with a defect and run it; return what was found first."""
+    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
+        folder = Path(name)
+        sources = plant(defect, folder)
+        before = [f"-I{folder / part}" for part in ("firmware", "firmware/core")]
+        program = str(folder / "explore")
+        group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
+        command = [compiler, *before, f"@{words}", *sources, *group, "-no-pie", "-o", program]
+        subprocess.run(command, check=True)
+        done = subprocess.run([program, "--first"], capture_output=True, text=True, check=False)
+        return done.stdout.splitlines()[1] if done.returncode == 1 else ""
+
+
+def main() -> None:
+    """Plant each defect, or those named."""
+    compiler, words, explorer, explored, *chosen = sys.argv[1:]
+    problems = []
+    defects = [defect for defect in PLANTS if not chosen or defect.about in chosen]
+    for defect in defects:
+        found = explore(defect, compiler, words, [explorer, explored])
+        print(f"{defect.about}: {found or 'not found'}", flush=True)
+        if not found.startswith(defect.rule) or not found:
+            problems.append(f"{defect.about}: {defect.rule!r} is expected")
+    finish("explore.plants", f"{len(defects)} defects planted", problems)
+
+
+if __name__ == "__main__":
+    main()
