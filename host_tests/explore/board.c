@@ -13,7 +13,7 @@
 #include "app/time_check.h"
 #include "explore/judge.h"
 #include "explore/part.h"
-#include "explore/search.h"
+#include "explore/program.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"
 #include "hal/eeprom.h"
@@ -178,7 +178,9 @@ static struct observed *observed;
 
 void board_power_on(void)
 {
-    observed = calloc(2, sizeof *observed);
+    observed = allocate(NULL, 2u * sizeof *observed);
+    part_deaf = allocate(NULL, sizeof *part_deaf);
+    *part_deaf = false;
     part_power_on();
     part_share(step_engines, sizeof step_engines);
     part_share(step_rings, sizeof step_rings);
@@ -525,7 +527,7 @@ static void observe(struct observed *seen)
 static void check_refusal(void)
 {
     observe(&observed[1]);
-    if (search_undisturbed() && memcmp(&observed[0], &observed[1], sizeof *observed) != 0) {
+    if (!program_task()->disturbed && memcmp(&observed[0], &observed[1], sizeof *observed) != 0) {
         judge_broken(JUDGE_REFUSED);
     }
 }

@@ -4,6 +4,9 @@
 #include "explore/board.h"
 #include "explore/part.h"
 
+#define IDLE_AT_REST 8u   // periods without an edge
+#define REST_MAX     300u // periods until an axis rests
+
 struct judged judged;
 
 static void allow_at_most(uint8_t edges)
@@ -59,5 +62,33 @@ void judge_between(void)
     }
     if (board_promise_broken()) {
         judge_broken(JUDGE_PROMISE);
+    }
+}
+
+static void come_to_rest(void)
+{
+    uint32_t quiet = 0;
+
+    for (uint32_t i = 0; quiet < IDLE_AT_REST; i++) {
+        int32_t position = judged.position;
+        if (i == REST_MAX) {
+            judge_broken(JUDGE_RUNAWAY);
+        }
+        board_idle();
+        quiet = judged.position == position ? quiet + 1u : 0;
+    }
+}
+
+void judge_rest(void)
+{
+    come_to_rest();
+    if (part_estop_pressed() && !board_estop_recorded()) {
+        judge_broken(JUDGE_ESTOP);
+    }
+    if (board_position() != judged.position) {
+        judge_broken(JUDGE_POSITION);
+    }
+    if (!board_recovers()) {
+        judge_broken(JUDGE_STUCK);
     }
 }

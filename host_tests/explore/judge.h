@@ -14,7 +14,7 @@
 #define JUDGE_REFUSED  "a refused command changed something"
 #define JUDGE_PROMISE  "a promise of the firmware is broken"
 #define JUDGE_ESTOP    "the emergency stop went unheard"
-#define JUDGE_EDGES    "a line that is done has not made its edges"
+#define JUDGE_SCENARIO "the scenario does not come"
 #define JUDGE_WIDE     "a shared word is accessed with interrupts on"
 
 #define JUDGE_ANY_NUMBER 255u
@@ -37,3 +37,4 @@ void judge_edge(bool negative);
 void judge_look(void); // at every point
 void judge_access(const volatile void *address, uint32_t bytes);
 void judge_between(void); // the main loop is between two pieces of its program
+void judge_rest(void);    // bring the axis to rest; then it must be usable

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "explore/judge.h"
-#include "explore/search.h"
+#include "explore/program.h"
 #include "explore/step_isr.h"
 
 #define DIR_BIT    4 // of port D, hal/boards/uno.def
@@ -231,7 +231,7 @@ static void enter(void (*handler)(void))
     part_settle();
     part.depth--;
     part.interrupts_on = true;
-    search_clear_stack();
+    program_clear_stack();
 }
 
 // In the order of their vectors.
@@ -271,7 +271,7 @@ static void look_around(const void *pc)
     part.points++;
     part.pc = pc;
     judge_look();
-    search_point();
+    program_point();
 }
 
 static void point_at(const void *pc)

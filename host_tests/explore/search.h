@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Every placement of a few hardware events over the points of every sequence of actions.
+// Every placement of a few hardware events over the points of every sequence of actions. Behind
+// each action comes a round of the main loop, as on the board.
 //
-// The program runs on a stack of its own. At each of its points it can be left, and gone on with
-// later from what was saved: its memory, its stack and the place in it. That is a state; equal ones
-// at the same point of the same piece of program, with equally many events left, are one. A piece
-// is an action or a round of the main loop.
+// Equal states at the same point of the same piece of program, with equally many events left, are
+// one: what follows is the same. Behind each round every state is brought to rest and judged.
 #pragma once
 
 #include <stdbool.h>
@@ -18,22 +17,16 @@ struct search_limits {
 };
 
 struct search_counts {
-    double sequences;
-    double schedules; // paths: placements along sequences
+    double sequences; // of actions
+    double schedules; // placements along the longest of them
     uint64_t states;  // at points and between pieces
     uint64_t runs;    // from a state to the next
     uint64_t judged;  // states brought to rest and judged
     uint16_t points;  // most in one piece
 };
 
-// False when something does not hold; then it has been reported.
+// False when something does not hold; then the way there has been reported.
 bool search_scenario(uint8_t scenario,
                      const struct search_limits *limits,
                      struct search_counts *counts,
                      FILE *report);
-
-// For the part and the judge, while a piece runs.
-
-void search_point(void);       // the program is at a point
-void search_clear_stack(void); // what a handler left below is no part of a state
-bool search_undisturbed(void); // no event was placed in this piece

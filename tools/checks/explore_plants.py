@@ -8,6 +8,7 @@ firmware under it. A defect is planted in copies of the files that hold it; the 
 it are compiled again and linked before the rest.
 """
 
+import re
 import subprocess
 import sys
 import tempfile
@@ -27,6 +28,10 @@ RUNAWAY = "runaway"
 POSITION = "the position is not the edges made"
 PERMIT = "permit is high"
 STUCK = "the axis cannot be used again"
+
+
+# The lines of a macro are one before anything is looked for.
+_CONTINUED = re.compile(r"\s*\\\n\s*")
 
 
 @dataclass(frozen=True)
@@ -93,10 +98,8 @@ PLANTS = (
         (
             Change(
                 TIMER,
-                "if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \\\n"
-                "                TIFR##timer = (uint8_t)_BV(OCF##timer##A);",
-                "if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \\\n"
-                "                TIFR##timer = 0;",
+                "if ((TIFR##timer & _BV(TOV##timer)) == 0) { TIFR##timer = (uint8_t)_BV(OCF##timer##A);",
+                "if ((TIFR##timer & _BV(TOV##timer)) == 0) { TIFR##timer = 0;",
             ),
         ),
         (),
@@ -107,10 +110,8 @@ PLANTS = (
         (
             Change(
                 TIMER,
-                "OCR##timer##B = QUIET_TICKS;                                                 \\\n"
-                "        OCR##timer##A = STEP_IDLE_TICKS",
-                "                                                                             \\\n"
-                "        OCR##timer##A = STEP_IDLE_TICKS",
+                "do { OCR##timer##B = QUIET_TICKS; OCR##timer##A = STEP_IDLE_TICKS",
+                "do { OCR##timer##A = STEP_IDLE_TICKS",
             ),
         ),
         (),
@@ -194,7 +195,7 @@ def plant(defect: Plant, folder: Path) -> list[str]:
     for change in defect.changes:
         target = folder / change.file
         kept = target if target.is_file() else ROOT / change.file
-        text = kept.read_text(encoding="utf-8")
+        text = _CONTINUED.sub(" ", kept.read_text(encoding="utf-8"))
         if text.count(change.right) != 1:
             raise ValueError(f"{change.file}: {change.right!r} is not there exactly once")
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -215,7 +216,8 @@ def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> s
         command = [compiler, *before, f"@{words}", *sources, *group, "-no-pie", "-o", program]
         subprocess.run(command, check=True)
         done = subprocess.run([program, "--first"], capture_output=True, text=True, check=False)
-        return done.stdout.splitlines()[1] if done.returncode == 1 else ""
+        found = re.search(r"^broken: (.*)$", done.stdout, re.MULTILINE)
+        return found[1] if found and done.returncode == 1 else ""
 
 
 def main() -> None:
