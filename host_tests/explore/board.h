@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+void board_open(void); // once, before anything is saved
 void board_power_on(void);
 
 // A situation to start from.

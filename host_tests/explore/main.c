@@ -11,10 +11,12 @@
 
 static int misuse(void)
 {
-    (void)fputs("usage: pixstep-explore [--actions N] [--periods N] [--pins N] [--scenario N]\n"
-                "  N actions in a sequence, N ends of periods and N changes of the emergency\n"
-                "  stop's pin placed in it\n",
-                stderr);
+    (void)fputs(
+        "usage: pixstep-explore [--actions N] [--periods N] [--pins N] [--scenario N]\n"
+        "                       [--first]\n"
+        "  N actions in a sequence, N ends of periods and N changes of the emergency\n"
+        "  stop's pin placed in it; --first: only up to the first rule that is broken\n",
+        stderr);
     return 2;
 }
 
@@ -60,9 +62,9 @@ struct options {
 
 // What the tests run: some tens of seconds.
 static const struct search_limits usual[] = {
-    {.actions = 1, .periods = 2, .pins = 1},
-    {.actions = 2, .periods = 1, .pins = 1},
     {.actions = 3, .periods = 1, .pins = 0},
+    {.actions = 2, .periods = 1, .pins = 1},
+    {.actions = 1, .periods = 2, .pins = 1},
 };
 
 static bool take_option(const char *name, const char *value, struct options *options)
@@ -96,7 +98,7 @@ static bool take_options(int count, char **words, struct options *options)
     return true;
 }
 
-static void print_heading(const struct search_limits *limits)
+static void print_heading(void)
 {
     (void)printf("%-34s %9s %14s %11s %9s %9s %6s\n",
                  "from",
@@ -106,7 +108,6 @@ static void print_heading(const struct search_limits *limits)
                  "states",
                  "judged",
                  "points");
-    (void)limits;
 }
 
 static bool explore(const struct options *options, const struct search_limits *limits)
@@ -118,7 +119,7 @@ static bool explore(const struct options *options, const struct search_limits *l
                  limits->actions,
                  limits->periods,
                  limits->pins);
-    print_heading(limits);
+    print_heading();
     for (uint8_t i = options->first; i <= options->last; i++) {
         struct search_counts counts;
         fine = search_scenario(i, limits, &counts, stdout) && fine;

@@ -2,7 +2,6 @@
 #include "explore/part.h"
 
 #include <avr/io.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "explore/judge.h"
@@ -69,11 +68,18 @@ bool part_timer_served(void)
 // Which bytes of the state are shared. Not part of the state itself.
 static uint8_t *shared;
 
+void part_open(void)
+{
+    size_t bytes = (size_t)(part_memory_end - part_memory);
+
+    part_deaf = allocate(NULL, sizeof *part_deaf);
+    *part_deaf = false;
+    shared = allocate(NULL, bytes);
+    memset(shared, 0, bytes);
+}
+
 void part_share(const volatile void *object, uint32_t bytes)
 {
-    if (shared == NULL) {
-        shared = calloc((size_t)(part_memory_end - part_memory), 1);
-    }
     memset(&shared[(const volatile uint8_t *)object - part_memory], 1, bytes);
 }
 

@@ -38,6 +38,7 @@ extern struct part_state part;
 // The judge asks the firmware: nothing of that is a point. Not part of the state.
 extern bool *part_deaf;
 
+void part_open(void); // once, before anything is saved
 void part_power_on(void);
 void part_cli(void);
 void part_sei(void);
@@ -57,7 +58,7 @@ void part_happen(enum part_event event);
 
 bool part_permit_high(void);
 bool part_estop_pressed(void);
-bool part_pulses_next(void); // the buffered period has a STEP edge
+bool part_pulses_next(void);  // the buffered period has a STEP edge
 bool part_timer_served(void); // one of the timer's two interrupts is on
 
 // An object that interrupts and the main loop share.

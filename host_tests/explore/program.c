@@ -88,6 +88,8 @@ void program_open(void)
 
     host = allocate(NULL, sizeof *host);
     memset(host, 0, sizeof *host);
+    board_open();
+    part_open();
     board_power_on();
     (void)getcontext(&program);
     program.uc_stack.ss_sp = host->stack;

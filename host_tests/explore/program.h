@@ -16,7 +16,8 @@ enum program_verdict {
     PROGRAM_SHARES,   // an interrupt shares what was not known to be shared: search again
 };
 
-#define PROGRAM_ROUND 254u // the piece that is a round of the main loop; below it, actions
+#define PROGRAM_ROUND                                                                    \
+    254u // the piece that is a round of the main loop; below it, actions
 
 // How to go on.
 struct program_task {
@@ -35,8 +36,8 @@ enum program_verdict program_go(const struct program_task *task);
 // Between two pieces, on the caller's stack: what it does is not left at points.
 enum program_verdict program_call(void (*function)(void));
 
-const char *program_broken(void);     // the rule
-uint16_t program_most_points(void);   // in one piece
+const char *program_broken(void);   // the rule
+uint16_t program_most_points(void); // in one piece
 const struct program_task *program_task(void);
 
 size_t program_size(void); // of what is to be saved now

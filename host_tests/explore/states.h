@@ -13,7 +13,7 @@ struct state {
     double schedules; // that lead here
     uint8_t *memory;
     size_t size;
-    uint32_t step; // the last one of the way here
+    uint32_t step;                  // the last one of the way here
     uint8_t left[PART_EVENT_KINDS]; // events still to be placed
 };
 
@@ -30,8 +30,8 @@ void layer_empty(struct layer *layer);
 // The next layer is in work; the one that was is emptied for what comes after it.
 void layer_swap(struct layer *now, struct layer *next);
 
-#define STEP_FIRST     UINT32_MAX // the parent of the first step
-#define STEP_NO_PIECE  255u
+#define STEP_FIRST    UINT32_MAX // the parent of the first step
+#define STEP_NO_PIECE 255u
 
 struct step {
     uint32_t parent;

@@ -9,9 +9,9 @@
 #define TIMER1_CAPT_vect  pixel_clock_body
 #define TIMER1_COMPA_vect timer1_compa
 
-#define ISR(vector, ...)             ISR_CHOICE(vector, ##__VA_ARGS__, ISR_PLAIN)
+#define ISR(vector, ...)              ISR_CHOICE(vector, ##__VA_ARGS__, ISR_PLAIN)
 #define ISR_CHOICE(vector, form, ...) form(vector)
-#define ISR_PLAIN(vector)            ISR_NAMED(vector)
+#define ISR_PLAIN(vector)             ISR_NAMED(vector)
 #define ISR_NAMED(name)                                                                  \
     void explored_##name(void);                                                          \
     void explored_##name(void)

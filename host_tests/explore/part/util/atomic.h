@@ -7,8 +7,9 @@
 #define ATOMIC_FORCEON      part_force_on
 #define ATOMIC_RESTORESTATE part_restore
 #define ATOMIC_BLOCK(leave)                                                              \
-    for (unsigned char interrupts_were_on __attribute__((cleanup(leave))) = part_enter(), \
-                       once = 1;                                                         \
+    for (unsigned char interrupts_were_on                                                \
+         __attribute__((cleanup(leave))) = part_enter(),                                 \
+         once = 1;                                                                       \
          once != 0;                                                                      \
          once = 0)
 
