@@ -12,7 +12,8 @@
 static int misuse(void)
 {
     (void)fputs(
-        "usage: pixstep-explore [--actions N] [--periods N] [--pins N] [--scenario N]\n"
+        "usage: pixstep-explore [--actions N] [--periods N] [--pins N] [--from "
+        "SCENARIO]\n"
         "                       [--first]\n"
         "  N actions in a sequence, N ends of periods and N changes of the emergency\n"
         "  stop's pin placed in it; --first: only up to the first rule that is broken\n",
@@ -78,10 +79,17 @@ static bool take_option(const char *name, const char *value, struct options *opt
     if (strcmp(name, "--pins") == 0) {
         return take_number(value, 4, &options->limits.pins);
     }
-    bool taken = strcmp(name, "--scenario") == 0 &&
-                 take_number(value, (uint8_t)(board_scenarios() - 1u), &options->first);
+    if (strcmp(name, "--from") != 0) {
+        return false;
+    }
+    options->first = 0;
+    while (options->first <= options->last &&
+           strcmp(board_scenario(options->first), value) != 0) {
+        options->first++;
+    }
+    bool found = options->first <= options->last;
     options->last = options->first;
-    return taken;
+    return found;
 }
 
 static bool take_options(int count, char **words, struct options *options)

@@ -135,7 +135,10 @@ const char *program_broken(void)
 
 uint16_t program_most_points(void)
 {
-    return host->most_points;
+    uint16_t most = host->most_points;
+
+    host->most_points = 0;
+    return most;
 }
 
 const struct program_task *program_task(void)

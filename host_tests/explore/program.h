@@ -37,7 +37,7 @@ enum program_verdict program_go(const struct program_task *task);
 enum program_verdict program_call(void (*function)(void));
 
 const char *program_broken(void);   // the rule
-uint16_t program_most_points(void); // in one piece
+uint16_t program_most_points(void); // in one piece, since asked last
 const struct program_task *program_task(void);
 
 size_t program_size(void); // of what is to be saved now

@@ -20,6 +20,14 @@ static bool in_delay(void)
     return running() && scene_engine()->state == STEP_ENGINE_IN_LINE;
 }
 
+static bool before_pulse(void)
+{
+    uint8_t tail = scene_engine()->tail;
+
+    return in_delay() && step_rings[0].high[tail] == STEP_HIGH_COMMAND &&
+           step_rings[0].low[tail] == STEP_COMMAND_PULSE;
+}
+
 static bool in_singles(void)
 {
     return in_delay() && scene_engine()->pulse && scene_engine()->left == 0;
@@ -107,6 +115,11 @@ static bool prepare_armed(void)
 static bool prepare_delay(void)
 {
     return load_and_arm() && scene_pass_until(running);
+}
+
+static bool prepare_before_pulse(void)
+{
+    return load_and_arm() && scene_pass_until(before_pulse);
 }
 
 static bool prepare_singles(void)
@@ -215,6 +228,7 @@ static const struct scenario scenarios[] = {
     {"armed, waits for the pixel clock", prepare_held},
     {"armed, waits for its token", prepare_held_by_token},
     {"released, before its delay", prepare_delay},
+    {"before the first step", prepare_before_pulse},
     {"single periods", prepare_singles},
     {"inside a run", prepare_run},
     {"last period of a run", prepare_end_of_run},

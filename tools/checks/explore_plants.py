@@ -43,6 +43,9 @@ class Change:
     wrong: str
 
 
+SINGLE = ("--actions", "1", "--pins", "1", "--from")
+
+
 @dataclass(frozen=True)
 class Plant:
     """A defect: what it is, how it is reported, and where it is."""
@@ -50,7 +53,8 @@ class Plant:
     about: str
     rule: str
     changes: tuple[Change, ...]
-    compiled: tuple[str, ...]  # sources that include a changed header
+    compiled: tuple[str, ...] = ()  # sources that include a changed header
+    limits: tuple[str, ...] = ()  # where what the tests run is not enough
 
 
 PLANTS = (
@@ -65,7 +69,6 @@ PLANTS = (
             ),
             Change(MACHINE, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
         ),
-        (),
     ),
     Plant(
         "permit set before the emergency stop is looked at",
@@ -78,7 +81,6 @@ PLANTS = (
                 "        pins_write_permit(false);\n    }",
             ),
         ),
-        (),
     ),
     Plant(
         "a halt that does not cut a run",
@@ -90,7 +92,7 @@ PLANTS = (
         "a halt inside a command that does not give way",
         RUNAWAY,
         (Change(ASSEMBLY, "STEP_ENGINE_HALTING;\n        give_way();", "STEP_ENGINE_HALTING;"),),
-        (),
+        limits=(*SINGLE, "before the first step", "--periods", "3"),
     ),
     Plant(
         "a stale compare flag that loads an idle period too early",
@@ -102,7 +104,6 @@ PLANTS = (
                 "if ((TIFR##timer & _BV(TOV##timer)) == 0) { TIFR##timer = 0;",
             ),
         ),
-        (),
     ),
     Plant(
         "idle periods that leave the edge's register alone",
@@ -114,7 +115,6 @@ PLANTS = (
                 "do { OCR##timer##A = STEP_IDLE_TICKS",
             ),
         ),
-        (),
     ),
     Plant(
         "an end command that overwrites a halt",
@@ -143,19 +143,22 @@ PLANTS = (
                 " } else if (TIMSK##timer == 0) {",
             ),
         ),
-        (),
     ),
     Plant(
         "a settled axis whose interrupt stays off",
         STUCK,
         (Change(TIMER, "            resume(axis);", ""),),
-        (),
     ),
     Plant(
         "a late interrupt that forgets the rest of its run",
         POSITION,
-        (),
-        (),
+        (
+            Change(
+                TIMER,
+                "GIVE_WAY(timer); step_engine_halt(&step_engines[axis]); step_engines",
+                "GIVE_WAY(timer); step_engines",
+            ),
+        ),
     ),
     Plant(
         "a sentinel written behind its entry",
@@ -215,7 +218,7 @@ def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> s
         group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
         command = [compiler, *before, f"@{words}", *sources, *group, "-no-pie", "-o", program]
         subprocess.run(command, check=True)
-        done = subprocess.run([program, "--first"], capture_output=True, text=True, check=False)
+        done = subprocess.run([program, "--first", *defect.limits], capture_output=True, text=True, check=False)
         found = re.search(r"^broken: (.*)$", done.stdout, re.MULTILINE)
         return found[1] if found and done.returncode == 1 else ""
 
