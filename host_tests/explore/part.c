@@ -320,8 +320,8 @@ unsigned char part_interrupts_on(void)
     return part.interrupts_on;
 }
 
-// The 20 looks of the emergency stop's handler are one: what comes between two of them could as well
-// come before the first or behind the last.
+// The 20 looks of the emergency stop's handler are one: what comes between two of them could as
+// well come before the first or behind the last.
 static bool same_look(const volatile void *address)
 {
     bool looks = address == &PIND;

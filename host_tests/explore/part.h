@@ -3,9 +3,19 @@
 // mode 15, interrupts. Time is not counted: what the timer does next happens where the search
 // places it, at one of the points of a piece of program.
 //
-// A point lies before every access of the firmware to an object that an interrupt handler uses
-// too, before interrupts are switched off, and behind every handler. Between two points nothing that the firmware does can be told
-// apart from outside, so all places for a hardware event between them are the same place.
+// A point lies before every access of the firmware to an object that an interrupt handler uses too,
+// before interrupts are switched off, and behind every handler. Between two points nothing that the
+// firmware does can be told apart from outside: all places for an event between them are one.
+//
+// What is kept from the part: an interrupt is served at the first point at which it is pending,
+// enabled and interrupts are on, in the order of vectors; no period ends before the interrupt of
+// the one before it was entered, and none ends inside its own handler unless it is shorter than
+// LATE_TICKS (part.c). Such a period may end while the handler loads its successor: too late. One
+// instruction of the main program between SEI or RETI and the next interrupt is left out.
+//
+// Compiled C of the PC stands for the AVR's machine code, a statement of C for each of the
+// assembly's accesses (step_isr.c). The AVR accesses words byte by byte: each shared word must be
+// accessed with interrupts off (JUDGE_WIDE), but for those that board_excused() names.
 #pragma once
 
 #include <stdbool.h>

@@ -27,6 +27,8 @@ ASSEMBLY = "host_tests/explore/step_isr.c"
 RUNAWAY = "runaway"
 POSITION = "the position is not the edges made"
 PERMIT = "permit is high"
+REFUSED = "a refused command changed something"
+UNHEARD = "the emergency stop went unheard"
 STUCK = "the axis cannot be used again"
 
 
@@ -100,8 +102,8 @@ PLANTS = (
         (
             Change(
                 TIMER,
-                "if ((TIFR##timer & _BV(TOV##timer)) == 0) { TIFR##timer = (uint8_t)_BV(OCF##timer##A);",
-                "if ((TIFR##timer & _BV(TOV##timer)) == 0) { TIFR##timer = 0;",
+                "_BV(TOV##timer)) == 0) { TIFR##timer = (uint8_t)_BV(OCF##timer##A);",
+                "_BV(TOV##timer)) == 0) { TIFR##timer = 0;",
             ),
         ),
     ),
@@ -117,20 +119,43 @@ PLANTS = (
         ),
     ),
     Plant(
-        "an end command that overwrites a halt",
+        "a command that is not told of a halt",
         RUNAWAY,
         (
             Change(
                 ENGINE_H,
                 "step_engine_halt_soon(struct step_engine *engine)\n{\n    engine->stop = true;",
-                "step_engine_halt_soon(struct step_engine *engine)\n{\n"
-                "    engine->state = STEP_ENGINE_HALTING;",
-            ),
-            Change(
-                ASSEMBLY, "if (engine->stop) {", "if (engine->state >= STEP_ENGINE_HALTED) {"
+                "step_engine_halt_soon(struct step_engine *engine)\n{\n    (void)engine;",
             ),
         ),
         (TIMER,),
+        limits=(*SINGLE, "before the first step", "--periods", "3"),
+    ),
+    Plant(
+        "an emergency stop that leaves permit on",
+        PERMIT,
+        (Change(ESTOP, "    pins_write_permit(false);\n    latched", "    latched"),),
+    ),
+    Plant(
+        "a stop that leaves permit on",
+        PERMIT,
+        (
+            Change(
+                "firmware/app/commands.c",
+                "    machine_permit(false);\n    if (machine_axis(i)->state != AXIS_FAULT) {",
+                "    if (machine_axis(i)->state != AXIS_FAULT) {",
+            ),
+        ),
+    ),
+    Plant(
+        "an emergency stop that the main loop does not look for",
+        UNHEARD,
+        (Change("firmware/app/safety.c", "    if (estop_latched()) {", "    if (false) {"),),
+    ),
+    Plant(
+        "a refused order that is kept",
+        REFUSED,
+        (Change("firmware/app/data.c", "        machine.order[2] = argument;\n", ""),),
     ),
     Plant(
         "an emergency stop that halts only lines",
@@ -181,10 +206,8 @@ PLANTS = (
         (
             Change(
                 "firmware/core/motion/feed.h",
-                "    ring->low[slot] = (uint8_t)top;\n"
-                "    ring->high[slot] = (uint8_t)(top >> 8);",
-                "    ring->high[slot] = (uint8_t)(top >> 8);\n"
-                "    ring->low[slot] = (uint8_t)top;",
+                "    ring->low[slot] = (uint8_t)top;\n    ring->high[slot] = (uint8_t)(top >> 8);",
+                "    ring->high[slot] = (uint8_t)(top >> 8);\n    ring->low[slot] = (uint8_t)top;",
             ),
         ),
         ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
@@ -218,7 +241,9 @@ def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> s
         group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
         command = [compiler, *before, f"@{words}", *sources, *group, "-no-pie", "-o", program]
         subprocess.run(command, check=True)
-        done = subprocess.run([program, "--first", *defect.limits], capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [program, "--first", *defect.limits], capture_output=True, text=True, check=False
+        )
         found = re.search(r"^broken: (.*)$", done.stdout, re.MULTILINE)
         return found[1] if found and done.returncode == 1 else ""
 
