@@ -8,21 +8,35 @@
 #include "explore/program.h"
 #include "explore/scene.h"
 
-// Everything that a refused order must leave as it was.
-struct observed {
-    struct machine machine;
-    struct step_engine engine;
-    struct step_ring ring;
-    uint16_t top, edge;
-    bool permit;
-};
+// Everything that a refused order must leave as it was, byte by byte.
+#define OUTPUT_BYTES 5u
+#define OBSERVED_BYTES                                                                   \
+    (sizeof machine + sizeof step_engines + sizeof step_rings + OUTPUT_BYTES)
 
-// Allocated before the first state is saved: what was observed is not part of a state.
-static struct observed *observed;
+// Twice, allocated before the first state is saved: what was observed is not part of a state.
+static uint8_t *observed;
 
 void board_open(void)
 {
-    observed = allocate(NULL, 2u * sizeof *observed);
+    observed = allocate(NULL, 2u * OBSERVED_BYTES);
+}
+
+static uint8_t *note(uint8_t *seen, const void *object, size_t bytes)
+{
+    memcpy(seen, object, bytes);
+    return &seen[bytes];
+}
+
+static void observe(uint8_t *seen)
+{
+    uint8_t permit = part_permit_high();
+
+    seen = note(seen, &machine, sizeof machine);
+    seen = note(seen, step_engines, sizeof step_engines);
+    seen = note(seen, step_rings, sizeof step_rings);
+    seen = note(seen, &part.buffer_top, sizeof part.buffer_top);
+    seen = note(seen, &part.buffer_edge, sizeof part.buffer_edge);
+    (void)note(seen, &permit, sizeof permit);
 }
 
 enum kind {
@@ -72,22 +86,11 @@ const char *board_action(uint8_t action)
     return actions[action].name;
 }
 
-static void observe(struct observed *seen)
-{
-    memset(seen, 0, sizeof *seen);
-    memcpy(&seen->machine, &machine, sizeof machine);
-    memcpy(&seen->engine, &step_engines[0], sizeof seen->engine);
-    memcpy(&seen->ring, &step_rings[0], sizeof seen->ring);
-    seen->top = part.buffer_top;
-    seen->edge = part.buffer_edge;
-    seen->permit = part_permit_high();
-}
-
 static void check_refusal(void)
 {
-    observe(&observed[1]);
+    observe(&observed[OBSERVED_BYTES]);
     if (!program_task()->disturbed &&
-        memcmp(&observed[0], &observed[1], sizeof *observed) != 0) {
+        memcmp(observed, &observed[OBSERVED_BYTES], OBSERVED_BYTES) != 0) {
         judge_broken(JUDGE_REFUSED);
     }
 }
@@ -103,7 +106,7 @@ static void order(const struct action *action)
     if (action->command == COMMAND_PERMIT_ON && !board_stopped()) {
         judged.permit_given = true;
     }
-    observe(&observed[0]);
+    observe(observed);
     if (scene_order(action->command, action->argument)) {
         if (action->command == COMMAND_STOP || action->command == COMMAND_PERMIT_OFF) {
             judged.permit_given = false;
@@ -117,13 +120,13 @@ static void order(const struct action *action)
     check_refusal();
 }
 
-void board_act(uint8_t number)
+void board_act(uint8_t action)
 {
-    const struct action *action = &actions[number];
+    const struct action *done = &actions[action];
 
-    switch (action->kind) {
+    switch (done->kind) {
     case KIND_ORDER:
-        order(action);
+        order(done);
         break;
     case KIND_GOOD_BLOCK:
         (void)BLOCK(START(0), {2, 1}, END);
@@ -133,7 +136,7 @@ void board_act(uint8_t number)
         break;
     case KIND_PRESS:
     case KIND_RELEASE:
-        scene_press(action->kind == KIND_PRESS);
+        scene_press(done->kind == KIND_PRESS);
         break;
     default:
         break;

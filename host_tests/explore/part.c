@@ -70,7 +70,7 @@ static uint8_t *shared;
 
 void part_open(void)
 {
-    size_t bytes = (size_t)(part_memory_end - part_memory);
+    size_t bytes = part_memory_bytes();
 
     part_deaf = allocate(NULL, sizeof *part_deaf);
     *part_deaf = false;
@@ -80,7 +80,7 @@ void part_open(void)
 
 void part_share(const volatile void *object, uint32_t bytes)
 {
-    memset(&shared[(const volatile uint8_t *)object - part_memory], 1, bytes);
+    memset(&shared[(uintptr_t)object - (uintptr_t)part_memory], 1, bytes);
 }
 
 void part_power_on(void)
@@ -147,7 +147,7 @@ static uint8_t effect_of(const volatile void *address)
         {&EIFR, EFFECT_PIN_FLAG},
     };
 
-    for (uint8_t i = 0; i < sizeof effects / sizeof effects[0]; i++) {
+    for (size_t i = 0; i < sizeof effects / sizeof effects[0]; i++) {
         if (effects[i].address == address) {
             return effects[i].effect;
         }
@@ -333,7 +333,7 @@ static bool same_look(const volatile void *address)
 
 static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
 {
-    size_t at = (size_t)((uint8_t *)address - part_memory);
+    size_t at = (size_t)((uintptr_t)address - (uintptr_t)part_memory);
 
     if (*part_deaf) {
         return;
@@ -341,7 +341,7 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
     if (part.effect != EFFECT_NONE) {
         part_settle();
     }
-    if (at >= (size_t)(part_memory_end - part_memory)) {
+    if (at >= part_memory_bytes()) {
         return;
     }
     if (!shared[at]) {
@@ -361,6 +361,7 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
 }
 
 // What gcc calls before every access (-fsanitize=thread), in the place of its own library.
+// NOLINTBEGIN(misc-use-internal-linkage): only the compiler knows them
 #define ACCESS(name, bytes, writes)                                                      \
     void access_##name(void *address) __asm__("__tsan_" #name);                          \
     void access_##name(void *address)                                                    \
@@ -395,3 +396,4 @@ RANGE(write_range, true)
 NOTHING(init)
 NOTHING(func_entry)
 NOTHING(func_exit)
+// NOLINTEND(misc-use-internal-linkage)

@@ -19,6 +19,7 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 enum part_event {
@@ -76,3 +77,7 @@ void part_share(const volatile void *object, uint32_t bytes);
 // The state that the search saves lies here.
 extern uint8_t part_memory[] __asm__("__data_start");
 extern uint8_t part_memory_end[] __asm__("_end");
+static inline size_t part_memory_bytes(void)
+{
+    return (size_t)((uintptr_t)part_memory_end - (uintptr_t)part_memory);
+}

@@ -152,7 +152,7 @@ void program_point(void)
         return;
     }
     leave(PROGRAM_AT_POINT);
-    for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
+    for (unsigned event = 0; event < PART_EVENT_KINDS; event++) {
         if ((host->task.events & 1u << event) != 0) {
             part_happen((enum part_event)event);
         }
@@ -162,7 +162,7 @@ void program_point(void)
 __attribute__((noinline)) void program_clear_stack(void)
 {
     if (host->on_stack) {
-        uint8_t *end = (uint8_t *)__builtin_alloca(16) - 2u * STACK_MARGIN;
+        uint8_t *end = (uint8_t *)__builtin_alloca(16) - (size_t)2 * STACK_MARGIN;
         memset(end - STACK_CLEARED, 0, STACK_CLEARED);
     }
 }
@@ -181,11 +181,6 @@ void judge_unshared(const volatile void *address)
 
 // What is saved.
 
-static size_t memory_bytes(void)
-{
-    return (size_t)(part_memory_end - part_memory);
-}
-
 static size_t stack_bytes(void)
 {
     return (size_t)(host->stack + STACK_BYTES - place.low);
@@ -193,21 +188,21 @@ static size_t stack_bytes(void)
 
 size_t program_size(void)
 {
-    return memory_bytes() + stack_bytes();
+    return part_memory_bytes() + stack_bytes();
 }
 
 void program_save(uint8_t *memory)
 {
-    memcpy(memory, part_memory, memory_bytes());
-    memcpy(&memory[memory_bytes()], place.low, stack_bytes());
+    memcpy(memory, part_memory, part_memory_bytes());
+    memcpy(&memory[part_memory_bytes()], place.low, stack_bytes());
 }
 
 void program_restore(const uint8_t *memory, size_t size)
 {
-    size_t on_stack = size - memory_bytes();
+    size_t on_stack = size - part_memory_bytes();
 
-    memcpy(part_memory, memory, memory_bytes());
-    memcpy(host->stack + STACK_BYTES - on_stack, &memory[memory_bytes()], on_stack);
+    memcpy(part_memory, memory, part_memory_bytes());
+    memcpy(host->stack + STACK_BYTES - on_stack, &memory[part_memory_bytes()], on_stack);
 }
 
 static uint64_t mix(uint64_t hash, uint64_t word)
@@ -231,6 +226,6 @@ void program_hash(uint64_t hash[2])
 {
     hash[0] = 0x243F6A8885A308D3u;
     hash[1] = 0x13198A2E03707344u;
-    hash_bytes(part_memory, memory_bytes(), hash);
+    hash_bytes(part_memory, part_memory_bytes(), hash);
     hash_bytes(place.low, stack_bytes(), hash);
 }

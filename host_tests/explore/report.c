@@ -18,7 +18,7 @@ void report_begin(FILE *report, uint8_t scenario)
 // Events stand before the piece in which they happen.
 static void report_step(FILE *report, const struct step *step)
 {
-    for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
+    for (unsigned event = 0; event < PART_EVENT_KINDS; event++) {
         if ((step->events & 1u << event) != 0) {
             (void)fprintf(report,
                           "    at its point %u (%p): %s\n",

@@ -45,7 +45,7 @@ static void arrive(struct layer *layer, const uint8_t *left, bool with_step)
     uint64_t hash[2];
 
     program_hash(hash);
-    for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
+    for (unsigned event = 0; event < PART_EVENT_KINDS; event++) {
         hash[0] = hash[0] * 31u + left[event];
     }
     struct state *state = layer_find(layer, hash);
@@ -64,7 +64,7 @@ static void arrive(struct layer *layer, const uint8_t *left, bool with_step)
 // These events are possible at the point of the restored state; they are taken from what is left.
 static bool choose(uint8_t events, uint8_t *left)
 {
-    for (uint8_t event = 0; event < PART_EVENT_KINDS; event++) {
+    for (unsigned event = 0; event < PART_EVENT_KINDS; event++) {
         if ((events & 1u << event) != 0) {
             if (left[event] == 0 || !part_possible((enum part_event)event)) {
                 return false;

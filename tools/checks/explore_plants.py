@@ -158,18 +158,6 @@ PLANTS = (
         (Change("firmware/app/data.c", "        machine.order[2] = argument;\n", ""),),
     ),
     Plant(
-        "an emergency stop that halts only lines",
-        RUNAWAY,
-        (
-            Change(
-                TIMER,
-                "} else if (TIMSK##timer == 0) {",
-                "} else if (step_engines[axis].state != STEP_ENGINE_IN_LINE) {"
-                " } else if (TIMSK##timer == 0) {",
-            ),
-        ),
-    ),
-    Plant(
         "a settled axis whose interrupt stays off",
         STUCK,
         (Change(TIMER, "            resume(axis);", ""),),
@@ -184,33 +172,6 @@ PLANTS = (
                 "GIVE_WAY(timer); step_engines",
             ),
         ),
-    ),
-    Plant(
-        "a sentinel written behind its entry",
-        "",
-        (
-            Change(
-                "firmware/core/motion/feed.h",
-                "    ring->high[next] = STEP_HIGH_EMPTY;\n    ring->low[slot] = (uint8_t)top;\n"
-                "    ring->high[slot] = (uint8_t)(top >> 8);",
-                "    ring->low[slot] = (uint8_t)top;\n"
-                "    ring->high[slot] = (uint8_t)(top >> 8);\n"
-                "    ring->high[next] = STEP_HIGH_EMPTY;",
-            ),
-        ),
-        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
-    ),
-    Plant(
-        "an entry visible before it is whole",
-        "",
-        (
-            Change(
-                "firmware/core/motion/feed.h",
-                "    ring->low[slot] = (uint8_t)top;\n    ring->high[slot] = (uint8_t)(top >> 8);",
-                "    ring->high[slot] = (uint8_t)(top >> 8);\n    ring->low[slot] = (uint8_t)top;",
-            ),
-        ),
-        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
     ),
 )
 

@@ -34,8 +34,9 @@ struct part_registers {
 
 extern struct part_registers part_registers;
 
-#define _BV(bit) (1 << (bit)) // NOLINT(bugprone-reserved-identifier): avr-libc's name
-#define _SFR_IO_ADDR(reg) 0   // NOLINT(bugprone-reserved-identifier): avr-libc's name
+// NOLINTBEGIN(*-naming,bugprone-reserved-identifier,cert-dcl*): names that are not ours
+#define _BV(bit)          (1 << (bit))
+#define _SFR_IO_ADDR(reg) 0
 
 #define TIFR1  part_registers.tifr1
 #define TIMSK1 part_registers.timsk1
@@ -91,5 +92,5 @@ extern struct part_registers part_registers;
 #define section(name) aligned(256)
 
 // The layout that step_isr.S knows is the AVR's, not this machine's.
-// NOLINTNEXTLINE(bugprone-reserved-identifier): the compiler's own keyword
 #define _Static_assert(condition, text) extern const uint8_t layout_of_the_avr
+// NOLINTEND(*-naming,bugprone-reserved-identifier,cert-dcl*)
