@@ -139,7 +139,6 @@ struct step_ring *step_timer_ring(uint8_t axis)
     {                                                                                    \
         GIVE_WAY(timer);                                                                 \
         step_engine_halt(&step_engines[axis]);                                           \
-        step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
         late_axes |= (uint8_t)(1u << (axis));                                            \
     }
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
