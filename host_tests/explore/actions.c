@@ -42,6 +42,7 @@ static void observe(uint8_t *seen)
 enum kind {
     KIND_ORDER,
     KIND_GOOD_BLOCK,
+    KIND_MORE,
     KIND_REFUSED_BLOCK,
     KIND_PRESS,
     KIND_RELEASE,
@@ -71,6 +72,7 @@ static const struct action actions[] = {
     {"permit on", KIND_ORDER, COMMAND_PERMIT_ON, 0},
     {"permit off", KIND_ORDER, COMMAND_PERMIT_OFF, 0},
     {"a block", KIND_GOOD_BLOCK, 0, 0},
+    {"more of a streamed line", KIND_MORE, 0, 0},
     {"a block that is refused", KIND_REFUSED_BLOCK, 0, 0},
     {"press the emergency stop", KIND_PRESS, 0, 0},
     {"release the emergency stop", KIND_RELEASE, 0, 0},
@@ -130,6 +132,9 @@ void board_act(uint8_t action)
         break;
     case KIND_GOOD_BLOCK:
         (void)BLOCK(START(0), {2, 1}, END);
+        break;
+    case KIND_MORE:
+        (void)BLOCK({2, 1});
         break;
     case KIND_REFUSED_BLOCK:
         (void)BLOCK({0x0FFF, 0});

@@ -173,6 +173,22 @@ PLANTS = (
             ),
         ),
     ),
+    Plant(
+        "a sentinel written behind its entry",
+        POSITION,
+        (
+            Change(
+                "firmware/core/motion/feed.h",
+                "    ring->high[next] = STEP_HIGH_EMPTY;\n    ring->low[slot] = (uint8_t)top;\n"
+                "    ring->high[slot] = (uint8_t)(top >> 8);",
+                "    ring->low[slot] = (uint8_t)top;\n"
+                "    ring->high[slot] = (uint8_t)(top >> 8);\n"
+                "    ring->high[next] = STEP_HIGH_EMPTY;",
+            ),
+        ),
+        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
+        limits=("--actions", "2", "--periods", "2", "--from", "about to starve"),
+    ),
 )
 
 
