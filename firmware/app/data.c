@@ -69,15 +69,16 @@ static const struct area {
 // A read may go on from one area to the next where they touch.
 bool data_input_mapped(uint16_t address, uint16_t count)
 {
-    uint32_t end = (uint32_t)address + count;
     struct area area;
 
     for (uint8_t i = 0; i < sizeof input_areas / sizeof input_areas[0]; i++) {
         flash_copy(&area, &input_areas[i], sizeof area);
+        uint16_t room = (uint16_t)(area.end - address);
         if (address >= area.first && address < area.end) {
-            if (end <= area.end) {
+            if (count <= room) {
                 return true;
             }
+            count = (uint16_t)(count - room);
             address = area.end;
         }
     }

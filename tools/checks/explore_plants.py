@@ -168,8 +168,8 @@ PLANTS = (
         (
             Change(
                 TIMER,
-                "GIVE_WAY(timer); step_engine_halt(&step_engines[axis]); step_engines",
-                "GIVE_WAY(timer); step_engines",
+                "GIVE_WAY(timer); step_engine_halt(&step_engines[axis]); late_axes",
+                "GIVE_WAY(timer); step_engines[axis].state = STEP_ENGINE_HALTING; late_axes",
             ),
         ),
     ),

@@ -17,9 +17,7 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring)
 static struct step_load idle_load(struct step_engine *engine, bool turned)
 {
     engine->pulse = false;
-    engine->idle_count = (uint16_t)(engine->idle_count + 1u);
-    return (struct step_load){
-        .top_ticks = STEP_IDLE_TICKS - 1u, .pulse = false, .turned = turned};
+    return (struct step_load){.top_ticks = STEP_IDLE_TICKS - 1u, .idle = true, .turned = turned};
 }
 
 // The run's next entry, if that is what comes. Looked for one period ahead, so that a run goes on
@@ -91,7 +89,7 @@ static bool obey(struct step_engine *engine, uint8_t command, bool *turned)
     return true;
 }
 
-struct step_load step_engine_next(struct step_engine *engine,
+struct step_load step_engine_take(struct step_engine *engine,
                                   const struct step_ring *ring)
 {
     bool turned = false;

@@ -51,7 +51,8 @@ struct step_engine {
 // One period to hand to the timer.
 struct step_load {
     uint16_t top_ticks; // length - 1
-    bool pulse;         // false: no STEP edge in this period
+    bool pulse : 1;     // false: no STEP edge in this period
+    bool idle : 1;      // to be counted: step_engine_count()
     bool turned;        // the direction output must be set to engine->negative now
 };
 
@@ -66,9 +67,28 @@ struct engine_sample {
 
 void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 
-// Take the next period from the ring. Called in the step interrupt (or natively).
-struct step_load step_engine_next(struct step_engine *engine,
+// Take the next period from the ring. Called in the step interrupt, with interrupts on.
+struct step_load step_engine_take(struct step_engine *engine,
                                   const struct step_ring *ring);
+
+// Count it, if it is an idle one. With interrupts off: a capture reads both bytes of the count.
+static inline void step_engine_count(struct step_engine *engine,
+                                     const struct step_load *load)
+{
+    if (load->idle) {
+        engine->idle_count = (uint16_t)(engine->idle_count + 1u);
+    }
+}
+
+// Both, where nothing can come between.
+static inline struct step_load step_engine_next(struct step_engine *engine,
+                                                const struct step_ring *ring)
+{
+    struct step_load load = step_engine_take(engine, ring);
+
+    step_engine_count(engine, &load);
+    return load;
+}
 
 // A new beginning after a halt. False, and nothing done, while the engine is going: the timer still
 // holds a period that pulses. *slot: where the writer continues. With the step interrupt off.

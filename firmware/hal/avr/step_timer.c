@@ -64,7 +64,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
     void step_isr_command_##axis(void)                                                   \
     {                                                                                    \
         struct step_load load =                                                          \
-            step_engine_next(&step_engines[axis], &step_rings[axis]);                    \
+            step_engine_take(&step_engines[axis], &step_rings[axis]);                    \
         uint16_t edge_ticks = load.pulse ? CONFIG_PULSE_LOW_TICKS : QUIET_TICKS;         \
         ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
         {                                                                                \
@@ -72,6 +72,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
             OCR##timer##A = load.top_ticks;                                              \
             /* TEMP, for a run that comes next (step_isr.S). */                          \
             OCR##timer##AH = step_engines[axis].run_high;                                \
+            step_engine_count(&step_engines[axis], &load);                               \
             /* A stale flag would count this period twice, see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
