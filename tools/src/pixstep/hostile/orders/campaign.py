@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""Random pairs and triples of commands, many an hour: counted, judged, each to be had again.
+
+A batch of trials shares one simulator. Trial `seed:index` always follows the same trials of its
+batch, so that it happens again to the cycle.
+"""
+
+import random
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pixstep.hostile.orders import trials
+from pixstep.hostile.orders.guard import Guard
+from pixstep.hostile.orders.world import World
+from pixstep.simulation.simctl import SimulatorError
+
+BATCH = 50
+_DECADES = (10, 100, 1000, 10_000, 100_000)
+_KEPT = 200  # complaints that an outcome holds
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """So many trials of one board, from trial `first` on."""
+
+    board: str
+    count: int
+    seed: int = 1
+    first: int = 0
+    estop: float = 0.0
+    image: Path | None = None
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A trial that broke a promise; `seed:index` replays it."""
+
+    seed: int
+    index: int
+    tried: tuple[str, ...]
+    complaints: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """One line."""
+        more = f" (and {len(self.complaints) - 1} more)" if len(self.complaints) > 1 else ""
+        return f"{self.seed}:{self.index} {', '.join(self.tried)}: {self.complaints[0]}{more}"
+
+
+@dataclass
+class Outcome:
+    """What happened."""
+
+    plan: Plan
+    trials: int = 0
+    edges: int = 0
+    cycles: int = 0
+    pairs: Counter = field(default_factory=Counter)  # of commands that follow each other
+    speeds: Counter = field(default_factory=Counter)  # trials, by the decade that they stay below
+    faults: Counter = field(default_factory=Counter)
+    failed: int = 0
+    failures: list[Failure] = field(default_factory=list)
+
+
+def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+    """Run a plan; raises UserError if the simulator cannot run."""
+    outcome = Outcome(plan)
+    index = plan.first
+    while index < plan.first + plan.count:
+        end = min(index // BATCH * BATCH + BATCH, plan.first + plan.count)
+        for _ in batch(plan, index, end, outcome):
+            progress(outcome.trials / plan.count)
+        index = end
+    return outcome
+
+
+def batch(plan: Plan, first: int, end: int, outcome: Outcome):
+    """Do the trials of a batch from its beginning, count those from `first` on; yield each."""
+    index = first // BATCH * BATCH
+    while index < end:
+        with World(plan.board, plan.image) as world:
+            guard = Guard(world)
+            good = True
+            while good and index < end:
+                trial = make(plan, index, world.axes)
+                begun = world.cycle
+                good = attempt(guard, trial)
+                if index >= first:
+                    _count(outcome, trial, guard, world.cycle - begun, index)
+                    yield trial
+                index += 1
+
+
+def make(plan: Plan, index: int, axes: int) -> trials.Trial:
+    """Return a trial by its number."""
+    rng = random.Random(f"{plan.board} {plan.seed}:{index}")
+    return trials.make(rng, plan.board, axes, plan.estop)
+
+
+def attempt(guard: Guard, trial: trials.Trial) -> bool:
+    """Do a trial and recover; False if anything did not hold: the simulator is then of no use."""
+    guard.complaints.clear()
+    guard.seen_faults = set()
+    try:
+        for action in trial.actions:
+            guard.do(action)
+        return guard.recover() and not guard.complaints
+    except SimulatorError as error:
+        guard.complain(str(error))
+        return False
+
+
+def _count(outcome: Outcome, trial: trials.Trial, guard: Guard, cycles: int, index: int) -> None:
+    outcome.trials += 1
+    outcome.cycles += cycles
+    outcome.pairs.update(zip(trial.tried, trial.tried[1:], strict=False))
+    outcome.speeds[next(top for top in _DECADES if trial.steps_s <= top)] += 1
+    outcome.faults.update(guard.seen_faults)
+    if guard.complaints:
+        outcome.failed += 1
+        if len(outcome.failures) < _KEPT:
+            outcome.failures.append(
+                Failure(outcome.plan.seed, index, trial.tried, tuple(guard.complaints))
+            )
