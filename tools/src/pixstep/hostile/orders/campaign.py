@@ -59,7 +59,7 @@ class Outcome:
     trials: int = 0
     edges: int = 0
     cycles: int = 0
-    pairs: Counter = field(default_factory=Counter)  # of commands that follow each other
+    pairs: Counter = field(default_factory=Counter)  # (command, the next one)
     speeds: Counter = field(default_factory=Counter)  # trials, by the decade that they stay below
     faults: Counter = field(default_factory=Counter)
     failed: int = 0
@@ -93,6 +93,21 @@ def batch(plan: Plan, first: int, end: int, outcome: Outcome):
                     _count(outcome, trial, guard, world.cycle - begun, index)
                     yield trial
                 index += 1
+
+
+def replay(plan: Plan, index: int, say: Callable[[str], None]) -> bool:
+    """Do trial `index` again behind those of its batch, and tell of every action; True if good."""
+    number = index // BATCH * BATCH
+    good = True
+    while number <= index:
+        with World(plan.board, plan.image) as world:
+            guard = Guard(world)
+            good = True
+            while good and number <= index:
+                guard.say = say if number == index else None
+                good = attempt(guard, make(plan, number, world.axes))
+                number += 1
+    return good
 
 
 def make(plan: Plan, index: int, axes: int) -> trials.Trial:

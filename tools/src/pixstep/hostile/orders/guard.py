@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: MIT
 """A world with the model beside it: every action is judged."""
 
+from collections.abc import Callable
+
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions
 from pixstep.hostile.orders.actions import ASK, Action, Order
 from pixstep.hostile.orders.model import HELD_CYCLES, AxisModel, Model
-from pixstep.hostile.orders.state import MOVING, State
-from pixstep.hostile.orders.world import Outcome, World
+from pixstep.hostile.orders.state import MOVING, AxisState, Edges, State
+from pixstep.hostile.orders.world import IDLE_TICKS, Outcome, World
 
 MARGIN_CYCLES = 16_000  # of the main loop, from a halt to the axis's being free again
 _LEAD_STEPS = 2  # a position counts a step when its period is loaded; the timer holds two periods
+_TIME_TICKS = 2 * IDLE_TICKS  # an idle period is accounted for as a whole, late by one at most
+_ANSWERS = {True: "done", False: "refused", None: "no answer"}
 _STAYS = ("command", "settings", "outputs")
 
 
@@ -21,16 +25,19 @@ class Guard:
         self.careful = False  # compare what a refusal must leave as it was
         self.complaints: list[str] = []
         self.seen_faults: set[str] = set()
+        self.say: Callable[[str], None] | None = None  # told of every action
         self.begin()
 
     def begin(self) -> None:
         """The board rests, without a fault: begin anew from what it says now."""
         self.model = Model([AxisModel() for _ in range(self.world.axes)])
         self.state = self.world.look()
+        self.counted = [self.world.edges(number).count for number in range(self.world.axes)]
         for number, axis in enumerate(self.model.axes):
             edges = self.world.edges(number)
             axis.settle(edges.count)
             self.model.steps_zero.append(edges.steps - self.state.axes[number].position)
+        self._note_time()
 
     def complain(self, text: str) -> None:
         """Take note of what did not hold, with the cycle."""
@@ -38,8 +45,19 @@ class Guard:
 
     def do(self, action: Action) -> Outcome:
         """Do an action, learn from it and check what can be seen from outside."""
+        begun, failed = self.world.cycle, len(self.complaints)
+        outcome = self._do(action)
+        if self.say:
+            self.say(f"{begun:>12} {actions.text(action)}: {_ANSWERS[outcome.taken]}")
+            for text in self.complaints[failed:]:
+                self.say(f"        FAIL {text}")
+        return outcome
+
+    def _do(self, action: Action) -> Outcome:
         if isinstance(action, actions.Look):
-            self.look()
+            state = self.look()
+            if self.say and state:
+                self.say(f"             {state.summary()}")
             return Outcome(True, self.world.cycle)
         before = self._before(action)
         permit = self.world.permit() if isinstance(action, actions.Pin) else None
@@ -167,11 +185,12 @@ class Guard:
             self.complain(f"an axis is at fault, the board is not: {state.summary()}")
         elif model.estop:
             self.complain("the emergency stop is pressed and there is no fault")
-        if state.flag("permit") and (state.fault or not self.world.permit().level):
-            self.complain(f"status says that PERMIT is on: {state.summary()}")
+        permit = self.world.permit()
+        if permit.cycle < state.asked and state.flag("permit") != bool(permit.level):
+            self.complain(f"PERMIT is {permit.level}, `status` says otherwise: {state.summary()}")
         model.latched = bool(state.fault)
 
-    def _judge_axis(self, number, axis, state: State, before) -> None:
+    def _judge_axis(self, number: int, axis: AxisState, state: State, before: Edges) -> None:
         """Where the state says that the axis does not move, no edge may follow."""
         model = self.model.axes[number]
         edges = self.world.edges(number)
@@ -184,25 +203,30 @@ class Guard:
         elif axis.state in ("empty", "fault"):
             model.halt(state.told)
         elif model.rest is None:
-            model.settle(before.count)
-        self._judge_position(number, axis, model, before, edges)
+            model.settle(edges.count)
+        self._judge_position(number, axis, model, edges)
 
-    def _judge_position(self, number, axis, model: AxisModel, before, edges) -> None:
+    def _judge_position(self, number: int, axis: AxisState, model: AxisModel, edges: Edges) -> None:
+        """At rest the position is the steps made; in motion it lies between two readings.
+
+        A reading may be as old as the board's last account of the axis: while a captured clock edge
+        waits to be served, the board does not bring it up to date.
+        """
         known = axis.position + self.model.steps_zero[number]
         rests = model.rest is not None or (
             model.halted is not None and self.world.asked > model.halted + HELD_CYCLES
         )
-        bound = 0 if rests else edges.count - before.count + _LEAD_STEPS
-        if abs(known - before.steps) > bound:
+        bound = 0 if rests else edges.count - self.counted[number] + _LEAD_STEPS
+        self.counted[number] = edges.count
+        if abs(known - edges.steps) > bound:
             self.complain(
-                f"axis {number}, {axis.state}: position {known}, {before.steps} to {edges.steps} "
-                f"steps made"
+                f"axis {number}, {axis.state}: position {known}, {edges.steps} steps made"
             )
-            self.model.steps_zero[number] += before.steps - known
+            self.model.steps_zero[number] += edges.steps - known
 
     # ---- a refusal changes nothing ----
 
-    def _before(self, action: Action) -> tuple | None:
+    def _before(self, action: Action) -> tuple[State | None, dict] | None:
         if not self.careful or getattr(action, "how", "") != ASK:
             return None
         return self.world.look(), self.world.registers()
@@ -241,6 +265,19 @@ class Guard:
             edges = self.world.edges(number)
             axis.settle(edges.count)
             self.model.steps_zero.append(edges.steps)
+        self._note_time()
+
+    # ---- time ----
+
+    def _note_time(self) -> None:
+        self.accounts = [self.world.account(number) for number in range(self.world.axes)]
+
+    def _check_time(self) -> None:
+        """At rest every axis has counted the ticks that have passed."""
+        for number, old in enumerate(self.accounts):
+            off = (self.world.account(number) - old + (1 << 31)) % (1 << 32) - (1 << 31)
+            if abs(off) > _TIME_TICKS:
+                self.complain(f"axis {number}: its account of time is off by {off} ticks")
 
     # ---- the end of a trial ----
 
@@ -260,5 +297,6 @@ class Guard:
         state = self.look()
         if state and (state.fault or any(axis.state != "empty" for axis in state.axes)):
             self.complain(f"not recovered: {state.summary()}")
+        self._check_time()
         self.model.expected.clear()
         return len(self.complaints) == failed

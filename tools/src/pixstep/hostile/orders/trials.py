@@ -29,6 +29,7 @@ COMMANDS = (
     "permit_off", "go", "store", "block", "coil arm", "coil disarm", "coil stop", "coil enable",
     "coil disable", "coil clear_fault", "coil permit_on", "coil permit_off",
 )  # fmt: skip
+ENDING = ("stop", "disarm", "discard", "coil stop", "coil disarm")  # these meet held periods
 ESTOP = "estop"
 _WRONG_KEY = 0x5AFF
 _STARTS_CYCLES = 240_000  # an axis that waits for no clock makes its first period within so long
@@ -63,7 +64,7 @@ class Setup:
 def make(rng: random.Random, board: str, axes: int, estop: float) -> Trial:
     """Return a random trial; `estop` is the share of those in which the stop is pressed."""
     setup = _setup(rng, board, axes)
-    tried = [rng.choice(COMMANDS) for _ in range(rng.choice((2, 2, 3)))]
+    tried = [rng.choice(rng.choice((COMMANDS, ENDING))) for _ in range(rng.choice((2, 2, 3)))]
     if rng.random() < estop:
         tried[rng.randrange(len(tried))] = ESTOP
     made = [*_begin(rng, setup), _moment(rng, setup)]
@@ -169,5 +170,5 @@ def _block(rng: random.Random, setup: Setup, axes: int, how: str) -> Block:
     if kind == "refused":
         entries = rng.choice((((0x7FFF, 0),), ((1, 0), (0, 0), (20_000, 1)), ((5, 5), (2, 0))))
     elif kind == "big":
-        entries = (*entries[:-1], *[(1, 1), (2, 1)] * 20)
+        entries = (*entries[:3], *[(1, 1), (2, 1)] * 16)
     return Block(axis, entries, {"repeated": -1, "skipped": 1}.get(kind, 0), how)

@@ -11,14 +11,17 @@ from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions, frames, state
 from pixstep.hostile.orders.state import Edges, State
 from pixstep.lines.rational import TIMER_HZ
+from pixstep.simulation.memory import Memory, member
 from pixstep.simulation.simctl import Permit, SimOptions, Simulator, SimulatorError
 from pixstep.simulation.simrun import BOOT_CYCLES
 
-FAST_BAUD, SLOW_BAUD = 1_000_000, 115_200
+FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost, whatever moves
 BITS = 11  # of a byte on the line, even parity
 SILENCE_CYCLES = 28_000  # that a reply waits for, and the simulator behind it
 REPLY_CYCLES = TIMER_HZ // 40  # the reply begins within so long, whatever the board does
 CLOCK_HZ = 100
+IDLE_TICKS = 4096  # a period of an axis at rest
+_MACHINE = "struct machine"
 _STRETCH_CYCLES = 8192  # between two looks for a step
 
 
@@ -50,6 +53,9 @@ class World:
     def __enter__(self) -> "World":
         self.sim = Simulator(self._options)
         try:
+            self.memory = Memory(self.sim, self.name)
+            self._engine_bytes = self.sim.symbol(0, "step_engines").size // self.axes
+            self._idle_offset = member(self.name, "struct step_engine", "idle_count")[0]
             self.start()
         except BaseException:
             self.sim.kill()
@@ -108,6 +114,19 @@ class World:
     def edges(self, axis: int) -> Edges:
         """Return the STEP edges of an axis so far."""
         return Edges(*map(int, self.sim.command(f"last 0 {axis}").split()[1:]))
+
+    def account(self, axis: int) -> int:
+        """Return how far an axis's account of time is ahead of this cycle, modulo 2^32.
+
+        The ledger holds the end of the newest period that was loaded. Idle periods loaded since it
+        was last brought up to date are counted in.
+        """
+        ledger = f"axes[{axis}].ledger"
+        loaded = self.memory.read("machine", _MACHINE, f"{ledger}.loaded_ticks")
+        seen = self.memory.read("machine", _MACHINE, f"{ledger}.idle_seen")
+        place = self._engine_bytes * axis + self._idle_offset
+        idle = int.from_bytes(self.sim.peek(0, f"step_engines+{place}", 2), "little")
+        return (loaded + (idle - seen) % (1 << 16) * IDLE_TICKS - self.cycle) % (1 << 32)
 
     def permit(self) -> Permit:
         """Return the permit output's level and edges."""
