@@ -42,15 +42,15 @@ class Guard:
     def complain(self, text: str) -> None:
         """Take note of what did not hold, with the cycle."""
         self.complaints.append(f"cycle {self.world.cycle}: {text}")
+        if self.say:
+            self.say(f"        FAIL {text}")
 
     def do(self, action: Action) -> Outcome:
         """Do an action, learn from it and check what can be seen from outside."""
-        begun, failed = self.world.cycle, len(self.complaints)
+        begun = self.world.cycle
         outcome = self._do(action)
         if self.say:
             self.say(f"{begun:>12} {actions.text(action)}: {_ANSWERS[outcome.taken]}")
-            for text in self.complaints[failed:]:
-                self.say(f"        FAIL {text}")
         return outcome
 
     def _do(self, action: Action) -> Outcome:
@@ -148,6 +148,8 @@ class Guard:
             return False
         if self.model.estop and order.name == "clear_fault":
             return False
+        if order.name == "go" and not self.model.may_be_armed:
+            return False
         if order.name in ("store", "default_settings") and order.argument != regs.STORE_KEY:
             return False
         return None
@@ -189,6 +191,7 @@ class Guard:
         if permit.cycle < state.asked and state.flag("permit") != bool(permit.level):
             self.complain(f"PERMIT is {permit.level}, `status` says otherwise: {state.summary()}")
         model.latched = bool(state.fault)
+        model.may_be_armed = any(axis.state == "armed" for axis in state.axes)
 
     def _judge_axis(self, number: int, axis: AxisState, state: State, before: Edges) -> None:
         """Where the state says that the axis does not move, no edge may follow."""

@@ -67,6 +67,7 @@ class Model:
     estop: bool = False  # pressed
     expected: set[str] = field(default_factory=set)
     steps_zero: list[int] = field(default_factory=list)  # steps made where the position is 0
+    may_be_armed: bool = False  # an axis, as far as is known
     told_permit: bool = False  # a broadcast may switch PERMIT on or off: none was confirmed yet
 
     def learn(self, action: actions.Action, outcome: Outcome) -> None:
@@ -94,6 +95,7 @@ class Model:
             return
         axes = [axis for number, axis in enumerate(self.axes) if mask >> number & 1]
         if name == "arm" and self.latched is not True:
+            self.may_be_armed = True
             for axis in axes:
                 axis.free()
         elif name in ENDING and outcome.taken:
