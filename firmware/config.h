@@ -70,6 +70,9 @@
 #error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
 #endif
 
+// An axis's place in an array of axes: with a single one it is known when the image is built.
+#define CONFIG_INDEX(axis) ((uint8_t)(CONFIG_AXES == 1 ? 0 : (axis)))
+
 #if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
 #error                                                                                   \
     "CONFIG_QUEUE_ENTRIES must be a power of two up to 128: the queue's indices are 8 bits"

@@ -99,6 +99,9 @@ static void running_axis_reads_armed_and_stops(void)
     bench_plain_line(0, 10, 200);
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 1));
     TEST_ASSERT_EQUAL(true, bench_until(0, AXIS_RUNNING));
+    while (fake_axes[0].steps == 0) {
+        bench_rounds(1);
+    }
     TEST_ASSERT_EQUAL(true, coil(ARMED));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 1, 0)); // not by disarming
     TEST_ASSERT_EQUAL(MODBUS_OK, write(STOP, 1, 0));              // nor by a 0
@@ -184,6 +187,7 @@ static void coils_have_no_token(void)
     load(1);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 2, 3));
     TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    TEST_ASSERT_EQUAL_UINT16(5, machine.order[2]);
     // The first one would not wait any longer.
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 1, 1));
     TEST_ASSERT_EQUAL_UINT16(5, machine.token);

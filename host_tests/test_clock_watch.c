@@ -24,15 +24,15 @@ void tearDown(void)
 
 static void check_edge(uint32_t ticks, uint32_t number, int16_t error_ticks)
 {
-    TEST_ASSERT_TRUE(clock_watch_edge(&watch, ticks, &pixel));
+    TEST_ASSERT_TRUE(clock_watch_edge(&watch, &period, ticks, &pixel));
     TEST_ASSERT_EQUAL_UINT32(number, pixel);
     TEST_ASSERT_EQUAL_INT16(error_ticks, watch.error_ticks);
 }
 
 static void edges_count_without_a_line(void)
 {
-    TEST_ASSERT_FALSE(clock_watch_edge(&watch, 5, &pixel));
-    TEST_ASSERT_FALSE(clock_watch_edge(&watch, 500000uL, &pixel));
+    TEST_ASSERT_FALSE(clock_watch_edge(&watch, &period, 5, &pixel));
+    TEST_ASSERT_FALSE(clock_watch_edge(&watch, &period, 500000uL, &pixel));
     TEST_ASSERT_EQUAL_UINT32(2, watch.edges);
     TEST_ASSERT_EQUAL_UINT32(999, pixel);
 }
@@ -40,7 +40,7 @@ static void edges_count_without_a_line(void)
 static void edges_before_the_line_are_not_its_own(void)
 {
     clock_watch_follow(&watch, &period, ZERO_TICKS);
-    TEST_ASSERT_FALSE(clock_watch_edge(&watch, ZERO_TICKS - PERIOD_TICKS, &pixel));
+    TEST_ASSERT_FALSE(clock_watch_edge(&watch, &period, ZERO_TICKS - PERIOD_TICKS, &pixel));
     check_edge(ZERO_TICKS, 0, 0);
 }
 

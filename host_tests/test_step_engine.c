@@ -171,40 +171,107 @@ static void tail_wraps(void)
     }
 }
 
-static void check_halt(bool halts, bool taking, uint8_t high)
+static void check_settled(bool settles, uint8_t slot)
 {
-    TEST_ASSERT_EQUAL(halts, step_engine_halt(&engine, &ring, taking));
-    TEST_ASSERT_EQUAL_HEX8(high, ring.high[engine.tail]);
+    uint8_t found = 0xEE;
+
+    TEST_ASSERT_EQUAL(settles, step_engine_settle(&engine, &ring, &found));
+    TEST_ASSERT_EQUAL_UINT8(settles ? slot : 0xEE, found);
 }
 
-// A halt inside step_engine_next() leaves the entry alone that is being taken: the account of what
-// was taken reads it again.
-static void halted_while_it_takes(void)
+// Whatever it does, and however often: no entry is taken any more.
+static void check_halts_from(enum step_engine_state state, enum step_engine_state then)
+{
+    uint8_t tail = engine.tail;
+
+    engine.state = (uint8_t)state;
+    for (uint8_t times = 0; times < 3; times++) {
+        step_engine_halt(&engine);
+        TEST_ASSERT_EQUAL(then, engine.state);
+        TEST_ASSERT_TRUE(engine.stop);
+    }
+    check_settled(then == STEP_ENGINE_HALTED, tail);
+    for (uint8_t i = 0; i < 3; i++) {
+        put_period(700);
+        check_idle();
+        TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
+        step_engine_halt(&engine);
+    }
+    check_settled(true, tail);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, engine.state);
+    TEST_ASSERT_FALSE(engine.stop);
+    TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[tail]);
+}
+
+static void halts_in_a_line(void)
+{
+    check_halts_from(STEP_ENGINE_IN_LINE, STEP_ENGINE_HALTING);
+}
+
+static void halts_out_of_a_line(void)
+{
+    check_halts_from(STEP_ENGINE_IDLE, STEP_ENGINE_HALTING);
+}
+
+static void halts_while_it_halts(void)
+{
+    check_halts_from(STEP_ENGINE_HALTING, STEP_ENGINE_HALTING);
+}
+
+static void stays_halted(void)
+{
+    engine.state = STEP_ENGINE_HALTED;
+    step_engine_halt(&engine);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
+    check_settled(true, 0);
+}
+
+// The timer still holds a period that pulses.
+static void settles_only_at_rest(void)
 {
     put_command(STEP_COMMAND_BEGIN);
     put_command(STEP_COMMAND_PULSE);
     put_period(700);
-    put_period(701);
     check_load(700, true, false);
-    check_halt(true, true, 701 >> 8);
+    check_settled(false, 0);
     TEST_ASSERT_TRUE(engine.pulse);
-    check_halt(false, false, STEP_HIGH_EMPTY);
-    (void)step_engine_settle(&engine, &ring);
+    step_engine_halt(&engine);
+    check_settled(false, 0);
+    TEST_ASSERT_TRUE(engine.pulse);
+    check_idle();
+    check_settled(true, 3);
     TEST_ASSERT_FALSE(engine.pulse);
 }
 
-static void rest_of_a_run_taken_beside_a_halt_is_cut(void)
+// A halt inside step_engine_next() leaves what is being taken alone.
+static void halted_while_it_takes(void)
 {
     engine.left = 5;
     engine.state = STEP_ENGINE_IN_LINE;
-    step_engine_cut(&engine);
+    step_engine_halt_soon(&engine);
+    TEST_ASSERT_TRUE(engine.stop);
     TEST_ASSERT_EQUAL_INT8(5, engine.left);
-    engine.state = STEP_ENGINE_HALTING;
-    step_engine_cut(&engine);
+    TEST_ASSERT_EQUAL_INT8(0, engine.cut);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IN_LINE, engine.state);
+}
+
+static void rest_of_a_run_is_cut_once(void)
+{
+    engine.left = -5;
+    engine.state = STEP_ENGINE_IN_LINE;
+    step_engine_halt(&engine);
     TEST_ASSERT_EQUAL_INT8(0, engine.left);
-    TEST_ASSERT_EQUAL_INT8(5, engine.cut);
-    step_engine_cut(&engine);
-    TEST_ASSERT_EQUAL_INT8(5, engine.cut);
+    TEST_ASSERT_EQUAL_INT8(-5, engine.cut);
+    step_engine_halt(&engine);
+    TEST_ASSERT_EQUAL_INT8(-5, engine.cut);
+    TEST_ASSERT_EQUAL_UINT8(5, step_engine_sample(&engine).left);
+}
+
+static void an_empty_ring_in_a_line_stops(void)
+{
+    put_command(STEP_COMMAND_BEGIN);
+    check_idle();
+    TEST_ASSERT_TRUE(engine.stop);
 }
 
 int main(void)
@@ -221,6 +288,12 @@ int main(void)
     RUN_TEST(direction_before_an_idle_period);
     RUN_TEST(tail_wraps);
     RUN_TEST(halted_while_it_takes);
-    RUN_TEST(rest_of_a_run_taken_beside_a_halt_is_cut);
+    RUN_TEST(rest_of_a_run_is_cut_once);
+    RUN_TEST(halts_in_a_line);
+    RUN_TEST(halts_out_of_a_line);
+    RUN_TEST(halts_while_it_halts);
+    RUN_TEST(stays_halted);
+    RUN_TEST(settles_only_at_rest);
+    RUN_TEST(an_empty_ring_in_a_line_stops);
     return UNITY_END();
 }

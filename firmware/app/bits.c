@@ -82,7 +82,7 @@ static bool command_all(uint8_t coil, uint8_t count, uint16_t values)
         uint8_t axis = CONFIG_AXES == 1 ? 0 : coil % 4u;
 
         if (!machine_do((enum machine_command)flash_char(&commands[which]),
-                        (uint8_t)(1u << axis))) {
+                        axis_bit(axis))) {
             return false;
         }
         values >>= 1;
@@ -98,11 +98,14 @@ enum modbus_exception data_write_coils(uint16_t address,
     // Behind the bits lies at least the checksum.
     uint16_t values = (uint16_t)(bits[0] | (uint16_t)bits[1] << 8);
 
+    uint16_t argument = machine.order[2];
     machine.order[2] = 0; // an axis armed here waits for no token
     machine.asking = MACHINE_ASKS;
     bool possible = command_all((uint8_t)address, (uint8_t)count, values);
     machine.asking = 0;
-    return possible && command_all((uint8_t)address, (uint8_t)count, values)
-               ? MODBUS_OK
-               : MODBUS_DEVICE_FAILURE;
+    if (possible && command_all((uint8_t)address, (uint8_t)count, values)) {
+        return MODBUS_OK;
+    }
+    machine.order[2] = argument;
+    return MODBUS_DEVICE_FAILURE;
 }

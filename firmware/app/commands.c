@@ -21,12 +21,12 @@ static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if ((mask & (1u << i)) != 0 && !possible(machine_axis(i))) {
+        if ((mask & axis_bit(i)) != 0 && !possible(machine_axis(i))) {
             return false;
         }
     }
     for (uint8_t i = 0; machine.asking == 0 && i < CONFIG_AXES; i++) {
-        if ((mask & (1u << i)) != 0) {
+        if ((mask & axis_bit(i)) != 0) {
             action(i);
         }
     }
@@ -52,7 +52,7 @@ static bool seeks_fit(uint8_t mask)
                  (CONFIG_AXES > 1 && machine.asking == MACHINE_ASKED_SEEK);
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if ((mask & (1u << i)) != 0 && axis_seeks(machine_axis(i), &opening)) {
+        if ((mask & axis_bit(i)) != 0 && axis_seeks(machine_axis(i), &opening)) {
             if (taken || machine_axis(i)->whole_lines == 0) {
                 return false;
             }
@@ -83,7 +83,7 @@ static void arm(uint8_t i)
         if (machine.clocked == 0 && !machine_clock_present()) {
             machine.edge_seen_4us = clock_now_4us();
         }
-        machine.clocked = (uint8_t)(machine.clocked | (1u << i));
+        machine.clocked = (uint8_t)(machine.clocked | axis_bit(i));
     } else {
         start_now(i);
     }
@@ -136,40 +136,30 @@ static bool resting(const struct axis *axis)
     return axis->state != AXIS_RUNNING && axis->state != AXIS_FAULT;
 }
 
-// Forget the queued lines of an axis that does not move.
-static void discard(uint8_t i)
+static uint8_t number_of(const struct axis *axis)
 {
-    machine.starting = (uint8_t)(machine.starting & ~(1u << i));
-    machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
-    machine_discard(i);
+    return CONFIG_INDEX(axis - machine.axes);
 }
 
-// What a laser burns while its axis stands still is not asked for by who stops.
+// Stopping an axis also drops PERMIT, so that a laser cannot burn in one place.
 static void stop(uint8_t i)
 {
-    struct axis *axis = machine_axis(i);
-
     machine_permit(false);
-    if (axis->state == AXIS_RUNNING) {
-        step_timer_halt(i);
-        axis->in_line = false;
-        axis->state = AXIS_EMPTY;
-        machine.clocked = (uint8_t)(machine.clocked & ~(1u << i));
-        machine.stopping = (uint8_t)(machine.stopping | (1u << i));
-    } else if (axis->state != AXIS_FAULT) {
-        discard(i);
+    if (machine_axis(i)->state != AXIS_FAULT) {
+        machine_discard(i);
     }
 }
 
-// An armed axis begins by itself.
+// An armed axis begins by itself, and one that was stopped may have its last step before it.
 static bool still(const struct axis *axis)
 {
-    return resting(axis) && axis->state != AXIS_ARMED;
+    return resting(axis) && axis->state != AXIS_ARMED &&
+           (machine.stopping & axis_bit(number_of(axis))) == 0;
 }
 
 static bool zeroable(const struct axis *axis)
 {
-    return still(axis) && seek_can_zero((uint8_t)(axis - machine.axes));
+    return still(axis) && seek_can_zero(number_of(axis));
 }
 
 static void enable(uint8_t i)
@@ -195,8 +185,20 @@ static void restart_time(void)
     }
     // A clock edge that waits is of the time before.
     (void)pixel_clock_drop();
-    machine.watch.following = false;
+    clock_watch_rest(&machine.watch);
     machine.time_lost = false;
+}
+
+// The emergency stop has halted every engine, those of queued lines too: these keep their lines.
+static void revive(uint8_t i)
+{
+    uint8_t slot = 0;
+
+    if (machine_axis(i)->state == AXIS_FAULT) {
+        machine_discard(i);
+    } else if ((machine.stopping & axis_bit(i)) == 0) {
+        (void)step_timer_settle(i, &slot);
+    }
 }
 
 static bool clear_fault(void)
@@ -216,14 +218,13 @@ static bool clear_fault(void)
     if (machine.asking != 0) {
         return true;
     }
+    // First: a stop that is pressed from here on is latched anew, and its fault follows.
     estop_release();
     if (machine.time_lost) {
         restart_time();
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine_axis(i)->state == AXIS_FAULT) {
-            machine_discard(i);
-        }
+        revive(i);
     }
     machine.fault = (struct fault_record){.code = FAULT_none};
     return true;
@@ -257,7 +258,7 @@ static bool default_settings(void)
 
 static bool permit(bool on)
 {
-    if (on && machine.fault.code != FAULT_none) {
+    if (on && (machine.fault.code != FAULT_none || estop_latched())) {
         return false;
     }
     if (machine.asking == 0) {
@@ -273,9 +274,9 @@ struct axis_command {
 };
 
 static const struct axis_command axis_commands[] IN_FLASH = {
-    [COMMAND_DISARM] = {resting, discard},
+    [COMMAND_DISARM] = {resting, machine_discard},
     [COMMAND_STOP] = {always, stop},
-    [COMMAND_DISCARD] = {resting, discard},
+    [COMMAND_DISCARD] = {resting, machine_discard},
     [COMMAND_ENABLE] = {always, enable},
     [COMMAND_DISABLE] = {still, disable},
     [COMMAND_ZERO] = {zeroable, seek_zero},

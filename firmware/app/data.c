@@ -109,7 +109,7 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
         return MODBUS_ILLEGAL_VALUE;
     }
     // What is queued will be forgotten when the axis rests.
-    if ((machine.stopping & (1u << axis)) != 0) {
+    if ((machine.stopping & axis_bit((uint8_t)axis)) != 0) {
         return MODBUS_BUSY;
     }
     switch (axis_queue_block(machine_axis((uint8_t)axis),

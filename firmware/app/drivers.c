@@ -7,18 +7,18 @@
 
 bool drivers_is_on(uint8_t axis)
 {
-    return (machine.drivers.on & (1u << axis)) != 0;
+    return (machine.drivers.on & axis_bit(axis)) != 0;
 }
 
 void drivers_write(uint8_t axis, bool on)
 {
     if (on && !drivers_is_on(axis)) {
         machine.drivers.switched_ms = clock_now_ms();
-        machine.drivers.moved_ms[axis] = machine.drivers.switched_ms;
+        machine.drivers.moved_ms[CONFIG_INDEX(axis)] = machine.drivers.switched_ms;
         machine.drivers.settling = true;
     }
-    machine.drivers.on = (uint8_t)(on ? machine.drivers.on | (1u << axis)
-                                      : machine.drivers.on & ~(1u << axis));
+    machine.drivers.on = (uint8_t)(on ? machine.drivers.on | axis_bit(axis)
+                                      : machine.drivers.on & ~axis_bit(axis));
     step_timer_enable(axis, on);
 }
 
@@ -36,9 +36,9 @@ void drivers_poll(uint8_t axis)
     uint8_t state = machine_axis(axis)->state;
 
     if (state == AXIS_ARMED || state == AXIS_RUNNING) {
-        machine.drivers.moved_ms[axis] = clock_now_ms();
+        machine.drivers.moved_ms[CONFIG_INDEX(axis)] = clock_now_ms();
     } else if (idle_ms != 0 && drivers_is_on(axis) &&
-               (uint16_t)(clock_now_ms() - machine.drivers.moved_ms[axis]) > idle_ms) {
+               (uint16_t)(clock_now_ms() - machine.drivers.moved_ms[CONFIG_INDEX(axis)]) > idle_ms) {
         drivers_write(axis, false);
     }
 }

@@ -17,11 +17,6 @@
 
 struct machine machine;
 
-static uint8_t axis_bit(uint8_t axis)
-{
-    return (uint8_t)(1u << axis);
-}
-
 void machine_init(void)
 {
     store_load();
@@ -51,7 +46,7 @@ void machine_apply_settings(void)
                            settings_u32(settings->pixel_hz_num),
                            settings_u32(settings->pixel_hz_den));
     // A line that is over is the clock's reference no longer: its period may be another now.
-    machine.watch.following = false;
+    clock_watch_rest(&machine.watch);
     machine.limits = (struct line_limits){
         .pixel_ticks = machine.period.whole_ticks,
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
@@ -63,6 +58,9 @@ void machine_apply_settings(void)
         .max_acceleration = settings->max_acceleration,
         .start_stop_steps = settings->start_stop_steps,
     };
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        machine_axis(i)->feed.turn_ticks = machine.limits.reversal_min_ticks / 2u;
+    }
 }
 
 uint8_t machine_moving_axis(void)
@@ -92,10 +90,10 @@ uint32_t machine_clock_patience_4us(void)
     return machine.period.whole_ticks / 64u * 3u / 2u + 1u;
 }
 
-bool machine_clock_present(void)
+void machine_edge_dropped(void)
 {
-    return machine.watch.edges != 0 &&
-           clock_now_4us() - machine.edge_seen_4us <= machine_clock_patience_4us();
+    machine.edge_seen_4us = clock_now_4us();
+    clock_watch_forget(&machine.watch);
 }
 
 static void halt_axis(uint8_t i)
@@ -152,10 +150,39 @@ void machine_account(uint8_t axis)
     ledger_follow(&rested->ledger, &rested->feed, &sample);
 }
 
-void machine_discard(uint8_t axis)
+static bool any_armed(void)
 {
-    machine_account(axis);
-    axis_discard(machine_axis(axis), step_timer_settle(axis));
+    uint8_t i = 0;
+
+    while (i < CONFIG_AXES && machine_axis(i)->state != AXIS_ARMED) {
+        i++;
+    }
+    return i < CONFIG_AXES;
+}
+
+void machine_discard(uint8_t i)
+{
+    struct axis *axis = machine_axis(i);
+    uint8_t bit = axis_bit(i);
+    uint8_t slot = 0;
+
+    machine.starting &= (uint8_t)~bit;
+    machine.clocked &= (uint8_t)~bit;
+    axis->in_line = false;
+    axis->state = AXIS_EMPTY;
+    if (!any_armed()) {
+        machine.token = 0;
+    }
+    if (!step_engine_going(step_timer_state(i))) {
+        machine_account(i);
+        if (step_timer_settle(i, &slot)) {
+            machine.stopping &= (uint8_t)~bit;
+            axis_discard(axis, slot);
+            return;
+        }
+    }
+    machine.stopping |= bit;
+    step_timer_halt(i);
 }
 
 void machine_underrun(uint8_t axis)

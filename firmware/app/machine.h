@@ -81,12 +81,18 @@ extern struct machine machine;
 // One of the axes; with a single one its place is known when the image is built.
 static inline struct axis *machine_axis(uint8_t axis)
 {
-    return &machine.axes[CONFIG_AXES == 1 ? 0 : axis];
+    return &machine.axes[CONFIG_INDEX(axis)];
+}
+
+// Its bit in the masks of axes.
+static inline uint8_t axis_bit(uint8_t axis)
+{
+    return CONFIG_AXES == 1 ? 1u : (uint8_t)(1u << axis);
 }
 
 static inline struct inputs *machine_inputs(uint8_t axis)
 {
-    return &machine.inputs[CONFIG_AXES == 1 ? 0 : axis];
+    return &machine.inputs[CONFIG_INDEX(axis)];
 }
 
 // Interrupts off; time_check_start() must follow, and interrupts on before an idle period is over.
@@ -109,13 +115,20 @@ void machine_follow_due(uint8_t axis);
 // The same at rest, whatever waits: before the account is cut short.
 void machine_account(uint8_t axis);
 
-// Forget every line of an axis at rest.
+// Bring an axis to rest and forget every line of it, from every state and however often: at once
+// when its timer makes idle periods, else in a later round (machine.stopping).
 void machine_discard(uint8_t axis);
 
 uint8_t machine_moving_axis(void); // the first armed or running one, CONFIG_AXES if none
 bool machine_queued(void);         // or any line waiting, whole or in part
-bool machine_clock_present(void);
+void machine_edge_dropped(void); // the clock's newest edge was seen, but its place is not known
 uint32_t machine_clock_patience_4us(void); // without an edge, until it is missing
+
+// The place of its newest edge is known, and it does not rest.
+static inline bool machine_clock_present(void)
+{
+    return machine.watch.known;
+}
 
 // The permit output: a laser's or a spindle's gate.
 void machine_permit(bool on);

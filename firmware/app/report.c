@@ -205,7 +205,7 @@ _Static_assert(COUNT(axes) == REG_AXIS_STRIDE, "an axis's registers follow each 
 
 static const void *place(const struct source *source, uint8_t axis)
 {
-    return (const uint8_t *)source->at + axis * sizeof(struct axis);
+    return (const uint8_t *)source->at + CONFIG_INDEX(axis) * sizeof(struct axis);
 }
 
 static uint16_t word_of(const struct source *entry, uint8_t axis)

@@ -9,6 +9,7 @@
 #include "app/start.h"   // start_on_edge, start_poll
 #include "app/store.h"   // store_poll
 #include "app/time_check.h"
+#include "app/witness.h" // witness_poll
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
@@ -27,21 +28,6 @@
 // An axis's account may lag so many entries behind between its turns, one every so many rounds.
 #define FOLLOW_ENTRIES 64u
 #define TURN_ROUNDS    8u
-
-static uint8_t axis_bit(uint8_t axis)
-{
-    return (uint8_t)(1u << axis);
-}
-
-static void line_finished(struct axis *axis)
-{
-    axis->lines_done++;
-    if (axis->whole_lines != 0) {
-        axis->state = AXIS_LOADED;
-    } else {
-        axis->state = run_queue_fill(&axis->queue) != 0 ? AXIS_LOADING : AXIS_DONE;
-    }
-}
 
 static void take_underruns(void)
 {
@@ -81,7 +67,7 @@ static void supervise_running(uint8_t i)
     } else if (!axis->in_line && axis_ring_fill(axis) == 0 &&
                step_timer_state(i) == STEP_ENGINE_IDLE) {
         machine.clocked &= (uint8_t)~axis_bit(i);
-        line_finished(axis);
+        axis_line_finished(axis);
     }
 }
 
@@ -90,11 +76,10 @@ static void supervise(uint8_t i)
     if (machine_axis(i)->state == AXIS_RUNNING) {
         supervise_running(i);
     }
-    if ((machine.stopping & axis_bit(i)) != 0 &&
-        !step_engine_going(step_timer_state(i))) {
-        machine.stopping &= (uint8_t)~axis_bit(i);
+    if ((machine.stopping & axis_bit(i)) != 0) {
         machine_discard(i);
     }
+    witness_poll(i);
 }
 
 // Now and then one axis after the other; out of turn where much has happened: a look costs more
@@ -110,8 +95,9 @@ static void follow_in_turn(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = machine_axis(i);
         uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
+        // Full marks keep the decoder from the next pixel.
         if (i == due || (CONFIG_AXES > 1 && axis->awaits_run) ||
-            behind >= FOLLOW_ENTRIES) {
+            behind >= FOLLOW_ENTRIES || feed_marks_full(&axis->feed)) {
             machine_follow_due(i);
         }
     }
@@ -129,6 +115,22 @@ static void note_edge_error(uint32_t pixel)
     }
 }
 
+// A fault of the first axis that needs the clock, if there is one. Those that wait for go have
+// patience with the clock; those that run have not.
+static void clock_fault(enum fault code, uint16_t argument)
+{
+    uint8_t axis = 0;
+
+    if (machine.clocked == 0 ||
+        (machine.token != 0 && (CONFIG_AXES == 1 || !start_clocked_axis_runs()))) {
+        return;
+    }
+    while ((machine.clocked & axis_bit(axis)) == 0) {
+        axis++;
+    }
+    machine_fault(code, axis, argument);
+}
+
 static void take_capture(void)
 {
     struct axis *axis = machine_axis(CONFIG_PIXEL_CLOCK_AXIS);
@@ -143,35 +145,29 @@ static void take_capture(void)
     // it is not known which was first: the next edge will do.
     if (ledger_has_passed(&axis->ledger, &capture.sample) ||
         (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
-        machine.edge_seen_4us = clock_now_4us();
+        machine_edge_dropped();
         return;
     }
     ledger_follow(&axis->ledger, &axis->feed, &capture.sample);
     uint32_t edge_ticks = ledger_period_start(&axis->ledger, &axis->feed, capture.back) +
                           capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     machine.edge_seen_4us = clock_now_4us();
-    if (clock_watch_edge(&machine.watch, edge_ticks, &pixel)) {
+    if (clock_watch_edge(&machine.watch, &machine.period, edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
-    if (lost && machine.clocked != 0) {
-        machine_fault(FAULT_clock_edge_lost, CONFIG_PIXEL_CLOCK_AXIS, 0);
-        return;
+    if (lost) {
+        clock_fault(FAULT_clock_edge_lost, 0);
+    } else if (machine.watch.odd != 0) {
+        clock_fault(FAULT_pixel_clock_off, machine.watch.odd);
     }
     start_on_edge(edge_ticks);
 }
 
 static void watch_clock(void)
 {
-    // Those that wait for go have patience with it; those that run have not.
-    bool watched = machine.token == 0 || (CONFIG_AXES > 1 && start_clocked_axis_runs());
-
-    if (machine.clocked != 0 && watched &&
-        clock_now_4us() - machine.edge_seen_4us > machine_clock_patience_4us()) {
-        uint8_t axis = 0;
-        while ((machine.clocked & axis_bit(axis)) == 0) {
-            axis++;
-        }
-        machine_fault(FAULT_pixel_clock_missing, axis, 0);
+    if (clock_now_4us() - machine.edge_seen_4us > machine_clock_patience_4us()) {
+        clock_watch_rest(&machine.watch);
+        clock_fault(FAULT_pixel_clock_missing, 0);
     }
 }
 

@@ -49,7 +49,7 @@ static void feed_watchdog(void)
     }
     beats[i] = beat;
     if (CONFIG_AXES > 1) {
-        alive = (uint8_t)(alive | (1u << i));
+        alive = (uint8_t)(alive | axis_bit(i));
     }
     if (CONFIG_AXES == 1 || alive == ALL_AXES) {
         alive = 0;

@@ -22,7 +22,7 @@ void seek_begin(uint8_t axis, bool opening)
         .trip_code = TRIP_NONE,
     };
     if (CONFIG_AXES == 1) {
-        machine.watch.following = false; // the clock's edges are not seen meanwhile
+        clock_watch_rest(&machine.watch); // the clock's edges are not seen meanwhile
     }
     switch_capture_start(axis, opening != inputs_home_inverted());
 }
@@ -53,7 +53,7 @@ static void note_edge(struct seek *seek, const struct switch_capture *capture)
 static void drop_clock_edge(void)
 {
     if (pixel_clock_drop()) {
-        machine.edge_seen_4us = clock_now_4us();
+        machine_edge_dropped();
     }
 }
 

@@ -31,7 +31,7 @@ static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
 
 static bool waits(uint8_t i)
 {
-    uint8_t bit = (uint8_t)(1u << i);
+    uint8_t bit = axis_bit(i);
 
     return machine_axis(i)->state == AXIS_ARMED && (machine.clocked & bit) != 0 &&
            (machine.starting & bit) == 0;
@@ -75,7 +75,7 @@ bool start_clocked_axis_runs(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (machine_axis(i)->state == AXIS_RUNNING &&
-            (machine.clocked & (1u << i)) != 0) {
+            (machine.clocked & axis_bit(i)) != 0) {
             return true;
         }
     }
@@ -93,7 +93,7 @@ void start_on_edge(uint32_t edge_ticks)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (waits(i)) {
             machine_axis(i)->zero_ticks = zero;
-            machine.starting = (uint8_t)(machine.starting | (1u << i));
+            machine.starting = (uint8_t)(machine.starting | axis_bit(i));
             any = true;
         }
     }
@@ -105,7 +105,7 @@ void start_on_edge(uint32_t edge_ticks)
 
 void start_now(uint8_t axis)
 {
-    machine.starting = (uint8_t)(machine.starting | (1u << axis));
+    machine.starting = (uint8_t)(machine.starting | axis_bit(axis));
 }
 
 // The line's first interval can be merged into the delay only as long as that is not released.
@@ -117,7 +117,7 @@ static bool begun(const struct axis *axis)
 // Those that wait for the clock have their place in time already.
 static bool may_release(uint8_t i)
 {
-    uint8_t bit = (uint8_t)(1u << i);
+    uint8_t bit = axis_bit(i);
 
     return (machine.starting & bit) != 0 &&
            ((machine.clocked & bit) != 0 || !held_back());
@@ -143,7 +143,7 @@ static bool release(uint8_t i)
     if (!machine_follow(i) || !begun(axis)) {
         return true;
     }
-    if ((machine.clocked & (1u << i)) == 0) {
+    if ((machine.clocked & axis_bit(i)) == 0) {
         axis->zero_ticks = axis->ledger.loaded_ticks + STEP_TIMER_EDGE_TICKS -
                            axis->feed.lead_in_ticks + 2u * (uint32_t)START_MIN_TICKS;
     }
@@ -164,7 +164,7 @@ static bool release(uint8_t i)
         step_timer_halt(i);
         return true;
     }
-    machine.starting = (uint8_t)(machine.starting & ~(1u << i));
+    machine.starting = (uint8_t)(machine.starting & ~axis_bit(i));
     axis->state = AXIS_RUNNING;
     return true;
 }

@@ -36,13 +36,22 @@ bool step_timer_release(uint8_t axis,
                         uint32_t delay_ticks,
                         uint16_t idle_count);
 
-// Of axis `which` nothing more of what stands in the ring: at most the period that the timer holds
-// already makes a STEP edge. Out of a line the engine halts. Also in interrupts that let the step
+// The one way to rest, from every state and however often: of axis `which` nothing more of what
+// stands in the ring is taken, at most the period that the timer holds already makes a STEP edge,
+// and from then on every period is loaded as an idle one. Also in interrupts that let the step
 // interrupts in.
 void step_timer_halt(uint8_t which);
 
-// After a halt: the slot at which the writer continues; engine idle again.
-uint8_t step_timer_settle(uint8_t axis);
+// A new beginning of an engine at rest; *slot is where the writer continues. False, and nothing
+// done, while it is going: what the timer holds is not idle yet.
+bool step_timer_settle(uint8_t axis, uint8_t *slot);
+
+// The witness: the timer has made STEP edges since the last call. Told by the hardware alone,
+// whatever the software believes.
+bool step_timer_pulsed(uint8_t axis);
+
+// Take the pin from the timer, low, and halt. Until step_timer_start().
+void step_timer_silence(uint8_t axis);
 
 // True when step_timer_take_underrun() will be for some axis.
 bool step_timer_underrun(void);

@@ -107,7 +107,6 @@ bool bench_finish_line(void)
         bench.engine.state != STEP_ENGINE_IDLE) {
         return false;
     }
-    axis->lines_done++;
-    axis->state = axis->whole_lines != 0 ? AXIS_LOADED : AXIS_DONE;
+    axis_line_finished(axis);
     return true;
 }

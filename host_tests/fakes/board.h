@@ -44,6 +44,9 @@ extern uint16_t fake_watchdog_feeds;
 // The step interrupt of this axis came too late: its pin is taken from the timer.
 void fake_underrun(uint8_t axis);
 
+// The timer of this axis, at rest, holds a pulsing period.
+void fake_stray_steps(uint8_t axis);
+
 // A period of this axis passed without its interrupt: the newest one is repeated.
 void fake_missed_period(uint8_t axis);
 

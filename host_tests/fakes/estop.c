@@ -73,5 +73,5 @@ void estop_release(void)
 
 void permit_write(bool on)
 {
-    fake_permit = on;
+    fake_permit = on && !latched;
 }

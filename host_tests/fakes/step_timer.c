@@ -11,6 +11,8 @@ struct timer {
     uint32_t start_ticks;   // of the newest loaded period,
     uint32_t running_ticks; //   of the one before it,
     uint32_t end_ticks;     //   and the newest one's end
+    struct step_load held;  // the timer's registers
+    bool pulsed;            // its compare flag
     bool late;
     bool stopped; // its interrupt is off
 };
@@ -43,6 +45,8 @@ void step_timer_start(void)
         bool negative = timers[i].engine.negative;
         step_engine_reset(&timers[i].engine, &rings[i]);
         timers[i].engine.negative = negative;
+        timers[i].held = (struct step_load){.top_ticks = STEP_IDLE_TICKS - 1u};
+        timers[i].pulsed = false;
         timers[i].late = false;
         timers[i].stopped = false;
         timers[i].running_ticks = fake_now_ticks();
@@ -60,12 +64,27 @@ static void note_step(struct fake_axis *axis, bool negative, uint32_t ticks)
     }
 }
 
+// An idle engine with nothing in its ring leaves the registers as they are (step_isr.S).
+static bool nothing_to_load(uint8_t i)
+{
+    const struct step_engine *engine = &timers[i].engine;
+
+    return engine->state == STEP_ENGINE_IDLE && engine->left == 0 &&
+           rings[i].high[engine->tail] == STEP_HIGH_EMPTY;
+}
+
 static void interrupt(uint8_t i)
 {
     struct timer *timer = &timers[i];
+    bool loads = !nothing_to_load(i);
     struct step_load load = step_engine_next(&timer->engine, &rings[i]);
 
+    if (loads) {
+        timer->held = load;
+    }
+    load = timer->held;
     if (load.pulse) {
+        timer->pulsed = true;
         note_step(&fake_axes[i],
                   timer->engine.negative,
                   timer->end_ticks + STEP_TIMER_EDGE_TICKS);
@@ -145,12 +164,31 @@ bool step_timer_release(uint8_t axis,
 
 void step_timer_halt(uint8_t which)
 {
-    (void)step_engine_halt(&timers[which].engine, &rings[which], false);
+    step_engine_halt(&timers[which].engine);
 }
 
-uint8_t step_timer_settle(uint8_t axis)
+bool step_timer_settle(uint8_t axis, uint8_t *slot)
 {
-    return step_engine_settle(&timers[axis].engine, &rings[axis]);
+    return step_engine_settle(&timers[axis].engine, &rings[axis], slot);
+}
+
+bool step_timer_pulsed(uint8_t axis)
+{
+    bool pulsed = timers[axis].pulsed;
+
+    timers[axis].pulsed = false;
+    return pulsed;
+}
+
+void step_timer_silence(uint8_t axis)
+{
+    step_timer_halt(axis);
+    timers[axis].held.pulse = false;
+}
+
+void fake_stray_steps(uint8_t axis)
+{
+    timers[axis].held = (struct step_load){.top_ticks = 20000, .pulse = true};
 }
 
 bool step_timer_underrun(void)

@@ -388,6 +388,7 @@ int main(int argc, char **argv)
     step_engine_reset(&plan.engine, &plan.ring);
     axis_init(&plan.axis, &plan.ring, plan.slots, QUEUE_SLOTS, STEP_IDLE_TICKS);
     plan.axis.feed.carried = plan.engine.runs;
+    plan.axis.feed.turn_ticks = plan.limits.reversal_min_ticks / 2u;
     plan.now_ticks = STEP_IDLE_TICKS;
     plan_line(&plan);
     return 0;

@@ -113,8 +113,9 @@ enum block_result axis_queue_block(struct axis *axis,
         return BLOCK_FULL;
     }
     if (!check_block(axis, limits, entries, count, &whole_lines)) {
-        // A line that already moves runs dry and says so; one at rest never starts.
-        if (axis->state != AXIS_RUNNING) {
+        // An armed or running line runs dry and says so, unless a better block comes in time; one
+        // that is neither never starts.
+        if (axis->state < AXIS_ARMED || axis->state == AXIS_DONE) {
             axis->state = AXIS_REFUSED;
         }
         return BLOCK_REFUSED;
@@ -203,6 +204,13 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     ledger_skip_to(&axis->ledger, ring_slot);
     axis->feed.written_ticks = axis->ledger.taken_ticks;
     axis->state = AXIS_EMPTY;
+}
+
+void axis_line_finished(struct axis *axis)
+{
+    axis->lines_done++;
+    axis->state = AXIS_DONE;
+    update_loaded(axis);
 }
 
 // A queued line that does not wait for the clock follows at once. Seeks stand alone: their switch
@@ -482,6 +490,7 @@ uint8_t axis_decode(struct axis *axis,
         } else if (axis->edge_due) {
             feed_mark_here(&axis->feed, false, axis->piece.edge_position);
             axis->edge_due = false;
+            feed_make_room(&axis->feed);
         } else if (axis->walking) {
             if (run_awaited(axis)) {
                 axis->awaits_run = true;

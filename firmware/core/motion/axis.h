@@ -83,6 +83,9 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
 bool axis_waits_for_edge(const struct axis *axis);
 bool axis_seeks(const struct axis *axis, bool *opening);
 
+// The last step of its line was made: done, or loaded if more is queued.
+void axis_line_finished(struct axis *axis);
+
 // Back to loaded is not possible once runs were decoded: forget every queued line.
 void axis_discard(struct axis *axis, uint8_t ring_slot);
 

@@ -3,6 +3,9 @@
 
 #include "base/apart.h" // APART
 
+// No line that runs waits for its clock so long (machine_clock_patience_4us()): it is over.
+#define MISSED_MAX 4u
+
 void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks)
@@ -30,18 +33,47 @@ static APART void plan_next(struct clock_watch *watch)
     watch->pixel++;
 }
 
-bool clock_watch_edge(struct clock_watch *watch, uint32_t edge_ticks, uint32_t *pixel)
+// The interval since the edge before, if it is off by more than a sixteenth of the pixel period.
+static void compare_interval(struct clock_watch *watch,
+                             uint32_t period_ticks,
+                             uint32_t edge_ticks)
 {
+    uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
+    uint32_t off_ticks = interval_ticks - period_ticks;
+
+    if ((int32_t)off_ticks < 0) {
+        off_ticks = -off_ticks;
+    }
+    watch->odd = watch->known && off_ticks > period_ticks / 16u
+                     ? (uint16_t)(interval_ticks >> 8 | 1u)
+                     : 0;
+    watch->edge_ticks = edge_ticks;
+    watch->known = true;
+}
+
+bool clock_watch_edge(struct clock_watch *watch,
+                      const struct pixel_period *period,
+                      uint32_t edge_ticks,
+                      uint32_t *pixel)
+{
+    uint8_t missed = 0;
+
     watch->edges++;
+    compare_interval(watch, period->whole_ticks, edge_ticks);
     if (!watch->following) {
         return false;
     }
-    int32_t half_period = (int32_t)(watch->grid.period->whole_ticks / 2u);
+    int32_t half_period = (int32_t)(period->whole_ticks / 2u);
     if ((int32_t)(edge_ticks - watch->next_ticks) < -half_period) {
         return false;
     }
     // Edges that never came are passed over, so that one gap does not shift all later ones.
     while ((int32_t)(edge_ticks - watch->next_ticks) > half_period) {
+        if (missed == MISSED_MAX) {
+            watch->following = false;
+            return false;
+        }
+        missed++;
         plan_next(watch);
     }
     watch->error_ticks = saturate((int32_t)(edge_ticks - watch->next_ticks));

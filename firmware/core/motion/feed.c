@@ -12,12 +12,15 @@
 #define HELD_SLOTS 3u
 // The first interval of a line is merged into the delay before it up to this length.
 #define MERGE_MAX_TICKS 0x7000u
+// Shortest period that is made of waiting time alone: the commands around it need so much.
+#define ROOM_MIN_TICKS 1024u
 
 void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head)
 {
     *feed = (struct feed){
         .ring = ring,
         .carried = feed->carried,
+        .turn_ticks = feed->turn_ticks,
         .head = head,
         .negative = feed->negative,
     };
@@ -195,6 +198,17 @@ static void merge_first_interval(struct feed *feed)
         feed->pending_ticks = 0;
     }
     feed->merge = false;
+}
+
+void feed_make_room(struct feed *feed)
+{
+    if (!feed_marks_full(feed)) {
+        return;
+    }
+    feed->merge = false;
+    if (feed->pending_ticks >= feed->turn_ticks + ROOM_MIN_TICKS) {
+        put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->turn_ticks));
+    }
 }
 
 void feed_pump(struct feed *feed)

@@ -54,6 +54,7 @@ struct feed_run {
 struct feed {
     struct step_ring *ring;
     struct step_run *carried; // STEP_RUNS runs that the interrupt carries on, or NULL
+    uint16_t turn_ticks;      // from a change of direction to the next step, at least
     struct feed_run runs[STEP_RUNS];
     uint8_t newest_run;
     uint8_t head;      // next slot to write
@@ -73,10 +74,11 @@ struct feed {
     uint8_t block_head; // next to write (free running)
     uint8_t block_tail; // next for the ledger
 #endif
-    struct feed_mark marks[FEED_MARKS];
     uint8_t mark_head;   // next to write (free running)
     uint8_t mark_placed; // marks before this one have their slot
     uint8_t mark_tail;   // next for the ledger
+    // Last, so that what stands before it lies within reach of a pointer's displacement (63 bytes).
+    struct feed_mark marks[FEED_MARKS];
 };
 
 void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head);
@@ -208,6 +210,10 @@ void feed_quiet(struct feed *feed, uint32_t ticks);
 
 // Write what is pending, as far as FEED_BURST entries go; call while feed_busy() and space lasts.
 void feed_pump(struct feed *feed);
+
+// After a mark. When it was the last that fits, the time of zero pixels that is not written yet must
+// not wait for more of them: all of it but what a reversal needs becomes a period of its own.
+void feed_make_room(struct feed *feed);
 
 static inline bool feed_busy(const struct feed *feed)
 {

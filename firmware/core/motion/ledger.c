@@ -313,12 +313,6 @@ static void settle_run(struct ledger *ledger, struct feed *feed, bool cut)
     }
 }
 
-static bool mark_here(const struct ledger *ledger, const struct feed *feed)
-{
-    return feed->mark_tail != feed->mark_placed &&
-           feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
-}
-
 static void __attribute__((noinline)) arrive_in_run(struct ledger *ledger,
                                                     struct feed *feed,
                                                     const struct engine_sample *sample)
@@ -335,7 +329,7 @@ static inline void arrive(struct ledger *ledger,
     if (ledger->run != LEDGER_NO_RUN) {
         arrive_in_run(ledger, feed, sample);
     }
-    if (mark_here(ledger, feed)) {
+    if (ledger_mark_here(ledger, feed)) {
         pass_marks(ledger, feed);
     }
 }
@@ -442,7 +436,7 @@ void ledger_follow_blocks(struct ledger *ledger,
     }
     if (ledger->run == LEDGER_NO_RUN) {
         take_blocks(ledger, feed, sample->tail);
-        if (!mark_here(ledger, feed) &&
+        if (!ledger_mark_here(ledger, feed) &&
             (ledger->retired == sample->tail ||
              ledger_inside_block(ledger, feed, sample->tail))) {
             return;

@@ -47,9 +47,10 @@ struct ledger {
     int32_t position_steps; // since reset, signed, with the periods not loaded yet
     int32_t line_origin;    // position where the line began
     uint32_t pixel;         // edges passed in the line
-    struct pixel_record records[LEDGER_RECORDS];
-    uint8_t record_next; // slot for the next record
+    uint8_t record_next;    // slot for the next record
     uint8_t record_count;
+    // Last, so that what stands before it lies within reach of a pointer's displacement (63 bytes).
+    struct pixel_record records[LEDGER_RECORDS];
 };
 
 // first_period_ticks: length of the two periods that are settled when the timers start (the
@@ -72,6 +73,13 @@ static inline bool ledger_inside_block(const struct ledger *ledger,
            (uint8_t)(tail - ledger->retired) < block->count;
 }
 
+// The next mark was placed where the account has come already.
+static inline bool ledger_mark_here(const struct ledger *ledger, const struct feed *feed)
+{
+    return feed->mark_tail != feed->mark_placed &&
+           feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
+}
+
 // False when ledger_follow_blocks() would do nothing, or only count periods of a run that goes on:
 // that can wait until somebody asks.
 static inline bool ledger_due(const struct ledger *ledger,
@@ -84,7 +92,8 @@ static inline bool ledger_due(const struct ledger *ledger,
         return true;
     }
     if (ledger->run == LEDGER_NO_RUN) {
-        return behind != 0 && !ledger_inside_block(ledger, feed, sample->tail);
+        return behind != 0 ? !ledger_inside_block(ledger, feed, sample->tail)
+                           : ledger_mark_here(ledger, feed);
     }
     // The run that is over must be known as free.
     if (sample->left == 0 || sample->run != ledger->run || sample->cut ||

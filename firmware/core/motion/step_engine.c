@@ -8,6 +8,7 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring)
     engine->idle_count = 0;
     engine->left = 0;
     engine->cut = 0;
+    engine->stop = false;
     engine->pulse = false;
     engine->negative = false;
     ring->high[0] = STEP_HIGH_EMPTY;
@@ -35,7 +36,7 @@ static void take_run_entry(struct step_engine *engine, const struct step_ring *r
     }
 }
 
-// left: of the run, not 0; a halt may take engine->left away at any time.
+// left: of the run, not 0.
 static struct step_load run_load(struct step_engine *engine,
                                  const struct step_ring *ring,
                                  int8_t left,
@@ -58,14 +59,19 @@ static struct step_load run_load(struct step_engine *engine,
         .top_ticks = top_ticks, .pulse = engine->pulse, .turned = turned};
 }
 
-uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring)
+bool step_engine_settle(struct step_engine *engine, struct step_ring *ring, uint8_t *slot)
 {
-    ring->high[engine->tail] = STEP_HIGH_EMPTY;
+    if (step_engine_going((enum step_engine_state)engine->state)) {
+        return false;
+    }
+    *slot = engine->tail;
+    ring->high[*slot] = STEP_HIGH_EMPTY;
     engine->left = 0;
     engine->cut = 0;
+    engine->stop = false;
     engine->pulse = false;
     engine->state = STEP_ENGINE_IDLE;
-    return engine->tail;
+    return true;
 }
 
 // False: the line is over.
@@ -107,6 +113,7 @@ struct step_load step_engine_next(struct step_engine *engine,
 
         if (high == STEP_HIGH_EMPTY) {
             if (engine->state == STEP_ENGINE_IN_LINE) {
+                engine->stop = true;
                 engine->state = STEP_ENGINE_HALTED;
             }
             return idle_load(engine, turned);

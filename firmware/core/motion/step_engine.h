@@ -12,10 +12,20 @@
 enum step_engine_state {
     STEP_ENGINE_IDLE = 0,    // no line; an empty ring means another idle period
     STEP_ENGINE_IN_LINE = 1, // an empty ring means: too late, halt
-    STEP_ENGINE_HALTED =
-        2, // ran empty inside a line, or was stopped: the ring is not read any more
+    STEP_ENGINE_HALTED = 2,  // the ring is not read; the timer makes idle periods
     STEP_ENGINE_HALTING = 3, // the same, but the period that the timer holds still comes
 };
+
+//            BEGIN               END
+//     IDLE ---------> IN_LINE ---------> IDLE
+//       |               |   |
+//       | halt     halt |   +----------------+ empty ring
+//       |               v                    v
+//       +-----------> HALTING ------------> HALTED ---------> IDLE
+//                              next period           settle
+//
+// halt, again and in any state, changes nothing that a halt has done; settle is refused while the
+// engine is going.
 
 // In a line, or not quite out of it.
 static inline bool step_engine_going(enum step_engine_state state)
@@ -31,10 +41,10 @@ struct step_engine {
     volatile int8_t left; // periods of a run still to load: > 0 of run 0, < 0 of run 1
     volatile uint8_t run_high; // top_high of that run
     struct step_run runs[STEP_RUNS];
-    volatile int8_t
-        cut;       // like left: taken away from the end of a run, never to be loaded
-    bool pulse;    // periods pulse now
-    bool negative; // direction output
+    volatile bool stop;  // halted, or to be: nothing more is taken from the ring
+    bool pulse;          // periods pulse now
+    volatile int8_t cut; // like left: taken away from the end of a run, never to be loaded
+    bool negative;       // direction output
 };
 
 // One period to hand to the timer.
@@ -59,43 +69,34 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 struct step_load step_engine_next(struct step_engine *engine,
                                   const struct step_ring *ring);
 
-// A new beginning after a halt: the slot at which the writer goes
-// on. With the step interrupt off.
-uint8_t step_engine_settle(struct step_engine *engine, struct step_ring *ring);
+// A new beginning after a halt. False, and nothing done, while the engine is going: the timer still
+// holds a period that pulses. *slot: where the writer continues. With the step interrupt off.
+bool step_engine_settle(struct step_engine *engine,
+                        struct step_ring *ring,
+                        uint8_t *slot);
 
-// Of an engine that was halted inside step_engine_next(): the rest of the run that it took then.
-static inline void step_engine_cut(struct step_engine *engine)
-{
-    if (engine->state == STEP_ENGINE_HALTING && engine->left != 0) {
-        engine->cut = engine->left;
-        engine->left = 0;
-    }
-}
-
-// Nothing more of what stands in the ring, the rest of a run included. True out of a line: then the
-// ring is not looked at any more, whatever the writer does. With the step interrupt off, and short
-// for that reason.
-//
-// taking: the step interrupt is in the middle of step_engine_next(). What it has begun to take
-// counts as taken and is not touched, step_engine_cut() follows; a line just being begun goes on.
-static inline bool step_engine_halt(struct step_engine *engine,
-                                    struct step_ring *ring,
-                                    bool taking)
+// Nothing more of what stands in the ring is taken, the rest of a run included, whatever the writer
+// does. The timer makes the period that it holds, then idle ones. In every state and however often;
+// with the step interrupt off, and short for that reason.
+static inline void step_engine_halt(struct step_engine *engine)
 {
     int8_t left = engine->left;
 
-    if (!taking) {
-        ring->high[engine->tail] = STEP_HIGH_EMPTY;
-    }
+    engine->stop = true;
     if (left != 0) {
         engine->cut = left;
         engine->left = 0;
     }
-    if (engine->state != STEP_ENGINE_IN_LINE) {
-        return false;
+    if (engine->state != STEP_ENGINE_HALTED) {
+        engine->state = STEP_ENGINE_HALTING;
     }
-    engine->state = STEP_ENGINE_HALTING;
-    return true;
+}
+
+// The same while the step interrupt is in the middle of step_engine_next(): what it has begun to
+// take counts as taken, and step_engine_halt() follows when it is done.
+static inline void step_engine_halt_soon(struct step_engine *engine)
+{
+    engine->stop = true;
 }
 
 static inline uint8_t step_engine_size(int8_t left)

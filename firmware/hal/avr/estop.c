@@ -122,9 +122,9 @@ void estop_release(void)
 
 void permit_write(bool on)
 {
-    pins_write_permit(on);
-    // The interrupt may have come between the decision and here.
-    if (latched) {
-        pins_write_permit(false);
+    // The interrupt comes before or after this, never between the decision and the pin.
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        pins_write_permit(on && !latched);
     }
 }

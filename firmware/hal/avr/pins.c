@@ -64,7 +64,7 @@ void pins_start(void)
 
 static void write_direction(uint8_t axis, bool high)
 {
-    switch (axis) {
+    switch (CONFIG_INDEX(axis)) {
 #define CASE_DIR      WRITE_CASE
 #define CASE_ENABLE   NO_CASE
 #define CASE_RS485_DE NO_CASE
@@ -81,7 +81,7 @@ static void write_direction(uint8_t axis, bool high)
 
 static void write_enable(uint8_t axis, bool high)
 {
-    switch (axis) {
+    switch (CONFIG_INDEX(axis)) {
 #define CASE_DIR      NO_CASE
 #define CASE_ENABLE   WRITE_CASE
 #define CASE_RS485_DE NO_CASE

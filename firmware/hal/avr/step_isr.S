@@ -110,12 +110,21 @@
     sts \mask, r24
 .endm
 
-.macro give_way_if_halted engine, mask
-    lds r24, \engine + STEP_ISR_STATE
-    cpi r24, 2
-    brlo .Lstays\@
+; Halted while a command was taken, whether by an empty ring or from outside: the rest of a run
+; that was taken since is cut off (step_engine_halt() in step_engine.h). Interrupts are off, and
+; stay so until the handler is left.
+.macro halt_if_told engine, mask
+    lds r24, \engine + STEP_ISR_STOP
+    and r24, r24
+    breq .Lgoes\@
+    lds r24, \engine + STEP_ISR_LEFT
+    sts \engine + STEP_ISR_CUT, r24
+    ldi r24, 0
+    sts \engine + STEP_ISR_LEFT, r24
+    ldi r24, 3
+    sts \engine + STEP_ISR_STATE, r24
     give_way \mask
-.Lstays\@:
+.Lgoes\@:
 .endm
 
 ; One interval of a run, then the sum behind it. r5: high byte of the run's sum.
@@ -282,7 +291,7 @@ step_isr_entry_\axis:
     .type step_isr_obey_\axis, @function
 step_isr_obey_\axis:
     call_c_nested step_isr_command_\axis, \mask
-    give_way_if_halted \engine, \mask
+    halt_if_told \engine, \mask
     rjmp .Lloaded\axis
 
 .Llate_entry\axis:

@@ -5,14 +5,16 @@
 #include "config.h" // CONFIG_AXES
 
 // Layout of struct step_engine, of its runs and of the rings, checked in step_timer.c.
-#define STEP_ISR_ENGINE_SIZE 27
+#define STEP_ISR_ENGINE_SIZE 28
 #define STEP_ISR_TAIL        0
 #define STEP_ISR_STATE       1
 #define STEP_ISR_IDLE_COUNT  2
 #define STEP_ISR_LEFT        4
 #define STEP_ISR_RUN_HIGH    5
 #define STEP_ISR_RUNS        6
+#define STEP_ISR_STOP        24
 #define STEP_ISR_PULSE       25
+#define STEP_ISR_CUT         26
 #define STEP_ISR_RUN_SIZE    9
 #define STEP_ISR_SUM         0
 #define STEP_ISR_AFTER_SHORT 2
@@ -34,7 +36,7 @@ extern struct step_ring step_rings[CONFIG_AXES];
 // What an axis's interrupt has done, as of one instant.
 static inline struct engine_sample step_isr_sample(uint8_t axis)
 {
-    const struct step_engine *engine = &step_engines[axis];
+    const struct step_engine *engine = &step_engines[CONFIG_INDEX(axis)];
     uint8_t tail = 0;
     int8_t left = 0;
     int8_t cut = 0;

@@ -24,7 +24,9 @@ KNOWN(offsetof(struct step_engine, idle_count), STEP_ISR_IDLE_COUNT);
 KNOWN(offsetof(struct step_engine, left), STEP_ISR_LEFT);
 KNOWN(offsetof(struct step_engine, run_high), STEP_ISR_RUN_HIGH);
 KNOWN(offsetof(struct step_engine, runs), STEP_ISR_RUNS);
+KNOWN(offsetof(struct step_engine, stop), STEP_ISR_STOP);
 KNOWN(offsetof(struct step_engine, pulse), STEP_ISR_PULSE);
+KNOWN(offsetof(struct step_engine, cut), STEP_ISR_CUT);
 KNOWN(sizeof(struct step_run), STEP_ISR_RUN_SIZE);
 KNOWN(offsetof(struct step_run, sum), STEP_ISR_SUM);
 KNOWN(offsetof(struct step_run, after_short), STEP_ISR_AFTER_SHORT);
@@ -36,6 +38,7 @@ KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
 KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
 KNOWN(STEP_ENGINE_IN_LINE, 1);
 KNOWN(STEP_ENGINE_HALTED, 2);
+KNOWN(STEP_ENGINE_HALTING, 3);
 KNOWN(STEP_IDLE_TICKS, 4096);
 KNOWN(STEP_HIGH_RUN, 0xFD);
 KNOWN(STEP_HIGH_COMMAND, 0xFE);
@@ -49,7 +52,7 @@ static volatile uint8_t late_axes; // bit n: axis n came too late
 
 struct step_ring *step_timer_ring(uint8_t axis)
 {
-    return &step_rings[axis];
+    return &step_rings[CONFIG_INDEX(axis)];
 }
 
 // A command, or the end of the entries: the rare cases of the interrupt. Called with interrupts on
@@ -69,8 +72,6 @@ struct step_ring *step_timer_ring(uint8_t axis)
             OCR##timer##A = load.top_ticks;                                              \
             /* TEMP, for a run that comes next (step_isr.S). */                          \
             OCR##timer##AH = step_engines[axis].run_high;                                \
-            /* Halted meanwhile: what was taken since goes the same way. */              \
-            step_engine_cut(&step_engines[axis]);                                        \
             /* A stale flag would count this period twice, see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
@@ -81,9 +82,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
             }                                                                            \
         }                                                                                \
     }
-// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Clearing
+// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Each loads
+// the registers anew, whatever they should hold already: no STEP edge can come from them. Clearing
 // the overflow flag does what serving it would have done, so that a capture can tell periods apart.
-// The registers hold an idle period already, unless the axis was halted from outside (below).
 #define LOAD_IDLE(axis, timer)                                                           \
     do {                                                                                 \
         OCR##timer##B = QUIET_TICKS;                                                     \
@@ -98,11 +99,16 @@ struct step_ring *step_timer_ring(uint8_t axis)
     {                                                                                    \
         LOAD_IDLE(axis, timer);                                                          \
     }
+// The compare A interrupt in place of the overflow interrupt.
+#define GIVE_WAY(timer)                                                                  \
+    TIMSK##timer =                                                                       \
+        (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A))
 // From now on the compare A interrupt serves the axis and loads idle periods. Its flag is a stale
 // one unless this period's end is what set it; an end that comes while it is being cleared is
-// served here.
+// served here. In every state of the engine: what the timer does is not for the engine to know.
 //
-// A command handler (step_isr.S) has masked all of its timer's interrupts while it takes entries.
+// A command handler (step_isr.S) has masked all of its timer's interrupts while it takes entries,
+// and gives way itself when it is done.
 //
 //     TOV   compare A
 //     no    stale, cleared: the next end sets it
@@ -111,11 +117,12 @@ struct step_ring *step_timer_ring(uint8_t axis)
 #define HALT_AXIS(axis, timer)                                                           \
     ATOMIC_BLOCK(ATOMIC_FORCEON)                                                         \
     {                                                                                    \
-        if ((CONFIG_AXES == 1 || which == (axis)) &&                                     \
-            step_engine_halt(                                                            \
-                &step_engines[axis], &step_rings[axis], TIMSK##timer == 0)) {            \
-            TIMSK##timer =                                                               \
-                (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A));     \
+        if (CONFIG_AXES != 1 && which != (axis)) {                                       \
+        } else if (TIMSK##timer == 0) {                                                  \
+            step_engine_halt_soon(&step_engines[axis]);                                  \
+        } else {                                                                         \
+            step_engine_halt(&step_engines[axis]);                                       \
+            GIVE_WAY(timer);                                                             \
             if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \
                 TIFR##timer = (uint8_t)_BV(OCF##timer##A);                               \
                 if ((TIFR##timer & (_BV(TOV##timer) | _BV(OCF##timer##A))) ==            \
@@ -131,7 +138,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
     void step_isr_late_##axis(void);                                                     \
     void step_isr_late_##axis(void)                                                      \
     {                                                                                    \
-        TIMSK##timer &= (uint8_t)~_BV(TOIE##timer);                                      \
+        GIVE_WAY(timer);                                                                 \
         step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
         late_axes |= (uint8_t)(1u << (axis));                                            \
     }
@@ -217,7 +224,7 @@ void step_timer_start(void)
 
 struct step_run *step_timer_runs(uint8_t axis)
 {
-    return step_engines[axis].runs;
+    return step_engines[CONFIG_INDEX(axis)].runs;
 }
 
 struct engine_sample step_timer_sample(uint8_t axis)
@@ -227,17 +234,17 @@ struct engine_sample step_timer_sample(uint8_t axis)
 
 uint8_t step_timer_tail(uint8_t axis)
 {
-    return step_engines[axis].tail;
+    return step_engines[CONFIG_INDEX(axis)].tail;
 }
 
 enum step_engine_state step_timer_state(uint8_t axis)
 {
-    return (enum step_engine_state)step_engines[axis].state;
+    return (enum step_engine_state)step_engines[CONFIG_INDEX(axis)].state;
 }
 
 uint8_t step_timer_beat(uint8_t axis)
 {
-    const struct step_engine *engine = &step_engines[axis];
+    const struct step_engine *engine = &step_engines[CONFIG_INDEX(axis)];
 
     return (uint8_t)(engine->tail + (uint8_t)engine->left + (uint8_t)engine->idle_count);
 }
@@ -252,7 +259,7 @@ bool step_timer_release(uint8_t axis,
     feed_fill_front(feed, delay_ticks);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        if (step_engines[axis].idle_count == idle_count) {
+        if (step_engines[CONFIG_INDEX(axis)].idle_count == idle_count) {
             feed_publish_front(feed);
             released = true;
         }
@@ -271,7 +278,7 @@ bool step_timer_release(uint8_t axis,
         break;
 static void resume(uint8_t axis)
 {
-    switch (axis) {
+    switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) RESUME_CASE(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
@@ -280,16 +287,55 @@ static void resume(uint8_t axis)
     }
 }
 
-uint8_t step_timer_settle(uint8_t axis)
+bool step_timer_settle(uint8_t axis, uint8_t *slot)
 {
-    uint8_t slot = 0;
+    bool settled = false;
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        slot = step_engine_settle(&step_engines[axis], &step_rings[axis]);
-        resume(axis);
+        settled = step_engine_settle(&step_engines[CONFIG_INDEX(axis)], &step_rings[CONFIG_INDEX(axis)], slot);
+        if (settled) {
+            resume(axis);
+        }
     }
-    return slot;
+    return settled;
+}
+
+// The flag that each STEP edge's own match sets; nothing else looks at it.
+#define PULSED_CASE(number, timer)                                                       \
+    case (number):                                                                       \
+        pulsed = (TIFR##timer & _BV(OCF##timer##B)) != 0;                                \
+        TIFR##timer = (uint8_t)_BV(OCF##timer##B);                                       \
+        break;
+bool step_timer_pulsed(uint8_t axis)
+{
+    bool pulsed = false;
+
+    switch (CONFIG_INDEX(axis)) {
+#define BOARD_AXIS(axis, timer) PULSED_CASE(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+    default:
+        break;
+    }
+    return pulsed;
+}
+
+// Port bits of the STEP outputs are low: so is the pin from here on.
+#define SILENCE_CASE(number, timer)                                                      \
+    case (number):                                                                       \
+        TCCR##timer##A = (uint8_t)(_BV(WGM##timer##1) | _BV(WGM##timer##0));             \
+        break;
+void step_timer_silence(uint8_t axis)
+{
+    switch (CONFIG_INDEX(axis)) {
+#define BOARD_AXIS(axis, timer) SILENCE_CASE(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+    default:
+        break;
+    }
+    step_timer_halt(axis);
 }
 
 bool step_timer_underrun(void)
@@ -299,7 +345,7 @@ bool step_timer_underrun(void)
 
 bool step_timer_take_underrun(uint8_t axis)
 {
-    uint8_t bit = (uint8_t)(1u << axis);
+    uint8_t bit = CONFIG_AXES == 1 ? 1u : (uint8_t)(1u << axis);
     bool late = (late_axes & bit) != 0;
 
     if (late) {

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#include "app/witness.h"
+
+#include "app/machine.h"    // machine_fault
+#include "hal/step_timer.h" // step_timer_*
+
+// The last edge of a line may come up to STEP_TIMER_EDGE_TICKS after the axis is seen at rest: an
+// edge counts from the second look on, a round later.
+#define LOOKS_BEFORE 2u
+
+static uint8_t looks_at_rest[CONFIG_AXES];
+
+void witness_poll(uint8_t i)
+{
+    uint8_t *looks = &looks_at_rest[CONFIG_INDEX(i)];
+    bool pulsed = step_timer_pulsed(i);
+
+    if (machine_axis(i)->state == AXIS_RUNNING ||
+        step_timer_state(i) == STEP_ENGINE_HALTING) {
+        *looks = 0;
+    } else if (*looks != LOOKS_BEFORE) {
+        (*looks)++;
+    } else if (pulsed) {
+        step_timer_silence(i);
+        machine.time_lost = true;
+        machine_fault(FAULT_stray_steps, i, 0);
+    }
+}

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: MIT
+// Commands in orders that nobody plans: twice, too late, beside each other, on axes in every state.
+#include <stdint.h>
+
+#include "app/round.h"
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "hal/step_timer.h"
+#include "nothing_moves.h"
+#include "unity.h"
+#include "wire/bytes.h"
+#include "wire/register_map.h"
+#include "wire/server.h"
+
+#define SLOW_STEPS_PX 2 // a period that the timer holds lasts many rounds
+
+void setUp(void)
+{
+    bench_power_on();
+    bench_rounds(50);
+}
+
+void tearDown(void)
+{
+}
+
+static void command(uint16_t mask, enum machine_command what)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(mask, what));
+}
+
+static void refused(uint16_t mask, enum machine_command what)
+{
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(mask, what));
+}
+
+static void until_steps(uint8_t axis, int32_t steps)
+{
+    for (uint16_t i = 0; i < 20000 && fake_axes[axis].steps < steps; i++) {
+        bench_rounds(1);
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_INT32(steps, fake_axes[axis].steps);
+}
+
+static void run_line(uint8_t axis, int16_t steps_px)
+{
+    bench_plain_line(axis, steps_px, 200);
+    command((uint16_t)(1u << axis), COMMAND_ARM);
+    until_steps(axis, 3);
+}
+
+static void check_usable(uint8_t axis)
+{
+    int32_t steps = fake_axes[axis].steps;
+
+    bench_plain_line(axis, 10, 3);
+    command((uint16_t)(1u << axis), COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(axis, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(steps + 30, fake_axes[axis].steps);
+    check_nothing_moves();
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+// The second command comes while the timer still holds a pulsing period.
+static void check_twice(enum machine_command again)
+{
+    run_line(1, SLOW_STEPS_PX);
+    command(2, COMMAND_STOP);
+    TEST_ASSERT_TRUE(step_engine_going(step_timer_state(1)));
+    command(2, again);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[1].state);
+    bench_rounds(300);
+    TEST_ASSERT_EQUAL_UINT8(0, machine.stopping);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, step_timer_state(1));
+    check_nothing_moves();
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    check_usable(1);
+}
+
+static void stopped_twice(void)
+{
+    check_twice(COMMAND_STOP);
+}
+
+static void stopped_and_disarmed(void)
+{
+    check_twice(COMMAND_DISARM);
+}
+
+static void stopped_and_discarded(void)
+{
+    check_twice(COMMAND_DISCARD);
+}
+
+static void driver_of_a_stopping_axis_stays_on(void)
+{
+    run_line(1, SLOW_STEPS_PX);
+    command(2, COMMAND_STOP);
+    refused(2, COMMAND_DISABLE);
+    TEST_ASSERT_TRUE(fake_axes[1].enabled);
+    bench_rounds(300);
+    command(2, COMMAND_DISABLE);
+    TEST_ASSERT_FALSE(fake_axes[1].enabled);
+}
+
+static void released_line_is_stopped_before_it_begins(void)
+{
+    bench_plain_line(1, 10, 3);
+    command(2, COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
+    command(2, COMMAND_STOP);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[1].state);
+    check_nothing_moves();
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[1].steps);
+    check_usable(1);
+}
+
+// Whatever pulses without having been asked to is seen and ended.
+static void stray_steps_are_a_fault(void)
+{
+    bench_rounds(20);
+    fake_stray_steps(2);
+    bench_rounds(40);
+    TEST_ASSERT_EQUAL(FAULT_stray_steps, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(2, machine.fault.axis);
+    TEST_ASSERT_TRUE(machine.time_lost);
+    int32_t steps = fake_axes[2].steps;
+    bench_rounds(200);
+    TEST_ASSERT_EQUAL_INT32(steps, fake_axes[2].steps);
+    command(0, COMMAND_CLEAR_FAULT);
+    bench_plain_line(2, 10, 3);
+    command(4, COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(2, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(steps + 30, fake_axes[2].steps);
+}
+
+static void emergency_stop_ends_stray_steps(void)
+{
+    fake_stray_steps(2);
+    fake_estop(false);
+    int32_t steps = fake_axes[2].steps;
+    bench_rounds(200);
+    TEST_ASSERT_INT32_WITHIN(2, steps, fake_axes[2].steps);
+    steps = fake_axes[2].steps;
+    bench_rounds(200);
+    TEST_ASSERT_EQUAL_INT32(steps, fake_axes[2].steps);
+}
+
+// The emergency stop halts every engine; a queued line survives it.
+static void loaded_line_survives_an_emergency_stop(void)
+{
+    bench_plain_line(3, 10, 3);
+    fake_estop(false);
+    bench_rounds(20);
+    TEST_ASSERT_EQUAL(FAULT_estop, machine.fault.code);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[3].state);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, step_timer_state(3));
+    fake_estop(true);
+    command(0, COMMAND_CLEAR_FAULT);
+    bench_rounds(3);
+    command(8, COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(3, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(30, fake_axes[3].steps);
+}
+
+static void permit_stays_off_after_an_emergency_stop(void)
+{
+    fake_estop(false);
+    // The main loop has not heard of it yet.
+    refused(0, COMMAND_PERMIT_ON);
+    TEST_ASSERT_FALSE(fake_permit);
+    TEST_ASSERT_FALSE(machine.permit);
+}
+
+// A refused block changes nothing for an armed axis: a better one may follow.
+static void refused_block_leaves_an_armed_axis(void)
+{
+    uint8_t words[8];
+
+    bench_plain_line(0, 10, 3);
+    (void)bench_long_start(1);
+    command(3, COMMAND_ARM);
+    uint16_t next = machine.axes[1].next_block;
+    put_word(&words[0], next);
+    put_word(&words[2], 1);
+    put_word(&words[4], RUN_MARK_START); // inside a line
+    put_word(&words[6], 0);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, data_write(REG_QUEUE_WINDOW, 4, words));
+    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[1].state);
+    TEST_ASSERT_EQUAL_UINT16(next, machine.axes[1].next_block);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[0].state);
+    TEST_ASSERT_EQUAL_UINT32(machine.axes[0].zero_ticks, machine.axes[1].zero_ticks);
+}
+
+// What fills the queue while the line before it ends can be armed.
+static void second_line_longer_than_the_queue(void)
+{
+    run_line(0, 10);
+    uint16_t i = 0;
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, RUN_MARK_START | RUN_START_WAIT, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 0, 0));
+    while (bench_entry(0, (int16_t)(5 + i % 2u), 1) == MODBUS_OK) {
+        i++;
+    }
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[0].state);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_LOADED));
+    command(1, COMMAND_ARM);
+}
+
+static void disarming_forgets_the_token(void)
+{
+    bench_plain_line(0, 10, 200);
+    machine.order[2] = 5;
+    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 1));
+    command(1, COMMAND_DISARM);
+    TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+    run_line(1, 10);
+    machine.order[2] = 6;
+    TEST_ASSERT_FALSE(machine_do(COMMAND_GO, 0));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[1].state);
+}
+
+static void token_stays_for_the_other_armed_axis(void)
+{
+    bench_plain_line(0, 10, 200);
+    bench_plain_line(1, 10, 200);
+    machine.order[2] = 5;
+    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 3));
+    command(1, COMMAND_STOP);
+    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    command(2, COMMAND_STOP);
+    TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+}
+
+// A clock of another frequency than set stops what waits for it or runs by it.
+static void check_clock_off(uint32_t num, uint32_t den)
+{
+    fake_pixel_clock(fake_now_ticks() + 5000u, num, den);
+    for (uint16_t i = 0; i < 400 && machine.fault.code == FAULT_none; i++) {
+        bench_rounds(1);
+    }
+    TEST_ASSERT_EQUAL(FAULT_pixel_clock_off, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT8(2, machine.fault.axis);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[2].state);
+    check_nothing_moves();
+}
+
+static void clock_twice_as_fast_while_running(void)
+{
+    run_line(2, 10);
+    check_clock_off(2u * BENCH_PIXEL_HZ, 1);
+    // In step with the clock before, the first interval would be half a period, 31.
+    TEST_ASSERT_UINT16_WITHIN(31, 31, machine.fault.argument);
+}
+
+static void clock_ten_percent_fast_while_running(void)
+{
+    run_line(2, 10);
+    check_clock_off(11u * BENCH_PIXEL_HZ, 10);
+}
+
+static void clock_ten_percent_slow_while_armed(void)
+{
+    bench_plain_line(2, 10, 3);
+    fake_pixel_clock(fake_now_ticks() + 5000u, 9u * BENCH_PIXEL_HZ, 10);
+    bench_rounds(50);
+    command(4, COMMAND_ARM);
+    check_clock_off(9u * BENCH_PIXEL_HZ, 10);
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[2].steps);
+}
+
+static void clock_five_percent_fast_is_followed(void)
+{
+    fake_pixel_clock(fake_now_ticks() + 5000u, 21u * BENCH_PIXEL_HZ, 20);
+    bench_rounds(50);
+    bench_plain_line(2, 10, 3);
+    command(4, COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(2, AXIS_DONE));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+// The first edge behind a rest stands alone, however far it is from the one before.
+static void clock_that_has_rested_may_start_a_line(void)
+{
+    for (uint8_t times = 0; times < 3; times++) {
+        bench_clock_off();
+        for (uint16_t i = 0; i < 3500; i++) {
+            fake_pass(200000uL + times);
+            round_poll();
+        }
+        TEST_ASSERT_FALSE(machine_clock_present());
+        fake_pixel_clock(fake_now_ticks() + 5000u, BENCH_PIXEL_HZ, 1);
+        check_usable(1);
+    }
+}
+
+static void zero_pixels_at_a_fast_clock_begin(void)
+{
+    uint8_t words[8] = {0};
+
+    put_word(&words[2 * 0], 0);
+    put_word(&words[2 * 1], 5000); // Hz
+    put_word(&words[2 * 2], 0);
+    put_word(&words[2 * 3], 1);
+    TEST_ASSERT_EQUAL(MODBUS_OK, data_write(REG_HOLDING_pixel_hz_num, 4, words));
+    bench_clock_off();
+    (void)bench_entry(0, RUN_MARK_START, 0);
+    (void)bench_entry(0, 0, 0);
+    (void)bench_entry(0, 0, 200);
+    (void)bench_entry(0, 1, 3);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, RUN_MARK_END, 0));
+    command(1, COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
+    for (uint16_t i = 0; i < 2000 && machine.axes[0].state == AXIS_RUNNING; i++) {
+        fake_pass(1000);
+        round_poll();
+    }
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(AXIS_DONE, machine.axes[0].state);
+    TEST_ASSERT_EQUAL_INT32(3, fake_axes[0].steps);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(stopped_twice);
+    RUN_TEST(stopped_and_disarmed);
+    RUN_TEST(stopped_and_discarded);
+    RUN_TEST(driver_of_a_stopping_axis_stays_on);
+    RUN_TEST(released_line_is_stopped_before_it_begins);
+    RUN_TEST(stray_steps_are_a_fault);
+    RUN_TEST(emergency_stop_ends_stray_steps);
+    RUN_TEST(loaded_line_survives_an_emergency_stop);
+    RUN_TEST(permit_stays_off_after_an_emergency_stop);
+    RUN_TEST(refused_block_leaves_an_armed_axis);
+    RUN_TEST(second_line_longer_than_the_queue);
+    RUN_TEST(disarming_forgets_the_token);
+    RUN_TEST(token_stays_for_the_other_armed_axis);
+    RUN_TEST(clock_twice_as_fast_while_running);
+    RUN_TEST(clock_ten_percent_fast_while_running);
+    RUN_TEST(clock_ten_percent_slow_while_armed);
+    RUN_TEST(clock_five_percent_fast_is_followed);
+    RUN_TEST(clock_that_has_rested_may_start_a_line);
+    RUN_TEST(zero_pixels_at_a_fast_clock_begin);
+    return UNITY_END();
+}
