@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pixstep.hostile.orders import trials
+from pixstep.hostile.orders import lines, trials
 from pixstep.hostile.orders.guard import Guard
 from pixstep.hostile.orders.world import World
 from pixstep.simulation.simctl import SimulatorError
@@ -82,11 +82,11 @@ def batch(plan: Plan, first: int, end: int, outcome: Outcome):
     """Do the trials of a batch from its beginning, count those from `first` on; yield each."""
     index = first // BATCH * BATCH
     while index < end:
-        with World(plan.board, plan.image) as world:
+        with World(plan.board, plan.image, clock_hz(plan, index)) as world:
             guard = Guard(world)
             good = True
             while good and index < end:
-                trial = make(plan, index, world.axes)
+                trial = make(plan, index, world)
                 begun = world.cycle
                 good = attempt(guard, trial)
                 if index >= first:
@@ -100,26 +100,33 @@ def replay(plan: Plan, index: int, say: Callable[[str], None]) -> bool:
     number = index // BATCH * BATCH
     good = True
     while number <= index:
-        with World(plan.board, plan.image) as world:
+        with World(plan.board, plan.image, clock_hz(plan, number)) as world:
             guard = Guard(world)
             good = True
             while good and number <= index:
                 guard.say = say if number == index else None
-                good = attempt(guard, make(plan, number, world.axes))
+                good = attempt(guard, make(plan, number, world))
                 number += 1
     return good
 
 
-def make(plan: Plan, index: int, axes: int) -> trials.Trial:
+def clock_hz(plan: Plan, index: int) -> int:
+    """Return the pixel clock of a trial's batch."""
+    rng = random.Random(f"{plan.board} clock {plan.seed}:{index // BATCH}")
+    return rng.choice(lines.CLOCK_HZ[plan.board])
+
+
+def make(plan: Plan, index: int, world: World) -> trials.Trial:
     """Return a trial by its number."""
     rng = random.Random(f"{plan.board} {plan.seed}:{index}")
-    return trials.make(rng, plan.board, axes, plan.estop)
+    place = trials.Place(plan.board, world.axes, world.clock_hz)
+    return trials.make(rng, place, plan.estop)
 
 
 def attempt(guard: Guard, trial: trials.Trial) -> bool:
     """Do a trial and recover; False if anything did not hold: the simulator is then of no use."""
     guard.complaints.clear()
-    guard.seen_faults = set()
+    guard.seen_faults.clear()
     try:
         for action in trial.actions:
             guard.do(action)

@@ -12,8 +12,8 @@ FASTEST = 60_000  # steps/s
 _SHORTEST_TICKS = {"uno": 80, "mega": 300}  # every axis of the board at once
 _SMOOTH_TICKS = {"uno": 300, "mega": 1600}
 _REVERSAL_TICKS = 5000  # above what any board needs to turn round
-_HZ = (1, 3, 10, 30, 100, 300)
-_CLOCKED_HZ = {"uno": (30, 100, 300), "mega": (30, 100)}
+PIXEL_HZ = (1, 3, 10, 30, 100, 300)  # of lines that wait for no clock
+CLOCK_HZ = {"uno": (30, 100, 300), "mega": (30, 100)}  # that a board keeps up with
 _LASTS_S = 2
 _SPARSE = 6  # pairs of a single step and a rest
 
@@ -29,11 +29,6 @@ class Speed:
     def count(self) -> int:
         """Steps of a pixel, 0 if one takes more than a pixel."""
         return int(self.steps_s / self.pixel_hz)
-
-
-def pixel_hz(rng: random.Random, board: str, *, clocked: bool) -> int:
-    """Return a pixel frequency; that of a clock is one that the board keeps up with."""
-    return rng.choice(_CLOCKED_HZ[board] if clocked else _HZ)
 
 
 def speed(rng: random.Random, board: str, hz: int, *, smooth: bool) -> Speed:

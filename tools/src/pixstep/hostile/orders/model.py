@@ -62,6 +62,7 @@ class Model:
     """A board: its axes, PERMIT, whether a fault is latched, and the faults that may be."""
 
     axes: list[AxisModel]
+    clock_hz: int = 0  # what comes, not what the board expects
     permit: PermitModel = field(default_factory=PermitModel)
     latched: bool | None = False  # None: not known
     estop: bool = False  # pressed
@@ -85,8 +86,9 @@ class Model:
                 self._block(action)
             case actions.Setting("bus_timeout_ms"):
                 self.expected.add("bus_silent")
-            case actions.Frequency():
-                self.expected |= clock_faults()
+            case actions.Frequency(hz):
+                if hz != self.clock_hz:
+                    self.expected |= clock_faults()
             case actions.Supply(what):
                 self._supply(what)
 

@@ -27,7 +27,7 @@ from pixstep.lines.rational import TIMER_HZ
 COMMANDS = (
     "arm", "disarm", "stop", "discard", "clear_fault", "enable", "disable", "zero", "permit_on",
     "permit_off", "go", "store", "block", "coil arm", "coil disarm", "coil stop", "coil enable",
-    "coil disable", "coil clear_fault", "coil permit_on", "coil permit_off",
+    "coil disable", "coil clear_fault", "coil permit_on", "coil permit_off", "clock",
 )  # fmt: skip
 ENDING = ("stop", "disarm", "discard", "coil stop", "coil disarm")  # these meet held periods
 ESTOP = "estop"
@@ -38,6 +38,7 @@ _STEP_LIMIT_CYCLES = 480_000
 _AROUND_CYCLES = 1500  # of a STEP edge: the longest way of its handlers, and the confirmation
 WATCH_CYCLES = TIMER_HZ // 20
 _TOKEN = 77
+_CLOCKS = ("off", "on", "drop 1", "drop 3", "ppm 90000", "ppm -2000", "hz 50/1", "hz 700/1")
 
 
 @dataclass(frozen=True)
@@ -61,27 +62,36 @@ class Setup:
     speed: lines.Speed
 
 
-def make(rng: random.Random, board: str, axes: int, estop: float) -> Trial:
+@dataclass(frozen=True)
+class Place:
+    """Where a trial happens: the board, its axes, its clock."""
+
+    board: str
+    axes: int
+    clock_hz: int
+
+
+def make(rng: random.Random, place: Place, estop: float) -> Trial:
     """Return a random trial; `estop` is the share of those in which the stop is pressed."""
-    setup = _setup(rng, board, axes)
+    setup = _setup(rng, place)
     tried = [rng.choice(rng.choice((COMMANDS, ENDING))) for _ in range(rng.choice((2, 2, 3)))]
     if rng.random() < estop:
         tried[rng.randrange(len(tried))] = ESTOP
     made = [*_begin(rng, setup), _moment(rng, setup)]
     for name in tried:
-        made += [*_command(rng, name, setup, axes), Wait(_gap(rng, name))]
+        made += [*_command(rng, name, setup, place.axes), Wait(_gap(rng, name))]
     made += [Look(), Wait(WATCH_CYCLES), Look()]
     return Trial(tuple(made), tuple(tried), setup.speed.steps_s)
 
 
-def _setup(rng: random.Random, board: str, axes: int) -> Setup:
+def _setup(rng: random.Random, place: Place) -> Setup:
     clocked = rng.random() < 0.25
-    hz = lines.pixel_hz(rng, board, clocked=clocked)
-    mask = rng.randrange(1, 1 << axes)
+    hz = place.clock_hz if clocked else rng.choice(lines.PIXEL_HZ)
+    mask = rng.randrange(1, 1 << place.axes)
     made = {}
-    for axis in range(axes):
+    for axis in range(place.axes):
         smooth = rng.random() < 0.3
-        speed = lines.speed(rng, board, hz, smooth=smooth)
+        speed = lines.speed(rng, place.board, hz, smooth=smooth)
         if mask >> axis & 1:
             made[axis] = lines.entries(rng, speed, smooth=smooth, clocked=clocked)
             fastest = speed
@@ -92,8 +102,6 @@ def _begin(rng: random.Random, setup: Setup) -> list[Action]:
     """Queue the lines and arm them."""
     how = TELL if rng.random() < 0.5 else ASK
     made: list[Action] = [Frequency(setup.hz, TELL)]
-    if setup.clocked:
-        made.append(Clock(f"hz {setup.hz}/1"))
     made += [Block(axis, entries, 0, how) for axis, entries in setup.entries.items()]
     if rng.random() < 0.7:
         made.append(Order("permit_on", 0, None, TELL))
@@ -127,6 +135,8 @@ def _command(rng: random.Random, name: str, setup: Setup, axes: int) -> list[Act
     how = TELL if rng.random() < 0.5 else ASK
     if name == ESTOP:
         return _press(rng)
+    if name == "clock":
+        return [Clock(rng.choice(_CLOCKS))]
     if name == "block":
         return [_block(rng, setup, axes, how)]
     if name.startswith("coil "):

@@ -19,7 +19,6 @@ FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost,
 BITS = 11  # of a byte on the line, even parity
 SILENCE_CYCLES = 28_000  # that a reply waits for, and the simulator behind it
 REPLY_CYCLES = TIMER_HZ // 40  # the reply begins within so long, whatever the board does
-CLOCK_HZ = 100
 IDLE_TICKS = 4096  # a period of an axis at rest
 _MACHINE = "struct machine"
 _STRETCH_CYCLES = 8192  # between two looks for a step
@@ -40,14 +39,15 @@ class Outcome:
 class World:
     """A board under direct command; use as a context manager."""
 
-    def __init__(self, board: str, image: Path | None = None, baud: int = FAST_BAUD) -> None:
-        self.name, self._baud = board, baud
+    def __init__(self, board: str, image: Path | None = None, clock_hz: int = 100) -> None:
+        self.name, self.clock_hz = board, clock_hz
         table = boards.load(board)
         self.axes = table.axes
         self.all_axes = (1 << table.axes) - 1
         self._pins = {(pin.signal, pin.axis): (pin.port, pin.bit) for pin in table.pins}
-        self._options = SimOptions([(board, image or natives.image(board))], Fraction(CLOCK_HZ))
+        self._options = SimOptions([(board, image or natives.image(board))], Fraction(clock_hz))
         self.next_block = [0] * table.axes
+        self.clock_touched = False
         self.driven: set[tuple[str, int]] = set()  # pins that are not as they were at first
 
     def __enter__(self) -> "World":
@@ -71,10 +71,10 @@ class World:
         self._byte_cycles = TIMER_HZ * BITS // SLOW_BAUD
         self.sim.run(BOOT_CYCLES)
         register = regs.register_map().holding("baud_100")
-        if not self.ask(frames.write(register.address, [self._baud // 100])).taken:
+        if not self.ask(frames.write(register.address, [FAST_BAUD // 100])).taken:
             raise SimulatorError(f"{self.name}: no reply behind a reset")
-        self.sim.command(f"baud {self._baud} E")
-        self._byte_cycles = TIMER_HZ * BITS // self._baud
+        self.sim.command(f"baud {FAST_BAUD} E")
+        self._byte_cycles = TIMER_HZ * BITS // FAST_BAUD
         self.next_block = [0] * self.axes
 
     @property
@@ -141,6 +141,7 @@ class World:
                 self._to_step(action)
             case actions.Clock(text):
                 self.sim.command(f"clock {text}")
+                self.clock_touched = True
             case actions.Pin(signal, axis, level):
                 self.sim.pin(0, *self._pins[signal, axis], level)
                 self.driven.add((signal, axis))
