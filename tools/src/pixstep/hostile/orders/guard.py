@@ -60,10 +60,10 @@ class Guard:
                 self.say(f"             {state.summary()}")
             return Outcome(True, self.world.cycle)
         before = self._before(action)
-        permit = self.world.permit() if isinstance(action, actions.Pin) else None
+        permit = self.world.permit() if self._presses(action) else None
         outcome = self.world.perform(action)
         self.model.learn(action, outcome)
-        if permit and self.model.estop and action.signal == "ESTOP":
+        if permit:
             self._expect_permit(permit)
         if isinstance(action, actions.Supply):
             self._restart()
@@ -72,6 +72,9 @@ class Guard:
         if before and outcome.taken is False:
             self._compare(action, outcome, before)
         return outcome
+
+    def _presses(self, action: Action) -> bool:
+        return action == actions.Pin("ESTOP", 0, 0) and not self.model.estop
 
     # ---- what can be seen at any time ----
 

@@ -65,7 +65,8 @@ class Model:
     clock_hz: int = 0  # what comes, not what the board expects
     permit: PermitModel = field(default_factory=PermitModel)
     latched: bool | None = False  # None: not known
-    estop: bool = False  # pressed
+    estop: bool = False  # pressed,
+    pressed: int = 0  #      since this cycle
     expected: set[str] = field(default_factory=set)
     steps_zero: list[int] = field(default_factory=list)  # steps made where the position is 0
     may_be_armed: bool = False  # an axis, as far as is known
@@ -126,15 +127,26 @@ class Model:
     def _pin(self, signal: str, level: int, cycle: int) -> None:
         if signal.startswith("LIMIT"):
             self.expected.add(signal.lower())
-        if signal != "ESTOP":
-            return
-        self.estop = level == 0
-        if self.estop:
-            self.expected.add("estop")
-            self.latched = True
-            self.permit.low_from, self.permit.changes = cycle + ESTOP_CYCLES, None
+        if signal == "ESTOP" and level == 0 and not self.estop:
+            self._press(cycle)
+        elif signal == "ESTOP" and level:
+            self._release(cycle)
+
+    def _press(self, cycle: int) -> None:
+        self.estop, self.pressed, self.latched = True, cycle, True
+        self.expected.add("estop")
+        self.permit.low_from, self.permit.changes = cycle + ESTOP_CYCLES, None
+        for axis in self.axes:
+            axis.halt(cycle + ESTOP_CYCLES)
+
+    def _release(self, cycle: int) -> None:
+        """What was pressed for a moment only may not have been confirmed."""
+        if self.estop and cycle < self.pressed + ESTOP_CYCLES:
+            self.latched = None
+            self.permit.allow()
             for axis in self.axes:
-                axis.halt(cycle + ESTOP_CYCLES)
+                axis.halted = None
+        self.estop = False
 
     def _block(self, action: actions.Block) -> None:
         mark = action.entries[0][0]
