@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pixstep.hostile.orders import lines, trials
+from pixstep.hostile.orders import lines, together, trials
 from pixstep.hostile.orders.guard import Guard
 from pixstep.hostile.orders.world import World
 from pixstep.simulation.simctl import SimulatorError
@@ -32,6 +32,7 @@ class Plan:
     seed: int = 1
     first: int = 0
     estop: float = 0.0
+    together: bool = False  # axes armed together, instead of pairs of commands
     image: Path | None = None
 
 
@@ -62,6 +63,7 @@ class Outcome:
     pairs: Counter = field(default_factory=Counter)  # (command, the next one)
     speeds: Counter = field(default_factory=Counter)  # trials, by the decade that they stay below
     faults: Counter = field(default_factory=Counter)
+    started: Counter = field(default_factory=Counter)  # of axes armed together: all, none, split
     failed: int = 0
     failures: list[Failure] = field(default_factory=list)
 
@@ -118,8 +120,10 @@ def clock_hz(plan: Plan, index: int) -> int:
 
 def make(plan: Plan, index: int, world: World) -> trials.Trial:
     """Return a trial by its number."""
-    rng = random.Random(f"{plan.board} {plan.seed}:{index}")
     place = trials.Place(plan.board, world.axes, world.clock_hz)
+    if plan.together:
+        return together.make(random.Random(f"together {plan.seed}:{index}"), place)
+    rng = random.Random(f"{plan.board} {plan.seed}:{index}")
     return trials.make(rng, place, plan.estop)
 
 
@@ -127,9 +131,13 @@ def attempt(guard: Guard, trial: trials.Trial) -> bool:
     """Do a trial and recover; False if anything did not hold: the simulator is then of no use."""
     guard.complaints.clear()
     guard.seen_faults.clear()
+    guard.started = ""
     try:
+        before = [guard.world.edges(axis).count for axis in range(guard.world.axes)]
         for action in trial.actions:
             guard.do(action)
+        if isinstance(trial, together.Together):
+            guard.started = together.judge(guard, trial, before)
         return guard.recover() and not guard.complaints
     except SimulatorError as error:
         guard.complain(str(error))
@@ -142,6 +150,8 @@ def _count(outcome: Outcome, trial: trials.Trial, guard: Guard, cycles: int, ind
     outcome.pairs.update(zip(trial.tried, trial.tried[1:], strict=False))
     outcome.speeds[next(top for top in _DECADES if trial.steps_s <= top)] += 1
     outcome.faults.update(guard.seen_faults)
+    if guard.started:
+        outcome.started[guard.started] += 1
     if guard.complaints:
         outcome.failed += 1
         if len(outcome.failures) < _KEPT:

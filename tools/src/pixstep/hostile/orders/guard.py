@@ -25,6 +25,7 @@ class Guard:
         self.careful = False  # compare what a refusal must leave as it was
         self.complaints: list[str] = []
         self.seen_faults: set[str] = set()
+        self.started = ""  # which of the axes armed together did start
         self.say: Callable[[str], None] | None = None  # told of every action
         self.begin()
 
