@@ -38,7 +38,7 @@ class Guard:
             edges = self.world.edges(number)
             axis.settle(edges.count)
             self.model.steps_zero.append(edges.steps - self.state.axes[number].position)
-        self._note_time()
+        self.note_time()
 
     def complain(self, text: str) -> None:
         """Take note of what did not hold, with the cycle."""
@@ -272,11 +272,11 @@ class Guard:
             edges = self.world.edges(number)
             axis.settle(edges.count)
             self.model.steps_zero.append(edges.steps)
-        self._note_time()
+        self.note_time()
 
     # ---- time ----
 
-    def _note_time(self) -> None:
+    def note_time(self) -> None:
         self.accounts = [self.world.account(number) for number in range(self.world.axes)]
 
     def _check_time(self) -> None:

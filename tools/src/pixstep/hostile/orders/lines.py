@@ -12,7 +12,8 @@ FASTEST = 60_000  # steps/s
 _SHORTEST_TICKS = {"uno": 80, "mega": 300}  # every axis of the board at once
 _SMOOTH_TICKS = {"uno": 300, "mega": 1600}
 _REVERSAL_TICKS = 5000  # above what any board needs to turn round
-PIXEL_HZ = (1, 3, 10, 30, 100, 300)  # of lines that wait for no clock
+# Of lines that wait for no clock; above it four axes may ask for more than the Mega can decode.
+PIXEL_HZ = {"uno": (1, 3, 10, 30, 100, 300), "mega": (1, 3, 10, 30, 100)}
 CLOCK_HZ = {"uno": (30, 100, 300), "mega": (30, 100)}  # that a board keeps up with
 _LASTS_S = 2
 _SPARSE = 6  # pairs of a single step and a rest

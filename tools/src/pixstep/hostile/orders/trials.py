@@ -86,7 +86,7 @@ def make(rng: random.Random, place: Place, estop: float) -> Trial:
 
 def _setup(rng: random.Random, place: Place) -> Setup:
     clocked = rng.random() < 0.25
-    hz = place.clock_hz if clocked else rng.choice(lines.PIXEL_HZ)
+    hz = place.clock_hz if clocked else rng.choice(lines.PIXEL_HZ[place.board])
     mask = rng.randrange(1, 1 << place.axes)
     made = {}
     for axis in range(place.axes):

@@ -68,13 +68,13 @@ class World:
     def start(self) -> None:
         """Wait for the board behind a reset, and take it to the rate of this world."""
         self.sim.command(f"baud {SLOW_BAUD} E")
-        self._byte_cycles = TIMER_HZ * BITS // SLOW_BAUD
+        self.byte_cycles = TIMER_HZ * BITS // SLOW_BAUD
         self.sim.run(BOOT_CYCLES)
         register = regs.register_map().holding("baud_100")
         if not self.ask(frames.write(register.address, [FAST_BAUD // 100])).taken:
             raise SimulatorError(f"{self.name}: no reply behind a reset")
         self.sim.command(f"baud {FAST_BAUD} E")
-        self._byte_cycles = TIMER_HZ * BITS // FAST_BAUD
+        self.byte_cycles = TIMER_HZ * BITS // FAST_BAUD
         self.next_block = [0] * self.axes
 
     @property
@@ -86,7 +86,7 @@ class World:
         """Send a request and wait for the reply."""
         self.asked = self.cycle
         data = self.sim.transmit(frame, REPLY_CYCLES)
-        self.told = self.cycle - SILENCE_CYCLES - self._byte_cycles * len(data)
+        self.told = self.cycle - SILENCE_CYCLES - self.byte_cycles * len(data)
         return frames.parse(data)
 
     def tell(self, frame: bytes) -> int:
@@ -127,6 +127,21 @@ class World:
         place = self._engine_bytes * axis + self._idle_offset
         idle = int.from_bytes(self.sim.peek(0, f"step_engines+{place}", 2), "little")
         return (loaded + (idle - seen) % (1 << 16) * IDLE_TICKS - self.cycle) % (1 << 32)
+
+    def time_words(self, axis: int) -> list[tuple[int, int, int]]:
+        """Return address, size and unit (ticks) of every word that counts an idle axis's time."""
+        machine = self.sim.symbol(0, "machine").address
+        engine = self.sim.symbol(0, "step_engines").address + self._engine_bytes * axis
+        words = [(engine + self._idle_offset, 2, IDLE_TICKS)]
+        for name, unit in (("idle_seen", IDLE_TICKS), ("loaded_ticks", 1)):
+            offset, size = member(self.name, _MACHINE, f"axes[{axis}].ledger.{name}")
+            words.append((machine + offset, size, unit))
+        return words
+
+    def add(self, address: int, size: int, amount: int) -> None:
+        """Add to a number in RAM, modulo its size."""
+        old = int.from_bytes(self.sim.peek(0, address, size), "little")
+        self.sim.poke(0, address, ((old + amount) % (1 << 8 * size)).to_bytes(size, "little"))
 
     def permit(self) -> Permit:
         """Return the permit output's level and edges."""
