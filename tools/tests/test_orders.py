@@ -170,3 +170,121 @@ class Mega(Orders):
 @pytest.mark.parametrize("machine", [Uno, Mega])
 def test_any_order(machine):
     run_state_machine_as_test(machine, settings=FIXED)
+
+
+def play(board, *played):
+    """Do actions on a fresh board; return the guard behind its recovery."""
+    with World(board) as world:
+        guard = Guard(world)
+        for action in played:
+            guard.do(action)
+        guard.recover()
+    return guard
+
+
+LINE = ((1, 0), (0, 0), (10, 1000), (2, 0))
+MOVING = (
+    actions.Frequency(30),
+    actions.Block(0, LINE),
+    actions.Order("permit_on", 0),
+    actions.Order("arm", 1),
+    actions.Wait(TIMER_HZ // 20),
+)
+
+
+@pytest.mark.parametrize("board", ["uno", "mega"])
+def test_campaign(invoke, board):
+    done = invoke("hostile", "orders", "--board", board, "--count", 150, "--seed", 5, "--json")
+    outcome = json.loads(done.stdout)
+    assert outcome["failures"] == []
+    assert outcome["trials"] == 150
+    assert outcome["edges"] > 10_000
+    assert len(outcome["pairs"]) > 60
+    assert outcome["faults"]["estop"] >= 3
+
+
+def test_together(invoke):
+    done = invoke("hostile", "orders", "--board", "mega", "--together", "--count", 100, "--json")
+    outcome = json.loads(done.stdout)
+    assert outcome["failures"] == []
+    assert set(outcome["started"]) == {"all", "none"}
+    assert outcome["started"]["all"] > 50
+
+
+@pytest.mark.parametrize("board", ["uno", "mega"])
+def test_rests(invoke, board):
+    done = invoke("hostile", "orders", "--board", board, "--rests", "--count", 10, "--json")
+    outcome = json.loads(done.stdout)
+    assert outcome["failures"] == []
+    assert outcome["rests"] >= 5
+    assert outcome["lines"] > 0
+    assert 0 < outcome["slowest_cycles"]
+
+
+def test_a_trial_can_be_had_again():
+    plan = campaign.Plan("uno", 3, 9)
+    said = [[], []]
+    for lines in said:
+        assert campaign.replay(plan, 2, lines.append)
+    assert said[0] == said[1]
+    assert len(said[0]) > 5
+
+
+def test_edges_behind_a_stop_are_a_complaint(monkeypatch):
+    """The stop does not reach the board: its steps go on."""
+    perform = World.perform
+
+    def deaf(world, action):
+        if isinstance(action, actions.Order) and action.name == "stop":
+            return campaign.guard.Outcome(True, world.cycle)
+        return perform(world, action)
+
+    monkeypatch.setattr(World, "perform", deaf)
+    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TIMER_HZ // 20))
+    assert any("halted by" in text for text in guard.complaints)
+
+
+def test_a_lost_step_is_a_complaint(monkeypatch):
+    edges = World.edges
+    monkeypatch.setattr(
+        World, "edges", lambda *place: edges(*place)._replace(steps=edges(*place).count // 2)
+    )
+    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TIMER_HZ // 20))
+    assert any("steps made" in text for text in guard.complaints)
+
+
+def test_permit_behind_a_stop_is_a_complaint(monkeypatch):
+    monkeypatch.setattr(Simulator, "permit", lambda self, _: Permit(1, 1, self.cycle))
+    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TIMER_HZ // 20))
+    assert any("PERMIT must be low" in text for text in guard.complaints)
+
+
+def test_lost_time_is_a_complaint():
+    with World("uno") as world:
+        guard = Guard(world)
+        address, size, _ = world.time_words(0)[2]
+        world.add(address, size, 65_536)
+        guard.recover()
+    assert any("account of time" in text for text in guard.complaints)
+
+
+def test_what_a_refusal_changes_is_a_complaint(monkeypatch):
+    written = iter(range(100))
+    monkeypatch.setattr(World, "registers", lambda _: dict.fromkeys(
+        ("command", "settings", "outputs"), (next(written),)))  # fmt: skip
+    with World("uno") as world:
+        guard = Guard(world)
+        guard.careful = True
+        guard.do(actions.Order("arm", 1))
+    assert any("changed command" in text for text in guard.complaints)
+
+
+def test_figures_are_written(invoke, tmp_path):
+    path = Path(tmp_path) / "ORDERS.md"
+    path.write_text("<!-- begin generated: orders-uno -->\n<!-- end generated: orders-uno -->\n")
+    invoke("hostile", "orders", "--board", "uno", "--count", 4, "--write", path)
+    assert "4 trials on the uno from seed 1" in path.read_text()
+
+
+def test_together_is_for_the_mega(invoke):
+    invoke("hostile", "orders", "--board", "uno", "--together", status=2)

@@ -31,7 +31,7 @@ class Plan:
     count: int
     seed: int = 1
     first: int = 0
-    estop: float = 0.0
+    estop: float = 0.0  # share of the trials in which the emergency stop is pressed
     together: bool = False  # axes armed together, instead of pairs of commands
     image: Path | None = None
 
@@ -89,10 +89,12 @@ def batch(plan: Plan, first: int, end: int, outcome: Outcome):
             good = True
             while good and index < end:
                 trial = make(plan, index, world)
-                begun = world.cycle
+                begun, made = world.cycle, _edges(world)
                 good = attempt(guard, trial)
                 if index >= first:
-                    _count(outcome, trial, guard, world.cycle - begun, index)
+                    outcome.cycles += world.cycle - begun
+                    outcome.edges += _edges(world) - made
+                    _count(outcome, trial, guard, index)
                     yield trial
                 index += 1
 
@@ -144,9 +146,12 @@ def attempt(guard: Guard, trial: trials.Trial) -> bool:
         return False
 
 
-def _count(outcome: Outcome, trial: trials.Trial, guard: Guard, cycles: int, index: int) -> None:
+def _edges(world: World) -> int:
+    return sum(world.edges(axis).count for axis in range(world.axes))
+
+
+def _count(outcome: Outcome, trial: trials.Trial, guard: Guard, index: int) -> None:
     outcome.trials += 1
-    outcome.cycles += cycles
     outcome.pairs.update(zip(trial.tried, trial.tried[1:], strict=False))
     outcome.speeds[next(top for top in _DECADES if trial.steps_s <= top)] += 1
     outcome.faults.update(guard.seen_faults)

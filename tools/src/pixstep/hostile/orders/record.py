@@ -3,34 +3,41 @@
 
 from collections import Counter
 
+from pixstep.hostile.orders import rests
 from pixstep.hostile.orders.campaign import Outcome
 from pixstep.lines.rational import TIMER_HZ
 
 
-def name(outcome: Outcome) -> str:
+def name(outcome: Outcome | rests.Outcome) -> str:
     """Return the name of the part."""
-    return f"orders-{outcome.plan.board}"
+    board = outcome.plan.board
+    if isinstance(outcome, rests.Outcome):
+        return f"rests-{board}"
+    return "orders-together" if outcome.plan.together else f"orders-{board}"
 
 
-def markdown(outcome: Outcome) -> str:
+def markdown(outcome: Outcome | rests.Outcome) -> str:
     """Return the part: figures, speeds, faults, pairs."""
+    if isinstance(outcome, rests.Outcome):
+        return rests.text(outcome).replace("\n  ", "\n") + "\n"
     plan = outcome.plan
     hours = outcome.cycles / TIMER_HZ / 3600
     lines = [
         f"{outcome.trials:,} trials on the {plan.board} from seed {plan.seed}, "
         f"{hours:.1f} simulated hours, {outcome.failed:,} failed.",
         "",
-        "| line, steps/s up to | trials |",
-        "| --: | --: |",
-        *[f"| {top:,} | {number:,} |" for top, number in sorted(outcome.speeds.items())],
-        "",
-        "| fault seen | trials |",
-        "| --- | --: |",
-        *[f"| `{fault}` | {number:,} |" for fault, number in sorted(outcome.faults.items())],
-        "",
-        *_pairs(outcome.pairs),
+        *_counted("line, steps/s up to", outcome.speeds),
+        *_counted("fault seen", outcome.faults),
     ]
+    lines += _counted("axes that started", outcome.started) if plan.together else []
+    lines += _pairs(outcome.pairs)
     return "\n".join(lines) + "\n"
+
+
+def _counted(what: str, counts: Counter) -> list[str]:
+    rows = [f"| {key if isinstance(key, str) else f'{key:,}'} | {counts[key]:,} |"
+            for key in sorted(counts)]  # fmt: skip
+    return [f"| {what} | trials |", "| --- | --: |", *rows, ""]
 
 
 def _pairs(pairs: Counter) -> list[str]:

@@ -79,6 +79,16 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     return outcome
 
 
+def text(outcome: Outcome) -> str:
+    """Return what happened in two lines."""
+    return (
+        f"{outcome.plan.board}: {outcome.rests:,} rests, {outcome.hours:,.0f} hours together, "
+        f"{len(outcome.failures):,} complaints; {outcome.uncounted:,} not counted\n"
+        f"  replies {outcome.slowest_cycles:,} cycles behind the request at most, {outcome.lines:,} "
+        f"lines behind a rest end within {outcome.farthest_cycles} cycles of their place"
+    )
+
+
 class _Rest:
     """One rest, on a simulator of its own."""
 
