@@ -12,7 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_sta
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions, campaign
 from pixstep.hostile.orders.guard import Guard
-from pixstep.hostile.orders.world import World
+from pixstep.hostile.orders.world import Outcome, World
 from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.simctl import Permit, Simulator
 
@@ -236,7 +236,7 @@ def test_edges_behind_a_stop_are_a_complaint(monkeypatch):
 
     def deaf(world, action):
         if isinstance(action, actions.Order) and action.name == "stop":
-            return campaign.guard.Outcome(True, world.cycle)
+            return Outcome(True, world.cycle)
         return perform(world, action)
 
     monkeypatch.setattr(World, "perform", deaf)
