@@ -40,7 +40,8 @@ static void edges_count_without_a_line(void)
 static void edges_before_the_line_are_not_its_own(void)
 {
     clock_watch_follow(&watch, &period, ZERO_TICKS);
-    TEST_ASSERT_FALSE(clock_watch_edge(&watch, &period, ZERO_TICKS - PERIOD_TICKS, &pixel));
+    TEST_ASSERT_FALSE(
+        clock_watch_edge(&watch, &period, ZERO_TICKS - PERIOD_TICKS, &pixel));
     check_edge(ZERO_TICKS, 0, 0);
 }
 

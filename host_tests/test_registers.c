@@ -89,15 +89,19 @@ static void check_inputs(bool mapped, uint16_t address, uint16_t count)
 
 static void mapped_inputs(void)
 {
+    // The areas of the larger board touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(false, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE + 1);
-    check_inputs(true, REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(false, REG_AXIS_BASE, CONFIG_AXES * REG_AXIS_STRIDE + 1);
+    check_inputs(true, 0, REG_INPUT_event_capacity + 1);
+    check_inputs(false, 0, REG_INPUT_event_capacity + 2);
+    check_inputs(true, REG_INPUT_fault_mask_high - 1, 2);
+    check_inputs(true, REG_EVENT_BASE - 1, 2);
+    check_inputs(true, REG_EVENT_BASE - 100, 125);
     check_inputs(true, REG_INPUT_fault_mask_high, 8);
     check_inputs(false, REG_INPUT_fault_mask_high, 9);
     check_inputs(false, REG_INPUT_event_capacity + 1, 1);
     check_inputs(true, REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
-    check_inputs(false, REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE + 1);
+    check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
+    check_inputs(false, REG_RECORD_BASE - 1, 2);
     check_inputs(false, 0xFFFF, 1);
     check_inputs(false, 0xFFFF, 125);
 }

@@ -27,7 +27,7 @@ static void defaults(void)
     TEST_ASSERT_EQUAL_UINT16(20, settings.dir_setup_us);
     TEST_ASSERT_EQUAL_UINT16(20, settings.dir_hold_us);
     TEST_ASSERT_EQUAL_UINT16(1000, settings.input_filter_us);
-    TEST_ASSERT_EQUAL_UINT16(0, settings.bus_timeout_ms);
+    TEST_ASSERT_EQUAL_UINT16(3000, settings.bus_timeout_ms);
     TEST_ASSERT_TRUE(settings_possible(&settings));
 }
 

@@ -53,13 +53,35 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
     return record_word(&ledger->records[slot], word);
 }
 
-#define RECORD_END (REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE)
+// The input registers that there are, in order.
+static const struct area {
+    uint16_t first;
+    uint16_t end;
+} input_areas[] IN_FLASH = {
+    {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
+    {REG_INPUT_fault_mask_high, REG_INPUT_event_capacity + 1u},
+    {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
+#if CONFIG_EVENTS != 0
+    {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
+#endif
+};
 
+// A read may go on from one area to the next where they touch.
 bool data_input_mapped(uint16_t address, uint16_t count)
 {
-    return report_mapped(address, count) || events_mapped(address, count) ||
-           (address >= REG_RECORD_BASE && address < RECORD_END &&
-            count <= RECORD_END - address);
+    uint32_t end = (uint32_t)address + count;
+    struct area area;
+
+    for (uint8_t i = 0; i < sizeof input_areas / sizeof input_areas[0]; i++) {
+        flash_copy(&area, &input_areas[i], sizeof area);
+        if (address >= area.first && address < area.end) {
+            if (end <= area.end) {
+                return true;
+            }
+            address = area.end;
+        }
+    }
+    return false;
 }
 
 uint16_t data_input(uint16_t address)
@@ -72,7 +94,7 @@ uint16_t data_input(uint16_t address)
     }
     uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
 
-    return record_register(&machine_axis((uint8_t)(offset / REG_RECORD_STRIDE))->ledger,
+    return record_register(&machine_axis(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger,
                            (uint8_t)(offset % REG_RECORD_STRIDE));
 }
 

@@ -33,12 +33,13 @@ bool drivers_settling(void)
 void drivers_poll(uint8_t axis)
 {
     uint16_t idle_ms = machine.settings.idle_off_ms;
+    uint16_t *moved_ms = &machine.drivers.moved_ms[CONFIG_INDEX(axis)];
     uint8_t state = machine_axis(axis)->state;
 
     if (state == AXIS_ARMED || state == AXIS_RUNNING) {
-        machine.drivers.moved_ms[CONFIG_INDEX(axis)] = clock_now_ms();
+        *moved_ms = clock_now_ms();
     } else if (idle_ms != 0 && drivers_is_on(axis) &&
-               (uint16_t)(clock_now_ms() - machine.drivers.moved_ms[CONFIG_INDEX(axis)]) > idle_ms) {
+               (uint16_t)(clock_now_ms() - *moved_ms) > idle_ms) {
         drivers_write(axis, false);
     }
 }

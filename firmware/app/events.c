@@ -6,8 +6,6 @@
 #include "app/machine.h" // machine.events
 #include "hal/clock.h"   // clock_now_4us
 
-#define END (REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS)
-
 void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel)
 {
     struct events *events = &machine.events;
@@ -20,11 +18,6 @@ void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel)
         .time_ms = clock_now_4us() / 250u,
     };
     events->count++;
-}
-
-bool events_mapped(uint16_t address, uint16_t count)
-{
-    return address >= REG_EVENT_BASE && address < END && count <= END - address;
 }
 
 static uint16_t event_word(const struct event *event, uint16_t number, uint8_t word)

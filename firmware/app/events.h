@@ -28,7 +28,6 @@ struct events {
 
 void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel);
 
-bool events_mapped(uint16_t address, uint16_t count);
 uint16_t events_word(uint16_t address);
 
 #else
@@ -42,13 +41,6 @@ static inline void events_note(uint16_t code,
     (void)axis;
     (void)argument;
     (void)pixel;
-}
-
-static inline bool events_mapped(uint16_t address, uint16_t count)
-{
-    (void)address;
-    (void)count;
-    return false;
 }
 
 static inline uint16_t events_word(uint16_t address)

@@ -123,6 +123,7 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         halt_axis(i);
     }
+    (void)machine_follow(axis);
     if (fault->code == FAULT_none) {
         fault->code = (uint8_t)code;
         fault->axis = axis;
@@ -170,7 +171,7 @@ void machine_discard(uint8_t i)
     machine.clocked &= (uint8_t)~bit;
     axis->in_line = false;
     axis->state = AXIS_EMPTY;
-    if (!any_armed()) {
+    if (CONFIG_AXES == 1 || !any_armed()) {
         machine.token = 0;
     }
     if (!step_engine_going(step_timer_state(i))) {

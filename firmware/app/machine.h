@@ -121,7 +121,8 @@ void machine_discard(uint8_t axis);
 
 uint8_t machine_moving_axis(void); // the first armed or running one, CONFIG_AXES if none
 bool machine_queued(void);         // or any line waiting, whole or in part
-void machine_edge_dropped(void); // the clock's newest edge was seen, but its place is not known
+void machine_edge_dropped(
+    void); // the clock's newest edge was seen, but its place is not known
 uint32_t machine_clock_patience_4us(void); // without an edge, until it is missing
 
 // The place of its newest edge is known, and it does not rest.

@@ -233,33 +233,16 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
     }
 }
 
-#define AXIS_END (REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE)
-
-static bool inside(uint16_t address, uint16_t count, uint16_t first, uint16_t words)
-{
-    return address >= first && address - first <= words &&
-           count <= words - (address - first);
-}
-
-bool report_mapped(uint16_t address, uint16_t count)
-{
-    return inside(address, count, 0, AXIS_END) ||
-           inside(address, count, MORE_BASE, COUNT(more));
-}
-
 uint16_t report_word(uint16_t address)
 {
-    uint8_t axis = 0;
-
     if (address >= MORE_BASE) {
         return word_of(&more[address - MORE_BASE], 0);
     }
     if (address < REG_AXIS_BASE) {
         return word_of(&board[address], 0);
     }
-    for (address = (uint16_t)(address - REG_AXIS_BASE); address >= REG_AXIS_STRIDE;) {
-        address = (uint16_t)(address - REG_AXIS_STRIDE);
-        axis++;
-    }
-    return word_of(&axes[address], axis);
+    uint8_t offset = (uint8_t)(address - REG_AXIS_BASE);
+
+    return word_of(&axes[offset % REG_AXIS_STRIDE],
+                   CONFIG_INDEX(offset / REG_AXIS_STRIDE));
 }

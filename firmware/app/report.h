@@ -13,7 +13,6 @@
 #define REPORT_PERMIT      0x0020u
 #define REPORT_LISTEN_ONLY 0x0040u
 
-bool report_mapped(uint16_t address, uint16_t count);
 uint16_t report_word(uint16_t address);
 
 // Input register `status`.

@@ -9,7 +9,7 @@
 #include "app/start.h"   // start_on_edge, start_poll
 #include "app/store.h"   // store_poll
 #include "app/time_check.h"
-#include "app/witness.h" // witness_poll
+#include "app/witness.h"     // witness_poll
 #include "hal/clock.h"       // clock_now_4us
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
@@ -125,7 +125,7 @@ static void clock_fault(enum fault code, uint16_t argument)
         (machine.token != 0 && (CONFIG_AXES == 1 || !start_clocked_axis_runs()))) {
         return;
     }
-    while ((machine.clocked & axis_bit(axis)) == 0) {
+    while (CONFIG_AXES > 1 && (machine.clocked & axis_bit(axis)) == 0) {
         axis++;
     }
     machine_fault(code, axis, argument);
@@ -149,8 +149,9 @@ static void take_capture(void)
         return;
     }
     ledger_follow(&axis->ledger, &axis->feed, &capture.sample);
-    uint32_t edge_ticks = ledger_period_start(&axis->ledger, &axis->feed, capture.back) +
-                          capture.ticks - PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    uint32_t edge_ticks =
+        ledger_capture_ticks(&axis->ledger, &axis->feed, capture.back, capture.ticks) -
+        PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     machine.edge_seen_4us = clock_now_4us();
     if (clock_watch_edge(&machine.watch, &machine.period, edge_ticks, &pixel)) {
         note_edge_error(pixel);
@@ -238,10 +239,11 @@ static void decode_neediest(void)
 void round_poll(void)
 {
     cpu_section(CPU_SECTION_ROUND);
+    // First: behind an underrun the place of a clock edge is not known.
+    take_underruns();
     if (!seek_has_clock_input()) {
         take_capture();
     }
-    take_underruns();
     follow_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         supervise(i);

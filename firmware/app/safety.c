@@ -44,10 +44,10 @@ static void feed_watchdog(void)
     uint8_t i = machine.turn % CONFIG_AXES;
     uint8_t beat = step_timer_beat(i);
 
-    if (beat == beats[i] && step_timer_state(i) != STEP_ENGINE_HALTED) {
+    if (beat == beats[CONFIG_INDEX(i)] && step_timer_state(i) != STEP_ENGINE_HALTED) {
         return;
     }
-    beats[i] = beat;
+    beats[CONFIG_INDEX(i)] = beat;
     if (CONFIG_AXES > 1) {
         alive = (uint8_t)(alive | axis_bit(i));
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Sees motion that nobody asked for: STEP edges of an axis at rest, told by the flag that the edge's
-// own match sets in the timer. Whatever the software believes of engine, ring and registers, an
-// unasked edge is a fault within a round of the second period, and the pin is taken from the timer.
+// Sees motion that nobody asked for: STEP edges of an axis at rest, told by the flag that the
+// edge's own match sets in the timer, whatever the software believes of engine, ring and registers.
+// Such an edge is a fault within a round of the main loop, and no other follows.
 #pragma once
 
 #include <stdint.h>

@@ -50,7 +50,8 @@ bool step_timer_settle(uint8_t axis, uint8_t *slot);
 // whatever the software believes.
 bool step_timer_pulsed(uint8_t axis);
 
-// Take the pin from the timer, low, and halt. Until step_timer_start().
+// Halt, and let the period that the timer holds make no STEP edge either. The account of steps is
+// wrong from here on: step_timer_start() must follow.
 void step_timer_silence(uint8_t axis);
 
 // True when step_timer_take_underrun() will be for some axis.

@@ -33,15 +33,24 @@ class Console:
 
     def run(self, *words, status=0, say=""):
         """Run a command and return its result; its status must be the one given."""
+        done = self.finish(*words, say=say)
+        assert done.exit_code == status, f"{done.exit_code}: {done.output}"
+        return done
+
+    def finish(self, *words, say=""):
+        """Run a command and return its result, whatever its status; an exception is raised."""
         done = CliRunner().invoke(main, ["board", *map(str, words)], input=say)
         if done.exception is not None and not isinstance(done.exception, SystemExit):
             raise done.exception
-        assert done.exit_code == status, f"{done.exit_code}: {done.output}"
         return done
 
     def out(self, *words, status=0, say=""):
         """Run a command and return what it printed on the output."""
         return self.run(*words, status=status, say=say).stdout
+
+    def ended(self, *words, status=130):
+        """Run a command that a signal ends and return its one line on the error stream."""
+        return self.err(*words, status=status)
 
     def err(self, *words, status=1):
         """Run a command that fails and return its one line on the error stream."""

@@ -76,7 +76,8 @@ class FaultBench(Bench):
     def assert_fault(self, name, axis=0, *, pixel, argument=0, known=True):
         """Assert what the fault latched just now says and promises.
 
-        `pixel` is a number or a range. `known`: the positions are the edges counted.
+        `pixel` and `argument` are a number or a range. `known`: the positions are the edges
+        counted.
         """
         assert regs.code_name(regs.faults(), self.latched()) == name
         counts = self._counts()
@@ -98,8 +99,8 @@ class FaultBench(Bench):
         code = next(fault.code for fault in regs.faults().values() if fault.name == name)
         assert said["fault_code"] == code
         assert said["fault_axis"] == axis
-        assert said["fault_pixel"] in (range(pixel, pixel + 1) if isinstance(pixel, int) else pixel)
-        assert said["fault_argument"] == argument
+        assert said["fault_pixel"] in _range(pixel)
+        assert said["fault_argument"] in _range(argument)
         masks = said["fault_mask_high"] << 16 | said["fault_mask"]
         assert masks & 1 << code
         assert not said["outputs"] & _OUTPUT_PERMIT
@@ -113,3 +114,8 @@ class FaultBench(Bench):
         for axis in range(len(counts)) if known else ():
             position = self.board.axis(axis)["position_steps"]
             assert position == self.sim.steps(0, axis), f"axis {axis}"
+
+
+def _range(number):
+    """Return a range for a number, or the range that is one already."""
+    return range(number, number + 1) if isinstance(number, int) else number

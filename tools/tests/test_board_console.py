@@ -5,6 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from pixstep.cli.main import main
+from pixstep.hostile.wire import seal
 
 # Errors
 
@@ -27,9 +28,9 @@ def test_another_map_version_names_both(one):
 
 
 def test_exceptions_are_named(one):
-    one.board.axes[0].entries = [(1, 0)]
+    one.line.garble = seal(bytes([1, 0x84, 2]))
     text = one.err("set", "dir_setup_us=30")
-    assert text == "board 1: write at 0x0006 answered with exception 6, busy"
+    assert text == "board 1: read at 0x0000 answered with exception 2, illegal address"
 
 
 def test_lost_replies_are_asked_for_again(one):

@@ -284,3 +284,36 @@ def test_watch(live):
     rows = [json.loads(row) for row in one.out("watch", "--count", 2, "--json").splitlines()]
     assert rows[1]["rates_per_s"]["pixel_edges"] == pytest.approx(100, abs=3)
     assert rows[1]["rates_per_s"]["frames_ok"] > 1
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_a_line_that_is_followed_outlasts_the_bus_timeout(live, name):
+    one = live(name)
+    assert "bus_timeout_ms = 3000 ms" in one.out("get", "bus_timeout_ms")
+    words = ("upload", put([3] * 400), "--decode", "plain", "--pixel-hz", 100, "--arm")
+    assert "400 pixels, 1200 steps, 4 s: done, position 1200" in one.out(*words)
+
+
+def test_a_line_left_alone_stops_with_a_fault(live):
+    one = live("mega")
+    words = ("upload", put([3] * 400), "--decode", "plain", "--pixel-hz", 100, "--arm")
+    told = one.run(*words, "--no-wait").stderr
+    assert told.startswith(
+        "note: board 1 stops with fault bus_silent when no request comes for 3 s"
+    )
+    one.seconds(3.1)
+    assert "fault bus_silent on axis 0" in one.out("info")
+    one.out("clear")
+    one.out("set", "bus_timeout_ms=0")
+    assert one.run(*words, "--no-wait").stderr == ""
+    one.seconds(4.1)
+    assert "axis0.axis_state = 5 (done)" in one.out("get", "axis0.axis_state")
+
+
+def test_watching_seldom_keeps_a_board_going(live):
+    one = live("uno")
+    words = ("upload", put([3] * 400), "--decode", "plain", "--pixel-hz", 100, "--arm")
+    one.out(*words, "--no-wait")
+    rows = one.out("watch", "--interval", 5, "--count", 2, "--json").splitlines()
+    states = [json.loads(row)["axes"][0]["axis_state"] for row in rows]
+    assert states == ["running", "done"]

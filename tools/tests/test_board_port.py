@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Real serial ports: the simulator's pseudo terminal, and every way a port cannot be opened."""
 
+import contextlib
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -61,9 +63,92 @@ def test_a_session_over_a_terminal(pixstep, invoke, sim_port, tmp_path, monkeypa
     assert (axis["state"], axis["position_steps"]) == ("done", 2250)
     assert "axis 1: done, position_steps 2250" in pixstep("board", "watch", "--once")
     assert "map_version = 3" in pixstep("board", "get", "map_version", "--baud", 9600)
-    assert "stop sent" in pixstep("board", "stop")
+    assert "board 1: at rest: axis 0 at" in pixstep("board", "stop", "--unit", 1)
     text = invoke("board", "get", "status", "--parity", "E", status=2).stderr
     assert text == f"pixstep: {sim_port}: a pseudo terminal has no parity E: --parity N\n"
+
+
+def start_lines(pixstep, tmp_path, *axes):
+    """Start lines of half a minute that go on alone."""
+    pixstep("board", "set", "pixel_hz=100", "bus_timeout_ms=0")
+    formats.write_csv(tmp_path / "long.csv", [9] * 3000)
+    for axis in axes:
+        words = ("board", "upload", "long.csv", "--decode", "plain", "--axis", axis)
+        pixstep(*words)
+    pixstep("board", "arm", *(word for axis in axes for word in ("--axis", axis)))
+
+
+def axis_states(pixstep):
+    (row,) = pixstep("board", "watch", "--once", "--json").splitlines()
+    return [axis["axis_state"] for axis in json.loads(row)["axes"]]
+
+
+def test_a_broadcast_stop_reaches_every_axis(pixstep, sim_port, tmp_path, monkeypatch):
+    monkeypatch.setenv("PIXSTEP_PORT", sim_port)
+    start_lines(pixstep, tmp_path, 0, 1, 3)
+    assert axis_states(pixstep)[1] in ("armed", "running")
+    assert pixstep("board", "stop", "--no-look") == f"{sim_port}: stop sent to all boards\n"
+    assert axis_states(pixstep) == ["empty"] * 4
+
+
+@pytest.fixture
+def moving(pixstep, sim_port, tmp_path, monkeypatch):
+    """Run a command on a terminal of its own until its bar shows a share of the line.
+
+    Returns its process number and the terminal's other end.
+    """
+    monkeypatch.setenv("PIXSTEP_PORT", sim_port)
+    pixstep("board", "set", "pixel_hz=100", "bus_timeout_ms=0")
+    formats.write_csv(tmp_path / "long.csv", [9, 11] * 1500)  # streamed
+    words = ("board", "upload", "long.csv", "--decode", "plain", "--arm")
+    pid, master = pty.fork()
+    if pid == 0:
+        os.execve(
+            sys.executable, [sys.executable, "-m", "pixstep", *words],
+            os.environ | {"TERM": "xterm", "COLUMNS": "80"},
+        )  # fmt: skip
+    seen = b""
+    while not re.search(rb"\d:\d\d:\d\d", seen):  # what is left, as soon as that is known
+        seen += os.read(master, 4096)
+    return pid, master
+
+
+def rest_of(master):
+    """Return what is still written on a terminal, to its end."""
+    text = b""
+    with contextlib.suppress(OSError):  # how a terminal ends
+        while data := os.read(master, 4096):
+            text += data
+    os.close(master)
+    return text.decode(errors="replace")
+
+
+def exit_status(pid):
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+@pytest.mark.parametrize(
+    ("number", "name", "status"),
+    [
+        (signal.SIGINT, "Ctrl-C", 130),
+        (signal.SIGTERM, "SIGTERM", 143),
+        (signal.SIGHUP, "SIGHUP", 129),
+    ],
+)
+def test_a_signal_stops_the_motor(pixstep, moving, number, name, status):
+    pid, master = moving
+    os.kill(pid, number)
+    text = rest_of(master)
+    assert exit_status(pid) == status
+    assert f"pixstep: stopped by {name}: board 1 axis 0 at position " in text
+    assert axis_states(pixstep)[0] == "empty"
+
+
+def test_a_terminal_that_is_closed_stops_the_motor(pixstep, moving):
+    pid, master = moving
+    os.close(master)
+    assert exit_status(pid) == 129
+    assert axis_states(pixstep)[0] == "empty"
 
 
 def test_watch_is_live_on_a_terminal_and_ends_by_ctrl_c(sim_port):

@@ -6,6 +6,7 @@ import json
 import pytest
 
 from console import put
+from pixstep import natives
 
 # Commands
 
@@ -21,9 +22,10 @@ def test_commands_and_their_masks(one):
 
 
 def test_stop_is_a_broadcast_that_every_kind_of_board_understands(two):
-    assert "stop sent to all boards" in two.out("stop")
-    for board, most in zip(two.boards, (0b1111, 0b0001), strict=True):
-        assert ("stop", most, 0) in board.commands
+    assert "stop sent to all boards" in two.out("stop", "--no-look")
+    mega, uno = (board.commands for board in two.boards)
+    assert mega == [("stop", 0b0001, 0), ("stop", 0b1110, 0)]
+    assert ("stop", 0b0001, 0) in uno
     assert "--axis needs --unit" in two.err("stop", "--axis", 0, status=2)
     two.out("stop", "--unit", 1, "--axis", 2)
     assert two.board.commands[-1] == ("stop", 0b0100, 0)
@@ -111,7 +113,7 @@ def test_ctrl_c_stops_what_moves(one):
         raise KeyboardInterrupt
 
     one.world.later(0.5, interrupt)
-    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm")
+    text = one.ended("upload", put([5] * 60), "--decode", "plain", "--arm")
     assert text.startswith("stopped by Ctrl-C: board 1 axis 0 at position ")
     assert one.board.commands[-1] == ("stop", 1, 0)
 
@@ -262,3 +264,56 @@ def test_watch_goes_on_when_a_board_falls_silent(two):
     rows = [json.loads(row) for row in two.out("watch", "--count", 3, "--json").splitlines()]
     assert ["no reply" in row.get("trouble", "") for row in rows] == [False, True, False]
     assert rows[2]["rates_per_s"] == {}  # nothing to compare with
+
+
+# Nothing is sent before everything is checked
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("upload", "line.csv", "--decode", "plain", "--pixel-hz", 100),
+        ("upload", "long.csv", "--decode", "plain", "--pixel-hz", 20),
+        ("upload", "line.csv", "--decode", "plain", "--pixel-hz", 100, "--backlash-policy",
+         "on_reversal"),
+        ("move", natives.root() / "tools/data/AccProf-fast-move.csv", "--steps", 40_000,
+         "--pixel-hz", 3000),
+        ("home", natives.root() / "tools/data/AccProf-fast-move.csv", "--pixel-hz", 100_000),
+    ],
+)  # fmt: skip
+def test_a_line_that_is_refused_leaves_the_settings_as_they_were(one, words):
+    put([700, 700])
+    put([n % 7 + 1 for n in range(400)], "long.csv")
+    before = dict(one.board.holdings)
+    one.run(*words, status=2)
+    assert one.board.holdings == before
+    assert not [request for request in one.line.requests if request[1] not in (3, 4)]
+
+
+# Busy, and why
+
+
+@pytest.mark.parametrize(
+    ("state", "reason"),
+    [
+        ("loaded", "axis 2 has a line loaded (`pixstep board disarm` forgets it)"),
+        ("running", "axis 2 is running (`pixstep board stop` stops it)"),
+        ("armed", "axis 2 is armed (`pixstep board disarm` takes it back)"),
+        ("fault", "axis 2 has stopped with a fault (`pixstep board clear` clears it)"),
+        ("done", "a line is queued, or an axis is not at rest yet: try again"),
+    ],
+)
+def test_settings_that_cannot_be_changed_now_say_why(one, state, reason):
+    one.board.axes[2].entries = [(7, 7)] * 4
+    one.board.axes[2].state = state
+    one.board.tick = lambda: None
+    assert one.err("set", "dir_hold_us=30") == f"board 1: busy: {reason}"
+    words = ("upload", put([4, 4]), "--decode", "plain", "--pixel-hz", 50)
+    assert one.err(*words) == f"board 1: busy: {reason}"
+
+
+def test_disarm_cures_a_line_that_was_left_loaded(one):
+    one.out("upload", put([4, 4]), "--decode", "plain")
+    assert "axis 0 has a line loaded" in one.err("set", "dir_hold_us=30")
+    one.out("disarm")
+    assert "dir_hold_us: 20 -> 30 us" in one.out("set", "dir_hold_us=30")

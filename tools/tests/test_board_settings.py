@@ -116,6 +116,18 @@ def test_export_and_import(one, tmp_path):
         ("what = 2\n[settings]\nparity = 1\n", ":1: unknown key 'what'"),
         ("map_version = 3\n", ": no table [settings]"),
         ("[settings]\npixel_hz_num = 60000\n", "the period must be 1024"),
+        ("[settings]\nparity = " + 5000 * "1" + "\n", ":2: a number has too many digits"),
+        ("[settings]\nparity = 0x" + 5000 * "1" + "\n", ":2: parity = a number of 19997 bits: 0"),
+        ("[settings]\nparity = " + 3000 * "[" + 3000 * "]" + "\n", ": values are nested too"),
+        ("[settings]\nparity = " + 100 * "[" + 100 * "]" + "\n", ":2: parity = [[[["),
+        ("[settings]\nparity = 2024-01-01\n", ":2: parity = datetime.date(2024, 1, 1): a whole"),
+        ("settings = 3\n", ": no table [settings]"),
+        ('board = "uno"\n[settings]\nparity = 2\n', ": board = 'uno': board 1 is a mega"),
+        ("board = 7\n[settings]\nparity = 2\n", ":1: board = 7: 'uno' or 'mega' is wanted"),
+        ("board = []\n[settings]\nparity = 2\n", ":1: board = []: 'uno' or 'mega' is wanted"),
+        ("map_version = true\n[settings]\nparity = 2\n", ":1: settings of register map True"),
+        ("count = 2\n[settings]\nparity = 1\n", ": cut off: 1 of 2 settings"),
+        ("count = 1\n[settings]\nparity = 1", ": cut off: 1 of 1 settings, or the end of the"),
     ],
 )
 def test_a_bad_file_writes_nothing(one, tmp_path, text, complaint):
@@ -125,13 +137,35 @@ def test_a_bad_file_writes_nothing(one, tmp_path, text, complaint):
     assert one.board.holdings == before
 
 
+def test_an_export_that_is_cut_off_anywhere_is_refused(one, tmp_path):
+    one.out("set", "enable_settle_ms=100")
+    one.out("settings", "export", "a.toml")
+    data = (tmp_path / "a.toml").read_bytes()
+    before = dict(one.board.holdings)
+    for size in range(len(data)):
+        (tmp_path / "cut.toml").write_bytes(data[:size])
+        assert one.err("settings", "import", "cut.toml", status=2).startswith("cut.toml:")
+    assert one.board.holdings == before
+    assert "0 settings changed" in one.out("settings", "import", "a.toml")
+
+
+def test_a_number_of_thousands_of_digits_on_the_command_line(one):
+    text = one.err("set", "parity=0x" + 5000 * "1", status=2)
+    assert text.startswith("parity = a number of 19997 bits: 0 to 2")
+    assert one.err("set", "parity=" + 5000 * "1", status=2).startswith("parity = 1111")
+    assert "a number of 19997 bits" in one.err("set", "baud=0x" + 5000 * "1", status=2)
+
+
 def test_import_to_several_boards_needs_the_address_left_out(two):
     two.out("settings", "export", "a.toml")
     words = ("settings", "import", "a.toml", "--unit", "1,2")
     assert "add --skip unit_address" in two.err(*words, status=2)
     two.out("set", "dir_hold_us=44")
     two.out("settings", "export", "a.toml")
-    two.out(*words, "--skip", "unit_address")
+    text = two.err(*words, "--skip", "unit_address", status=2)
+    assert text.startswith("a.toml: board = 'mega': board 2 is a uno (--skip board imports it")
+    assert two.boards[0].setting("dir_hold_us") == 44 != two.boards[1].setting("dir_hold_us")
+    two.out(*words, "--skip", "unit_address", "--skip", "board")
     assert [board.setting("dir_hold_us") for board in two.boards] == [44, 44]
     assert [board.setting("unit_address") for board in two.boards] == [1, 2]
     assert "no such setting" in two.err(*words, "--skip", "x", status=2)

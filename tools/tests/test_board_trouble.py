@@ -7,6 +7,7 @@ import pty
 import tty
 
 import pytest
+from serial import SerialTimeoutException
 
 from console import put
 from fake_board import FakeBoard, FakeWorld
@@ -72,6 +73,19 @@ def test_a_line_that_goes_away_is_named_and_no_misuse(terminal):
         board.stop_all()
 
 
+def test_a_port_that_takes_no_bytes_is_not_gone(terminal, monkeypatch):
+    board = Board(terminal.client)
+
+    def block(_):
+        raise SerialTimeoutException("Write timeout")
+
+    monkeypatch.setattr(terminal.client.socket, "write", block)
+    with pytest.raises(LineLostError, match="takes no bytes: nobody reads at its other end, or"):
+        board.input("status")
+    monkeypatch.undo()
+    assert board.who().board == "mega"
+
+
 def test_watch_goes_on_when_the_port_goes_away(terminal, make_console):
     console = make_console(None, terminal.fake.world)
     console.client = terminal.client
@@ -127,7 +141,7 @@ def test_ctrl_c_stops_the_boards_behind_a_silent_one(two):
         interrupt()
 
     two.world.later(1.5, silence_the_first)
-    text = two.err("start", "--unit", "1,2", "--wait")
+    text = two.ended("start", "--unit", "1,2", "--wait")
     assert "NOT STOPPED as far as is known: board 1 on /dev/ttyTEST" in text
     assert "board 2 axis 0 at position " in text
     assert two.boards[1].commands[-1] == ("stop", 1, 0)
@@ -137,7 +151,7 @@ def test_ctrl_c_before_go_disarms(two, monkeypatch):
     for unit in (1, 2):
         two.out("upload", put([5] * 90), "--decode", "plain", "--unit", unit)
     monkeypatch.setattr(run, "_require", lambda *_: interrupt())
-    assert "stopped by Ctrl-C" in two.err("start", "--unit", "1,2")
+    assert "stopped by Ctrl-C" in two.ended("start", "--unit", "1,2")
     for board in two.boards:
         assert board.axes[0].state == "empty"
         assert "disarm" in [name for name, _, _ in board.commands]

@@ -12,6 +12,7 @@ from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import TIMER_HZ
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = ("uno", "mega")
@@ -147,10 +148,76 @@ def test_clock_edge_lost(board):
                 bench.sim.command(f"pin 0 {pin.port} {pin.bit} {level}")
                 bench.sim.run(500)
         bench.run_into_fault(PIXEL_TICKS)
-        axis = {"uno": 0, "mega": 3}[board]  # of whose timer the clock's capture is
-        bench.assert_fault(
-            "clock_edge_lost", axis, pixel={"uno": range(pixel, pixel + 2), "mega": 1}[board]
-        )
+        bench.assert_fault("clock_edge_lost", pixel=range(pixel, pixel + 2))
+
+
+def clock_argument(interval_ticks):
+    """The fault's argument for an interval, give or take a little."""
+    return range(int(interval_ticks) // 256 - 1, int(interval_ticks) // 256 + 3)
+
+
+@pytest.mark.provokes("pixel_clock_off")
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("ppm", [-90_000, 90_000])
+def test_pixel_clock_off_while_running(board, ppm):
+    """The clock's frequency is not the one that was set."""
+    with FaultBench(board) as bench:
+        bench.load(LONG)
+        bench.arm()
+        bench.run_until_steps(400)
+        pixel = bench.count() // LONG.counts[0] + 1
+        bench.sim.command(f"clock ppm {ppm}")
+        bench.run_into_fault(4 * PIXEL_TICKS)
+        argument = clock_argument(PIXEL_TICKS / (1 + ppm / 1e6))
+        bench.assert_fault("pixel_clock_off", pixel=range(pixel, pixel + 4), argument=argument)
+
+
+@pytest.mark.provokes("pixel_clock_off")
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("set_hz", [50, 75, 90, 110, 140])
+def test_pixel_clock_off_while_armed(board, set_hz):
+    """The board takes a clock of 100 Hz for another one: the line never begins."""
+    with FaultBench(board) as bench:
+        bench.board.set_pixel_hz(Fraction(set_hz))
+        bench.sim.run(4 * PIXEL_TICKS)
+        bench.load(LONG)
+        bench.arm()
+        bench.run_into_fault(4 * PIXEL_TICKS)
+        argument = clock_argument(PIXEL_TICKS)
+        bench.assert_fault("pixel_clock_off", pixel=1, argument=argument)
+        assert bench.count() == 0
+
+
+@pytest.mark.provokes("pixel_clock_off")
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_false_clock_edge_while_armed(board):
+    """A glitch half a pixel from the clock's own edges: no line begins there."""
+    (pin,) = [one for one in boards.load(board).pins if one.signal == "PIXEL_CLOCK"]
+    with FaultBench(board, hz=10) as bench:
+        bench.load(LONG)
+        edges = bench.board.input("pixel_edges")
+        bench.until(lambda: bench.board.input("pixel_edges") > edges)
+        bench.arm()
+        bench.sim.run(TIMER_HZ // 20)
+        for level in (0, 1):
+            bench.sim.pin(0, pin.port, pin.bit, level)
+            bench.sim.run(500)
+        bench.run_into_fault(TIMER_HZ // 5)
+        assert bench.count() == 0
+        bench.assert_fault("pixel_clock_off", pixel=1, argument=range(1, 5000))
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("ppm", [-50_000, 50_000])
+def test_a_clock_five_percent_off_runs(board, ppm):
+    with FaultBench(board) as bench:
+        bench.sim.command(f"clock ppm {ppm}")
+        bench.sim.run(4 * PIXEL_TICKS)
+        bench.load(Line((7,) * 10, PLAIN))
+        bench.arm()
+        bench.until(lambda: bench.state() == "done")
+        assert bench.fault() == "none"
+        assert bench.count() == 70
 
 
 @pytest.mark.provokes("limit_plus")

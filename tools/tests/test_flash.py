@@ -33,11 +33,11 @@ def image(path, board="mega", version="0.1"):
 def avrdude(tmp_path, monkeypatch):
     """Put an avrdude into the path that notes its arguments and ends with a given status."""
 
-    def install(status=0):
+    def install(status=0, first=""):
         folder = tmp_path / "bin"
         folder.mkdir()
         program = folder / "avrdude"
-        program.write_text(f'#!/bin/sh\necho "$@" >{tmp_path}/called\nexit {status}\n')
+        program.write_text(f'#!/bin/sh\n{first}\necho "$@" >{tmp_path}/called\nexit {status}\n')
         program.chmod(program.stat().st_mode | stat.S_IXUSR)
         monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
         return tmp_path / "called"
@@ -143,3 +143,13 @@ def test_flash_notices_another_version(invoke, tmp_path, avrdude, board):
     path = image(tmp_path / "a.hex", version="0.2")
     text = invoke("flash", "--board", "mega", "--port", PORT, "--hex", path, status=1).stderr
     assert "the board says 'pixstep mega 0.1', the image is 'pixstep mega 0.2'" in text
+
+
+def test_an_avrdude_that_goes_on_and_on_is_ended(invoke, avrdude, tmp_path, monkeypatch):
+    called = avrdude(first="exec cat /dev/zero >/dev/null")
+    monkeypatch.setattr(flash, "LIMIT_S", 0.3)
+    path = image(tmp_path / "a.hex")
+    words = ("flash", "--board", "mega", "--port", PORT, "--hex", path)
+    text = invoke(*words, status=1).stderr
+    assert text.startswith("pixstep: avrdude is not done in 0.3 s and was ended: is there a board")
+    assert text.count("\n") == 1 and not called.exists()

@@ -89,6 +89,23 @@ def test_bus_silent(board):
         assert bench.count() > 100
 
 
+@pytest.mark.provokes("bus_silent")
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_board_whose_host_has_died_stops_by_itself(board):
+    """As it comes, with the default settings."""
+    with FaultBench(board) as bench:
+        bench.board.default_settings()
+        bench.board.set_pixel_hz(bench.hz)
+        upload = bench.load(Line((9,) * 1000, PLAIN))
+        assert upload.done
+        bench.arm()
+        last_request = bench.sim.cycle
+        bench.run_into_fault(cycles=4000 * MS)
+        # The board counts in units of 1.024 ms.
+        assert 3067 * MS < bench.sim.cycle - last_request < 3075 * MS
+        bench.assert_fault("bus_silent", pixel=range(303, 308), argument=3000)
+
+
 def restarted(bench):
     """After a reset: nothing has moved since, the positions began anew, as the table says."""
     assert bench.board.axis(0)["position_steps"] == 0

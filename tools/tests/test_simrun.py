@@ -45,7 +45,7 @@ def test_worked_example_passes(tmp_path, backlash):
     assert pixels[0] == "board,axis,pixel,edge_cycle,expected_steps,actual_steps"
     assert len(pixels) == 41 and pixels[-1].endswith(f",{line.total_steps},{line.total_steps}")
     assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "clock.csv", "edges.csv", "pixels.csv", "summary.json",
+        ".pixstep-results", "clock.csv", "edges.csv", "pixels.csv", "summary.json",
     ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ struct clock_watch {
     bool known;          // the place of the edge before is
     uint32_t edges;      // seen since reset
     uint32_t edge_ticks; // place of the newest one
-    uint16_t odd;        // its distance from the one before, in 256 ticks; 0: as it should be
+    uint16_t odd; // its distance from the one before, in 256 ticks; 0: as it should be
     uint32_t zero_ticks; // of that line
     uint32_t next_ticks; // planned place of the next edge
     uint32_t pixel;      // number of that edge in the line, 0 = line zero
@@ -46,4 +46,3 @@ static inline void clock_watch_rest(struct clock_watch *watch)
     watch->known = false;
     watch->following = false;
 }
-

@@ -211,8 +211,8 @@ void feed_quiet(struct feed *feed, uint32_t ticks);
 // Write what is pending, as far as FEED_BURST entries go; call while feed_busy() and space lasts.
 void feed_pump(struct feed *feed);
 
-// After a mark. When it was the last that fits, the time of zero pixels that is not written yet must
-// not wait for more of them: all of it but what a reversal needs becomes a period of its own.
+// After a mark. When it was the last that fits, the time of zero pixels that is not written yet
+// must not wait for more of them: all of it but what a reversal needs becomes a period of its own.
 void feed_make_room(struct feed *feed);
 
 static inline bool feed_busy(const struct feed *feed)

@@ -77,6 +77,19 @@ uint32_t ledger_period_start(struct ledger *ledger, const struct feed *feed, uin
     return start;
 }
 
+uint32_t ledger_capture_ticks(struct ledger *ledger,
+                              const struct feed *feed,
+                              uint8_t back,
+                              uint16_t captured_ticks)
+{
+    uint16_t loaded = ledger_run_loaded(ledger);
+
+    if (loaded > back && captured_ticks > feed_run_base(feed, ledger->run)) {
+        back = (uint8_t)loaded;
+    }
+    return ledger_period_start(ledger, feed, back) + captured_ticks;
+}
+
 uint8_t ledger_steps_after(struct ledger *ledger,
                            const struct feed *feed,
                            uint32_t ticks,

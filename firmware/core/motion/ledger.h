@@ -143,6 +143,14 @@ uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back);
 
+// The instant of an edge captured at this count of period `back`. The capture's own way is longer
+// than the shortest periods of a run, so that one more may have begun than it knows: a count that
+// no period of the run reaches is of the period before the run.
+uint32_t ledger_capture_ticks(struct ledger *ledger,
+                              const struct feed *feed,
+                              uint8_t back,
+                              uint16_t captured_ticks);
+
 // Of the steps in ledger_position(), those whose edge comes after an instant that is no older than
 // the period before the running one. edge_ticks: from the start of a period to its STEP edge.
 uint8_t ledger_steps_after(struct ledger *ledger,

@@ -41,10 +41,11 @@ struct step_engine {
     volatile int8_t left; // periods of a run still to load: > 0 of run 0, < 0 of run 1
     volatile uint8_t run_high; // top_high of that run
     struct step_run runs[STEP_RUNS];
-    volatile bool stop;  // halted, or to be: nothing more is taken from the ring
-    bool pulse;          // periods pulse now
-    volatile int8_t cut; // like left: taken away from the end of a run, never to be loaded
-    bool negative;       // direction output
+    volatile bool stop; // halted, or to be: nothing more is taken from the ring
+    bool pulse;         // periods pulse now
+    volatile int8_t
+        cut;       // like left: taken away from the end of a run, never to be loaded
+    bool negative; // direction output
 };
 
 // One period to hand to the timer.

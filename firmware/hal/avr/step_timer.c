@@ -101,8 +101,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
     }
 // The compare A interrupt in place of the overflow interrupt.
 #define GIVE_WAY(timer)                                                                  \
-    TIMSK##timer =                                                                       \
-        (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A))
+    TIMSK##timer = (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A))
 // From now on the compare A interrupt serves the axis and loads idle periods. Its flag is a stale
 // one unless this period's end is what set it; an end that comes while it is being cleared is
 // served here. In every state of the engine: what the timer does is not for the engine to know.
@@ -293,7 +292,8 @@ bool step_timer_settle(uint8_t axis, uint8_t *slot)
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        settled = step_engine_settle(&step_engines[CONFIG_INDEX(axis)], &step_rings[CONFIG_INDEX(axis)], slot);
+        settled = step_engine_settle(
+            &step_engines[CONFIG_INDEX(axis)], &step_rings[CONFIG_INDEX(axis)], slot);
         if (settled) {
             resume(axis);
         }
@@ -321,10 +321,14 @@ bool step_timer_pulsed(uint8_t axis)
     return pulsed;
 }
 
-// Port bits of the STEP outputs are low: so is the pin from here on.
+// The pin stays with the timer: taken away while it is high, it would rise once more when it is
+// given back.
 #define SILENCE_CASE(number, timer)                                                      \
     case (number):                                                                       \
-        TCCR##timer##A = (uint8_t)(_BV(WGM##timer##1) | _BV(WGM##timer##0));             \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            OCR##timer##B = QUIET_TICKS;                                                 \
+        }                                                                                \
         break;
 void step_timer_silence(uint8_t axis)
 {

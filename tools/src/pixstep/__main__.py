@@ -3,9 +3,13 @@
 
 import sys
 
+from pixstep import signals
+
 if __name__ == "__main__":
     try:
+        signals.catch()
         from pixstep.cli.main import main
-    except KeyboardInterrupt:  # loading takes a moment; click is not there yet to say it
-        sys.exit("Aborted!")
+    except KeyboardInterrupt as error:  # loading takes a moment; the command is not there yet
+        print(f"pixstep: ended by {signals.name(error)}", file=sys.stderr)
+        sys.exit(signals.status(error))
     main(prog_name="pixstep")

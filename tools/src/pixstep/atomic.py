@@ -1,12 +1,30 @@
 # SPDX-License-Identifier: MIT
-"""Output files appear whole or not at all: written beside their place, then renamed."""
+"""Output files appear whole or not at all: written beside their place, then renamed.
+
+A link stays and its file is replaced. A device, a FIFO and the standard output (also as "-") are
+written to. Everything that the system refuses is a UserError naming the file.
+"""
 
 import contextlib
+import errno
 import json
 import os
+import shutil
+import stat
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
+
+import click
+
+from pixstep.errors import UserError
+
+STDOUT = Path("-")
+_PREFIX = ".pixstep-"
+_LONGEST_SUFFIX = 8  # of a name that says a format; a longer one could make the name too long
+_waiting: ContextVar[list[tuple[Path, Path]] | None] = ContextVar("waiting", default=None)
 
 
 @contextlib.contextmanager
@@ -17,18 +35,68 @@ def replacing(target: Path) -> Iterator[Path]:
     old `target`, if any, stays as it was.
     """
     target = Path(target)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(
-        prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent
-    )
-    os.close(handle)
-    temporary = Path(name)
+    with told_of(target):
+        place = _place(target)
+        temporary = _temporary(place or Path(tempfile.gettempdir(), target.name))
     try:
-        yield temporary
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(target)
-    finally:
+        with told_of(target, temporary):
+            yield temporary
+            if place:
+                temporary.chmod(_mode(place))
+                _rename(temporary, place)
+            else:
+                _pour(temporary, target)
+    except BaseException:
         temporary.unlink(missing_ok=True)
+        raise
+    if place is None:
+        temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def together() -> Iterator[None]:
+    """Let the files that are written in the block appear at its end, all of them or none."""
+    waiting: list[tuple[Path, Path]] = []
+    token = _waiting.set(waiting)
+    try:
+        yield
+        for temporary, place in waiting:
+            with told_of(place):
+                temporary.replace(place)
+    finally:
+        _waiting.reset(token)
+        for temporary, _ in waiting:
+            temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def told_of(target: Path, *instead: Path) -> Iterator[None]:
+    """Raise UserError naming `target` for what the system refuses to do with it.
+
+    `instead` are files that stand for it. A broken pipe is left to the caller.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno == errno.EPIPE:
+            raise
+        named = Path(os.fsdecode(error.filename or target))
+        mine = named in (target, *instead) or named.name.startswith(_PREFIX)
+        where = "" if mine else f" ({named})"
+        reason = error.strerror or str(error)
+        if isinstance(error, FileExistsError):  # where a folder is to be made
+            reason = os.strerror(errno.ENOTDIR)
+        raise UserError(f"{target}: {reason}{where}") from None
+
+
+def is_stdout(target: Path | None) -> bool:
+    """Whether a target is this program's standard output: by name, or as /dev/stdout."""
+    if target is None or target == STDOUT:
+        return target is not None
+    try:
+        return os.path.samestat(target.stat(), os.fstat(1))
+    except OSError:
+        return False
 
 
 def write_bytes(target: Path, data: bytes) -> None:
@@ -51,6 +119,69 @@ def write_with(target: Path, writer: Callable[[Path], object]) -> None:
     """Let `writer(path)` make the file at a temporary path, then rename it to `target`."""
     with replacing(target) as temporary:
         writer(temporary)
+
+
+def _place(target: Path) -> Path | None:
+    """Return where the file of a target is, links followed; None for what can only be written to.
+
+    Makes its folder.
+    """
+    if is_stdout(target):
+        return None
+    place = Path(os.path.realpath(target))
+    if place.exists():
+        kind = target.stat().st_mode
+        if stat.S_ISCHR(kind) or stat.S_ISFIFO(kind):
+            return None
+        if not stat.S_ISREG(kind):
+            what = "a folder" if stat.S_ISDIR(kind) else "no file"
+            raise UserError(f"{target}: is {what}: nothing can be written there")
+    elif target.is_symlink() and not place.parent.is_dir():
+        raise UserError(f"{target}: is a link to {place}, whose folder is not there")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    return place
+
+
+def _temporary(place: Path) -> Path:
+    """Make an empty file beside a place; its suffix says the format as the place's does."""
+    suffix = place.suffix if len(os.fsencode(place.suffix)) <= _LONGEST_SUFFIX else ""
+    handle, name = tempfile.mkstemp(prefix=_PREFIX, suffix=suffix, dir=place.parent)
+    os.close(handle)
+    return Path(name)
+
+
+def _rename(temporary: Path, place: Path) -> None:
+    """Put a file into its place, or note that it is to be put there with others."""
+    waiting = _waiting.get()
+    if waiting is None:
+        temporary.replace(place)
+    else:
+        _refuse_name(place)
+        waiting.append((temporary, place))
+
+
+def _refuse_name(place: Path) -> None:
+    """Raise the system's error for a name that no file can have."""
+    with contextlib.suppress(FileNotFoundError):
+        place.lstat()
+
+
+def _pour(temporary: Path, target: Path) -> None:
+    """Write a file's bytes to what is no file."""
+    if is_stdout(target):
+        if sys.stdout is None:
+            raise OSError(errno.EBADF, "the standard output is closed")
+        click.echo(temporary.read_bytes(), nl=False)
+        return
+    with temporary.open("rb") as source, target.open("wb") as sink:
+        shutil.copyfileobj(source, sink)
+
+
+def _mode(place: Path) -> int:
+    """Return the access rights that a file has, or that a new one gets."""
+    with contextlib.suppress(FileNotFoundError):
+        return stat.S_IMODE(place.stat().st_mode)
+    return 0o666 & ~_umask()
 
 
 def _umask() -> int:

@@ -17,6 +17,14 @@ def shown(title: str) -> Iterator[Callable[[float], None]]:
         yield lambda _: None
         return
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=_errors, transient=True) as progress:
-        task = progress.add_task(title, total=1.0)
+    progress = Progress(*columns, console=_errors, transient=True)
+    task = progress.add_task(title, total=1.0)
+    # A terminal that was closed is no reason to end, least of all instead of what ends the block.
+    gone = contextlib.suppress(OSError)
+    with gone:
+        progress.start()
+    try:
         yield lambda share: progress.update(task, completed=share)
+    finally:
+        with gone:
+            progress.stop()

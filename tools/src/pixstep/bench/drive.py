@@ -117,6 +117,8 @@ class _Drive:
         """Boot, set, enable, upload, arm."""
         self.simulator.run(BOOT_CYCLES)
         self.board.set_pixel_hz(self.run.hz)
+        # A board that is too busy to answer goes on with its line all the same.
+        self.board.write_setting("bus_timeout_ms", 0)
         self.board.command("enable", self.axes)
         for axis in self.axes:
             self.uploads[axis] = Upload(self.board, axis, queue_entries(self.run.lines[axis]))

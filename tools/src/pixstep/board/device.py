@@ -1,13 +1,23 @@
 # SPDX-License-Identifier: MIT
 """A board over Modbus: names instead of addresses."""
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
 from pymodbus.client import ModbusSerialClient
 
 from pixstep.board import registers as regs
-from pixstep.board.errors import LineRefusedByBoardError, MapVersionError
+from pixstep.board.errors import (
+    BUSY,
+    IMPOSSIBLE,
+    BoardError,
+    BusyError,
+    ExceptionReplyError,
+    LineRefusedByBoardError,
+    MapVersionError,
+)
 from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
 from pixstep.board.stretches import MOST_WORDS, places, values
 from pixstep.board.wire import Wire
@@ -32,6 +42,17 @@ class Identity:
     def firmware(self) -> str:
         """Version as major.minor."""
         return regs.version_text(self.firmware_version)
+
+
+STORING = 4  # bit of settings_state
+_CURES = {  # what keeps settings from being changed, by the state of an axis
+    "loading": "has a part of a line queued (`pixstep board disarm` forgets it)",
+    "loaded": "has a line loaded (`pixstep board disarm` forgets it)",
+    "armed": "is armed (`pixstep board disarm` takes it back)",
+    "running": "is running (`pixstep board stop` stops it)",
+    "refused": "has a refused line queued (`pixstep board disarm` forgets it)",
+    "fault": "has stopped with a fault (`pixstep board clear` clears it)",
+}
 
 
 class Board(Wire):
@@ -88,13 +109,18 @@ class Board(Wire):
 
     def write_setting(self, name: str, value: int) -> None:
         """Write one 16-bit holding register by name."""
-        self.write(self.map.holding(name).address, [value & 0xFFFF])
+        self.write_settings(self.map.holding(name).address, [value & 0xFFFF])
 
     def set_pixel_hz(self, hz: Fraction) -> None:
         """Set the exact pixel frequency: numerator and denominator in one request."""
         words = [hz.numerator >> 16, hz.numerator & 0xFFFF]
         words += [hz.denominator >> 16, hz.denominator & 0xFFFF]
-        self.write(self.map.holding("pixel_hz_num").address, words)
+        self.write_settings(self.map.holding("pixel_hz_num").address, words)
+
+    def write_settings(self, address: int, words: list[int]) -> None:
+        """Write settings in one request; raises BusyError with the reason if the board is busy."""
+        with self._busy_explained(BUSY):
+            self.write(address, words)
 
     def command(self, name: str, axes: list[int], argument: int = 0) -> None:
         """Give a command (a key of registers.COMMANDS) to some axes at once.
@@ -113,10 +139,14 @@ class Board(Wire):
     def stop_all(self) -> None:
         """Stop every axis of every board on the line; a broadcast: nobody replies.
 
-        A board refuses a command for axes that it has not, so each number of axes has its own.
+        A board refuses a command for axes that it has not, so the axes that only larger boards
+        have get a frame of their own: each axis is stopped by exactly one.
         """
-        for count in sorted(set(regs.AXIS_COUNTS), reverse=True):
-            self.broadcast(regs.COMMAND_BASE, _command_words("stop", list(range(count)), 0))
+        first = 0
+        for end in sorted(set(regs.AXIS_COUNTS)):
+            axes = list(range(first, end))
+            self.broadcast(regs.COMMAND_BASE, _command_words("stop", axes, 0))
+            first = end
 
     def permit(self, on: bool) -> None:
         """Switch the permit output, the gate of a laser or spindle."""
@@ -124,11 +154,34 @@ class Board(Wire):
 
     def store(self) -> None:
         """Begin to store the settings; done when bit 2 of settings_state is 0 again."""
-        self.command("store", [0], regs.STORE_KEY)
+        with self._busy_explained(IMPOSSIBLE):
+            self.command("store", [0], regs.STORE_KEY)
 
     def default_settings(self) -> None:
         """Put the default settings into force; what is stored stays."""
-        self.command("default_settings", [0], regs.STORE_KEY)
+        with self._busy_explained(IMPOSSIBLE):
+            self.command("default_settings", [0], regs.STORE_KEY)
+
+    @contextlib.contextmanager
+    def _busy_explained(self, code: int) -> Iterator[None]:
+        """Raise BusyError with what keeps settings from being changed for an exception `code`."""
+        try:
+            yield
+        except ExceptionReplyError as error:
+            if error.code != code:
+                raise
+            raise BusyError(self.unit, code, self._occupation()) from None
+
+    def _occupation(self) -> str:
+        """Return in words what keeps settings from being changed, and what ends that."""
+        state = self.inputs()
+        if state["settings_state"] & STORING:
+            return "its settings are being stored: try again"
+        for axis, found in enumerate(self.axes(state["axis_count"])):
+            name = regs.axis_state(found["axis_state"])
+            if name in _CURES:
+                return f"axis {axis} {_CURES[name]}"
+        return "a line is queued, or an axis is not at rest yet: try again"
 
     def who(self) -> Identity:
         """Return what the board is; raises MapVersionError if its map is not this tool's."""
@@ -140,11 +193,15 @@ class Board(Wire):
                 f"{found.firmware}), this tool knows map {regs.MAP_VERSION}: flash the board with "
                 f"this tool's firmware (`pixstep flash`), or use the tool that came with it"
             )
+        if found.axis_count not in regs.AXIS_COUNTS:
+            raise BoardError(
+                f"board {self.unit} says that it has {found.axis_count} axes: no board has"
+            )
         return found
 
     def events(self) -> tuple[int, list[Event]]:
         """Return how many events there were since reset, and those still kept, oldest first."""
-        capacity = self.input("event_capacity")
+        capacity = min(self.input("event_capacity"), regs.MAX_EVENTS)
         if not capacity:
             return 0, []
         words: list[int] = []

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a board can fail to do; each ends a command with exit status 1 and its own text."""
 
-BUSY = 6
+IMPOSSIBLE, BUSY = 4, 6
 EXCEPTIONS = {
     1: "illegal function",
     2: "illegal address",
@@ -51,6 +51,13 @@ class ExceptionReplyError(BoardError):
     def __init__(self, unit: int, what: str, code: int) -> None:
         text = EXCEPTIONS.get(code, "unknown exception")
         super().__init__(f"board {unit}: {what} answered with exception {code}, {text}", code)
+
+
+class BusyError(ExceptionReplyError):
+    """The board takes no settings now; the text says what it is busy with and what ends that."""
+
+    def __init__(self, unit: int, code: int, reason: str) -> None:
+        BoardError.__init__(self, f"board {unit}: busy: {reason}", code)
 
 
 class MapVersionError(BoardError):

@@ -16,6 +16,9 @@ PROGRAMMERS = {
     "uno": ("-p", "atmega328p", "-c", "arduino", "-b", "115200"),
     "mega": ("-p", "atmega2560", "-c", "wiring", "-b", "115200"),
 }
+# Three times what writing and verifying a full Mega takes; avrdude without a board goes on for
+# minutes, at full load.
+LIMIT_S = 60.0
 _IDENTITY = re.compile(rb"pixstep (\w+) (\d+\.\d+)")
 _DATA = 0
 
@@ -69,12 +72,18 @@ def command(board: str, port: str, image: Path, *, verify: bool = False) -> list
 def run(words: list[str]) -> None:
     """Run avrdude with its own output on the terminal; raises UserError if it is not there.
 
-    Raises FlashError if it fails.
+    Raises FlashError if it fails, or is not done in time: it is ended then.
     """
     program = shutil.which(words[0])
     if program is None:
         raise UserError("avrdude is missing: tools/setup installs it (apt-get install avrdude)")
-    status = subprocess.run([program, *words[1:]], check=False).returncode
+    try:
+        status = subprocess.run([program, *words[1:]], check=False, timeout=LIMIT_S).returncode
+    except subprocess.TimeoutExpired:
+        raise FlashError(
+            f"avrdude is not done in {LIMIT_S:g} s and was ended: is there a board on this port, "
+            f"is it the board named, does opening the port reset it?"
+        ) from None
     if status:
         raise FlashError(
             f"avrdude failed (exit status {status}): is this the board's port, is another program "

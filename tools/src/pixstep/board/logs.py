@@ -75,7 +75,7 @@ class AxisLog:
     def _number(self) -> int:
         """Return the number of the line that the records belong to."""
         found = self._board.axis(self.axis)
-        self.state = regs.AXIS_STATES[found["axis_state"]]
+        self.state = regs.axis_state(found["axis_state"])
         if self.state in _UNFINISHED:
             return found["lines_done"] + 1
         # Until the next line begins, the records are those of the last.

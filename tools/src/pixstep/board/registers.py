@@ -57,6 +57,7 @@ COMMANDS = {
     "default_settings": 12,
     "go": 13,
 }
+MAX_EVENTS = 256  # of any board's event log; each says its own in event_capacity
 AXIS_STATES = ("empty", "loading", "loaded", "armed", "running", "done", "refused", "fault")
 Kind = TypeVar("Kind", "Code", "Fault")
 _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
@@ -195,6 +196,11 @@ def line_errors() -> dict[int, Code]:
 def flags(status: int) -> dict[str, bool]:
     """Return the bits of input register `status` by name."""
     return {name: bool(status >> bit & 1) for name, bit in STATUS_BITS.items()}
+
+
+def axis_state(code: int) -> str:
+    """Return the name of an axis' state, or its number if this tool does not know it."""
+    return AXIS_STATES[code] if code < len(AXIS_STATES) else f"state {code}"
 
 
 def fault_text(state: Mapping[str, int]) -> str:

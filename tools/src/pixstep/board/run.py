@@ -6,6 +6,7 @@ import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from pixstep import signals
 from pixstep.board import registers as regs
 from pixstep.board.client import (
     Board,
@@ -15,6 +16,7 @@ from pixstep.board.client import (
     NoReplyError,
     Upload,
 )
+from pixstep.board.errors import IMPOSSIBLE
 from pixstep.board.world import World
 from pixstep.lines.rational import TIMER_HZ
 
@@ -22,7 +24,9 @@ _POLL_S = 0.02
 _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
-_IMPOSSIBLE = 4
+_STOP_TRIES = 3
+_LAST_STEP_S = 1.0  # the period of a very slow step may be longer
+_LOOK_S = 0.05  # between the two positions that show whether an axis rests
 
 Progress = Callable[[float], None]
 
@@ -36,10 +40,24 @@ class Lines:
     uploads: list[Upload] = field(default_factory=list)
 
 
+@dataclass(frozen=True)
+class Rest:
+    """An axis, looked at twice: its state and position, and whether it still moved."""
+
+    state: str
+    position_steps: int
+    moved: bool
+
+    @property
+    def at_rest(self) -> bool:
+        """True if it neither moves nor is about to."""
+        return not self.moved and self.state not in _MOVING
+
+
 def states(board: Board, axes: list[int]) -> dict[int, str]:
     """Return the states of some axes by name."""
     found = board.axes(max(axes) + 1)
-    return {axis: regs.AXIS_STATES[found[axis]["axis_state"]] for axis in axes}
+    return {axis: regs.axis_state(found[axis]["axis_state"]) for axis in axes}
 
 
 def loaded(board: Board, count: int) -> list[int]:
@@ -56,7 +74,7 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
     try:
         board.command("arm", axes, token)
     except ExceptionReplyError as error:
-        if error.code != _IMPOSSIBLE:
+        if error.code != IMPOSSIBLE:
             raise
         if any(state not in _MOVING for state in states(board, axes).values()):
             raise BoardError(f"board {board.unit}: arm: {_why_not(board, 'arm', axes)}") from None
@@ -67,7 +85,7 @@ def command(board: Board, name: str, axes: list[int], argument: int = 0) -> None
     try:
         board.command(name, axes, argument)
     except ExceptionReplyError as error:
-        if error.code != _IMPOSSIBLE:
+        if error.code != IMPOSSIBLE:
             raise
         raise BoardError(f"board {board.unit}: {name}: {_why_not(board, name, axes)}") from None
 
@@ -88,9 +106,11 @@ def start_together(group: list[Lines], world: World) -> int:
         for lines in group:
             _require(lines, ("armed",), "not armed after all")
     except (BoardError, KeyboardInterrupt):
-        for lines in armed:
-            with contextlib.suppress(BoardError):
-                lines.board.command("disarm", lines.axes)
+        with signals.ignored():
+            group[0].board.settle()
+            for lines in armed:
+                with contextlib.suppress(BoardError):
+                    lines.board.command("disarm", lines.axes)
         raise
     group[0].board.go(token)
     _await_start(group, world)
@@ -144,7 +164,7 @@ def follow(
             for upload in lines.uploads:
                 upload.push()
             found = lines.board.axes(max(lines.axes) + 1)
-            names = [regs.AXIS_STATES[found[axis]["axis_state"]] for axis in lines.axes]
+            names = [regs.axis_state(found[axis]["axis_state"]) for axis in lines.axes]
             over = over and not any(name in _MOVING for name in names)
             done = max(done, *(found[axis]["pixel"] for axis in lines.axes))
             if "fault" in names:
@@ -157,15 +177,58 @@ def follow(
         _require(lines, ("done",), "stopped before its end")
 
 
+def stop_axes(board: Board, axes: list[int]) -> None:
+    """Stop axes by one request.
+
+    Only if it is not acknowledged, and the board does not say either that nothing moves, it is
+    repeated: no axis is stopped twice that has stopped. Raises BoardError if it is never.
+    """
+    failure = _try_stop(board, axes)
+    for _ in range(_STOP_TRIES - 1):
+        if failure is None or _known_still(board, axes):
+            return
+        failure = _try_stop(board, axes)
+    if failure and not _known_still(board, axes):
+        raise failure
+
+
+def rests(board: Board, axes: list[int], world: World) -> dict[int, Rest]:
+    """Look twice at some axes, a little after the last step of a stop; return what each does."""
+    end = world.now_s() + _LAST_STEP_S
+    while (stopping := _stopping(board, axes)) and world.now_s() < end:
+        world.wait(_POLL_S)
+    before = positions(board, axes)
+    world.wait(_LOOK_S)
+    found = board.axes(max(axes) + 1)
+    return {
+        axis: Rest(
+            regs.axis_state(found[axis]["axis_state"]),
+            found[axis]["position_steps"],
+            axis in stopping or found[axis]["position_steps"] != before[axis],
+        )
+        for axis in axes
+    }
+
+
 def stop(group: list[Lines]) -> str:
     """Stop all axes of a group, also behind a board that does not answer; return in words how.
 
-    A board that does not acknowledge it is named: what it does is not known.
+    Each board is told once before any is asked again. One that does not acknowledge it is named:
+    what it does is not known. Signals are ignored meanwhile.
     """
+    with signals.ignored():
+        group[0].board.settle()
+        return "; ".join(_stop_all(group))
+
+
+def _stop_all(group: list[Lines]) -> list[str]:
+    """Stop all axes of a group; return in words how, by board and axis."""
+    failures = [_try_stop(lines.board, lines.axes) for lines in group]
     told = []
-    for lines in group:
+    for lines, failure in zip(group, failures, strict=True):
         try:
-            lines.board.command("stop", lines.axes)
+            if failure and not _known_still(lines.board, lines.axes):
+                stop_axes(lines.board, lines.axes)
             found = positions(lines.board, lines.axes)
             told += [
                 f"board {lines.board.unit} axis {axis} at position {steps}"
@@ -173,13 +236,38 @@ def stop(group: list[Lines]) -> str:
             ]
         except BoardError as error:
             told.append(f"NOT STOPPED as far as is known: {error}")
-    return "; ".join(told)
+    return told
 
 
 def positions(board: Board, axes: list[int]) -> Mapping[int, int]:
     """Return the positions of some axes, steps."""
     found = board.axes(max(axes) + 1)
     return {axis: found[axis]["position_steps"] for axis in axes}
+
+
+def _try_stop(board: Board, axes: list[int]) -> BoardError | None:
+    """Send one stop; return what went wrong."""
+    try:
+        with board.once():
+            board.command("stop", axes)
+    except BoardError as error:
+        return error
+    return None
+
+
+def _known_still(board: Board, axes: list[int]) -> bool:
+    """Whether a board says that none of some axes moves or is about to; False if it is silent."""
+    try:
+        with board.once():
+            return not any(state in _MOVING for state in states(board, axes).values())
+    except BoardError:
+        return False
+
+
+def _stopping(board: Board, axes: list[int]) -> set[int]:
+    """Return those of some axes whose timer still holds the period that a stop has cut short."""
+    coils = board.read_coils(regs.COIL_STOP, max(axes) + 1)
+    return {axis for axis in axes if coils[axis]}
 
 
 def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:

@@ -7,11 +7,12 @@ from fractions import Fraction
 from pixstep.board import registers as regs
 from pixstep.board import stretches, values
 from pixstep.board.client import Board, BoardError, NoReplyError
+from pixstep.board.device import STORING
 from pixstep.board.registers import Register
 from pixstep.board.world import World
 from pixstep.lines.rational import refuse_period
 
-STORED, DIFFERS, STORING = 1, 2, 4  # bits of settings_state
+STORED, DIFFERS = 1, 2  # bits of settings_state
 _STORE_LIMIT_S = 5.0
 _POLL_S = 0.02
 _PARITY_LETTERS = "NOE"
@@ -75,7 +76,7 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
                 new[item.name] >> 16 * (item.words - 1 - index) & 0xFFFF
                 for index in range(item.words)
             ]
-    board.write(first, words)
+    board.write_settings(first, words)
     follow(board, new, {change.name for change in wanted})
     found = _read_back(board, {change.name for change in wanted})
     for change in wanted:

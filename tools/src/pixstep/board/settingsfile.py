@@ -2,15 +2,20 @@
 """Settings as a TOML file: each with its unit, range and meaning as a comment; read back checked.
 
 map_version = 3
+board = "mega"
+count = 16
 
 [settings]
 # direction output to the next STEP edge, at least
 # us, 1 to 1000, default 20
 dir_setup_us = 20
+
+`count` shows a file that was cut off; one written by hand may leave out all but the settings.
 """
 
 import re
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 
 import tomlkit
@@ -23,7 +28,27 @@ from pixstep.errors import UserError
 
 TABLE = "settings"
 _VERSION = "map_version"
-_KEYS = {_VERSION, "board", "firmware", TABLE}
+_BOARD, _COUNT = "board", "count"
+_KEYS = {_VERSION, _BOARD, "firmware", _COUNT, TABLE}
+_MOST_SHOWN = 40  # characters of a value in a message
+_LONG_NUMBER = re.compile(r"\d{1000}")
+
+
+@dataclass(frozen=True)
+class SettingsFile:
+    """What a file asks for: settings by name, for which board (empty: any)."""
+
+    path: Path
+    settings: dict[str, int]
+    board: str = ""
+
+    def refuse_other(self, who: Identity) -> None:
+        """Raise UserError for a board that the file is not of."""
+        if self.board and self.board != who.board:
+            raise UserError(
+                f"{self.path}: board = {self.board!r}: board {who.unit} is a {who.board} "
+                f"(--skip board imports it all the same)"
+            )
 
 
 def write(path: Path, who: Identity, settings: dict[str, int]) -> None:
@@ -38,6 +63,8 @@ def text(who: Identity, settings: dict[str, int]) -> str:
     document[_VERSION] = who.map_version
     document["board"] = who.board
     document["firmware"] = who.firmware
+    document[_COUNT] = len(settings)
+    document[_COUNT].comment("settings below; a file with fewer was cut off")
     table = tomlkit.table()
     for item in regs.settings():
         table.add(tomlkit.nl())
@@ -48,34 +75,65 @@ def text(who: Identity, settings: dict[str, int]) -> str:
     return tomlkit.dumps(document)
 
 
-def read(path: Path) -> dict[str, int]:
+def read(path: Path) -> SettingsFile:
     """Read a file and check all of it.
 
     Raises UserError naming file, line, setting and value for what is no TOML, unknown, of another
-    type or out of range, and for a file of another register map.
+    type or out of range, for a file of another register map, and for one that was cut off.
     """
-    try:
-        content = path.read_text(encoding="utf-8-sig")
-        found = tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{path}{_place_and_reason(error)}") from None
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not UTF-8 at byte {error.start}") from None
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
+    content, found = _parsed(path)
     lines = content.splitlines()
     _check_head(path, lines, found)
     chosen: dict[str, int] = {}
     for name, value in found[TABLE].items():
         where = f"{path}:{_line_of(lines, name)}"
         if type(value) is not int:
-            raise UserError(f"{where}: {name} = {value!r}: a whole number is wanted")
+            raise UserError(f"{where}: {name} = {_shown(value)}: a whole number is wanted")
         try:
             values.check(name, value)
         except UserError as error:
             raise UserError(f"{where}: {error}") from None
         chosen[name] = value
-    return chosen
+    _refuse_cut_off(path, content, found)
+    return SettingsFile(path, chosen, found.get(_BOARD, ""))
+
+
+def _parsed(path: Path) -> tuple[str, dict]:
+    """Return a file's text, and what it says."""
+    try:
+        content = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path}: not UTF-8 at byte {error.start}") from None
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror or error}") from None
+    try:
+        return content, tomllib.loads(content)
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{path}{_place_and_reason(error)}") from None
+    except RecursionError:
+        raise UserError(f"{path}: values are nested too deeply") from None
+    except ValueError:  # Python's own limit of digits
+        lines = enumerate(content.splitlines(), 1)
+        place = next((f":{number}" for number, line in lines if _LONG_NUMBER.search(line)), "")
+        raise UserError(f"{path}{place}: a number has too many digits") from None
+
+
+def _refuse_cut_off(path: Path, content: str, found: dict) -> None:
+    """Refuse a file that says how many settings it has, and ends before them."""
+    if _COUNT not in found:
+        return
+    has = len(found[TABLE])
+    if found[_COUNT] != has or not content.endswith("\n"):
+        raise UserError(
+            f"{path}: cut off: {has} of {_shown(found[_COUNT])} settings, or the end of the last "
+            f"line is missing (a file that is to hold some only has no line {_COUNT!r})"
+        )
+
+
+def _shown(value: object) -> str:
+    """Return a value for a message, shortened."""
+    text = values.number_text(value) if type(value) is int else repr(value)
+    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}..."
 
 
 def _check_head(path: Path, lines: list[str], found: dict) -> None:
@@ -83,13 +141,18 @@ def _check_head(path: Path, lines: list[str], found: dict) -> None:
     for key in found:
         if key not in _KEYS:
             raise UserError(f"{path}:{_line_of(lines, key)}: unknown key {key!r}")
+    if _BOARD in found and found[_BOARD] not in regs.BOARD_IDS.values():
+        known = " or ".join(repr(name) for name in regs.BOARD_IDS.values())
+        raise UserError(
+            f"{path}:{_line_of(lines, _BOARD)}: board = {_shown(found[_BOARD])}: {known} is wanted"
+        )
     if not isinstance(found.get(TABLE), dict) or not found[TABLE]:
         raise UserError(f"{path}: no table [{TABLE}] with settings in it")
     version = found.get(_VERSION, regs.MAP_VERSION)
-    if version != regs.MAP_VERSION:
+    if type(version) is not int or version != regs.MAP_VERSION:
         raise UserError(
-            f"{path}:{_line_of(lines, _VERSION)}: settings of register map {version}, this tool "
-            f"knows map {regs.MAP_VERSION}"
+            f"{path}:{_line_of(lines, _VERSION)}: settings of register map {_shown(version)}, "
+            f"this tool knows map {regs.MAP_VERSION}"
         )
 
 

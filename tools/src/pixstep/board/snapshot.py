@@ -81,7 +81,7 @@ class Snapshot:
             "counters": {name: self.inputs[name] for name in LINE_COUNTERS},
             "rates_per_s": {name: round(rate, 2) for name, rate in self.rates(before).items()},
             "axes": [
-                axis | {"axis_state": regs.AXIS_STATES[axis["axis_state"]]} for axis in self.axes
+                axis | {"axis_state": regs.axis_state(axis["axis_state"])} for axis in self.axes
             ],
         }
 

@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Two ways to a board for the same Modbus client: a serial port, or the simulator's pipe."""
 
+import contextlib
 import logging
+import termios
+import time
 from typing import Protocol
 
 from pymodbus.client import ModbusSerialClient
+from pymodbus.exceptions import ConnectionException, ModbusIOException
+from pymodbus.pdu import ModbusPDU
 
 from pixstep.board.port import NO_PARITY, Port, is_pty
 from pixstep.lines.rational import TIMER_HZ
@@ -14,6 +19,8 @@ PARITY = "E"
 REPLY_CYCLES = TIMER_HZ // 40  # 25 ms: how long a simulated master waits for the first byte
 TIMEOUT_S = 0.5
 RETRIES = 3
+_QUIET_S = 0.03  # without a byte: the reply on its way has ended
+_QUIET_LIMIT_S = 0.3
 
 # The client tells of every lost reply itself; the library's own lines would only repeat it.
 logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
@@ -31,7 +38,21 @@ def serial_client(
     return SerialClient(Port(port, baud, parity), timeout_s=timeout_s, retries=retries)
 
 
-class SerialClient(ModbusSerialClient):
+class FittingClient(ModbusSerialClient):
+    """pymodbus' client that takes a reply only if it can be the reply to its request.
+
+    The library takes any frame of the unit: a late reply to an earlier request too.
+    """
+
+    def execute(self, no_response_expected: bool, request: ModbusPDU) -> ModbusPDU:
+        """Do a request; raises ModbusIOException for a reply that does not fit it."""
+        reply = super().execute(no_response_expected, request)
+        if reply is not None and not _fits(request, reply):
+            raise ModbusIOException("the reply does not fit the request")
+        return reply
+
+
+class SerialClient(FittingClient):
     """pymodbus' client on a port that says why it cannot be opened, and what was heard on it.
 
     `heard` is how many bytes came back since the last request.
@@ -67,6 +88,22 @@ class SerialClient(ModbusSerialClient):
             self.socket = self.port.open(self.comm_params.timeout_connect)
         return True
 
+    def settle(self) -> None:
+        """Let the bytes on their way in both directions pass, and drop those that came.
+
+        A request that was broken off leaves them; the next one would run into them.
+        """
+        if self.socket is None:
+            return
+        with contextlib.suppress(OSError, termios.error):
+            self.socket.flush()
+            end = time.monotonic() + _QUIET_LIMIT_S
+            waiting = -1
+            while self.socket.in_waiting != waiting and time.monotonic() < end:
+                waiting = self.socket.in_waiting
+                time.sleep(_QUIET_S)
+            self.socket.reset_input_buffer()
+
     def reconfigure(self, baud: int, parity: str) -> None:
         """Go on at another rate and parity."""
         self.port = self.port.at(baud, parity)
@@ -80,13 +117,22 @@ class SerialClient(ModbusSerialClient):
     def send(self, request: bytes, addr: tuple | None = None) -> int:
         """Send a frame."""
         self.heard = 0
-        return super().send(request, addr)
+        try:
+            return super().send(request, addr)
+        except ConnectionException:
+            if self.socket is None:  # the library has closed it: it went away
+                raise
+            raise WriteTimeoutError(str(self)) from None
 
     def recv(self, size: int | None) -> bytes:
         """Return what has come."""
         data = super().recv(size)
         self.heard += len(data)
         return data
+
+
+class WriteTimeoutError(ConnectionException):
+    """The port is there and takes no bytes."""
 
 
 class Pipe(Protocol):
@@ -96,7 +142,7 @@ class Pipe(Protocol):
         """Send a frame and return the reply, empty for none."""
 
 
-class SimClient(ModbusSerialClient):
+class SimClient(FittingClient):
     """A Modbus RTU client whose bytes go through the simulator's control pipe.
 
     Framing, checksums and PDUs are those of pymodbus. A request and its reply are one `tx`
@@ -141,3 +187,24 @@ class SimClient(ModbusSerialClient):
         del size
         reply, self._reply = self._reply, b""
         return reply
+
+
+def _fits(request: ModbusPDU, reply: ModbusPDU) -> bool:
+    """Whether a reply can be that to a request: its function, and how much or which it names."""
+    if reply.isError():
+        return reply.function_code & 0x7F == request.function_code
+    if reply.function_code != request.function_code:
+        return False
+    match request.function_code:
+        case 1 | 2:
+            return len(reply.bits) == (request.count + 7) // 8 * 8
+        case 3 | 4:
+            return len(reply.registers) == request.count
+        case 5 | 6 | 15 | 16 | 22:
+            return reply.address == request.address
+        case 8:
+            return reply.sub_function_code == request.sub_function_code
+        case 23:
+            return len(reply.registers) == request.read_count
+        case _:
+            return True

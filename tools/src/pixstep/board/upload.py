@@ -100,7 +100,7 @@ class Upload:
         Raises what is really wrong: a refused line, a fault, or the exception itself.
         """
         state = self.board.axis(self.axis)
-        name = regs.AXIS_STATES[state["axis_state"]]
+        name = regs.axis_state(state["axis_state"])
         if error.code == _ILLEGAL_VALUE and name == "refused":
             raise self.board.refusal(self.axis) from None
         if name == "fault":

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.board import settings
+from pixstep.board import settings, values
 from pixstep.board.client import Board, BoardError, Upload
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -38,15 +38,15 @@ class BoardLimits:
         )
 
 
-def limits(board: Board) -> BoardLimits:
-    """Ask a board for its limits."""
+def limits(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
+    """Ask a board for its limits; at another pixel frequency than its own if one is given."""
     state, known = board.inputs(), settings.read(board)
     return BoardLimits(
         state["min_interval_ticks"],
         state["smooth_min_interval_ticks"],
         known["max_acceleration"],
         known["start_stop_steps"],
-        Fraction(known["pixel_hz_num"], known["pixel_hz_den"]),
+        pixel_hz or values.hz_of(known),
     )
 
 
@@ -81,5 +81,8 @@ def room(board: Board, axis: int, line: Line) -> tuple[int, int]:
     """Return the queue entries that a line takes, and those that are free."""
     state = board.axis(axis)
     if not state["queue_free"]:
-        raise BoardError(f"board {board.unit}: the queue of axis {axis} is full")
+        raise BoardError(
+            f"board {board.unit}: the queue of axis {axis} is full (`pixstep board disarm` forgets "
+            f"what is in it)"
+        )
     return len(queue_entries(line)), state["queue_free"]

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from pixstep.board import meanings, stretches
 from pixstep.board import registers as regs
-from pixstep.board.client import Board
+from pixstep.board.client import Board, BoardError
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place
 from pixstep.errors import UserError
@@ -22,6 +22,8 @@ from pixstep.lines.rational import parse_hz
 PIXEL_HZ, BAUD, PARITY = "pixel_hz", "baud", "parity"
 _PARITIES = {"N": 0, "NONE": 0, "O": 1, "ODD": 1, "E": 2, "EVEN": 2}
 _WIDE = "*"
+_MOST_BITS = 64  # of a number that is shown
+_MOST_SHOWN = 40  # characters of a text
 _BARE = ("1", "", "bits", "code", "state")  # units that say nothing behind a number
 INPUT, AXIS, SETTING = "input", "axis", "setting"
 
@@ -139,8 +141,16 @@ def check(name: str, value: int) -> Register:
         raise UserError(f"no setting {name!r}{_like(name, catalogue(0))}")
     register = known[name]
     if not register.minimum <= value <= register.maximum:
-        raise UserError(f"{name} = {value}: {range_text(register)}, default {register.default}")
+        raise UserError(
+            f"{name} = {number_text(value)}: {range_text(register)}, default {register.default}"
+        )
     return register
+
+
+def number_text(value: int) -> str:
+    """Return a number for a message; of a very long one only how long it is."""
+    bits = value.bit_length()
+    return str(value) if bits <= _MOST_BITS else f"a number of {bits} bits"
 
 
 def range_text(register: Register) -> str:
@@ -161,7 +171,7 @@ def _assignment(name: str, value: str) -> dict[str, int]:
     if name == BAUD:
         rate = _whole(name, value)
         if rate % 100:
-            raise UserError(f"baud = {rate}: a multiple of 100 is wanted")
+            raise UserError(f"baud = {number_text(rate)}: a multiple of 100 is wanted")
         return {"baud_100": rate // 100}
     if name == PARITY and value.upper() in _PARITIES:
         return {PARITY: _PARITIES[value.upper()]}
@@ -172,12 +182,16 @@ def _whole(name: str, value: str) -> int:
     try:
         return int(value, 0)
     except ValueError:
-        raise UserError(f"{name} = {value}: a whole number is wanted") from None
+        shown = value if len(value) <= _MOST_SHOWN else f"{value[:_MOST_SHOWN]}..."
+        raise UserError(f"{name} = {shown}: a whole number is wanted") from None
 
 
 def hz_of(values: dict[str, int]) -> Fraction:
-    """Return the exact pixel frequency of settings."""
-    return Fraction(values["pixel_hz_num"], values["pixel_hz_den"])
+    """Return the exact pixel frequency of settings; raises BoardError if they are none."""
+    numerator, denominator = values["pixel_hz_num"], values["pixel_hz_den"]
+    if not (numerator and denominator):
+        raise BoardError(f"the pixel frequency is set to {numerator}/{denominator} Hz")
+    return Fraction(numerator, denominator)
 
 
 def _means(pattern: str, item: Item) -> bool:

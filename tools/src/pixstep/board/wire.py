@@ -10,9 +10,11 @@ from pymodbus.exceptions import ConnectionException, ModbusException
 from pymodbus.pdu.other_message import ReportDeviceIdResponse
 
 from pixstep.board.errors import ExceptionReplyError, LineLostError, NoReplyError
+from pixstep.board.transport import WriteTimeoutError
 from pixstep.errors import UserError
 
 BROADCAST = 0
+_ID_BYTES = 2  # of the answer to function 17 before its text
 COUNTERS = {  # function 08, by sub-function 11 to 18
     "bus_messages": "diag_read_bus_message_count",
     "crc_errors": "diag_read_bus_comm_error_count",
@@ -116,6 +118,8 @@ class Wire:
         """Return the answer to function 17, report server id."""
         self.modbus.register(_ServerIdReply)
         data = self._ask("identify", self.modbus.report_device_id).identifier
+        if len(data) < _ID_BYTES:
+            raise NoReplyError(self.unit, "identify", heard=len(data))
         return ServerId(data[0], data[1] != 0, data[2:].decode("ascii", errors="replace"))
 
     def identification(self, code: int = 2) -> dict[str, str]:
@@ -131,20 +135,16 @@ class Wire:
             if not reply.more_follows or reply.next_object_id <= first:
                 break
             first = reply.next_object_id
-        return {
-            _object_name(number): value.decode("ascii", errors="replace")
-            for number, value in sorted(found.items())
-        }
+        return {_object_name(number): _text(value) for number, value in sorted(found.items())}
 
     def echo(self, word: int) -> int:
         """Return what comes back of a word sent by function 08, sub-function 0."""
-        reply = self._ask("echo", self.modbus.diag_query_data, word.to_bytes(2, "big"))
-        return _number(reply.message)
+        return self._diagnosis("echo", self.modbus.diag_query_data, word.to_bytes(2, "big"))
 
     def counters(self) -> dict[str, int]:
         """Return the line's counters by name (function 08, sub-functions 11 to 18)."""
         return {
-            name: _number(self._ask(f"counter {name}", getattr(self.modbus, method)).message)
+            name: self._diagnosis(f"counter {name}", getattr(self.modbus, method))
             for name, method in COUNTERS.items()
         }
 
@@ -160,9 +160,35 @@ class Wire:
         """End listen-only (function 08, sub-function 1); a silent unit does not reply."""
         self._send(self.modbus.diag_restart_communication, False)
 
+    @contextlib.contextmanager
+    def once(self) -> Iterator[None]:
+        """Send no request a second time, as long as this lasts."""
+        transaction = self.modbus.transaction
+        before, transaction.retries = transaction.retries, 0
+        try:
+            yield
+        finally:
+            transaction.retries = before
+
+    def settle(self) -> None:
+        """Wait until a request that was broken off is over on the line."""
+        if hasattr(self.modbus, "settle"):
+            self.modbus.settle()
+
     def broadcast(self, address: int, words: list[int]) -> None:
         """Write holding registers of every unit on the line; nobody replies."""
         self._send(self.modbus.write_registers, address, words, unit=BROADCAST)
+
+    def _diagnosis(self, what: str, method, *arguments) -> int:
+        """Return the data word of a diagnostic answer; the library has several shapes for it."""
+        message = self._ask(what, method, *arguments).message
+        if isinstance(message, (list, tuple)):
+            message = message[0] if message else None
+        if isinstance(message, bytes):
+            return int.from_bytes(message[:2], "big")
+        if not isinstance(message, int):
+            raise NoReplyError(self.unit, what, heard=getattr(self.modbus, "heard", 0))
+        return message
 
     def _send(self, method, *arguments, unit: int | None = None) -> None:
         """Send one request to which no reply comes, to this unit if no other is given."""
@@ -192,6 +218,12 @@ class Wire:
         """Raise LineLostError if the port goes away in a request, or did before and still is."""
         try:
             yield
+        except WriteTimeoutError:
+            place = getattr(self.modbus, "place", "the line")
+            raise LineLostError(
+                f"board {self.unit}: {place} takes no bytes: nobody reads at its other end, or "
+                f"this program was stopped for a while"
+            ) from None
         except ConnectionException:
             place = getattr(self.modbus, "place", "the line")
             raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
@@ -203,8 +235,7 @@ def _object_name(number: int) -> str:
     return IDENTITY_OBJECTS[number] if number < len(IDENTITY_OBJECTS) else f"object_{number}"
 
 
-def _number(message: object) -> int:
-    """Return the data word of a diagnostic answer, which the library gives in several shapes."""
-    if isinstance(message, (list, tuple)):
-        message = message[0]
-    return int.from_bytes(message, "big") if isinstance(message, bytes) else int(message)
+def _text(value: bytes | list[bytes]) -> str:
+    """Return an object's text; the library gives one that was sent twice as a list."""
+    data = value if isinstance(value, bytes) else b"".join(value)
+    return data.decode("ascii", errors="replace")

@@ -80,6 +80,20 @@ _add_table(
 )
 
 
+def _commands() -> str:
+    from pixstep import commandsdoc  # pymodbus takes a while to load
+
+    with progress.shown("commands") as show:
+        return commandsdoc.commands(show)
+
+
+_add_table(
+    "commands",
+    _commands,
+    "What each command does in each state, tried on the simulated board, for docs/PROTOCOL.md.",
+)
+
+
 def _conformance() -> str:
     from pixstep.hostile.clients import conformance  # pymodbus takes a while to load
 

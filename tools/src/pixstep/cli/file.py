@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, formats
-from pixstep.cli.options import FILE, HZ, LINE_NUMBER, raw_option, say
+from pixstep.cli.options import FILE, HZ, LINE_NUMBER, raw_option, say, teller
 from pixstep.errors import UserError
 from pixstep.formats import prn
 from pixstep.formats.convert import HeaderChanges, Request
@@ -106,7 +106,7 @@ def convert(source: Path, target: Path, to, lenient: bool, raw: bool, force: boo
     --lead-in are then 0 unless given.
     """
     kind = _target_kind(target, to)
-    if target.exists() and not force:
+    if target.is_file() and not atomic.is_stdout(target) and not force:
         raise UserError(f"{shown_path(target)}: is there already (--force replaces it)")
     read = _read(source, lenient, raw)
     made, notes = _converted(source, read, kind, options)
@@ -116,7 +116,8 @@ def convert(source: Path, target: Path, to, lenient: bool, raw: bool, force: boo
     lines = [made.values] if kind == prn.KIND else [block.values for block in made.blocks]
     count = f"{len(lines)} lines, " if len(lines) > 1 else ""
     values = sum(len(values) for values in lines)
-    click.echo(f"{shown_path(target)}: {NAMES[kind]}, {count}{values} values, {len(data)} bytes")
+    told = f"{shown_path(target)}: {NAMES[kind]}, {count}{values} values, {len(data)} bytes"
+    teller(target)(told)
 
 
 def _examined(path: Path, lenient: bool, raw: bool, smooth: bool) -> Examined:

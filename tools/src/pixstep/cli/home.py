@@ -30,7 +30,12 @@ def home() -> None:
     "(steps; delay in ticks of 62.5 ns); more: build/host/bin/pixstep-sim --help.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
+@click.option(
+    "--out",
+    type=FOLDER,
+    required=True,
+    help="Folder for the results; replaces only those of earlier runs.",
+)
 @click.option("--plot", is_flag=True, help="Draw homing.png into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.pass_context

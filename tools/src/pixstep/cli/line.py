@@ -19,7 +19,9 @@ from pixstep.cli.options import (
     load_line,
     pixel_hz_option,
     raw_option,
+    refuse_input,
     say,
+    teller,
 )
 from pixstep.errors import UserError
 from pixstep.lines import linecheck, planner
@@ -53,6 +55,7 @@ def line_make(
 
     Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
     """
+    refuse_input(output, prn)
     speeds, notes = formats.read_prn(prn, lenient=lenient)
     say(notes)
     request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
@@ -60,7 +63,7 @@ def line_make(
     formats.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
     steps = sum(made.counts) + backlash
     rate = float(speed * pixel_hz)
-    click.echo(
+    teller(output)(
         f"{output}: {len(made.counts)} pixels, {made.accelerating_pixels} accelerating, image from "
         f"pixel {made.image_pixel}, {steps} steps with backlash {backlash}, "
         f"{rate:g} steps/s at {float(pixel_hz):g} Hz"
@@ -133,12 +136,13 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, 
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
 def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, output):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
+    refuse_input(output, csv)
     chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
     planned = planner.plan(chosen, pixel_hz, timer_hz=timer_hz, pixels=pixels)
     say(planned.warnings)
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1
-    click.echo(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
+    teller(output)(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
 
 
 def _gathered(found: list[linecheck.Finding]) -> list[tuple[str, linecheck.Finding]]:

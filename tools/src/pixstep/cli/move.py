@@ -9,7 +9,7 @@ from rich.console import Console
 from pixstep import formats, progress
 from pixstep.board import boards
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
-from pixstep.cli.options import FILE, FOLDER, pixel_hz_option
+from pixstep.cli.options import FILE, FOLDER, pixel_hz_option, refuse_input, teller
 from pixstep.cli.results import deliver
 from pixstep.errors import UserError
 from pixstep.moves import fastsim, fasttask
@@ -29,9 +29,10 @@ def move() -> None:
 @click.option("-o", "--output", type=FILE, required=True, help="CSV line file to write (plain).")
 def move_make(output, **options):
     """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
+    refuse_input(output, options["profile"])
     job = _job(options)
     formats.write_csv(output, list(job.move.counts))
-    click.echo(f"{output}: {headline(job.move, job.pixel_hz)}")
+    teller(output)(f"{output}: {headline(job.move, job.pixel_hz)}")
 
 
 @move.command("show")
@@ -41,6 +42,7 @@ def move_make(output, **options):
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 def move_show(plot, as_json, **options):
     """Show a move: how fast in which pixels, how long, where."""
+    refuse_input(plot, options["profile"])
     job = _job(options)
     if plot:
         from pixstep.moves import fastplot  # matplotlib takes a second to load
@@ -58,7 +60,12 @@ def move_show(plot, as_json, **options):
 @pixel_hz_option
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True)
-@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
+@click.option(
+    "--out",
+    type=FOLDER,
+    required=True,
+    help="Folder for the results; replaces only those of earlier runs.",
+)
 @click.option("--plot", is_flag=True, help="Draw move.png into the folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.pass_context

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from pixstep.cli import profile_make, profile_repair
-from pixstep.cli.options import DECODE, FILE, HZ, raw_option, say
+from pixstep.cli.options import DECODE, FILE, HZ, raw_option, refuse_input, say
 from pixstep.cli.quantities import limit_options, whole_limit
 from pixstep.cli.show import drawn_limits, show_drawing
 from pixstep.errors import UserError
@@ -79,6 +79,7 @@ def profile_check(ctx, file, decode, raw, lenient, pixel_hz, as_json, **limits):
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 def profile_show(file, decode, speed, raw, lenient, pixel_hz, output, as_json, **limits):
     """Show speed, acceleration, jerk and position of a profile: a table, and with -o a drawing."""
+    refuse_input(output, file)
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
     hz = _frequency(read, pixel_hz)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
-from pixstep import formats
-from pixstep.cli.options import FILE, HZ, say
+from pixstep import atomic, formats
+from pixstep.cli.options import FILE, HZ, refuse_json_beside, refuse_same, say, teller
 from pixstep.cli.quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE
 from pixstep.errors import UserError
 from pixstep.lines import units
@@ -56,9 +56,12 @@ def profile_make(top_speed, max_acceleration, max_jerk, pixel_hz, output, as_jso
     path = _prn_path(output, pixel_hz, options["motor"], options["variant"])
     speeds = make.shortest_profile(limits)
     csv = _csv_parts(options, speeds, pixel_hz)
-    formats.write_prn(path, speeds)
-    if csv:
-        formats.write_csv(options["csv"], *csv)
+    refuse_json_beside(path, as_json=as_json)
+    refuse_same(path, options["csv"], "--csv")
+    with atomic.together():
+        formats.write_prn(path, speeds)
+        if csv:
+            formats.write_csv(options["csv"], *csv)
     figures = _figures(speeds)
     if as_json:
         report = {
@@ -144,14 +147,15 @@ def _print(
     path: Path, csv: Path | None, speeds: list[int], limits: make.ProfileLimits, hz: Fraction | None
 ) -> None:
     """Print the page."""
+    tell = teller(path if atomic.is_stdout(path) else csv)
     figures = _figures(speeds)
     length = f" = {float(len(speeds) / hz):.6g} s" if hz else ""
-    click.echo(f"{path}: {len(speeds)} pixels{length}, {figures.steps} steps, even speeds")
+    tell(f"{path}: {len(speeds)} pixels{length}, {figures.steps} steps, even speeds")
     for name, order, value, limit in (
         ("top speed", SPEED, figures.peak_speed, limits.top_speed),
         ("acceleration", ACCELERATION, figures.peak_acceleration, limits.max_acceleration),
         ("jerk", JERK, figures.peak_jerk, limits.max_jerk),
     ):
-        click.echo(f"  {name:<13}{units.both_text(value, order, hz)} (limit {limit})")
+        tell(f"  {name:<13}{units.both_text(value, order, hz)} (limit {limit})")
     if csv:
-        click.echo(f"{csv}: the same as counts, for fast moves and homing")
+        tell(f"{csv}: the same as counts, for fast moves and homing")

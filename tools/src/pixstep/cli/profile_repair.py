@@ -9,7 +9,15 @@ from pathlib import Path
 import click
 
 from pixstep import formats
-from pixstep.cli.options import FILE, HZ, raw_option, say
+from pixstep.cli.options import (
+    FILE,
+    HZ,
+    raw_option,
+    refuse_input,
+    refuse_json_beside,
+    say,
+    teller,
+)
 from pixstep.cli.quantities import ACCELERATION_TYPE
 from pixstep.errors import UserError
 from pixstep.lines.units import Quantity
@@ -40,6 +48,8 @@ def profile_repair(file, max_acceleration, part, insert, raw, lenient, pixel_hz,
     Counts keep their length: ramps take pixels from the stretches of constant speed. A PRN gets
     the nearest speeds that are even, above 0 and never fall.
     """
+    refuse_input(output, file)
+    refuse_json_beside(output, as_json=as_json)
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
     if read.is_prn:
@@ -93,17 +103,18 @@ def _report(file: Path, output: Path, part: str | None, before: tuple, repair: R
 
 def _print(file: Path, output: Path, part: str | None, before: tuple, repair: Repair) -> None:
     """Print what was changed and why."""
+    tell = teller(output)
     kinds = {LINE: "a line from rest to rest", START: "an accelerating start", None: "PRN speeds"}
     place = "entry" if part is None else "pixel"
-    click.echo(f"{file}: read as {kinds[part]}")
+    tell(f"{file}: read as {kinds[part]}")
     for text in page.first_lines([page.change_text(change, place) for change in repair.changes]):
-        click.echo(f"  {text}")
+        tell(f"  {text}")
     if not repair.changes:
-        click.echo("  nothing to repair")
+        tell("  nothing to repair")
     length = f"{len(before)} -> {len(repair.values)}" if len(before) != len(repair.values) else (
         f"{len(before)}"
     )  # fmt: skip
     if part is None:
-        click.echo(f"{output}: {length} entries")
+        tell(f"{output}: {length} entries")
     else:
-        click.echo(f"{output}: {length} pixels, {sum(before)} -> {sum(repair.values)} steps")
+        tell(f"{output}: {length} pixels, {sum(before)} -> {sum(repair.values)} steps")

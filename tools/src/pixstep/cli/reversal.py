@@ -10,8 +10,16 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from pixstep import formats
-from pixstep.cli.options import FILE, raw_option, say
+from pixstep import atomic, formats
+from pixstep.cli.options import (
+    FILE,
+    raw_option,
+    refuse_input,
+    refuse_json_beside,
+    refuse_same,
+    say,
+    teller,
+)
 from pixstep.lines.linecheck import MAX_COUNT
 from pixstep.reversals.compensate import (
     FIRST,
@@ -83,6 +91,10 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     pixels outside these transitions keep their counts. Exit status 1 if the next reversal breaks a
     transition off before all of the play is taken up, 2 if a transition does not fit.
     """
+    for path in (output, plot):
+        refuse_input(path, csv)
+    refuse_json_beside(output, as_json=as_json)
+    refuse_same(output, plot, "--plot")
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
     limits = MotionLimits(options["max_acceleration"], options["start_stop"], options["max_speed"])
@@ -90,13 +102,14 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
         options["play"], limits, options["transition_px"], options["initial_direction"]
     )
     made = compensate(read.values, request, str(csv))
-    formats.write_csv(output, list(made.counts), read.header)
-    if plot:
-        _draw(made, request, csv, plot)
+    with atomic.together():
+        formats.write_csv(output, list(made.counts), read.header)
+        if plot:
+            _draw(made, request, csv, plot)
     if as_json:
         click.echo(json.dumps(_report(csv, output, request, made), indent=2))
     else:
-        _print(Console(highlight=False), output, request, made)
+        _print(Console(highlight=False, stderr=atomic.is_stdout(output)), output, request, made)
     ctx.exit(0 if made.complete else 1)
 
 
@@ -126,23 +139,24 @@ def _report(csv: Path, output: Path, request: Request, made: Compensated) -> dic
 
 def _print(console: Console, output: Path, request: Request, made: Compensated) -> None:
     """Print one row a reversal and the summary."""
+    tell = teller(output)
     if made.transitions:
         console.print(_table(made.transitions))
     worst = max(made.transitions, key=lambda item: abs(item.worst_error), default=None)
     inside = f", {abs(worst.worst_error)} at pixel {worst.worst_pixel} inside one" if worst else ""
-    click.echo(
+    tell(
         f"{output}: {len(made.counts)} pixels, {len(made.transitions)} transitions of "
         f"{request.play} steps; predicted load error at the pixel edges: "
         f"{made.worst_outside} steps away from the transitions{inside}"
     )
     for item in made.transitions:
         if item.missing:
-            click.echo(
+            tell(
                 f"{output}: pixel {item.pixel}: warning: the next reversal breaks the transition "
                 f"off, {item.missing} of {item.missing + item.steps} steps are not taken up"
             )
     if request.initial_direction == UNKNOWN:
-        click.echo(
+        tell(
             "note: the first motion takes up all of the play; the load may stand up to "
             f"{request.play} steps ahead of where it should be, by what was taken up already"
         )

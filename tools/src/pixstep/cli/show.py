@@ -9,7 +9,7 @@ import click
 from rich.console import Console
 
 from pixstep import formats
-from pixstep.cli.options import DECODE, FILE, HZ, backlash_option, raw_option, say
+from pixstep.cli.options import DECODE, FILE, HZ, backlash_option, raw_option, refuse_input, say
 from pixstep.cli.quantities import limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -34,6 +34,7 @@ from pixstep.profiles.drawing import Drawing
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 def line_show(csv, decode, backlash, raw, lead_in, pixel_hz, output, as_json, **limits):
     """Show speed, acceleration, jerk and position of a line: a table, and with -o a drawing."""
+    refuse_input(output, csv)
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
     if read.header:

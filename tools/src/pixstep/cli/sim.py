@@ -40,7 +40,12 @@ from pixstep.simulation.simtask import simulate
 @click.option("--pixel-ppm", type=float, default=0.0, help="Frequency error of the pixel clock.")
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-@click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
+@click.option(
+    "--out",
+    type=FOLDER,
+    required=True,
+    help="Folder for the results; replaces only those of earlier runs.",
+)
 @click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
 @click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
@@ -100,7 +105,11 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
 
 
 @click.command("demo")
-@click.option("--out", type=FOLDER, help="Folder for the results.  [default: build/demo]")
+@click.option(
+    "--out",
+    type=FOLDER,
+    help="Folder for the results; replaces only those of earlier runs.  [default: build/demo]",
+)
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.pass_context
 def demo_command(ctx, out, serial_load):

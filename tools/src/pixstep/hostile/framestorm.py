@@ -136,6 +136,7 @@ class _Run:
         self._simulator.run(BOOT_CYCLES)
         self._board = Board(SimClient(self._simulator))
         self._board.set_pixel_hz(PIXEL_HZ)
+        self._board.write_setting("bus_timeout_ms", 0)  # a storm may leave no request whole
         axes = sorted(self._lines)
         self._board.command("enable", axes)
         self._uploads = [

@@ -4,7 +4,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pixstep import atomic
+from pixstep import atomic, outfolder
 from pixstep.moves.fastsim import MoveJob, MoveRun, run
 from pixstep.simulation import report
 
@@ -18,9 +18,15 @@ def simulate(
     plot: bool = False,
     progress: Callable[[float], None] = lambda _: None,
 ) -> MoveRun:
-    """Run a move and write OUTPUTS (move.png only if asked) to `out`."""
-    for name in OUTPUTS:
-        (out / name).unlink(missing_ok=True)
+    """Run a move and write OUTPUTS (move.png only if asked) to `out`.
+
+    Raises UserError if a file is in the way that no earlier run has written.
+    """
+    with outfolder.of_run(out, OUTPUTS):
+        return _simulate(job, out, plot, progress)
+
+
+def _simulate(job: MoveJob, out: Path, plot: bool, progress: Callable[[float], None]) -> MoveRun:
     done = run(job, progress, out=out)
     report.write_pixels(out / "pixels.csv", done.judged.pixels)
     if plot and done.result.edges is not None:

@@ -4,7 +4,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pixstep import atomic
+from pixstep import atomic, outfolder
 from pixstep.moves import homesim
 from pixstep.moves.homejudge import judge
 from pixstep.moves.homesim import HomeJob
@@ -19,9 +19,15 @@ def simulate(
     plot: bool = False,
     progress: Callable[[float], None] = lambda _: None,
 ) -> dict:
-    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked)."""
-    for name in OUTPUTS:
-        (out / name).unlink(missing_ok=True)
+    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked).
+
+    Raises UserError if a file is in the way that no earlier run has written.
+    """
+    with outfolder.of_run(out, OUTPUTS):
+        return _simulate(job, out, plot, progress)
+
+
+def _simulate(job: HomeJob, out: Path, plot: bool, progress: Callable[[float], None]) -> dict:
     done = homesim.run(job, out, progress)
     summary = judge(done)
     if plot and len(done.edges.rising):

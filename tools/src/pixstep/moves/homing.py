@@ -221,7 +221,7 @@ class _Homing:
             if self.world.now_s() > ends:
                 raise HomingError(
                     f"axis {self.plan.axis}: {name} not done in time: "
-                    f"{regs.AXIS_STATES[state['axis_state']]}",
+                    f"{regs.axis_state(state['axis_state'])}",
                     legs=tuple(self.legs),
                 )
             self.progress(begun + min(1.0, state["pixel"] / pixels) / len(LEGS))

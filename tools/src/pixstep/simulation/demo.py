@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pixstep import atomic, formats, natives, progress
+from pixstep import atomic, formats, natives, outfolder, progress
 from pixstep.lines import exact, linecheck, planner
 from pixstep.lines.line import Line
 from pixstep.profiles import generator
@@ -17,6 +17,7 @@ from pixstep.simulation.simtask import simulate
 
 PROFILE = "tools/data/AccProfM39-30Hz-1.PRN"
 PIXEL_HZ = Fraction(30)
+_OWN = ("line.csv", "ticks.csv")  # besides those of the simulated run
 REQUEST = generator.LineRequest(speed=1000, pixels=60, backlash=250)
 
 
@@ -26,6 +27,13 @@ def run(console: Console, out: Path | None = None, *, serial_load: bool = False)
     out = out or natives.root() / "build" / "demo"
     source = natives.source(PROFILE)
     speeds, _ = formats.read_prn(source)
+    with outfolder.of_run(out, _OWN):
+        return _run(console, out, source, speeds, serial_load=serial_load, started=started)
+
+
+def _run(
+    console: Console, out: Path, source: Path, speeds: list[int], *, serial_load: bool, started
+) -> bool:
     made = generator.generate(speeds, REQUEST, str(source))
     formats.write_csv(out / "line.csv", made.counts)
     line = Line(tuple(made.counts), backlash=REQUEST.backlash, name="worked example")

@@ -70,7 +70,8 @@ def print_files(console: Console, out: Path) -> None:
     folder = out.resolve()
     if folder.is_relative_to(Path.cwd()):
         folder = folder.relative_to(Path.cwd())
-    names = ", ".join(sorted(path.name for path in out.iterdir() if path.is_file()))
+    shown = (path.name for path in out.iterdir() if path.is_file() and path.name[0] != ".")
+    names = ", ".join(sorted(shown))
     console.print(f"files in {folder}: {names}", markup=False, highlight=False, soft_wrap=True)
 
 

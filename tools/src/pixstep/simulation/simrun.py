@@ -162,7 +162,7 @@ class _Run:
             upload = Upload(self.board, axis, queue_entries(self.job.lines[axis]))
             self.uploads[axis] = upload
             upload.push()
-            state = regs.AXIS_STATES[self.board.axis(axis)["axis_state"]]
+            state = regs.axis_state(self.board.axis(axis)["axis_state"])
             if state == "refused":
                 raise self.board.refusal(axis)
             if state != "loaded":
@@ -212,7 +212,7 @@ class _Run:
         for axis in self.axes:
             state = states[axis]
             self.result.axis_states[axis] = state
-            names.append(regs.AXIS_STATES[state["axis_state"]])
+            names.append(regs.axis_state(state["axis_state"]))
             known = self.result.records.setdefault(axis, {})
             if names[-1] not in ("loaded", "armed"):
                 known.update({record.pixel: record for record in self.board.records(axis)})

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from pixstep import atomic
+from pixstep import atomic, outfolder
+from pixstep.board import registers as regs
 from pixstep.lines.rational import hz_text
 from pixstep.simulation import report
 from pixstep.simulation.judge import Judgement, judge
@@ -25,19 +26,26 @@ OUTPUTS = (
 _PLOTS = ("motion.png", "edge-error.png", "positions.png", "load.png")
 
 
-def _forget(out: Path) -> None:
-    """Remove the outputs of an earlier run."""
-    stale = [out / name for name in OUTPUTS]
-    stale += [path for name in _PLOTS for path in out.glob(f"*{name}")]
-    for path in stale:
-        path.unlink(missing_ok=True)
+def names() -> list[str]:
+    """Return the names of all files that a run may write."""
+    prefixes = ("", *(f"axis{axis}-" for axis in range(max(regs.AXIS_COUNTS))))
+    return [*OUTPUTS, *(prefix + name for prefix in prefixes for name in _PLOTS)]
 
 
 def simulate(
     job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
 ) -> Judgement:
-    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`."""
-    _forget(out)
+    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`.
+
+    Raises UserError if a file is in the way that no earlier run has written.
+    """
+    with outfolder.of_run(out, names()):
+        return _simulate(job, out, plots, progress)
+
+
+def _simulate(
+    job: Job, out: Path, plots: bool, progress: Callable[[float], None] | None
+) -> Judgement:
     result = run_job(job, out, progress or (lambda _: None))
     judged = judge(result)
     loads = follow_loads(result, judged)

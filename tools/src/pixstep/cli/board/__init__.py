@@ -12,6 +12,7 @@ from pixstep.cli.board import (
     selftest,
     settings,
     start,
+    stop,
     upload,
     watch,
 )
@@ -25,6 +26,7 @@ for module in (
     watch,
     upload,
     start,
+    stop,
     commands,
     home,
     move,

@@ -1,26 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep board arm`, `disarm`, `stop`, `clear`, `enable`, `disable`, `permit`."""
+"""`pixstep board arm`, `disarm`, `clear`, `enable`, `disable`, `permit`."""
 
 import click
 
 from pixstep.board import run
 from pixstep.cli.board.group import (
-    UNITS,
     Known,
     axes_option,
+    axes_text,
     boards,
     each_board,
     line_options,
-    opened,
+    note_unattended,
+    stopping,
     units_option,
 )
 from pixstep.errors import UserError
 
 TOKEN = click.IntRange(1, 0xFFFF)
-
-
-def _axes_text(axes: list[int]) -> str:
-    return f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(map(str, axes))}"
 
 
 def _simple(name: str, code: str, done: str, text: str) -> click.Command:
@@ -39,7 +36,7 @@ def _simple(name: str, code: str, done: str, text: str) -> click.Command:
 def _give(item: Known, code: str, axes: list[int], done: str) -> None:
     """Give a board a command for some axes and say so."""
     run.command(item.board, code, axes)
-    click.echo(f"board {item.board.unit}: {_axes_text(axes)} {done}")
+    click.echo(f"board {item.board.unit}: {axes_text(axes)} {done}")
 
 
 @click.command("arm")
@@ -51,36 +48,18 @@ def arm_command(line, units, axes, token):
     """Arm loaded axes by hand, with a token if wanted.
 
     They start on the next pixel clock edge, or on go if there is a token. `pixstep board start`
-    does this for several boards at once. Without --axis all loaded ones.
+    does this for several boards at once. Without --axis all loaded ones. A board that gets no
+    request for `bus_timeout_ms` (3 s by default) while an axis is armed or moves stops.
     """
     with boards(line, units) as (_found, known):
         for item in known:
             chosen = item.axes(axes) if axes else run.loaded(item.board, item.who.axis_count)
             if not chosen:
                 raise UserError(f"board {item.board.unit}: no axis has a line loaded")
-            run.arm(item.board, chosen, token or 0)
-            click.echo(f"board {item.board.unit}: {_axes_text(chosen)} armed")
-
-
-@click.command("stop")
-@line_options
-@click.option("--unit", "units", type=UNITS, help="Addresses.  [default: broadcast to all]")
-@axes_option
-def stop_command(line, units, axes):
-    """Stop what moves, at once, and forget what is queued.
-
-    There is no ramp. Without --unit a broadcast, sent twice: it reaches every board and nobody
-    replies. Positions stay known, but a load that is fast may run on.
-    """
-    if units is None:
-        if axes:
-            raise UserError("--axis needs --unit: a broadcast stops all axes of all boards")
-        with opened(line) as found:
-            for _ in range(2):
-                found.board(1).stop_all()
-        click.echo(f"{line.port}: stop sent to all boards")
-        return
-    each_board(line, units, lambda item: _give(item, "stop", item.axes(axes), "stopped"))
+            with stopping([run.Lines(item.board, chosen)]):
+                run.arm(item.board, chosen, token or 0)
+            click.echo(f"board {item.board.unit}: {axes_text(chosen)} armed")
+            note_unattended(item.board)
 
 
 @click.command("clear")
@@ -108,7 +87,7 @@ def _clear(item: Known) -> None:
 def permit_command(state, line, units):
     """Switch the permit output, the gate of a laser or spindle.
 
-    Every fault switches it off; `pixstep board stop` does not.
+    Every fault and every stop switches it off.
     """
 
     def switch(item: Known) -> None:
@@ -123,7 +102,6 @@ COMMANDS = (
     _simple(
         "disarm", "disarm", "disarmed", "Take armed axes back and forget what they have queued."
     ),
-    stop_command,
     clear_command,
     _simple("enable", "enable", "enabled", "Switch drivers on: their motors hold."),
     _simple("disable", "disable", "disabled", "Switch drivers of axes at rest off."),

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import click
 
-from pixstep import progress
-from pixstep.board import connection, run, scan
+from pixstep import progress, signals
+from pixstep.board import connection, run, scan, settings
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError
 from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
@@ -29,18 +29,33 @@ axes_option = click.option(
 )
 
 
+class StoppedError(BoardError):
+    """Motion was stopped because the command was ended; `status` is its exit status."""
+
+    def __init__(self, message: str, status: int) -> None:
+        super().__init__(message)
+        self.status = status
+
+
 def complain(error: Exception) -> None:
-    """Print an error as its one line."""
-    click.echo(f"pixstep: {error}", err=True)
+    """Print an error as its one line, if its stream is still there: a closed terminal is not."""
+    with contextlib.suppress(OSError):
+        click.echo(f"pixstep: {error}", err=True)
 
 
 class BoardGroup(click.Group):
-    """Turns a BoardError into one line and an exit status: 1, or 2 for a line that is refused."""
+    """Turns a BoardError into one line and an exit status.
+
+    1, or 2 for a line that is refused, or that of the signal that ended the command.
+    """
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command."""
         try:
             return super().invoke(ctx)
+        except StoppedError as error:
+            complain(error)
+            return ctx.exit(error.status)
         except BoardError as error:
             complain(error)
             return ctx.exit(2 if isinstance(error, LineRefusedByBoardError) else 1)
@@ -50,7 +65,8 @@ class BoardGroup(click.Group):
 def board() -> None:
     """Talk to boards on a serial line: look, set, upload, start, home, move, log.
 
-    Exit status 0 fine, 1 if a board did not do as asked, 2 for misuse and refused lines.
+    Exit status 0 fine, 1 if a board did not do as asked, 2 for misuse and refused lines, 130, 143
+    or 129 if Ctrl-C, SIGTERM or SIGHUP ended it; what it moves is stopped then.
     """
 
 
@@ -153,7 +169,7 @@ def boards(
 ) -> Iterator[tuple[Connection, list[Known]]]:
     """Yield the open line and its boards, each with a register map that this tool knows."""
     with opened(line) as found:
-        chosen = _present(found) if units == ALL else units
+        chosen = present(found) if units == ALL else units
         yield found, [_known(found, unit) for unit in chosen]
 
 
@@ -164,13 +180,18 @@ def each_board(
 
     Raises BoardError for the last that failed; those before it are told on the error stream.
     """
-    failures: list[BoardError] = []
     with opened(line) as found:
-        for unit in _present(found) if units == ALL else units:
-            try:
-                act(_known(found, unit))
-            except BoardError as error:
-                failures.append(error)
+        each_of(found, units, act)
+
+
+def each_of(found: Connection, units: tuple[int, ...] | str, act: Callable[[Known], None]) -> None:
+    """Do the same on a line that is open."""
+    failures: list[BoardError] = []
+    for unit in present(found) if units == ALL else units:
+        try:
+            act(_known(found, unit))
+        except BoardError as error:
+            failures.append(error)
     for error in failures[:-1]:
         complain(error)
     if failures:
@@ -189,7 +210,7 @@ def _known(found: Connection, unit: int) -> Known:
     return Known(one, one.who())
 
 
-def _present(found: Connection) -> tuple[int, ...]:
+def present(found: Connection) -> tuple[int, ...]:
     """Look for all boards of the line; raises BoardError if there is none."""
     with progress.shown("looking for boards") as show, scan.quickly(found.modbus):
         answers = scan.scan(found.modbus, progress=show)
@@ -201,11 +222,39 @@ def _present(found: Connection) -> tuple[int, ...]:
 
 @contextlib.contextmanager
 def stopping(group: list[run.Lines]) -> Iterator[None]:
-    """Stop all axes of a group when Ctrl-C comes; raises BoardError saying where they are then."""
+    """Stop all axes of a group when Ctrl-C, SIGTERM or SIGHUP comes, or this program fails.
+
+    Raises StoppedError saying where the axes are then. What a board does wrong is no failure of
+    this program: a BoardError passes. Keep this the innermost context: no other may fail first.
+    """
     try:
         yield
-    except KeyboardInterrupt:
-        raise BoardError(f"stopped by Ctrl-C: {run.stop(group)}") from None
+    except (BoardError, UserError):
+        raise
+    except KeyboardInterrupt as error:
+        told = run.stop(group)
+        raise StoppedError(
+            f"stopped by {signals.name(error)}: {told}", signals.status(error)
+        ) from None
+    except BaseException:
+        run.stop(group)
+        raise
+
+
+def note_unattended(board: Board) -> None:
+    """Say that a board does not go on for long without requests, if it is set so."""
+    limit_ms = settings.read(board)["bus_timeout_ms"]
+    if limit_ms:
+        say((
+            f"board {board.unit} stops with fault bus_silent when no request comes for "
+            f"{limit_ms / 1000:g} s while an axis is armed or moves: follow it (--wait, `pixstep "
+            f"board watch`), or let it run alone (`pixstep board set bus_timeout_ms=0`, at rest)",
+        ))  # fmt: skip
+
+
+def axes_text(axes: list[int]) -> str:
+    """Return some axes in words."""
+    return f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(map(str, axes))}"
 
 
 def show_json(value: object) -> None:

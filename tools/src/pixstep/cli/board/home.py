@@ -11,6 +11,7 @@ from pixstep.board.client import Board, BoardError
 from pixstep.cli.board.group import json_option, line_options, one_board, stopping, unit_option
 from pixstep.cli.homeoptions import home_options, make_plan
 from pixstep.cli.options import HZ
+from pixstep.lines.rational import refuse_period
 from pixstep.moves import homing
 from pixstep.moves.homesim import INVERTED
 from pixstep.moves.homing import Homed, HomingError
@@ -31,12 +32,14 @@ def home_command(line, unit, as_json, **options):
     """
     with one_board(line, unit) as (found, known):
         known.axes((options["axis"],))
-        _set(known.board, options)
-        pixel_hz = settings.pixel_hz(known.board)
+        pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
+        refuse_period(pixel_hz)
         plan = make_plan(options, pixel_hz)
+        _set(known.board, options)
         run.command(known.board, "enable", [plan.axis])
         try:
-            with stopping([run.Lines(known.board, [plan.axis])]), progress.shown("homing") as show:
+            group = [run.Lines(known.board, [plan.axis])]
+            with progress.shown("homing") as show, stopping(group):
                 homed = homing.home(known.board, plan, pixel_hz, found.world, show)
         except HomingError as error:
             if as_json:

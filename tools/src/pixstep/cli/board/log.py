@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from pixstep import atomic
+from pixstep import atomic, signals
 from pixstep.board import logs
 from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
@@ -68,7 +68,8 @@ def records_command(line, unit, axes, output, follow):
         put(logs.HEADER)
         followed = [AxisLog(known.board, axis) for axis in known.axes(axes)]
         wait_s = _wait_s(known)
-        with contextlib.suppress(KeyboardInterrupt):
+        ended = 0
+        try:
             while True:
                 for item in followed:
                     for row in item.poll():
@@ -76,10 +77,14 @@ def records_command(line, unit, axes, output, follow):
                 if not follow and all(item.state not in _MOVES for item in followed):
                     break
                 found.world.wait(wait_s)
+        except signals.Ended as error:  # what was read is kept
+            ended = signals.status(error)
+        except KeyboardInterrupt:
+            pass
     missed = {item.axis: item.missed for item in followed if item.missed}
     rows = sum(item.rows for item in followed)
     click.echo(f"{rows} records{_missed_text(missed)}", err=True)
-    click.get_current_context().exit(1 if missed else 0)
+    click.get_current_context().exit(ended or int(bool(missed)))
 
 
 @log_group.command("events")
@@ -92,7 +97,7 @@ def events_command(line, unit, follow, as_json):
 
     Times are since the board's last reset.
     """
-    with one_board(line, unit) as (found, known), contextlib.suppress(KeyboardInterrupt):
+    with one_board(line, unit) as (found, known), signals.until_ctrl_c():
         total, events = known.board.events()
         if not known.board.input("event_capacity"):
             raise UserError(f"board {unit} ({known.who.board}) has no event log")
@@ -107,7 +112,7 @@ def events_command(line, unit, follow, as_json):
 @contextlib.contextmanager
 def _rows_to(output: Path | None) -> Iterator[Callable[[str], None]]:
     """Yield what takes rows: the terminal, or a file that appears whole."""
-    if output is None:
+    if output is None or atomic.is_stdout(output):
         yield click.echo
         return
     with (

@@ -17,6 +17,7 @@ from pixstep.cli.board.group import (
 )
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
 from pixstep.cli.options import HZ
+from pixstep.lines.rational import refuse_period
 
 
 @click.command("move")
@@ -35,16 +36,17 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
     with one_board(line, unit) as (found, known):
         board = known.board
         known.axes((axis,))
-        if pixel_hz:
-            board.set_pixel_hz(pixel_hz)
-        hz = settings.pixel_hz(board)
+        hz = pixel_hz or settings.pixel_hz(board)
+        refuse_period(hz)
         _profile, move = read_plan(options, hz)
         planned = move.line(str(options["profile"]))
-        uploading.check(planned, uploading.limits(board))
+        uploading.check(planned, uploading.limits(board, hz))
+        if pixel_hz:
+            board.set_pixel_hz(pixel_hz)
         before = run.positions(board, [axis])[axis]
         uploads = uploading.begin(board, {axis: planned})
         group = [run.Lines(board, [axis], uploads)]
-        with stopping(group), progress.shown("moving") as show:
+        with progress.shown("moving") as show, stopping(group):
             run.arm(board, [axis])
             run.follow(group, found.world, move.pixels, show)
         after = run.positions(board, [axis])[axis]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from pixstep import atomic
 from pixstep.board import settings, settingsfile
 from pixstep.board.client import Board
 from pixstep.cli.board.group import (
@@ -20,9 +21,12 @@ from pixstep.cli.board.put import change_text
 from pixstep.cli.options import FILE
 from pixstep.errors import UserError
 
-_ADDRESS = "unit_address"
+_ADDRESS, _BOARD = "unit_address", "board"
 skip_option = click.option(
-    "--skip", multiple=True, metavar="NAME", help="Leave this setting as it is; again for more."
+    "--skip",
+    multiple=True,
+    metavar="NAME",
+    help="Leave this setting as it is; board: take the file of another board; again for more.",
 )
 
 
@@ -42,7 +46,7 @@ def export_command(file, line, unit):
     """
     with one_board(line, unit) as (_found, known):
         found = settings.read(known.board)
-    if str(file) == "-":
+    if atomic.is_stdout(file):
         click.echo(settingsfile.text(known.who, found), nl=False)
         return
     settingsfile.write(file, known.who, found)
@@ -60,15 +64,19 @@ def export_command(file, line, unit):
 def import_command(file, line, units, skip, store, dry_run, as_json):
     """Set what a TOML file says, all or nothing; read it back.
 
-    The file may hold only some settings; those that it leaves out stay as they are.
+    The file may hold only some settings; those that it leaves out stay as they are. One that says
+    of which board it is goes onto no other; an exported one that was cut off is refused.
     """
-    wanted = _wanted(file, skip)
+    read = settingsfile.read(file)
+    wanted = _wanted(read, skip)
     rows = []
     with boards(line, units) as (found, known):
         if _ADDRESS in wanted and len(known) > 1:
             raise UserError(
                 f"{file}: several boards cannot have one address: add --skip {_ADDRESS}"
             )
+        for item in known if _BOARD not in skip else ():
+            read.refuse_other(item.who)
         for item in known:
             old = settings.read(item.board)
             change = settings.changes(old, wanted)
@@ -124,7 +132,7 @@ def diff_command(ctx, file, line, unit, as_json):
 
     Exit status 0 if they are equal, 1 if not.
     """
-    wanted = settingsfile.read(file) if file else settings.defaults()
+    wanted = settingsfile.read(file).settings if file else settings.defaults()
     with one_board(line, unit) as (_found, known):
         found = settings.changes(wanted, _part(settings.read(known.board), wanted))
     other = str(file) if file else "the defaults"
@@ -140,13 +148,12 @@ def diff_command(ctx, file, line, unit, as_json):
     ctx.exit(1 if found else 0)
 
 
-def _wanted(file: Path, skip: tuple[str, ...]) -> dict[str, int]:
+def _wanted(read: settingsfile.SettingsFile, skip: tuple[str, ...]) -> dict[str, int]:
     """Return what a file asks for, without what is to be left out."""
-    found = settingsfile.read(file)
     for name in skip:
-        if name not in settings.defaults():
+        if name not in (_BOARD, *settings.defaults()):
             raise UserError(f"--skip {name}: there is no such setting")
-    return {name: value for name, value in found.items() if name not in skip}
+    return {name: value for name, value in read.settings.items() if name not in skip}
 
 
 def _defaults(board: Board) -> None:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board start`: loaded lines of one or several boards, off together."""
 
+import contextlib
+
 import click
 
 from pixstep import progress
@@ -12,6 +14,7 @@ from pixstep.cli.board.group import (
     boards,
     json_option,
     line_options,
+    note_unattended,
     show_json,
     stopping,
     units_option,
@@ -33,19 +36,22 @@ def start_command(line, units, axes, wait, as_json):
     Of one board the axes are armed. Of several, each is armed with a random token, all are asked
     whether they are armed, and one broadcast with that token lets them go; if one is not, none
     goes, and the lines of those that were armed must be uploaded again. Without --axis all loaded
-    axes; a board without any is left out of it.
+    axes; a board without any is left out of it. Without --wait a board stops when no request comes
+    for `bus_timeout_ms` (3 s by default).
     """
     with boards(line, units) as (found, known):
         group = [_lines(item, axes) for item in known]
         group = [item for item in group if item.axes]
         if not group:
             raise UserError("no axis has a line loaded: `pixstep board upload` loads one")
-        with stopping(group):
+        shown = progress.shown("running") if wait else contextlib.nullcontext()
+        with shown as show, stopping(group):
             token = _start(group, found.world)
             if wait:
-                with progress.shown("running") as show:
-                    run.follow(group, found.world, progress=show)
+                run.follow(group, found.world, progress=show)
         rows = [_row(item) for item in group]
+        for item in group if not wait else ():
+            note_unattended(item.board)
     if as_json:
         show_json({"token": token or None, "boards": rows})
         return

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
+from fractions import Fraction
+
 import click
 
 from pixstep import progress
@@ -12,6 +14,7 @@ from pixstep.cli.board.group import (
     Known,
     json_option,
     line_options,
+    note_unattended,
     one_board,
     show_json,
     stopping,
@@ -43,7 +46,8 @@ POLICIES = {"always": 0, "on_reversal": 1}
     "--wait/--no-wait",
     default=True,
     show_default=True,
-    help="With --arm: follow the lines to their end. A line longer than the queue needs that.",
+    help="With --arm: follow the lines to their end. A line longer than the queue needs that; "
+    "without it a board stops when no request comes for bus_timeout_ms (3 s by default).",
 )
 @click.option("--force", is_flag=True, help="Send even what the host check refuses.")
 @json_option
@@ -63,13 +67,13 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as
         refuse_period(options["pixel_hz"])
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
-        _set(known.board, options)
-        _check(known, lines, force=force)
+        _check(known, lines, options["pixel_hz"], force=force)
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):
             raise UserError(
                 f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
             )
+        _set(known.board, options)
         summary = _run(known.board, found.world, lines, arm=arm, wait=wait)
     if as_json:
         show_json(summary)
@@ -85,11 +89,14 @@ def _set(board: Board, options: dict) -> None:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
 
-def _check(known: Known, lines: dict[int, Line], *, force: bool) -> None:
-    """Check lines with the board's limits; warnings go to the error stream."""
+def _check(known: Known, lines: dict[int, Line], hz: Fraction | None, *, force: bool) -> None:
+    """Check lines with the board's limits; warnings go to the error stream.
+
+    `hz` is the pixel frequency that the board will be set to, if another than its own.
+    """
     if force:
         return
-    limits = uploading.limits(known.board)
+    limits = uploading.limits(known.board, hz)
     for item in lines.values():
         say(
             f"{item.name}: {found.name} at pixel {found.pixel}: {found.message}"
@@ -113,11 +120,13 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
     uploads = uploading.begin(board, lines)
     if arm and wait:
         group = [run.Lines(board, axes, uploads)]
-        with stopping(group), progress.shown("running") as show:
+        with progress.shown("running") as show, stopping(group):
             run.arm(board, axes)
             run.follow(group, world, pixels, show)
     elif arm:
-        run.arm(board, axes)
+        with stopping([run.Lines(board, axes)]):
+            run.arm(board, axes)
+        note_unattended(board)
     state, where = run.states(board, axes), run.positions(board, axes)
     hz = uploading.limits(board).pixel_hz
     return {

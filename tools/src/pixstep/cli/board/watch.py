@@ -3,6 +3,7 @@
 
 import contextlib
 import json
+import math
 from collections.abc import Iterator
 
 import click
@@ -10,8 +11,9 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
+from pixstep import signals
 from pixstep.board import registers as regs
-from pixstep.board import snapshot
+from pixstep.board import settings, snapshot
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
@@ -41,7 +43,7 @@ def watch_command(line, units, interval, count, once, as_json):
     Status, fault, axes, switches, pixel clock, rates. Where nobody watches (no terminal) it prints
     plain lines.
     """
-    with boards(line, units) as (found, known), contextlib.suppress(KeyboardInterrupt):
+    with boards(line, units) as (found, known), signals.until_ctrl_c():
         looks = _looks(found, known, interval, 1 if once else count)
         if as_json:
             for look in looks:
@@ -63,6 +65,7 @@ def _looks(
 ) -> Iterator[list[Pair]]:
     """Yield snapshots of all boards with the ones before them."""
     before: list[Snapshot | None] = [None] * len(known)
+    patience_s = _patience_s(known)
     done = 0
     while True:
         now = [_take(item, found.world.now_s()) for item in known]
@@ -71,7 +74,28 @@ def _looks(
         done += 1
         if done == count:
             return
-        found.world.wait(interval_s)
+        _wait(found, known, interval_s, patience_s)
+
+
+def _patience_s(known: list[Known]) -> float:
+    """Return how long every board may go without a request: a third of what stops it."""
+    limits_ms = []
+    for item in known:
+        with contextlib.suppress(BoardError):
+            limits_ms.append(settings.read(item.board)["bus_timeout_ms"])
+    return min((limit / 3000 for limit in limits_ms if limit), default=math.inf)
+
+
+def _wait(found: Connection, known: list[Known], interval_s: float, patience_s: float) -> None:
+    """Wait, with requests in between so that no board takes its host for dead."""
+    left_s = interval_s
+    while left_s > patience_s:
+        found.world.wait(patience_s)
+        left_s -= patience_s
+        for item in known:
+            with contextlib.suppress(BoardError):
+                item.board.input("status")
+    found.world.wait(left_s)
 
 
 def _take(known: Known, time_s: float) -> Snapshot:
@@ -103,7 +127,7 @@ def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
         + (now.switches)
     )
     for number, axis in enumerate(now.axes):
-        state = regs.AXIS_STATES[axis["axis_state"]]
+        state = regs.axis_state(axis["axis_state"])
         rest = ", ".join(f"{name} {axis[name]}" for name in AXIS_COLUMNS)
         yield f"board {unit} axis {number}: {state}, {rest}"
     if before is not None:

@@ -69,7 +69,7 @@ def _axes(now: Snapshot) -> Table:
             name, justify="left" if name == "state" else "right", min_width=width, no_wrap=True
         )
     for number, axis in enumerate(now.axes):
-        state = regs.AXIS_STATES[axis["axis_state"]]
+        state = regs.axis_state(axis["axis_state"])
         values = (f"{axis[name]:,}" for name in AXIS_COLUMNS)
         table.add_row(str(number), Text(state, style=_STATES.get(state, "")), *values)
     return table

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board stop`: one stop is sent, and what rests is asked for."""
+
+from console import put
+from pixstep.hostile.wire import seal
+
+
+def stops(board):
+    """Return the masks of the stops that a board has taken."""
+    return [mask for name, mask, _ in board.commands if name == "stop"]
+
+
+def run_a_line(rig, *units):
+    for unit in units:
+        words = ("upload", put([5] * 300), "--decode", "plain", "--unit", unit, "--arm")
+        rig.out(*words, "--no-wait")
+
+
+def test_a_broadcast_stops_each_axis_once_and_looks(two):
+    run_a_line(two, 1, 2)
+    lines = two.out("stop").splitlines()
+    assert lines[0] == "/dev/ttyTEST: stop sent to all boards"
+    assert lines[1].startswith("board 1: at rest: axis 0 at position ")
+    assert lines[1].endswith("axis 1 at position 0, axis 2 at position 0, axis 3 at position 0")
+    assert lines[2].startswith("board 2: at rest: axis 0 at position ")
+    assert stops(two.boards[0]) == [0b0001, 0b1110]
+    assert two.boards[1].axes[0].state == "empty"
+
+
+def test_a_board_that_has_not_heard_the_broadcast_is_stopped_by_its_address(two):
+    run_a_line(two, 1, 2)
+    answer = two.boards[1].answer
+    two.boards[1].answer = lambda unit, pdu: answer(unit, pdu) if unit else None
+    done = two.run("stop")
+    assert done.stderr == "pixstep: board 2: it has not heard the broadcast\n"
+    assert "board 2: at rest: axis 0 at position " in done.stdout
+    assert stops(two.boards[1]) == [1]
+    assert stops(two.boards[0]) == [0b0001, 0b1110]
+
+
+def test_what_does_not_rest_is_named(one):
+    run_a_line(one, 1)
+    one.board.obey_stop = lambda *_: None
+    for words in (("stop",), ("stop", "--unit", 1)):
+        done = one.run(*words, status=1)
+        assert "board 1: NOT at rest: axis 0 is running at position " in done.stderr
+        assert "board 1: at rest: axis 1 at position 0, axis 2 at position 0" in done.stdout
+
+
+def test_an_axis_that_goes_on_although_it_says_otherwise_is_named(one):
+    axis = one.board.axes[2]
+    one.world.later(0.03, lambda: setattr(axis, "position", axis.position - 7))
+    text = one.run("stop", "--unit", 1, status=1).stderr
+    assert "board 1: NOT at rest: axis 2 is empty at position -7" in text
+
+
+def test_a_stop_by_address_is_one_stop(one):
+    run_a_line(one, 1)
+    assert "board 1: at rest: axis 0 at position" in one.out("stop", "--unit", 1)
+    assert stops(one.board) == [0b1111]
+    assert one.out("stop", "--unit", 1, "--no-look") == "board 1: stop acknowledged\n"
+
+
+def test_a_stop_that_was_heard_is_not_repeated_when_its_reply_is_lost(one):
+    run_a_line(one, 1)
+    stop = one.board.obey_stop
+
+    def stop_and_lose_the_reply(*arguments):
+        stop(*arguments)
+        one.line.lose = 1
+
+    one.board.obey_stop = stop_and_lose_the_reply
+    assert "board 1: at rest" in one.out("stop", "--unit", 1)
+    assert stops(one.board) == [0b1111]
+
+
+def test_a_stop_that_was_not_heard_is_repeated(one):
+    run_a_line(one, 1)
+    answer = one.board.answer
+    heard = []
+
+    def miss_the_first_stop(unit, pdu):
+        heard.append(pdu[0])
+        return None if heard.count(16) == 1 and pdu[0] == 16 else answer(unit, pdu)
+
+    one.board.answer = miss_the_first_stop
+    assert "board 1: at rest" in one.out("stop", "--unit", 1)
+    assert stops(one.board) == [0b1111] and heard.count(16) == 2
+
+
+def test_a_refused_stop_ends_with_its_reason(one):
+    run_a_line(one, 1)
+    answer = one.board.answer
+    one.board.answer = lambda unit, pdu: (
+        seal(bytes([1, 0x90, 4])) if pdu[0] == 16 else answer(unit, pdu)
+    )
+    text = one.err("stop", "--unit", 1)
+    assert text == "board 1: write at 0x0100 answered with exception 4, device failure"
+    assert stops(one.board) == []
+
+
+def test_a_silent_board_is_named(one):
+    one.board.answer = lambda *_: None
+    assert one.err("stop", "--unit", 1).startswith("board 1 on /dev/ttyTEST")
+    assert one.run("stop", status=1).stderr.endswith(": no board answers at any address\n")
