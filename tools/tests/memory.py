@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The firmware's variables in a simulated board's RAM, by the name under which the tests know it."""
+"""The firmware's variables in a simulated board's RAM, as the tests know them."""
 
 from pixstep.simulation.memory import Memory, member
 

@@ -28,6 +28,7 @@ FIXED = settings(
 HOW = st.sampled_from((actions.ASK, actions.TELL))
 WAITS = st.one_of(st.integers(0, 3000), st.integers(0, 80_000), st.integers(0, 1_600_000))
 COUNTS = st.sampled_from((1, 2, 7, 10, 40, 300, 500))  # steps/pixel, 30 pixels/s
+OFFS = st.sampled_from((0, 0, 0, 0, -1, 1))  # of a block's number
 TOKENS = st.sampled_from((None, None, None, 5))
 ENDINGS = st.sampled_from(("stop", "disarm", "discard"))
 BAD_BLOCKS = (((0x7FFF, 0),), ((1, 0), (0, 0), (20_000, 1)), ((5, 5), (2, 0)), ((2, 0),))
@@ -89,7 +90,7 @@ class Orders(RuleBasedStateMachine):
         assert self.guard.complaints == []
 
     @rule(axis=st.integers(0, 3), count=COUNTS, negative=st.booleans(), clocked=st.booleans(),
-          pixels=st.sampled_from((1, 3, 1000)), how=HOW, off=st.sampled_from((0, 0, 0, 0, -1, 1)))  # fmt: skip
+          pixels=st.sampled_from((1, 3, 1000)), how=HOW, off=OFFS)  # fmt: skip
     def plain_line(self, axis, count, negative, clocked, pixels, how, off):
         mark = 0x21 if clocked else 0x01
         runs = ((-count if negative else count, pixels), (2, 0))
@@ -218,7 +219,7 @@ def test_rests(invoke, board):
     assert outcome["failures"] == []
     assert outcome["rests"] >= 5
     assert outcome["lines"] > 0
-    assert 0 < outcome["slowest_cycles"]
+    assert outcome["slowest_cycles"] > 0
 
 
 def test_a_trial_can_be_had_again():

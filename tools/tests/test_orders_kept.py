@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Sequences of commands that once broke a promise, on the real images."""
 
-import orders_kept
 import pytest
 
+import orders_kept
 from pixstep.hostile.orders import actions
 from pixstep.hostile.orders.actions import TELL, Order, Pin, Wait
 from pixstep.hostile.orders.guard import Guard

@@ -101,9 +101,7 @@ class Look:
     """Read the state of the board and compare it with what was seen."""
 
 
-Action = (
-    Order | Coils | Block | Setting | Frequency | Clock | Pin | Supply | Wait | Step | Look
-)
+Action = Order | Coils | Block | Setting | Frequency | Clock | Pin | Supply | Wait | Step | Look
 KINDS = {
     kind.__name__.lower(): kind
     for kind in (Order, Coils, Block, Setting, Frequency, Clock, Pin, Supply, Wait, Step, Look)

@@ -9,10 +9,12 @@ from pixstep.hostile.orders.actions import ASK, Action, Order
 from pixstep.hostile.orders.model import HELD_CYCLES, AxisModel, Model
 from pixstep.hostile.orders.state import MOVING, AxisState, Edges, State
 from pixstep.hostile.orders.world import IDLE_TICKS, Outcome, World
+from pixstep.lines.rational import TIMER_HZ
 
 MARGIN_CYCLES = 16_000  # of the main loop, from a halt to the axis's being free again
 _LEAD_STEPS = 2  # a position counts a step when its period is loaded; the timer holds two periods
 _TIME_TICKS = 2 * IDLE_TICKS  # an idle period is accounted for as a whole, late by one at most
+_ROUND_CYCLES = TIMER_HZ // 125  # of the main loop at most, building a reply included
 _ANSWERS = {True: "done", False: "refused", None: "no answer"}
 _STAYS = ("command", "settings", "outputs")
 
@@ -189,13 +191,18 @@ class Guard:
                 self.complain(f"axes move in a fault: {state.summary()}")
         elif any(axis.state == "fault" for axis in state.axes):
             self.complain(f"an axis is at fault, the board is not: {state.summary()}")
-        elif model.estop:
+        elif model.estop and not self._lags(state):
             self.complain("the emergency stop is pressed and there is no fault")
         permit = self.world.permit()
-        if permit.cycle < state.asked and state.flag("permit") != bool(permit.level):
+        steady = permit.cycle < state.asked and not self._lags(state)
+        if steady and state.flag("permit") != bool(permit.level):
             self.complain(f"PERMIT is {permit.level}, `status` says otherwise: {state.summary()}")
-        model.latched = bool(state.fault)
+        model.latched = bool(state.fault) or model.estop
         model.may_be_armed = any(axis.state == "armed" for axis in state.axes)
+
+    def _lags(self, state: State) -> bool:
+        """The main loop hears of the emergency stop behind its interrupt, a round later."""
+        return self.model.estop and state.told < self.model.pressed + _ROUND_CYCLES
 
     def _judge_axis(self, number: int, axis: AxisState, state: State, before: Edges) -> None:
         """Where the state says that the axis does not move, no edge may follow."""
@@ -204,7 +211,9 @@ class Guard:
         if axis.state == "armed" and model.armed is not None and before.count != model.armed:
             self.complain(f"axis {number}: {before.count - model.armed} edges while armed")
         if axis.state in MOVING:
-            if model.rest is not None or model.halted is not None:
+            if self._lags(state):
+                pass
+            elif model.rest is not None or model.halted is not None:
                 self.complain(f"axis {number}: {axis.state}, and was never armed since it was not")
                 model.free()
         elif axis.state in ("empty", "fault"):
@@ -245,7 +254,7 @@ class Guard:
             self.complain("no reply to a reading")
             return
         for name in _STAYS:
-            if old_registers[name] != new_registers[name] and not new.fault != old.fault:
+            if old_registers[name] != new_registers[name] and new.fault == old.fault:
                 self.complain(
                     f"refused {actions.text(action)} changed {name}: {old_registers[name]} to "
                     f"{new_registers[name]}"
@@ -282,7 +291,7 @@ class Guard:
     def _check_time(self) -> None:
         """At rest every axis has counted the ticks that have passed.
 
-        A second look decides: the first may have met the board in the middle of writing its account.
+        A second look decides: the first may have met the board while it wrote its account.
         """
         if any(abs(off) > _TIME_TICKS for off in self._times_off()):
             self.world.perform(actions.Wait(IDLE_TICKS))

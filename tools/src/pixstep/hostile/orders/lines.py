@@ -4,9 +4,9 @@
 import random
 from dataclasses import dataclass
 
+from pixstep.hostile.orders.actions import Entries
 from pixstep.lines.rational import TIMER_HZ
 from pixstep.lines.runs import MARK_END, MARK_NEGATIVE, MARK_SMOOTH, MARK_START, MARK_WAIT_FOR_EDGE
-from pixstep.hostile.orders.actions import Entries
 
 FASTEST = 60_000  # steps/s
 _SHORTEST_TICKS = {"uno": 80, "mega": 300}  # every axis of the board at once

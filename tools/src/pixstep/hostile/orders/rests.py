@@ -84,8 +84,9 @@ def text(outcome: Outcome) -> str:
     return (
         f"{outcome.plan.board}: {outcome.rests:,} rests, {outcome.hours:,.0f} hours together, "
         f"{len(outcome.failures):,} complaints; {outcome.uncounted:,} not counted\n"
-        f"  replies {outcome.slowest_cycles:,} cycles behind the request at most, {outcome.lines:,} "
-        f"lines behind a rest end within {outcome.farthest_cycles} cycles of their place"
+        f"  replies {outcome.slowest_cycles:,} cycles behind the request at most, "
+        f"{outcome.lines:,} lines behind a rest end within {outcome.farthest_cycles} cycles of "
+        f"their place"
     )
 
 
@@ -119,7 +120,7 @@ class _Rest:
         return self.guard.complaints
 
     def _line_before(self) -> None:
-        """A line that is over was the clock's reference; another may wait for go through the rest."""
+        """One line that is over was the clock's reference; another may wait for go."""
         do = self.guard.do
         if self.lines:
             self._arm(None)

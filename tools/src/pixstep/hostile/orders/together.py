@@ -63,7 +63,12 @@ def make(rng: random.Random, place: Place) -> Together:
     made += [Wait(rng.randrange(_STARTS_CYCLES))]
     made += [_disturbance(rng, tried[2], rng.choice(axes), entries, armed=True)]
     lasts = 4 * TIMER_HZ // hz + _STARTS_CYCLES
-    made += [Wait(lasts + (2 * TIMER_HZ // hz if clocked else 0)), Look(), Wait(_DONE_CYCLES), Look()]
+    made += [
+        Wait(lasts + (2 * TIMER_HZ // hz if clocked else 0)),
+        Look(),
+        Wait(_DONE_CYCLES),
+        Look(),
+    ]
     return Together(tuple(made), tried, steps_s, mask, clocked)
 
 
