@@ -48,7 +48,7 @@ struct board_axis {
     bool step, dir, enable; // levels
     uint64_t steps_rising;
     uint64_t step_cycles[2]; // of the last rising edge and the one before it (0: none)
-    int64_t steps_signed; // DIR low counts up
+    int64_t steps_signed;    // DIR low counts up
     struct plant plant;
     struct contact contact[PLANT_SWITCHES];
     struct board_switch switches[PLANT_SWITCHES];
