@@ -22,7 +22,9 @@ _ESTOP_SHARE = 0.05  # of the trials, without --estop
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option("--estop", is_flag=True, help="Press the emergency stop in every trial.")
 @click.option("--first", type=click.IntRange(min=0), default=0, help="Number of the first trial.")
-@click.option("--replay", metavar="SEED:INDEX", help="Do one trial again and tell of every action.")
+@click.option(
+    "--replay", metavar="SEED:INDEX", help="Do one trial of such a campaign again, and tell of it."
+)
 @click.option(
     "--together", is_flag=True, help="Arm several axes of a Mega, with bad blocks in between."
 )

@@ -25,7 +25,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.hostile.orders import frames, state
-from pixstep.hostile.orders.actions import Block, Clock, Frequency, Look, Order, Wait
+from pixstep.hostile.orders.actions import Block, Clock, Frequency, Look, Order, Setting, Wait
 from pixstep.hostile.orders.guard import Guard
 from pixstep.hostile.orders.world import IDLE_TICKS, SILENCE_CYCLES, World
 from pixstep.lines.rational import TIMER_HZ
@@ -110,6 +110,7 @@ class _Rest:
             self.guard = Guard(self.world)
             self.period = Fraction(TIMER_HZ, self.hz)
             self.guard.do(Frequency(self.hz))
+            self.guard.do(Setting("bus_timeout_ms", 0))  # nobody asks anything for long
             self._line_before()
             if not self._pass():
                 self.outcome.uncounted += 1
