@@ -94,8 +94,9 @@ uint16_t data_input(uint16_t address)
     }
     uint16_t offset = (uint16_t)(address - REG_RECORD_BASE);
 
-    return record_register(&machine_axis(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger,
-                           (uint8_t)(offset % REG_RECORD_STRIDE));
+    return record_register(
+        &machine_axis(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger,
+        (uint8_t)(offset % REG_RECORD_STRIDE));
 }
 
 // The word itself; NULL when nothing is mapped there.

@@ -123,7 +123,6 @@ void machine_fault(enum fault code, uint8_t axis, uint16_t argument)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         halt_axis(i);
     }
-    (void)machine_follow(axis);
     if (fault->code == FAULT_none) {
         fault->code = (uint8_t)code;
         fault->axis = axis;

@@ -53,6 +53,7 @@ static void name_halt(uint8_t i)
 {
     take_underruns();
     if (machine_axis(i)->state == AXIS_RUNNING) {
+        (void)machine_follow(i);
         machine_fault(why_halted(machine_axis(i)), i, 0);
     }
 }
@@ -128,6 +129,12 @@ static void clock_fault(enum fault code, uint16_t argument)
     while (CONFIG_AXES > 1 && (machine.clocked & axis_bit(axis)) == 0) {
         axis++;
     }
+    // An edge is placed by the account of an axis whose interrupt may not come any more.
+    if (CONFIG_AXES > 1 && time_check_lags(CONFIG_PIXEL_CLOCK_AXIS)) {
+        machine_underrun(CONFIG_PIXEL_CLOCK_AXIS);
+        return;
+    }
+    (void)machine_follow(axis);
     machine_fault(code, axis, argument);
 }
 

@@ -24,11 +24,11 @@ void time_check_start(void)
 
 //     period     | running        | newest loaded  |
 //     now        ^ in here        ^ never from here on: its interrupt would have loaded another
-static bool lags(uint8_t i, uint32_t now_4us)
+bool time_check_lags(uint8_t i)
 {
     struct axis *axis = machine_axis(i);
     // Rounded so that it is never ahead of the time at which the axis is followed.
-    uint32_t now_ticks = (now_4us - started_4us - 1u) * TICKS_PER_4US;
+    uint32_t now_ticks = (clock_now_4us() - started_4us - 1u) * TICKS_PER_4US;
 
     if (!machine_follow(i)) {
         return false;
@@ -46,7 +46,7 @@ void time_check_poll(void)
     }
     checked_4us = now_4us;
     next_axis = next_axis + 1u < CONFIG_AXES ? (uint8_t)(next_axis + 1u) : 0;
-    if (machine_axis(next_axis)->state == AXIS_RUNNING && lags(next_axis, now_4us)) {
+    if (machine_axis(next_axis)->state == AXIS_RUNNING && time_check_lags(next_axis)) {
         machine_underrun(next_axis);
     }
 }

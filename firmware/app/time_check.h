@@ -5,8 +5,14 @@
 // step interrupt that was kept waiting beyond every budget ends in a named fault.
 #pragma once
 
+#include <stdbool.h>
+#include <stdint.h>
+
 // Start the step timers, and time with them.
 void time_check_start(void);
 
 // One running axis every few milliseconds. Main loop only.
 void time_check_poll(void);
+
+// This axis's account of time has fallen behind.
+bool time_check_lags(uint8_t axis);

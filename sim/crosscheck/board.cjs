@@ -171,13 +171,19 @@ class Uno {
             cpu.data[ICR1H] = timer.icr >> 8;
             return timer.icr & 0xff;
         };
-        // Remember TOP of the period before, for a capture that belongs to it.
+        // Remember TOP of the period before, for a capture that belongs to it. A compare value above
+        // TOP is never reached: no flag at the overflow either.
         const updated = timer.timerUpdated.bind(timer);
         timer.timerUpdated = (value, before) => {
+            const flagged = (cpu.data[TIFR1] & timer.OCFB.flagMask) !== 0;
+            const reachable = timer.ocrB <= timer.TOP;
             if (value < before) {
                 this.lastTop = timer.TOP;
             }
             updated(value, before);
+            if (!reachable && !flagged) {
+                cpu.clearInterrupt(timer.OCFB);
+            }
         };
     }
 

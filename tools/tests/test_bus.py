@@ -21,7 +21,8 @@ SETUP_US, BAUD_100, PARITY, REPLY_DELAY_US = 0x0006, 0x0001, 0x000D, 0x000E
 AXIS_COUNT, STATUS, FRAMES_OK, CRC_ERRORS, RX_OVERRUNS = 0x0003, 0x0004, 0x0010, 0x0011, 0x0013
 BUS_MESSAGES, NO_REPLIES = 0x0064, 0x0065
 FAULT_CODE, RESET_CAUSE = 0x0005, 0x000B
-FOR_LACK_OF_TIME = (0, 2, 4, 7)  # none, decoder late, clock missing, clock edge lost
+# None, decoder late, clock missing, clock edge lost, clock edge placed late.
+FOR_LACK_OF_TIME = (0, 2, 4, 7, 18)
 LISTEN_ONLY = 0x0040
 PARITIES = "NOE"
 RATES = [(9600, "N"), (19200, "E"), (115_200, "O"), (250_000, "E"), (1_000_000, "N")]

@@ -138,6 +138,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
     void step_isr_late_##axis(void)                                                      \
     {                                                                                    \
         GIVE_WAY(timer);                                                                 \
+        step_engine_halt(&step_engines[axis]);                                           \
         step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
         late_axes |= (uint8_t)(1u << (axis));                                            \
     }

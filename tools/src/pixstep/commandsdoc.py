@@ -115,9 +115,9 @@ class _Trial:
     def stopping(self) -> None:
         """Stop it early in a period: what follows comes before that period is over.
 
-            edge k          edge k + 1                       edge k + 2, the last one
-            |------- 4 ms -------|-----------------------------|
-                   |-- stop --|    |-- command, silence --|
+        edge k          edge k + 1                       edge k + 2, the last one
+        |------- 4 ms -------|-----------------------------|
+               |-- stop --|    |-- command, silence --|
         """
         self.run()
         made = self.sim.count(0, AXIS)

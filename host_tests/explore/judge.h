@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// What must hold, judged from the STEP edges, the permit output and what the host is told.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+// Each name is what a run is reported under.
+#define JUDGE_RUNAWAY  "runaway: an edge after the last one allowed"
+#define JUDGE_EARLY    "an edge before the release"
+#define JUDGE_PERMIT   "permit is high"
+#define JUDGE_POSITION "the position is not the edges made"
+#define JUDGE_STUCK    "the axis cannot be used again"
+#define JUDGE_REFUSED  "a refused command changed something"
+#define JUDGE_PROMISE  "a promise of the firmware is broken"
+#define JUDGE_ESTOP    "the emergency stop went unheard"
+#define JUDGE_SCENARIO "the scenario does not come"
+#define JUDGE_WIDE     "a shared word is accessed with interrupts on"
+
+#define JUDGE_ANY_NUMBER 255u
+
+// Part of the state that the search saves.
+struct judged {
+    int32_t position; // edges made, signed
+    uint8_t edges_allowed;
+    bool permit_given;
+};
+
+extern struct judged judged;
+
+// The run is over: `rule` does not hold.
+_Noreturn void judge_broken(const char *rule);
+// An interrupt touched what was not known to be shared.
+void judge_unshared(const volatile void *address);
+
+void judge_edge(bool negative);
+void judge_look(void); // at every point
+void judge_access(const volatile void *address, uint32_t bytes);
+void judge_between(void); // the main loop is between two pieces of its program
+void judge_rest(void);    // bring the axis to rest; then it must be usable

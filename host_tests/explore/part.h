@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// The part under the firmware, as far as the step engine can tell: registers, one 16-bit timer in
+// mode 15, interrupts. Time is not counted: what the timer does next happens where the search
+// places it, at one of the points of a piece of program.
+//
+// A point lies before every access of the firmware to an object that an interrupt handler uses too,
+// before interrupts are switched off, and behind every handler. Between two points nothing that the
+// firmware does can be told apart from outside: all places for an event between them are one.
+//
+// What is kept from the part: an interrupt is served at the first point at which it is pending,
+// enabled and interrupts are on, in the order of vectors; no period ends before the interrupt of
+// the one before it was entered, and none ends inside its own handler unless it is shorter than
+// LATE_TICKS (part.c). Such a period may end while the handler loads its successor: too late. One
+// instruction of the main program between SEI or RETI and the next interrupt is left out.
+//
+// Compiled C of the PC stands for the AVR's machine code, a statement of C for each of the
+// assembly's accesses (step_isr.c). The AVR accesses words byte by byte: each shared word must be
+// accessed with interrupts off (JUDGE_WIDE), but for those that board_excused() names.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum part_event {
+    PART_PERIOD_ENDS, // the timer wraps: buffers take effect, a STEP edge if the period has one
+    PART_PIN_CHANGES, // the emergency stop's pin
+    PART_EVENT_KINDS,
+};
+
+// What the program cannot see. Part of the state that the search saves.
+struct part_state {
+    uint16_t buffer_top, buffer_edge; // OCR1A, OCR1B as last written
+    uint16_t top, edge;               // in effect
+    bool interrupts_on;
+    uint8_t depth;      // handlers entered and not left
+    bool in_fast;       // in the part of the step handler that looks whether it is late
+    bool in_command;    // in the part that obeys a command
+    bool edge_waits;    // a STEP edge that the handler may still prevent
+    uint8_t effect;     // side effect of the last write, due before anything else
+    uint8_t kept_flags; // TIFR1 before that write
+    bool looking;       // the last access was a look at the emergency stop's pin
+    uint16_t points;    // passed in this piece of program
+    const void *pc;     // of the program at the last one
+};
+
+extern struct part_state part;
+
+// The judge asks the firmware: nothing of that is a point. Not part of the state.
+extern bool *part_deaf;
+
+void part_open(void); // once, before anything is saved
+void part_power_on(void);
+void part_cli(void);
+void part_sei(void);
+unsigned char part_interrupts_on(void);
+
+// The step handler obeys a command, with interrupts on.
+void part_command_begins(void);
+void part_command_ends(void);
+
+// A point of its own, for what is not an access: the end of a piece of program.
+void part_point(void);
+// Bring everything about that the last write still has to bring about.
+void part_settle(void);
+// The same as placed events, at once.
+bool part_possible(enum part_event event);
+void part_happen(enum part_event event);
+
+bool part_permit_high(void);
+bool part_estop_pressed(void);
+bool part_pulses_next(void);  // the buffered period has a STEP edge
+bool part_timer_served(void); // one of the timer's two interrupts is on
+
+// An object that interrupts and the main loop share.
+void part_share(const volatile void *object, uint32_t bytes);
+// The state that the search saves lies here.
+extern uint8_t part_memory[] __asm__("__data_start");
+extern uint8_t part_memory_end[] __asm__("_end");
+static inline size_t part_memory_bytes(void)
+{
+    return (size_t)((uintptr_t)part_memory_end - (uintptr_t)part_memory);
+}

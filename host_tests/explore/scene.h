@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// The firmware's objects and the host's requests, for scenarios, actions and what is reported.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app/machine.h"        // machine
+#include "motion/run.h"         // struct run
+#include "motion/step_engine.h" // struct step_engine
+#include "motion/step_ring.h"   // struct step_ring
+
+extern struct step_engine step_engines[CONFIG_AXES];
+extern struct step_ring step_rings[CONFIG_AXES];
+
+static inline struct axis *scene_axis(void)
+{
+    return &machine.axes[0];
+}
+
+static inline const struct step_engine *scene_engine(void)
+{
+    return &step_engines[0];
+}
+
+void scene_pass_ms(void);
+void scene_pixel_hz(uint16_t hz);
+
+// As the host writes them; false when they are refused.
+bool scene_order(uint16_t command, uint16_t argument);
+bool scene_block(const struct run *runs, uint8_t count);
+
+// Armed, the axis may make edges.
+bool scene_arm(uint16_t token);
+// A hand at the emergency stop.
+void scene_press(bool pressed);
+// Periods until it is so; false if it never is.
+bool scene_pass_until(bool (*there)(void));
+
+#define BLOCK(...)                                                                       \
+    scene_block(                                                                         \
+        (const struct run[]){__VA_ARGS__},                                               \
+        (uint8_t)(sizeof((const struct run[]){__VA_ARGS__}) / sizeof(struct run)))
+#define START(flags) {(int16_t)(RUN_MARK_START | (flags)), 0}, {0, 0}
+#define END          {RUN_MARK_END, 0}
+
+#define SCENE_TOKEN       7u
+#define SCENE_OTHER_TOKEN 8u

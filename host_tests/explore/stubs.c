@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// Contracts of the hal that the step engine has no part in, answered in the simplest way. Time
+// passes by a millisecond a round.
+#include "app/serial.h"
+#include "explore/scene.h"
+#include "hal/clock.h"
+#include "hal/cpu.h"
+#include "hal/eeprom.h"
+#include "hal/switches.h"
+
+#define UNITS_OF_MS 256u // of 4 us, nearly
+
+static uint32_t now_4us;
+
+void scene_pass_ms(void)
+{
+    now_4us += UNITS_OF_MS;
+}
+
+uint32_t clock_now_4us(void)
+{
+    return now_4us;
+}
+
+uint8_t cpu_reset_cause(void)
+{
+    return 1;
+}
+
+void cpu_watchdog_start(void)
+{
+}
+
+void cpu_watchdog_feed(void)
+{
+}
+
+bool cpu_stack_intact(void)
+{
+    return true;
+}
+
+void cpu_section(enum cpu_section section)
+{
+    (void)section;
+}
+
+bool eeprom_busy(void)
+{
+    return false;
+}
+
+uint8_t eeprom_read(uint16_t address)
+{
+    (void)address;
+    return 0xFF;
+}
+
+void eeprom_write(uint16_t address, uint8_t byte)
+{
+    (void)address;
+    (void)byte;
+}
+
+uint8_t switches_read(uint8_t axis)
+{
+    (void)axis;
+    return SWITCH_ALL;
+}
+
+void switch_capture_start(uint8_t axis, bool to_high)
+{
+    (void)axis;
+    (void)to_high;
+}
+
+void switch_capture_stop(void)
+{
+}
+
+bool switch_capture_waiting(void)
+{
+    return false;
+}
+
+bool switch_capture_take(struct switch_capture *capture)
+{
+    (void)capture;
+    return false;
+}
+
+uint16_t serial_last_request_ms(void)
+{
+    return clock_now_ms();
+}
+
+const struct server_counters *serial_counters(void)
+{
+    static const struct server_counters none;
+
+    return &none;
+}

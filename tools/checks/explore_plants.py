@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""pixstep-explore finds what is planted: each defect below, under the name of the rule it breaks.
+
+    explore_plants.py COMPILER WORDS EXPLORER EXPLORED [PLANT...]
+
+WORDS is a file of compiler options, EXPLORER and EXPLORED the libraries of the explorer and of the
+firmware under it. A defect is planted in copies of the files that hold it; the sources named with
+it are compiled again and linked before the rest.
+"""
+
+import re
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from common import ROOT, finish
+
+ENGINE = "firmware/core/motion/step_engine.c"
+ENGINE_H = "firmware/core/motion/step_engine.h"
+TIMER = "firmware/hal/avr/step_timer.c"
+ESTOP = "firmware/hal/avr/estop.c"
+MACHINE = "firmware/app/machine.c"
+ASSEMBLY = "host_tests/explore/step_isr.c"
+
+RUNAWAY = "runaway"
+POSITION = "the position is not the edges made"
+PERMIT = "permit is high"
+REFUSED = "a refused command changed something"
+UNHEARD = "the emergency stop went unheard"
+STUCK = "the axis cannot be used again"
+
+
+# The lines of a macro are one before anything is looked for.
+_CONTINUED = re.compile(r"\s*\\\n\s*")
+
+
+@dataclass(frozen=True)
+class Change:
+    """In `file`, `right` becomes `wrong`."""
+
+    file: str
+    right: str
+    wrong: str
+
+
+SINGLE = ("--actions", "1", "--pins", "1", "--from")
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A defect: what it is, how it is reported, and where it is."""
+
+    about: str
+    rule: str
+    changes: tuple[Change, ...]
+    compiled: tuple[str, ...] = ()  # sources that include a changed header
+    limits: tuple[str, ...] = ()  # where what the tests run is not enough
+
+
+PLANTS = (
+    Plant(
+        "settle while the timer holds a step",
+        RUNAWAY,
+        (
+            Change(
+                ENGINE,
+                "if (step_engine_going((enum step_engine_state)engine->state)) {",
+                "if (false) {",
+            ),
+            Change(MACHINE, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
+        ),
+    ),
+    Plant(
+        "permit set before the emergency stop is looked at",
+        PERMIT,
+        (
+            Change(
+                ESTOP,
+                "        pins_write_permit(on && !latched);\n    }",
+                "    }\n    pins_write_permit(on);\n    if (latched) {\n"
+                "        pins_write_permit(false);\n    }",
+            ),
+        ),
+    ),
+    Plant(
+        "a halt that does not cut a run",
+        POSITION,
+        (Change(ENGINE_H, "engine->cut = left;\n        engine->left = 0;", ""),),
+        (TIMER,),
+    ),
+    Plant(
+        "a halt inside a command that does not give way",
+        RUNAWAY,
+        (Change(ASSEMBLY, "STEP_ENGINE_HALTING;\n        give_way();", "STEP_ENGINE_HALTING;"),),
+        limits=(*SINGLE, "before the first step", "--periods", "3"),
+    ),
+    Plant(
+        "a stale compare flag that loads an idle period too early",
+        POSITION,
+        (
+            Change(
+                TIMER,
+                "_BV(TOV##timer)) == 0) { TIFR##timer = (uint8_t)_BV(OCF##timer##A);",
+                "_BV(TOV##timer)) == 0) { TIFR##timer = 0;",
+            ),
+        ),
+    ),
+    Plant(
+        "idle periods that leave the edge's register alone",
+        RUNAWAY,
+        (
+            Change(
+                TIMER,
+                "do { OCR##timer##B = QUIET_TICKS; OCR##timer##A = STEP_IDLE_TICKS",
+                "do { OCR##timer##A = STEP_IDLE_TICKS",
+            ),
+        ),
+    ),
+    Plant(
+        "a command that is not told of a halt",
+        RUNAWAY,
+        (
+            Change(
+                ENGINE_H,
+                "step_engine_halt_soon(struct step_engine *engine)\n{\n    engine->stop = true;",
+                "step_engine_halt_soon(struct step_engine *engine)\n{\n    (void)engine;",
+            ),
+        ),
+        (TIMER,),
+        limits=(*SINGLE, "before the first step", "--periods", "3"),
+    ),
+    Plant(
+        "an emergency stop that leaves permit on",
+        PERMIT,
+        (Change(ESTOP, "    pins_write_permit(false);\n    latched", "    latched"),),
+    ),
+    Plant(
+        "a stop that leaves permit on",
+        PERMIT,
+        (
+            Change(
+                "firmware/app/commands.c",
+                "    machine_permit(false);\n    if (machine_axis(i)->state != AXIS_FAULT) {",
+                "    if (machine_axis(i)->state != AXIS_FAULT) {",
+            ),
+        ),
+    ),
+    Plant(
+        "an emergency stop that the main loop does not look for",
+        UNHEARD,
+        (Change("firmware/app/safety.c", "    if (estop_latched()) {", "    if (false) {"),),
+    ),
+    Plant(
+        "a refused order that is kept",
+        REFUSED,
+        (Change("firmware/app/data.c", "        machine.order[2] = argument;\n", ""),),
+    ),
+    Plant(
+        "a settled axis whose interrupt stays off",
+        STUCK,
+        (Change(TIMER, "            resume(axis);", ""),),
+    ),
+    Plant(
+        "a late interrupt that forgets the rest of its run",
+        POSITION,
+        (
+            Change(
+                TIMER,
+                "GIVE_WAY(timer); step_engine_halt(&step_engines[axis]); step_engines",
+                "GIVE_WAY(timer); step_engines",
+            ),
+        ),
+    ),
+)
+
+
+def plant(defect: Plant, folder: Path) -> list[str]:
+    """Write the changed files; return the sources to compile again."""
+    sources = [str(ROOT / name) for name in defect.compiled]
+    for change in defect.changes:
+        target = folder / change.file
+        kept = target if target.is_file() else ROOT / change.file
+        text = _CONTINUED.sub(" ", kept.read_text(encoding="utf-8"))
+        if text.count(change.right) != 1:
+            raise ValueError(f"{change.file}: {change.right!r} is not there exactly once")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text.replace(change.right, change.wrong), encoding="utf-8")
+        if target.suffix == ".c":
+            sources.append(str(target))
+    return sources
+
+
+def explore(defect: Plant, compiler: str, words: str, libraries: list[str]) -> str:
+    """Build the explorer with a defect and run it; return what was found first."""
+    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
+        folder = Path(name)
+        sources = plant(defect, folder)
+        before = [f"-I{folder / part}" for part in ("firmware", "firmware/core")]
+        program = str(folder / "explore")
+        group = ["-Wl,--start-group", *libraries, "-Wl,--end-group"]
+        command = [compiler, *before, f"@{words}", *sources, *group, "-no-pie", "-o", program]
+        subprocess.run(command, check=True)
+        done = subprocess.run(
+            [program, "--first", *defect.limits], capture_output=True, text=True, check=False
+        )
+        found = re.search(r"^broken: (.*)$", done.stdout, re.MULTILINE)
+        return found[1] if found and done.returncode == 1 else ""
+
+
+def main() -> None:
+    """Plant each defect, or those named."""
+    compiler, words, explorer, explored, *chosen = sys.argv[1:]
+    problems = []
+    defects = [defect for defect in PLANTS if not chosen or defect.about in chosen]
+    for defect in defects:
+        found = explore(defect, compiler, words, [explorer, explored])
+        print(f"{defect.about}: {found or 'not found'}", flush=True)
+        if not found.startswith(defect.rule) or not found:
+            problems.append(f"{defect.about}: {defect.rule!r} is expected")
+    finish("explore.plants", f"{len(defects)} defects planted", problems)
+
+
+if __name__ == "__main__":
+    main()
