@@ -47,7 +47,8 @@ struct board_switch {
 struct board_axis {
     bool step, dir, enable; // levels
     uint64_t steps_rising;
-    int64_t steps_signed; // DIR low counts up
+    uint64_t step_cycles[2]; // of the last rising edge and the one before it (0: none)
+    int64_t steps_signed;    // DIR low counts up
     struct plant plant;
     struct contact contact[PLANT_SWITCHES];
     struct board_switch switches[PLANT_SWITCHES];

@@ -86,6 +86,8 @@ static void step_edge(struct board *b, unsigned axis, bool level, uint64_t cycle
     add_edge(b, axis, EDGE_STEP, level, cycle);
     if (level) {
         a->steps_rising++;
+        a->step_cycles[1] = a->step_cycles[0];
+        a->step_cycles[0] = cycle;
         a->steps_signed += direction;
         int64_t motor_before = a->plant.motor;
 

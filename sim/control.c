@@ -77,6 +77,30 @@ static bool set_ppm(struct pixel_clock *clock, const char *value)
     return true;
 }
 
+static bool set_hz(struct control *c, const char *value)
+{
+    char *slash = strchr(value, '/');
+    uint64_t num;
+    uint64_t den = 1;
+
+    // The words of a command are the control's own to cut.
+    if (slash != NULL) {
+        *slash = '\0';
+        if (!control_number(slash + 1, UINT32_MAX, &den)) {
+            return false;
+        }
+    }
+    if (!control_number(value, UINT32_MAX, &num)) {
+        return false;
+    }
+    if (num == 0 || den == 0) {
+        control_answer("error clock hz: a frequency above 0 is expected");
+        return false;
+    }
+    pixel_clock_set_hz(&c->bench->clock, (uint32_t)num, (uint32_t)den, c->bench->cycle);
+    return true;
+}
+
 static void do_clock(struct control *c)
 {
     struct pixel_clock *clock = &c->bench->clock;
@@ -90,8 +114,10 @@ static void do_clock(struct control *c)
         done = control_number(value, UINT64_MAX / 2, &clock->drop);
     } else if (strcmp(what, "ppm") == 0) {
         done = set_ppm(clock, value);
+    } else if (strcmp(what, "hz") == 0) {
+        done = set_hz(c, value);
     } else {
-        control_answer("error clock '%s': on, off, drop N or ppm X", what);
+        control_answer("error clock '%s': on, off, drop N, ppm X or hz N/D", what);
         done = false;
     }
     if (done) {
@@ -114,6 +140,19 @@ static void do_counts(struct control *c)
 
     if (axis != NULL) {
         control_answer("counts %" PRIu64, axis->steps_rising);
+    }
+}
+
+static void do_last(struct control *c)
+{
+    const struct board_axis *axis = axis_of(c);
+
+    if (axis != NULL) {
+        control_answer("last %" PRIu64 " %" PRId64 " %" PRIu64 " %" PRIu64,
+                       axis->steps_rising,
+                       axis->steps_signed,
+                       axis->step_cycles[0],
+                       axis->step_cycles[1]);
     }
 }
 
@@ -211,6 +250,7 @@ static const struct command commands[] = {
     {"clock", 2, 3, do_clock},
     {"steps", 3, 3, do_steps},
     {"counts", 3, 3, do_counts},
+    {"last", 3, 3, do_last},
     {"plant", 3, 3, do_plant},
     {"knobs", 4, 4, do_knobs},
     {"switches", 3, 3, do_switches},

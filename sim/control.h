@@ -17,8 +17,13 @@
 //   clock on|off            ok                  pulses of the pixel clock
 //   clock drop N            ok                  leave the next N pulses out
 //   clock ppm X             ok                  frequency error
+//   clock hz N/D            ok                  another frequency: the next pulse rises one period
+//                                               from now
 //   steps BOARD AXIS        steps N CYCLE       rising edges, signed: DIR low counts up
 //   counts BOARD AXIS       counts N            rising edges
+//   last BOARD AXIS         last N STEPS CYCLE BEFORE
+//                                               rising edges, the same signed, and the cycles of
+//                                               the last edge and of the one before it (0: none)
 //   peek BOARD PLACE [LEN]  mem HEX             RAM and registers as they stand (no side effects).
 //                                               PLACE: an address, or a variable of the image's
 //                                               symbols: NAME or NAME+OFFSET, then LEN may be left

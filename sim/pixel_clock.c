@@ -51,6 +51,19 @@ void pixel_clock_set_ppm(struct pixel_clock *c, double ppm)
     }
 }
 
+void pixel_clock_set_hz(struct pixel_clock *c,
+                        uint32_t hz_num,
+                        uint32_t hz_den,
+                        uint64_t cycle)
+{
+    c->settings.hz_num = hz_num;
+    c->settings.hz_den = hz_den;
+    set_period(c);
+    c->rest = 0;
+    c->ideal = cycle + (uint64_t)(c->num / c->den);
+    c->next_valid = false;
+}
+
 bool pixel_clock_open(struct pixel_clock *c,
                       const struct pixel_clock_settings *settings,
                       const char *log_path)

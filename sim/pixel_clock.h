@@ -50,4 +50,10 @@ bool pixel_clock_next(struct pixel_clock *clock,
 // Another frequency error from the next pulse on.
 void pixel_clock_set_ppm(struct pixel_clock *clock, double ppm);
 
+// Another frequency: the next pulse rises one period behind this cycle.
+void pixel_clock_set_hz(struct pixel_clock *clock,
+                        uint32_t hz_num,
+                        uint32_t hz_den,
+                        uint64_t cycle);
+
 void pixel_clock_close(struct pixel_clock *clock);

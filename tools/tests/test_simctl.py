@@ -153,3 +153,27 @@ def test_memory_by_name(board):
         assert bench.sim.symbol(0, "main").space == "flash"
         with pytest.raises(UserError, match="no symbol 'nowhere'"):
             bench.sim.peek(0, "nowhere")
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_last_edges(board, tmp_path):
+    with Bench(board, edges=tmp_path / "edges.csv") as bench:
+        assert bench.sim.command("last 0 0") == "last 0 0 0 0"
+        bench.load(Line((-10, 10), PLAIN))
+        bench.arm()
+        bench.until(lambda: bench.state() == "done")
+        bench.assert_rest()
+        bench.sim.command("flush")
+        before, last = read_edges(tmp_path / "edges.csv").axis(0, 0).rising[-2:]
+        assert bench.sim.command("last 0 0") == f"last 20 0 {last} {before}"
+
+
+def test_another_pixel_frequency():
+    with Bench("uno") as bench:
+        begun = bench.board.input("pixel_edges")
+        bench.sim.command("clock hz 5000/7")
+        bench.sim.run(1000 * MS)
+        assert bench.board.input("pixel_edges") - begun == pytest.approx(5000 / 7, abs=10)
+        for text in ("hz 0/1", "hz 5/0", "hz x", "hz"):
+            with pytest.raises(SimulatorError):
+                bench.sim.command(f"clock {text}")

@@ -9,6 +9,7 @@ import click
 from pixstep import progress
 from pixstep.board import boards
 from pixstep.cli.options import Group
+from pixstep.cli.orders import orders
 
 _seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 _json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
@@ -213,5 +214,7 @@ def powercuts(ctx, board, count, seed, as_json):
         _say_complaints(outcome.complaints, "always one of them, whole")
     ctx.exit(1 if outcome.complaints else 0)
 
+
+hostile_group.add_command(orders)
 
 COMMANDS = (hostile_group,)
