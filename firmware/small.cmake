@@ -20,7 +20,8 @@ smaller(app/safety.c -fno-tree-ter -fno-forward-propagate -fno-tree-fre)
 smaller(app/seek.c -fira-algorithm=priority -fno-tree-reassoc)
 smaller(app/start.c -fno-ipa-pure-const -fno-tree-dominator-opts -fno-forward-propagate
         -fira-algorithm=priority)
-smaller(core/motion/axis.c -fno-ipa-sra -fno-tree-dominator-opts -fguess-branch-probability)
+smaller(core/motion/axis.c -fno-ipa-sra -fno-tree-dominator-opts -fguess-branch-probability
+        -fno-reorder-blocks -fno-tree-reassoc -fno-tree-copy-prop -fno-tree-fre)
 smaller(core/motion/clock_watch.c -fno-split-wide-types -fno-tree-dominator-opts -fno-tree-forwprop)
 smaller(core/motion/curve.c -fno-tree-ter)
 smaller(core/motion/curve_flat.c -fno-expensive-optimizations -fno-tree-reassoc)
@@ -31,7 +32,7 @@ smaller(core/motion/line.c -fno-tree-ter -fira-algorithm=priority -fno-ipa-sra -
         -fno-forward-propagate -fno-tree-copy-prop -fno-tree-ccp)
 smaller(core/motion/line_check.c -fira-algorithm=priority -fguess-branch-probability -fno-tree-vrp
         -fno-split-wide-types -fno-tree-fre -fno-shrink-wrap)
-smaller(core/motion/step_engine.c -fno-tree-ter)
+smaller(core/motion/step_engine.c -fno-tree-ter -fno-tree-dominator-opts)
 smaller(core/motion/walk.c -fira-algorithm=priority)
 smaller(app/bits.c -fno-ivopts -fira-algorithm=priority)
 smaller(core/wire/server.c -fguess-branch-probability -fno-tree-dominator-opts)
