@@ -33,7 +33,6 @@ bool *part_deaf;
 
 void explored_estop_body(void);
 void explored_pixel_clock_body(void);
-void explored_timer1_compa(void);
 
 static bool has(uint8_t word, uint8_t bit)
 {
@@ -226,7 +225,7 @@ static void overflow_interrupt(void)
 static void compare_interrupt(void)
 {
     TIFR1 = (uint8_t)(TIFR1 & ~_BV(OCF1A));
-    explored_timer1_compa();
+    step_isr_compare_a();
 }
 
 static void enter(void (*handler)(void))

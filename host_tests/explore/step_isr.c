@@ -179,3 +179,15 @@ void step_isr_overflow(void)
         run_period(left);
     }
 }
+
+// TIMER1_COMPA_vect, macro halted_handler
+void step_isr_compare_a(void)
+{
+    OCR1BH = 0xFF;
+    OCR1BL = 0xFF;
+    OCR1AH = (uint8_t)((STEP_IDLE_TICKS - 1u) >> 8);
+    OCR1AL = (uint8_t)(STEP_IDLE_TICKS - 1u);
+    TIFR1 = (uint8_t)_BV(TOV1);
+    engine->state = STEP_ENGINE_HALTED;
+    engine->idle_count = (uint16_t)(engine->idle_count + 1u);
+}

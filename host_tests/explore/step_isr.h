@@ -2,3 +2,4 @@
 #pragma once
 
 void step_isr_overflow(void);
+void step_isr_compare_a(void);

@@ -112,9 +112,9 @@ PLANTS = (
         RUNAWAY,
         (
             Change(
-                TIMER,
-                "do { OCR##timer##B = QUIET_TICKS; OCR##timer##A = STEP_IDLE_TICKS",
-                "do { OCR##timer##A = STEP_IDLE_TICKS",
+                ASSEMBLY,
+                "void step_isr_compare_a(void)\n{\n    OCR1BH = 0xFF;\n    OCR1BL = 0xFF;\n",
+                "void step_isr_compare_a(void)\n{\n",
             ),
         ),
     ),

@@ -83,9 +83,10 @@ struct step_ring *step_timer_ring(uint8_t axis)
             }                                                                            \
         }                                                                                \
     }
-// The idle periods of a halted axis, whose overflow interrupt is off (step_isr.S, halt). Each loads
-// the registers anew, whatever they should hold already: no STEP edge can come from them. Clearing
-// the overflow flag does what serving it would have done, so that a capture can tell periods apart.
+// What the compare A interrupt of a halted axis does (step_isr.S, halted_handler). Each idle period
+// loads the registers anew, whatever they should hold already: no STEP edge can come from them.
+// Clearing the overflow flag does what serving it would have done, so that a capture can tell
+// periods apart.
 #define LOAD_IDLE(axis, timer)                                                           \
     do {                                                                                 \
         OCR##timer##B = QUIET_TICKS;                                                     \
@@ -94,12 +95,6 @@ struct step_ring *step_timer_ring(uint8_t axis)
         step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
         step_engines[axis].idle_count++;                                                 \
     } while (0)
-// Budget: 70 cycles.
-#define HALTED_HANDLER(axis, timer)                                                      \
-    ISR(TIMER##timer##_COMPA_vect)                                                       \
-    {                                                                                    \
-        LOAD_IDLE(axis, timer);                                                          \
-    }
 // The compare A interrupt in place of the overflow interrupt.
 #define GIVE_WAY(timer)                                                                  \
     TIMSK##timer = (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A))
@@ -110,26 +105,35 @@ struct step_ring *step_timer_ring(uint8_t axis)
 // A command handler (step_isr.S) has masked all of its timer's interrupts while it takes entries,
 // and gives way itself when it is done.
 //
+// Interrupts are off for 25 cycles: when the period ends meanwhile, the compare A interrupt must
+// still load the next one before the shortest interval is over. The engine's fields follow with
+// interrupts on: the overflow interrupt, which would change them, is off by then.
+//
 //     TOV   compare A
 //     no    stale, cleared: the next end sets it
 //     yes   set at the same instant: it comes as soon as interrupts are on
 //     yes   cleared: the end came between the two looks
 #define HALT_AXIS(axis, timer)                                                           \
-    ATOMIC_BLOCK(ATOMIC_FORCEON)                                                         \
-    {                                                                                    \
-        if (CONFIG_AXES != 1 && which != (axis)) {                                       \
-        } else if (TIMSK##timer == 0) {                                                  \
-            step_engine_halt_soon(&step_engines[axis]);                                  \
-        } else {                                                                         \
-            step_engine_halt(&step_engines[axis]);                                       \
-            GIVE_WAY(timer);                                                             \
-            if ((TIFR##timer & _BV(TOV##timer)) == 0) {                                  \
-                TIFR##timer = (uint8_t)_BV(OCF##timer##A);                               \
-                if ((TIFR##timer & (_BV(TOV##timer) | _BV(OCF##timer##A))) ==            \
-                    _BV(TOV##timer)) {                                                   \
-                    LOAD_IDLE(axis, timer);                                              \
+    if (CONFIG_AXES == 1 || which == (axis)) {                                           \
+        bool taking = false;                                                             \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            if (TIMSK##timer == 0) {                                                     \
+                step_engine_halt_soon(&step_engines[axis]);                              \
+                taking = true;                                                           \
+            } else {                                                                     \
+                GIVE_WAY(timer);                                                         \
+                if ((TIFR##timer & _BV(TOV##timer)) == 0) {                              \
+                    TIFR##timer = (uint8_t)_BV(OCF##timer##A);                           \
+                    if ((TIFR##timer & (_BV(TOV##timer) | _BV(OCF##timer##A))) ==        \
+                        _BV(TOV##timer)) {                                               \
+                        LOAD_IDLE(axis, timer);                                          \
+                    }                                                                    \
                 }                                                                        \
             }                                                                            \
+        }                                                                                \
+        if (!taking) {                                                                   \
+            step_engine_halt(&step_engines[axis]);                                       \
         }                                                                                \
     }
 // The next period began before its successor was loaded, so the step after it would be late: the
@@ -144,7 +148,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
     }
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
 #define BOARD_AXIS(axis, timer)                                                          \
-    COMMAND_HANDLER(axis, timer) HALTED_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
+    COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
 

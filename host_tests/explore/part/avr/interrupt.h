@@ -7,7 +7,6 @@
 
 #define INT0_vect         estop_body
 #define TIMER1_CAPT_vect  pixel_clock_body
-#define TIMER1_COMPA_vect timer1_compa
 
 #define ISR(vector, ...)              ISR_CHOICE(vector, ##__VA_ARGS__, ISR_PLAIN)
 #define ISR_CHOICE(vector, form, ...) form(vector)
