@@ -284,6 +284,7 @@ static void clock_five_percent_fast_is_followed(void)
 // The first edge behind a rest stands alone, however far it is from the one before.
 static void clock_that_has_rested_may_start_a_line(void)
 {
+    machine.settings.bus_timeout_ms = 0;
     check_usable(1);
     bench_clock_off();
     for (uint16_t i = 0; i < 3500; i++) {

@@ -10,7 +10,7 @@
 // tripped_high: the input is tripped when its pin is high, else when it is low.
 void estop_start(bool tripped_high);
 
-// In every round of the main loop: what is tripped for two of them counts without an edge too.
+// In every round of the main loop: what stays tripped counts without an edge too.
 void estop_poll(bool tripped_high);
 
 bool estop_tripped(void); // now

@@ -31,8 +31,7 @@ struct part_registers part_registers;
 struct part_state part;
 bool *part_deaf;
 
-void explored_estop_body(void);
-void explored_pixel_clock_body(void);
+int explored_estop_look(void);
 
 static bool has(uint8_t word, uint8_t bit)
 {
@@ -207,7 +206,10 @@ static void estop_interrupt(void)
     EIFR = 0;
     EIMSK = (uint8_t)(EIMSK & ~_BV(INT0));
     part_sei();
-    explored_estop_body();
+    if (explored_estop_look()) {
+        part_cli();
+        EIMSK = (uint8_t)(EIMSK | _BV(INT0));
+    }
 }
 
 static void overflow_interrupt(void)

@@ -17,7 +17,8 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring)
 static struct step_load idle_load(struct step_engine *engine, bool turned)
 {
     engine->pulse = false;
-    return (struct step_load){.top_ticks = STEP_IDLE_TICKS - 1u, .idle = true, .turned = turned};
+    return (struct step_load){
+        .top_ticks = STEP_IDLE_TICKS - 1u, .idle = true, .turned = turned};
 }
 
 // The run's next entry, if that is what comes. Looked for one period ahead, so that a run goes on

@@ -147,8 +147,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
         late_axes |= (uint8_t)(1u << (axis));                                            \
     }
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
-#define BOARD_AXIS(axis, timer)                                                          \
-    COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
+#define BOARD_AXIS(axis, timer) COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // <avr/interrupt.h> of the explorer. A naked handler is a few instructions around a body in C: the
-// instructions are modelled in interrupts.c, the body is made known to it as explored_<name>.
+// instructions are modelled in part.c, the body is made known to it as explored_<name>.
 #pragma once
 
 #include "explore/part.h"
 
-#define INT0_vect         estop_body
-#define TIMER1_CAPT_vect  pixel_clock_body
+#define INT0_vect        estop_look
+#define TIMER1_CAPT_vect pixel_clock_body
 
 #define ISR(vector, ...)              ISR_CHOICE(vector, ##__VA_ARGS__, ISR_PLAIN)
 #define ISR_CHOICE(vector, form, ...) form(vector)
@@ -15,10 +15,14 @@
     void explored_##name(void);                                                          \
     void explored_##name(void)
 #define ISR_NAKED(vector) ISR_BODY(vector)
+// What the body returns to the instructions around it.
+#define ISR_VALUE_estop_look(call)       (call)
+#define ISR_VALUE_pixel_clock_body(call) ((call), 0)
 #define ISR_BODY(body)                                                                   \
-    ISR_NAMED(body)                                                                      \
+    int explored_##body(void);                                                           \
+    int explored_##body(void)                                                            \
     {                                                                                    \
-        body();                                                                          \
+        return ISR_VALUE_##body(body());                                                 \
     }                                                                                    \
     static inline __attribute__((unused)) void body##_entry(void)
 

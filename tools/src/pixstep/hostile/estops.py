@@ -35,7 +35,7 @@ PIXEL_HZ = Fraction(100)
 _LINE_PX = 30
 _SETTLE_CYCLES = TIMER_HZ // 100
 _AT_ONCE = 100  # stops on one simulator: its list of edges stays short
-_SHORTEST_TICKS = {"uno": 80, "mega": 300}
+_SHORTEST_TICKS = {"uno": 63, "mega": 266}
 _SMOOTH_TICKS = {"uno": 300, "mega": 1600}
 
 Progress = Callable[[float], None]
