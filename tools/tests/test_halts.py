@@ -96,3 +96,33 @@ def test_a_bouncing_contact_stops_in_time(board, ticks):
             press(bench, 1, bench.sim.cycle + 10)
             bench.sim.run(20_000)
             bench.board.command("clear_fault", [])
+
+
+@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("idle_off_ms", [1, 3])
+def test_a_driver_stays_on_until_the_last_step_is_over(tmp_path, board, idle_off_ms):
+    """Behind a stop the timer holds a step for up to 8 ms, and its pulse for 4 ms more."""
+    edges = tmp_path / "edges.csv"
+    with Bench(board, edges=edges) as bench:
+        bench.board.write_setting("idle_off_ms", idle_off_ms)
+        for trial in range(TRIALS):
+            bench.load(Line((1 + trial % 3,) * 4, PLAIN))
+            bench.arm()
+            bench.run_until_steps(bench.count() + 1)
+            bench.sim.run(2741 * trial)
+            bench.board.command("stop", bench.axes)
+            bench.sim.run(2 * SETTLE_CYCLES)
+            assert_counted(bench)
+        bench.sim.command("flush")
+    off = high = False
+    seen_off = 0
+    for row in edges.read_text().splitlines()[1:]:
+        _, _, axis, signal, level = row.split(",")
+        if axis == "0" and signal == "ENABLE":
+            off = level == "1"
+            seen_off += off
+            assert not (off and high)
+        elif axis == "0" and signal == "STEP":
+            high = level == "1"
+            assert not (off and high)
+    assert seen_off >= TRIALS
