@@ -176,9 +176,15 @@ void estop_release(void)
 
 void permit_write(bool on)
 {
+    if (!on) {
+        pins_write_permit(false);
+        return;
+    }
     // The interrupt comes before or after this, never between the decision and the pin.
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
     {
-        pins_write_permit(on && !latched);
+        if (!latched) {
+            pins_write_permit(true);
+        }
     }
 }
