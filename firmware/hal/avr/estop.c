@@ -26,10 +26,11 @@
 // Interrupts between two rounds of the main loop: a contact that bounces has so many edges, and one
 // that chatters without end takes no more time than theirs.
 #define EDGES_A_ROUND 16u
+// Those left, in a register that the start-up code alone has used before (cpu.c).
+#define EDGES_LEFT GPIOR2
 
 static volatile bool latched;
 static volatile bool high_trips;
-static volatile uint8_t edges_left;
 
 // The pin's level.
 static inline bool is_high(void)
@@ -82,10 +83,10 @@ static bool estop_look(void)
         stop_all();
         return false;
     }
-    if (edges_left == 0) {
+    if (EDGES_LEFT == 0) {
         return false;
     }
-    edges_left--;
+    EDGES_LEFT--;
     return true;
 }
 
@@ -155,7 +156,7 @@ void estop_poll(bool tripped_high)
     if (latched || stays_tripped()) {
         stop_all();
     }
-    edges_left = EDGES_A_ROUND;
+    EDGES_LEFT = EDGES_A_ROUND;
     EIMSK |= (uint8_t)_BV(ESTOP_BIT);
 }
 

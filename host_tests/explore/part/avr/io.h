@@ -30,6 +30,7 @@ struct part_registers {
     volatile uint8_t eifr;
     volatile uint8_t eicra;
     volatile uint8_t gpior0;
+    volatile uint8_t gpior2;
 };
 
 extern struct part_registers part_registers;
@@ -63,6 +64,7 @@ extern struct part_registers part_registers;
 #define EIFR   part_registers.eifr
 #define EICRA  part_registers.eicra
 #define GPIOR0 part_registers.gpior0
+#define GPIOR2 part_registers.gpior2
 
 #define TOV1  0
 #define OCF1A 1
