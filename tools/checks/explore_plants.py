@@ -78,8 +78,8 @@ PLANTS = (
         (
             Change(
                 ESTOP,
-                "        pins_write_permit(on && !latched);\n    }",
-                "    }\n    pins_write_permit(on);\n    if (latched) {\n"
+                "        if (!latched) {\n            pins_write_permit(true);\n        }\n    }",
+                "    }\n    pins_write_permit(true);\n    if (latched) {\n"
                 "        pins_write_permit(false);\n    }",
             ),
         ),
