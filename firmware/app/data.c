@@ -66,12 +66,14 @@ static const struct area {
 #endif
 };
 
+#define INPUT_AREAS ((uint8_t)(sizeof input_areas / sizeof input_areas[0]))
+
 // A read may go on from one area to the next where they touch.
 bool data_input_mapped(uint16_t address, uint16_t count)
 {
-    struct area area;
+    struct area area = {0, 0};
 
-    for (uint8_t i = 0; i < sizeof input_areas / sizeof input_areas[0]; i++) {
+    for (uint8_t i = 0; i < INPUT_AREAS; i++) {
         flash_copy(&area, &input_areas[i], sizeof area);
         uint16_t room = (uint16_t)(area.end - address);
         if (address >= area.first && address < area.end) {

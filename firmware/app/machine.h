@@ -117,7 +117,7 @@ void machine_account(uint8_t axis);
 
 // Bring an axis to rest and forget every line of it, from every state and however often: at once
 // when its timer makes idle periods, else in a later round (machine.stopping).
-void machine_discard(uint8_t axis);
+void machine_discard(uint8_t i);
 
 uint8_t machine_moving_axis(void); // the first armed or running one, CONFIG_AXES if none
 bool machine_queued(void);         // or any line waiting, whole or in part

@@ -7,4 +7,4 @@
 #include <stdint.h>
 
 // In every round of the main loop.
-void witness_poll(uint8_t axis);
+void witness_poll(uint8_t i);

@@ -31,8 +31,6 @@ struct part_registers part_registers;
 struct part_state part;
 bool *part_deaf;
 
-int explored_estop_look(void);
-
 static bool has(uint8_t word, uint8_t bit)
 {
     return (word & _BV(bit)) != 0;

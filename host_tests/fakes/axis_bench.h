@@ -16,13 +16,13 @@
 struct axis_bench {
     struct step_ring ring;
     struct axis axis;
-    struct run slots[BENCH_SLOTS];
-    struct step_engine engine;
-    struct pixel_period period;
-    struct line_limits limits;
     uint32_t now_ticks;  // start of the period that is loaded next
     uint32_t zero_ticks; // line zero of the line released last
     int32_t steps;       // signed STEP edges so far
+    struct pixel_period period;
+    struct line_limits limits;
+    struct step_engine engine;
+    struct run slots[BENCH_SLOTS];
     bool always_take_up;
     bool edge_between_blocks; // a pixel edge stood between two blocks: must never be
 };

@@ -171,8 +171,8 @@ class Uno {
             cpu.data[ICR1H] = timer.icr >> 8;
             return timer.icr & 0xff;
         };
-        // Remember TOP of the period before, for a capture that belongs to it. A compare value above
-        // TOP is never reached: no flag at the overflow either.
+        // Remember TOP of the period before, for a capture that belongs to it. A compare value
+        // above TOP is never reached: no flag at the overflow either.
         const updated = timer.timerUpdated.bind(timer);
         timer.timerUpdated = (value, before) => {
             const flagged = (cpu.data[TIFR1] & timer.OCFB.flagMask) !== 0;

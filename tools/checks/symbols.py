@@ -26,6 +26,8 @@ STEP_HANDLER_CALLS = re.compile(r"^step_isr_(command|late)_\d$")
 STEP_HANDLER_PARTS = re.compile(
     r"^(step_isr_(entry|obey|too_late)_\d|__vectors|__prologue_saves__|__epilogue_restores__)$"
 )
+# Compare A of the axes' timers: the idle periods of a halted axis (step_isr.S).
+HALTED_HANDLERS = {"uno": {11}, "mega": {17, 32, 42, 47}}
 
 ANYWHERE = [(HEAP, "the heap"), (FLOAT, "floating point")]
 IN_HANDLERS = [(DIVISION, "a software division")]
@@ -41,13 +43,14 @@ def forbidden_in(names: set[str], rules: list[tuple[re.Pattern[str], str]]) -> l
     ]
 
 
-def step_register_users(image: Image) -> list[str]:
+def step_register_users(image: Image, board: str) -> list[str]:
     """Functions outside the step handlers that touch a register of theirs."""
     handlers = {
         name
         for name in image.handlers()
         if any(STEP_HANDLER_CALLS.match(one) for one in image.reachable(name))
     }
+    handlers |= {f"__vector_{number}" for number in HALTED_HANDLERS[board]}
     return [
         name
         for name, function in sorted(image.functions.items())
@@ -60,7 +63,7 @@ def check_image(path: Path, image: Image) -> list[str]:
     problems = [f"{path.name}: {found}" for found in forbidden_in(set(image.functions), ANYWHERE)]
     problems += [
         f"{path.name}: {name} uses a register of the step interrupt (r2 to r6)"
-        for name in step_register_users(image)
+        for name in step_register_users(image, path.stem.removeprefix("pixstep-"))
     ]
     for handler in image.handlers():
         reached = image.reachable(handler)

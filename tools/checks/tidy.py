@@ -25,6 +25,9 @@ FOR_AVR = ("firmware", "host_tests")
 # Tells on the AVR where 16 bits are multiplied too early; on the PC, of the same line, nonsense.
 ONLY_ON_AVR = "--checks=-bugprone-implicit-widening-of-multiplication-result"
 
+# The folder of headers that stands for the AVR's where the firmware runs in the explorer.
+EXPLORED = "/host_tests/explore/part"
+
 # What avr-libc's own macros (ISR) use.
 QUIET_AVR = [
     "--extra-arg=-Wno-unknown-attributes",
@@ -91,6 +94,11 @@ def check(tidy: str, database: str, entry: dict[str, str]) -> list[str]:
     return [done.stdout.strip() or done.stderr.strip()]
 
 
+def built_twice(entry: dict[str, str]) -> bool:
+    """True for the explorer's instrumented copy of a firmware source, which is read as it is."""
+    return EXPLORED in entry["command"] and "/firmware/" in entry["file"]
+
+
 def main() -> None:
     """Run clang-tidy over what the arguments choose."""
     tidy, build, folders = sys.argv[1], Path(sys.argv[2]), sys.argv[3:]
@@ -99,7 +107,9 @@ def main() -> None:
         entries = {
             entry["file"]: entry
             for entry in database_for_clang(build, database)
-            if entry["file"].startswith(wanted) and entry["file"].endswith(".c")
+            if entry["file"].startswith(wanted)
+            and entry["file"].endswith(".c")
+            and not built_twice(entry)
         }
         results = pool.map(lambda entry: check(tidy, database, entry), entries.values())
         problems = [finding for found in results for finding in found]

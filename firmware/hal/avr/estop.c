@@ -74,8 +74,8 @@ static bool stays_tripped(void)
     return true;
 }
 
-// True when the next edge is to be looked at too. Budget: 450 cycles, 1000 on the Mega, once a round at
-// most; 230 for each edge that proves to be none. Interrupts are off for 25 of them at a time.
+// True when the next edge is to be looked at too. Budget: 450 cycles, 1000 on the Mega, once a
+// round at most; 230 for each edge that proves to be none. Interrupts are off for 25 at a time.
 static bool estop_look(void) __asm__("estop_look") __attribute__((used));
 static bool estop_look(void)
 {
@@ -91,8 +91,8 @@ static bool estop_look(void)
 }
 
 // Masks itself while it looks, and lets the step interrupts in after 9 cycles. Takes its source in
-// again only when it has left the stack but for 4 bytes: edges without end do not pile up. Interrupts
-// are off for 4 cycles there.
+// again only when it has left the stack but for 4 bytes: edges without end do not pile up.
+// Interrupts are off for 4 cycles there.
 ISR(ESTOP_VECTOR, ISR_NAKED)
 {
     __asm__ volatile("cbi %[mask], %[bit]\n\t"
@@ -114,7 +114,7 @@ ISR(ESTOP_VECTOR, ISR_NAKED)
                      "push r27\n\t"
                      "push r30\n\t"
                      "push r31\n\t"
-                     "%~call estop_look\n\t"
+                     "call estop_look\n\t"
                      "bst r24, 0\n\t"
                      "pop r31\n\t"
                      "pop r30\n\t"

@@ -314,9 +314,9 @@ step_isr_too_late_\axis:
     reti
 .endm
 
-; Compare A, at the end of every period of a halted axis: the next one is an idle one. First of all no
-; edge in it, 13 cycles behind the flag's service, because the period that runs may be the shortest.
-; 42 cycles (44) in all. LOAD_IDLE in step_timer.c is the same in C.
+; Compare A, at the end of every period of a halted axis: the next one is an idle one. First of all
+; no edge in it, 13 cycles behind the flag's service, because the period that runs may be the
+; shortest. 42 cycles (44) in all. LOAD_IDLE in step_timer.c is the same in C.
 .macro halted_handler engine, vector, top_low, top_high, edge_low, edge_high, flags, flag
     .global \vector
     .type \vector, @function

@@ -149,7 +149,7 @@ static bool discrete_inputs_read(void)
 static bool holding_registers_read(void)
 {
     static const uint16_t defaults[SETTINGS] = {
-        1, 1152, 0, 30, 0, 1, 20, 20, 0, 0, 1000, 0, 0, 2, 0, 0, 0, 0};
+        1, 1152, 0, 30, 0, 1, 20, 20, 0, 0, 1000, 0, 0, 2, 0, 3000, 0, 0};
     uint16_t words[SETTINGS];
 
     if (!good(modbus_read_registers(client, 0, SETTINGS, words))) {

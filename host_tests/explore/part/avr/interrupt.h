@@ -5,10 +5,11 @@
 
 #include "explore/part.h"
 
+// NOLINTBEGIN(readability-identifier-naming): avr-libc's names, and those made of them
 #define INT0_vect        estop_look
 #define TIMER1_CAPT_vect pixel_clock_body
 
-#define ISR(vector, ...)              ISR_CHOICE(vector, ##__VA_ARGS__, ISR_PLAIN)
+#define ISR(...)                      ISR_CHOICE(__VA_ARGS__, ISR_PLAIN, 0)
 #define ISR_CHOICE(vector, form, ...) form(vector)
 #define ISR_PLAIN(vector)             ISR_NAMED(vector)
 #define ISR_NAMED(name)                                                                  \
@@ -18,8 +19,8 @@
 // What the body returns to the instructions around it.
 #define ISR_VALUE_estop_look(call)       (call)
 #define ISR_VALUE_pixel_clock_body(call) ((call), 0)
+// NOLINTEND(readability-identifier-naming)
 #define ISR_BODY(body)                                                                   \
-    int explored_##body(void);                                                           \
     int explored_##body(void)                                                            \
     {                                                                                    \
         return ISR_VALUE_##body(body());                                                 \
