@@ -71,17 +71,15 @@ static const struct area {
 // A read may go on from one area to the next where they touch.
 bool data_input_mapped(uint16_t address, uint16_t count)
 {
-    struct area area = {0, 0};
-
     for (uint8_t i = 0; i < INPUT_AREAS; i++) {
-        flash_copy(&area, &input_areas[i], sizeof area);
-        uint16_t room = (uint16_t)(area.end - address);
-        if (address >= area.first && address < area.end) {
+        uint16_t end = flash_word(&input_areas[i].end);
+        uint16_t room = (uint16_t)(end - address);
+        if (address >= flash_word(&input_areas[i].first) && address < end) {
             if (count <= room) {
                 return true;
             }
             count = (uint16_t)(count - room);
-            address = area.end;
+            address = end;
         }
     }
     return false;
