@@ -85,6 +85,51 @@ static void missing_edges_do_not_shift_the_numbers(void)
     check_edge(ZERO_TICKS + 1600000uL + PERIOD_TICKS, 4, 0);
 }
 
+// No line waits so long for its clock: the line is the reference no longer, and nothing is walked.
+static void a_long_gap_ends_the_line(void)
+{
+    clock_watch_follow(&watch, &period, ZERO_TICKS);
+    check_edge(ZERO_TICKS, 0, 0);
+    TEST_ASSERT_FALSE(
+        clock_watch_edge(&watch, &period, ZERO_TICKS + 9u * PERIOD_TICKS, &pixel));
+    TEST_ASSERT_FALSE(watch.following);
+    TEST_ASSERT_FALSE(
+        clock_watch_edge(&watch, &period, ZERO_TICKS + 10u * PERIOD_TICKS, &pixel));
+    TEST_ASSERT_EQUAL_UINT32(3, watch.edges);
+}
+
+static void check_odd(uint32_t interval_ticks, bool odd)
+{
+    watch.known = false;
+    (void)clock_watch_edge(&watch, &period, ZERO_TICKS, &pixel);
+    TEST_ASSERT_EQUAL_UINT16(0, watch.odd);
+    (void)clock_watch_edge(&watch, &period, ZERO_TICKS + interval_ticks, &pixel);
+    TEST_ASSERT_EQUAL_UINT16(odd ? (interval_ticks >> 8 | 1u) : 0, watch.odd);
+}
+
+// A sixteenth of the period, either way.
+static void intervals_out_of_tolerance_are_odd(void)
+{
+    check_odd(PERIOD_TICKS, false);
+    check_odd(PERIOD_TICKS + PERIOD_TICKS / 16u, false);
+    check_odd(PERIOD_TICKS + PERIOD_TICKS / 16u + 1u, true);
+    check_odd(PERIOD_TICKS - PERIOD_TICKS / 16u, false);
+    check_odd(PERIOD_TICKS - PERIOD_TICKS / 16u - 1u, true);
+    check_odd(PERIOD_TICKS / 2u, true);
+    check_odd(100, true);
+}
+
+static void an_edge_behind_a_rest_is_not_odd(void)
+{
+    (void)clock_watch_edge(&watch, &period, 5, &pixel);
+    clock_watch_rest(&watch);
+    (void)clock_watch_edge(&watch, &period, 7777777uL, &pixel);
+    TEST_ASSERT_EQUAL_UINT16(0, watch.odd);
+    clock_watch_forget(&watch);
+    (void)clock_watch_edge(&watch, &period, 7777778uL, &pixel);
+    TEST_ASSERT_EQUAL_UINT16(0, watch.odd);
+}
+
 static void time_wraps(void)
 {
     const uint32_t zero = 0xFFFFFF00u;
@@ -103,6 +148,9 @@ int main(void)
     RUN_TEST(errors_and_their_largest);
     RUN_TEST(large_errors_saturate);
     RUN_TEST(missing_edges_do_not_shift_the_numbers);
+    RUN_TEST(a_long_gap_ends_the_line);
+    RUN_TEST(intervals_out_of_tolerance_are_odd);
+    RUN_TEST(an_edge_behind_a_rest_is_not_odd);
     RUN_TEST(time_wraps);
     return UNITY_END();
 }

@@ -244,6 +244,25 @@ static void edge_inside_the_first_entry(void)
     TEST_ASSERT_EQUAL_INT32(1, ledger.records[0].expected_steps);
 }
 
+// An edge of the clock in the delay before a run, seen when two periods of the run have begun.
+static void capture_seen_late_is_of_the_delay(void)
+{
+    struct even even;
+
+    even_start(&even, 100100, 300);
+    pass_delay();
+    uint32_t delay_start = ledger_period_start(&ledger, &feed, 0);
+    put_run(&even, 100);
+    (void)load();
+    (void)load();
+    follow();
+    TEST_ASSERT_EQUAL_UINT32(delay_start + 900u,
+                             ledger_capture_ticks(&ledger, &feed, 1, 900));
+    // A count that the run's periods reach is taken as it was seen.
+    TEST_ASSERT_EQUAL_UINT32(ledger_period_start(&ledger, &feed, 1) + 100u,
+                             ledger_capture_ticks(&ledger, &feed, 1, 100));
+}
+
 static void edge_seen_late_has_the_same_record(void)
 {
     struct even even;
@@ -362,6 +381,7 @@ int main(void)
     RUN_TEST(single_periods_between_runs);
     RUN_TEST(edge_inside_the_first_entry);
     RUN_TEST(edge_seen_late_has_the_same_record);
+    RUN_TEST(capture_seen_late_is_of_the_delay);
     RUN_TEST(rest_of_a_run_taken_away);
     RUN_TEST(what_cannot_be_carried);
     RUN_TEST(what_can_be_carried);
