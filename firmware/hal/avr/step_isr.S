@@ -195,6 +195,25 @@
     sts \top_high, r24
 .endm
 
+; An idle period into the registers. First of all no edge in it: the running one may be the shortest.
+.macro load_idle top_low, top_high, edge_low, edge_high
+    ldi r24, 0xFF
+    sts \edge_high, r24
+    sts \edge_low, r24
+    ldi r24, hi8(4096 - 1)
+    sts \top_high, r24
+    ldi r24, lo8(4096 - 1)
+    sts \top_low, r24
+.endm
+
+.macro count_idle engine
+    lds r30, \engine + STEP_ISR_IDLE_COUNT
+    lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
+    adiw r30, 1
+    sts \engine + STEP_ISR_IDLE_COUNT, r30
+    sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
+.endm
+
 .macro step_handler axis, engine, vector, top_low, top_high, edge_low, edge_high, \
     control, flags, flag, mask
     .type step_isr_entry_\axis, @function
@@ -252,11 +271,7 @@ step_isr_entry_\axis:
     lds r24, \engine + STEP_ISR_STATE
     cpi r24, 1
     breq .Lhalt\axis
-    lds r30, \engine + STEP_ISR_IDLE_COUNT
-    lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
-    adiw r30, 1
-    sts \engine + STEP_ISR_IDLE_COUNT, r30
-    sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
+    count_idle \engine
 .Lloaded\axis:
     sbis \flags, \flag
     rjmp .Lout\axis
@@ -264,24 +279,14 @@ step_isr_entry_\axis:
 
     ; No edge in the next period: first of all, the interval may be the shortest one.
 .Lhalt\axis:
-    ldi r24, 0xFF
-    sts \edge_high, r24
-    sts \edge_low, r24
-    ldi r24, hi8(4096 - 1)
-    sts \top_high, r24
-    ldi r24, lo8(4096 - 1)
-    sts \top_low, r24
+    load_idle \top_low, \top_high, \edge_low, \edge_high
     sbic \flags, \flag
     rjmp .Llate_entry\axis
     ldi r24, 2
     sts \engine + STEP_ISR_STATE, r24
     ldi r24, 0
     sts \engine + STEP_ISR_PULSE, r24
-    lds r30, \engine + STEP_ISR_IDLE_COUNT
-    lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
-    adiw r30, 1
-    sts \engine + STEP_ISR_IDLE_COUNT, r30
-    sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
+    count_idle \engine
     ; A stale flag would count this period twice.
     ldi r24, 1 << OCF1A
     out \flags, r24
@@ -323,23 +328,13 @@ step_isr_too_late_\axis:
 \vector:
     in r2, SREG
     mov r3, r24
-    ldi r24, 0xFF
-    sts \edge_high, r24
-    sts \edge_low, r24
-    ldi r24, hi8(4096 - 1)
-    sts \top_high, r24
-    ldi r24, lo8(4096 - 1)
-    sts \top_low, r24
+    load_idle \top_low, \top_high, \edge_low, \edge_high
     ldi r24, 1 << \flag
     out \flags, r24
     ldi r24, 2
     sts \engine + STEP_ISR_STATE, r24
     movw r4, r30
-    lds r30, \engine + STEP_ISR_IDLE_COUNT
-    lds r31, \engine + STEP_ISR_IDLE_COUNT + 1
-    adiw r30, 1
-    sts \engine + STEP_ISR_IDLE_COUNT, r30
-    sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
+    count_idle \engine
     restore_r24_z
     out SREG, r2
     reti
