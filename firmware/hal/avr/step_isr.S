@@ -195,7 +195,8 @@
     sts \top_high, r24
 .endm
 
-; An idle period into the registers. First of all no edge in it: the running one may be the shortest.
+; An idle period into the registers. First of all no edge in it: the running period may be the
+; shortest one.
 .macro load_idle top_low, top_high, edge_low, edge_high
     ldi r24, 0xFF
     sts \edge_high, r24
