@@ -31,6 +31,7 @@ void setUp(void)
     chance_seed(0x5EED0004uL);
     promise_broken = 0;
     feed.negative = false;
+    feed.turn_ticks = 0;
     engine.negative = false;
     step_engine_reset(&engine, &ring);
     feed_reset(&feed, &ring, 0);
@@ -234,6 +235,45 @@ static void direction_changes_inside_the_interval(void)
     check_turn(1000000uL);
 }
 
+// Zero pixels fill the marks between two steps that go opposite ways: the direction has its hold and
+// set-up time on both sides, whether their time is written early or not.
+static void check_turn_behind_zero_pixels(uint16_t needed_ticks, bool written_early)
+{
+    const uint32_t pixel_ticks = 3200;
+    uint32_t interval = 0;
+
+    setUp();
+    feed.turn_ticks = needed_ticks;
+    feed_hold(&feed);
+    step(2000, false);
+    (void)release();
+    uint8_t head = feed.head;
+    while (!feed_marks_full(&feed)) {
+        feed_quiet(&feed, pixel_ticks);
+        pump();
+        feed_mark_here(&feed, false, 0);
+        feed_make_room(&feed);
+        interval += pixel_ticks;
+    }
+    TEST_ASSERT_EQUAL(written_early, feed.head != head);
+    step(pixel_ticks, true);
+    interval += pixel_ticks;
+    step(2000, true);
+    consume();
+    TEST_ASSERT_EQUAL_UINT8(1, turns);
+    TEST_ASSERT_EQUAL_UINT32(interval, edge_ticks[1] - edge_ticks[0]);
+    TEST_ASSERT_TRUE(turn_ticks[0] - edge_ticks[0] >= needed_ticks);
+    TEST_ASSERT_TRUE(edge_ticks[1] - turn_ticks[0] >= needed_ticks);
+}
+
+static void zero_pixels_leave_a_turn_its_time(void)
+{
+    check_turn_behind_zero_pixels(832, true);
+    check_turn_behind_zero_pixels(2120, true);
+    check_turn_behind_zero_pixels(10000, true);
+    check_turn_behind_zero_pixels(12000, false);
+}
+
 static void first_step_turns_during_the_delay(void)
 {
     feed_hold(&feed);
@@ -391,6 +431,7 @@ int main(void)
     RUN_TEST(quiet_time_comes_before_the_first_step);
     RUN_TEST(long_intervals_are_cut);
     RUN_TEST(direction_changes_inside_the_interval);
+    RUN_TEST(zero_pixels_leave_a_turn_its_time);
     RUN_TEST(first_step_turns_during_the_delay);
     RUN_TEST(end_gives_the_last_step_a_period);
     RUN_TEST(end_after_quiet_time_keeps_it);

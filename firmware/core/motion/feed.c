@@ -206,7 +206,8 @@ void feed_make_room(struct feed *feed)
         return;
     }
     feed->merge = false;
-    if (feed->pending_ticks >= feed->turn_ticks + ROOM_MIN_TICKS) {
+    // What is written may stand between two directions: it is no shorter than what is left.
+    if (feed->pending_ticks >= 2u * (uint32_t)feed->turn_ticks + ROOM_MIN_TICKS) {
         put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->turn_ticks));
     }
 }
