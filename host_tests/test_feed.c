@@ -235,8 +235,8 @@ static void direction_changes_inside_the_interval(void)
     check_turn(1000000uL);
 }
 
-// Zero pixels fill the marks between two steps that go opposite ways: the direction has its hold and
-// set-up time on both sides, whether their time is written early or not.
+// Zero pixels fill the marks between two steps that go opposite ways: the direction has its hold
+// and set-up time on both sides, whether their time is written early or not.
 static void check_turn_behind_zero_pixels(uint16_t needed_ticks, bool written_early)
 {
     const uint32_t pixel_ticks = 3200;
