@@ -84,10 +84,10 @@ bool machine_queued(void)
     return queued;
 }
 
-// 1.5 pixel periods in units of 4 us.
+// 1.5 pixel periods and up to 28 us. Whole bytes and a small factor: every round asks.
 uint32_t machine_clock_patience_4us(void)
 {
-    return machine.period.whole_ticks / 64u * 3u / 2u + 1u;
+    return machine.period.whole_ticks / 256u * 6u + 7u;
 }
 
 void machine_edge_dropped(void)

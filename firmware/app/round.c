@@ -19,7 +19,7 @@
 // Steps decoded in one round; a round must stay short beside a serial frame's silence.
 #define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
 #define DECODE_AT_ONCE 120u
-#define DECODE_CALLS   (CONFIG_AXES == 1 ? 1u : 3u)
+#define DECODE_CALLS   3u // where there are several axes
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
 // Rounds in which every axis's switches are looked at once; an axis that seeks, in every round.
@@ -76,8 +76,9 @@ static void supervise(uint8_t i)
 {
     if (machine_axis(i)->state == AXIS_RUNNING) {
         supervise_running(i);
+        return;
     }
-    if ((machine.stopping & axis_bit(i)) != 0) {
+    if (machine.stopping != 0 && (machine.stopping & axis_bit(i)) != 0) {
         machine_discard(i);
     }
     witness_poll(i);
@@ -191,27 +192,22 @@ static void poll_inputs(void)
     seek_poll();
 }
 
-// The axis nearest to starving; CONFIG_AXES when all are decoded.
-static uint8_t neediest(void)
+#if CONFIG_AXES > 1
+#define ALL_DECODED UINT16_MAX
+#define AHEAD_UNIT  256u // ticks
+#define AHEAD_MAX   (UINT16_MAX - 1u)
+
+// How far axis i is decoded ahead of its account; ALL_DECODED if it needs no more now.
+static uint16_t ahead(uint8_t i)
 {
-    uint8_t found = CONFIG_AXES;
-    uint32_t least = UINT32_MAX;
-
-    if (CONFIG_AXES == 1) {
-        return axis_decoded(machine_axis(0)) ? CONFIG_AXES : 0;
+    if (axis_decoded(machine_axis(i))) {
+        return ALL_DECODED;
     }
+    uint32_t units = axis_ahead_ticks(machine_axis(i)) / AHEAD_UNIT;
 
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (!axis_decoded(machine_axis(i))) {
-            uint32_t ahead = axis_ahead_ticks(machine_axis(i));
-            if (ahead < least) {
-                least = ahead;
-                found = i;
-            }
-        }
-    }
-    return found;
+    return units < AHEAD_MAX ? (uint16_t)units : AHEAD_MAX;
 }
+#endif
 
 // What axis i leaves of the budget.
 static uint8_t decode(uint8_t i, uint8_t budget)
@@ -226,21 +222,53 @@ static uint8_t decode(uint8_t i, uint8_t budget)
     return budget;
 }
 
-// The axis nearest to starving is served first, and again while no other is nearer.
-static void decode_neediest(void)
+#if CONFIG_AXES == 1
+static void decode_in_turn(uint8_t budget)
 {
-    // One that is held back by its token or driver may be so for long, beside others that run.
-    bool starting = CONFIG_AXES == 1 ? machine.starting != 0 : start_near();
-    uint8_t left = starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET;
+    if (!axis_decoded(machine_axis(0))) {
+        (void)decode(0, budget);
+    }
+}
+#else
+static uint8_t nearest(const uint16_t *has)
+{
+    uint8_t found = 0;
 
-    for (uint8_t calls = DECODE_CALLS; calls != 0 && left != 0; calls--) {
-        uint8_t i = neediest();
-        if (i == CONFIG_AXES) {
+    for (uint8_t i = 1; i < CONFIG_AXES; i++) {
+        if (has[i] < has[found]) {
+            found = i;
+        }
+    }
+    return found;
+}
+
+// The axis nearest to starving is served first, and again while no other is nearer. What the others
+// have ahead does not change meanwhile.
+static void decode_in_turn(uint8_t budget)
+{
+    uint16_t has[CONFIG_AXES];
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        has[i] = ahead(i);
+    }
+    for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
+        uint8_t i = nearest(has);
+        if (has[i] == ALL_DECODED) {
             return;
         }
-        uint8_t once = left < DECODE_AT_ONCE ? left : DECODE_AT_ONCE;
-        left = (uint8_t)(left - once + decode(i, once));
+        uint8_t once = budget < DECODE_AT_ONCE ? budget : DECODE_AT_ONCE;
+        budget = (uint8_t)(budget - once + decode(i, once));
+        has[i] = ahead(i);
     }
+}
+#endif
+
+static void decode_some(void)
+{
+    // One that is held back by its token or driver may be so for long, beside others that run.
+    bool starting = machine.starting != 0 && (CONFIG_AXES == 1 || start_near());
+
+    decode_in_turn(starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
 }
 
 void round_poll(void)
@@ -261,8 +289,10 @@ void round_poll(void)
     }
     safety_poll();
     poll_inputs();
-    start_poll();
+    if (CONFIG_AXES == 1 || machine.starting != 0) {
+        start_poll();
+    }
     watch_clock();
     store_poll();
-    decode_neediest();
+    decode_some();
 }

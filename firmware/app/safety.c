@@ -65,20 +65,33 @@ static bool bus_silent(void)
            (uint16_t)(clock_now_ms() - serial_last_request_ms()) > limit_ms;
 }
 
-void safety_poll(void)
+// Of the first axis that moves, or of axis 0.
+static void fault_of_all(enum fault code)
+{
+    machine_fault(code, (uint8_t)(machine_moving_axis() % CONFIG_AXES), 0);
+}
+
+static void fault_silence(void)
 {
     uint8_t moving = machine_moving_axis();
 
+    if (moving != CONFIG_AXES) {
+        machine_fault(FAULT_bus_silent, moving, machine.settings.bus_timeout_ms);
+    }
+}
+
+void safety_poll(void)
+{
     feed_watchdog();
     estop_poll(estop_inverted());
     if (estop_latched()) {
-        machine_fault(FAULT_estop, moving % CONFIG_AXES, 0);
+        fault_of_all(FAULT_estop);
     }
     if (!cpu_stack_intact()) {
-        machine_fault(FAULT_stack_overflow, moving % CONFIG_AXES, 0);
+        fault_of_all(FAULT_stack_overflow);
     }
-    if (moving != CONFIG_AXES && bus_silent()) {
-        machine_fault(FAULT_bus_silent, moving, machine.settings.bus_timeout_ms);
+    if (bus_silent()) {
+        fault_silence();
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include "app/drivers.h"    // drivers_settling
 #include "app/machine.h"    // machine
+#include "app/witness.h"    // witness_excuse
 #include "hal/step_timer.h" // step_timer_release
 
 // Room that line zero leaves the main loop to come by and release the line: a reply being built
@@ -166,6 +167,7 @@ static bool release(uint8_t i)
     }
     machine.starting = (uint8_t)(machine.starting & ~axis_bit(i));
     axis->state = AXIS_RUNNING;
+    witness_excuse(i);
     return true;
 }
 

@@ -6,12 +6,11 @@
 #include "hal/step_timer.h" // step_timer_start
 
 // The division inside a run makes a check cost up to 1500 cycles.
-#define CHECK_EVERY_4US ((uint32_t)1024)
+#define CHECK_EVERY_4US 1024u
 #define TICKS_PER_4US   ((uint32_t)(CONFIG_TIMER_HZ / 250000uL))
 
 static uint32_t started_4us;
-static uint32_t checked_4us;
-static uint8_t next_axis;
+static uint16_t checked_4us; // a multiple of CHECK_EVERY_4US, which says whose turn it is
 
 void time_check_start(void)
 {
@@ -39,14 +38,13 @@ bool time_check_lags(uint8_t i)
 
 void time_check_poll(void)
 {
-    uint32_t now_4us = clock_now_4us();
-
-    if (now_4us - checked_4us < CHECK_EVERY_4US) {
+    if ((uint16_t)((uint16_t)clock_now_4us() - checked_4us) < CHECK_EVERY_4US) {
         return;
     }
-    checked_4us = now_4us;
-    next_axis = next_axis + 1u < CONFIG_AXES ? (uint8_t)(next_axis + 1u) : 0;
-    if (machine_axis(next_axis)->state == AXIS_RUNNING && time_check_lags(next_axis)) {
-        machine_underrun(next_axis);
+    checked_4us = (uint16_t)(checked_4us + CHECK_EVERY_4US);
+    uint8_t i = (uint8_t)(checked_4us / CHECK_EVERY_4US) % CONFIG_AXES;
+
+    if (machine_axis(i)->state == AXIS_RUNNING && time_check_lags(i)) {
+        machine_underrun(i);
     }
 }

@@ -10,13 +10,19 @@
 
 static uint8_t looks_at_rest[CONFIG_AXES];
 
+void witness_excuse(uint8_t i)
+{
+    looks_at_rest[CONFIG_INDEX(i)] = 0;
+}
+
 void witness_poll(uint8_t i)
 {
     uint8_t *looks = &looks_at_rest[CONFIG_INDEX(i)];
+
+    // The first look at rest clears the flag that a running axis leaves.
     bool pulsed = step_timer_pulsed(i);
 
-    if (machine_axis(i)->state == AXIS_RUNNING ||
-        step_timer_state(i) == STEP_ENGINE_HALTING) {
+    if (step_timer_state(i) == STEP_ENGINE_HALTING) {
         *looks = 0;
     } else if (*looks != LOOKS_BEFORE) {
         (*looks)++;

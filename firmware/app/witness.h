@@ -6,5 +6,8 @@
 
 #include <stdint.h>
 
-// In every round of the main loop.
+// The axis begins to run: its edges are asked for, and the first looks behind its last one too.
+void witness_excuse(uint8_t i);
+
+// In every round of the main loop, unless the axis runs.
 void witness_poll(uint8_t i);

@@ -27,11 +27,6 @@ void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head)
     ring->high[head] = STEP_HIGH_EMPTY;
 }
 
-uint8_t feed_space(const struct feed *feed, uint8_t retired)
-{
-    return (uint8_t)(STEP_RING_CAPACITY - (uint8_t)(feed->head - retired));
-}
-
 static inline void put_period(struct feed *feed, uint16_t ticks)
 {
     feed->head = feed_burst_put(feed->ring, feed->head, ticks);

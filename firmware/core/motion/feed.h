@@ -84,7 +84,10 @@ struct feed {
 void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head);
 
 // Entries that fit; `retired` is the first slot the ledger still needs.
-uint8_t feed_space(const struct feed *feed, uint8_t retired);
+static inline uint8_t feed_space(const struct feed *feed, uint8_t retired)
+{
+    return (uint8_t)(STEP_RING_CAPACITY - (uint8_t)(feed->head - retired));
+}
 
 // Most entries that one call of the functions below writes.
 #define FEED_BURST 8u

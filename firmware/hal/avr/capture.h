@@ -36,21 +36,13 @@ struct capture {
 #define CAPTURE_SWITCH_BUSY         2
 #define CAPTURE_SWITCH_OVERRUN      3
 
-// The capture interrupt of `timer`, which serves `axis`, into struct capture `name`; `note` is what
-// else it has to do.
+// The capture interrupt of `timer` into struct capture `name`, up to where it lets others in; what
+// follows is name##_body. `sample`: assembly that may use r24.
 //
-// As short as can be with interrupts off, 13 cycles: the step interrupts come first. An edge that
-// finds the one before it not taken is noted only, so that a noisy input cannot nest this.
-//
-// The sample, the flag and the counter belong together: 21 cycles with interrupts off. Right as
-// long as no more than one period began since the edge: up to about 150 cycles may lie between. In
-// shorter periods the place of an edge may be off by periods; line zero and a switch never are,
-// because an axis at rest and one that seeks slowly have long ones.
-//
-// Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back. The
-// instruction behind an SEI runs before any interrupt: it must not be the next CLI.
-// Budget: 165 cycles.
-#define CAPTURE_HANDLER(name, timer, axis, busy, overrun, note)                          \
+// As short as can be with interrupts off, 13 cycles and the sample's: the step interrupts come
+// first. An edge that finds the one before it not taken is noted only, so that a noisy input cannot
+// nest this. The instruction behind an SEI runs before any interrupt: it must not be the next CLI.
+#define CAPTURE_ENTRY(name, timer, busy, overrun, sample, ...)                           \
     static struct capture name;                                                          \
     static void name##_body(void) __asm__("__vector_" #name "_body")                     \
         __attribute__((signal, used));                                                   \
@@ -58,16 +50,25 @@ struct capture {
     {                                                                                    \
         __asm__ volatile("sbic %[flags], %[is_busy]\n\t"                                 \
                          "rjmp 1f\n\t"                                                   \
-                         "sbi %[flags], %[is_busy]\n\t"                                  \
-                         "sei\n\t"                                                       \
-                         "rjmp __vector_" #name "_body\n"                                \
+                         "sbi %[flags], %[is_busy]\n\t" sample "rjmp __vector_" #name    \
+                         "_body\n"                                                       \
                          "1: sbi %[flags], %[one_more]\n\t"                              \
                          "reti"                                                          \
                          :                                                               \
-                         : [flags] "I"(_SFR_IO_ADDR(GPIOR0)),                            \
-                           [is_busy] "I"(busy),                                          \
-                           [one_more] "I"(overrun));                                     \
-    }                                                                                    \
+                         : [is_busy] "I"(busy), [one_more] "I"(overrun), __VA_ARGS__);   \
+    }
+
+// The sample is taken in the body: right as long as no more than one period began since the edge.
+// Up to about 150 cycles lie between, and the step interrupts of other axes. In shorter periods the
+// place of an edge may be off by periods; line zero never is: an axis at rest has long ones.
+//
+// The sample, the flag and the counter belong together: 21 cycles with interrupts off.
+//
+// Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back.
+// Budget: 165 cycles.
+#define CAPTURE_HANDLER(name, timer, axis, busy, overrun)                                \
+    CAPTURE_ENTRY(                                                                       \
+        name, timer, busy, overrun, "sei\n\t", [flags] "I"(_SFR_IO_ADDR(GPIOR0)))        \
     static void name##_body(void)                                                        \
     {                                                                                    \
         const struct step_engine *engine = &step_engines[axis];                          \
@@ -105,6 +106,65 @@ struct capture {
         (name).left = left;                                                              \
         (name).cut = cut;                                                                \
         (name).idle_count = idle_count;                                                  \
+        (name).waiting = true;                                                           \
+    }
+
+// The sample is taken at once, with interrupts off, 62 cycles in all: right as long as the handler
+// is entered within a period, whatever keeps its body from its turn. For an input that may have an
+// edge at the shortest periods of several axes, and seldom has one.
+// Budget: 120 cycles and `note`.
+#define CAPTURE_HANDLER_AT_ONCE(name, timer, axis, busy, overrun, note)                  \
+    CAPTURE_ENTRY(name,                                                                  \
+                  timer,                                                                 \
+                  busy,                                                                  \
+                  overrun,                                                               \
+                  "push r24\n\t"                                                         \
+                  "lds r24, %[edge]\n\t"                                                 \
+                  "sts %[captured], r24\n\t"                                             \
+                  "lds r24, %[edge] + 1\n\t"                                             \
+                  "sts %[captured] + 1, r24\n\t"                                         \
+                  "in r24, %[timer_flags]\n\t"                                           \
+                  "sts %[before], r24\n\t"                                               \
+                  "lds r24, %[count]\n\t"                                                \
+                  "sts %[counter], r24\n\t"                                              \
+                  "lds r24, %[count] + 1\n\t"                                            \
+                  "sts %[counter] + 1, r24\n\t"                                          \
+                  "in r24, %[timer_flags]\n\t"                                           \
+                  "sts %[after], r24\n\t"                                                \
+                  "lds r24, %[run_high]\n\t"                                             \
+                  "sts %[top] + 1, r24\n\t"                                              \
+                  "lds r24, %[engine_tail]\n\t"                                          \
+                  "sts %[tail], r24\n\t"                                                 \
+                  "lds r24, %[engine_left]\n\t"                                          \
+                  "sts %[left], r24\n\t"                                                 \
+                  "lds r24, %[engine_cut]\n\t"                                           \
+                  "sts %[cut], r24\n\t"                                                  \
+                  "lds r24, %[engine_idle]\n\t"                                          \
+                  "sts %[idle], r24\n\t"                                                 \
+                  "lds r24, %[engine_idle] + 1\n\t"                                      \
+                  "sts %[idle] + 1, r24\n\t"                                             \
+                  "sei\n\t"                                                              \
+                  "pop r24\n\t",                                                         \
+                  [flags] "I"(_SFR_IO_ADDR(GPIOR0)),                                     \
+                  [timer_flags] "I"(_SFR_IO_ADDR(TIFR##timer)),                          \
+                  [edge] "n"(_SFR_MEM_ADDR(ICR##timer)),                                 \
+                  [count] "n"(_SFR_MEM_ADDR(TCNT##timer)),                               \
+                  [top] "n"(_SFR_MEM_ADDR(OCR##timer##A)),                               \
+                  [captured] "i"(&(name).captured),                                      \
+                  [before] "i"(&(name).flags_before),                                    \
+                  [counter] "i"(&(name).counter),                                        \
+                  [after] "i"(&(name).flags_after),                                      \
+                  [tail] "i"(&(name).tail),                                              \
+                  [left] "i"(&(name).left),                                              \
+                  [cut] "i"(&(name).cut),                                                \
+                  [idle] "i"(&(name).idle_count),                                        \
+                  [run_high] "i"(&step_engines[axis].run_high),                          \
+                  [engine_tail] "i"(&step_engines[axis].tail),                           \
+                  [engine_left] "i"(&step_engines[axis].left),                           \
+                  [engine_cut] "i"(&step_engines[axis].cut),                             \
+                  [engine_idle] "i"(&step_engines[axis].idle_count))                     \
+    static void name##_body(void)                                                        \
+    {                                                                                    \
         (note);                                                                          \
         (name).waiting = true;                                                           \
     }
@@ -144,8 +204,6 @@ static inline bool capture_take(struct capture *source,
     GPIOR0 &= (uint8_t)~_BV(busy);
     return true;
 }
-
-#define CAPTURE_NOTE_NOTHING ((void)0)
 
 // Another came before it was taken. After capture_take(), in this order: an edge from there on is
 // either taken next or noted as one too many.

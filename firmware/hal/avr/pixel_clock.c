@@ -9,15 +9,13 @@ CAPTURE_HANDLER(pixel_clock,
                 1,
                 CONFIG_PIXEL_CLOCK_AXIS,
                 CAPTURE_PIXEL_CLOCK_BUSY,
-                CAPTURE_PIXEL_CLOCK_OVERRUN,
-                CAPTURE_NOTE_NOTHING)
+                CAPTURE_PIXEL_CLOCK_OVERRUN)
 #else
 CAPTURE_HANDLER(pixel_clock,
                 5,
                 CONFIG_PIXEL_CLOCK_AXIS,
                 CAPTURE_PIXEL_CLOCK_BUSY,
-                CAPTURE_PIXEL_CLOCK_OVERRUN,
-                CAPTURE_NOTE_NOTHING)
+                CAPTURE_PIXEL_CLOCK_OVERRUN)
 #endif
 
 bool pixel_clock_waiting(void)

@@ -71,12 +71,12 @@ static inline void note_seeker(void)
     seeker = step_isr_sample(seeker_axis);
 }
 
-CAPTURE_HANDLER(switch_edge,
-                1,
-                CONFIG_SWITCH_CAPTURE_AXIS,
-                CAPTURE_SWITCH_BUSY,
-                CAPTURE_SWITCH_OVERRUN,
-                note_seeker())
+CAPTURE_HANDLER_AT_ONCE(switch_edge,
+                        1,
+                        CONFIG_SWITCH_CAPTURE_AXIS,
+                        CAPTURE_SWITCH_BUSY,
+                        CAPTURE_SWITCH_OVERRUN,
+                        note_seeker())
 
 bool switch_capture_take(struct switch_capture *capture)
 {
