@@ -195,7 +195,10 @@ static bool load_image(struct board *b, const char *path)
         set_error(b, "%s: too large for the %s", path, b->kind->mcu);
     } else {
         avr_load_firmware(b->avr, image);
-        loaded = true;
+        loaded = skips_find(&b->skips, b->avr);
+        if (!loaded) {
+            set_error(b, "out of memory");
+        }
     }
     if (loaded && !(symbols_read(&b->symbols, path) &&
                     stack_find(&b->stack, &b->symbols, b->avr))) {
@@ -262,5 +265,6 @@ void board_close(struct board *b)
         avr_terminate(b->avr);
         b->avr = NULL;
         symbols_free(&b->symbols);
+        skips_free(&b->skips);
     }
 }

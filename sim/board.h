@@ -23,6 +23,7 @@
 #include "plant.h"
 #include "plant_log.h"
 #include "serial_log.h"
+#include "skips.h"
 #include "stack.h"
 #include "symbols.h"
 #include "timer16.h"
@@ -124,6 +125,7 @@ struct board {
     struct uart uart;
     struct uart_hooks uart_hooks;
     struct irq_stats stats;
+    struct skips skips; // of the image
 
     struct {
         uint8_t port, ddr;                 // as last written

@@ -30,9 +30,15 @@ static bool event_is_due(const avr_t *avr)
     return avr->cycle_timers.timer != NULL && avr->cycle_timers.timer->when <= avr->cycle;
 }
 
-// True when an interrupt may be served after the instruction that has just ended.
-static bool may_serve(avr_t *avr)
+// True when an interrupt may be served after the instruction that has just ended. "When the AVR
+// exits from an interrupt, it will always return to the main program and execute one more
+// instruction": simavr does so only where RETI sets I, not behind a handler that had set it.
+static bool may_serve(struct board *b)
 {
+    avr_t *avr = b->avr;
+    bool returned = b->stats.returned;
+
+    b->stats.returned = false;
     if (avr->interrupt_state == STATE_AFTER_SEI) {
         avr->interrupt_state = STATE_ONE_PASSED;
         return false;
@@ -40,7 +46,7 @@ static bool may_serve(avr_t *avr)
     if (avr->interrupt_state == STATE_ONE_PASSED) {
         avr->interrupt_state = avr_has_pending_interrupts(avr) ? 1 : 0;
     }
-    return avr->interrupt_state > 0 && avr->sreg[S_I] != 0;
+    return !returned && avr->interrupt_state > 0 && avr->sreg[S_I] != 0;
 }
 
 static void serve(struct board *b)
@@ -86,7 +92,7 @@ static inline void slice(struct board *b, avr_t *avr)
 
     if (avr->state == cpu_Running) {
         b->stats.woken = false;
-        next_pc = avr_run_one(avr);
+        next_pc = skips_mend(&b->skips, avr, avr_run_one(avr));
     }
     if (event_is_due(avr)) {
         (void)avr_cycle_timer_process(avr);
@@ -95,7 +101,7 @@ static inline void slice(struct board *b, avr_t *avr)
     if (avr->state == cpu_Sleeping) {
         sleep_on(b);
     }
-    if (avr->state == cpu_Running && may_serve(avr)) {
+    if (avr->state == cpu_Running && may_serve(b)) {
         serve(b);
     }
     irq_stats_interrupts_off(&b->stats, avr->sreg[S_I] == 0);
@@ -136,7 +142,7 @@ static void hang_main(avr_t *avr)
         return;
     }
     jump_to_itself(avr, avr->interrupt_state == 0);
-    if (avr->state == cpu_Running && may_serve(avr)) {
+    if (avr->state == cpu_Running && may_serve(b)) {
         serve(b);
     }
     irq_stats_interrupts_off(&b->stats, avr->sreg[S_I] == 0);

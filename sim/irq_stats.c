@@ -144,6 +144,7 @@ static void end_handler(struct irq_stats *s)
     uint64_t end = s->avr->cycle + s->avr->address_size + 2U;
     uint64_t all;
 
+    s->returned = true;
     if (s->depth == 0) {
         return;
     }
@@ -193,7 +194,7 @@ void irq_stats_attach(struct irq_stats *s, avr_t *avr)
 void irq_stats_reset(struct irq_stats *s)
 {
     s->depth = 0;
-    s->woken = false;
+    s->woken = s->returned = false;
     s->section = 0;
     s->section_since = s->avr->cycle;
     s->section_interrupts_since = s->interrupt_cycles;

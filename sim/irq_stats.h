@@ -44,6 +44,7 @@ struct irq_stats {
     int depth;
     uint64_t interrupt_cycles; // in handlers, all together
     bool woken;                // set by the run loop: the next service ends a sleep
+    bool returned; // for the run loop: the instruction that has ended was a RETI
 
     uint64_t section_cycles[IRQ_SECTIONS];
     uint64_t section_entries[IRQ_SECTIONS];

@@ -4,7 +4,7 @@
 // The log of the first board's serial port, so that a run can be played to another simulator:
 //
 //   cycle,direction,byte
-//   rx   the receiver has the byte at this cycle, the middle of its stop bit; as the program will
+//   rx   the receiver has the byte at this cycle, when its stop bit is decided; as the program will
 //        read it (an overrun or a broken frame shows as what arrived)
 //   tx   the start bit of a byte that the board sends begins at this cycle
 //

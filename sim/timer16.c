@@ -246,6 +246,7 @@ void timer16_set_count(struct timer16 *t, uint16_t count, uint64_t cycle)
         refuse(t, "TCNT written to TOP or above while counting");
     }
     t->frozen = count;
+    t->blocked = !t->counting;
     t->bottom = cycle - count;
     plan_all(t, cycle + 1); // a match in the clock after the write is blocked
 }
@@ -285,15 +286,18 @@ static bool may_count(const struct timer16 *t)
 static void start_or_stop(struct timer16 *t, uint64_t cycle)
 {
     bool clocked = (t->tccrb & CLOCK_BITS) == CLOCK_UNSCALED && !t->held;
+    uint64_t from = cycle;
 
     if (clocked && may_count(t) && !t->counting) {
         t->counting = true;
         t->bottom = cycle - t->frozen;
+        from += t->blocked ? 1 : 0;
+        t->blocked = false;
     } else if (!clocked && t->counting) {
         t->frozen = timer16_count(t, cycle);
         t->counting = false;
     }
-    plan_all(t, cycle);
+    plan_all(t, from);
 }
 
 void timer16_control_changed(struct timer16 *t, uint64_t cycle)
@@ -365,7 +369,7 @@ void timer16_reset(struct timer16 *t)
 {
     t->tccra = t->tccrb = t->temp = 0;
     t->icr = t->frozen = 0;
-    t->held = t->counting = t->delivering = false;
+    t->held = t->counting = t->blocked = t->delivering = false;
     t->bottom_due = t->capture_due = TIMER16_NEVER;
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
         t->ocr[i] = t->ocr_buffer[i] = 0;

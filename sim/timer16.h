@@ -17,7 +17,8 @@
 //    holds an inverting output low. OCRnx above TOP never matches.
 //  * reading OCRnx gives the buffer in PWM modes; OCRnx reads go past TEMP, TCNTn and ICRn reads
 //    and all 16-bit writes go through the timer's one TEMP.
-//  * a write to TCNTn blocks a compare match in the next timer clock.
+//  * a write to TCNTn blocks a compare match in the next timer clock, "even when the timer is
+//    stopped": then in the first clock that it counts.
 // Modelled: modes 0 and 15, prescaler 1 or stopped. Everything else is refused by name when the
 // timer would count with it; nothing is guessed.
 #pragma once
@@ -68,6 +69,7 @@ struct timer16 {
     bool held;       // by GTCCR: counts only when released
     bool counting;   // clock selected and not held
     uint16_t frozen; // TCNT while not counting
+    bool blocked;    //   written: the match of the first clock to come is blocked
     uint64_t bottom; // cycle of TCNT = 0 while counting
     bool icp_level;  // what the input capture's front end gets now, since icp_cycle
     bool

@@ -111,11 +111,24 @@ void uart_driver_off(struct uart *u, uint64_t cycle)
 
 // ---- receiver ----
 
+// From the beginning of a bit until the receiver has decided it: by the majority of samples 8, 9
+// and 10 of 16, or 4, 5 and 6 of 8.
+static uint32_t decided_cycles(const struct uart *u)
+{
+    bool double_speed = (u->avr->data[u->part->r_ucsra] & U2X) != 0;
+
+    return double_speed ? uart_bit_cycles(u) / 8 * 6 : uart_bit_cycles(u) / 16 * 10;
+}
+
+static uint64_t frame_begun_at(const struct uart *u, const struct line_frame *frame)
+{
+    return frame->start + decided_cycles(u);
+}
+
 static uint64_t frame_heard_at(const struct uart *u, const struct line_frame *frame)
 {
-    // The stop bit is sampled in its middle.
     return frame->start + uart_bits_before_stop(u) * (uint64_t)uart_bit_cycles(u) +
-           uart_bit_cycles(u) / 2;
+           decided_cycles(u);
 }
 
 static bool speed_fits(const struct uart *u, const struct line_frame *frame)
@@ -125,6 +138,15 @@ static bool speed_fits(const struct uart *u, const struct line_frame *frame)
     uint32_t off = (mine > theirs) ? mine - theirs : theirs - mine;
 
     return off <= theirs / 1000 * SPEED_TOLERANCE_PER_MILLE;
+}
+
+// A new start bit: the character that waits in the shift register is run over.
+static void run_over(struct uart *u)
+{
+    if (u->fifo_count == UART_FIFO) {
+        u->overrun = true;
+        u->fifo_count--;
+    }
 }
 
 static void receive(struct uart *u, const struct line_frame *frame, uint64_t cycle)
@@ -141,12 +163,17 @@ static void receive(struct uart *u, const struct line_frame *frame, uint64_t cyc
     } else if (other != 0) {
         heard.errors = UPE;
     }
-    if (u->fifo_count == UART_FIFO) { // the character in the shift register is run over
-        u->overrun = true;
-        u->fifo_count--;
-    }
+    run_over(u); // by a start bit that fell into another frame
     u->fifo[u->fifo_count++] = heard;
     u->hooks->byte(u->hooks->board, false, heard.data, cycle);
+}
+
+static void happen_begun(struct uart *u)
+{
+    u->incoming_begun++;
+    if ((uart_ucsrb(u) & RXEN) != 0) {
+        run_over(u);
+    }
 }
 
 static void happen_heard(struct uart *u, uint64_t cycle)
@@ -171,29 +198,40 @@ static uint64_t heard_due(const struct uart *u)
                : frame_heard_at(u, u->incoming[u->incoming_first % UART_INCOMING]);
 }
 
-void uart_sync(struct uart *u, uint64_t cycle)
+static uint64_t begun_due(const struct uart *u)
 {
-    for (;;) {
-        uint64_t sent = sent_due(u);
-        uint64_t heard = heard_due(u);
+    return (u->incoming_begun == u->incoming_last)
+               ? UINT64_MAX
+               : frame_begun_at(u, u->incoming[u->incoming_begun % UART_INCOMING]);
+}
 
-        if (sent > cycle && heard > cycle) {
-            return;
-        }
-        if (sent <= heard) {
-            happen_sent(u);
-        } else {
-            happen_heard(u, heard);
-        }
-    }
+static uint64_t earlier(uint64_t a, uint64_t b)
+{
+    return (a < b) ? a : b;
 }
 
 static uint64_t next_due(const struct uart *u)
 {
-    uint64_t sent = sent_due(u);
-    uint64_t heard = heard_due(u);
+    return earlier(sent_due(u), earlier(begun_due(u), heard_due(u)));
+}
 
-    return (sent < heard) ? sent : heard;
+void uart_sync(struct uart *u, uint64_t cycle)
+{
+    for (uint64_t due = next_due(u); due <= cycle; due = next_due(u)) {
+        if (due == sent_due(u)) {
+            happen_sent(u);
+        } else if (due == begun_due(u)) {
+            happen_begun(u);
+        } else {
+            happen_heard(u, due);
+        }
+    }
+}
+
+// A start bit wakes nobody: what it does waits for the next look.
+static uint64_t next_wake(const struct uart *u)
+{
+    return earlier(sent_due(u), heard_due(u));
 }
 
 static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
@@ -203,13 +241,13 @@ static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
 
     (void)when;
     uart_sync(u, avr->cycle);
-    due = next_due(u);
+    due = next_wake(u);
     return (due == UINT64_MAX) ? 0 : due;
 }
 
 void uart_schedule(struct uart *u)
 {
-    uint64_t due = next_due(u);
+    uint64_t due = next_wake(u);
 
     if (due == UINT64_MAX) {
         avr_cycle_timer_cancel(u->avr, on_due, u);

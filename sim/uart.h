@@ -3,12 +3,14 @@
 //
 // Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and
 // the frame format; double-buffered transmitter; receiver with two buffered characters and one
-// waiting in the shift register, so that an overrun happens when the part's would. Interrupts on
+// waiting in the shift register, which the start bit of the next one runs over. A bit is decided
+// behind the last of its three samples, a character is there when its stop bit is. Interrupts on
 // RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone. A reset
 // cuts the frame on its way out.
 //
 // Not modelled: synchronous modes and multi-processor mode (refused), and the up to one bit time by
-// which the part's transmitter waits for its free-running bit clock (a frame starts at once). A
+// which the part's transmitter waits for its free-running bit clock (a frame starts at once); up to
+// a sample's time by which the receiver sees a start bit late, and start bits that it rejects. A
 // frame in whose midst the receiver is switched on is heard whole.
 #pragma once
 
@@ -60,6 +62,7 @@ struct uart {
 
     struct line_frame *incoming[UART_INCOMING];
     unsigned incoming_first, incoming_last;
+    unsigned incoming_begun; // start bits seen
 };
 
 // Cycles of one bit, and bits of one frame (start, data, parity, stop), as the registers stand.

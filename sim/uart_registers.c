@@ -151,7 +151,7 @@ void uart_attach(struct uart *u,
     u->hooks = hooks;
     u->line = line;
     u->index = index;
-    u->incoming_first = u->incoming_last = 0;
+    u->incoming_first = u->incoming_begun = u->incoming_last = 0;
     access_take(avr, part->r_udr, read_udr, write_udr, u);
     access_take(avr, part->r_ucsra, read_ucsra, write_ucsra, u);
     access_take(avr, part->r_ucsrb, NULL, write_ucsrb, u);

@@ -58,5 +58,46 @@ class Interrupts(unittest.TestCase):
         self.check("mega")
 
 
+class BehindReti(unittest.TestCase):
+    """images/nested.c: one instruction runs behind RETI, whatever I was before."""
+
+    def check(self, board):
+        with Session(image(board, "nested")) as sim:
+            sim.run(40_000)
+            *phases, end = sim.results(41)
+        self.assertEqual(end, 0x600D)
+        nested = [phase for phase in phases if phase & 0x100]
+        behind = [phase for phase in phases if not phase & 0x100]
+        self.assertGreater(len(nested), 5)
+        self.assertEqual(set(nested), {0x100})
+        # Matches in the cycles of RETI and in those of the instruction behind it.
+        at_once = RESPONSE[board] + 1
+        self.assertEqual(behind[:at_once], [1] * at_once)
+        self.assertEqual(behind[at_once:], list(range(2, 2 + len(behind) - at_once)))
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+class Skips(unittest.TestCase):
+    """images/skips.c: a skip over ADIW or SBIW passes one word, in two cycles."""
+
+    def check(self, board):
+        with Session(image(board, "skips")) as sim:
+            sim.run(20_000)
+            *cases, end = sim.results(41)
+        self.assertEqual(end, 0x600D)
+        self.assertEqual([f"{case:04x}" for case in cases], ["0202"] * 40)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -119,6 +119,46 @@ class Capture(SimTest):
         self.check("mega", "997/10", 60)
 
 
+class Blocked(unittest.TestCase):
+    """images/blocked.c: a write to TCNT blocks the match of the next clock, even at rest."""
+
+    def check(self, board):
+        with Session(image(board, "blocked")) as sim:
+            sim.run(5_000)
+            self.assertEqual(sim.results(5), [0, OCF1B, OCF1B, 0, 0x600D])
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
+class CaptureAtBottom(SimTest):
+    """images/capture.c: the count goes from TOP to 0; no capture reads TOP + 1."""
+
+    PERIOD = 10_000
+    EDGES = 40  # one count later each, around BOTTOM
+
+    def check(self, board):
+        edges = self.run_edges(image(board, "capture"), 100_000)
+        bottom = (rising(edges, axis=AXIS_OF_CAPTURE[board])[0] - 32) % self.PERIOD
+        first = 16 * self.PERIOD + bottom - 3 - self.EDGES // 2
+        options = ["--pixel-hz", f"16000000/{2 * self.PERIOD + 1}"]
+        options += ["--pixel-start-ms", f"{first / 16_000:.9f}"]
+        with Session(image(board, "capture"), options=options) as sim:
+            sim.run(2 * self.PERIOD * (self.EDGES + 12))
+            results = sim.results(1 + self.EDGES)
+        wanted = [(n - self.EDGES // 2) % self.PERIOD for n in range(self.EDGES)]
+        self.assertEqual(results[1:], wanted)
+
+    def test_uno(self):
+        self.check("uno")
+
+    def test_mega(self):
+        self.check("mega")
+
+
 class Together(SimTest):
     """images/together.c: GTCCR starts, holds and releases all timers at one instant."""
 

@@ -5,14 +5,19 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from harness import Session, SimTest, image
+from harness import Session, SimTest, image, read_edges
 
 BIT = 136  # UBRR0 = 16 with U2X0: 8 * 17 cycles, 117647 baud
 FRAME = 11 * BIT
 SILENCE = 28_000  # 1750 us
 MASTER_FRAME = 16_000_000 * 11 / 115_200
 
-RXC, UDRE, TXC, DOR = 0x80, 0x20, 0x40, 0x08
+RXC, UDRE, TXC, FE, DOR, UPE = 0x80, 0x20, 0x40, 0x10, 0x08, 0x04
+
+# A bit is decided behind the last of its three samples in the middle: 6 of 8 (U2X0), 10 of 16.
+DECIDED = BIT * 6 // 8
+BEFORE_STOP = 10 * BIT
+RESPONSE = {"uno": 4, "mega": 5}
 
 
 class Registers(unittest.TestCase):
@@ -50,6 +55,80 @@ class Registers(unittest.TestCase):
         self.check("mega")
 
 
+class Receiver(SimTest):
+    """images/receiver.c"""
+
+    def open(self, board, *options):
+        return Session(image(board, "receiver"), options=options)
+
+    def take(self, sim, count):
+        """(status, data) of the next characters, as the program reads them one behind the other."""
+        sim.ask(f"poke 0 0x600 {count:02x}00")
+        sim.run(400)
+        results = sim.results(1 + 2 * count)
+        self.assertEqual(results[0], 0)
+        return list(zip(results[1::2], results[2::2], strict=True))
+
+    def awake(self, sim):
+        """Ends the sleep: the handler's interrupt is off from here on."""
+        sim.ask("poke 0 0x600 0100")
+        sim.ask("send 00")
+        sim.run(2 * FRAME)
+
+    def check_instant(self, board):
+        path = self.folder / "edges.csv"
+        with self.open(board, "--edges", str(path)) as sim:
+            sim.run(20_000)
+            sim.ask("send 55")
+            sim.run(2 * FRAME)
+        (seen,) = [e[0] for e in read_edges(path) if e[3:] == ("PERMIT", 1)]
+        # Woken: response, 4 more from sleep, RJMP, and SBI, whose write is in its second cycle.
+        self.assertEqual(seen, 20_000 + BEFORE_STOP + DECIDED + RESPONSE[board] + 4 + 2 + 2)
+
+    def check_overrun_at_the_start_bit(self, board):
+        """The fourth character's start bit runs the third over, not its end."""
+        master_frame = int(MASTER_FRAME)
+        for late, wanted in (
+            (-40, [(RXC, 1), (RXC, 2), (RXC, 3)]),
+            (60, [(RXC | DOR, 1), (RXC, 2)]),
+        ):
+            with self.open(board) as sim:
+                sim.run(20_000)
+                self.awake(sim)
+                start = int(sim.ask("send 01020304").split()[1]) - master_frame
+                now = int(sim.run(1).split()[1])
+                sim.run(start + DECIDED + late - now)
+                got = self.take(sim, 4)
+                self.assertEqual(got[: len(wanted)], wanted, late)
+                self.assertEqual(got[len(wanted)][0] & RXC, 0)
+                sim.run(2 * FRAME)
+                self.assertEqual(self.take(sim, 2)[0], (RXC, 4))
+
+    def check_errors(self, board):
+        """A wrong parity is UPE0 and its character whole; a wrong rate is FE0."""
+        with self.open(board) as sim:
+            sim.run(20_000)
+            self.awake(sim)
+            for command, status in (("115200 E", 0), ("115200 O", UPE), ("57600 E", FE)):
+                self.take(sim, 3)
+                sim.ask(f"baud {command}")
+                sim.ask("send 35")
+                sim.run(4 * FRAME)
+                got = self.take(sim, 1)[0]
+                self.assertEqual(got[0], RXC | status, command)
+                self.assertEqual(got[1] == 0x35, status != FE, command)
+
+    def test_uno(self):
+        self.check_instant("uno")
+        self.check_overrun_at_the_start_bit("uno")
+        self.check_errors("uno")
+
+    def test_mega(self):
+        self.check_instant("mega")
+        self.check_overrun_at_the_start_bit("mega")
+        self.check_errors("mega")
+
+
 class SharedLine(SimTest):
     """images/echo.c on one to four boards."""
 
@@ -59,9 +138,9 @@ class SharedLine(SimTest):
             answer, cycle = sim.ask("tx 0141").split()[1:]
         self.assertEqual(answer, "0142")
         end = int(cycle) - SILENCE
-        # The board hears the last byte in the middle of its stop bit (by its own clock), decides in
-        # less than 100 cycles and sends two frames.
-        heard = 16_000 + MASTER_FRAME + 10.5 * BIT
+        # The board hears the last byte in its stop bit (by its own clock), decides in less than 100
+        # cycles and sends two frames.
+        heard = 16_000 + MASTER_FRAME + BEFORE_STOP + DECIDED
         self.assertGreater(end, heard + 2 * FRAME)
         self.assertLess(end, heard + 2 * FRAME + 100)
 
@@ -80,7 +159,7 @@ class SharedLine(SimTest):
             [["rx", "01"], ["rx", "41"], ["tx", "01"], ["tx", "42"]],
         )
         first, second, sent, last = (int(row[0]) for row in rows)
-        self.assertEqual(first, 16_000 + 10 * BIT + BIT // 2)
+        self.assertEqual(first, 16_000 + BEFORE_STOP + DECIDED)
         self.assertEqual(second - first, int(MASTER_FRAME))
         self.assertIn(sent - second, range(1, 100))
         self.assertEqual(last - sent, FRAME)

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The receiver as the program sees it: 117647 baud, 8E1. The image sleeps, and the handler of each
+// character raises PERMIT in its first instruction, until RESULT[0] is not 0 any more. Then it takes
+// as many characters as that says at once, status and data in RESULT[1...], and sleeps again.
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+
+#include "result.h"
+
+#if defined(__AVR_ATmega2560__)
+#define PERMIT_PORT PORTE
+#define PERMIT_DDR  DDRE
+#define PERMIT_BIT  3
+ISR(USART0_RX_vect, ISR_NAKED)
+#else
+#define PERMIT_PORT PORTD
+#define PERMIT_DDR  DDRD
+#define PERMIT_BIT  6
+ISR(USART_RX_vect, ISR_NAKED)
+#endif
+{
+    __asm__ volatile("sbi %[port], %[bit]\n\t"
+                     "lds r24, %[udr]\n\t"
+                     "cbi %[port], %[bit]\n\t"
+                     "reti\n\t"
+                     :
+                     : [port] "I"(_SFR_IO_ADDR(PERMIT_PORT)),
+                       [bit] "I"(PERMIT_BIT),
+                       [udr] "n"(_SFR_MEM_ADDR(UDR0)));
+}
+
+#define RECEIVING ((uint8_t)(1U << RXEN0))
+#define SHOWN     ((uint8_t)((1U << RXC0) | (1U << FE0) | (1U << DOR0) | (1U << UPE0)))
+
+static void take(uint16_t count)
+{
+    for (uint16_t i = 0; i < count; i++) {
+        RESULT[1U + 2U * i] = UCSR0A & SHOWN;
+        RESULT[2U + 2U * i] = UDR0;
+    }
+}
+
+int main(void)
+{
+    RESULT[0] = 0;
+    PERMIT_DDR = (uint8_t)(1U << PERMIT_BIT);
+    UBRR0 = 16;
+    UCSR0A = (uint8_t)(1U << U2X0);
+    UCSR0C = (uint8_t)((1U << UPM01) | (1U << UCSZ01) | (1U << UCSZ00));
+    UCSR0B = (uint8_t)(RECEIVING | (1U << RXCIE0));
+    SMCR = (uint8_t)(1U << SE); // idle
+    sei();
+    while (RESULT[0] == 0) {
+        __asm__ volatile("sleep\n\t" ::: "r24", "memory");
+    }
+    cli();
+    for (;;) {
+        UCSR0B = RECEIVING;
+        while (RESULT[0] == 0) {
+        }
+        take(RESULT[0]);
+        RESULT[0] = 0;
+    }
+}
