@@ -314,12 +314,15 @@ def others(master):
 
 
 # At 1,000,000 baud bytes without any silence leave the mega a fifth of its time: there the axes
-# are slower; and where all four turn at once the receiver waits for more than its three bytes.
+# are slower. Where an axis turns, the receiver may wait for more than its two characters and the
+# shift register, which the next start bit runs over: 368 cycles.
 @pytest.mark.parametrize(
     ("board", "load", "baud", "percent", "lost_most"),
     [
-        ("uno", requests, 1_000_000, 100, 0),
-        ("uno", others, 1_000_000, 100, 0),
+        ("uno", requests, 1_000_000, 100, 5),
+        ("uno", others, 1_000_000, 100, 5),
+        ("uno", requests, 250_000, 100, 0),
+        ("uno", others, 250_000, 100, 0),
         ("mega", requests, 1_000_000, 100, 5),
         ("mega", requests, 250_000, 100, 0),
         ("mega", others, 250_000, 100, 0),

@@ -1,0 +1,424 @@
+# SPDX-License-Identifier: MIT
+"""The simulator's own tests find what is planted in its models: each defect below, one at a time.
+
+    sim_plants.py BUILD [PLANT...]
+
+BUILD is a finished build of the host preset. A defect is planted in a copy of its source, which is
+compiled as the build did and linked with the objects of the rest; the suites of sim/tests run until
+one fails. Not part of tools/check: it takes some ten minutes. `cmake --build BUILD --target
+sim_plants` runs it.
+"""
+
+import json
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from common import ROOT, finish
+
+MISSED_AT_MOST = 1
+SUITE_SECONDS = 120
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A defect: what it is, and in `file` of sim/ `right` becomes `wrong`."""
+
+    about: str
+    file: str
+    right: str
+    wrong: str
+
+
+TIMER = "timer16.c"
+TIMER_REGISTERS = "timer16_registers.c"
+UART = "uart.c"
+UART_REGISTERS = "uart_registers.c"
+EEPROM = "eeprom.c"
+WATCHDOG = "watchdog.c"
+EXTINT = "extint.c"
+COMPARATOR = "comparator.c"
+RUN = "board_run.c"
+STATS = "irq_stats.c"
+
+PLANTS = (
+    # Timers
+    Plant("a compare output a cycle early", TIMER, "? match + 1 :", "? match :"),
+    Plant(
+        "a match at BOTTOM wins over BOTTOM",
+        TIMER,
+        "if (com != COM_PORT && cycle != t->bottom_due) {",
+        "if (com != COM_PORT) {",
+    ),
+    Plant(
+        "compare values that are not buffered",
+        TIMER_REGISTERS,
+        "if (!IS_PWM_MODE(timer16_mode(t))) {",
+        "if (true) {",
+    ),
+    Plant(
+        "a buffer written in the last cycle of a period counts at once",
+        TIMER_REGISTERS,
+        "    timer16_sync(t, cycle);\n    t->ocr_buffer[channel]",
+        "    timer16_sync(t, cycle - 1);\n    t->ocr_buffer[channel]",
+    ),
+    Plant(
+        "a flag that a zero clears",
+        TIMER_REGISTERS,
+        "uint8_t cleared = access_flags_written(avr, value);\n\n    timer16_sync",
+        "uint8_t cleared = (uint8_t)~access_flags_written(avr, value);\n\n    timer16_sync",
+    ),
+    Plant(
+        "a period of TOP cycles",
+        TIMER,
+        "t->bottom_due = t->bottom + top_of(t) + 1U;\n    set_flag",
+        "t->bottom_due = t->bottom + top_of(t);\n    set_flag",
+    ),
+    Plant(
+        "a capture in the cycle of BOTTOM that reads TOP + 1",
+        TIMER,
+        "t->icr = timer16_count(t, cycle);",
+        "t->icr = cycle == t->bottom && cycle != 0 ? (uint16_t)(top_of(t) + 1U)\n"
+        "                                             : timer16_count(t, cycle);",
+    ),
+    Plant(
+        "a capture two cycles behind its edge",
+        TIMER,
+        "t->capture_due = cycle + TIMER16_ICP_SYNC_CYCLES;",
+        "t->capture_due = cycle + TIMER16_ICP_SYNC_CYCLES - 1;",
+    ),
+    Plant(
+        "a capture on the wrong edge",
+        TIMER,
+        "    if (level != t->icp_lasting && level == rising_wanted) {",
+        "    if (level != t->icp_lasting && level != rising_wanted) {",
+    ),
+    Plant(
+        "a noise canceler that delays nothing",
+        TIMER,
+        "            t->capture_due += TIMER16_NOISE_CANCELER_CYCLES;",
+        "            t->capture_due += 0;",
+    ),
+    Plant(
+        "TCNT written blocks no match",
+        TIMER,
+        "plan_all(t, cycle + 1); // a match",
+        "plan_all(t, cycle); // a match",
+    ),
+    Plant(
+        "TCNT written at rest blocks no match",
+        TIMER,
+        "from += t->blocked ? 1 : 0;",
+        "from += 0;",
+    ),
+    Plant(
+        "a TEMP for each register",
+        TIMER_REGISTERS,
+        "    t->temp = (uint8_t)(count >> 8);\n",
+        "",
+    ),
+    Plant(
+        "a read of ICRn that leaves TEMP alone",
+        TIMER_REGISTERS,
+        "    t->temp = (uint8_t)(t->icr >> 8);\n",
+        "",
+    ),
+    Plant(
+        "OCRnx reads what the comparator sees",
+        TIMER_REGISTERS,
+        "return (uint8_t)(t->ocr_buffer[channel] >> (high ? 8 : 0));",
+        "return (uint8_t)(t->ocr[channel] >> (high ? 8 : 0));",
+    ),
+    Plant(
+        "a flag that is set in the step behind its clearing is lost",
+        TIMER_REGISTERS,
+        "    timer16_sync(t, access_cycle(avr));\n    avr->data[address] &= (uint8_t)~cleared;",
+        "    timer16_sync(t, access_cycle(avr) + 1);\n    avr->data[address] &= (uint8_t)~cleared;",
+    ),
+    Plant(
+        "a flag that waits is not raised when it is enabled",
+        TIMER_REGISTERS,
+        "} else if (avr_regbit_get(avr, vector->raised) != 0 && !vector->pending) {",
+        "} else if (false) {",
+    ),
+    Plant(
+        "timers that GTCCR does not hold",
+        TIMER,
+        "&& !t->held;",
+        ";",
+    ),
+    # The serial line
+    Plant("RXC in the middle of the stop bit", UART, "/ 8 * 6 :", "/ 8 * 4 :"),
+    Plant("a frame without its parity bit", UART, "!= 0 ? 1 : 0;", "!= 0 ? 0 : 0;"),
+    Plant(
+        "one character buffered, not two",
+        UART,
+        "if (u->fifo_count == UART_FIFO) {",
+        "if (u->fifo_count == UART_FIFO - 1) {",
+    ),
+    Plant(
+        "an overrun at the end of the frame, not at its start bit",
+        UART,
+        "    if ((uart_ucsrb(u) & RXEN) != 0) {\n        run_over(u);\n    }\n",
+        "",
+    ),
+    Plant(
+        "a parity error shows as a frame error",
+        UART,
+        "heard.errors = UPE;",
+        "heard.errors = FE;",
+    ),
+    Plant(
+        "a wrong rate is not noticed",
+        UART,
+        "if (frame->corrupted || !speed_fits(u, frame) ||",
+        "if (frame->corrupted ||",
+    ),
+    Plant(
+        "TXC before the last frame has ended",
+        UART,
+        "    if (u->waiting) {\n        u->waiting = false;",
+        "    if (u->waiting && false) {\n        u->waiting = false;",
+    ),
+    Plant(
+        "UDRE while a character waits",
+        UART_REGISTERS,
+        "(u->waiting ? 0U : UDRE)",
+        "UDRE",
+    ),
+    Plant(
+        "DOR that a read of UDR does not end",
+        UART_REGISTERS,
+        "        u->overrun = false;\n        uart_levels(u);",
+        "        uart_levels(u);",
+    ),
+    Plant(
+        "a receiver that stays full when it is switched off",
+        UART_REGISTERS,
+        "        u->fifo_count = 0; //",
+        "        u->fifo_count += 0; //",
+    ),
+    # EEPROM
+    Plant(
+        "a write that needs no enable",
+        EEPROM,
+        "} else if ((bits & EEPE) != 0 && enabled) {",
+        "} else if ((bits & EEPE) != 0) {",
+    ),
+    Plant(
+        "an erase that writes the value",
+        EEPROM,
+        "        return EEPROM_ERASED;\n",
+        "        return e->value;\n",
+    ),
+    Plant(
+        "a write that sets bits",
+        EEPROM,
+        "return e->bytes[e->address] & e->value;",
+        "return e->value;",
+    ),
+    Plant(
+        "no halt behind EERE",
+        EEPROM,
+        "    e->avr->cycle += HALT_AFTER_EERE;\n",
+        "",
+    ),
+    Plant(
+        "half a write as long as a whole one",
+        EEPROM,
+        "? EEPROM_BOTH_CYCLES : EEPROM_HALF_CYCLES;",
+        "? EEPROM_BOTH_CYCLES : EEPROM_BOTH_CYCLES;",
+    ),
+    Plant(
+        "EE_READY while a byte is being written",
+        EEPROM,
+        "(e->avr->data[e->part->r_eecr] & EERIE) != 0 && !e->busy;",
+        "(e->avr->data[e->part->r_eecr] & EERIE) != 0;",
+    ),
+    # Watchdog
+    Plant(
+        "a watchdog of half the time",
+        WATCHDOG,
+        "<< prescaler(w));",
+        "<< prescaler(w)) / 2;",
+    ),
+    Plant(
+        "WDR that restarts nothing",
+        WATCHDOG,
+        "    w->since = w->avr->cycle + 1;\n}",
+        "    (void)w;\n}",
+    ),
+    Plant(
+        "a change that needs no timed sequence",
+        WATCHDOG,
+        "    if (!may_change) {",
+        "    if (!may_change && false) {",
+    ),
+    Plant(
+        "WDRF that does not hold WDE",
+        WATCHDOG,
+        "return reset_flag_set(w) ? (after | WDE) : after;",
+        "return after;",
+    ),
+    # External interrupts and the comparator
+    Plant(
+        "an external interrupt on the wrong edge",
+        EXTINT,
+        "    case ON_FALL:\n        return !rises;",
+        "    case ON_FALL:\n        return rises;",
+    ),
+    Plant(
+        "an external interrupt without its synchroniser",
+        EXTINT,
+        "cycle + EXTINT_SYNC_CYCLES;",
+        "cycle;",
+    ),
+    Plant(
+        "a comparator that is inverted",
+        COMPARATOR,
+        "bool low = c->port != '\\0' && !c->hooks",
+        "bool low = c->port != '\\0' && c->hooks",
+    ),
+    Plant(
+        "ACI on the wrong edge",
+        COMPARATOR,
+        "    case ON_RISE:\n        return rises;",
+        "    case ON_RISE:\n        return !rises;",
+    ),
+    # Interrupts
+    Plant(
+        "no instruction behind a RETI that finds I set",
+        RUN,
+        "return !returned && avr",
+        "return avr",
+    ),
+    Plant(
+        "two instructions behind SEI",
+        RUN,
+        "    if (avr->interrupt_state == STATE_ONE_PASSED) {\n"
+        "        avr->interrupt_state = avr_has",
+        "    if (avr->interrupt_state == STATE_ONE_PASSED) {\n"
+        "        avr->interrupt_state++;\n        return false;\n    }\n"
+        "    if (avr->interrupt_state == 0) {\n"
+        "        avr->interrupt_state = avr_has",
+    ),
+    Plant(
+        "a response a cycle short",
+        STATS,
+        "? IRQ_RESPONSE_22_BIT_PC : IRQ_RESPONSE_16_BIT_PC;",
+        "? IRQ_RESPONSE_22_BIT_PC - 1 : IRQ_RESPONSE_16_BIT_PC - 1;",
+    ),
+    Plant(
+        "a wake-up that costs nothing",
+        STATS,
+        "        s->avr->cycle += IRQ_RESPONSE_FROM_SLEEP;\n",
+        "",
+    ),
+    Plant(
+        "a skip over ADIW that passes two words",
+        RUN,
+        "skips_mend(&b->skips, avr, avr_run_one(avr));",
+        "avr_run_one(avr);",
+    ),
+)
+
+
+class Program:
+    """The simulator's program as the build makes it."""
+
+    def __init__(self, build: Path) -> None:
+        self.build = build
+        commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+        self.compile = {
+            Path(one["file"]).name: shlex.split(one["command"])
+            for one in commands
+            if Path(one["file"]).parent == ROOT / "sim"
+        }
+        link = subprocess.run(
+            ["ninja", "-C", str(build), "-t", "commands", "-s", "bin/pixstep-sim"],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        last = shlex.split(link.stdout.strip().splitlines()[-1])
+        self.link = [word for word in last if word not in ("&&", ":")]
+
+    def with_plant(self, plant: Plant, folder: Path) -> Path:
+        """Compile and link with a plant; return the program."""
+        text = (ROOT / "sim" / plant.file).read_text(encoding="utf-8")
+        if text.count(plant.right) != 1:
+            raise ValueError(f"sim/{plant.file}: {plant.right!r} is not there exactly once")
+        source, made = folder / plant.file, folder / "plant.o"
+        source.write_text(text.replace(plant.right, plant.wrong), encoding="utf-8")
+        words = list(self.compile[plant.file])
+        kept = words[words.index("-o") + 1]
+        words[words.index("-o") + 1] = str(made)
+        words[words.index(str(ROOT / "sim" / plant.file))] = str(source)
+        words = [word for word in words if word != "-Werror"]
+        words.insert(1, f"-I{ROOT / 'sim'}")
+        subprocess.run(words, cwd=self.build, check=True)
+        program = folder / "pixstep-sim"
+        words = [str(made) if word == kept else word for word in self.link]
+        words[words.index("-o") + 1] = str(program)
+        subprocess.run(words, cwd=self.build, check=True)
+        return program
+
+
+def suites() -> list[Path]:
+    """Return the simulator's suites, the quickest of the models' first."""
+    first = ("interrupts", "uart", "timers", "eeprom", "watchdog", "extint", "comparator")
+    named = [ROOT / "sim" / "tests" / f"test_{name}.py" for name in first]
+    rest = sorted(set((ROOT / "sim" / "tests").glob("test_*.py")) - set(named))
+    return named + rest
+
+
+def find(program: Path) -> str:
+    """Return the first suite that fails with this program; nothing when none does."""
+    environment = os.environ | {
+        "PIXSTEP_SIM": str(program),
+        "PIXSTEP_UNO_IMAGES": str(ROOT / "build" / "uno" / "sim" / "tests" / "images"),
+        "PIXSTEP_MEGA_IMAGES": str(ROOT / "build" / "mega" / "sim" / "tests" / "images"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    for suite in suites():
+        try:
+            done = subprocess.run(
+                [sys.executable, str(suite), "--failfast"],
+                cwd=suite.parent,
+                env=environment,
+                capture_output=True,
+                timeout=SUITE_SECONDS,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return f"{suite.stem} (no end)"
+        if done.returncode != 0:
+            return suite.stem
+    return ""
+
+
+def main() -> None:
+    """Plant each defect, or those named, and run the suites."""
+    build, *chosen = sys.argv[1:]
+    program = Program(Path(build).resolve())
+    plants = [plant for plant in PLANTS if not chosen or plant.about in chosen]
+    failing = find(Path(build).resolve() / "bin" / "pixstep-sim")
+    if failing:
+        finish("sim_plants", "no plant", [f"{failing} fails without a plant"])
+    missed = []
+    for plant in plants:
+        with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
+            found = find(program.with_plant(plant, Path(name)))
+        print(f"{plant.file}: {plant.about}: {found or 'NOT FOUND'}", flush=True)
+        if not found:
+            missed.append(f"{plant.file}: {plant.about}: not found")
+    problems = missed if len(missed) > MISSED_AT_MOST else []
+    finish("sim_plants", f"{len(plants)} defects planted, {len(missed)} not found", problems)
+
+
+if __name__ == "__main__":
+    main()
