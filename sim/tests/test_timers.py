@@ -120,12 +120,15 @@ class Capture(SimTest):
 
 
 class Blocked(unittest.TestCase):
-    """images/blocked.c: a write to TCNT blocks the match of the next clock, even at rest."""
+    """images/blocked.c: a write to TCNT blocks the match of the next clock, even at rest.
+
+    A flag that is cleared in the step before the one that sets it is set.
+    """
 
     def check(self, board):
         with Session(image(board, "blocked")) as sim:
             sim.run(5_000)
-            self.assertEqual(sim.results(5), [0, OCF1B, OCF1B, 0, 0x600D])
+            self.assertEqual(sim.results(7), [0, OCF1B, OCF1B, 0, OCF1B, 0, 0x600D])
 
     def test_uno(self):
         self.check("uno")

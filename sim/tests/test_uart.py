@@ -61,9 +61,9 @@ class Receiver(SimTest):
     def open(self, board, *options):
         return Session(image(board, "receiver"), options=options)
 
-    def take(self, sim, count):
+    def take(self, sim, count, off_before=False):
         """(status, data) of the next characters, as the program reads them one behind the other."""
-        sim.ask(f"poke 0 0x600 {count:02x}00")
+        sim.ask(f"poke 0 0x600 {count:02x}{off_before:02x}")
         sim.run(400)
         results = sim.results(1 + 2 * count)
         self.assertEqual(results[0], 0)
@@ -89,7 +89,7 @@ class Receiver(SimTest):
         """The fourth character's start bit runs the third over, not its end."""
         master_frame = int(MASTER_FRAME)
         for late, wanted in (
-            (-40, [(RXC, 1), (RXC, 2), (RXC, 3)]),
+            (-200, [(RXC, 1), (RXC, 2), (RXC, 3)]),
             (60, [(RXC | DOR, 1), (RXC, 2)]),
         ):
             with self.open(board) as sim:
@@ -118,12 +118,25 @@ class Receiver(SimTest):
                 self.assertEqual(got[0], RXC | status, command)
                 self.assertEqual(got[1] == 0x35, status != FE, command)
 
+    def check_switched_off(self, board):
+        """Disabling the receiver flushes its buffer."""
+        with self.open(board) as sim:
+            sim.run(20_000)
+            self.awake(sim)
+            for off_before, left in ((False, RXC), (True, 0)):
+                self.take(sim, 3)
+                sim.ask("send 1122")
+                sim.run(3 * FRAME)
+                self.assertEqual(self.take(sim, 1, off_before)[0][0], left)
+
     def test_uno(self):
+        self.check_switched_off("uno")
         self.check_instant("uno")
         self.check_overrun_at_the_start_bit("uno")
         self.check_errors("uno")
 
     def test_mega(self):
+        self.check_switched_off("mega")
         self.check_instant("mega")
         self.check_overrun_at_the_start_bit("mega")
         self.check_errors("mega")

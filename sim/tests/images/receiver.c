@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The receiver as the program sees it: 117647 baud, 8E1. The image sleeps, and the handler of each
 // character raises PERMIT in its first instruction, until RESULT[0] is not 0 any more. Then it takes
-// as many characters as that says at once, status and data in RESULT[1...], and sleeps again.
+// as many characters as that says at once, status and data in RESULT[1...], and from then on when
+// RESULT[0] says so; with RESULT[0] = 0x100 and more it switches the receiver off and on before.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -33,6 +34,8 @@ ISR(USART_RX_vect, ISR_NAKED)
 #define RECEIVING ((uint8_t)(1U << RXEN0))
 #define SHOWN     ((uint8_t)((1U << RXC0) | (1U << FE0) | (1U << DOR0) | (1U << UPE0)))
 
+#define OFF_AND_ON 0x100U
+
 static void take(uint16_t count)
 {
     for (uint16_t i = 0; i < count; i++) {
@@ -59,7 +62,11 @@ int main(void)
         UCSR0B = RECEIVING;
         while (RESULT[0] == 0) {
         }
-        take(RESULT[0]);
+        if (RESULT[0] >= OFF_AND_ON) {
+            UCSR0B = 0;
+            UCSR0B = RECEIVING;
+        }
+        take(RESULT[0] % OFF_AND_ON);
         RESULT[0] = 0;
     }
 }
