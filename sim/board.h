@@ -136,6 +136,7 @@ struct board {
         bool level;
         uint64_t changes;
         uint64_t cycle; // of the last one, 0 if there was none
+        uint64_t rise;  // and of the last rise
     } permit;
     uint8_t switch_on[BOARD_PORTS][8]; // by pin (board_find_switches)
 

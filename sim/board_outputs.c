@@ -139,6 +139,7 @@ static void follow_permit(struct board *b, bool level, uint64_t cycle)
         b->permit.level = level;
         b->permit.changes++;
         b->permit.cycle = cycle;
+        b->permit.rise = level ? cycle : b->permit.rise;
         add_edge(b, 0, EDGE_PERMIT, level, cycle);
     }
 }

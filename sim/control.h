@@ -40,9 +40,9 @@
 //                                               the one on its way (- for none) and its cycles left
 //   pin BOARD PORT BIT L [at CYCLE]
 //                           ok                  drive an input pin, now or at a cycle to come
-//   permit BOARD            permit LEVEL CHANGES CYCLE
-//                                               the permit output, its edges so far, the last one's
-//                                               cycle (0: never)
+//   permit BOARD            permit LEVEL CHANGES CYCLE RISE
+//                                               the permit output, its edges so far, the cycles of
+//                                               the last one and of the last rise (0: never)
 //   power BOARD off|on [at CYCLE]
 //                           ok [CYCLE]          the supply fails or comes back. Off: the byte of
 //                                               EEPROM on its way is anything, every pin an input.

@@ -253,10 +253,11 @@ static void do_permit(struct control *c)
     const struct board *b = control_board(c);
 
     if (b != NULL) {
-        control_answer("permit %d %" PRIu64 " %" PRIu64,
+        control_answer("permit %d %" PRIu64 " %" PRIu64 " %" PRIu64,
                        b->permit.level ? 1 : 0,
                        b->permit.changes,
-                       b->permit.cycle);
+                       b->permit.cycle,
+                       b->permit.rise);
     }
 }
 

@@ -85,6 +85,16 @@ class Orders(RuleBasedStateMachine):
         self.do(actions.Look())
         self.do(actions.Wait(TIMER_HZ // 20))
 
+    @rule(gap=st.integers(1000, 3000))
+    def stopped_beside_permit(self, gap):
+        """The emergency stop within the round that serves the request."""
+        self.do(actions.Pin("ESTOP", 0, 1))
+        self.do(actions.Order("clear_fault", 0))
+        self.do(actions.Order("permit_on", 0, None, actions.TELL))
+        self.do(actions.Wait(gap))
+        self.do(actions.Pin("ESTOP", 0, 0))
+        self.do(actions.Wait(1000))
+
     def do(self, action):
         self.guard.do(action)
         assert self.guard.complaints == []
@@ -255,7 +265,7 @@ def test_a_lost_step_is_a_complaint(monkeypatch):
 
 
 def test_permit_behind_a_stop_is_a_complaint(monkeypatch):
-    monkeypatch.setattr(Simulator, "permit", lambda self, _: Permit(1, 1, self.cycle))
+    monkeypatch.setattr(Simulator, "permit", lambda self, _: Permit(1, 1, self.cycle, self.cycle))
     guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TIMER_HZ // 20))
     assert any("PERMIT must be low" in text for text in guard.complaints)
 

@@ -60,11 +60,15 @@ class SimOptions:
 
 
 class Permit(NamedTuple):
-    """The permit output of a board: its level, edges so far, cycle of the last (0: none)."""
+    """The permit output of a board: its level, edges so far, cycles of the last and the last rise.
+
+    0 where there was none.
+    """
 
     level: int
     changes: int
     cycle: int
+    rise: int
 
 
 class EepromState(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions
 from pixstep.hostile.orders.actions import ASK, Action, Order
-from pixstep.hostile.orders.model import HELD_CYCLES, AxisModel, Model
+from pixstep.hostile.orders.model import ESTOP_ENTRY_CYCLES, HELD_CYCLES, AxisModel, Model
 from pixstep.hostile.orders.state import MOVING, AxisState, Edges, State
 from pixstep.hostile.orders.world import IDLE_TICKS, Outcome, World
 from pixstep.lines.rational import TIMER_HZ
@@ -113,6 +113,12 @@ class Guard:
 
     def _check_permit(self) -> None:
         permit, model = self.world.permit(), self.model.permit
+        if self.model.estop and permit.rise > self.model.pressed + ESTOP_ENTRY_CYCLES:
+            self.complain(
+                f"PERMIT rose at {permit.rise}, the emergency stop was pressed at "
+                f"{self.model.pressed}"
+            )
+            self.model.pressed = permit.rise
         if model.low_from is None or self.world.cycle < model.low_from:
             return
         if model.changes is None:

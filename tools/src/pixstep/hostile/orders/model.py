@@ -12,6 +12,9 @@ from pixstep.hostile.orders import actions
 from pixstep.hostile.orders.world import Outcome
 
 HELD_CYCLES = 2 * 65_536  # the period that the timer runs and the one that it holds
+# From the pin's edge until the main program has made its last instruction before the stop's
+# interrupt: synchroniser, what holds interrupts off, one instruction behind each handler.
+ESTOP_ENTRY_CYCLES = 200
 ESTOP_CYCLES = 2400  # as hostile.estops: confirmation, other interrupts, one axis after the other
 ENDING = frozenset(("stop", "disarm", "discard"))  # an axis that was told so makes no more steps
 _COIL_GROUP = 4
