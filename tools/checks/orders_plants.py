@@ -47,12 +47,12 @@ except AssertionError:
     sys.exit({FOUND})
 """
 
-# Those of the explorer that are about the same sources, and what needs the assembly and real time.
+# Those of the explorer that can be seen from outside (an emergency stop that leaves PERMIT to the
+# main loop cannot: it is low within the stated bound), and what needs the assembly and real time.
 SHARED = (
     "settle while the timer holds a step",
     "permit set before the emergency stop is looked at",
     "a halt that does not cut a run",
-    "an emergency stop that leaves permit on",
     "a stop that leaves permit on",
     "a refused order that is kept",
     "a settled axis whose interrupt stays off",
