@@ -70,9 +70,15 @@ OWN = (
         ),
     ),
     Plant(
-        "an axis that may be armed while it stops",
+        "an axis that takes a block while it stops",
         "",
-        (Change(COMMANDS, "(machine.stopping & axis_bit(number_of(axis))) == 0;", "true;"),),
+        (
+            Change(
+                "firmware/app/data.c",
+                "if ((machine.stopping & axis_bit((uint8_t)axis)) != 0) {",
+                "if (false) {",
+            ),
+        ),
     ),
     Plant(
         "a discard that forgets the timer",
