@@ -15,7 +15,7 @@ What yasimavr has wrong or lacks, and is put right here (docs/TESTING.md says ho
   out, with everything else that the firmware does not need for a line.
 
 Left as they are: no GTCCR (TSM), ICES1 reads as 0, timer outputs reach no pin, SBI on a flag
-register clears all its flags, the low clock phase of timer 2 against the serial line.
+register clears all its flags, the cycles at which replies begin.
 """
 
 from collections.abc import Iterable
