@@ -11,8 +11,8 @@ What yasimavr has wrong or lacks, and is put right here (docs/TESTING.md says ho
 * a signal comes at the end of an instruction: edges are placed by the timer's own count;
 * a capture takes the count at the end of an instruction, and hangs on no pin: it is taken here, at
   its own cycle;
-* the comparator ends the whole process when a multiplexed pin meets the bandgap reference: left
-  out, with everything else that the firmware does not need for a line.
+* choosing an input of the comparator ends the whole process: left out, with everything else that
+  the firmware does not need for a line.
 
 Left as they are: no GTCCR (TSM), ICES1 reads as 0, timer outputs reach no pin, SBI on a flag
 register clears all its flags, the cycles at which replies begin.
