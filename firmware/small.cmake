@@ -12,7 +12,8 @@ endforeach()
 function(smaller file)
     set_property(SOURCE ${file} APPEND PROPERTY COMPILE_OPTIONS ${ARGN})
 endfunction()
-smaller(app/commands.c -fno-tree-dominator-opts -fno-forward-propagate -fno-jump-tables)
+smaller(app/commands.c -fno-tree-dominator-opts -fno-forward-propagate -fno-jump-tables
+        -fno-tree-loop-optimize)
 smaller(app/data.c -fno-split-wide-types -fno-forward-propagate -fira-algorithm=priority
         -fno-tree-copy-prop -fno-tree-reassoc -fno-expensive-optimizations -fno-cse-follow-jumps
         -fno-gcse)
@@ -22,7 +23,8 @@ smaller(app/seek.c -fira-algorithm=priority -fno-tree-reassoc)
 smaller(app/start.c -fno-ipa-pure-const -fno-tree-dominator-opts -fno-forward-propagate
         -fira-algorithm=priority)
 smaller(core/motion/axis.c -fno-ipa-sra -fno-tree-dominator-opts -fguess-branch-probability
-        -fno-reorder-blocks -fno-tree-reassoc -fno-tree-copy-prop -fno-tree-fre)
+        -fno-reorder-blocks -fno-tree-reassoc -fno-tree-copy-prop -fno-tree-fre
+        -fno-tree-loop-optimize -fno-forward-propagate)
 smaller(core/motion/clock_watch.c -fno-split-wide-types -fno-tree-dominator-opts -fno-tree-forwprop)
 smaller(core/motion/curve.c -fno-tree-ter)
 smaller(core/motion/curve_flat.c -fno-expensive-optimizations -fno-tree-reassoc)

@@ -247,6 +247,20 @@ static void overlong_frame_is_bad(void)
     TEST_ASSERT_EQUAL(FRAME_BAD, silence());
 }
 
+// No frame is so long: what comes behind it must find room.
+static void more_than_a_frame_is_bad_at_once(void)
+{
+    static uint8_t bytes[FRAME_MAX_BYTES - 2u] = {OTHER, 4, 252};
+
+    build(bytes, sizeof bytes);
+    sent.bytes[100] ^= 1u;
+    TEST_ASSERT_EQUAL(FRAME_PARTIAL, receive(0, FRAME_MAX_BYTES));
+    frame.bytes[FRAME_MAX_BYTES] = 0;
+    frame.received = FRAME_MAX_BYTES + 1u;
+    TEST_ASSERT_EQUAL(FRAME_BAD, look());
+    TEST_ASSERT_EQUAL_UINT16(FRAME_MAX_BYTES + 1u, frame.length);
+}
+
 static void next_look_begins_anew(void)
 {
     check_over(
@@ -285,6 +299,7 @@ int main(void)
     RUN_TEST(too_short_is_bad_whatever_its_checksum);
     RUN_TEST(longest_frame_is_ready);
     RUN_TEST(overlong_frame_is_bad);
+    RUN_TEST(more_than_a_frame_is_bad_at_once);
     RUN_TEST(next_look_begins_anew);
     RUN_TEST(seal_appends_low_byte_first);
     return UNITY_END();

@@ -11,7 +11,6 @@
 #define FIRST_STOP  0x0100u
 #define CLEAR_FAULT 0x1000u
 #define PERMIT      0x2000u
-#define ALL_AXES    ((1u << CONFIG_AXES) - 1u)
 #define MAPPED      (ALL_AXES * (FIRST_STOP + FIRST_ARMED + 1u) | CLEAR_FAULT | PERMIT)
 
 #define OUTPUTS_PERMIT                                                                   \

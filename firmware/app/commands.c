@@ -286,6 +286,10 @@ static bool command_axes(enum machine_command command, uint8_t mask)
 {
     struct axis_command found;
 
+    // Disarm and stop go to all boards at once, whatever axes each of them has.
+    if (command <= COMMAND_STOP) {
+        mask &= ALL_AXES;
+    }
     flash_copy(&found, &axis_commands[command], sizeof found);
     return for_axes(mask, found.possible, found.act);
 }

@@ -15,7 +15,7 @@
 
 struct event {
     uint16_t code;
-    uint16_t axis;
+    uint8_t axis;
     uint16_t argument;
     uint32_t pixel;
     uint32_t time_ms; // since reset; wraps after 4.7 hours

@@ -85,6 +85,8 @@ static inline struct axis *machine_axis(uint8_t axis)
 }
 
 // Its bit in the masks of axes.
+#define ALL_AXES ((uint8_t)((1u << CONFIG_AXES) - 1u))
+
 static inline uint8_t axis_bit(uint8_t axis)
 {
     return CONFIG_AXES == 1 ? 1u : (uint8_t)(1u << axis);

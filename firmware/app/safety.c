@@ -12,7 +12,6 @@
 #define RESET_POWER_ON   0x01u // bits of the reset cause
 #define RESET_UNEXPECTED 0x0Cu // brown-out, watchdog
 #define ESTOP_INVERTED   0x04u // bit of setting inputs_inverted
-#define ALL_AXES         ((uint8_t)((1u << CONFIG_AXES) - 1u))
 
 static uint8_t beats[CONFIG_AXES]; // of each step interrupt, at the last look
 static uint8_t alive;              // axes that moved on since the watchdog was fed

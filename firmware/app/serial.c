@@ -10,7 +10,7 @@
 #include "wire/baud.h"   // baud_*
 #include "wire/frame.h"  // struct frame
 
-_Static_assert(FRAME_MAX_BYTES == UART_BUFFER_BYTES, "the line receives into the frame");
+_Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the line receives into the frame");
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock");
 
 // Received in place, turned into the reply in place, sent from there.
@@ -61,7 +61,10 @@ uint16_t serial_last_request_ms(void)
 
 static void serve(void)
 {
-    last_request_ms = clock_now_ms();
+    // Nobody obeys in listen-only mode: the bus is silent for what moves.
+    if (!counters.listen_only) {
+        last_request_ms = clock_now_ms();
+    }
     reply_bytes = server_serve(&frame, &counters);
 }
 

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define UART_BUFFER_BYTES 256u
+#define UART_BUFFER_BYTES 272u // the longest frame, and room for what comes behind it
 
 enum uart_parity { UART_NONE = 0, UART_ODD = 1, UART_EVEN = 2 }; // none has two stop bits
 

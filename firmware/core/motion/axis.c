@@ -185,6 +185,7 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     }
     feed_hold(&axis->feed);
     begin_line(axis, period, always_take_up);
+    axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel
     axis->state = AXIS_ARMED;
     return true;
 }

@@ -106,7 +106,7 @@ enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
         return foreign ? FRAME_FOREIGN : FRAME_READY;
     }
     frame->tried = received;
-    if (!ended) {
+    if (!ended && received <= FRAME_MAX_BYTES) {
         return FRAME_PARTIAL;
     }
     frame->length = received;

@@ -9,6 +9,10 @@
 
 #define FRAME_MAX_BYTES 256u
 
+// Behind a long frame that is looked at late, or a damaged one, there is room for a short one: a
+// stop must not be lost.
+#define FRAME_ROOM_BYTES (FRAME_MAX_BYTES + 16u)
+
 // Function 20, reading files, is served: 1 or, where flash is short, 0.
 #ifndef SERVER_FILES
 #define SERVER_FILES 1
@@ -18,7 +22,7 @@ enum frame_status {
     FRAME_PARTIAL, // nothing yet
     FRAME_READY, // for us or, address 0, for all: bytes[0..length-3] hold address and PDU
     FRAME_FOREIGN, // for somebody else, or from there
-    FRAME_BAD,     // ended by silence with a wrong checksum
+    FRAME_BAD,     // ended by silence with a wrong checksum, or too long
 };
 
 struct frame {
@@ -26,7 +30,7 @@ struct frame {
     uint16_t received; // bytes so far, of this frame and of what follows it
     uint16_t tried;    // no frame ends at so many bytes or before
     uint8_t reply;     // bytes of the reply that the server has made of it
-    uint8_t bytes[FRAME_MAX_BYTES];
+    uint8_t bytes[FRAME_ROOM_BYTES];
 };
 
 // Begin anew.

@@ -24,8 +24,8 @@ static uint8_t *buffer;
 static uint8_t *volatile next;
 static uint8_t *volatile end;
 
-// Bytes received before the first silence behind any; 0 there was none, or all the buffer holds.
-static volatile uint8_t gap;
+// Bytes received before the first silence behind any; 0 there was none.
+static volatile uint16_t gap;
 static volatile uint8_t overruns;
 
 static volatile uint8_t after; // UCSR0B, once the handler is over
@@ -93,7 +93,7 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
     if ((TIFR2 & _BV(OCF2A)) != 0) {
         TIFR2 = (uint8_t)_BV(OCF2A);
         if (gap == 0) {
-            gap = (uint8_t)((uint8_t)(uintptr_t)to - (uint8_t)(uintptr_t)buffer);
+            gap = (uint16_t)(to - buffer);
         }
     }
     // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails, as it
@@ -189,7 +189,9 @@ bool uart_received(uint16_t *count)
     const uint8_t *to = next;
     sei();
     bool ended = uart_silent();
-    uint8_t before_gap = gap;
+    cli();
+    uint16_t before_gap = gap;
+    sei();
 
     *count = (uint16_t)(to - buffer);
     if (before_gap != 0) {
@@ -216,9 +218,9 @@ void uart_drop(uint16_t count)
         from++;
     }
     next = to;
-    uint8_t before_gap = gap;
+    uint16_t before_gap = gap;
     if (before_gap != 0) {
-        gap = (uint8_t)(before_gap - count); // 0 when it was at this end
+        gap = (uint16_t)(before_gap - count); // 0 when it was at this end
     }
     UCSR0B = ENABLE_RECEIVE;
 }

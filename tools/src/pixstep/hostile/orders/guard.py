@@ -151,7 +151,10 @@ class Guard:
 
     def _wanted(self, order: Order) -> bool | None:
         """Return whether an order must be taken, None if that depends on more than is known."""
-        on_axes = order.name in ("arm", "disarm", "stop", "discard", "enable", "disable", "zero")
+        quiets = order.name in ("disarm", "stop")
+        if quiets and order.mask & self.world.all_axes == 0:
+            return False
+        on_axes = order.name in ("arm", "discard", "enable", "disable", "zero")
         if on_axes and not 0 < order.mask <= self.world.all_axes:
             return False
         if order.name in ("stop", "enable", "permit_off"):
