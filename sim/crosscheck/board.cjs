@@ -48,9 +48,11 @@ class Board {
         this.responseMissing = part.responseCycles - AVR8JS_RESPONSE;
         this.wires = wires.pins;
         this.nextWire = 0;
-        this.levels = {}; // of wires that are driven
         const { cpu, access } = this;
-        this.pins = new Pins(cpu, access, part.ports, outputs, (cycle) => this.sync(cycle));
+        this.pins = new Pins(cpu, access, part.ports, outputs, {
+            sync: (cycle) => this.sync(cycle),
+            changed: (cycle) => this.followWires(cycle),
+        });
         this.timers = part.timers.map((row) => new Timer(cpu, access, row));
         this.usart = new Usart(cpu, access, part.usart, wires.frames);
         this.interrupts = externalInterrupts(cpu, access, part.externalInterrupts);
@@ -76,7 +78,7 @@ class Board {
             this.cpu,
             this.access,
             part.analogPorts,
-            (wire) => this.levelOf(wire),
+            (wire) => this.pins.level(wire),
             (cycle) => {
                 this.sync(cycle);
                 this.followWires(cycle);
@@ -94,27 +96,20 @@ class Board {
         return this.pins.edges;
     }
 
-    levelOf(wire) {
-        return this.levels[wire] ?? 1;
-    }
-
     // Timer 1, the first that captures, listens to the comparator if told so.
     followWires(cycle) {
         this.captures.forEach((capture, index) => {
             const compared = index === 0 && this.comparator.captures;
-            const level = compared
-                ? this.comparator.output
-                : this.levelOf(this.captureWires[index]);
-            capture.follow(level, cycle);
+            const wire = this.captureWires[index];
+            capture.follow(compared ? this.comparator.output : this.pins.level(wire), cycle);
         });
-        this.interrupts.forEach((line) => line.follow(this.levelOf(line.wire), cycle));
+        this.interrupts.forEach((line) => line.follow(this.pins.level(line.wire), cycle));
     }
 
     // The next change of a wire.
     takeWire() {
         const { cycle, wire, level } = this.wires[this.nextWire++];
         this.syncDevices(cycle - 1); // what came before it has seen the wire as it was
-        this.levels[wire] = level;
         this.pins.drive(wire, level, cycle);
         this.followWires(cycle);
     }

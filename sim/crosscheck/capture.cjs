@@ -19,7 +19,7 @@ class Capture {
     constructor(cpu, timer) {
         this.cpu = cpu;
         this.timer = timer;
-        this.level = 1;
+        this.level = 0;
         this.due = NEVER;
     }
 

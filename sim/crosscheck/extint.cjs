@@ -23,7 +23,7 @@ class ExternalInterrupt {
         this.cpu = cpu;
         this.number = number;
         this.wire = wire;
-        this.level = 1;
+        this.level = 0;
         this.due = NEVER;
         this.flag = {
             address,

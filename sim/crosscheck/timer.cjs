@@ -20,8 +20,10 @@ const avr8js = require('avr8js');
 const NEVER = Infinity;
 const CAPTURE_BIT = 0x20; // ICFn and ICIEn
 
-// With the clock select the prescaler begins at 0 here. On a part it is running since reset, a boot
-// loader's time before: any phase is right. pixstep-sim has the same one.
+// The prescaler begins at 0 with the write of the clock select, and so much later. On a part it has
+// been running since the reset, before a boot loader: any phase is right. pixstep-sim has this one.
+const PRESCALER_CYCLES = -1;
+
 class Timer {
     constructor(cpu, access, { name, config }) {
         this.name = name;
@@ -136,17 +138,26 @@ class Timer {
         this.after(config.TCNT, (cycle) => {
             this.count(cycle);
             this.blocked = true;
+            this.restartPrescaler();
         });
         this.after(config.TCCRB, (cycle) => {
             cpu.clearClockEvent(core.count);
             this.count(cycle); // takes the new clock select
             cpu.clearClockEvent(core.count);
+            this.restartPrescaler();
         });
         cpu.readHooks[config.TCNT] = () => {
             const count = this.read(this.access.read());
             core.highByteTemp = count >> 8;
             return count & 0xff;
         };
+    }
+
+    restartPrescaler() {
+        const { core, cpu } = this;
+        if (core.divider > 1) {
+            core.lastCycle = cpu.cycles; // of the instruction's beginning
+        }
     }
 
     mendFlags() {
