@@ -63,6 +63,23 @@ class Board {
         };
         cpu.data[MCUSR] = POWER_ON;
         this.devices = [...this.captures, ...this.timers, ...this.interrupts, this.usart];
+        this.horizon = 0; // nothing is due before this cycle
+        this.watchRegisters();
+    }
+
+    // An instruction that touches a register may make something due earlier than was known.
+    watchRegisters() {
+        const { cpu } = this;
+        for (const [name, hooks] of [['readData', cpu.readHooks], ['writeData', cpu.writeHooks]]) {
+            const own = cpu[name].bind(cpu);
+            cpu[name] = (address, value, mask) => {
+                const result = own(address, value, mask);
+                if (hooks[address]) {
+                    this.horizon = 0;
+                }
+                return result;
+            };
+        }
     }
 
     connectCaptures(part) {
@@ -120,6 +137,12 @@ class Board {
             this.takeWire();
         }
         this.syncDevices(cycle);
+        this.horizon = Math.min(
+            this.wires[this.nextWire]?.cycle ?? Infinity,
+            this.pins.due,
+            this.cpu.nextClockEvent?.cycles ?? Infinity,
+            ...this.devices.map((device) => device.due),
+        );
     }
 
     syncDevices(cycle) {
@@ -152,7 +175,9 @@ class Board {
         if ((opcode & 0xff00) === 0x9800) {
             cpu.cycles++; // CBI
         }
-        this.sync(cpu.cycles);
+        if (cpu.cycles >= this.horizon) {
+            this.sync(cpu.cycles);
+        }
         const enabled = cpu.data[SREG] & INTERRUPTS_ON;
         const oneMore = opcode === RETI || opcode === SEI || !enabledBefore;
         if (enabled && !oneMore && cpu.nextInterrupt >= 0) {

@@ -93,6 +93,10 @@ class Pins {
         this.arriving.push({ due: cycle + PIN_CYCLES, port, bit: Number(wire[1]), level });
     }
 
+    get due() {
+        return this.arriving[0]?.due ?? Infinity;
+    }
+
     sync(cycle) {
         while (this.arriving.length > 0 && this.arriving[0].due <= cycle) {
             const { port, bit, level } = this.arriving.shift();

@@ -83,6 +83,11 @@ class Recording:
         return all(state == "done" for state in ends)
 
 
+    def fault(self) -> str:
+        """Return the name of the latched fault."""
+        return regs.code_name(regs.faults(), self.board.input("fault_code"))
+
+
 def smooth(name: str, folder: Path) -> None:
     """Record smooth lines with a backlash to take up, another one on every axis."""
     speeds, pixels = ([1000], 60) if name == "uno" else ([700, 600, 500, 400], 30)
@@ -140,6 +145,8 @@ def estop(name: str, folder: Path) -> None:
                 run.simulator.pin(0, pin.port, pin.bit, level, at=trip)
                 trip += rng.randrange(20, 400)
             run.simulator.run(trip - run.simulator.cycle + SETTLE_CYCLES)
+            if run.fault() != "estop":
+                raise UserError("the emergency stop was not seen")
             run.simulator.pin(0, pin.port, pin.bit, 1)
             run.simulator.run(TIMER_HZ // 1000)
             run.board.command("clear_fault", [])

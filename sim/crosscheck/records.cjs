@@ -81,4 +81,4 @@ function readRun(folder) {
     };
 }
 
-module.exports = { readRun, readWires };
+module.exports = { readEdges, readRun };
