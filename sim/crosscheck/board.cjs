@@ -25,7 +25,7 @@ const { Capture } = require('./capture.cjs');
 const { Comparator } = require('./comparator.cjs');
 const { externalInterrupts } = require('./extint.cjs');
 const { Pins } = require('./pins.cjs');
-const { Timer } = require('./timer.cjs');
+const { PRESCALER, Timer } = require('./timer.cjs');
 const { Usart } = require('./usart.cjs');
 
 const MCUSR = 0x54;
@@ -41,8 +41,8 @@ const AVR8JS_RESPONSE = 2;
 
 class Board {
     // part: a row of parts.cjs; outputs: rows for pins.cjs; wires: { pins, frames } as read by
-    // records.cjs, in order of cycles.
-    constructor(part, flash, outputs, wires) {
+    // records.cjs, in order of cycles; prescaler: of timer.cjs.
+    constructor(part, flash, outputs, wires, prescaler = PRESCALER.RECORDED) {
         this.cpu = new avr8js.CPU(flash, part.ramBytes);
         this.access = new Access(this.cpu);
         this.responseMissing = part.responseCycles - AVR8JS_RESPONSE;
@@ -53,7 +53,7 @@ class Board {
             sync: (cycle) => this.sync(cycle),
             changed: (cycle) => this.followWires(cycle),
         });
-        this.timers = part.timers.map((row) => new Timer(cpu, access, row));
+        this.timers = part.timers.map((row) => new Timer(cpu, access, row, prescaler));
         this.usart = new Usart(cpu, access, part.usart, wires.frames);
         this.interrupts = externalInterrupts(cpu, access, part.externalInterrupts);
         this.connectCaptures(part);

@@ -20,13 +20,17 @@ const avr8js = require('avr8js');
 const NEVER = Infinity;
 const CAPTURE_BIT = 0x20; // ICFn and ICIEn
 
-// The prescaler begins at 0 with the write of the clock select, and so much later. On a part it has
-// been running since the reset, before a boot loader: any phase is right. pixstep-sim has this one.
-const PRESCALER_CYCLES = -1;
+// Prescalers. On the part they have been running since the reset, and before the program a boot
+// loader has: a timer's first count comes at any phase, and a write to TCNTn does not change it.
+// RECORDED is what pixstep-sim has from simavr: the prescaler begins anew, at the first cycle of the
+// instruction, with each write to TCCRnB or TCNTn. The second half of that is wrong by the data sheets;
+// timer 2's silence on the line is up to one count of 16 us longer for it.
+const PRESCALER = { RECORDED: 'recorded', PART: 'part' };
 
 class Timer {
-    constructor(cpu, access, { name, config }) {
+    constructor(cpu, access, { name, config }, prescaler) {
         this.name = name;
+        this.prescaler = prescaler;
         this.cpu = cpu;
         this.access = access;
         this.config = config;
@@ -138,13 +142,15 @@ class Timer {
         this.after(config.TCNT, (cycle) => {
             this.count(cycle);
             this.blocked = true;
-            this.restartPrescaler();
+            if (this.prescaler === PRESCALER.RECORDED) {
+                this.placePrescaler();
+            }
         });
         this.after(config.TCCRB, (cycle) => {
             cpu.clearClockEvent(core.count);
             this.count(cycle); // takes the new clock select
             cpu.clearClockEvent(core.count);
-            this.restartPrescaler();
+            this.placePrescaler();
         });
         cpu.readHooks[config.TCNT] = () => {
             const count = this.read(this.access.read());
@@ -153,10 +159,11 @@ class Timer {
         };
     }
 
-    restartPrescaler() {
+    placePrescaler() {
         const { core, cpu } = this;
         if (core.divider > 1) {
-            core.lastCycle = cpu.cycles; // of the instruction's beginning
+            const since = this.prescaler === PRESCALER.PART ? cpu.cycles % core.divider : 0;
+            core.lastCycle = cpu.cycles - since;
         }
     }
 
@@ -191,4 +198,4 @@ class Timer {
     }
 }
 
-module.exports = { Timer, NEVER };
+module.exports = { PRESCALER, Timer, NEVER };
