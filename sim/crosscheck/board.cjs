@@ -15,6 +15,7 @@
 //                    with the wider program counter; one due event an instruction; interrupts right
 //                    behind SEI and RETI: one more instruction runs first
 //
+// Left as it is: the half carry flag, from bit 0 instead of bit 3; nothing here looks at it.
 // Left out: watchdog (a program that hangs makes no edges), sleep, resets, GTCCR, the ADC.
 'use strict';
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The analog comparator as timer 1's capture source, which avr8js lacks: the bandgap against the pin
-// that the ADC's multiplexer chooses. Pins are digital: the output is 1 while that pin is low. It
-// takes no time here; on a part some 0.5 us.
+// The analog comparator as timer 1's capture source, which avr8js lacks: the bandgap against the
+// pin that the ADC's multiplexer chooses. Pins are digital: the output is 1 while that pin is low.
+// It takes no time here; on a part some 0.5 us.
 'use strict';
 
 const ACSR = 0x50;

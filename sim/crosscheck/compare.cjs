@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Two lists of what happened in the same run: edges of every output, rising and falling, one by one.
+// Two lists of what happened in the same run: edges of every output, rising and falling, one by
+// one.
 'use strict';
 
 // STEP is made by a timer, out of intervals that the program has loaded in time: nothing that the

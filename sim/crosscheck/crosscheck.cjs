@@ -7,8 +7,8 @@
 //
 // --least: so many rising STEP edges, or the run is no test. --edges: write avr8js's edges there.
 // --prescaler part: of timers 0 and 2 at the part's phase instead of pixstep-sim's (timer.cjs). The
-// main program then is elsewhere in its loop, by some hundred cycles, and so is what it writes: only
-// STEP is judged.
+// main program then is elsewhere in its loop, and what it writes comes some hundred cycles earlier
+// or later: only STEP is judged.
 'use strict';
 
 const fs = require('fs');

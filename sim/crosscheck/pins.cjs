@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // A part's pins: outputs that are watched, and inputs at the levels of the wires.
 //
-// avr8js tells of an output's change at once; the pin changes in the cycle after the write, or where
-// the timer says. It lacks pull-ups: an input that nobody drives is what its bit of PORTn says, and
-// low without a pull-up, where a part's floats. A pin that the program does not drive counts as low,
-// as in pixstep-sim's log.
+// avr8js tells of an output's change at once; the pin changes in the cycle after the write, or
+// where the timer says. It lacks pull-ups: an input that nobody drives is what its bit of PORTn
+// says, and low without a pull-up, where a part's floats (as in pixstep-sim). A pin that the
+// program does not drive counts as low, as in pixstep-sim's log.
 'use strict';
 
 const avr8js = require('avr8js');
@@ -65,15 +65,15 @@ class Pins {
 
     // What a wire is at, 'B0'.
     level(wire) {
-        const pulled = () => this.cpu.data[this.ports[wire[0]].portConfig.PORT] >> wire[1] & 1;
-        return this.driven[wire] ?? pulled();
+        const { PORT } = this.ports[wire[0]].portConfig;
+        return this.driven[wire] ?? ((this.cpu.data[PORT] >> Number(wire[1])) & 1);
     }
 
     watch({ signal, axis, port, bit }) {
         const { DDR } = this.ports[port].portConfig;
         let known = 0;
         this.ports[port].addListener((value) => {
-            const level = (value & this.cpu.data[DDR]) >> bit & 1;
+            const level = ((value & this.cpu.data[DDR]) >> bit) & 1;
             if (level !== known) {
                 known = level;
                 this.edges.push({ cycle: this.cpu.cycles, signal, axis, level });

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The USART's receiver, from the levels of the wire: samples, two buffered characters and one in the
-// shift register, with the errors of each.
+// The USART's receiver, from the levels of the wire: samples, two buffered characters and one in
+// the shift register, with the errors of each.
 //
 //   wire     ‾‾\__start__/‾‾bit 0‾‾X ...          X‾‾stop‾‾
 //   samples     | 1 2 .. 8 9 10 .. 16 | 1 2 ..       8 9 10     (U2X: 4 5 6 of 8)
 //                 majority of three: the bit's value      ^ RXC
 //
-// The sample clock begins with the start bit: on a part it runs freely, so that every sample and RXC
-// may be up to one sample later. pixstep-sim leaves that out too.
+// The sample clock begins with the start bit: on a part it runs freely, so that every sample and
+// RXC may be up to one sample later. pixstep-sim leaves that out too.
 'use strict';
 
 const { NEVER } = require('./timer.cjs');
@@ -15,8 +15,8 @@ const { NEVER } = require('./timer.cjs');
 // The samples by which a bit is decided, of 16 and, with U2X, of 8.
 const DECIDING = { normal: [8, 9, 10], doubled: [4, 5, 6] };
 
-// RXC is set when the stop bit is decided, by the last of these samples; pixstep-sim sets it in the
-// middle of the stop bit.
+// The sample of the stop bit with which RXC is set, as pixstep-sim has it: its middle. By the data
+// sheets the stop bit is decided two samples later, by the last of the three above.
 const RECEIVED_AT = { normal: 8, doubled: 4 };
 
 const BUFFERED = 2; // characters, besides the one that waits in the shift register
@@ -116,7 +116,7 @@ class Receiver {
     // The receiver is switched on at this cycle.
     enabledAt(cycle) {
         if (this.deafUntil > cycle) {
-            throw new Error(`cycle ${cycle}: receiver switched on in a frame's midst: not modelled`);
+            throw new Error(`cycle ${cycle}: receiver on in a frame's midst: not modelled`);
         }
     }
 

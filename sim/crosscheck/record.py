@@ -82,7 +82,6 @@ class Recording:
             raise UserError(f"axes are {', '.join(ends)}: {self.board.fault_text()}")
         return all(state == "done" for state in ends)
 
-
     def fault(self) -> str:
         """Return the name of the latched fault."""
         return regs.code_name(regs.faults(), self.board.input("fault_code"))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A timer of avr8js, counted to the exact cycle. avr8js counts at the ends of instructions; here its
-// own count() is called for the very cycles in which something happens:
+// A timer of avr8js, counted to the exact cycle. avr8js counts at the ends of instructions; here
+// its own count() is called for the very cycles in which something happens:
 //
 //   TCNT      ...  OCRnx - 1   OCRnx      OCRnx + 1   ...  TOP      BOTTOM
 //   avr8js                     OCFnx, pin                           TOVn, pin, buffers load
@@ -22,9 +22,9 @@ const CAPTURE_BIT = 0x20; // ICFn and ICIEn
 
 // Prescalers. On the part they have been running since the reset, and before the program a boot
 // loader has: a timer's first count comes at any phase, and a write to TCNTn does not change it.
-// RECORDED is what pixstep-sim has from simavr: the prescaler begins anew, at the first cycle of the
-// instruction, with each write to TCCRnB or TCNTn. The second half of that is wrong by the data sheets;
-// timer 2's silence on the line is up to one count of 16 us longer for it.
+// RECORDED is what pixstep-sim has from simavr: with each write to TCCRnB or TCNTn the prescaler
+// begins anew, at the instruction's first cycle. For TCNTn that is wrong by the data sheets: timer
+// 2's silence behind a byte is up to one count of 16 us longer for it.
 const PRESCALER = { RECORDED: 'recorded', PART: 'part' };
 
 class Timer {

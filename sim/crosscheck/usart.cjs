@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// USART 0: its registers and its transmitter, in the place of avr8js's, which has no second byte in
-// the transmitter, says UDRE0 and TXC0 at the same time, forgets UDRE0 when its interrupt is served,
-// loses a received byte that waits when UCSR0B is written, and keeps one received byte only.
+// USART 0: its registers and its transmitter, in the place of avr8js's. That one has no second byte
+// in the transmitter, says UDRE0 and TXC0 at the same time, forgets UDRE0 when its interrupt is
+// served, loses a received byte that waits when UCSR0B is written, and keeps only one of them.
 //
 // A frame goes out at once; on a part it waits for the bit clock, up to one bit. pixstep-sim leaves
 // that out too.
