@@ -29,6 +29,7 @@
 #include "timer16.h"
 #include "uart.h"
 #include "watchdog.h"
+#include "wire_log.h"
 
 #define BOARD_TIMERS  4
 #define BOARD_PORTS   12 // 'A' to 'L'
@@ -111,6 +112,7 @@ struct board {
     struct serial_log *serial_log; // NULL for none
     struct plant_log *plant_log;   // NULL for none
     FILE *switch_log;              // NULL for none
+    struct wire_log *wire_log;     // NULL for none
     char error[BOARD_ERROR];       // not empty: the board has stopped for this reason
 
     struct timer16 timer[BOARD_TIMERS];

@@ -71,6 +71,18 @@ void board_follow_comparator(void *board, uint64_t cycle)
     }
 }
 
+static void log_wire(
+    const struct board *b, char port, unsigned bit, bool level, uint64_t cycle)
+{
+    unsigned index = (unsigned)(port - 'A');
+    bool driven = (b->pins[index].driven_mask >> bit & 1U) != 0;
+    bool before = (b->pins[index].driven_level >> bit & 1U) != 0;
+
+    if (b->wire_log != NULL && (!driven || before != level)) {
+        wire_log_pin(b->wire_log, port, bit, level, cycle);
+    }
+}
+
 void board_drive_pin(struct board *b, char port, unsigned bit, bool level, uint64_t cycle)
 {
     unsigned index = (unsigned)(port - 'A');
@@ -82,6 +94,7 @@ void board_drive_pin(struct board *b, char port, unsigned bit, bool level, uint6
     if (pin == NULL || index >= BOARD_PORTS) {
         return;
     }
+    log_wire(b, port, bit, level, cycle);
     b->pins[index].driven_mask |= mask;
     b->pins[index].driven_level =
         (uint8_t)((b->pins[index].driven_level & ~mask) | (level ? mask : 0));

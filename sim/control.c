@@ -221,6 +221,7 @@ static void do_flush(struct control *c)
 {
     edges_flush(&c->bench->edges);
     serial_log_flush(&c->bench->serial_log);
+    wire_log_flush(&c->bench->wire_log);
     plant_log_flush(&c->bench->plant_log);
     if (c->bench->switch_log != NULL) {
         (void)fflush(c->bench->switch_log);

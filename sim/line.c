@@ -59,6 +59,9 @@ struct line_frame *line_start(struct line *line, const struct line_frame *frame)
     *kept = *frame;
     collide(line, kept);
     line->next_frame++;
+    if (line->log != NULL && frame->sender != 0) {
+        wire_log_frame(line->log, kept);
+    }
     for (int i = 0; i < line->boards; i++) {
         if (i != frame->sender) {
             uart_hear(line->uart[i], kept);

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "uart.h"
+#include "wire_log.h"
 
 #define LINE_BOARDS   4
 #define LINE_MASTER   (-1)
@@ -47,6 +48,7 @@ struct line {
     uint32_t master_rest;  // fraction of that cycle, in units of 1 / master_baud
     unsigned heard;        // index of the next frame the master looks at
     uint64_t corrupted_frames;
+    struct wire_log *log; // of what the first board hears; NULL for none
 };
 
 void line_init(struct line *line);

@@ -18,6 +18,7 @@
 #include "plant_log.h"
 #include "serial_log.h"
 #include "vcd.h"
+#include "wire_log.h"
 
 struct bench {
     struct board board[LINE_BOARDS];
@@ -27,7 +28,8 @@ struct bench {
     struct edges edges;
     struct serial_log serial_log; // of the first board
     struct plant_log plant_log;
-    FILE *switch_log; // NULL for none
+    FILE *switch_log;         // NULL for none
+    struct wire_log wire_log; // of the first board
     struct vcd vcd;
     bool has_vcd;
     const char *eeprom_path[LINE_BOARDS]; // NULL for none

@@ -64,6 +64,7 @@ static bool open_boards(const struct options *o)
         }
         b->switch_log = bench.switch_log;
         b->serial_log = (i == 0) ? &bench.serial_log : NULL;
+        b->wire_log = (i == 0) ? &bench.wire_log : NULL;
         b->plant_log = &bench.plant_log;
         for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
             struct plant_settings plant = o->plant[i][axis];
@@ -130,6 +131,10 @@ static bool open_outputs(const struct options *o)
     if (!plant_log_open(&bench.plant_log, o->plant_log_path)) {
         return cannot_write(o->plant_log_path);
     }
+    if (!wire_log_open(&bench.wire_log, o->wire_log_path)) {
+        return cannot_write(o->wire_log_path);
+    }
+    bench.line.log = &bench.wire_log;
     return open_switch_log(o->switch_log_path);
 }
 
@@ -190,6 +195,7 @@ static int close_all(const struct options *o, int status)
     closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
     closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
     closed(close_switch_log(), o->switch_log_path, &status);
+    closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);

@@ -64,6 +64,9 @@ static const char manual[] =
     "                         cycle,board,axis,motor,load\n"
     "  --switch-log FILE      every edge of a home or limit pin: "
     "cycle,board,axis,switch,level\n"
+    "  --wire-log FILE        all that reaches the first board, pins and serial frames: "
+    "cycle,wire,\n"
+    "                         levels,bit_cycles_x1000 (sim/wire_log.h)\n"
     "  --vcd FILE             waveforms for GTKWave\n"
     "mode, one of:\n"
     "  --control              commands on standard input, answers on standard output "
@@ -201,6 +204,7 @@ enum option_id {
     OPTION_SERIAL_LOG,
     OPTION_PLANT_LOG,
     OPTION_SWITCH_LOG,
+    OPTION_WIRE_LOG,
     OPTION_VCD,
     OPTION_CONTROL,
     OPTION_PTY,
@@ -224,6 +228,7 @@ static const struct option table[] = {
     {"serial-log", required_argument, NULL, OPTION_SERIAL_LOG},
     {"plant-log", required_argument, NULL, OPTION_PLANT_LOG},
     {"switch-log", required_argument, NULL, OPTION_SWITCH_LOG},
+    {"wire-log", required_argument, NULL, OPTION_WIRE_LOG},
     {"vcd", required_argument, NULL, OPTION_VCD},
     {"control", no_argument, NULL, OPTION_CONTROL},
     {"pty", no_argument, NULL, OPTION_PTY},
@@ -295,6 +300,9 @@ static void take_output(struct options *o, int id, const char *path)
         break;
     case OPTION_SWITCH_LOG:
         o->switch_log_path = path;
+        break;
+    case OPTION_WIRE_LOG:
+        o->wire_log_path = path;
         break;
     default:
         o->vcd_path = path;

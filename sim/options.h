@@ -22,7 +22,7 @@ struct options {
     struct plant_settings plant[LINE_BOARDS][BOARD_AXES];
     struct pixel_clock_settings clock;
     const char *edges_path, *clock_log_path, *serial_log_path, *plant_log_path,
-        *switch_log_path, *vcd_path;
+        *switch_log_path, *wire_log_path, *vcd_path;
     enum run_mode mode;
     uint64_t run_ms, unit_limit_ms;
     bool stats; // print the statistics at the end of --run-ms

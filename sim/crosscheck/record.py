@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""Record a run of a board in pixstep-sim, with all its wires, for crosscheck.cjs.
+
+    python record.py RUN BOARD FOLDER        RUN: smooth, saturated, homing or estop
+
+The folder then holds edges.csv, serial.csv, wires.csv and end.txt, the cycle that was reached.
+"""
+
+import random
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+from pixstep import natives
+from pixstep.board import boards
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, Upload
+from pixstep.board.transport import SimClient
+from pixstep.errors import UserError
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import TIMER_HZ
+from pixstep.lines.runs import queue_entries
+from pixstep.moves import accel, homing, legs
+from pixstep.moves.homesim import SimWorld
+from pixstep.profiles.generator import LineRequest, generate
+from pixstep.simulation.serialload import SerialLoad
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_CYCLES
+
+SETTLE_CYCLES = TIMER_HZ // 50
+HOMING_HZ = Fraction(500)
+# Steps a pixel: the M39's profile, up to the speed that a line asks for.
+PROFILE = [6 * pixel * (pixel + 1) for pixel in range(1, 20)]
+
+
+class Recording:
+    """A board, its lines and its log files."""
+
+    def __init__(self, name: str, folder: Path, pixel_hz: Fraction, knobs: dict[int, str]) -> None:
+        self.folder, self.name, self.pixel_hz = folder, name, pixel_hz
+        self.axes = list(range(boards.load(name).axes))
+        self.uploads: dict[int, Upload] = {}
+        folder.mkdir(parents=True, exist_ok=True)
+        self.simulator = Simulator(
+            SimOptions(
+                [(name, natives.image(name))],
+                pixel_hz,
+                edges=folder / "edges.csv",
+                serial_log=folder / "serial.csv",
+                plants={(0, axis): text for axis, text in knobs.items()},
+                extra=("--wire-log", str(folder / "wires.csv")),
+            )
+        )
+
+    def __enter__(self) -> "Recording":
+        self.simulator.run(BOOT_CYCLES)
+        self.board = Board(SimClient(self.simulator))
+        self.board.set_pixel_hz(self.pixel_hz)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        end = self.simulator.run(SETTLE_CYCLES)
+        self.simulator.quit()
+        (self.folder / "end.txt").write_text(f"{end}\n", encoding="ascii")
+
+    def start(self, lines: dict[int, Line]) -> None:
+        """Load a line into each of these axes and arm them together."""
+        self.board.command("enable", list(lines))
+        self.board.command("permit_on", [])
+        for axis, line in lines.items():
+            self.uploads[axis] = Upload(self.board, axis, queue_entries(line))
+            self.uploads[axis].push()
+        self.board.command("arm", list(lines))
+
+    def done(self) -> bool:
+        """Push more of the lines; True once every axis has done its own."""
+        for upload in self.uploads.values():
+            upload.push()
+        states = self.board.axes(len(self.axes))
+        ends = [regs.axis_state(states[axis]["axis_state"]) for axis in self.uploads]
+        if any(state in ("fault", "refused") for state in ends):
+            raise UserError(f"axes are {', '.join(ends)}: {self.board.fault_text()}")
+        return all(state == "done" for state in ends)
+
+    def fault(self) -> str:
+        """Return the name of the latched fault."""
+        return regs.code_name(regs.faults(), self.board.input("fault_code"))
+
+
+def smooth(name: str, folder: Path) -> None:
+    """Record smooth lines with a backlash to take up, another one on every axis."""
+    speeds, pixels = ([1000], 60) if name == "uno" else ([700, 600, 500, 400], 30)
+    with Recording(name, folder, Fraction(30), {}) as run:
+        run.start(
+            {
+                axis: Line(
+                    tuple(generate(PROFILE, LineRequest(speed, pixels, 250)).counts),
+                    backlash=250,
+                    negative=axis % 2 == 1,
+                )
+                for axis, speed in enumerate(speeds)
+            }
+        )
+        while not run.done():
+            run.simulator.run(TIMER_HZ // 10)
+
+
+def saturated(name: str, folder: Path) -> None:
+    """Record plain lines that reverse, while requests follow one another without a pause."""
+    up = [2, 12, 30, 60, 90, 120]
+    stroke = [*up, *[130] * 4, *reversed(up), 0]
+    counts = [*stroke, *[-count for count in stroke]] * 2
+    with Recording(name, folder, Fraction(100), {}) as run:
+        axes = run.axes[:2]
+        run.start({axis: Line(tuple(counts[axis:]), PLAIN) for axis in axes})
+        load = SerialLoad(run.board, axes, run.uploads)
+        while not run.done():
+            load.until(run.simulator, run.simulator.cycle + TIMER_HZ // 50)
+
+
+def home(name: str, folder: Path) -> None:
+    """Record a homing to a switch that is late and bounces."""
+    knobs = "home=0,hyst=2,travel=-900..900,start=-300,delay=1500,bounce=6,bounce_ticks=9000"
+    profile = accel.Acceleration((2, 20, 50, 70, 110), haps=4)
+    axis = 0 if name == "uno" else 2
+    with Recording(name, folder, HOMING_HZ, {axis: knobs}) as run:
+        run.board.command("enable", [axis])
+        run.simulator.run(SETTLE_CYCLES)  # the filters see the switches
+        request = legs.HomingRequest(axis, 1, slow=2, search_steps=2500, clear_steps=5)
+        plan = legs.plan(profile, request, HOMING_HZ)
+        homing.home(run.board, plan, HOMING_HZ, SimWorld(run.simulator))
+
+
+def estop(name: str, folder: Path) -> None:
+    """Record emergency stops of moving axes, each contact bouncing in its own way."""
+    rng = random.Random(name)
+    pin = next(pin for pin in boards.load(name).pins if pin.signal == "ESTOP")
+    counts = (4, 20, *[80] * 20, 20, 4)
+    with Recording(name, folder, Fraction(100), {}) as run:
+        for _ in range(4):
+            run.start({axis: Line(counts[axis:], PLAIN) for axis in run.axes})
+            trip = run.simulator.cycle + rng.randrange(TIMER_HZ // 20, TIMER_HZ // 10)
+            for level in (0, 1, 0, 1, 0):
+                run.simulator.pin(0, pin.port, pin.bit, level, at=trip)
+                trip += rng.randrange(20, 400)
+            run.simulator.run(trip - run.simulator.cycle + SETTLE_CYCLES)
+            if run.fault() != "estop":
+                raise UserError("the emergency stop was not seen")
+            run.simulator.pin(0, pin.port, pin.bit, 1)
+            run.simulator.run(TIMER_HZ // 1000)
+            run.board.command("clear_fault", [])
+            run.board.command("discard", run.axes)
+
+
+RUNS = {"smooth": smooth, "saturated": saturated, "homing": home, "estop": estop}
+
+if __name__ == "__main__":
+    _, wanted, board_name, out = sys.argv
+    RUNS[wanted](board_name, Path(out))

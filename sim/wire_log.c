@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "wire_log.h"
+
+#include <inttypes.h>
+
+#include "line.h"
+#include "uart_bits.h"
+
+#define LEVELS_MOST 12 // start, eight data bits, parity, stop, and the text's end
+#define ODD         0x10U
+
+bool wire_log_open(struct wire_log *log, const char *path)
+{
+    log->csv = NULL;
+    if (path == NULL) {
+        return true;
+    }
+    log->csv = fopen(path, "w");
+    if (log->csv != NULL) {
+        (void)fputs("cycle,wire,levels,bit_cycles_x1000\n", log->csv);
+    }
+    return log->csv != NULL;
+}
+
+void wire_log_pin(
+    struct wire_log *log, char port, unsigned bit, bool level, uint64_t cycle)
+{
+    if (log->csv != NULL) {
+        (void)fprintf(log->csv, "%" PRIu64 ",%c%u,%d,0\n", cycle, port, bit, level);
+    }
+}
+
+// One character a bit, in the order of the line.
+static void draw(const struct line_frame *frame, char levels[LEVELS_MOST])
+{
+    unsigned data_bits = 5U + ((frame->format & UCSZ) >> 1);
+    unsigned parity = (frame->format & ODD) != 0 ? 1 : 0;
+    unsigned at = 0;
+
+    levels[at++] = '0';
+    for (unsigned i = 0; i < data_bits; i++) {
+        unsigned bit = (unsigned)frame->data >> i & 1U;
+
+        parity ^= bit;
+        levels[at++] = (char)('0' + bit);
+    }
+    if ((frame->format & UPM) != 0) {
+        levels[at++] = (char)('0' + parity);
+    }
+    levels[at++] = '1';
+    levels[at] = '\0';
+}
+
+void wire_log_frame(struct wire_log *log, const struct line_frame *frame)
+{
+    char levels[LEVELS_MOST];
+
+    if (log->csv != NULL) {
+        draw(frame, levels);
+        (void)fprintf(log->csv,
+                      "%" PRIu64 ",RXD,%s,%" PRIu32 "\n",
+                      frame->start,
+                      levels,
+                      frame->bit_cycles_x1000);
+    }
+}
+
+void wire_log_flush(struct wire_log *log)
+{
+    if (log->csv != NULL) {
+        (void)fflush(log->csv);
+    }
+}
+
+bool wire_log_close(struct wire_log *log)
+{
+    bool written = log->csv == NULL || ferror(log->csv) == 0;
+
+    if (log->csv != NULL && fclose(log->csv) != 0) {
+        written = false;
+    }
+    log->csv = NULL;
+    return written;
+}
