@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A stop reaches whom it is for: behind damaged replies of others, for axes that a board has not."""
+"""A stop reaches whom it is for: behind damaged replies of others, with a mask for all boards."""
 
 import pytest
 

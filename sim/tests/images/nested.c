@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The instruction that always runs behind RETI, where I was set already: an interrupt comes at every
-// cycle around the RETI of a handler that lets others in. RESULT[n] for the n-th phase: bit 8 when
-// it came inside that handler, and in the low byte how many instructions of the main program ran
-// between the two.
+// The instruction that always runs behind RETI, where I was set already: an interrupt comes at
+// every cycle around the RETI of a handler that lets others in. RESULT[n] for the n-th phase: bit 8
+// when it came inside that handler, and in the low byte how many instructions of the main program
+// ran between the two.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>

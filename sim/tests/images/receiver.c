@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The receiver as the program sees it: 117647 baud, 8E1. The image sleeps, and the handler of each
-// character raises PERMIT in its first instruction, until RESULT[0] is not 0 any more. Then it takes
-// as many characters as that says at once, status and data in RESULT[1...], and from then on when
-// RESULT[0] says so; with RESULT[0] = 0x100 and more it switches the receiver off and on before.
+// character raises PERMIT in its first instruction, until RESULT[0] is not 0 any more. Then it
+// takes as many characters as that says at once, status and data in RESULT[1...], and from then on
+// when RESULT[0] says so; with 0x100 and more in it it switches the receiver off and on before.
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
