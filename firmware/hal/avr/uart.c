@@ -134,7 +134,7 @@ static inline void begin(void)
     after = ENABLE_RECEIVE;
 }
 
-// Budget: 140 cycles, once a reply.
+// Budget: 145 cycles, once a reply.
 SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE)
 {
     pins_write_rs485(false);
