@@ -29,8 +29,8 @@ NAMES = ("native", "avr", "explore", "images")
 BOARDS = ("uno", "mega")
 # Tests on the real images, the quickest first; each file takes seconds.
 IMAGE_TESTS = (
-    "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "seek_campaign",
-    "faults_provoked", "safety_faults", "faults", "turns", "bus",
+    "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "faults_provoked",
+    "safety_faults", "board_settings",
 )  # fmt: skip
 # Short enough for every survivor; the tests `explore` and `explore.plants` go further.
 EXPLORE_LIMITS = ("--first", "--actions", "2", "--periods", "1")
