@@ -107,7 +107,7 @@ class Stages:
                 verdict = run(None)
                 self.seconds[name] = verdict.seconds
                 if verdict:
-                    raise UserError(f"{name}: fails without any change ({verdict.how})")
+                    raise UserError(f"{name}: fails without any change: {verdict.by}")
                 yield name
         workshop.restore()
 
@@ -238,15 +238,18 @@ def _limited(command: list[str], seconds: float | None, cwd: Path, environment=N
 
 
 def _lookalike(folder: Path) -> Path:
-    """Make a folder of links to the tree's files, with a build folder of its own."""
-    if folder.is_dir():
-        return folder
+    """Make a folder of links to the tree's files, with room for other images in it."""
     tree = natives.root()
-    (folder / "build").mkdir(parents=True)
-    for part in tree.iterdir():
-        if part.name not in ("build", ".git"):
-            (folder / part.name).symlink_to(part)
-    for part in (tree / "build").iterdir():
-        if part.name not in (*BOARDS, "mutants"):
-            (folder / "build" / part.name).symlink_to(part)
+    if not folder.is_dir():
+        _link_all(tree, folder, ("build", ".git"))
+        _link_all(tree / "build", folder / "build", (*BOARDS, "mutants"))
+        for board in BOARDS:
+            _link_all(tree / "build" / board, folder / "build" / board, ("firmware",))
     return folder
+
+
+def _link_all(tree: Path, folder: Path, but: tuple[str, ...]) -> None:
+    folder.mkdir(parents=True)
+    for part in tree.iterdir():
+        if part.name not in but:
+            (folder / part.name).symlink_to(part)
