@@ -232,6 +232,12 @@ static void token_stays_for_the_other_armed_axis(void)
     TEST_ASSERT_EQUAL_UINT16(5, machine.token);
     command(2, COMMAND_STOP);
     TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+    bench_rounds(20);
+    bench_plain_line(0, 10, 200);
+    machine.order[2] = 5;
+    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 1));
+    command(2, COMMAND_STOP);
+    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
 }
 
 // A clock of another frequency than set stops what waits for it or runs by it.

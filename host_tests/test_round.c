@@ -6,6 +6,7 @@
 #include "app/round.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
+#include "hal/step_timer.h"
 #include "unity.h"
 
 #define BUDGET      240u // steps of a round of several axes,
@@ -190,6 +191,62 @@ static void a_start_keeps_rounds_shorter_still(void)
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
 }
 
+// The account may lag 64 entries, not one more, whose turn it is or not.
+static void an_axis_far_behind_is_followed_out_of_turn(void)
+{
+    const struct axis *axis = &machine.axes[1];
+
+    for (uint8_t entries = 60; entries < 90; entries++) {
+        setUp();
+        slow_pixels();
+        bench_plain_line(1, SINGLE_STEP, 20);
+        arm(2);
+        TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
+        bench_rounds(100);
+        while (axis->state == AXIS_RUNNING && (machine.turn % 8u) != 1) {
+            bench_rounds(1);
+        }
+        TEST_ASSERT_TRUE(machine_follow(1));
+        uint8_t tail = step_timer_tail(1);
+        while ((uint8_t)(step_timer_tail(1) - tail) < entries) {
+            fake_pass(256);
+        }
+        uint8_t behind = (uint8_t)(step_timer_tail(1) - axis->ledger.retired);
+        TEST_ASSERT_EQUAL_UINT8(entries, behind);
+        machine.axes[1].in_line = false; // nothing more to decode
+        round_poll();
+        behind = (uint8_t)(step_timer_tail(1) - axis->ledger.retired);
+        // Blocks are taken as a whole: what is left of one may stay.
+        TEST_ASSERT_TRUE(entries < 64 ? behind == entries : behind < 60);
+    }
+}
+
+// An edge comes while a ring is not full yet: it is let pass, for all of them.
+static void no_axis_starts_before_every_ring_is_full(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(7, COMMAND_ENABLE));
+    slow_pixels();
+    bench_rounds(1000); // the drivers have settled
+    for (uint8_t i = 0; i < 3; i++) {
+        bench_plain_line(i, i == 0 ? 1 : SINGLE_STEP, 20);
+    }
+    arm(1);
+    for (uint8_t i = 0; i < 8; i++) {
+        round_poll();
+    }
+    TEST_ASSERT_TRUE(axis_decoded(&machine.axes[0]));
+    fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
+    arm(6); // not the clock's axis, whose account would pass the edge
+    round_poll(); // takes the edge
+    TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
+    for (uint8_t i = 0; i < 8; i++) {
+        round_poll();
+    }
+    fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
+    round_poll();
+    TEST_ASSERT_EQUAL_HEX8(7, machine.starting);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -198,5 +255,7 @@ int main(void)
     RUN_TEST(slow_steps_count_more);
     RUN_TEST(at_most_three_axes_have_a_turn);
     RUN_TEST(a_start_keeps_rounds_shorter_still);
+    RUN_TEST(an_axis_far_behind_is_followed_out_of_turn);
+    RUN_TEST(no_axis_starts_before_every_ring_is_full);
     return UNITY_END();
 }

@@ -445,6 +445,33 @@ static void clock_edge_beside_a_seek_of_another_axis_counts(void)
     TEST_ASSERT_EQUAL_UINT32(edge, bench_input_wide(REG_INPUT_trip_ticks));
 }
 
+// A long interval is made of several periods, of which one carries the step.
+static void edge_inside_a_long_interval(void)
+{
+    machine.settings.pixel_hz_num[1] = 10;
+    machine_apply_settings();
+    bench_clock_off();
+    queue_seek(0, 0, 1, 40);
+    start(0);
+    bench_rounds(3200); // three pixels
+    for (uint8_t i = 0; i < 3; i++) {
+        int32_t steps = fake_axes[0].steps;
+        while (fake_axes[0].steps == steps) {
+            bench_rounds(1);
+        }
+        // A fifth of the interval is over: the next period but one has no step either.
+        bench_rounds(30);
+    }
+    int32_t before = fake_axes[0].steps;
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    bench_rounds(10);
+    TEST_ASSERT_EQUAL_INT32(before, fake_axes[0].steps);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT16(TRIP_CLOSED, bench_input(REG_INPUT_trip_code));
+    TEST_ASSERT_EQUAL_INT32(before,
+                            (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -471,5 +498,6 @@ int main(void)
     RUN_TEST(clock_edge_that_waits_holds_up_its_own_axis_only);
     RUN_TEST(clock_edge_beside_a_seek_of_another_axis_counts);
     RUN_TEST(seek_does_not_follow_another_line_unasked);
+    RUN_TEST(edge_inside_a_long_interval);
     return UNITY_END();
 }
