@@ -144,6 +144,29 @@ static void slow_steps_count_more(void)
     }
 }
 
+// From rest to 20000 steps/s in a pixel: each of these steps counts twice.
+static void steep_steps_count_more_too(void)
+{
+    uint8_t served = 0;
+
+    slow_pixels();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL(
+            MODBUS_OK,
+            bench_entry(i, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 0, 0));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 100, 1));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 150, 1));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 50, 1));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, RUN_MARK_END, 0));
+    }
+    arm_all();
+    for (uint8_t i = 0; i < 6; i++) {
+        TEST_ASSERT_TRUE(round_of(AT_ONCE / 2u, &served) <= BUDGET / 2u);
+        TEST_ASSERT_EQUAL_UINT8(2, served);
+    }
+}
+
 // However little each of them needs: the rest has its turn in the next round.
 static void at_most_three_axes_have_a_turn(void)
 {
@@ -247,15 +270,25 @@ static void no_axis_starts_before_every_ring_is_full(void)
     TEST_ASSERT_EQUAL_HEX8(7, machine.starting);
 }
 
+// More than one run must not begin at once: all axes cross a pixel's edge together.
+static void runs_begin_two_steps_apart(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL_UINT8(2u * i, machine.axes[i].stagger);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(single_steps_keep_to_the_budget);
     RUN_TEST(one_axis_alone_has_the_whole_budget);
     RUN_TEST(slow_steps_count_more);
+    RUN_TEST(steep_steps_count_more_too);
     RUN_TEST(at_most_three_axes_have_a_turn);
     RUN_TEST(a_start_keeps_rounds_shorter_still);
     RUN_TEST(an_axis_far_behind_is_followed_out_of_turn);
     RUN_TEST(no_axis_starts_before_every_ring_is_full);
+    RUN_TEST(runs_begin_two_steps_apart);
     return UNITY_END();
 }

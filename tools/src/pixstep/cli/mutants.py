@@ -47,7 +47,8 @@ def mutants(ctx, count, seed, last, jobs, again, as_json, write):
     kept = campaign.read(again) if again else None
     names = stages.NAMES[: stages.NAMES.index(last) + 1]
     with progress.shown(f"{count} mutants") as show:
-        outcome = campaign.run(campaign.Plan(count, seed, names, jobs), show, kept)
+        plan = campaign.Plan(count, seed, names, jobs)
+        outcome = campaign.run(plan, show, kept, lambda one: judged.equivalent(judgements, one))
     if write:
         docs.write(write, record.NAME, record.markdown(outcome, judgements))
     if as_json:

@@ -20,6 +20,7 @@ from pixstep.hostile.mutants.operators import Mutant, mutants
 from pixstep.hostile.mutants.programs import CannotBuildError, Workshop
 
 Progress = Callable[[float], None]
+Judged = Callable[[Mutant], bool]
 
 INVALID = "invalid"  # does not compile
 EQUIVALENT = "equivalent"  # compiles to the same object code
@@ -95,8 +96,9 @@ def digest(paths: list[Path]) -> str:
 class Campaign:
     """Trials of mutants, in folders of their own that are gone afterwards."""
 
-    def __init__(self, plan: Plan, folder: Path) -> None:
+    def __init__(self, plan: Plan, folder: Path, judged: Judged = lambda _: False) -> None:
         self.plan = plan
+        self._judged = judged
         self.stages = stages.Stages(plan.stages)
         self._folder = folder
         self._plain = Workshop(folder / "plain")
@@ -109,8 +111,9 @@ class Campaign:
             pass
 
     def end(self) -> None:
-        """Begin no further trial."""
+        """Begin no further trial and break off those that run."""
         self._ended.set()
+        stages.end()
 
     def run(self, mutant: Mutant, before: Trial | None = None) -> Trial | None:
         """Try a mutant, by what it has not passed before; None if the campaign was ended."""
@@ -137,15 +140,24 @@ class Campaign:
             if verdict:
                 return Trial(mutant, verdict.how, verdict.by, tuple(passed))
             passed.append(stage)
-            if stage == "native" and self.stages.equivalent(workshop, self._plain, file):
-                return Trial(mutant, EQUIVALENT, "", tuple(passed))
+            if stage == "native":
+                if self.stages.equivalent(workshop, self._plain, file):
+                    return Trial(mutant, EQUIVALENT, "", tuple(passed))
+                if self._judged(mutant):
+                    break
         return Trial(mutant, SURVIVED, "", tuple(passed))
 
 
-def run(plan: Plan, progress: Progress = lambda _: None, kept: Outcome | None = None) -> Outcome:
+def run(
+    plan: Plan,
+    progress: Progress = lambda _: None,
+    kept: Outcome | None = None,
+    judged: Judged = lambda _: False,
+) -> Outcome:
     """Run a plan; with `kept`, an outcome of the same sources, only its survivors again.
 
-    Raises UserError if something is not built, or fails without a change.
+    What is `judged` equivalent is tried by the native suites only. Raises UserError if something
+    is not built, or fails without a change.
     """
     folder = natives.root() / "build" / "mutants"
     folder.mkdir(parents=True, exist_ok=True)
@@ -153,7 +165,7 @@ def run(plan: Plan, progress: Progress = lambda _: None, kept: Outcome | None = 
     pool = ThreadPoolExecutor(plan.jobs)
     campaign = None
     try:
-        campaign = Campaign(plan, work)
+        campaign = Campaign(plan, work, judged)
         outcome = _begun(plan, campaign.stages.sources(), kept)
         campaign.measure()
         _run_all(plan, campaign, pool, outcome, progress, kept)

@@ -52,6 +52,12 @@ def of(judgements: Judgements, mutant: Mutant) -> Judgement | None:
     return judgements.get((mutant.file, mutant.was, mutant.becomes))
 
 
+def equivalent(judgements: Judgements, mutant: Mutant) -> bool:
+    """Whether a mutant is judged to behave as what it was made of."""
+    found = of(judgements, mutant)
+    return found is not None and found.verdict == EQUIVALENT
+
+
 @dataclass(frozen=True)
 class Score:
     """How many mutants there are of each sort; `share` is killed by those that differ."""

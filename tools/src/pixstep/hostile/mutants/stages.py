@@ -5,6 +5,7 @@ A program is killed when it fails, crashes, or takes far more processor time tha
 did; before anything is tried, all of it has passed unchanged.
 """
 
+import contextlib
 import os
 import shutil
 import signal
@@ -35,11 +36,16 @@ IMAGE_TESTS = (
 # Short enough for every survivor; the tests `explore` and `explore.plants` go further.
 EXPLORE_LIMITS = ("--first", "--actions", "2", "--periods", "1")
 
+# Suites on AVR that take longer are for mutants of the file that they are named after.
+_AVR_SECONDS = 2.0
 _SLOWER = 10  # so many times the unchanged run's time is no longer the machine's business
 _LEAST_S = 1.0
 _MEMORY_BYTES = 4 << 30  # a mutant may not take the machine with it
 _NICE = 3
 _OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
+
+
+_running: set[subprocess.Popen] = set()
 
 
 @dataclass(frozen=True)
@@ -155,6 +161,7 @@ class Stages:
         named = [(f"{stage} {Path(one.target).stem.removeprefix('test_')}", one)
                  for one in programs]  # fmt: skip
         if file is not None:
+            named = [pair for pair in named if self._worth(stage, file, pair[0])]
             named.sort(key=lambda pair: self._rank(file, pair[0]))
         for name, one in named:
             yield (
@@ -165,9 +172,13 @@ class Stages:
             )
 
     def _rank(self, file: Path, name: str):
-        """Order suites: the file's own, those that killed its mutants before, the quick ones."""
-        own = file.stem in name or name.split()[1] in file.stem
+        """Order suites: those that killed the file's mutants before, its own, the quick ones."""
+        own = _is_own(file, name)
         return -self._kills[file.stem, name], not own, self.seconds.get(name, 0)
+
+    def _worth(self, stage: str, file: Path, name: str) -> bool:
+        quick = self.seconds.get(name, 0) < _AVR_SECONDS
+        return stage == "native" or quick or _is_own(file, name)
 
     def _run_images(self, workshop: Workshop, limit: float | None) -> Verdict:
         """Run the Python tests on both images, in a folder that looks like the tree."""
@@ -192,6 +203,11 @@ class Stages:
             return Verdict(seconds=done.seconds)
         failed = [line for line in done.text.splitlines() if line.startswith(("FAILED", "ERROR"))]
         return Verdict("images", failed[0].split(" - ")[0].split("/")[-1] if failed else "crash")
+
+
+def _is_own(file: Path, name: str) -> bool:
+    suite = name.split()[1]
+    return suite in file.stem or file.stem in suite
 
 
 def _uses(program: Program, file: Path) -> bool:
@@ -230,11 +246,23 @@ def _limited(command: list[str], seconds: float | None, cwd: Path, environment=N
             stdout=text,
             stderr=subprocess.STDOUT,
             env={**os.environ, **(environment or {})},
+            start_new_session=True,
         )
-        _, status, usage = os.wait4(process.pid, 0)
+        _running.add(process)
+        try:
+            _, status, usage = os.wait4(process.pid, 0)
+        finally:
+            _running.discard(process)
         process.returncode = os.waitstatus_to_exitcode(status)
         text.seek(0)
         return _Ended(process.returncode, text.read(), usage.ru_utime + usage.ru_stime)
+
+
+def end() -> None:
+    """End every program that runs, with what it has begun itself."""
+    for process in list(_running):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 def _lookalike(folder: Path) -> Path:
