@@ -59,6 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
+    TEST_ASSERT_EQUAL_UINT16(3, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
@@ -364,8 +365,8 @@ static void position_is_as_new_as_its_first_word(void)
     TEST_ASSERT_INT32_WITHIN(2, fake_axes[0].steps, position);
     fake_pass(5 * BENCH_PIXEL_TICKS / 10);
     // The second word belongs to the first.
-    TEST_ASSERT_EQUAL_UINT16(
-        position, axis_input(0, (uint16_t)(REG_AXIS_position_steps + 1u)));
+    TEST_ASSERT_EQUAL_UINT16(position,
+                             axis_input(0, (uint16_t)(REG_AXIS_position_steps + 1u)));
 }
 
 static void last_order_is_read_back(void)

@@ -259,7 +259,7 @@ static void no_axis_starts_before_every_ring_is_full(void)
     }
     TEST_ASSERT_TRUE(axis_decoded(&machine.axes[0]));
     fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
-    arm(6); // not the clock's axis, whose account would pass the edge
+    arm(6);       // not the clock's axis, whose account would pass the edge
     round_poll(); // takes the edge
     TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
     for (uint8_t i = 0; i < 8; i++) {

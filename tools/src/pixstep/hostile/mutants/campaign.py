@@ -115,8 +115,8 @@ class Campaign:
         self._ended.set()
         stages.end()
 
-    def run(self, mutant: Mutant, before: Trial | None = None) -> Trial | None:
-        """Try a mutant, by what it has not passed before; None if the campaign was ended."""
+    def run(self, mutant: Mutant) -> Trial | None:
+        """Try a mutant; None if the campaign was ended."""
         if not hasattr(self._own, "workshop"):
             name = tempfile.mkdtemp(prefix="worker-", dir=self._folder)
             self._own.workshop = Workshop(Path(name))
@@ -126,14 +126,14 @@ class Campaign:
         workshop = self._own.workshop
         workshop.change(file, mutant.apply(file.read_text(encoding="utf-8")))
         try:
-            trial = self._stages_of(mutant, workshop, file, before)
+            trial = self._stages_of(mutant, workshop, file)
         except CannotBuildError:
             trial = Trial(mutant, INVALID)
         finally:
             workshop.restore()
         return None if self._ended.is_set() else trial
 
-    def _stages_of(self, mutant, workshop, file, before: Trial | None) -> Trial:
+    def _stages_of(self, mutant: Mutant, workshop: Workshop, file: Path) -> Trial:
         passed = []
         for stage in self.plan.stages:
             verdict = self.stages.try_stage(stage, workshop, file)
@@ -201,7 +201,7 @@ def _run_all(plan, campaign, pool, outcome, progress: Progress, kept: Outcome | 
 
 def _again(campaign: Campaign, known: Trial | None, mutant: Mutant) -> Trial | None:
     """Return what is known of a mutant, unless it survived."""
-    return known if known and known.fate != SURVIVED else campaign.run(mutant, known)
+    return known if known and known.fate != SURVIVED else campaign.run(mutant)
 
 
 def facts(outcome: Outcome) -> dict:

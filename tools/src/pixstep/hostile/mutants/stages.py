@@ -31,7 +31,7 @@ BOARDS = ("uno", "mega")
 # Tests on the real images, the quickest first; each file takes seconds.
 IMAGE_TESTS = (
     "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "faults_provoked",
-    "safety_faults", "board_settings",
+    "safety_faults", "seek_campaign", "board_settings",
 )  # fmt: skip
 # Short enough for every survivor; the tests `explore` and `explore.plants` go further.
 EXPLORE_LIMITS = ("--first", "--actions", "2", "--periods", "1")
@@ -74,9 +74,7 @@ class Stages:
 
     def __init__(self, names: tuple[str, ...] = NAMES) -> None:
         self.names = names
-        wanted = {"native": ("host",), "avr": ("mega",), "explore": ("host",), "images": BOARDS}
-        folders = dict.fromkeys(folder for name in names for folder in wanted[name])
-        self.builds = {name: Build(name) for name in dict.fromkeys((*folders, "host", *BOARDS))}
+        self.builds = {name: Build(name) for name in ("host", *BOARDS)}
         self.seconds: dict[str, float] = {}
         self._kills: Counter = Counter()
         self._lock = threading.Lock()
