@@ -431,6 +431,95 @@ static void warning_is_reported(void)
     TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
 }
 
+// A block's entries are queued in their order.
+static void block_of_several_entries(void)
+{
+    static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
+    struct run run;
+
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN,
+                      axis_queue_block(&bench.axis, &bench.limits, 0, block, 4));
+    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 0, &run));
+    TEST_ASSERT_EQUAL_INT16(0x21, run.count);
+    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 2, &run));
+    TEST_ASSERT_EQUAL_INT16(5, run.count);
+    TEST_ASSERT_EQUAL_UINT16(3, run.repeat);
+    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 3, &run));
+    TEST_ASSERT_EQUAL_INT16(7, run.count);
+    TEST_ASSERT_EQUAL_UINT16(0x102, run.repeat);
+}
+
+// Periods that are written one by one before a pixel's run begins.
+static uint8_t singles_before_the_run(uint8_t stagger)
+{
+    uint8_t singles = 0;
+
+    bench_open(1000, 1);
+    bench.axis.stagger = stagger;
+    queue_plain(PLAIN_MARK, 100, 1);
+    TEST_ASSERT_TRUE(bench_start_line());
+    for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_RUN; slot++) {
+        TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
+        singles = (uint8_t)(singles + (bench.ring.high[slot] != STEP_HIGH_COMMAND));
+    }
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(100, bench.steps);
+    return singles;
+}
+
+static void runs_of_several_axes_begin_some_steps_apart(void)
+{
+    uint8_t first = singles_before_the_run(0);
+
+    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_run(6));
+}
+
+// Intervals of 64768 and 64769 ticks: the longer ones would read as a run.
+static void longest_single_period(void)
+{
+    bench_open(16000000, 20uL * 64768u + 10u);
+    queue_plain(PLAIN_MARK, 20, 4);
+    TEST_ASSERT_TRUE(bench_start_line());
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(80, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(80, ledger_position(&bench.axis.ledger));
+    TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
+}
+
+// One that once ran dry and went on is not said to be dry when the next is merely late.
+static void next_line_is_not_dry(void)
+{
+    queue_long_start();
+    while (!bench.axis.dry) {
+        (void)bench_period();
+    }
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    run_out();
+    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
+    queue_plain(PLAIN_MARK, 1, 1);
+    TEST_ASSERT_TRUE(bench_start_line());
+    TEST_ASSERT_FALSE(bench.axis.dry);
+    run_out();
+}
+
+// Of the line that is to follow only its mark has come: it is begun when it can be.
+static void chained_line_that_is_only_a_mark_yet(void)
+{
+    bench_open(1000, 1);
+    queue_plain(PLAIN_MARK, 10, 3);
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(CHAINED_MARK, 0));
+    TEST_ASSERT_TRUE(bench_start_line());
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(30, bench.steps);
+    TEST_ASSERT_EQUAL_UINT8(1, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(10, 2));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_TRUE(bench_start_line());
+    run_out();
+    TEST_ASSERT_EQUAL_INT32(50, bench.steps);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -454,5 +543,10 @@ int main(void)
     RUN_TEST(discard_forgets_an_armed_line);
     RUN_TEST(slow_steps_behind_a_dip);
     RUN_TEST(warning_is_reported);
+    RUN_TEST(block_of_several_entries);
+    RUN_TEST(runs_of_several_axes_begin_some_steps_apart);
+    RUN_TEST(longest_single_period);
+    RUN_TEST(next_line_is_not_dry);
+    RUN_TEST(chained_line_that_is_only_a_mark_yet);
     return UNITY_END();
 }

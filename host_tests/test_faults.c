@@ -136,6 +136,25 @@ static void underrun(void)
     check_new_line(0);
 }
 
+// The timers begin at the start of every ring again, those of axes that had no part in it too.
+static void restart_of_time_begins_every_ring_again(void)
+{
+    start_plain(0, 10, 3);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    bench_plain_line(2, 10, 3);
+    fake_underrun(3);
+    bench_rounds(1);
+    check_fault(FAULT_underrun, 3);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[2].state);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[i].state);
+        TEST_ASSERT_EQUAL_UINT8(0, axis_ring_fill(&machine.axes[i]));
+    }
+    check_new_line(0);
+    check_new_line(2);
+}
+
 // It was captured when time began earlier.
 static void clock_edge_that_waits_does_not_survive_a_restart(void)
 {
@@ -295,6 +314,7 @@ int main(void)
     RUN_TEST(decoder_late);
     RUN_TEST(underrun);
     RUN_TEST(period_without_interrupt);
+    RUN_TEST(restart_of_time_begins_every_ring_again);
     RUN_TEST(clock_edge_that_waits_does_not_survive_a_restart);
     RUN_TEST(underrun_at_rest);
     RUN_TEST(pixel_clock_missing_in_a_line);

@@ -205,6 +205,25 @@ static void long_intervals_are_cut(void)
     check_cut(4000000uL);
 }
 
+static uint8_t entries_of(uint32_t interval)
+{
+    setUp();
+    feed_hold(&feed);
+    step(500, false);
+    (void)release();
+    uint8_t head = feed.head;
+    step(interval, false);
+    step(500, false);
+    return (uint8_t)(feed.head - head);
+}
+
+// Above it begins what would read as a run or a command.
+static void longest_interval_that_is_one_period(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(entries_of(500), entries_of(0xFD00));
+    TEST_ASSERT_TRUE(entries_of(0xFD00) < entries_of(0xFD01));
+}
+
 static void check_turn(uint32_t interval)
 {
     setUp();
@@ -430,6 +449,7 @@ int main(void)
     RUN_TEST(long_first_interval_stays);
     RUN_TEST(quiet_time_comes_before_the_first_step);
     RUN_TEST(long_intervals_are_cut);
+    RUN_TEST(longest_interval_that_is_one_period);
     RUN_TEST(direction_changes_inside_the_interval);
     RUN_TEST(zero_pixels_leave_a_turn_its_time);
     RUN_TEST(first_step_turns_during_the_delay);

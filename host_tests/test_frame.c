@@ -283,6 +283,22 @@ static void seal_appends_low_byte_first(void)
     TEST_ASSERT_EQUAL_HEX8(0xCD, sent.bytes[7]);
 }
 
+// As the line gives it: the bad one dropped, the next already there whole, without silence.
+static void whole_frame_behind_a_longer_bad_one(void)
+{
+    static const uint8_t request[] = {ADDRESS, 4, 0, 3, 0, 1};
+
+    memset(frame.bytes, ADDRESS, 40);
+    frame.received = 40;
+    TEST_ASSERT_EQUAL(FRAME_PARTIAL, look());
+    TEST_ASSERT_EQUAL(FRAME_BAD, silence());
+    TEST_ASSERT_EQUAL_UINT16(40, frame.length);
+    build(request, sizeof request);
+    memcpy(frame.bytes, sent.bytes, sent_length);
+    frame.received = sent_length;
+    TEST_ASSERT_EQUAL(FRAME_READY, look());
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -302,5 +318,6 @@ int main(void)
     RUN_TEST(more_than_a_frame_is_bad_at_once);
     RUN_TEST(next_look_begins_anew);
     RUN_TEST(seal_appends_low_byte_first);
+    RUN_TEST(whole_frame_behind_a_longer_bad_one);
     return UNITY_END();
 }

@@ -48,6 +48,27 @@ static void change_counts_when_it_lasts(void)
     TEST_ASSERT_EQUAL_HEX16(0x0100, bench_input(REG_INPUT_inputs));
 }
 
+// Each switch has a time of its own, on every axis.
+static void a_switch_that_changes_leaves_the_others_alone(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        for (uint8_t bit = 0; bit < 3; bit++) {
+            uint16_t expected = (uint16_t)((1u << bit) << (4u * i));
+            fake_switch(i, (uint8_t)(1u << bit), CLOSED);
+            bench_rounds(2);
+            TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
+            bench_rounds(FILTER_ROUNDS);
+            TEST_ASSERT_EQUAL_HEX16(expected, bench_input(REG_INPUT_inputs));
+            fake_switch(i, (uint8_t)(1u << bit), OPEN);
+            bench_rounds(2);
+            TEST_ASSERT_EQUAL_HEX16(expected, bench_input(REG_INPUT_inputs));
+            bench_rounds(FILTER_ROUNDS);
+            TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
+        }
+    }
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
 static void filter_time_is_a_setting(void)
 {
     machine.settings.input_filter_us = 20000;
@@ -197,6 +218,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(switches_are_four_bits_an_axis);
     RUN_TEST(change_counts_when_it_lasts);
+    RUN_TEST(a_switch_that_changes_leaves_the_others_alone);
     RUN_TEST(filter_time_is_a_setting);
     RUN_TEST(levels_can_be_inverted);
     RUN_TEST(limit_stops_what_moves_towards_it);

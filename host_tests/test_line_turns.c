@@ -19,6 +19,32 @@ static void slow_pixel_between_makes_the_reversal_possible(void)
     ends();
 }
 
+// A rest is as long whether it is sent at once or in parts, and never shorter for being longer.
+static void rests_add_up(void)
+{
+    limits.pixel_ticks = 1000;
+    begin_plain();
+    taken(2, 1);
+    taken(0, 1);
+    refused(LINE_reversal_too_fast, 3, -2, 1);
+    setUp();
+    limits.pixel_ticks = 1000;
+    begin_plain();
+    taken(2, 1);
+    taken(0, 1);
+    taken(0, 1);
+    taken(-2, 1);
+    for (uint8_t i = 0; i < 8; i++) {
+        taken(0, 8); // 65536 ticks and more together
+    }
+    taken(0, 2);
+    taken(2, 1);
+    taken(0, 65535u);
+    taken(0, 65535u);
+    taken(-2, 1);
+    ends();
+}
+
 // A chained line follows the one before it without a gap, so its direction counts too.
 static void reversal_into_a_chained_line(void)
 {
@@ -166,6 +192,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(reversal_too_fast);
     RUN_TEST(slow_pixel_between_makes_the_reversal_possible);
+    RUN_TEST(rests_add_up);
     RUN_TEST(reversal_into_a_chained_line);
     RUN_TEST(reversal_into_a_line_that_waits);
     RUN_TEST(reversal_into_a_chained_smooth_line);

@@ -154,6 +154,43 @@ static void unclocked_line_starts_without_a_clock(void)
     TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
 }
 
+static void queue_backlash_line(uint16_t mark)
+{
+    static const int16_t counts[] = {0, 5, 10, 10, 5, 0};
+
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, (int16_t)(mark | RUN_START_SMOOTH), 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 5, 10));
+    for (uint8_t i = 0; i < 6; i++) {
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, counts[i], 1));
+    }
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, RUN_MARK_END, 0));
+}
+
+// The second line follows the first in the same direction; the setting says whether it takes up.
+static void check_policy(uint16_t policy, uint16_t first, uint16_t second)
+{
+    setUp();
+    machine.settings.backlash_policy = policy;
+    machine.axes[0].direction_known = true;
+    queue_backlash_line(RUN_MARK_START | RUN_START_WAIT);
+    queue_backlash_line(RUN_MARK_START);
+    arm(1);
+    TEST_ASSERT_EQUAL_UINT16(first, machine.axes[0].line.backlash_steps);
+    while (run_queue_fill(&machine.axes[0].queue) != 0) {
+        bench_rounds(1);
+    }
+    TEST_ASSERT_EQUAL_UINT16(second, machine.axes[0].line.backlash_steps);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT16(2, machine.axes[0].lines_done);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+static void backlash_is_taken_up_as_the_setting_says(void)
+{
+    check_policy(0, 5, 5);
+    check_policy(1, 0, 0);
+}
+
 static void arming_is_all_or_nothing(void)
 {
     bench_plain_line(0, 10, 2);
@@ -293,6 +330,7 @@ int main(void)
     RUN_TEST(clock_errors_are_zero_on_an_exact_clock);
     RUN_TEST(second_line_waits_for_its_own_arming);
     RUN_TEST(unclocked_line_starts_without_a_clock);
+    RUN_TEST(backlash_is_taken_up_as_the_setting_says);
     RUN_TEST(arming_is_all_or_nothing);
     RUN_TEST(refused_line_never_starts);
     RUN_TEST(disarmed_line_never_starts);

@@ -3,6 +3,7 @@
 #include <stdint.h>
 
 #include "app/round.h"
+#include "app/store.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 #include "hal/step_timer.h"
@@ -208,6 +209,25 @@ static void second_line_longer_than_the_queue(void)
     command(1, COMMAND_ARM);
 }
 
+static void storing_wants_its_key_and_a_machine_without_lines(void)
+{
+    machine.order[2] = MACHINE_KEY + 1u;
+    TEST_ASSERT_FALSE(machine_do(COMMAND_STORE, 0));
+    TEST_ASSERT_FALSE(machine_do(COMMAND_DEFAULTS, 0));
+    machine.order[2] = MACHINE_KEY;
+    bench_plain_line(0, 10, 2);
+    TEST_ASSERT_FALSE(machine_do(COMMAND_STORE, 0));
+    TEST_ASSERT_FALSE(store_busy());
+    command(1, COMMAND_DISCARD);
+    machine.order[2] = MACHINE_KEY;
+    TEST_ASSERT_TRUE(machine_do(COMMAND_DEFAULTS, 0));
+    TEST_ASSERT_TRUE(machine_do(COMMAND_STORE, 0));
+    TEST_ASSERT_TRUE(store_busy());
+    TEST_ASSERT_FALSE(machine_do(COMMAND_STORE, 0)); // one at a time
+    bench_rounds(200);
+    TEST_ASSERT_FALSE(store_busy());
+}
+
 static void disarming_forgets_the_token(void)
 {
     bench_plain_line(0, 10, 200);
@@ -232,6 +252,12 @@ static void token_stays_for_the_other_armed_axis(void)
     TEST_ASSERT_EQUAL_UINT16(5, machine.token);
     command(2, COMMAND_STOP);
     TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+    bench_rounds(20);
+    bench_plain_line(0, 10, 200);
+    machine.order[2] = 5;
+    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 1));
+    command(2, COMMAND_STOP);
+    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
 }
 
 // A clock of another frequency than set stops what waits for it or runs by it.
@@ -336,6 +362,7 @@ int main(void)
     RUN_TEST(permit_stays_off_after_an_emergency_stop);
     RUN_TEST(refused_block_leaves_an_armed_axis);
     RUN_TEST(second_line_longer_than_the_queue);
+    RUN_TEST(storing_wants_its_key_and_a_machine_without_lines);
     RUN_TEST(disarming_forgets_the_token);
     RUN_TEST(token_stays_for_the_other_armed_axis);
     RUN_TEST(clock_twice_as_fast_while_running);

@@ -59,6 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
+    TEST_ASSERT_EQUAL_UINT16(3, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
@@ -77,7 +78,7 @@ static void identity_text(void)
     uint8_t text[64];
     uint8_t length = data_identity(text, sizeof text);
 
-    TEST_ASSERT_TRUE(length > 12);
+    TEST_ASSERT_EQUAL_UINT8(sizeof "pixstep " CONFIG_BOARD_NAME " 0.1" - 1u, length);
     TEST_ASSERT_EQUAL_INT(0, memcmp(text, "pixstep " CONFIG_BOARD_NAME, 12));
     TEST_ASSERT_EQUAL_UINT8(3, data_identity(text, 3));
 }
@@ -333,6 +334,48 @@ static void records_of_a_short_line(void)
     check_record(3, 0, 0);
 }
 
+static void records_of_a_single_pixel(void)
+{
+    TEST_ASSERT_EQUAL_INT32(0, axis_wide(0, REG_AXIS_expected_steps));
+    start_line(7, 1);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(1, bench_input_wide(REG_RECORD_BASE));
+    TEST_ASSERT_EQUAL_UINT16(1, bench_input(REG_RECORD_BASE + 2));
+    check_record(0, 1, 7);
+}
+
+// Where hosts look for them.
+static void each_axis_has_its_records(void)
+{
+    bench_plain_line(3, 5, 2);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(8, COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(3, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(2, bench_input_wide(0x0100 + 3 * 0x0080));
+    TEST_ASSERT_EQUAL_UINT16(1, bench_input(0x0100 + 3 * 0x0080 + 4));
+    TEST_ASSERT_EQUAL_UINT32(0, bench_input_wide(0x0100 + 2 * 0x0080));
+}
+
+static void position_is_as_new_as_its_first_word(void)
+{
+    start_line(10, 50);
+    bench_rounds(100);
+    fake_pass(3 * BENCH_PIXEL_TICKS / 10);
+    (void)axis_input(0, REG_AXIS_position_steps);
+    int32_t position = ledger_position(&machine.axes[0].ledger);
+    TEST_ASSERT_INT32_WITHIN(2, fake_axes[0].steps, position);
+    fake_pass(5 * BENCH_PIXEL_TICKS / 10);
+    // The second word belongs to the first.
+    TEST_ASSERT_EQUAL_UINT16(position,
+                             axis_input(0, (uint16_t)(REG_AXIS_position_steps + 1u)));
+}
+
+static void last_order_is_read_back(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(5, COMMAND_ENABLE));
+    TEST_ASSERT_EQUAL_UINT16(5, data_holding(REG_HOLDING_axis_mask));
+    TEST_ASSERT_EQUAL_UINT16(COMMAND_ENABLE, data_holding(REG_HOLDING_axis_mask + 1));
+}
+
 static void every_mapped_input_can_be_read(void)
 {
     for (uint16_t address = 0;
@@ -366,6 +409,10 @@ int main(void)
     RUN_TEST(line_registers);
     RUN_TEST(records_oldest_first);
     RUN_TEST(records_of_a_short_line);
+    RUN_TEST(records_of_a_single_pixel);
+    RUN_TEST(each_axis_has_its_records);
+    RUN_TEST(position_is_as_new_as_its_first_word);
+    RUN_TEST(last_order_is_read_back);
     RUN_TEST(every_mapped_input_can_be_read);
     return UNITY_END();
 }

@@ -245,9 +245,25 @@ static void arming_switches_the_driver_on_and_rest_off(void)
     check_drivers(0);
 }
 
+static void a_driver_that_rests_goes_off_to_the_millisecond(void)
+{
+    machine.settings.idle_off_ms = 100;
+    pass_ms(200);
+    fake_pass(16384u - fake_now_ticks() % 16384u); // a millisecond of the clock's begins
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ENABLE));
+    uint32_t enabled_ticks = fake_now_ticks();
+    while (fake_axes[0].enabled) {
+        bench_rounds(1);
+    }
+    // The millisecond behind, and up to four rounds until it is looked at.
+    TEST_ASSERT_TRUE(fake_now_ticks() - enabled_ticks >= 116uL * 16384uL);
+    TEST_ASSERT_TRUE(fake_now_ticks() - enabled_ticks <= 116uL * 16384uL + 6000u);
+}
+
 static void a_driver_gets_its_time_before_the_first_step(void)
 {
     machine.settings.enable_settle_ms = 200;
+    pass_ms(1000); // that is not counted
     bench_plain_line(0, 10, 5);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     uint32_t armed_ticks = fake_now_ticks();
@@ -326,6 +342,7 @@ int main(void)
     RUN_TEST(the_driver_of_an_armed_axis_stays_on);
     RUN_TEST(waiting_for_go_has_patience_with_the_clock);
     RUN_TEST(arming_switches_the_driver_on_and_rest_off);
+    RUN_TEST(a_driver_that_rests_goes_off_to_the_millisecond);
     RUN_TEST(a_driver_gets_its_time_before_the_first_step);
     RUN_TEST(resets_that_nobody_asked_for);
     RUN_TEST(a_stack_that_grew_too_far);

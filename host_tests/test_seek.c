@@ -3,8 +3,10 @@
 #include <stdint.h>
 
 #include "app/round.h"
+#include "app/seek.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
+#include "hal/pixel_clock.h"
 #include "hal/switches.h"
 #include "nothing_moves.h"
 #include "unity.h"
@@ -349,6 +351,127 @@ static void seek_does_not_follow_another_line_unasked(void)
     TEST_ASSERT_EQUAL_INT32(10, fake_axes[0].steps);
 }
 
+// A clock edge is captured with the clock's axis as it is then, the switch's with the axis that
+// seeks. Where that is one and the same, the account must not pass the older of both.
+static void seek_on_the_clocks_axis(bool clock_first, uint32_t apart_ticks)
+{
+    setUp();
+    queue_seek(CONFIG_PIXEL_CLOCK_AXIS, 0, 1, 200);
+    start(CONFIG_PIXEL_CLOCK_AXIS);
+    go_to(CONFIG_PIXEL_CLOCK_AXIS, 408000); // half a pixel before an edge
+    round_poll();
+    uint32_t edge = fake_next_edge_ticks();
+    uint32_t trip = clock_first ? edge + apart_ticks : edge - apart_ticks;
+    uint32_t zero = machine.axes[CONFIG_PIXEL_CLOCK_AXIS].zero_ticks;
+    fake_pass(trip - fake_now_ticks());
+    fake_switch(CONFIG_PIXEL_CLOCK_AXIS, SWITCH_HOME, CLOSED);
+    fake_pass(clock_first ? 100 : apart_ticks + 100);
+    TEST_ASSERT_TRUE(pixel_clock_waiting() && switch_capture_waiting());
+    // What a command asks for now must wait, on both axes that were captured.
+    TEST_ASSERT_FALSE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
+    TEST_ASSERT_FALSE(machine_follow(CONFIG_SWITCH_CAPTURE_AXIS));
+    round_poll();
+    TEST_ASSERT_FALSE(pixel_clock_waiting() || switch_capture_waiting());
+    TEST_ASSERT_TRUE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
+    // The clock has been seen, but not where.
+    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_4us);
+    TEST_ASSERT_FALSE(machine.watch.known);
+    TEST_ASSERT_TRUE(bench_until(CONFIG_PIXEL_CLOCK_AXIS, AXIS_DONE));
+    bench_rounds(10);
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT16(TRIP_CLOSED, bench_input(REG_INPUT_trip_code));
+    TEST_ASSERT_EQUAL_UINT32(trip, bench_input_wide(REG_INPUT_trip_ticks));
+    TEST_ASSERT_EQUAL_INT32(steps_at(trip - zero),
+                            (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
+}
+
+static void clock_edge_and_switch_edge_wait_together(void)
+{
+    static const uint16_t apart[] = {0, 1, 300, 1999, 5000};
+
+    for (uint8_t i = 0; i < (uint8_t)(sizeof apart / sizeof apart[0]); i++) {
+        seek_on_the_clocks_axis(true, apart[i]);
+        seek_on_the_clocks_axis(false, apart[i]);
+    }
+}
+
+// It comes between the two looks of a round: the switch's edge is taken first, then it is too old.
+static void clock_edge_between_two_looks_is_let_pass(void)
+{
+    queue_seek(CONFIG_PIXEL_CLOCK_AXIS, 0, 1, 200);
+    start(CONFIG_PIXEL_CLOCK_AXIS);
+    go_to(CONFIG_PIXEL_CLOCK_AXIS, 408000);
+    uint32_t trip = fake_next_edge_ticks() + 500u;
+    fake_pass(trip - fake_now_ticks());
+    fake_switch(CONFIG_PIXEL_CLOCK_AXIS, SWITCH_HOME, CLOSED);
+    fake_pass(1000);
+    seek_poll();
+    TEST_ASSERT_FALSE(pixel_clock_waiting() || switch_capture_waiting());
+    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_4us);
+    TEST_ASSERT_TRUE(bench_until(CONFIG_PIXEL_CLOCK_AXIS, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(trip, bench_input_wide(REG_INPUT_trip_ticks));
+}
+
+// Only the axis of its timer has a sample in a clock edge.
+static void clock_edge_that_waits_holds_up_its_own_axis_only(void)
+{
+    fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
+    TEST_ASSERT_TRUE(pixel_clock_waiting());
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL(i != CONFIG_PIXEL_CLOCK_AXIS, machine_follow(i));
+    }
+    round_poll();
+    TEST_ASSERT_TRUE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
+}
+
+// Another axis seeks: both edges count.
+static void clock_edge_beside_a_seek_of_another_axis_counts(void)
+{
+    queue_seek(1, 0, 1, 200);
+    start(1);
+    go_to(1, 408000);
+    round_poll();
+    uint32_t edge = fake_next_edge_ticks();
+    fake_pass(edge - fake_now_ticks());
+    fake_switch(1, SWITCH_HOME, CLOSED);
+    fake_pass(3000);
+    TEST_ASSERT_TRUE(pixel_clock_waiting() && switch_capture_waiting());
+    TEST_ASSERT_FALSE(machine_follow(1));
+    uint32_t seen_4us = machine.edge_seen_4us;
+    round_poll();
+    TEST_ASSERT_TRUE(machine.edge_seen_4us != seen_4us);
+    TEST_ASSERT_TRUE(machine.watch.known);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT32(edge, bench_input_wide(REG_INPUT_trip_ticks));
+}
+
+// A long interval is made of several periods, of which one carries the step.
+static void edge_inside_a_long_interval(void)
+{
+    machine.settings.pixel_hz_num[1] = 10;
+    machine_apply_settings();
+    bench_clock_off();
+    queue_seek(0, 0, 1, 40);
+    start(0);
+    bench_rounds(3200); // three pixels
+    for (uint8_t i = 0; i < 3; i++) {
+        int32_t steps = fake_axes[0].steps;
+        while (fake_axes[0].steps == steps) {
+            bench_rounds(1);
+        }
+        // A fifth of the interval is over: the next period but one has no step either.
+        bench_rounds(30);
+    }
+    int32_t before = fake_axes[0].steps;
+    fake_switch(0, SWITCH_HOME, CLOSED);
+    bench_rounds(10);
+    TEST_ASSERT_EQUAL_INT32(before, fake_axes[0].steps);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT16(TRIP_CLOSED, bench_input(REG_INPUT_trip_code));
+    TEST_ASSERT_EQUAL_INT32(before,
+                            (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -370,6 +493,11 @@ int main(void)
     RUN_TEST(stopped_seek_is_no_fault);
     RUN_TEST(zero_is_the_edge);
     RUN_TEST(one_axis_seeks_at_a_time);
+    RUN_TEST(clock_edge_and_switch_edge_wait_together);
+    RUN_TEST(clock_edge_between_two_looks_is_let_pass);
+    RUN_TEST(clock_edge_that_waits_holds_up_its_own_axis_only);
+    RUN_TEST(clock_edge_beside_a_seek_of_another_axis_counts);
     RUN_TEST(seek_does_not_follow_another_line_unasked);
+    RUN_TEST(edge_inside_a_long_interval);
     return UNITY_END();
 }

@@ -71,12 +71,35 @@ static void frame_of_unknown_length_is_over_with_silence(void)
     check_axis_count();
 }
 
+// The silence behind it is over, and none follows yet.
+static void frame_behind_a_bad_one_is_served_at_once(void)
+{
+    static const uint8_t noise[30] = {7, 16, 1, 0, 0, 2, 4};
+    uint16_t errors = serial_counters()->crc_errors;
+    uint16_t messages = serial_counters()->bus_messages;
+
+    fake_receive(noise, sizeof noise);
+    serial_poll();
+    fake_pass(SILENCE_TICKS + SLACK_TICKS);
+    PUT(0, 16, 1, 0, 0, 2, 4, 0, 2, 0, COMMAND_ENABLE);
+    ask_axis_count(7);
+    serial_poll();
+    TEST_ASSERT_EQUAL_UINT16(errors + 1u, serial_counters()->crc_errors);
+    serial_poll();
+    TEST_ASSERT_TRUE(fake_axes[1].enabled);
+    serial_poll();
+    TEST_ASSERT_EQUAL_UINT16(messages + 2u, serial_counters()->bus_messages);
+    check_axis_count();
+    TEST_ASSERT_EQUAL_UINT16(errors + 1u, serial_counters()->crc_errors);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(foreign_request_has_no_reply);
     RUN_TEST(request_behind_foreign_frames_is_served);
     RUN_TEST(foreign_reply_executes_nothing);
+    RUN_TEST(frame_behind_a_bad_one_is_served_at_once);
     RUN_TEST(frame_of_unknown_length_is_over_with_silence);
     return UNITY_END();
 }

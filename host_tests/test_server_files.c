@@ -75,6 +75,13 @@ static void files_exceptions(void)
     check_exception(20, MODBUS_ILLEGAL_VALUE);
     SEND(UNIT, 20, 8, 6, 0, 1, 0, 0, 0, 1, 0);
     check_exception(20, MODBUS_ILLEGAL_VALUE);
+    put_file(0, 1, 0, 1);
+    put_file(1, 1, 0, 1); // what an older frame has left
+    frame.bytes[0] = UNIT;
+    frame.bytes[1] = 20;
+    frame.bytes[2] = 8;
+    serve(3 + 8);
+    check_exception(20, MODBUS_ILLEGAL_VALUE);
     SEND(UNIT, 20, 7, 6, 0, 9, 0, 0, 0, 0);
     check_exception(20, MODBUS_ILLEGAL_VALUE);
     SEND(UNIT, 20, 7, 6, 0, 9, 0, 0, 1, 1);

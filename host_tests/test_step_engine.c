@@ -274,6 +274,16 @@ static void an_empty_ring_in_a_line_stops(void)
     TEST_ASSERT_TRUE(engine.stop);
 }
 
+static void a_reset_forgets_a_halt_that_was_to_come(void)
+{
+    step_engine_halt_soon(&engine);
+    step_engine_reset(&engine, &ring);
+    TEST_ASSERT_FALSE(engine.stop);
+    put_command(STEP_COMMAND_PULSE);
+    put_period(100);
+    check_load(100, true, false);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -295,5 +305,6 @@ int main(void)
     RUN_TEST(stays_halted);
     RUN_TEST(settles_only_at_rest);
     RUN_TEST(an_empty_ring_in_a_line_stops);
+    RUN_TEST(a_reset_forgets_a_halt_that_was_to_come);
     return UNITY_END();
 }

@@ -8,6 +8,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import boards
+from pixstep.cli.mutants import mutants
 from pixstep.cli.options import Group
 from pixstep.cli.orders import orders
 
@@ -216,5 +217,6 @@ def powercuts(ctx, board, count, seed, as_json):
 
 
 hostile_group.add_command(orders)
+hostile_group.add_command(mutants)
 
 COMMANDS = (hostile_group,)

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+// A round of the main loop is short: what it decodes is bounded, whatever waits. Counted in entries
+// of the rings; no time passes between the rounds, so nothing is taken from them.
+#include <stdint.h>
+
+#include "app/round.h"
+#include "fakes/board.h"
+#include "fakes/machine_bench.h"
+#include "hal/step_timer.h"
+#include "unity.h"
+
+#define BUDGET      240u // steps of a round of several axes,
+#define AT_ONCE     120u //   of one axis before the choice is made anew,
+#define STARTING    12u  //   and while an axis is about to be released
+#define CALLS       3u
+#define SLOW_STEP   12u  // what a step of a slow curve counts
+#define ROOM_FOR    240u // entries: a ring is full enough then
+#define SINGLE_STEP 312  // a pixel of 160000 ticks: 512.8 ticks a step make no run
+
+static uint8_t heads[CONFIG_AXES];
+
+void setUp(void)
+{
+    bench_power_on();
+}
+
+void tearDown(void)
+{
+}
+
+static void slow_pixels(void)
+{
+    machine.settings.pixel_hz_num[1] = 100;
+    machine_apply_settings();
+    fake_pixel_clock(5000, 100, 1);
+    bench_rounds(20);
+}
+
+static void arm(uint16_t mask)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(mask, COMMAND_ARM));
+}
+
+static void arm_all(void)
+{
+    arm((1u << CONFIG_AXES) - 1u);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        heads[i] = machine.axes[i].feed.head;
+    }
+}
+
+// Entries that axis i got since this was asked last.
+static uint8_t got(uint8_t i)
+{
+    uint8_t entries = (uint8_t)(machine.axes[i].feed.head - heads[i]);
+
+    heads[i] = machine.axes[i].feed.head;
+    return entries;
+}
+
+// What a round decodes, altogether; no axis more than `most`.
+static uint16_t round_of(uint8_t most, uint8_t *served)
+{
+    uint16_t entries = 0;
+
+    *served = 0;
+    round_poll();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        uint8_t mine = got(i);
+        TEST_ASSERT_TRUE(mine <= most);
+        entries = (uint16_t)(entries + mine);
+        *served = (uint8_t)(*served + (mine != 0));
+    }
+    return entries;
+}
+
+static void single_steps_keep_to_the_budget(void)
+{
+    uint8_t served = 0;
+    uint16_t most = 0;
+
+    slow_pixels();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bench_plain_line(i, SINGLE_STEP, 20);
+    }
+    arm_all();
+    for (uint8_t i = 0; i < 4; i++) {
+        uint16_t entries = round_of(AT_ONCE, &served);
+        TEST_ASSERT_TRUE(entries <= BUDGET);
+        TEST_ASSERT_EQUAL_UINT8(2, served);
+        most = entries > most ? entries : most;
+    }
+    TEST_ASSERT_EQUAL_UINT16(BUDGET, most);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_TRUE(axis_ring_fill(&machine.axes[i]) >= ROOM_FOR);
+    }
+    TEST_ASSERT_EQUAL_UINT16(0, round_of(0, &served));
+}
+
+// One axis has all of it, in two parts.
+static void one_axis_alone_has_the_whole_budget(void)
+{
+    uint8_t served = 0;
+
+    slow_pixels();
+    bench_plain_line(2, SINGLE_STEP, 20);
+    arm(4);
+    heads[2] = machine.axes[2].feed.head;
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        (void)got(i);
+    }
+    uint16_t entries = round_of(BUDGET, &served);
+    TEST_ASSERT_TRUE(entries > AT_ONCE && entries <= BUDGET);
+}
+
+static void slow_line(uint8_t axis)
+{
+    TEST_ASSERT_EQUAL(
+        MODBUS_OK,
+        bench_entry(axis, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, 0, 0));
+    for (int16_t count = 1; count <= 5; count = (int16_t)(count + 2)) {
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, count, 1));
+    }
+    for (int16_t count = 5; count >= 1; count = (int16_t)(count - 2)) {
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, count, 1));
+    }
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, RUN_MARK_END, 0));
+}
+
+// Each costs as much of the processor as a dozen others.
+static void slow_steps_count_more(void)
+{
+    uint8_t served = 0;
+
+    bench_rounds(20);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        slow_line(i);
+    }
+    arm_all();
+    for (uint8_t i = 0; i < 3; i++) {
+        uint16_t entries = round_of(AT_ONCE / SLOW_STEP + CALLS, &served);
+        TEST_ASSERT_EQUAL_UINT16(BUDGET / SLOW_STEP, entries);
+    }
+}
+
+// From rest to 20000 steps/s in a pixel: each of these steps counts twice.
+static void steep_steps_count_more_too(void)
+{
+    uint8_t served = 0;
+
+    slow_pixels();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL(
+            MODBUS_OK,
+            bench_entry(i, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 0, 0));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 100, 1));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 150, 1));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 50, 1));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, RUN_MARK_END, 0));
+    }
+    arm_all();
+    for (uint8_t i = 0; i < 6; i++) {
+        TEST_ASSERT_TRUE(round_of(AT_ONCE / 2u, &served) <= BUDGET / 2u);
+        TEST_ASSERT_EQUAL_UINT8(2, served);
+    }
+}
+
+// However little each of them needs: the rest has its turn in the next round.
+static void at_most_three_axes_have_a_turn(void)
+{
+    uint8_t served = 0;
+
+    slow_pixels();
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bench_plain_line(i, 4, 20);
+    }
+    arm_all();
+    (void)round_of(AT_ONCE, &served);
+    TEST_ASSERT_EQUAL_UINT8(CALLS, served);
+    (void)round_of(AT_ONCE, &served);
+    TEST_ASSERT_EQUAL_UINT8(1, served);
+}
+
+// The moment of the release must not be missed, however much another axis could take.
+static void a_start_keeps_rounds_shorter_still(void)
+{
+    uint8_t most = 0;
+
+    slow_pixels();
+    bench_plain_line(1, SINGLE_STEP, 60);
+    arm(2);
+    TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
+    bench_rounds(200);
+    bench_plain_line(0, 10, 3);
+    arm(1);
+    while (fake_next_edge_ticks() - fake_now_ticks() > 2u * BENCH_ROUND_TICKS) {
+        bench_rounds(1);
+    }
+    // The edge that starts it is seen late: 78 steps of the other axis later.
+    fake_pass(fake_next_edge_ticks() + 40000u - fake_now_ticks());
+    TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
+    (void)got(1);
+    for (uint8_t i = 0; i < 6; i++) {
+        round_poll();
+        uint8_t mine = got(1);
+        TEST_ASSERT_TRUE(mine <= STARTING);
+        most = mine > most ? mine : most;
+    }
+    TEST_ASSERT_EQUAL_UINT8(1, machine.starting);
+    TEST_ASSERT_EQUAL_UINT8(STARTING, most);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+}
+
+// The account may lag 64 entries, not one more, whose turn it is or not.
+static void an_axis_far_behind_is_followed_out_of_turn(void)
+{
+    const struct axis *axis = &machine.axes[1];
+
+    for (uint8_t entries = 60; entries < 90; entries++) {
+        setUp();
+        slow_pixels();
+        bench_plain_line(1, SINGLE_STEP, 20);
+        arm(2);
+        TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
+        bench_rounds(100);
+        while (axis->state == AXIS_RUNNING && (machine.turn % 8u) != 1) {
+            bench_rounds(1);
+        }
+        TEST_ASSERT_TRUE(machine_follow(1));
+        uint8_t tail = step_timer_tail(1);
+        while ((uint8_t)(step_timer_tail(1) - tail) < entries) {
+            fake_pass(256);
+        }
+        uint8_t behind = (uint8_t)(step_timer_tail(1) - axis->ledger.retired);
+        TEST_ASSERT_EQUAL_UINT8(entries, behind);
+        machine.axes[1].in_line = false; // nothing more to decode
+        round_poll();
+        behind = (uint8_t)(step_timer_tail(1) - axis->ledger.retired);
+        // Blocks are taken as a whole: what is left of one may stay.
+        TEST_ASSERT_TRUE(entries < 64 ? behind == entries : behind < 60);
+    }
+}
+
+// An edge comes while a ring is not full yet: it is let pass, for all of them.
+static void no_axis_starts_before_every_ring_is_full(void)
+{
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(7, COMMAND_ENABLE));
+    slow_pixels();
+    bench_rounds(1000); // the drivers have settled
+    for (uint8_t i = 0; i < 3; i++) {
+        bench_plain_line(i, i == 0 ? 1 : SINGLE_STEP, 20);
+    }
+    arm(1);
+    for (uint8_t i = 0; i < 8; i++) {
+        round_poll();
+    }
+    TEST_ASSERT_TRUE(axis_decoded(&machine.axes[0]));
+    fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
+    arm(6);       // not the clock's axis, whose account would pass the edge
+    round_poll(); // takes the edge
+    TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
+    for (uint8_t i = 0; i < 8; i++) {
+        round_poll();
+    }
+    fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
+    round_poll();
+    TEST_ASSERT_EQUAL_HEX8(7, machine.starting);
+}
+
+// More than one run must not begin at once: all axes cross a pixel's edge together.
+static void runs_begin_two_steps_apart(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL_UINT8(2u * i, machine.axes[i].stagger);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(single_steps_keep_to_the_budget);
+    RUN_TEST(one_axis_alone_has_the_whole_budget);
+    RUN_TEST(slow_steps_count_more);
+    RUN_TEST(steep_steps_count_more_too);
+    RUN_TEST(at_most_three_axes_have_a_turn);
+    RUN_TEST(a_start_keeps_rounds_shorter_still);
+    RUN_TEST(an_axis_far_behind_is_followed_out_of_turn);
+    RUN_TEST(no_axis_starts_before_every_ring_is_full);
+    RUN_TEST(runs_begin_two_steps_apart);
+    return UNITY_END();
+}
