@@ -209,21 +209,23 @@ static void second_line_longer_than_the_queue(void)
     command(1, COMMAND_ARM);
 }
 
+static void check_keyed(bool taken, enum machine_command what, uint16_t key)
+{
+    machine.order[2] = key;
+    TEST_ASSERT_EQUAL(taken, machine_do(what, 0));
+}
+
 static void storing_wants_its_key_and_a_machine_without_lines(void)
 {
-    machine.order[2] = MACHINE_KEY + 1u;
-    TEST_ASSERT_FALSE(machine_do(COMMAND_STORE, 0));
-    TEST_ASSERT_FALSE(machine_do(COMMAND_DEFAULTS, 0));
-    machine.order[2] = MACHINE_KEY;
+    check_keyed(false, COMMAND_STORE, MACHINE_KEY + 1u);
+    check_keyed(false, COMMAND_DEFAULTS, MACHINE_KEY + 1u);
     bench_plain_line(0, 10, 2);
-    TEST_ASSERT_FALSE(machine_do(COMMAND_STORE, 0));
+    check_keyed(false, COMMAND_STORE, MACHINE_KEY);
     TEST_ASSERT_FALSE(store_busy());
     command(1, COMMAND_DISCARD);
-    machine.order[2] = MACHINE_KEY;
-    TEST_ASSERT_TRUE(machine_do(COMMAND_DEFAULTS, 0));
-    TEST_ASSERT_TRUE(machine_do(COMMAND_STORE, 0));
-    TEST_ASSERT_TRUE(store_busy());
-    TEST_ASSERT_FALSE(machine_do(COMMAND_STORE, 0)); // one at a time
+    check_keyed(true, COMMAND_DEFAULTS, MACHINE_KEY);
+    check_keyed(true, COMMAND_STORE, MACHINE_KEY);
+    check_keyed(false, COMMAND_STORE, MACHINE_KEY); // one at a time
     bench_rounds(200);
     TEST_ASSERT_FALSE(store_busy());
 }

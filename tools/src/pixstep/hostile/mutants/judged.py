@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is known of mutants that no test kills: a kept table, by file and by what the lines say.
+"""What is known of mutants that no test kills: a kept table, by function and by what lines say.
 
 An entry says `equivalent`, with the reason why behaviour cannot differ, or `unseen`, with what no
 test looks at. A line that changes makes its entries void: the mutant must be judged anew.
@@ -27,7 +27,7 @@ class Judgement:
     why: str
 
 
-Judgements = dict[tuple[str, str, str], Judgement]
+Judgements = dict[tuple[str, str, str, str], Judgement]
 
 
 def read(path: Path = TABLE) -> Judgements:
@@ -36,10 +36,10 @@ def read(path: Path = TABLE) -> Judgements:
         entries = tomllib.loads(path.read_text(encoding="utf-8")).get("judged", [])
         found = {}
         for entry in entries:
-            key = entry["file"], entry["was"], entry["becomes"]
-            if entry["verdict"] not in (EQUIVALENT, UNSEEN) or not entry["why"] or key in found:
+            place = entry["file"], entry["inside"], entry["was"], entry["becomes"]
+            if entry["verdict"] not in (EQUIVALENT, UNSEEN) or not entry["why"] or place in found:
                 raise UserError(f"{path}: {entry['file']}: {entry['was']!r}: no judgement")
-            found[key] = Judgement(entry["verdict"], entry["why"])
+            found[place] = Judgement(entry["verdict"], entry["why"])
         return found
     except OSError as error:
         raise UserError(f"{path}: {error.strerror}") from None
@@ -47,9 +47,14 @@ def read(path: Path = TABLE) -> Judgements:
         raise UserError(f"{path}: {error}") from None
 
 
+def key(mutant: Mutant) -> tuple[str, str, str, str]:
+    """Return what a mutant is known by, as long as its line stays as it is."""
+    return mutant.file, mutant.inside, mutant.was, mutant.becomes
+
+
 def of(judgements: Judgements, mutant: Mutant) -> Judgement | None:
     """Return the judgement of a mutant, if there is one."""
-    return judgements.get((mutant.file, mutant.was, mutant.becomes))
+    return judgements.get(key(mutant))
 
 
 def equivalent(judgements: Judgements, mutant: Mutant) -> bool:

@@ -22,6 +22,7 @@ _DIRECTIVE = re.compile(
     r"|(?:\\\n|[^\n])*)",
     re.MULTILINE,
 )
+_FUNCTION = re.compile(r"^[A-Za-z_][^;{}()#=]*?\b(\w+)\([^;{}]*\)\n\{", re.MULTILINE)
 _NUMBER = re.compile(r"(0[xX])?([0-9a-fA-F]+?)([uUlL]*)")
 
 # What becomes of a binary sign, by kind of change.
@@ -90,6 +91,7 @@ class Mutant:
     start: int
     right: str
     wrong: str
+    inside: str  # which function; "" outside of all
     was: str  # the lines concerned, as one
     becomes: str
 
@@ -132,7 +134,15 @@ def _mutant(file: str, text: str, kind: str, start: int, end: int, wrong: str) -
     was = _as_one_line(text[first:last])
     becomes = _as_one_line(text[first:start] + wrong + text[end:last])
     line = text.count("\n", 0, start) + 1
-    return Mutant(file, line, kind, start, right, wrong, was, becomes)
+    return Mutant(file, line, kind, start, right, wrong, _inside(text, start), was, becomes)
+
+
+def _inside(text: str, start: int) -> str:
+    """Return the name of the function around a place."""
+    for found in _FUNCTION.finditer(text):
+        if found.start() <= start <= text.find("\n}", found.end()):
+            return found[1]
+    return ""
 
 
 def _as_one_line(text: str) -> str:

@@ -83,5 +83,6 @@ def _sort(title: str, outcome: Outcome, judgements: Judgements, verdict: str | N
 def _entry(trial: Trial, why: str) -> str:
     mutant = trial.mutant
     name = PurePosixPath(mutant.file).name
-    change = f"* `{name}`: `{mutant.was}` becomes `{mutant.becomes}`"
+    where = f"`{name}`, {mutant.inside}()" if mutant.inside else f"`{name}`"
+    change = f"* {where}: `{mutant.was}` becomes `{mutant.becomes}`"
     return f"{change}\n  {why}" if why else change
