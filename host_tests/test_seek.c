@@ -436,8 +436,8 @@ static void clock_edge_that_waits_holds_up_its_own_axis_only(void)
     TEST_ASSERT_TRUE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
 }
 
-// Another axis seeks: both edges count.
-static void clock_edge_beside_a_seek_of_another_axis_counts(void)
+// The switch of axis 1 closes with the clock's edge; returns that edge.
+static uint32_t close_with_the_clock(void)
 {
     queue_seek(1, 0, 1, 200);
     start(1);
@@ -447,6 +447,14 @@ static void clock_edge_beside_a_seek_of_another_axis_counts(void)
     fake_pass(edge - fake_now_ticks());
     fake_switch(1, SWITCH_HOME, CLOSED);
     fake_pass(3000);
+    return edge;
+}
+
+// Another axis seeks: both edges count.
+static void clock_edge_beside_a_seek_of_another_axis_counts(void)
+{
+    uint32_t edge = close_with_the_clock();
+
     TEST_ASSERT_TRUE(pixel_clock_waiting());
     TEST_ASSERT_FALSE(machine_follow(1));
     round_poll();

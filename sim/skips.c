@@ -19,7 +19,9 @@ static const struct opcode skip_opcodes[] = {
 
 static uint16_t word_at(const avr_t *avr, avr_flashaddr_t word)
 {
-    return (uint16_t)(avr->flash[2 * word] | avr->flash[2 * word + 1] << 8);
+    const uint8_t *bytes = &avr->flash[(size_t)word * 2];
+
+    return (uint16_t)(bytes[0] | bytes[1] << 8);
 }
 
 static bool is_skip(uint16_t opcode)
