@@ -379,19 +379,23 @@ static void start_on_the_clocks_axis(void)
     round_poll();
 }
 
-static void seek_on_the_clocks_axis(bool clock_first, uint32_t apart_ticks)
+// The switch closes at this tick; then so much time passes without a round.
+static void close_at(uint8_t axis, uint32_t ticks, uint32_t then_ticks)
 {
-    start_on_the_clocks_axis();
-    uint32_t edge = fake_next_edge_ticks();
-    uint32_t trip = clock_first ? edge + apart_ticks : edge - apart_ticks;
-    uint32_t zero = machine.axes[CONFIG_PIXEL_CLOCK_AXIS].zero_ticks;
-    fake_pass(trip - fake_now_ticks());
-    fake_switch(CONFIG_PIXEL_CLOCK_AXIS, SWITCH_HOME, CLOSED);
-    fake_pass(clock_first ? 100 : apart_ticks + 100);
+    fake_pass(ticks - fake_now_ticks());
+    fake_switch(axis, SWITCH_HOME, CLOSED);
+    fake_pass(then_ticks);
     TEST_ASSERT_TRUE(pixel_clock_waiting());
-    // What a command asks for now must wait, on both axes that were captured.
-    TEST_ASSERT_FALSE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
+    // What a command asks for now must wait.
+    TEST_ASSERT_FALSE(machine_follow(axis));
     TEST_ASSERT_FALSE(machine_follow(CONFIG_SWITCH_CAPTURE_AXIS));
+}
+
+static void seek_on_the_clocks_axis(uint32_t trip, uint32_t then_ticks)
+{
+    uint32_t zero = machine.axes[CONFIG_PIXEL_CLOCK_AXIS].zero_ticks;
+
+    close_at(CONFIG_PIXEL_CLOCK_AXIS, trip, then_ticks);
     round_poll();
     check_clock_edge_let_pass();
     TEST_ASSERT_TRUE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
@@ -404,8 +408,10 @@ static void clock_edge_and_switch_edge_wait_together(void)
     static const uint16_t apart[] = {0, 1, 300, 1999, 5000};
 
     for (uint8_t i = 0; i < (uint8_t)(sizeof apart / sizeof apart[0]); i++) {
-        seek_on_the_clocks_axis(true, apart[i]);
-        seek_on_the_clocks_axis(false, apart[i]);
+        start_on_the_clocks_axis();
+        seek_on_the_clocks_axis(fake_next_edge_ticks() + apart[i], 100);
+        start_on_the_clocks_axis();
+        seek_on_the_clocks_axis(fake_next_edge_ticks() - apart[i], apart[i] + 100u);
     }
 }
 
@@ -436,27 +442,15 @@ static void clock_edge_that_waits_holds_up_its_own_axis_only(void)
     TEST_ASSERT_TRUE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
 }
 
-// The switch of axis 1 closes with the clock's edge; returns that edge.
-static uint32_t close_with_the_clock(void)
+// Another axis seeks: both edges count.
+static void clock_edge_beside_a_seek_of_another_axis_counts(void)
 {
     queue_seek(1, 0, 1, 200);
     start(1);
     go_to(1, 408000);
     round_poll();
     uint32_t edge = fake_next_edge_ticks();
-    fake_pass(edge - fake_now_ticks());
-    fake_switch(1, SWITCH_HOME, CLOSED);
-    fake_pass(3000);
-    return edge;
-}
-
-// Another axis seeks: both edges count.
-static void clock_edge_beside_a_seek_of_another_axis_counts(void)
-{
-    uint32_t edge = close_with_the_clock();
-
-    TEST_ASSERT_TRUE(pixel_clock_waiting());
-    TEST_ASSERT_FALSE(machine_follow(1));
+    close_at(1, edge, 3000);
     round_poll();
     TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_4us);
     TEST_ASSERT_TRUE(machine.watch.known);

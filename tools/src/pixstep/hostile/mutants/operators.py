@@ -92,7 +92,7 @@ class Mutant:
     right: str
     wrong: str
     inside: str  # which function; "" outside of all
-    was: str  # the lines concerned, as one
+    was: str  # the lines concerned, as one, and those before as long as they are not the only such
     becomes: str
 
     def apply(self, text: str) -> str:
@@ -131,6 +131,8 @@ def _mutant(file: str, text: str, kind: str, start: int, end: int, wrong: str) -
     first = text.rfind("\n", 0, start) + 1
     last = text.find("\n", end)
     last = len(text) if last < 0 else last
+    while first > 0 and text.count(text[first - 1 : last]) > 1:  # the line before tells which
+        first = text.rfind("\n", 0, first - 1) + 1
     was = _as_one_line(text[first:last])
     becomes = _as_one_line(text[first:start] + wrong + text[end:last])
     line = text.count("\n", 0, start) + 1
