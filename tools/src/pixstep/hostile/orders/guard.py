@@ -230,9 +230,10 @@ class Guard:
         elif model.rest is None:
             model.settle(edges.count)
         self._judge_position(number, axis, model, edges)
+        self.counted[number] = before.count
 
     def _judge_position(self, number: int, axis: AxisState, model: AxisModel, edges: Edges) -> None:
-        """At rest the position is the steps made; in motion it lies between two readings.
+        """At rest the position is the steps made; in motion it is no older than the reading before.
 
         A reading may be as old as the board's last account of the axis: while a captured clock edge
         waits to be served, the board does not bring it up to date.
@@ -242,7 +243,6 @@ class Guard:
             model.halted is not None and self.world.asked > model.halted + HELD_CYCLES
         )
         bound = 0 if rests else edges.count - self.counted[number] + _LEAD_STEPS
-        self.counted[number] = edges.count
         if abs(known - edges.steps) > bound:
             self.complain(
                 f"axis {number}, {axis.state}: position {known}, {edges.steps} steps made"
