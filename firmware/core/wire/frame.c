@@ -89,6 +89,12 @@ static APART bool ends_by(struct frame *frame, uint8_t rule)
     return length > frame->tried && ends_at(frame, length);
 }
 
+// Nothing more of it will come: silence, or more bytes than any frame has.
+static bool is_over(const struct frame *frame, bool ended)
+{
+    return ended || frame->received > FRAME_MAX_BYTES;
+}
+
 enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
 {
     uint16_t received = frame->received;
@@ -106,7 +112,7 @@ enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
         return foreign ? FRAME_FOREIGN : FRAME_READY;
     }
     frame->tried = received;
-    if (!ended && received <= FRAME_MAX_BYTES) {
+    if (!is_over(frame, ended)) {
         return FRAME_PARTIAL;
     }
     frame->length = received;

@@ -219,9 +219,8 @@ void uart_drop(uint16_t count)
         from++;
     }
     next = to;
-    uint8_t *silence = gap;
-    if (silence != buffer) {
-        gap = silence - count; // the front when it was at this end
+    if (gap != buffer) {
+        gap -= count; // the front when it was at this end
     }
     UCSR0B = ENABLE_RECEIVE;
 }
