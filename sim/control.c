@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "control_words.h"
+#include "csv_file.h"
 #include "exchange.h"
 #include "stats.h"
 
@@ -223,9 +224,7 @@ static void do_flush(struct control *c)
     serial_log_flush(&c->bench->serial_log);
     wire_log_flush(&c->bench->wire_log);
     plant_log_flush(&c->bench->plant_log);
-    if (c->bench->switch_log != NULL) {
-        (void)fflush(c->bench->switch_log);
-    }
+    csv_flush(c->bench->switch_log);
     if (c->bench->clock.log != NULL) {
         (void)fflush(c->bench->clock.log);
     }

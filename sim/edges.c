@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "csv_file.h"
 #include "vcd.h" // vcd_edge
 
 #define FILE_BUFFER (1U << 18)
@@ -133,9 +134,7 @@ void edges_settle(struct edges *e, uint64_t cycle)
 
 void edges_flush(struct edges *e)
 {
-    if (e->csv != NULL) {
-        (void)fflush(e->csv);
-    }
+    csv_flush(e->csv);
     if (e->vcd != NULL) {
         vcd_flush(e->vcd);
     }
@@ -143,13 +142,8 @@ void edges_flush(struct edges *e)
 
 bool edges_close(struct edges *e)
 {
-    bool fine = true;
-
     edges_settle(e, UINT64_MAX);
-    if (e->csv != NULL) {
-        fine = ferror(e->csv) == 0;
-        fine = fclose(e->csv) == 0 && fine;
-    }
+    bool fine = csv_close(&e->csv);
     free(e->waiting);
     memset(e, 0, sizeof *e);
     return fine;

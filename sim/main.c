@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "control.h"
+#include "csv_file.h"
 #include "lockstep.h"
 #include "options.h"
 #include "pty.h"
@@ -81,27 +82,8 @@ static bool open_boards(const struct options *o)
 
 static bool open_switch_log(const char *path)
 {
-    if (path == NULL) {
-        return true;
-    }
-    bench.switch_log = fopen(path, "w");
-    if (bench.switch_log == NULL) {
-        return cannot_write(path);
-    }
-    (void)fputs("cycle,board,axis,switch,level\n", bench.switch_log);
-    return true;
-}
-
-static bool close_switch_log(void)
-{
-    bool fine = true;
-
-    if (bench.switch_log != NULL) {
-        fine = ferror(bench.switch_log) == 0;
-        fine = fclose(bench.switch_log) == 0 && fine;
-        bench.switch_log = NULL;
-    }
-    return fine;
+    return csv_open(&bench.switch_log, path, "cycle,board,axis,switch,level") ||
+           cannot_write(path);
 }
 
 static bool open_outputs(const struct options *o)
@@ -194,7 +176,7 @@ static int close_all(const struct options *o, int status)
     }
     closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
     closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
-    closed(close_switch_log(), o->switch_log_path, &status);
+    closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
     closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {

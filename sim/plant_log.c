@@ -7,19 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "csv_file.h"
+
 #define FIRST_ROOM 256U
 
 bool plant_log_open(struct plant_log *log, const char *path)
 {
     memset(log, 0, sizeof *log);
-    if (path == NULL) {
-        return true;
-    }
-    log->csv = fopen(path, "w");
-    if (log->csv != NULL) {
-        (void)fputs("cycle,board,axis,motor,load\n", log->csv);
-    }
-    return log->csv != NULL;
+    return csv_open(&log->csv, path, "cycle,board,axis,motor,load");
 }
 
 static void grow(struct plant_log *log)
@@ -81,20 +76,13 @@ void plant_log_settle(struct plant_log *log, uint64_t cycle)
 
 void plant_log_flush(struct plant_log *log)
 {
-    if (log->csv != NULL) {
-        (void)fflush(log->csv);
-    }
+    csv_flush(log->csv);
 }
 
 bool plant_log_close(struct plant_log *log)
 {
-    bool fine = true;
-
     plant_log_settle(log, UINT64_MAX);
-    if (log->csv != NULL) {
-        fine = ferror(log->csv) == 0;
-        fine = fclose(log->csv) == 0 && fine;
-    }
+    bool fine = csv_close(&log->csv);
     free(log->waiting);
     memset(log, 0, sizeof *log);
     return fine;

@@ -6,17 +6,11 @@
 #include <inttypes.h>
 #include <stddef.h>
 
+#include "csv_file.h"
+
 bool serial_log_open(struct serial_log *log, const char *path)
 {
-    log->csv = NULL;
-    if (path == NULL) {
-        return true;
-    }
-    log->csv = fopen(path, "w");
-    if (log->csv != NULL) {
-        (void)fputs("cycle,direction,byte\n", log->csv);
-    }
-    return log->csv != NULL;
+    return csv_open(&log->csv, path, "cycle,direction,byte");
 }
 
 void serial_log_add(struct serial_log *log, bool sent, uint8_t byte, uint64_t cycle)
@@ -28,18 +22,10 @@ void serial_log_add(struct serial_log *log, bool sent, uint8_t byte, uint64_t cy
 
 void serial_log_flush(struct serial_log *log)
 {
-    if (log->csv != NULL) {
-        (void)fflush(log->csv);
-    }
+    csv_flush(log->csv);
 }
 
 bool serial_log_close(struct serial_log *log)
 {
-    bool written = log->csv == NULL || ferror(log->csv) == 0;
-
-    if (log->csv != NULL && fclose(log->csv) != 0) {
-        written = false;
-    }
-    log->csv = NULL;
-    return written;
+    return csv_close(&log->csv);
 }

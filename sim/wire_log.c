@@ -5,6 +5,7 @@
 
 #include <inttypes.h>
 
+#include "csv_file.h"
 #include "line.h"
 #include "uart_bits.h"
 
@@ -13,15 +14,7 @@
 
 bool wire_log_open(struct wire_log *log, const char *path)
 {
-    log->csv = NULL;
-    if (path == NULL) {
-        return true;
-    }
-    log->csv = fopen(path, "w");
-    if (log->csv != NULL) {
-        (void)fputs("cycle,wire,levels,bit_cycles_x1000\n", log->csv);
-    }
-    return log->csv != NULL;
+    return csv_open(&log->csv, path, "cycle,wire,levels,bit_cycles_x1000");
 }
 
 void wire_log_pin(
@@ -69,18 +62,10 @@ void wire_log_frame(struct wire_log *log, const struct line_frame *frame)
 
 void wire_log_flush(struct wire_log *log)
 {
-    if (log->csv != NULL) {
-        (void)fflush(log->csv);
-    }
+    csv_flush(log->csv);
 }
 
 bool wire_log_close(struct wire_log *log)
 {
-    bool written = log->csv == NULL || ferror(log->csv) == 0;
-
-    if (log->csv != NULL && fclose(log->csv) != 0) {
-        written = false;
-    }
-    log->csv = NULL;
-    return written;
+    return csv_close(&log->csv);
 }

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
+
+#include "csv_file.h"
+
+bool csv_open(FILE **csv, const char *path, const char *header)
+{
+    *csv = NULL;
+    if (path == NULL) {
+        return true;
+    }
+    *csv = fopen(path, "w");
+    if (*csv != NULL) {
+        (void)fprintf(*csv, "%s\n", header);
+    }
+    return *csv != NULL;
+}
+
+void csv_flush(FILE *csv)
+{
+    if (csv != NULL) {
+        (void)fflush(csv);
+    }
+}
+
+bool csv_close(FILE **csv)
+{
+    bool written = true;
+
+    if (*csv != NULL) {
+        written = ferror(*csv) == 0;
+        written = fclose(*csv) == 0 && written;
+        *csv = NULL;
+    }
+    return written;
+}
