@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from common import ROOT, finish
+from planting import swapped
 
 ENGINE = "firmware/core/motion/step_engine.c"
 ENGINE_H = "firmware/core/motion/step_engine.h"
@@ -199,10 +200,9 @@ def plant(defect: Plant, folder: Path) -> list[str]:
         target = folder / change.file
         kept = target if target.is_file() else ROOT / change.file
         text = _CONTINUED.sub(" ", kept.read_text(encoding="utf-8"))
-        if text.count(change.right) != 1:
-            raise ValueError(f"{change.file}: {change.right!r} is not there exactly once")
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text.replace(change.right, change.wrong), encoding="utf-8")
+        changed = swapped(text, change.right, change.wrong, change.file)
+        target.write_text(changed, encoding="utf-8")
         if target.suffix == ".c":
             sources.append(str(target))
     return sources

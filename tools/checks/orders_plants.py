@@ -8,9 +8,7 @@ of a finished build of the image; then the machine runs until a rule is broken. 
 tools/check: some minutes. `cmake --build BUILD --target orders_plants` runs it.
 """
 
-import json
 import os
-import shlex
 import subprocess
 import sys
 import tempfile
@@ -19,6 +17,7 @@ from pathlib import Path
 import explore_plants
 from common import ROOT, finish
 from explore_plants import MACHINE, Change, Plant
+from planting import compile_words, link_words, swapped
 
 BUILD = ROOT / "build" / "uno"
 IMAGE = "firmware/pixstep-uno.elf"
@@ -92,30 +91,23 @@ def write_changed(defect: Plant, folder: Path) -> list[Path]:
     if any(change.file == STEP_ISR for change in defect.changes):
         (change,) = defect.changes
         text = (ROOT / change.file).read_text(encoding="utf-8")
-        if text.count(change.right) != 1:
-            raise ValueError(f"{change.file}: {change.right!r} is not there exactly once")
         target = folder / change.file
         target.parent.mkdir(parents=True)
-        target.write_text(text.replace(change.right, change.wrong), encoding="utf-8")
+        changed = swapped(text, change.right, change.wrong, change.file)
+        target.write_text(changed, encoding="utf-8")
         return [target]
     return [Path(name) for name in explore_plants.plant(defect, folder)]
 
 
 def compile_changed(sources: list[Path], folder: Path) -> dict[str, Path]:
     """Compile the sources; return each one's object by the name of the object it replaces."""
-    commands = json.loads((BUILD / "compile_commands.json").read_text(encoding="utf-8"))
     made = {}
     for number, source in enumerate(sources):
         relative = source.relative_to(folder if folder in source.parents else ROOT)
-        words = next(
-            shlex.split(one["command"])
-            for one in commands
-            if Path(one["file"]) == ROOT / relative and "/host_tests/" not in one["command"]
-        )
+        words = compile_words(BUILD, ROOT / relative)
         built, replaced = folder / f"{number}.obj", words[words.index("-o") + 1]
         words[words.index("-o") + 1] = str(built)
         words[-1] = str(source)
-        words = [word for word in words if word != "-Werror"]
         words[1:1] = [f"-I{folder / 'firmware'}", f"-I{folder / 'firmware' / 'core'}"]
         subprocess.run(words, cwd=BUILD, check=True)
         made[replaced] = built
@@ -124,16 +116,7 @@ def compile_changed(sources: list[Path], folder: Path) -> dict[str, Path]:
 
 def link(made: dict[str, Path], image: Path) -> None:
     """Link the image with the objects; those of an archive's members stand before the archives."""
-    listed = subprocess.run(
-        ["ninja", "-C", str(BUILD), "-t", "commands", "-s", IMAGE],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    step = next(
-        part for part in listed.stdout.strip().splitlines()[-1].split("&&") if f"-o {IMAGE}" in part
-    )
-    words = [str(made.pop(word, word)) for word in shlex.split(step)]
+    words = [str(made.pop(word, word)) for word in link_words(BUILD, IMAGE)]
     words[words.index(IMAGE)] = str(image)
     words = [word for word in words if not word.startswith("-Wl,-Map")]
     first = words.index("-o")

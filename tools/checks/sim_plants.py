@@ -9,9 +9,7 @@ one fails. Not part of tools/check: it takes some ten minutes. `cmake --build BU
 sim_plants` runs it.
 """
 
-import json
 import os
-import shlex
 import subprocess
 import sys
 import tempfile
@@ -19,9 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from common import ROOT, finish
+from planting import compile_words, link_words, swapped
 
 MISSED_AT_MOST = 1
 SUITE_SECONDS = 120
+TARGET = "bin/pixstep-sim"
 
 
 @dataclass(frozen=True)
@@ -327,45 +327,24 @@ PLANTS = (
 )
 
 
-class Program:
-    """The simulator's program as the build makes it."""
-
-    def __init__(self, build: Path) -> None:
-        self.build = build
-        commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-        self.compile = {
-            Path(one["file"]).name: shlex.split(one["command"])
-            for one in commands
-            if Path(one["file"]).parent == ROOT / "sim"
-        }
-        link = subprocess.run(
-            ["ninja", "-C", str(build), "-t", "commands", "-s", "bin/pixstep-sim"],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        last = shlex.split(link.stdout.strip().splitlines()[-1])
-        self.link = [word for word in last if word not in ("&&", ":")]
-
-    def with_plant(self, plant: Plant, folder: Path) -> Path:
-        """Compile and link with a plant; return the program."""
-        text = (ROOT / "sim" / plant.file).read_text(encoding="utf-8")
-        if text.count(plant.right) != 1:
-            raise ValueError(f"sim/{plant.file}: {plant.right!r} is not there exactly once")
-        source, made = folder / plant.file, folder / "plant.o"
-        source.write_text(text.replace(plant.right, plant.wrong), encoding="utf-8")
-        words = list(self.compile[plant.file])
-        kept = words[words.index("-o") + 1]
-        words[words.index("-o") + 1] = str(made)
-        words[words.index(str(ROOT / "sim" / plant.file))] = str(source)
-        words = [word for word in words if word != "-Werror"]
-        words.insert(1, f"-I{ROOT / 'sim'}")
-        subprocess.run(words, cwd=self.build, check=True)
-        program = folder / "pixstep-sim"
-        words = [str(made) if word == kept else word for word in self.link]
-        words[words.index("-o") + 1] = str(program)
-        subprocess.run(words, cwd=self.build, check=True)
-        return program
+def with_plant(build: Path, plant: Plant, folder: Path) -> Path:
+    """Compile and link the simulator with a plant; return the program."""
+    kept = ROOT / "sim" / plant.file
+    source, made, program = folder / plant.file, folder / "plant.o", folder / "pixstep-sim"
+    text = kept.read_text(encoding="utf-8")
+    source.write_text(
+        swapped(text, plant.right, plant.wrong, f"sim/{plant.file}"), encoding="utf-8"
+    )
+    words = compile_words(build, kept)
+    replaced = words[words.index("-o") + 1]
+    words[words.index("-o") + 1] = str(made)
+    words[words.index(str(kept))] = str(source)
+    words.insert(1, f"-I{kept.parent}")
+    subprocess.run(words, cwd=build, check=True)
+    words = [str(made) if word == replaced else word for word in link_words(build, TARGET)]
+    words[words.index(TARGET)] = str(program)
+    subprocess.run(words, cwd=build, check=True)
+    return program
 
 
 def suites() -> list[Path]:
@@ -403,16 +382,15 @@ def find(program: Path) -> str:
 
 def main() -> None:
     """Plant each defect, or those named, and run the suites."""
-    build, *chosen = sys.argv[1:]
-    program = Program(Path(build).resolve())
+    build, chosen = Path(sys.argv[1]).resolve(), sys.argv[2:]
     plants = [plant for plant in PLANTS if not chosen or plant.about in chosen]
-    failing = find(Path(build).resolve() / "bin" / "pixstep-sim")
+    failing = find(build / TARGET)
     if failing:
         finish("sim_plants", "no plant", [f"{failing} fails without a plant"])
     missed = []
     for plant in plants:
         with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
-            found = find(program.with_plant(plant, Path(name)))
+            found = find(with_plant(build, plant, Path(name)))
         print(f"{plant.file}: {plant.about}: {found or 'NOT FOUND'}", flush=True)
         if not found:
             missed.append(f"{plant.file}: {plant.about}: not found")
