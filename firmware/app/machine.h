@@ -84,7 +84,7 @@ static inline struct axis *machine_axis(uint8_t axis)
     return &machine.axes[CONFIG_INDEX(axis)];
 }
 
-// Its bit in the masks of axes.
+// Masks of axes: all of them, and one.
 #define ALL_AXES ((uint8_t)((1u << CONFIG_AXES) - 1u))
 
 static inline uint8_t axis_bit(uint8_t axis)

@@ -11,9 +11,8 @@ import pytest
 
 from bench import Bench
 from pixstep.board import boards
-from pixstep.board import registers as regs
 from pixstep.hostile.estops import BOUND_CYCLES
-from pixstep.hostile.wire import seal
+from pixstep.hostile.orders import frames
 from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -25,8 +24,7 @@ SHORTEST = [("uno", 63), ("uno", 64), ("uno", 65), ("mega", 266), ("mega", 280)]
 
 
 def stop_frame(axes):
-    words = [0, sum(1 << axis for axis in axes), 0, regs.COMMANDS["stop"]]
-    return seal(bytes([0, 16, 1, 0, 0, 2, 4, *words]))
+    return frames.order("stop", sum(1 << axis for axis in axes), unit=frames.BROADCAST)
 
 
 def press(bench, level, at):

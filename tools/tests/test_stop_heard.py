@@ -4,7 +4,7 @@
 import pytest
 
 from bench import Bench
-from pixstep.board import registers as regs
+from pixstep.hostile.orders import frames
 from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import TIMER_HZ
@@ -17,16 +17,13 @@ SILENCES_US = (1812, 2250)
 RUNNING = Line((40,) * 200, PLAIN)
 REPLY = seal(bytes([2, 4, 250, *range(250)]))  # of another board: 125 registers
 FLIPPED = bytes([*REPLY[:100], REPLY[100] ^ 0x10, *REPLY[101:]])
+STOP_ALL = frames.order("stop", 0x0F, unit=frames.BROADCAST)
 JUNK = {
     "a bit flipped": FLIPPED,
     "a byte missing": REPLY[:-1],
     "a byte too many": bytes([2]) + REPLY,
     "two at once": FLIPPED + FLIPPED[:60],
 }
-
-
-def order(name, mask, unit=0):
-    return seal(bytes([unit, 16, 1, 0, 0, 2, 4, 0, mask, 0, regs.COMMANDS[name]]))
 
 
 def start(bench):
@@ -58,7 +55,7 @@ def test_a_stop_behind_a_long_damaged_reply_is_heard(board, what):
                 start(bench)
                 bench.sim.run(phase * 5003)
                 bench.sim.command(f"send {JUNK[what].hex()} {silence_us}")
-                bench.sim.command(f"send {order('stop', 0x0F).hex()} 0")
+                bench.sim.command(f"send {STOP_ALL.hex()} 0")
                 bench.sim.run(40 * MS)
                 assert_stopped(bench)
 
@@ -66,14 +63,14 @@ def test_a_stop_behind_a_long_damaged_reply_is_heard(board, what):
 @pytest.mark.parametrize("name", ["stop", "disarm"])
 def test_what_quiets_all_axes_quiets_a_board_of_one(name):
     """Sent to every board at once, and by its address."""
-    for unit in (0, 1):
+    for unit in (frames.BROADCAST, frames.UNIT):
         with Bench("uno") as bench:
             if name == "stop":
                 start(bench)
             else:
                 bench.load(RUNNING)
                 bench.board.command("arm", [0], 7)
-            bench.sim.command(f"send {order(name, 0x0F, unit).hex()} 0")
+            bench.sim.command(f"send {frames.order(name, 0x0F, unit=unit).hex()} 0")
             bench.sim.run(5 * MS)
             assert_stopped(bench)
 
@@ -82,7 +79,7 @@ def test_axes_that_a_board_has_not_are_refused_otherwise():
     with Bench("uno") as bench:
         bench.load(RUNNING)
         for name, mask in (("arm", 3), ("discard", 15), ("enable", 2), ("stop", 14), ("stop", 0)):
-            reply = bench.sim.transmit(order(name, mask, 1))
+            reply = bench.sim.transmit(frames.order(name, mask))
             assert reply[1] == 0x90, (name, mask)
         assert bench.state(0) == "loaded"
 
@@ -95,7 +92,7 @@ def test_listen_only_lets_the_bus_fall_silent():
         listen_only = seal(bytes([1, 8, 0, 4, 0, 0]))
         bench.sim.command(f"send {listen_only.hex()} 0")
         for _ in range(10):
-            bench.sim.command(f"send {order('stop', 1, 1).hex()} 0")
+            bench.sim.command(f"send {frames.order('stop', 1).hex()} 0")
             bench.sim.run(50 * MS)
         assert bench.sim.permit(0).level == 0
         made = bench.count(0)
