@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // When, to the cycle, does an instruction touch an I/O register? simavr calls the register's
 // callbacks with avr->cycle still at the instruction's first cycle.

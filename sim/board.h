@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // One simulated board: the part with our models of timers, comparator and UART in it, its pins
 // wired to the signals of firmware/hal/boards/<name>.def, its axes' mechanics.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Programs gone astray, made to order: instructions in flash patched and put back, and the main
 // program or all of it standing still (board_run.c runs these).

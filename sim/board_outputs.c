@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // What leaves a board: STEP, DIR, ENABLE and the serial driver, with exact cycles. A pin that its
 // program does not drive counts as low.

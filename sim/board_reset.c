@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Resets and the power supply: what each leaves as it was and what it makes anew.
 //

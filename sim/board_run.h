@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The run loop in the place of simavr's, which (1.6) wrongly
 //  * lets two instructions pass after SEI and RETI before an interrupt; the part lets one,

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The home and limit switches of a board's axes: from the mechanics through their contacts to the
 // pins, each edge in its exact cycle, and the log of what the pins saw.

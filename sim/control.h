@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The control protocol: one command a line in, one line out. Simulated time advances only by
 // `run` and `tx`, so that a run is the same every time. A command that cannot be done answers

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Collects every signal edge with its exact cycle. Boards run one after the other within a
 // quantum, so edges arrive out of order; at the quantum's end they are put in order and handed to

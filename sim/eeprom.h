@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Model of the EEPROM in the place of simavr's, which (1.6) writes in no time, never shows EEPE,
 // lets EE_READY come once only, halts the CPU for no cycle and takes every address.

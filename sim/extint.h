@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Model of the external interrupts INT0 and up in the place of simavr's, which (1.6) sets a flag of
 // EIFR that the program writes one to, does not raise a flag that waited when its interrupt is

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // What interrupts cost: adds the response cycles that simavr leaves out, measures every handler,
 // and shares the main program's cycles out to its sections (GPIOR1).

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The serial line that the master and all boards share (RS-485, half duplex: nobody hears himself).
 // A frame's whole course is known when it starts, a frame time before anyone has to act on it: that

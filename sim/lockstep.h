@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The bench: one to four boards, one serial line, one pixel clock, one time. Boards run one after
 // the other in quanta shorter than the shortest serial frame, so that each hears the others in

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // pixstep-sim: boards, serial line, pixel clock and mechanics, simulated to the cycle.
 // Exit status: 0 fine, 1 a board stopped on an error, 2 wrong use; with --unit the image's verdict.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The pixel-clock source: an exact rational frequency, off by so many ppm, with jitter and
 // drop-outs. Pulses keep to an ideal time line without drift; each one's rising edge is rounded

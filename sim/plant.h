@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The mechanics of one axis: motor steps move a load through play, between hard stops, past limit
 // and home switches. Lengths in steps, times in ticks (cycles).

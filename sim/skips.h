@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // What simavr's skip instructions (SBRS, SBRC, SBIS, SBIC, CPSE) get wrong: they take ADIW and SBIW
 // with a constant of which K mod 16 is 12 or more for JMP or CALL, because those opcodes pass

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Stack high-water mark: RAM from the end of the image's variables to RAMEND is painted before the
 // run; what is still painted afterwards has never been stack. A power cut leaves noise there, which

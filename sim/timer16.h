@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Exact model of the AVR's 16-bit timers, in the place of simavr's. Counts are arithmetic, never
 // counted: TCNT(c) = c - bottom, so that every effect has its exact cycle however late simavr

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The program's view of a 16-bit timer: 16-bit access through TEMP, the flags, the control
 // registers.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and
 // the frame format; double-buffered transmitter; receiver with two buffered characters and one

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Bits of the UART's registers, and what uart.c (time) and uart_registers.c (the program's view)
 // share.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Runs a test image to its end: its UART text to standard output, its verdict (GPIOR0) as the exit
 // status. An image that does not come to an end (sleep with interrupts off) has failed.

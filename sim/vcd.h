@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Waveforms for GTKWave: one scope a board with STEP, DIR and ENABLE of its axes and its PERMIT,
 // and the pixel clock. A cycle is 62.5 ns; VCD knows only powers of ten, so the time scale is

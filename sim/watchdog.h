@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Model of the watchdog timer in the place of simavr's, which (1.6) does not set WDE by the timed
 // sequence's first write, never resets while WDIE is set, cannot clear WDIF by writing one to it,
