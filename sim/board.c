@@ -135,8 +135,8 @@ static void attach_safety(struct board *b)
 }
 
 // The part's own init function, per kind of part; called first by ours.
-static void (*part_init[LINE_BOARDS])(avr_t *avr);
-static struct line *attach_line;
+static void (*part_init[BUS_BOARDS])(avr_t *avr);
+static struct bus *attach_bus;
 
 // Our models take over between the part's init and its first reset, in which simavr's timers would
 // connect themselves to their pins.
@@ -157,7 +157,7 @@ static void init_with_models(avr_t *avr)
                                         .may_send = board_may_send,
                                         .flag = on_flag,
                                         .byte = on_byte};
-    uart_attach(&b->uart, avr, attach_line, b->index, &b->uart_hooks);
+    uart_attach(&b->uart, avr, attach_bus, b->index, &b->uart_hooks);
     attach_safety(b);
     access_take(avr, GTCCR, NULL, write_gtccr, b);
     access_take(avr, GPIOR1, NULL, write_gpior1, b);
@@ -233,7 +233,7 @@ bool board_open(struct board *b,
                 int index,
                 const char *kind_name,
                 const char *image_path,
-                struct line *line,
+                struct bus *bus,
                 struct edges *edges)
 {
     memset(b, 0, sizeof *b);
@@ -247,13 +247,13 @@ bool board_open(struct board *b,
     }
     board_find_switches(b);
     avr_global_logger_set(log_errors_only);
-    attach_line = line;
+    attach_bus = bus;
     if (!make_part(b) || !load_image(b, image_path)) {
         return false;
     }
     b->avr->frequency = CPU_HZ;
     stack_paint(&b->stack, b->avr);
-    line->uart[line->boards++] = &b->uart;
+    bus->uart[bus->boards++] = &b->uart;
     return true;
 }
 

@@ -16,7 +16,7 @@
 #include "eeprom.h"
 #include "extint.h"
 #include "irq_stats.h"
-#include "line.h"
+#include "bus.h"
 #include "noise.h"
 #include "pixel_clock.h"
 #include "plant.h"
@@ -173,7 +173,7 @@ bool board_open(struct board *board,
                 int index,
                 const char *kind_name,
                 const char *image_path,
-                struct line *line,
+                struct bus *bus,
                 struct edges *edges);
 
 // The mechanics of one axis; its switches drive their pins from now on.

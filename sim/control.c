@@ -289,7 +289,7 @@ static void obey(struct control *c)
         command = find(control_board_commands, c->word[0]);
     }
     if (command == NULL) {
-        command = find(control_line_commands, c->word[0]);
+        command = find(control_bus_commands, c->word[0]);
     }
     if (command == NULL) {
         control_answer("error unknown command '%s'", c->word[0]);

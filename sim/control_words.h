@@ -53,5 +53,5 @@ bool control_at(struct control *c, int first, bool *planned, uint64_t *cycle);
 // The commands for boards (control_board.c), ended by one without a name.
 extern const struct command control_board_commands[];
 
-// Those for the serial line (control_line.c), ended likewise.
-extern const struct command control_line_commands[];
+// Those for the serial line (control_bus.c), ended likewise.
+extern const struct command control_bus_commands[];

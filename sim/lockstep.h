@@ -12,7 +12,7 @@
 
 #include "board.h"
 #include "edges.h"
-#include "line.h"
+#include "bus.h"
 #include "pixel_clock.h"
 #include "plant_log.h"
 #include "serial_log.h"
@@ -20,9 +20,9 @@
 #include "wire_log.h"
 
 struct bench {
-    struct board board[LINE_BOARDS];
+    struct board board[BUS_BOARDS];
     int boards;
-    struct line line;
+    struct bus bus;
     struct pixel_clock clock;
     struct edges edges;
     struct serial_log serial_log; // of the first board
@@ -31,7 +31,7 @@ struct bench {
     struct wire_log wire_log; // of the first board
     struct vcd vcd;
     bool has_vcd;
-    const char *eeprom_path[LINE_BOARDS]; // NULL for none
+    const char *eeprom_path[BUS_BOARDS]; // NULL for none
     uint64_t cycle;                       // every board has reached it
     double wall_started_s;
 };

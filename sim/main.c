@@ -53,7 +53,7 @@ static bool open_boards(const struct options *o)
         struct board *b = &bench.board[i];
 
         if (!board_open(
-                b, i, o->board_name[i], o->board_image[i], &bench.line, &bench.edges)) {
+                b, i, o->board_name[i], o->board_image[i], &bench.bus, &bench.edges)) {
             (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
             return false;
         }
@@ -87,8 +87,8 @@ static bool open_switch_log(const char *path)
 
 static bool open_outputs(const struct options *o)
 {
-    const char *names[LINE_BOARDS] = {0};
-    int axes[LINE_BOARDS] = {0};
+    const char *names[BUS_BOARDS] = {0};
+    int axes[BUS_BOARDS] = {0};
 
     for (int i = 0; i < o->boards; i++) {
         names[i] = o->board_name[i];
@@ -115,7 +115,7 @@ static bool open_outputs(const struct options *o)
     if (!wire_log_open(&bench.wire_log, o->wire_log_path)) {
         return cannot_write(o->wire_log_path);
     }
-    bench.line.log = &bench.wire_log;
+    bench.bus.log = &bench.wire_log;
     return open_switch_log(o->switch_log_path);
 }
 
@@ -193,7 +193,7 @@ int main(int argc, char **argv)
     struct options options;
 
     options_read(&options, argc, argv);
-    line_init(&bench.line);
+    bus_init(&bench.bus);
     if (!open_outputs(&options) || !open_boards(&options)) {
         return 2;
     }

@@ -125,8 +125,8 @@ static void read_board(struct options *o, char *text)
     if (equals == NULL || equals == text || equals[1] == '\0') {
         fail("--board '%s': NAME=IMAGE.elf is wanted", text);
     }
-    if (o->boards == LINE_BOARDS) {
-        fail("--board: at most %d boards", LINE_BOARDS);
+    if (o->boards == BUS_BOARDS) {
+        fail("--board: at most %d boards", BUS_BOARDS);
     }
     *equals = '\0';
     if (board_kind_by_name(text) == NULL) {
@@ -157,7 +157,7 @@ static void read_plant(struct options *o, char *text)
 {
     char error[128];
     unsigned board = (unsigned)(unsigned char)text[0] - '0';
-    unsigned axis = (board < LINE_BOARDS && text[1] == '.')
+    unsigned axis = (board < BUS_BOARDS && text[1] == '.')
                         ? (unsigned)(unsigned char)text[2] - '0'
                         : BOARD_AXES;
 
@@ -174,7 +174,7 @@ static void read_eeprom(struct options *o, const char *text)
 {
     unsigned board = (unsigned)(unsigned char)text[0] - '0';
 
-    if (board >= LINE_BOARDS || text[1] != '=' || text[2] == '\0') {
+    if (board >= BUS_BOARDS || text[1] != '=' || text[2] == '\0') {
         fail("--eeprom '%s': BOARD=FILE is wanted, as in 0=eeprom.bin", text);
     }
     o->eeprom_path[board] = text + 2;
@@ -340,7 +340,7 @@ static void take(struct options *o, int id, char *value)
 
 static void check_eeproms(const struct options *o)
 {
-    for (int board = o->boards; board < LINE_BOARDS; board++) {
+    for (int board = o->boards; board < BUS_BOARDS; board++) {
         if (o->eeprom_path[board] != NULL) {
             fail("--eeprom %d: there is no such board", board);
         }
@@ -349,7 +349,7 @@ static void check_eeproms(const struct options *o)
 
 static void check_plants(const struct options *o)
 {
-    for (int board = 0; board < LINE_BOARDS; board++) {
+    for (int board = 0; board < BUS_BOARDS; board++) {
         int axes =
             (board < o->boards) ? board_kind_by_name(o->board_name[board])->axes : 0;
 

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "board_pins.h"
-#include "line.h"
+#include "bus.h"
 #include "pixel_clock.h"
 #include "plant.h"
 
@@ -15,10 +15,10 @@ enum run_mode { MODE_NONE, MODE_CONTROL, MODE_PTY, MODE_RUN_MS, MODE_UNIT };
 
 struct options {
     int boards;
-    char *board_name[LINE_BOARDS];
-    char *board_image[LINE_BOARDS];
-    const char *eeprom_path[LINE_BOARDS]; // NULL for none
-    struct plant_settings plant[LINE_BOARDS][BOARD_AXES];
+    char *board_name[BUS_BOARDS];
+    char *board_image[BUS_BOARDS];
+    const char *eeprom_path[BUS_BOARDS]; // NULL for none
+    struct plant_settings plant[BUS_BOARDS][BOARD_AXES];
     struct pixel_clock_settings clock;
     const char *edges_path, *clock_log_path, *serial_log_path, *plant_log_path,
         *switch_log_path, *wire_log_path, *vcd_path;

@@ -40,7 +40,7 @@ static void pass_in(struct bench *bench, int master)
     ssize_t count = read(master, bytes, sizeof bytes);
 
     if (count > 0) {
-        (void)line_master_send(&bench->line, bytes, (size_t)count, bench->cycle);
+        (void)bus_master_send(&bench->bus, bytes, (size_t)count, bench->cycle);
     }
 }
 
@@ -49,7 +49,7 @@ static void pass_out(struct bench *bench, int master)
     uint64_t end;
     int byte;
 
-    while ((byte = line_master_receive(&bench->line, bench->cycle, &end)) >= 0) {
+    while ((byte = bus_master_receive(&bench->bus, bench->cycle, &end)) >= 0) {
         uint8_t one = (uint8_t)byte;
 
         (void)!write(master, &one, 1); // a full terminal loses bytes, as a real one does

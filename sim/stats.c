@@ -108,7 +108,7 @@ void stats_write(FILE *out, struct bench *bench)
                   wall_s,
                   cpu_s(),
                   (wall_s > 0.0) ? simulated_s / wall_s : 0.0,
-                  bench->line.corrupted_frames);
+                  bench->bus.corrupted_frames);
     for (int i = 0; i < bench->boards; i++) {
         if (i > 0) {
             (void)fputc(',', out);

@@ -4,7 +4,7 @@
 
 #include <sim_regbit.h>
 
-#include "line.h"
+#include "bus.h"
 #include "uart_bits.h"
 
 // A receiver that samples in the middle of bits loses step beyond about 4.5 % over 11 bits.
@@ -67,7 +67,7 @@ void uart_levels(struct uart *u)
 void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 {
     uint32_t bit = uart_bit_cycles(u);
-    struct line_frame frame = {
+    struct bus_frame frame = {
         .start = cycle,
         .end = cycle + (uint64_t)bit * uart_frame_bits(u),
         .bit_cycles_x1000 = bit * 1000,
@@ -80,7 +80,7 @@ void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
     u->shift_end = frame.end;
     u->hooks->byte(u->hooks->board, true, data, cycle);
     u->outgoing =
-        u->hooks->may_send(u->hooks->board) ? line_start(u->line, &frame) : NULL;
+        u->hooks->may_send(u->hooks->board) ? bus_start(u->bus, &frame) : NULL;
 }
 
 // The frame on its way has ended: the waiting one follows at once, or transmission is complete.
@@ -119,18 +119,18 @@ static uint32_t decided_cycles(const struct uart *u)
     return double_speed ? uart_bit_cycles(u) / 8 * 6 : uart_bit_cycles(u) / 16 * 10;
 }
 
-static uint64_t frame_begun_at(const struct uart *u, const struct line_frame *frame)
+static uint64_t frame_begun_at(const struct uart *u, const struct bus_frame *frame)
 {
     return frame->start + decided_cycles(u);
 }
 
-static uint64_t frame_heard_at(const struct uart *u, const struct line_frame *frame)
+static uint64_t frame_heard_at(const struct uart *u, const struct bus_frame *frame)
 {
     return frame->start + uart_bits_before_stop(u) * (uint64_t)uart_bit_cycles(u) +
            decided_cycles(u);
 }
 
-static bool speed_fits(const struct uart *u, const struct line_frame *frame)
+static bool speed_fits(const struct uart *u, const struct bus_frame *frame)
 {
     uint32_t mine = uart_bit_cycles(u) * 1000;
     uint32_t theirs = frame->bit_cycles_x1000;
@@ -148,7 +148,7 @@ static void run_over(struct uart *u)
     }
 }
 
-static void receive(struct uart *u, const struct line_frame *frame, uint64_t cycle)
+static void receive(struct uart *u, const struct bus_frame *frame, uint64_t cycle)
 {
     struct uart_char heard = {.data = frame->data, .errors = 0};
     unsigned other = frame->format ^ (uart_ucsrc(u) & FORMAT);
@@ -177,7 +177,7 @@ static void happen_begun(struct uart *u)
 
 static void happen_heard(struct uart *u, uint64_t cycle)
 {
-    const struct line_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
+    const struct bus_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
 
     receive(u, frame, cycle);
     levels_at(u, cycle);
@@ -256,7 +256,7 @@ void uart_schedule(struct uart *u)
     }
 }
 
-void uart_hear(struct uart *u, struct line_frame *frame)
+void uart_hear(struct uart *u, struct bus_frame *frame)
 {
     if (u->incoming_last - u->incoming_first < UART_INCOMING) {
         u->incoming[u->incoming_last++ % UART_INCOMING] = frame;

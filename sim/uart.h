@@ -19,8 +19,8 @@
 #include <avr_uart.h>
 #include <sim_avr.h>
 
-struct line;
-struct line_frame;
+struct bus;
+struct bus_frame;
 
 #define UART_INCOMING                                                                    \
     1024            // frames already on the line that end in the future; a power of two
@@ -45,13 +45,13 @@ struct uart {
     avr_t *avr;
     avr_uart_t *part;
     const struct uart_hooks *hooks;
-    struct line *line;
+    struct bus *bus;
     int index; // this board on the line
 
     bool shifting, waiting; // a frame is on its way out; one more waits in UDR0
     uint8_t waiting_data;
     uint64_t shift_end;
-    struct line_frame
+    struct bus_frame
         *outgoing; // the frame on its way, NULL if it never reached the line
 
     struct uart_char fifo[UART_FIFO];
@@ -59,7 +59,7 @@ struct uart {
     bool overrun;
     uint8_t rx_last;
 
-    struct line_frame *incoming[UART_INCOMING];
+    struct bus_frame *incoming[UART_INCOMING];
     unsigned incoming_first, incoming_last;
     unsigned incoming_begun; // start bits seen
 };
@@ -76,13 +76,13 @@ bool uart_can_send(const struct uart *uart);
 
 void uart_attach(struct uart *uart,
                  avr_t *avr,
-                 struct line *line,
+                 struct bus *bus,
                  int index,
                  const struct uart_hooks *hooks);
 void uart_reset(struct uart *uart);
 
 // A frame has started on the line; it ends at a later cycle than this board has reached.
-void uart_hear(struct uart *uart, struct line_frame *frame);
+void uart_hear(struct uart *uart, struct bus_frame *frame);
 
 // The level interrupts: raises what is due. The run loop calls it after every service.
 void uart_levels(struct uart *uart);

@@ -139,7 +139,7 @@ static avr_uart_t *find_part(avr_t *avr)
 
 void uart_attach(struct uart *u,
                  avr_t *avr,
-                 struct line *line,
+                 struct bus *bus,
                  int index,
                  const struct uart_hooks *hooks)
 {
@@ -148,7 +148,7 @@ void uart_attach(struct uart *u,
     u->avr = avr;
     u->part = part;
     u->hooks = hooks;
-    u->line = line;
+    u->bus = bus;
     u->index = index;
     u->incoming_first = u->incoming_begun = u->incoming_last = 0;
     access_take(avr, part->r_udr, read_udr, write_udr, u);

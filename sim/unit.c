@@ -11,7 +11,7 @@ static void print_text(struct bench *bench, uint64_t up_to)
     uint64_t end;
     int byte;
 
-    while ((byte = line_master_receive(&bench->line, up_to, &end)) >= 0) {
+    while ((byte = bus_master_receive(&bench->bus, up_to, &end)) >= 0) {
         (void)putchar(byte);
     }
 }

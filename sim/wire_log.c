@@ -5,7 +5,7 @@
 #include <inttypes.h>
 
 #include "csv_file.h"
-#include "line.h"
+#include "bus.h"
 #include "uart_bits.h"
 
 #define LEVELS_MOST 12 // start, eight data bits, parity, stop, and the text's end
@@ -25,7 +25,7 @@ void wire_log_pin(
 }
 
 // One character a bit, in the order of the line.
-static void draw(const struct line_frame *frame, char levels[LEVELS_MOST])
+static void draw(const struct bus_frame *frame, char levels[LEVELS_MOST])
 {
     unsigned data_bits = 5U + ((frame->format & UCSZ) >> 1);
     unsigned parity = (frame->format & ODD) != 0 ? 1 : 0;
@@ -45,7 +45,7 @@ static void draw(const struct line_frame *frame, char levels[LEVELS_MOST])
     levels[at] = '\0';
 }
 
-void wire_log_frame(struct wire_log *log, const struct line_frame *frame)
+void wire_log_frame(struct wire_log *log, const struct bus_frame *frame)
 {
     char levels[LEVELS_MOST];
 

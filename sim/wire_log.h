@@ -16,7 +16,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-struct line_frame;
+struct bus_frame;
 
 struct wire_log {
     FILE *csv; // NULL for none
@@ -28,7 +28,7 @@ bool wire_log_open(struct wire_log *log, const char *path);
 void wire_log_pin(
     struct wire_log *log, char port, unsigned bit, bool level, uint64_t cycle);
 
-void wire_log_frame(struct wire_log *log, const struct line_frame *frame);
+void wire_log_frame(struct wire_log *log, const struct bus_frame *frame);
 
 void wire_log_flush(struct wire_log *log);
 

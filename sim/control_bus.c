@@ -6,14 +6,14 @@
 #include <string.h>
 
 #include "control_words.h"
-#include "line.h"
+#include "bus.h"
 
-#define CYCLES_PER_US (LINE_CPU_HZ / 1000000U)
+#define CYCLES_PER_US (BUS_CPU_HZ / 1000000U)
 #define PAUSE_US_MAX  10000000U
 
 static void do_send(struct control *c)
 {
-    struct line *line = &c->bench->line;
+    struct bus *bus = &c->bench->bus;
     uint64_t pause_us = 0;
     size_t count;
 
@@ -21,9 +21,9 @@ static void do_send(struct control *c)
         (c->words > 2 && !control_number(c->word[2], PAUSE_US_MAX, &pause_us))) {
         return;
     }
-    (void)line_master_send(line, c->bytes, count, c->bench->cycle);
-    line_master_pause(line, pause_us * CYCLES_PER_US);
-    control_answer("ok %" PRIu64, line->master_ready);
+    (void)bus_master_send(bus, c->bytes, count, c->bench->cycle);
+    bus_master_pause(bus, pause_us * CYCLES_PER_US);
+    control_answer("ok %" PRIu64, bus->master_ready);
 }
 
 static void do_baud(struct control *c)
@@ -32,22 +32,22 @@ static void do_baud(struct control *c)
     const char *parity = strchr(parities, c->word[2][0]);
     uint64_t baud;
 
-    if (!control_number(c->word[1], LINE_BAUD_MAX, &baud)) {
+    if (!control_number(c->word[1], BUS_BAUD_MAX, &baud)) {
         return;
     }
-    if (baud < LINE_BAUD_MIN || c->word[2][0] == '\0' || parity == NULL ||
+    if (baud < BUS_BAUD_MIN || c->word[2][0] == '\0' || parity == NULL ||
         c->word[2][1] != '\0') {
         control_answer("error baud: a rate from %u to %u, and N, O or E",
-                       LINE_BAUD_MIN,
-                       LINE_BAUD_MAX);
+                       BUS_BAUD_MIN,
+                       BUS_BAUD_MAX);
         return;
     }
-    line_set_master(
-        &c->bench->line, (uint32_t)baud, (enum line_parity)(parity - parities));
+    bus_set_master(
+        &c->bench->bus, (uint32_t)baud, (enum bus_parity)(parity - parities));
     control_answer("ok");
 }
 
-const struct command control_line_commands[] = {
+const struct command control_bus_commands[] = {
     {"send", 2, 3, do_send},
     {"baud", 3, 3, do_baud},
     {NULL, 0, 0, NULL},

@@ -12,20 +12,20 @@
 #include "uart.h"
 #include "wire_log.h"
 
-#define LINE_BOARDS   4
-#define LINE_MASTER   (-1)
-#define LINE_FRAMES   4096 // remembered; a power of two
-#define LINE_CPU_HZ   16000000U
-#define LINE_BAUD     115200U // of the master, until it is told another rate
-#define LINE_BITS     11U     // 8 data bits, parity and a stop bit, or two stop bits
-#define LINE_BAUD_MIN 300U
-#define LINE_BAUD_MAX 2000000U
-#define LINE_SILENCE                                                                     \
+#define BUS_BOARDS   4
+#define BUS_MASTER   (-1)
+#define BUS_FRAMES   4096 // remembered; a power of two
+#define BUS_CPU_HZ   16000000U
+#define BUS_BAUD     115200U // of the master, until it is told another rate
+#define BUS_BITS     11U     // 8 data bits, parity and a stop bit, or two stop bits
+#define BUS_BAUD_MIN 300U
+#define BUS_BAUD_MAX 2000000U
+#define BUS_SILENCE                                                                     \
     28000U // 1750 us: Modbus RTU's end of a frame at this speed, in cycles
 
-enum line_parity { LINE_NONE, LINE_ODD, LINE_EVEN };
+enum bus_parity { BUS_PARITY_NONE, BUS_PARITY_ODD, BUS_PARITY_EVEN };
 
-struct line_frame {
+struct bus_frame {
     uint64_t start, end;
     uint32_t bit_cycles_x1000;
     int sender;
@@ -34,10 +34,10 @@ struct line_frame {
     bool corrupted; // by a collision, or cut off
 };
 
-struct line {
-    struct uart *uart[LINE_BOARDS];
+struct bus {
+    struct uart *uart[BUS_BOARDS];
     int boards;
-    struct line_frame frame[LINE_FRAMES];
+    struct bus_frame frame[BUS_FRAMES];
     unsigned next_frame;
 
     uint32_t master_baud;
@@ -50,26 +50,26 @@ struct line {
     struct wire_log *log; // of what the first board hears; NULL for none
 };
 
-void line_init(struct line *line);
+void bus_init(struct bus *bus);
 
 // Puts a frame on the line and tells everyone else; collisions spoil both.
-struct line_frame *line_start(struct line *line, const struct line_frame *frame);
+struct bus_frame *bus_start(struct bus *bus, const struct bus_frame *frame);
 
 // Rate and parity of what the master sends from now on, and of all that it still hears well. Before
 // it sends at 115200 baud with even parity and hears everything.
-void line_set_master(struct line *line, uint32_t baud, enum line_parity parity);
+void bus_set_master(struct bus *bus, uint32_t baud, enum bus_parity parity);
 
 // The master sends bytes back to back, not before `cycle`. Returns the end of the last.
-uint64_t line_master_send(struct line *line,
+uint64_t bus_master_send(struct bus *bus,
                           const uint8_t *bytes,
                           size_t count,
                           uint64_t cycle);
 
 // The master waits so long before it sends again.
-void line_master_pause(struct line *line, uint64_t cycles);
+void bus_master_pause(struct bus *bus, uint64_t cycles);
 
 // The next byte that the master has received up to this cycle, or -1. *end is the end of its frame.
-int line_master_receive(struct line *line, uint64_t cycle, uint64_t *end);
+int bus_master_receive(struct bus *bus, uint64_t cycle, uint64_t *end);
 
 // True while a board's frame is on its way at this cycle.
-bool line_busy(const struct line *line, uint64_t cycle);
+bool bus_busy(const struct bus *bus, uint64_t cycle);
