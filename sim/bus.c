@@ -4,9 +4,6 @@
 
 #include <string.h>
 
-// What a receiver still bears: as in uart.c.
-#define SPEED_TOLERANCE_PER_MILLE 45
-
 #define RECENT 1024 // frames looked back at for a collision: more than a master may queue
 
 void bus_init(struct bus *bus)
@@ -14,6 +11,11 @@ void bus_init(struct bus *bus)
     memset(bus, 0, sizeof *bus);
     bus_set_master(bus, BUS_BAUD, BUS_PARITY_EVEN);
     bus->master_strict = false;
+}
+
+void bus_connect(struct bus *bus, const struct bus_listener *listener)
+{
+    bus->listener[bus->boards++] = *listener;
 }
 
 void bus_set_master(struct bus *bus, uint32_t baud, enum bus_parity parity)
@@ -63,16 +65,16 @@ struct bus_frame *bus_start(struct bus *bus, const struct bus_frame *frame)
     }
     for (int i = 0; i < bus->boards; i++) {
         if (i != frame->sender) {
-            uart_hear(bus->uart[i], kept);
+            bus->listener[i].hear(bus->listener[i].receiver, kept);
         }
     }
     return kept;
 }
 
 uint64_t bus_master_send(struct bus *bus,
-                          const uint8_t *bytes,
-                          size_t count,
-                          uint64_t cycle)
+                         const uint8_t *bytes,
+                         size_t count,
+                         uint64_t cycle)
 {
     if (bus->master_ready < cycle) {
         bus->master_ready = cycle;
@@ -105,11 +107,9 @@ void bus_master_pause(struct bus *bus, uint64_t cycles)
 static bool fits(const struct bus *bus, const struct bus_frame *frame)
 {
     uint32_t mine = bit_cycles_x1000(bus);
-    uint32_t theirs = frame->bit_cycles_x1000;
-    uint32_t off = (mine > theirs) ? mine - theirs : theirs - mine;
 
     return frame->format == bus->master_format &&
-           off <= mine / 1000 * SPEED_TOLERANCE_PER_MILLE;
+           bus_speeds_fit(mine, frame->bit_cycles_x1000, mine);
 }
 
 static bool heard_well(const struct bus *bus, const struct bus_frame *frame)

@@ -2,7 +2,6 @@
 
 #include "comparator.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "access.h"
@@ -102,14 +101,6 @@ static const char *find_inputs(struct comparator *c)
     return find_pin(c);
 }
 
-static void refuse(const struct comparator *c, const char *what)
-{
-    char text[160];
-
-    (void)snprintf(text, sizeof text, "analog comparator: %s", what);
-    c->hooks->refuse(c->hooks->board, text);
-}
-
 static bool output_seen(const struct comparator *c, uint64_t cycle)
 {
     return (cycle >= c->output_cycle + COMPARATOR_ACO_CYCLES) ? c->output
@@ -150,31 +141,29 @@ static void set_output(struct comparator *c, bool output, uint64_t cycle)
     }
 }
 
-static void compare(struct comparator *c, uint64_t cycle)
+static void compare_pin(struct comparator *c, uint64_t cycle)
 {
-    bool low = c->port != '\0' && !c->hooks->pin(c->hooks->board, c->port, c->bit);
+    bool low = c->port != '\0' && !ports_level(c->ports, c->port, c->bit);
 
     set_output(c, low, cycle);
-    c->hooks->changed(c->hooks->board, cycle);
+    c->hooks->changed(c->hooks->host.board, cycle);
 }
 
 void comparator_follow(struct comparator *c, char port, uint64_t cycle)
 {
     if (c->port == port) {
-        compare(c, cycle);
+        compare_pin(c, cycle);
     }
 }
 
 static void registers_changed(struct comparator *c, uint64_t cycle)
 {
     const char *wrong = find_inputs(c);
-    char text[128];
 
     if (wrong != NULL && comparator_captures(c)) {
-        (void)snprintf(text, sizeof text, "with ACIC = 1, %s", wrong);
-        refuse(c, text);
+        peripheral_refuse(&c->hooks->host, "analog comparator: with ACIC = 1, %s", wrong);
     }
-    compare(c, cycle);
+    compare_pin(c, cycle);
 }
 
 static uint8_t read_acsr(avr_t *avr, avr_io_addr_t address, void *param)
@@ -195,10 +184,11 @@ static void write_acsr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     flag = (uint8_t)(avr->data[address] & ~value & ACI); // write one to clear
     avr->data[address] = (uint8_t)((value & ~(ACO | ACI)) | flag);
     if ((value & ACIE) != 0) {
-        refuse(c, "its interrupt (ACIE = 1) is not modelled");
+        peripheral_refuse(&c->hooks->host,
+                          "analog comparator: its interrupt (ACIE = 1) is not modelled");
     }
     if ((value & ACIC) != 0 && (value & ACIS) == ON_RESERVED) {
-        refuse(c, "ACIS1:0 = 1 is reserved");
+        peripheral_refuse(&c->hooks->host, "analog comparator: ACIS1:0 = 1 is reserved");
     }
     registers_changed(c, access_cycle(avr) + 1);
 }
@@ -227,24 +217,20 @@ void comparator_reset(struct comparator *c)
     c->port = '\0';
 }
 
-// simavr's own comparator compares its own voltages: without its reset it never begins to.
-static void silence_simavr(avr_t *avr)
-{
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        if (strcmp(io->kind, "ac") == 0) {
-            io->reset = NULL;
-        }
-    }
-}
-
 void comparator_attach(struct comparator *c,
                        avr_t *avr,
+                       const struct ports *ports,
                        const struct comparator_hooks *hooks)
 {
+    avr_io_t *own = peripheral_next(avr->io_port, "ac");
+
     memset(c, 0, sizeof *c);
     c->avr = avr;
+    c->ports = ports;
     c->hooks = hooks;
-    silence_simavr(avr);
+    if (own != NULL) { // without its reset it never begins to compare its own voltages
+        own->reset = NULL;
+    }
     for (int i = 0; i < COMPARATOR_SHARED; i++) {
         avr_io_addr_t io = (avr_io_addr_t)AVR_DATA_TO_IO(shared[i]);
 

@@ -32,21 +32,21 @@
 
 #include <sim_avr.h>
 
+#include "peripheral.h"
+#include "ports.h"
+
 #define COMPARATOR_ACO_CYCLES 2
 #define COMPARATOR_SHARED     4 // registers
 
 struct comparator_hooks {
-    void *board;
-    // The level of a pin, as the program would read it.
-    bool (*pin)(void *board, char port, unsigned bit);
+    struct peripheral_host host;
     // The comparator's output, or whether it captures, may be another from this cycle on.
     void (*changed)(void *board, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
 };
 
 struct comparator {
     avr_t *avr;
+    const struct ports *ports;
     const struct comparator_hooks *hooks;
     struct {
         avr_io_write_t write; // simavr's own, for the registers that the ADC shares
@@ -64,6 +64,7 @@ struct comparator {
 // Puts the model in place of simavr's. Call once, between the part's init and its first reset.
 void comparator_attach(struct comparator *comparator,
                        avr_t *avr,
+                       const struct ports *ports,
                        const struct comparator_hooks *hooks);
 
 // Back to the state after a reset: on, AIN0 against AIN1, not capturing.

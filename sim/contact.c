@@ -5,15 +5,6 @@
 #define SEED_PLACES 64U // more than a bench has switches
 #define SEED_STEP   0x9E3779B97F4A7C15U
 
-// xorshift64*, as the pixel clock's jitter.
-static uint64_t next_random(struct contact *c)
-{
-    c->random ^= c->random >> 12;
-    c->random ^= c->random << 25;
-    c->random ^= c->random >> 27;
-    return c->random * 0x2545F4914F6CDD1DU;
-}
-
 // Seeds that differ in one bit make rows that have nothing in common (the finalizer of splitmix64).
 void contact_seed(struct contact *c, uint64_t seed, unsigned place)
 {
@@ -21,7 +12,7 @@ void contact_seed(struct contact *c, uint64_t seed, unsigned place)
 
     mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9U;
     mixed = (mixed ^ (mixed >> 27)) * 0x94D049BB133111EBU;
-    c->random = (mixed ^ (mixed >> 31)) | 1U; // never 0, where xorshift stays
+    c->random.state = (mixed ^ (mixed >> 31)) | 1U; // never 0, where xorshift stays
 }
 
 void contact_settle(struct contact *c, bool closed)
@@ -96,7 +87,7 @@ static void plan_bounces(struct contact *c,
 {
     c->bounces = c->bounce_next = 0;
     while (c->bounces < s->bounce) {
-        (void)insert(c, cycle + 1U + next_random(c) % s->bounce_ticks);
+        (void)insert(c, cycle + 1U + noise_next(&c->random) % s->bounce_ticks);
     }
 }
 

@@ -13,6 +13,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "noise.h"
+
 #define CONTACT_NEVER       UINT64_MAX
 #define CONTACT_CHANGES     64 // under way at once; a power of two
 #define CONTACT_BOUNCE_MOST 64
@@ -27,7 +29,7 @@ struct contact_settings {
 struct contact {
     bool closed; // now
     bool told;   // what it has last been told to become
-    uint64_t random;
+    struct noise random;
 
     struct {
         uint64_t due;

@@ -77,7 +77,7 @@
 //   quit                    ok                  and exit with status 0
 #pragma once
 
-#include "lockstep.h"
+#include "bench.h"
 
 // Serves standard input until `quit` or its end. Returns the exit status.
 int control_serve(struct bench *bench);

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
-//
-// The control protocol's commands for the serial line and its master.
+
+#include "control_bus.h"
 
 #include <inttypes.h>
 #include <string.h>
-
-#include "control_words.h"
-#include "bus.h"
 
 #define CYCLES_PER_US (BUS_CPU_HZ / 1000000U)
 #define PAUSE_US_MAX  10000000U
@@ -42,8 +39,7 @@ static void do_baud(struct control *c)
                        BUS_BAUD_MAX);
         return;
     }
-    bus_set_master(
-        &c->bench->bus, (uint32_t)baud, (enum bus_parity)(parity - parities));
+    bus_set_master(&c->bench->bus, (uint32_t)baud, (enum bus_parity)(parity - parities));
     control_answer("ok");
 }
 

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "lockstep.h"
+#include "bench.h"
 
 #define CONTROL_WORDS_MAX 9
 #define CONTROL_BYTES_MAX (1U << 16)
@@ -23,7 +23,7 @@ struct control {
 struct command {
     const char *name;
     int words_min, words_max; // with the name
-    void (*run)(struct control *c);
+    void (*execute)(struct control *c);
 };
 
 // The line that answers a command.
@@ -49,9 +49,3 @@ bool control_board_axis(struct control *c, struct board **board, unsigned *axis)
 // The words from this one on, if there are any, as "at CYCLE": a cycle that is not over. Without
 // them *planned is false.
 bool control_at(struct control *c, int first, bool *planned, uint64_t *cycle);
-
-// The commands for boards (control_board.c), ended by one without a name.
-extern const struct command control_board_commands[];
-
-// Those for the serial line (control_bus.c), ended likewise.
-extern const struct command control_bus_commands[];

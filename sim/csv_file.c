@@ -2,6 +2,8 @@
 
 #include "csv_file.h"
 
+#define FILE_BUFFER (1U << 18)
+
 bool csv_open(FILE **csv, const char *path, const char *header)
 {
     *csv = NULL;
@@ -10,6 +12,7 @@ bool csv_open(FILE **csv, const char *path, const char *header)
     }
     *csv = fopen(path, "w");
     if (*csv != NULL) {
+        (void)setvbuf(*csv, NULL, _IOFBF, FILE_BUFFER);
         (void)fprintf(*csv, "%s\n", header);
     }
     return *csv != NULL;

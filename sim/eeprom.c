@@ -2,8 +2,6 @@
 
 #include "eeprom.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "access.h"
@@ -20,35 +18,22 @@
 
 enum { MODE_BOTH = 0, MODE_ERASE = 1, MODE_WRITE = 2, MODE_RESERVED = 3 };
 
-static void refuse(const struct eeprom *e, const char *what)
-{
-    char text[160];
-
-    (void)snprintf(text, sizeof text, "EEPROM: %s", what);
-    e->hooks->refuse(e->hooks->board, text);
-}
-
 static void refuse_busy(const struct eeprom *e, const char *what)
 {
-    char text[128];
-
-    (void)snprintf(text,
-                   sizeof text,
-                   "%s while byte 0x%03x is being written",
-                   what,
-                   (unsigned)e->address);
-    refuse(e, text);
+    peripheral_refuse(e->host,
+                      "EEPROM: %s while byte 0x%03x is being written",
+                      what,
+                      (unsigned)e->address);
 }
 
-void eeprom_level(struct eeprom *e, uint64_t cycle)
+void eeprom_follow_level(struct eeprom *e, uint64_t cycle)
 {
     bool wanted = (e->avr->data[e->part->r_eecr] & EERIE) != 0 && !e->busy;
 
     if (!wanted) {
         e->part->ready.pending = 0;
     } else if (!e->part->ready.pending) {
-        e->hooks->flag(e->hooks->board, e->part->ready.vector, cycle);
-        (void)avr_raise_interrupt(e->avr, &e->part->ready);
+        peripheral_raise(e->host, e->avr, &e->part->ready, cycle);
     }
 }
 
@@ -71,27 +56,25 @@ static uint8_t programmed(const struct eeprom *e)
     }
 }
 
-static void sync(struct eeprom *e, uint64_t cycle)
+static void finish_write(struct eeprom *e, uint64_t cycle)
 {
     if (e->busy && e->due <= cycle) {
         e->busy = false;
         e->bytes[e->address] = programmed(e);
-        eeprom_level(e, e->due);
+        eeprom_follow_level(e, e->due);
     }
 }
 
 static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     (void)when;
-    sync(param, avr->cycle);
+    finish_write(param, avr->cycle);
     return 0;
 }
 
 static void schedule(struct eeprom *e)
 {
-    uint64_t now = e->avr->cycle;
-
-    avr_cycle_timer_register(e->avr, (e->due > now) ? e->due - now : 0, on_due, e);
+    peripheral_schedule(e->avr, e->due, on_due, e);
 }
 
 static uint16_t address_of(const struct eeprom *e)
@@ -117,7 +100,7 @@ static uint8_t partly(struct eeprom *e, uint64_t cycle)
 
 void eeprom_power_cut(struct eeprom *e, uint64_t cycle)
 {
-    sync(e, cycle);
+    finish_write(e, cycle);
     if (e->busy) {
         bool anything = (noise_byte(&e->noise) & 1U) != 0;
 
@@ -138,7 +121,7 @@ static void start_write(struct eeprom *e, uint64_t cycle)
         return;
     }
     if (mode == MODE_RESERVED) {
-        refuse(e, "EEPM1:0 = 3 is reserved");
+        peripheral_refuse(e->host, "EEPROM: EEPM1:0 = 3 is reserved");
         return;
     }
     e->busy = true;
@@ -165,7 +148,7 @@ static void start_read(struct eeprom *e)
 static void strobe(struct eeprom *e, uint8_t bits, bool enabled, uint64_t cycle)
 {
     if ((bits & EEPE) != 0 && (bits & EERE) != 0) {
-        refuse(e, "EEPE and EERE set at once");
+        peripheral_refuse(e->host, "EEPROM: EEPE and EERE set at once");
     } else if ((bits & EEPE) != 0 && enabled) {
         start_write(e, cycle);
     } else if ((bits & EERE) != 0) {
@@ -180,7 +163,7 @@ static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     uint8_t touched = access_bits_written(avr);
     bool enabled = cycle <= e->enabled_until;
 
-    sync(e, cycle);
+    finish_write(e, cycle);
     if ((touched & EEMPE) != 0) {
         e->enabled_until = ((value & EEMPE) != 0) ? cycle + EEPROM_ENABLE_TICKS : 0;
     }
@@ -190,7 +173,7 @@ static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     avr->data[address] =
         (uint8_t)((avr->data[address] & ~touched) | (value & touched)) & (EEPM | EERIE);
     strobe(e, value & access_bits_written(avr), enabled, cycle);
-    eeprom_level(e, cycle + 1);
+    eeprom_follow_level(e, cycle + 1);
 }
 
 // simavr keeps what this returns in place of the register.
@@ -199,7 +182,7 @@ static uint8_t read_eecr(avr_t *avr, avr_io_addr_t address, void *param)
     struct eeprom *e = param;
     uint64_t cycle = access_cycle(avr);
 
-    sync(e, cycle);
+    finish_write(e, cycle);
     return (uint8_t)((avr->data[address] & (EEPM | EERIE)) |
                      (cycle <= e->enabled_until ? EEMPE : 0U) | (e->busy ? EEPE : 0U));
 }
@@ -209,7 +192,7 @@ static void write_eear(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     struct eeprom *e = param;
     unsigned last = e->size - 1U;
 
-    sync(e, access_cycle(avr));
+    finish_write(e, access_cycle(avr));
     if (!e->busy) {
         avr->data[address] =
             (uint8_t)(value & ((address == e->part->r_eearh) ? last >> 8 : last));
@@ -220,7 +203,7 @@ static void write_eedr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
 {
     struct eeprom *e = param;
 
-    sync(e, access_cycle(avr));
+    finish_write(e, access_cycle(avr));
     if (e->busy) {
         refuse_busy(e, "EEDR written");
     }
@@ -239,25 +222,14 @@ void eeprom_reset(struct eeprom *e)
     }
 }
 
-static avr_eeprom_t *find_part(avr_t *avr)
+void eeprom_attach(struct eeprom *e, avr_t *avr, const struct peripheral_host *host)
 {
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        if (strcmp(io->kind, "eeprom") == 0) {
-            return (avr_eeprom_t *)(void *)io;
-        }
-    }
-    (void)fputs("pixstep-sim: simavr's part has no EEPROM\n", stderr);
-    abort();
-}
-
-void eeprom_attach(struct eeprom *e, avr_t *avr, const struct eeprom_hooks *hooks)
-{
-    avr_eeprom_t *part = find_part(avr);
+    avr_eeprom_t *part = peripheral_find(avr, "eeprom", "EEPROM");
 
     memset(e, 0, sizeof *e);
     e->avr = avr;
     e->part = part;
-    e->hooks = hooks;
+    e->host = host;
     e->size = (part->size < EEPROM_BYTES_MOST) ? part->size : EEPROM_BYTES_MOST;
     memset(e->bytes, (int)EEPROM_ERASED, sizeof e->bytes);
     access_take(avr, part->r_eecr, read_eecr, write_eecr, e);

@@ -35,6 +35,7 @@
 #include <sim_avr.h>
 
 #include "noise.h"
+#include "peripheral.h"
 
 #define EEPROM_BYTES_MOST   4096
 #define EEPROM_ERASED       0xFFU
@@ -43,18 +44,10 @@
 #define EEPROM_EERIE        0x08U  // in EECR
 #define EEPROM_ENABLE_TICKS 4U
 
-struct eeprom_hooks {
-    void *board;
-    // EE_READY's cause has come up at this cycle, just before the interrupt is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
-};
-
 struct eeprom {
     avr_t *avr;
     avr_eeprom_t *part; // register addresses and the vector, from simavr's description
-    const struct eeprom_hooks *hooks;
+    const struct peripheral_host *host;
     uint8_t bytes[EEPROM_BYTES_MOST];
     uint16_t size;
     struct noise noise; // of what a power cut leaves
@@ -69,7 +62,7 @@ struct eeprom {
 
 // Puts the model in place of simavr's, erased. Call once, between the part's init and its first
 // reset.
-void eeprom_attach(struct eeprom *eeprom, avr_t *avr, const struct eeprom_hooks *hooks);
+void eeprom_attach(struct eeprom *eeprom, avr_t *avr, const struct peripheral_host *host);
 
 // The part was reset: a write in progress goes on.
 void eeprom_reset(struct eeprom *eeprom);
@@ -78,19 +71,12 @@ void eeprom_reset(struct eeprom *eeprom);
 void eeprom_power_cut(struct eeprom *eeprom, uint64_t cycle);
 
 // EE_READY is a level: raises or takes back the interrupt as the registers stand.
-void eeprom_level(struct eeprom *eeprom, uint64_t cycle);
+void eeprom_follow_level(struct eeprom *eeprom, uint64_t cycle);
 
 // The same after every service of an interrupt.
-static inline void eeprom_levels(struct eeprom *eeprom)
+static inline void eeprom_served(struct eeprom *eeprom)
 {
     if ((eeprom->avr->data[eeprom->part->r_eecr] & EEPROM_EERIE) != 0) {
-        eeprom_level(eeprom, eeprom->avr->cycle);
+        eeprom_follow_level(eeprom, eeprom->avr->cycle);
     }
 }
-
-// The content from a file, if there is one; bytes beyond its end are erased. False with a one-line
-// reason if it cannot be read or is too long.
-bool eeprom_load(struct eeprom *eeprom, const char *path, char *error, size_t room);
-
-// The content into a file, all of it or nothing. False with errno set.
-bool eeprom_save(const struct eeprom *eeprom, const char *path);

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
-//
-// An EEPROM's content in a file: its bytes, nothing else.
+
+#include "eeprom_file.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
-
-#include "eeprom.h"
 
 #define PATH_MOST 4096
 

@@ -3,7 +3,7 @@
 // The Modbus master's side of the serial line: a request out, its answer back.
 #pragma once
 
-#include "lockstep.h"
+#include "bench.h"
 
 // Sends the bytes and runs until 1750 us of silence after the answer, or until `timeout` cycles
 // after the request without one. True unless a board stopped; *received bytes are in answer

@@ -2,8 +2,6 @@
 
 #include "extint.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <sim_regbit.h>
@@ -37,20 +35,19 @@ static bool wanted(const struct extint *e, int line, bool rises)
     }
 }
 
-static void set_flag(struct extint *e, int line, uint64_t cycle)
+static void raise_line(struct extint *e, int line, uint64_t cycle)
 {
-    e->hooks->flag(e->hooks->board, vector_of(e, line)->vector, cycle);
-    (void)avr_raise_interrupt(e->avr, vector_of(e, line));
+    peripheral_raise(e->host, e->avr, vector_of(e, line), cycle);
 }
 
-static void sync(struct extint *e, uint64_t cycle)
+static void raise_due(struct extint *e, uint64_t cycle)
 {
     for (int i = 0; i < e->lines; i++) {
         if (e->line[i].flag_due <= cycle) {
             uint64_t due = e->line[i].flag_due;
 
             e->line[i].flag_due = EXTINT_NEVER;
-            set_flag(e, i, due);
+            raise_line(e, i, due);
         }
     }
 }
@@ -70,23 +67,22 @@ static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
     struct extint *e = param;
 
     (void)when;
-    sync(e, avr->cycle);
+    raise_due(e, avr->cycle);
     return (next_due(e) == EXTINT_NEVER) ? 0 : next_due(e);
 }
 
 static void schedule(struct extint *e)
 {
     uint64_t due = next_due(e);
-    uint64_t now = e->avr->cycle;
 
     if (due != EXTINT_NEVER) {
-        avr_cycle_timer_register(e->avr, (due > now) ? due - now : 0, on_due, e);
+        peripheral_schedule(e->avr, due, on_due, e);
     }
 }
 
 static void follow_line(struct extint *e, int line, uint64_t cycle)
 {
-    bool level = e->hooks->pin(e->hooks->board, e->line[line].port, e->line[line].bit);
+    bool level = ports_level(e->ports, e->line[line].port, e->line[line].bit);
 
     if (level == e->line[line].level) {
         return;
@@ -113,19 +109,14 @@ static void follow_enable(struct extint *e, int line, uint64_t cycle)
 {
     avr_int_vector_t *vector = vector_of(e, line);
     bool enabled = avr_regbit_get(e->avr, vector->enable) != 0;
-    char text[80];
 
     if (!enabled) {
         vector->pending = 0;
     } else if (sense(e, line) == ON_LOW) {
-        (void)snprintf(text,
-                       sizeof text,
-                       "INT%d: low level (ISC%d1:0 = 0) is not modelled",
-                       line,
-                       line);
-        e->hooks->refuse(e->hooks->board, text);
+        peripheral_refuse(
+            e->host, "INT%d: low level (ISC%d1:0 = 0) is not modelled", line, line);
     } else if (avr_regbit_get(e->avr, vector->raised) != 0 && !vector->pending) {
-        set_flag(e, line, cycle);
+        raise_line(e, line, cycle);
     }
 }
 
@@ -134,7 +125,7 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
 {
     struct extint *e = param;
 
-    sync(e, access_cycle(avr));
+    raise_due(e, access_cycle(avr));
     avr->data[address] = value;
     for (int i = 0; i < e->lines; i++) {
         follow_enable(e, i, access_cycle(avr) + 1);
@@ -143,7 +134,7 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
 
 static uint8_t read_flags(avr_t *avr, avr_io_addr_t address, void *param)
 {
-    sync(param, access_cycle(avr));
+    raise_due(param, access_cycle(avr));
     return avr->data[address];
 }
 
@@ -152,7 +143,7 @@ static void write_flags(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     struct extint *e = param;
     uint8_t cleared = access_flags_written(avr, value);
 
-    sync(e, access_cycle(avr));
+    raise_due(e, access_cycle(avr));
     avr->data[address] &= (uint8_t)~cleared;
     for (int i = 0; i < e->lines; i++) {
         if ((cleared & (1U << vector_of(e, i)->raised.bit)) != 0) {
@@ -167,28 +158,20 @@ void extint_reset(struct extint *e)
 {
     for (int i = 0; i < e->lines; i++) {
         e->line[i].flag_due = EXTINT_NEVER;
-        e->line[i].level =
-            e->hooks->pin(e->hooks->board, e->line[i].port, e->line[i].bit);
+        e->line[i].level = ports_level(e->ports, e->line[i].port, e->line[i].bit);
     }
 }
 
-static avr_extint_t *find_part(avr_t *avr)
-{
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        if (strcmp(io->kind, "extint") == 0) {
-            return (avr_extint_t *)(void *)io;
-        }
-    }
-    (void)fputs("pixstep-sim: simavr's part has no external interrupts\n", stderr);
-    abort();
-}
-
-void extint_attach(struct extint *e, avr_t *avr, const struct extint_hooks *hooks)
+void extint_attach(struct extint *e,
+                   avr_t *avr,
+                   const struct peripheral_host *host,
+                   const struct ports *ports)
 {
     memset(e, 0, sizeof *e);
     e->avr = avr;
-    e->part = find_part(avr);
-    e->hooks = hooks;
+    e->part = peripheral_find(avr, "extint", "external interrupts");
+    e->host = host;
+    e->ports = ports;
     e->part->io.reset = NULL; // it never connects itself to the pins
     while (e->lines < EXTINT_COUNT && e->part->eint[e->lines].port_ioctl != 0) {
         int i = e->lines++;
@@ -196,7 +179,7 @@ void extint_attach(struct extint *e, avr_t *avr, const struct extint_hooks *hook
         e->line[i].port = (char)(e->part->eint[i].port_ioctl & 0x7FU);
         e->line[i].bit = e->part->eint[i].port_pin;
         e->line[i].flag_due = EXTINT_NEVER;
-        e->ports |= 1U << (unsigned)(e->line[i].port - 'A');
+        e->listening |= 1U << (unsigned)(e->line[i].port - 'A');
         access_take(avr, e->part->eint[i].isc[0].reg, NULL, write_control, e);
     }
     access_take(avr, vector_of(e, 0)->enable.reg, NULL, write_control, e);

@@ -24,25 +24,19 @@
 #include <avr_extint.h>
 #include <sim_avr.h>
 
+#include "peripheral.h"
+#include "ports.h"
+
 #define EXTINT_SYNC_CYCLES 3U
 #define EXTINT_NEVER       UINT64_MAX
-
-struct extint_hooks {
-    void *board;
-    // The level of a pin, as the program would read it.
-    bool (*pin)(void *board, char port, unsigned bit);
-    // A flag is set (or a waiting one enabled) at this cycle, just before it is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
-};
 
 struct extint {
     avr_t *avr;
     avr_extint_t *part; // register addresses and vectors, from simavr's description
-    const struct extint_hooks *hooks;
+    const struct peripheral_host *host;
+    const struct ports *ports;
     int lines;
-    uint32_t ports; // that have such pins: bit 0 for port A
+    uint32_t listening; // ports that have such pins: bit 0 for port A
     struct {
         char port;
         uint8_t bit;
@@ -51,8 +45,12 @@ struct extint {
     } line[EXTINT_COUNT];
 };
 
-// Puts the model in place of simavr's. Call once, between the part's init and its first reset.
-void extint_attach(struct extint *extint, avr_t *avr, const struct extint_hooks *hooks);
+// Puts the model in place of simavr's. Call once, between the part's init and its first reset. The
+// model reads the levels of its pins from `ports`.
+void extint_attach(struct extint *extint,
+                   avr_t *avr,
+                   const struct peripheral_host *host,
+                   const struct ports *ports);
 
 // The part was reset: nothing enabled, nothing under way.
 void extint_reset(struct extint *extint);
@@ -62,7 +60,7 @@ void extint_pins_changed(struct extint *extint, char port, uint64_t cycle);
 
 static inline void extint_follow(struct extint *extint, char port, uint64_t cycle)
 {
-    if ((extint->ports >> (unsigned)(port - 'A') & 1U) != 0) {
+    if ((extint->listening >> (unsigned)(port - 'A') & 1U) != 0) {
         extint_pins_changed(extint, port, cycle);
     }
 }

@@ -11,6 +11,10 @@
 #include <avr_uart.h>
 #include <avr_watchdog.h>
 
+#include "access.h"
+
+#define GPIOR1 0x4AU // data address, the same on all parts
+
 static void name_vector(
     struct irq_stats *s, uint8_t vector, const char *unit, char which, const char *what)
 {
@@ -172,12 +176,22 @@ static void on_running(struct avr_irq_t *irq, uint32_t value, void *param)
     }
 }
 
+static void write_gpior1(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    struct irq_stats *s = param;
+
+    avr->data[address] = value;
+    irq_stats_section(s, value, access_cycle(avr) + 1);
+    s->section_entries[s->section]++;
+}
+
 void irq_stats_attach(struct irq_stats *s, avr_t *avr)
 {
     avr_int_table_t *table = &avr->interrupts;
 
     s->avr = avr;
     name_vectors(s);
+    access_take(avr, GPIOR1, NULL, write_gpior1, s);
     for (int i = 0; i < table->vector_count; i++) {
         avr_int_vector_t *vector = table->vector[i];
 

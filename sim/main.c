@@ -9,9 +9,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "bench.h"
 #include "control.h"
 #include "csv_file.h"
-#include "lockstep.h"
+#include "eeprom_file.h"
 #include "options.h"
 #include "pty.h"
 #include "stats.h"
@@ -47,33 +48,49 @@ static bool load_eeprom(struct board *b, const char *path)
     return true;
 }
 
+static void set_plants(struct board *b, const struct options *o)
+{
+    for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
+        struct plant_settings plant = o->plant[b->index][axis];
+
+        if (!plant.has_seed) {
+            plant.seed = o->clock.seed;
+            plant.has_seed = true;
+        }
+        mechanics_set_plant(&b->mechanics, axis, &plant);
+    }
+}
+
+static bool open_board(const struct options *o, int index)
+{
+    struct board *b = &bench.board[index];
+    const struct board_logs logs = {
+        .edges = &bench.edges,
+        .serial = (index == 0) ? &bench.serial_log : NULL,
+        .plant = &bench.plant_log,
+        .wire = (index == 0) ? &bench.wire_log : NULL,
+        .switches = bench.switch_log,
+    };
+
+    if (!board_open(
+            b, index, o->board_name[index], o->board_image[index], &bench.bus, &logs)) {
+        (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
+        return false;
+    }
+    bench.boards++;
+    board_seed(b, o->clock.seed);
+    if (!load_eeprom(b, o->eeprom_path[index])) {
+        return false;
+    }
+    set_plants(b, o);
+    return true;
+}
+
 static bool open_boards(const struct options *o)
 {
     for (int i = 0; i < o->boards; i++) {
-        struct board *b = &bench.board[i];
-
-        if (!board_open(
-                b, i, o->board_name[i], o->board_image[i], &bench.bus, &bench.edges)) {
-            (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
+        if (!open_board(o, i)) {
             return false;
-        }
-        bench.boards++;
-        board_seed(b, o->clock.seed);
-        if (!load_eeprom(b, o->eeprom_path[i])) {
-            return false;
-        }
-        b->switch_log = bench.switch_log;
-        b->serial_log = (i == 0) ? &bench.serial_log : NULL;
-        b->wire_log = (i == 0) ? &bench.wire_log : NULL;
-        b->plant_log = &bench.plant_log;
-        for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
-            struct plant_settings plant = o->plant[i][axis];
-
-            if (!plant.has_seed) {
-                plant.seed = o->clock.seed;
-                plant.has_seed = true;
-            }
-            board_set_plant(b, axis, &plant);
         }
     }
     return true;

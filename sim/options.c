@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "plant_parse.h"
+
 #define DEFAULT_START_MS      10.0
 #define DEFAULT_UNIT_LIMIT_MS 600000U
 #define PPM_MOST              1e5

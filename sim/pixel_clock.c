@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "csv_file.h"
+
 #define CPU_HZ          16000000U
 #define CYCLES_PER_MS   16000.0
 #define HIGH_MAX_CYCLES 799U      // with the one that every pulse has, 50 us
@@ -14,15 +16,6 @@
 #define PPM_UNITS 1e6
 #define NS_PER_16_CYCLES 1000
 
-// xorshift64*: reproducible everywhere, good enough for jitter.
-static uint64_t next_random(struct pixel_clock *c)
-{
-    c->random ^= c->random >> 12;
-    c->random ^= c->random << 25;
-    c->random ^= c->random >> 27;
-    return c->random * 0x2545F4914F6CDD1DU;
-}
-
 static int64_t jitter_cycles(struct pixel_clock *c)
 {
     int64_t most = (int64_t)c->settings.jitter_ns * 16 / NS_PER_16_CYCLES;
@@ -30,7 +23,7 @@ static int64_t jitter_cycles(struct pixel_clock *c)
     if (most == 0) {
         return 0;
     }
-    return (int64_t)(next_random(c) % (uint64_t)(2 * most + 1)) - most;
+    return (int64_t)(noise_next(&c->random) % (uint64_t)(2 * most + 1)) - most;
 }
 
 static void set_period(struct pixel_clock *c)
@@ -70,19 +63,12 @@ bool pixel_clock_open(struct pixel_clock *c,
     memset(c, 0, sizeof *c);
     c->settings = *settings;
     c->on = true;
-    c->random = settings->seed * 0x9E3779B97F4A7C15U + 1;
+    c->random.state = settings->seed * 0x9E3779B97F4A7C15U + 1;
     c->ideal = (uint64_t)llround(settings->start_ms * CYCLES_PER_MS);
     if (settings->hz_num != 0) {
         set_period(c);
     }
-    if (log_path != NULL) {
-        c->log = fopen(log_path, "w");
-        if (c->log == NULL) {
-            return false;
-        }
-        (void)fputs("cycle\n", c->log);
-    }
-    return true;
+    return csv_open(&c->log, log_path, "cycle");
 }
 
 static void advance(struct pixel_clock *c)
@@ -144,8 +130,5 @@ bool pixel_clock_next(struct pixel_clock *c, uint64_t before, struct pixel_pulse
 
 void pixel_clock_close(struct pixel_clock *c)
 {
-    if (c->log != NULL) {
-        (void)fclose(c->log);
-        c->log = NULL;
-    }
+    (void)csv_close(&c->log);
 }

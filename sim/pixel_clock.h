@@ -10,6 +10,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "noise.h"
+
 __extension__ typedef unsigned __int128 pixel_wide;
 
 struct pixel_clock_settings {
@@ -30,7 +32,8 @@ struct pixel_clock {
     uint64_t ideal;      // next pulse: whole cycles
     pixel_wide rest;     // and the fraction, in units of 1 / den
     pixel_wide num, den; // the period is num / den cycles
-    uint64_t random, last_fall;
+    struct noise random;
+    uint64_t last_fall;
     uint64_t drop; // so many pulses are still to be left out
     bool on, next_valid;
     struct pixel_pulse next;

@@ -4,6 +4,13 @@
 
 #include <string.h>
 
+const char *plant_switch_name(enum plant_switch which)
+{
+    static const char *const names[PLANT_SWITCHES] = {"home", "minus", "plus"};
+
+    return names[which];
+}
+
 bool plant_has(const struct plant *p, enum plant_switch which)
 {
     return (which == PLANT_HOME) ? p->settings.has_home : p->settings.has_travel;

@@ -11,7 +11,6 @@
 #pragma once
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 #include "contact.h"
@@ -55,10 +54,5 @@ bool plant_has(const struct plant *plant, enum plant_switch which);
 // One motor step, +1 or -1. Returns true if a switch has changed.
 bool plant_step(struct plant *plant, int direction);
 
-// Reads "play=40,travel=-100..9000,..." (options.c's manual lists all) into the settings; knobs
-// that are not named stay, or get their defaults if none were ever given. On an error returns
-// false, with one line about it in `error`. Changes the text.
-bool plant_parse(struct plant_settings *settings,
-                 char *text,
-                 char *error,
-                 size_t error_size);
+// The switch's name in parameters and logs: "home", "minus" or "plus".
+const char *plant_switch_name(enum plant_switch which);

@@ -4,7 +4,7 @@
 // boards.
 #pragma once
 
-#include "lockstep.h"
+#include "bench.h"
 
 // Prints the terminal's name and serves it until a board stops or *stop becomes non-zero. Returns
 // the exit status.

@@ -66,8 +66,8 @@ static void write_axes(FILE *out, const struct board *b)
         (void)fprintf(out,
                       "%s{\"steps_rising\":%" PRIu64 ",\"steps_signed\":%" PRId64 "}",
                       (i == 0) ? "" : ",",
-                      b->axis[i].steps_rising,
-                      b->axis[i].steps_signed);
+                      b->outputs.axis[i].steps_rising,
+                      b->outputs.axis[i].steps_signed);
     }
 }
 
@@ -84,7 +84,7 @@ static void write_board(FILE *out, struct board *b)
     (void)fprintf(out,
                   "],\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"
                   "\"stack_used_bytes\":%u,\"axes\":[",
-                  b->sleep_cycles,
+                  b->run_loop.sleep_cycles,
                   stack_free_bytes(&b->stack, b->avr),
                   stack_used_bytes(&b->stack, b->avr));
     write_axes(out, b);

@@ -5,7 +5,7 @@
 
 #include <stdio.h>
 
-#include "lockstep.h"
+#include "bench.h"
 
 // {"cycle":..,"wall_s":..,"realtime_factor":..,"boards":[{"name":..,"handlers":[{"vector":..,
 //  "name":..,"count":..,"cycles_min":..,"cycles_mean":..,"cycles_max":..,"latency_max":..}],

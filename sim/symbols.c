@@ -8,6 +8,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "grow.h"
+
 // Where the linker puts RAM and EEPROM in an AVR's ELF file.
 #define RAM_SPACE    0x800000U
 #define EEPROM_SPACE 0x810000U
@@ -42,23 +44,13 @@ static bool is_place(const GElf_Sym *symbol)
            (type == STT_NOTYPE || type == STT_OBJECT || type == STT_FUNC);
 }
 
-static bool grow(struct symbols *s)
+static void add_symbol(struct symbols *s, const char *name, const GElf_Sym *symbol)
 {
-    size_t room = (s->room == 0) ? FIRST_ROOM : 2 * s->room;
-    struct symbol *list = realloc(s->list, room * sizeof *list);
-
-    if (list != NULL) {
-        s->list = list;
-        s->room = room;
-    }
-    return list != NULL;
-}
-
-static void add(struct symbols *s, const char *name, const GElf_Sym *symbol)
-{
-    if (name == NULL || name[0] == '\0' || !is_place(symbol) ||
-        (s->count == s->room && !grow(s))) {
+    if (name == NULL || name[0] == '\0' || !is_place(symbol)) {
         return;
+    }
+    if (s->count == s->room) {
+        s->list = grow(s->list, &s->room, FIRST_ROOM, sizeof *s->list);
     }
     s->list[s->count] = (struct symbol){
         .name = strdup(name),
@@ -83,7 +75,7 @@ static void read_section(struct symbols *s, Elf *elf, Elf_Scn *section)
         GElf_Sym symbol;
 
         if (gelf_getsym(data, i, &symbol) != NULL) {
-            add(s, elf_strptr(elf, header.sh_link, symbol.st_name), &symbol);
+            add_symbol(s, elf_strptr(elf, header.sh_link, symbol.st_name), &symbol);
         }
     }
 }

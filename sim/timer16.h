@@ -28,6 +28,8 @@
 #include <avr_timer.h>
 #include <sim_avr.h>
 
+#include "peripheral.h"
+
 #define TIMER16_CHANNELS 3
 #define TIMER16_NEVER    UINT64_MAX
 
@@ -41,15 +43,11 @@
 
 struct timer16;
 
-// What the timer tells its board.
+// What a timer reports to its board.
 struct timer16_hooks {
-    void *board;
-    // OCnx (channel 0 = A) has a new level, or was (dis)connected, at this cycle.
+    struct peripheral_host host;
+    // OCnx (channel 0 = A) has a new level, or was connected or disconnected, at this cycle.
     void (*output)(void *board, struct timer16 *timer, int channel, uint64_t cycle);
-    // An interrupt flag was set (or a waiting one enabled) at this cycle, just before it is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
 };
 
 struct timer16 {
@@ -98,7 +96,7 @@ void timer16_reset(struct timer16 *timer);
 // Everything that takes effect up to and including this cycle happens now, in order.
 void timer16_sync(struct timer16 *timer, uint64_t cycle);
 
-// Tells simavr when the timer next needs attention. After anything that may make an event sooner.
+// Schedules the next effect with simavr. Call after anything that may make an effect come sooner.
 void timer16_schedule(struct timer16 *timer);
 
 // GTCCR: from this cycle on all timers stand still (held) or count again.
@@ -128,6 +126,3 @@ void timer16_control_changed(struct timer16 *timer, uint64_t cycle);
 
 // A compare register changed outside PWM modes (no buffer): from this cycle on it is compared.
 void timer16_compare_changed(struct timer16 *timer, int channel, uint64_t cycle);
-
-// Installs the register callbacks.
-void timer16_take_registers(struct timer16 *timer);

@@ -4,11 +4,7 @@
 
 #include <sim_regbit.h>
 
-#include "bus.h"
 #include "uart_bits.h"
-
-// A receiver that samples in the middle of bits loses step beyond about 4.5 % over 11 bits.
-#define SPEED_TOLERANCE_PER_MILLE 45
 
 uint32_t uart_bit_cycles(const struct uart *u)
 {
@@ -39,27 +35,29 @@ bool uart_can_send(const struct uart *u)
 
 // ---- interrupts ----
 
-static void level(struct uart *u, avr_int_vector_t *vector, bool cause, uint64_t cycle)
+static void follow_level(struct uart *u,
+                         avr_int_vector_t *vector,
+                         bool cause,
+                         uint64_t cycle)
 {
     bool enabled = avr_regbit_get(u->avr, vector->enable) != 0;
 
     if (!cause || !enabled) {
         vector->pending = 0;
     } else if (!vector->pending) {
-        u->hooks->flag(u->hooks->board, vector->vector, cycle);
-        (void)avr_raise_interrupt(u->avr, vector);
+        peripheral_raise(&u->hooks->host, u->avr, vector, cycle);
     }
 }
 
-static void levels_at(struct uart *u, uint64_t cycle)
+static void follow_levels_at(struct uart *u, uint64_t cycle)
 {
-    level(u, &u->part->rxc, u->fifo_count > 0, cycle);
-    level(u, &u->part->udrc, !u->waiting, cycle);
+    follow_level(u, &u->part->rxc, u->fifo_count > 0, cycle);
+    follow_level(u, &u->part->udrc, !u->waiting, cycle);
 }
 
-void uart_levels(struct uart *u)
+void uart_follow_levels(struct uart *u)
 {
-    levels_at(u, u->avr->cycle);
+    follow_levels_at(u, u->avr->cycle);
 }
 
 // ---- transmitter ----
@@ -78,9 +76,9 @@ void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 
     u->shifting = true;
     u->shift_end = frame.end;
-    u->hooks->byte(u->hooks->board, true, data, cycle);
+    u->hooks->byte(u->hooks->host.board, true, data, cycle);
     u->outgoing =
-        u->hooks->may_send(u->hooks->board) ? bus_start(u->bus, &frame) : NULL;
+        u->hooks->may_send(u->hooks->host.board) ? bus_start(u->bus, &frame) : NULL;
 }
 
 // The frame on its way has ended: the waiting one follows at once, or transmission is complete.
@@ -93,10 +91,9 @@ static void happen_sent(struct uart *u)
     if (u->waiting) {
         u->waiting = false;
         uart_start_frame(u, u->waiting_data, end);
-        levels_at(u, end);
+        follow_levels_at(u, end);
     } else if ((u->avr->data[u->part->r_ucsra] & TXC) == 0) {
-        u->hooks->flag(u->hooks->board, u->part->txc.vector, end);
-        (void)avr_raise_interrupt(u->avr, &u->part->txc);
+        peripheral_raise(&u->hooks->host, u->avr, &u->part->txc, end);
     }
 }
 
@@ -132,15 +129,13 @@ static uint64_t frame_heard_at(const struct uart *u, const struct bus_frame *fra
 
 static bool speed_fits(const struct uart *u, const struct bus_frame *frame)
 {
-    uint32_t mine = uart_bit_cycles(u) * 1000;
     uint32_t theirs = frame->bit_cycles_x1000;
-    uint32_t off = (mine > theirs) ? mine - theirs : theirs - mine;
 
-    return off <= theirs / 1000 * SPEED_TOLERANCE_PER_MILLE;
+    return bus_speeds_fit(uart_bit_cycles(u) * 1000, theirs, theirs);
 }
 
-// A new start bit: the character that waits in the shift register is run over.
-static void run_over(struct uart *u)
+// A new start bit overwrites the character that waits in the shift register.
+static void overrun_shift_register(struct uart *u)
 {
     if (u->fifo_count == UART_FIFO) {
         u->overrun = true;
@@ -162,16 +157,16 @@ static void receive(struct uart *u, const struct bus_frame *frame, uint64_t cycl
     } else if (other != 0) {
         heard.errors = UPE;
     }
-    run_over(u); // by a start bit that fell into another frame
+    overrun_shift_register(u); // by a start bit that fell into another frame
     u->fifo[u->fifo_count++] = heard;
-    u->hooks->byte(u->hooks->board, false, heard.data, cycle);
+    u->hooks->byte(u->hooks->host.board, false, heard.data, cycle);
 }
 
 static void happen_begun(struct uart *u)
 {
     u->incoming_begun++;
     if ((uart_ucsrb(u) & RXEN) != 0) {
-        run_over(u);
+        overrun_shift_register(u);
     }
 }
 
@@ -180,7 +175,7 @@ static void happen_heard(struct uart *u, uint64_t cycle)
     const struct bus_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
 
     receive(u, frame, cycle);
-    levels_at(u, cycle);
+    follow_levels_at(u, cycle);
 }
 
 // ---- time ----
@@ -227,7 +222,7 @@ void uart_sync(struct uart *u, uint64_t cycle)
     }
 }
 
-// A start bit wakes nobody: what it does waits for the next look.
+// A start bit has no visible effect of its own: the next sync takes it into account.
 static uint64_t next_wake(const struct uart *u)
 {
     return earlier(sent_due(u), heard_due(u));
@@ -251,13 +246,14 @@ void uart_schedule(struct uart *u)
     if (due == UINT64_MAX) {
         avr_cycle_timer_cancel(u->avr, on_due, u);
     } else {
-        avr_cycle_timer_register(
-            u->avr, (due > u->avr->cycle) ? due - u->avr->cycle : 0, on_due, u);
+        peripheral_schedule(u->avr, due, on_due, u);
     }
 }
 
-void uart_hear(struct uart *u, struct bus_frame *frame)
+void uart_hear(void *uart, struct bus_frame *frame)
 {
+    struct uart *u = uart;
+
     if (u->incoming_last - u->incoming_first < UART_INCOMING) {
         u->incoming[u->incoming_last++ % UART_INCOMING] = frame;
         uart_schedule(u);

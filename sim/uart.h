@@ -19,11 +19,12 @@
 #include <avr_uart.h>
 #include <sim_avr.h>
 
-struct bus;
-struct bus_frame;
+#include "bus.h"
+#include "bus_frame.h"
+#include "peripheral.h"
 
 #define UART_INCOMING                                                                    \
-    1024            // frames already on the line that end in the future; a power of two
+    1024            // frames already on the bus that end in the future; a power of two
 #define UART_FIFO 3 // two buffered characters and the shift register
 
 struct uart_char {
@@ -32,12 +33,10 @@ struct uart_char {
 };
 
 struct uart_hooks {
-    void *board;
-    void (*refuse)(void *board, const char *text);
-    // May this board's driver put its frames on the line now (RS-485 driver enable)?
+    struct peripheral_host host;
+    // True while the board's driver puts its frames on the bus (RS-485 driver enable).
     bool (*may_send)(void *board);
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // A byte starts on its way out, or the receiver has got one.
+    // A byte's start bit begins (sent), or the receiver has a byte, at this cycle.
     void (*byte)(void *board, bool sent, uint8_t byte, uint64_t cycle);
 };
 
@@ -46,13 +45,12 @@ struct uart {
     avr_uart_t *part;
     const struct uart_hooks *hooks;
     struct bus *bus;
-    int index; // this board on the line
+    int index; // of this board on the bus
 
     bool shifting, waiting; // a frame is on its way out; one more waits in UDR0
     uint8_t waiting_data;
     uint64_t shift_end;
-    struct bus_frame
-        *outgoing; // the frame on its way, NULL if it never reached the line
+    struct bus_frame *outgoing; // the frame on its way, NULL if it never reached the bus
 
     struct uart_char fifo[UART_FIFO];
     int fifo_count;
@@ -74,18 +72,46 @@ uint32_t uart_bits_before_stop(const struct uart *uart);
 // The transmitter is on.
 bool uart_can_send(const struct uart *uart);
 
+// Puts the model in place of simavr's. Call once, between the part's init and its first reset.
+// `index`: the board's number on the bus.
 void uart_attach(struct uart *uart,
                  avr_t *avr,
                  struct bus *bus,
                  int index,
                  const struct uart_hooks *hooks);
+
+// The part was reset: a frame on its way out is cut.
 void uart_reset(struct uart *uart);
 
-// A frame has started on the line; it ends at a later cycle than this board has reached.
-void uart_hear(struct uart *uart, struct bus_frame *frame);
+// A frame of another sender has started on the bus; it ends at a later cycle than this board has
+// reached. The bus calls it with the UART as `uart`.
+void uart_hear(void *uart, struct bus_frame *frame);
 
-// The level interrupts: raises what is due. The run loop calls it after every service.
-void uart_levels(struct uart *uart);
+// Raises the interrupts of the levels that are up, takes back the others. Call after every service
+// of an interrupt.
+void uart_follow_levels(struct uart *uart);
 
 // The driver was switched off at this cycle: a frame on its way is cut.
 void uart_driver_off(struct uart *uart, uint64_t cycle);
+
+// ---- between uart.c (frames in time) and uart_registers.c (the program's view) ----
+
+// The registers UCSR0B and UCSR0C.
+static inline uint8_t uart_ucsrb(const struct uart *uart)
+{
+    return uart->avr->data[uart->part->r_ucsrb];
+}
+
+static inline uint8_t uart_ucsrc(const struct uart *uart)
+{
+    return uart->avr->data[uart->part->r_ucsrc];
+}
+
+// Everything that takes effect up to and including this cycle happens now, in order.
+void uart_sync(struct uart *uart, uint64_t cycle);
+
+// Schedules the next effect with simavr. Call after anything that may make an effect come sooner.
+void uart_schedule(struct uart *uart);
+
+// Starts a frame at this cycle; the transmitter must be idle.
+void uart_start_frame(struct uart *uart, uint8_t data, uint64_t cycle);

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Bits of the UART's registers, and what uart.c (time) and uart_registers.c (the program's view)
-// share.
+// Bits of the registers of UART 0.
 #pragma once
-
-#include "uart.h"
 
 // Bits of UCSR0A.
 #define RXC  0x80U
@@ -28,22 +25,3 @@
 #define USBS   0x08U
 #define UCSZ   0x06U
 #define FORMAT (UPM | UCSZ) // what sender and receiver must agree on
-
-static inline uint8_t uart_ucsrb(const struct uart *u)
-{
-    return u->avr->data[u->part->r_ucsrb];
-}
-
-static inline uint8_t uart_ucsrc(const struct uart *u)
-{
-    return u->avr->data[u->part->r_ucsrc];
-}
-
-// Everything that takes effect up to and including this cycle happens now, in order.
-void uart_sync(struct uart *u, uint64_t cycle);
-
-// Tells simavr when the UART next needs attention.
-void uart_schedule(struct uart *u);
-
-// A frame leaves now; the transmitter was idle.
-void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle);

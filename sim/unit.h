@@ -4,7 +4,7 @@
 // status. An image that does not come to an end (sleep with interrupts off) has failed.
 #pragma once
 
-#include "lockstep.h"
+#include "bench.h"
 
 #define UNIT_NO_VERDICT 99 // exit status of a run without an end
 

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
 
-#include "edges.h"
+#include "edge.h"
 
 #define VCD_BOARDS 4
 #define VCD_AXES   4
@@ -19,12 +21,19 @@ struct vcd {
     char clock_id;
 };
 
-// Opens the file and writes its header. False with errno set if it cannot be written.
+// Opens the file and writes its header: for each board its name and its number of axes (VCD_BOARDS
+// boards and VCD_AXES axes at most). False with errno set if the file cannot be written.
 bool vcd_open(struct vcd *vcd,
               const char *path,
               int boards,
               const char *const board_names[],
               const int axes[]);
+
+// Writes one edge. Edges must come in the order of their cycles.
 void vcd_edge(struct vcd *vcd, const struct edge *edge);
+
+// Makes the file complete up to the last edge written.
 void vcd_flush(struct vcd *vcd);
+
+// Ends the waveforms at this cycle and closes the file. False if something could not be written.
 bool vcd_close(struct vcd *vcd, uint64_t end_cycle);

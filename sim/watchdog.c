@@ -2,8 +2,6 @@
 
 #include "watchdog.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <sim_regbit.h>
@@ -40,22 +38,16 @@ static uint64_t due(const struct watchdog *w)
     return w->since + ((uint64_t)WATCHDOG_SHORTEST_CYCLES << prescaler(w));
 }
 
-static void set_flag(struct watchdog *w, uint64_t cycle)
-{
-    w->hooks->flag(w->hooks->board, w->part->watchdog.vector, cycle);
-    (void)avr_raise_interrupt(w->avr, &w->part->watchdog);
-}
-
 static void time_out(struct watchdog *w)
 {
     uint8_t bits = *control(w);
     bool waited = (bits & WDE) != 0 && (bits & WDIF) != 0;
 
     if ((bits & WDIE) == 0 || waited) {
-        w->hooks->reset(w->hooks->board);
+        w->hooks->reset(w->hooks->host.board);
         return;
     }
-    set_flag(w, due(w));
+    peripheral_raise(&w->hooks->host, w->avr, &w->part->watchdog, due(w));
 }
 
 // WDR only moves what is due away: found out here, so that it costs next to nothing.
@@ -78,12 +70,10 @@ static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
 
 static void schedule(struct watchdog *w)
 {
-    uint64_t now = w->avr->cycle;
-
     if (!runs(w)) {
         avr_cycle_timer_cancel(w->avr, on_due, w);
     } else {
-        avr_cycle_timer_register(w->avr, (due(w) > now) ? due(w) - now : 0, on_due, w);
+        peripheral_schedule(w->avr, due(w), on_due, w);
     }
 }
 
@@ -119,7 +109,7 @@ static void follow_interrupt(struct watchdog *w, uint64_t cycle)
     if (!wanted) {
         vector->pending = 0;
     } else if (!vector->pending) {
-        set_flag(w, cycle);
+        peripheral_raise(&w->hooks->host, w->avr, vector, cycle);
     }
 }
 
@@ -130,7 +120,6 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
     bool opening = (value & (WDCE | WDE)) == (WDCE | WDE);
     bool may_change = cycle <= w->change_until && (value & WDCE) == 0;
     bool ran = runs(w);
-    char text[64];
 
     avr->data[address] = written(w, value, may_change);
     w->change_until = opening ? cycle + WATCHDOG_CHANGE_TICKS : 0;
@@ -138,9 +127,8 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
         w->since = cycle + 1;
     }
     if (prescaler(w) > WDP_TOP) {
-        (void)snprintf(
-            text, sizeof text, "watchdog: WDP3:0 = %u is reserved", prescaler(w));
-        w->hooks->refuse(w->hooks->board, text);
+        peripheral_refuse(
+            &w->hooks->host, "watchdog: WDP3:0 = %u is reserved", prescaler(w));
         return;
     }
     follow_interrupt(w, cycle + 1);
@@ -175,26 +163,16 @@ void watchdog_reset(struct watchdog *w)
     schedule(w);
 }
 
-static avr_watchdog_t *find_part(avr_t *avr)
-{
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        if (strcmp(io->kind, "watchdog") == 0) {
-            return (avr_watchdog_t *)(void *)io;
-        }
-    }
-    (void)fputs("pixstep-sim: simavr's part has no watchdog\n", stderr);
-    abort();
-}
-
 void watchdog_attach(struct watchdog *w, avr_t *avr, const struct watchdog_hooks *hooks)
 {
-    avr_watchdog_t *part = find_part(avr);
+    avr_watchdog_t *part = peripheral_find(avr, "watchdog", "watchdog");
 
     memset(w, 0, sizeof *w);
     w->avr = avr;
     w->part = part;
     w->hooks = hooks;
     part->io.reset = NULL; // it would start its own timer
+    part->io.ioctl = NULL; // the board passes WDR on
     access_take(avr, part->wdce.reg, read_control, write_control, w);
     avr_irq_register_notify(&part->watchdog.irq[AVR_INT_IRQ_RUNNING], on_running, w);
 }

@@ -31,17 +31,15 @@
 #include <avr_watchdog.h>
 #include <sim_avr.h>
 
+#include "peripheral.h"
+
 #define WATCHDOG_SHORTEST_CYCLES 256000U // WDP = 0: 2048 cycles of 128 kHz
 #define WATCHDOG_CHANGE_TICKS    4U
 
 struct watchdog_hooks {
-    void *board;
-    // WDIF is set at this cycle, just before the interrupt is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The part is to be reset as soon as the running instruction has ended.
+    struct peripheral_host host;
+    // The part must be reset as soon as the running instruction has ended.
     void (*reset)(void *board);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
 };
 
 struct watchdog {

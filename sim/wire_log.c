@@ -5,11 +5,8 @@
 #include <inttypes.h>
 
 #include "csv_file.h"
-#include "bus.h"
-#include "uart_bits.h"
 
 #define LEVELS_MOST 12 // start, eight data bits, parity, stop, and the text's end
-#define ODD         0x10U
 
 bool wire_log_open(struct wire_log *log, const char *path)
 {
@@ -24,11 +21,11 @@ void wire_log_pin(
     }
 }
 
-// One character a bit, in the order of the line.
-static void draw(const struct bus_frame *frame, char levels[LEVELS_MOST])
+// One character a bit, in the order in which the bits are sent.
+static void write_levels(const struct bus_frame *frame, char levels[LEVELS_MOST])
 {
-    unsigned data_bits = 5U + ((frame->format & UCSZ) >> 1);
-    unsigned parity = (frame->format & ODD) != 0 ? 1 : 0;
+    unsigned data_bits = 5U + ((frame->format & BUS_FORMAT_DATA_BITS) >> 1);
+    unsigned parity = (frame->format & BUS_FORMAT_ODD_PARITY) != 0 ? 1 : 0;
     unsigned at = 0;
 
     levels[at++] = '0';
@@ -38,7 +35,7 @@ static void draw(const struct bus_frame *frame, char levels[LEVELS_MOST])
         parity ^= bit;
         levels[at++] = (char)('0' + bit);
     }
-    if ((frame->format & UPM) != 0) {
+    if ((frame->format & BUS_FORMAT_PARITY) != 0) {
         levels[at++] = (char)('0' + parity);
     }
     levels[at++] = '1';
@@ -50,7 +47,7 @@ void wire_log_frame(struct wire_log *log, const struct bus_frame *frame)
     char levels[LEVELS_MOST];
 
     if (log->csv != NULL) {
-        draw(frame, levels);
+        write_levels(frame, levels);
         (void)fprintf(log->csv,
                       "%" PRIu64 ",RXD,%s,%" PRIu32 "\n",
                       frame->start,

@@ -16,7 +16,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-struct bus_frame;
+#include "bus_frame.h"
 
 struct wire_log {
     FILE *csv; // NULL for none

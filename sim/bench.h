@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The bench: one to four boards, one serial line, one pixel clock, one time. Boards run one after
-// the other in quanta shorter than the shortest serial frame, so that each hears the others in
-// time.
+// The bench: one to four boards, one serial bus, one pixel clock, one time. Boards run one after
+// the other in quanta shorter than the shortest serial frame, so that each receives the
+// others' frames in time.
 #pragma once
 
 #include <stdbool.h>
@@ -11,8 +11,8 @@
 #include <stdio.h>
 
 #include "board.h"
-#include "edges.h"
 #include "bus.h"
+#include "edges.h"
 #include "pixel_clock.h"
 #include "plant_log.h"
 #include "serial_log.h"
@@ -32,7 +32,7 @@ struct bench {
     struct vcd vcd;
     bool has_vcd;
     const char *eeprom_path[BUS_BOARDS]; // NULL for none
-    uint64_t cycle;                       // every board has reached it
+    uint64_t cycle;                      // every board has reached it
     double wall_started_s;
 };
 
@@ -40,8 +40,8 @@ struct bench {
 // done); the others stand at the end of that quantum.
 bool bench_run(struct bench *bench, uint64_t cycle);
 
-// The longest step that bench_run may be asked for when someone watches the line: later than this
-// many cycles after its start no frame stays unheard.
+// The longest step that bench_run may be asked for when someone watches the bus: this many cycles
+// after its start, every frame has reached all receivers.
 uint32_t bench_quantum(const struct bench *bench);
 
 // Writes a board's EEPROM into its file, if it has one. False with errno set.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 
-#include "lockstep.h"
+#include "bench.h"
 
 #include <time.h>
+
+#include "eeprom_file.h"
 
 #define QUANTUM_ALONE  16000U // one board: only the PC's side waits for it
 #define QUANTUM_SHARED 1000U
@@ -35,14 +37,24 @@ uint32_t bench_quantum(const struct bench *bench)
     return (quantum < QUANTUM_MIN) ? QUANTUM_MIN : quantum;
 }
 
+static void log_pulse(struct bench *bench, const struct pixel_pulse *pulse)
+{
+    edges_add(&bench->edges,
+              &(struct edge){.cycle = pulse->rise, .signal = EDGE_CLOCK, .level = 1});
+    edges_add(&bench->edges,
+              &(struct edge){.cycle = pulse->fall, .signal = EDGE_CLOCK, .level = 0});
+}
+
 static void hand_out_pulses(struct bench *bench, uint64_t before)
 {
     struct pixel_pulse pulse;
 
     while (pixel_clock_next(&bench->clock, before, &pulse)) {
         for (int i = 0; i < bench->boards; i++) {
-            if (!board_add_pulse(&bench->board[i], &pulse)) {
+            if (!pixel_input_add(&bench->board[i].pixel_input, &pulse)) {
                 board_refuse(&bench->board[i], "pixel clock too fast for the simulator");
+            } else if (i == 0) {
+                log_pulse(bench, &pulse);
             }
         }
     }
