@@ -6,7 +6,7 @@
 
 #include "access.h"
 
-// Data addresses, the same on both parts.
+// Data addresses, the same on all parts.
 #define ACSR   0x50U
 #define PRR    0x64U
 #define ADCSRA 0x7AU
@@ -56,7 +56,7 @@ bool comparator_captures(const struct comparator *c)
     return (c->avr->data[ACSR] & ACIC) != 0;
 }
 
-// Puts the negative input into port and bit, or returns why it is not an ADC pin.
+// Sets port and bit to the negative input; returns why that is no pin with a digital input, or NULL.
 static const char *find_pin(struct comparator *c)
 {
     const struct analog_pins *pins = pins_of(c);
@@ -74,7 +74,7 @@ static const char *find_pin(struct comparator *c)
     return NULL;
 }
 
-// Sets port and bit from the registers; returns what about them is not modelled, or NULL.
+// Sets port and bit from the registers. NULL, or what about the registers is not modelled.
 static const char *find_inputs(struct comparator *c)
 {
     const uint8_t *data = c->avr->data;
@@ -107,8 +107,8 @@ static bool output_seen(const struct comparator *c, uint64_t cycle)
                                                               : c->output_before;
 }
 
-// ACI of the last change, once that is due.
-static void take_flag(struct comparator *c, uint64_t cycle)
+// Sets ACI for the last change of the output, once ACO shows it.
+static void set_due_flag(struct comparator *c, uint64_t cycle)
 {
     if (c->flagged && cycle >= c->output_cycle + COMPARATOR_ACO_CYCLES) {
         c->flagged = false;
@@ -116,7 +116,7 @@ static void take_flag(struct comparator *c, uint64_t cycle)
     }
 }
 
-static bool wanted(const struct comparator *c, bool rises)
+static bool is_flagged_edge(const struct comparator *c, bool rises)
 {
     switch (c->avr->data[ACSR] & ACIS) {
     case ON_TOGGLE:
@@ -133,11 +133,11 @@ static bool wanted(const struct comparator *c, bool rises)
 static void set_output(struct comparator *c, bool output, uint64_t cycle)
 {
     if (c->output != output) {
-        take_flag(c, cycle);
+        set_due_flag(c, cycle);
         c->output_before = output_seen(c, cycle);
         c->output_cycle = cycle;
         c->output = output;
-        c->flagged = wanted(c, output);
+        c->flagged = is_flagged_edge(c, output);
     }
 }
 
@@ -156,7 +156,7 @@ void comparator_follow(struct comparator *c, char port, uint64_t cycle)
     }
 }
 
-static void registers_changed(struct comparator *c, uint64_t cycle)
+static void follow_registers(struct comparator *c, uint64_t cycle)
 {
     const char *wrong = find_inputs(c);
 
@@ -171,7 +171,7 @@ static uint8_t read_acsr(avr_t *avr, avr_io_addr_t address, void *param)
     struct comparator *c = param;
     uint64_t cycle = access_cycle(avr);
 
-    take_flag(c, cycle);
+    set_due_flag(c, cycle);
     return (uint8_t)((avr->data[address] & ~ACO) | (output_seen(c, cycle) ? ACO : 0U));
 }
 
@@ -180,7 +180,7 @@ static void write_acsr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     struct comparator *c = param;
     uint8_t flag;
 
-    take_flag(c, access_cycle(avr));
+    set_due_flag(c, access_cycle(avr));
     flag = (uint8_t)(avr->data[address] & ~value & ACI); // write one to clear
     avr->data[address] = (uint8_t)((value & ~(ACO | ACI)) | flag);
     if ((value & ACIE) != 0) {
@@ -190,10 +190,10 @@ static void write_acsr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     if ((value & ACIC) != 0 && (value & ACIS) == ON_RESERVED) {
         peripheral_refuse(&c->hooks->host, "analog comparator: ACIS1:0 = 1 is reserved");
     }
-    registers_changed(c, access_cycle(avr) + 1);
+    follow_registers(c, access_cycle(avr) + 1);
 }
 
-// A register of the ADC: it keeps what simavr makes of it.
+// A register that the ADC shares: simavr's own callback goes on working.
 static void write_shared(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     struct comparator *c = param;
@@ -206,7 +206,7 @@ static void write_shared(avr_t *avr, avr_io_addr_t address, uint8_t value, void 
     if (c->before[i].write != NULL) {
         c->before[i].write(avr, address, value, c->before[i].param);
     }
-    registers_changed(c, access_cycle(avr) + 1);
+    follow_registers(c, access_cycle(avr) + 1);
 }
 
 void comparator_reset(struct comparator *c)
@@ -228,7 +228,7 @@ void comparator_attach(struct comparator *c,
     c->avr = avr;
     c->ports = ports;
     c->hooks = hooks;
-    if (own != NULL) { // without its reset it never begins to compare its own voltages
+    if (own != NULL) { // without its reset, simavr's comparator never starts
         own->reset = NULL;
     }
     for (int i = 0; i < COMPARATOR_SHARED; i++) {

@@ -24,7 +24,7 @@
 // Not modelled: the time that the comparator itself takes (some 0.5 us), the bandgap's start
 // (70 us at most, when the brown-out detector is off), its interrupt, and all other inputs. With
 // other inputs ACO reads 0 (a read while the set-up is not yet complete must be harmless);
-// capturing with them, or enabling the interrupt, is refused by name.
+// capturing with them, or enabling the interrupt, is refused.
 #pragma once
 
 #include <stdbool.h>
@@ -40,7 +40,7 @@
 
 struct comparator_hooks {
     struct peripheral_host host;
-    // The comparator's output, or whether it captures, may be another from this cycle on.
+    // From this cycle on, the comparator's output may be another, or timer 1 may or may not capture it.
     void (*changed)(void *board, uint64_t cycle);
 };
 
@@ -61,13 +61,14 @@ struct comparator {
     uint8_t bit;
 };
 
-// Puts the model in place of simavr's. Call once, between the part's init and its first reset.
+// Puts the model in place of simavr's. Call once, between the part's init and its first reset. The
+// model reads the level of its pin from `ports`.
 void comparator_attach(struct comparator *comparator,
                        avr_t *avr,
                        const struct ports *ports,
                        const struct comparator_hooks *hooks);
 
-// Back to the state after a reset: on, AIN0 against AIN1, not capturing.
+// The part was reset: the comparator is on, compares AIN0 with AIN1 and captures nothing.
 void comparator_reset(struct comparator *comparator);
 
 // Pins of this port may have changed level at this cycle.

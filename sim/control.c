@@ -86,7 +86,6 @@ static bool set_hz(struct control *c, const char *value)
     uint64_t num;
     uint64_t den = 1;
 
-    // The words of a command are the control's own to cut.
     if (slash != NULL) {
         *slash = '\0';
         if (!control_number(slash + 1, UINT32_MAX, &den)) {
@@ -182,7 +181,7 @@ static void do_knobs(struct control *c)
         return;
     }
     settings = board->mechanics.axis[axis].plant.settings;
-    settings.has_start = settings.has_seed = false; // only if named now
+    settings.has_start = settings.has_seed = false; // unless the text names them
     if (plant_parse(&settings, c->word[3], error, sizeof error)) {
         mechanics_change_plant(&board->mechanics, axis, &settings);
         control_answer("ok");

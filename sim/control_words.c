@@ -82,11 +82,11 @@ bool control_board_axis(struct control *c, struct board **board, unsigned *axis)
     return true;
 }
 
-bool control_at(struct control *c, int first, bool *planned, uint64_t *cycle)
+bool control_at(struct control *c, int first, bool *later, uint64_t *cycle)
 {
-    *planned = c->words > first;
+    *later = c->words > first;
     *cycle = c->bench->cycle;
-    if (!*planned) {
+    if (!*later) {
         return true;
     }
     if (c->words != first + 2 || strcmp(c->word[first], "at") != 0) {

@@ -39,12 +39,12 @@ void eeprom_follow_level(struct eeprom *e, uint64_t cycle)
 
 // ---- programming ----
 
-static uint64_t duration(const struct eeprom *e)
+static uint64_t write_cycles(const struct eeprom *e)
 {
     return (e->mode == MODE_BOTH) ? EEPROM_BOTH_CYCLES : EEPROM_HALF_CYCLES;
 }
 
-static uint8_t programmed(const struct eeprom *e)
+static uint8_t written_value(const struct eeprom *e)
 {
     switch (e->mode) {
     case MODE_ERASE:
@@ -60,21 +60,21 @@ static void finish_write(struct eeprom *e, uint64_t cycle)
 {
     if (e->busy && e->due <= cycle) {
         e->busy = false;
-        e->bytes[e->address] = programmed(e);
+        e->bytes[e->address] = written_value(e);
         eeprom_follow_level(e, e->due);
     }
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_write_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     (void)when;
     finish_write(param, avr->cycle);
     return 0;
 }
 
-static void schedule(struct eeprom *e)
+static void schedule_end(struct eeprom *e)
 {
-    peripheral_schedule(e->avr, e->due, on_due, e);
+    peripheral_schedule(e->avr, e->due, on_write_due, e);
 }
 
 static uint16_t address_of(const struct eeprom *e)
@@ -83,13 +83,14 @@ static uint16_t address_of(const struct eeprom *e)
                                                            << 8);
 }
 
-// In the order in which the cells change: an erase raises bits, a write then lowers them.
-static uint8_t partly(struct eeprom *e, uint64_t cycle)
+// The byte that an interrupted write leaves. The cells change in this order: an erase raises bits, a
+// write then lowers them.
+static uint8_t partly_written(struct eeprom *e, uint64_t cycle)
 {
     uint8_t random = noise_byte(&e->noise);
     uint8_t before = e->bytes[e->address];
     bool erasing = e->mode == MODE_ERASE ||
-                   (e->mode == MODE_BOTH && cycle - e->started < duration(e) / 2);
+                   (e->mode == MODE_BOTH && cycle - e->started < write_cycles(e) / 2);
 
     if (erasing) {
         return before | random;
@@ -104,9 +105,10 @@ void eeprom_power_cut(struct eeprom *e, uint64_t cycle)
     if (e->busy) {
         bool anything = (noise_byte(&e->noise) & 1U) != 0;
 
-        e->bytes[e->address] = anything ? noise_byte(&e->noise) : partly(e, cycle);
+        e->bytes[e->address] =
+            anything ? noise_byte(&e->noise) : partly_written(e, cycle);
         e->busy = false;
-        avr_cycle_timer_cancel(e->avr, on_due, e);
+        avr_cycle_timer_cancel(e->avr, on_write_due, e);
     }
 }
 
@@ -129,9 +131,9 @@ static void start_write(struct eeprom *e, uint64_t cycle)
     e->address = address_of(e);
     e->value = e->avr->data[e->part->r_eedr];
     e->started = cycle + 1;
-    e->due = e->started + duration(e);
+    e->due = e->started + write_cycles(e);
     e->writes++;
-    schedule(e);
+    schedule_end(e);
     e->avr->cycle += HALT_AFTER_EEPE;
 }
 
@@ -145,7 +147,7 @@ static void start_read(struct eeprom *e)
     e->avr->cycle += HALT_AFTER_EERE;
 }
 
-static void strobe(struct eeprom *e, uint8_t bits, bool enabled, uint64_t cycle)
+static void start_access(struct eeprom *e, uint8_t bits, bool enabled, uint64_t cycle)
 {
     if ((bits & EEPE) != 0 && (bits & EERE) != 0) {
         peripheral_refuse(e->host, "EEPROM: EEPE and EERE set at once");
@@ -172,11 +174,11 @@ static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     }
     avr->data[address] =
         (uint8_t)((avr->data[address] & ~touched) | (value & touched)) & (EEPM | EERIE);
-    strobe(e, value & access_bits_written(avr), enabled, cycle);
+    start_access(e, value & access_bits_written(avr), enabled, cycle);
     eeprom_follow_level(e, cycle + 1);
 }
 
-// simavr keeps what this returns in place of the register.
+// simavr stores the value returned in the register.
 static uint8_t read_eecr(avr_t *avr, avr_io_addr_t address, void *param)
 {
     struct eeprom *e = param;
@@ -210,7 +212,7 @@ static void write_eedr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     avr->data[address] = value;
 }
 
-// ---- life ----
+// ---- attaching and reset ----
 
 void eeprom_reset(struct eeprom *e)
 {
@@ -218,7 +220,7 @@ void eeprom_reset(struct eeprom *e)
     e->avr->data[e->part->r_eecr] = 0;
     if (e->busy) { // "unless the EEPROM is busy programming"
         e->avr->data[e->part->r_eecr] = (uint8_t)(e->mode << 4);
-        schedule(e);
+        schedule_end(e);
     }
 }
 

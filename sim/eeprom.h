@@ -22,7 +22,7 @@
 //    completed provided that the power supply voltage is sufficient": it goes on through every
 //    reset, and a brown-out counts as sufficient (2.7 V; the EEPROM works from 1.8 V on). Only a
 //    power cut ends it: the byte is then anything.
-// Refused by name, because the data sheets tell programs to wait first and do not say what happens
+// Refused, because the data sheets tell programs to wait first and do not say what happens
 // otherwise: reading, starting a write or changing EEDR while one is in progress; EEPM1:0 = 3; EERE
 // and EEPE at once. Not modelled: the tolerance of the oscillator behind the times.
 #pragma once
@@ -57,23 +57,23 @@ struct eeprom {
     uint64_t started, due; // of the write in progress
     uint16_t address;
     uint8_t value, mode;
-    uint64_t writes; // begun so far
+    uint64_t writes; // begun by the program so far
 };
 
 // Puts the model in place of simavr's, erased. Call once, between the part's init and its first
 // reset.
 void eeprom_attach(struct eeprom *eeprom, avr_t *avr, const struct peripheral_host *host);
 
-// The part was reset: a write in progress goes on.
+// The part was reset. A write in progress goes on.
 void eeprom_reset(struct eeprom *eeprom);
 
 // The power fails at this cycle: the byte being written is anything, the others are as they were.
 void eeprom_power_cut(struct eeprom *eeprom, uint64_t cycle);
 
-// EE_READY is a level: raises or takes back the interrupt as the registers stand.
+// EE_READY is a level: raises or takes back the interrupt as the registers demand.
 void eeprom_follow_level(struct eeprom *eeprom, uint64_t cycle);
 
-// The same after every service of an interrupt.
+// The same, for a call after every service of an interrupt: cheap while EERIE is 0.
 static inline void eeprom_served(struct eeprom *eeprom)
 {
     if ((eeprom->avr->data[eeprom->part->r_eecr] & EEPROM_EERIE) != 0) {

@@ -9,7 +9,7 @@
 
 #define PATH_MOST 4096
 
-// False if the file goes on beyond the EEPROM's end.
+// False if the file is longer than the EEPROM.
 static bool read_bytes(struct eeprom *e, FILE *file)
 {
     uint8_t bytes[EEPROM_BYTES_MOST + 1];
@@ -23,7 +23,8 @@ static bool read_bytes(struct eeprom *e, FILE *file)
     return true;
 }
 
-// Better now than at the end of a long run. Sets errno if not.
+// Whether the file can be created, asked before a long run rather than at its end. Sets errno if it
+// cannot.
 static bool may_create(const char *path)
 {
     const char *slash = strrchr(path, '/');

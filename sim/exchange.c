@@ -16,7 +16,7 @@ bool exchange(struct bench *bench,
     int byte;
 
     while (bus_master_receive(bus, bench->cycle, &end) >= 0) {
-        // what came before the request is not its answer
+        // what was received before the request is not its answer
     }
     deadline = bus_master_send(bus, request, count, bench->cycle) + timeout_cycles;
 

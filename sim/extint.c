@@ -15,15 +15,15 @@ static avr_int_vector_t *vector_of(const struct extint *e, int line)
     return &e->part->eint[line].vector;
 }
 
-static unsigned sense(const struct extint *e, int line)
+static unsigned sense_bits(const struct extint *e, int line)
 {
     return avr_regbit_get(e->avr, e->part->eint[line].isc[0]) |
            (unsigned)(avr_regbit_get(e->avr, e->part->eint[line].isc[1]) << 1);
 }
 
-static bool wanted(const struct extint *e, int line, bool rises)
+static bool is_sensed(const struct extint *e, int line, bool rises)
 {
-    switch (sense(e, line)) {
+    switch (sense_bits(e, line)) {
     case ON_ANY:
         return true;
     case ON_FALL:
@@ -62,7 +62,7 @@ static uint64_t next_due(const struct extint *e)
     return due;
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_flag_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct extint *e = param;
 
@@ -71,12 +71,12 @@ static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
     return (next_due(e) == EXTINT_NEVER) ? 0 : next_due(e);
 }
 
-static void schedule(struct extint *e)
+static void schedule_next(struct extint *e)
 {
     uint64_t due = next_due(e);
 
     if (due != EXTINT_NEVER) {
-        peripheral_schedule(e->avr, due, on_due, e);
+        peripheral_schedule(e->avr, due, on_flag_due, e);
     }
 }
 
@@ -88,9 +88,9 @@ static void follow_line(struct extint *e, int line, uint64_t cycle)
         return;
     }
     e->line[line].level = level;
-    if (wanted(e, line, level) && e->line[line].flag_due == EXTINT_NEVER) {
+    if (is_sensed(e, line, level) && e->line[line].flag_due == EXTINT_NEVER) {
         e->line[line].flag_due = cycle + EXTINT_SYNC_CYCLES;
-        schedule(e);
+        schedule_next(e);
     }
 }
 
@@ -105,14 +105,14 @@ void extint_pins_changed(struct extint *e, char port, uint64_t cycle)
 
 // ---- the program's view ----
 
-static void follow_enable(struct extint *e, int line, uint64_t cycle)
+static void follow_registers(struct extint *e, int line, uint64_t cycle)
 {
     avr_int_vector_t *vector = vector_of(e, line);
     bool enabled = avr_regbit_get(e->avr, vector->enable) != 0;
 
     if (!enabled) {
         vector->pending = 0;
-    } else if (sense(e, line) == ON_LOW) {
+    } else if (sense_bits(e, line) == ON_LOW) {
         peripheral_refuse(
             e->host, "INT%d: low level (ISC%d1:0 = 0) is not modelled", line, line);
     } else if (avr_regbit_get(e->avr, vector->raised) != 0 && !vector->pending) {
@@ -128,7 +128,7 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
     raise_due(e, access_cycle(avr));
     avr->data[address] = value;
     for (int i = 0; i < e->lines; i++) {
-        follow_enable(e, i, access_cycle(avr) + 1);
+        follow_registers(e, i, access_cycle(avr) + 1);
     }
 }
 
@@ -152,7 +152,7 @@ static void write_flags(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     }
 }
 
-// ---- life ----
+// ---- attaching and reset ----
 
 void extint_reset(struct extint *e)
 {

@@ -15,7 +15,7 @@
 //  * TAKEN FROM the pin change interrupts' timing diagram, for want of one of its own: an edge
 //    exactly on a clock edge sets the flag three cycles later. Two edges within these three cycles
 //    are one request.
-// Refused by name: an enabled interrupt with ISCn1:0 = 0 (low level).
+// Refused: an enabled interrupt with ISCn1:0 = 0 (low level).
 #pragma once
 
 #include <stdbool.h>
@@ -37,11 +37,11 @@ struct extint {
     const struct ports *ports;
     int lines;
     uint32_t listening; // ports that have such pins: bit 0 for port A
-    struct {
+    struct {            // by number of the interrupt
         char port;
         uint8_t bit;
-        bool level;
-        uint64_t flag_due;
+        bool level;        // as seen last
+        uint64_t flag_due; // INTFn comes up; EXTINT_NEVER if no edge is under way
     } line[EXTINT_COUNT];
 };
 
@@ -52,12 +52,13 @@ void extint_attach(struct extint *extint,
                    const struct peripheral_host *host,
                    const struct ports *ports);
 
-// The part was reset: nothing enabled, nothing under way.
+// The part was reset: no interrupt is enabled and no flag is due. Call after ports_reset().
 void extint_reset(struct extint *extint);
 
-// Pins of this port may have changed level at this cycle.
+// Pins of this port, which has such pins, may have changed level at this cycle.
 void extint_pins_changed(struct extint *extint, char port, uint64_t cycle);
 
+// The same for any port.
 static inline void extint_follow(struct extint *extint, char port, uint64_t cycle)
 {
     if ((extint->listening >> (unsigned)(port - 'A') & 1U) != 0) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// pixstep-sim: boards, serial line, pixel clock and mechanics, simulated to the cycle.
-// Exit status: 0 fine, 1 a board stopped on an error, 2 wrong use; with --unit the image's verdict.
+// pixstep-sim: boards, serial bus, pixel clock and mechanics, simulated to the cycle.
+// Exit status: 0 if all went well, 1 if a board stopped on an error or a file could not be written,
+// 2 if the command line is wrong; with --unit the image's verdict.
 
 #include <errno.h>
 #include <signal.h>
@@ -157,7 +158,7 @@ static int run_ms(uint64_t ms)
     return alive ? 0 : 1;
 }
 
-static int run(const struct options *o)
+static int run_mode(const struct options *o)
 {
     switch (o->mode) {
     case MODE_CONTROL:
@@ -173,8 +174,8 @@ static int run(const struct options *o)
     }
 }
 
-// A file that could not be written makes a fine run fail.
-static void closed(bool fine, const char *path, int *status)
+// A run that went well fails if one of its files could not be written.
+static void check_closed(bool fine, const char *path, int *status)
 {
     if (!fine) {
         (void)cannot_write(path);
@@ -186,20 +187,20 @@ static int close_all(const struct options *o, int status)
 {
     const char *error = bench_error(&bench);
 
-    closed(edges_close(&bench.edges), o->edges_path, &status);
+    check_closed(edges_close(&bench.edges), o->edges_path, &status);
     if (bench.has_vcd) {
-        closed(vcd_close(&bench.vcd, bench.cycle), o->vcd_path, &status);
+        check_closed(vcd_close(&bench.vcd, bench.cycle), o->vcd_path, &status);
     }
-    closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
-    closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
-    closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
-    closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
+    check_closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
+    check_closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
+    check_closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
+    check_closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);
     }
     for (int i = 0; i < bench.boards; i++) {
-        closed(bench_save_eeprom(&bench, i), bench.eeprom_path[i], &status);
+        check_closed(bench_save_eeprom(&bench, i), bench.eeprom_path[i], &status);
         board_close(&bench.board[i]);
     }
     return status;
@@ -217,5 +218,5 @@ int main(int argc, char **argv)
     (void)signal(SIGINT, on_signal);
     (void)signal(SIGTERM, on_signal);
     bench.wall_started_s = bench_wall_s();
-    return close_all(&options, run(&options));
+    return close_all(&options, run_mode(&options));
 }

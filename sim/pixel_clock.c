@@ -8,12 +8,12 @@
 
 #include "csv_file.h"
 
-#define CPU_HZ          16000000U
-#define CYCLES_PER_MS   16000.0
-#define HIGH_MAX_CYCLES 799U      // with the one that every pulse has, 50 us
-#define GAP_CYCLES      2U        // low at least so long, whatever the jitter
-#define PPM_SCALE 1000000000000LL // 1 ppm = 10^6 of it: the error to a millionth of a ppm
-#define PPM_UNITS 1e6
+#define CPU_HZ           16000000U
+#define CYCLES_PER_MS    16000.0
+#define HIGH_MAX_CYCLES  799U // 50 us less the one cycle that every pulse has
+#define GAP_CYCLES       2U   // low at least between two pulses, whatever the jitter
+#define PPM_SCALE        1000000000000LL // the nominal frequency, in millionths of a ppm
+#define PPM_UNITS        1e6
 #define NS_PER_16_CYCLES 1000
 
 static int64_t jitter_cycles(struct pixel_clock *c)
@@ -71,7 +71,7 @@ bool pixel_clock_open(struct pixel_clock *c,
     return csv_open(&c->log, log_path, "cycle");
 }
 
-static void advance(struct pixel_clock *c)
+static void advance_ideal(struct pixel_clock *c)
 {
     pixel_wide sum = c->num + c->rest;
 
@@ -92,11 +92,11 @@ static void make_next(struct pixel_clock *c)
     c->next.fall = c->next.rise + high + 1;
     c->last_fall = c->next.fall;
     c->next_valid = true;
-    advance(c);
+    advance_ideal(c);
 }
 
-// True if the pulse reaches the line: it is neither switched off nor dropped.
-static bool emitted(struct pixel_clock *c)
+// True if the pulse reaches the boards: the clock is on and the pulse is not dropped.
+static bool is_emitted(struct pixel_clock *c)
 {
     if (c->drop > 0) {
         c->drop--;
@@ -118,7 +118,7 @@ bool pixel_clock_next(struct pixel_clock *c, uint64_t before, struct pixel_pulse
             return false;
         }
         c->next_valid = false;
-        if (emitted(c)) {
+        if (is_emitted(c)) {
             *pulse = c->next;
             if (c->log != NULL) {
                 (void)fprintf(c->log, "%" PRIu64 "\n", pulse->rise);

@@ -4,9 +4,8 @@
 //
 //   cycle,board,axis,motor,load
 //
-// First one row for every axis that was given a plant, with where both are at reset; then one row
-// whenever motor or load has moved. A step that a hard stop swallows moves neither. Boards run one
-// after the other within a quantum, so rows are put in order at its end, as edges are.
+// The first row of every axis that was given a plant is where motor and load start; one row follows
+// whenever the motor has moved. A step against a hard stop moves neither.
 #pragma once
 
 #include <stdbool.h>

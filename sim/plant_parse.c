@@ -149,7 +149,7 @@ static bool read_stuck_switch(struct plant_settings *s, char *word)
     return true;
 }
 
-// home:closed+plus:open, or none.
+// "home:closed+plus:open", or "none".
 static bool read_stuck(struct plant_settings *s, char *value)
 {
     char *rest = value;

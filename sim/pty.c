@@ -10,7 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define SLICE_CYCLES 16000U // 1 ms: how finely bytes are passed on and time is kept
+#define SLICE_CYCLES 16000U // 1 ms: bytes are passed on and time is kept in such steps
 #define CPU_HZ       16000000.0
 #define CHUNK        256
 
@@ -23,7 +23,7 @@ static int open_pty(void)
     if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0) {
         return -1;
     }
-    // Held open here too: otherwise reads fail as long as no client has it open.
+    // This program keeps the slave open: otherwise reads fail until a client opens it.
     slave = open(ptsname(master), O_RDWR | O_NOCTTY);
     if (slave < 0 || tcgetattr(slave, &raw) != 0) {
         return -1;

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #define PAINT 0xA5U
-// The firmware's canary, the lowest word of the stack's room, is written at reset.
+// The firmware writes its canary into the lowest word of the stack's room at reset.
 #define CANARY_BYTES 2U
 
 // The linker's name for the first address after .noinit.

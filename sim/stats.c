@@ -7,7 +7,7 @@
 
 #define CPU_HZ 16000000.0
 
-// The CPU time of this process so far, seconds.
+// CPU time of this process so far, in seconds.
 static double cpu_s(void)
 {
     struct timespec used;

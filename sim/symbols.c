@@ -105,11 +105,11 @@ static bool same_place(const struct symbol *a, const struct symbol *b)
     return a->space == b->space && a->address == b->address;
 }
 
-// With a suffix: names that go on after a dot count.
-static const struct symbol *find(const struct symbols *s,
-                                 const char *name,
-                                 bool with_suffix,
-                                 bool *several)
+// With a suffix: the names that continue with a dot after `name`.
+static const struct symbol *find_unique(const struct symbols *s,
+                                        const char *name,
+                                        bool with_suffix,
+                                        bool *several)
 {
     size_t length = strlen(name);
     const struct symbol *found = NULL;
@@ -137,8 +137,8 @@ const struct symbol *symbols_find(const struct symbols *s,
     const struct symbol *found;
 
     *several = false;
-    found = find(s, name, false, several);
-    return (found != NULL || *several) ? found : find(s, name, true, several);
+    found = find_unique(s, name, false, several);
+    return (found != NULL || *several) ? found : find_unique(s, name, true, several);
 }
 
 const char *symbol_space_name(enum symbol_space space)

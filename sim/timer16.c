@@ -23,8 +23,6 @@
 
 enum { COM_PORT = 0, COM_TOGGLE = 1, COM_CLEAR = 2, COM_SET = 3 };
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param);
-
 unsigned timer16_com(const struct timer16 *t, int channel)
 {
     return (unsigned)(t->tccra >> (6 - 2 * channel)) & 3U;
@@ -86,7 +84,8 @@ static void happen_matches(struct timer16 *t, uint64_t cycle)
     }
 }
 
-// First cycle in which TCNT equals the compare register, not before `from`: effect one cycle later.
+// Finds the first cycle, not before `from`, in which TCNT equals the compare register. The effect of
+// the match comes one cycle later.
 static void plan_match(struct timer16 *t, int channel, uint64_t from)
 {
     uint64_t match = t->bottom + t->ocr[channel];
@@ -236,7 +235,7 @@ void timer16_set_count(struct timer16 *t, uint16_t count, uint64_t cycle)
     plan_all(t, cycle + 1); // a match in the clock after the write is blocked
 }
 
-// True if the timer may count as it is set up now; otherwise refuses by name.
+// True if the timer may count as it is set up now; otherwise refuses.
 static bool may_count(const struct timer16 *t)
 {
     unsigned mode = timer16_mode(t);
@@ -314,8 +313,8 @@ void timer16_hold(struct timer16 *t, bool held, uint64_t cycle)
     }
 }
 
-// A level that the noise canceler has not seen for its whole time has never been: its edge's
-// capture is taken back. Returns the level before this change that did last.
+// The noise canceler ignores a level that has not lasted for its whole time: the capture of that
+// level's edge is cancelled. Returns the last level before this change that did last.
 static bool lasting_level(struct timer16 *t, uint64_t cycle, bool rising_wanted)
 {
     bool canceled = (t->tccrb & ICNC_BIT) != 0 &&

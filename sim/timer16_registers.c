@@ -191,8 +191,8 @@ static void write_tifr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     }
 }
 
-// simavr raises an interrupt only when it is enabled at that moment: a flag that waited is raised
-// here, and one that is disabled while waiting is taken back (its flag stays).
+// simavr raises an interrupt only if it is enabled when its flag comes up. Here an interrupt whose flag
+// waited is raised, and one that is disabled while it waits is withdrawn (its flag stays).
 static void write_timsk(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     struct timer16 *t = param;
@@ -211,7 +211,7 @@ static void write_timsk(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
             peripheral_raise(&t->hooks->host, avr, vector, access_cycle(avr) + 1);
         }
     }
-    timer16_schedule(t); // a match may matter now
+    timer16_schedule(t); // a match may have an effect now
 }
 
 static void take_registers(struct timer16 *t)
@@ -253,7 +253,7 @@ void timer16_attach(struct timer16 *t,
     t->name = part->name;
     t->icp_level = t->icp_lasting = false;
     t->icp_cycle = 0;
-    // simavr's own input capture keeps quiet where ICRn is TOP: else each edge would interrupt
+    // Where ICRn is TOP, simavr's own input capture does nothing: otherwise each edge would interrupt
     // twice.
     part->mode.top = avr_timer_wgm_reg_icr;
     timer16_reset(t);

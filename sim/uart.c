@@ -81,7 +81,7 @@ void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
         u->hooks->may_send(u->hooks->host.board) ? bus_start(u->bus, &frame) : NULL;
 }
 
-// The frame on its way has ended: the waiting one follows at once, or transmission is complete.
+// The frame on its way out has ended. The waiting one follows at once, or transmission is complete.
 static void happen_sent(struct uart *u)
 {
     uint64_t end = u->shift_end;
@@ -228,7 +228,7 @@ static uint64_t next_wake(const struct uart *u)
     return earlier(sent_due(u), heard_due(u));
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_frame_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct uart *u = param;
     uint64_t due;
@@ -244,9 +244,9 @@ void uart_schedule(struct uart *u)
     uint64_t due = next_wake(u);
 
     if (due == UINT64_MAX) {
-        avr_cycle_timer_cancel(u->avr, on_due, u);
+        avr_cycle_timer_cancel(u->avr, on_frame_due, u);
     } else {
-        peripheral_schedule(u->avr, due, on_due, u);
+        peripheral_schedule(u->avr, due, on_frame_due, u);
     }
 }
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
 // Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and
-// the frame format; double-buffered transmitter; receiver with two buffered characters and one
-// waiting in the shift register, which the start bit of the next one runs over. A bit is decided
-// behind the last of its three samples, a character is there when its stop bit is. Interrupts on
-// RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone. A reset
+// the frame format; a double-buffered transmitter; a receiver with two buffered characters and one in
+// the shift register, which the start bit of the next character overwrites. A bit is decided after
+// the last of its three samples; a character is received when its stop bit is decided. The interrupts
+// of RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone. A reset
 // cuts the frame on its way out.
 //
-// Not modelled: synchronous modes and multi-processor mode (refused), and the up to one bit time by
-// which the part's transmitter waits for its free-running bit clock (a frame starts at once); up to
-// a sample's time by which the receiver sees a start bit late, and start bits that it rejects. A
-// frame in whose midst the receiver is switched on is heard whole.
+// Refused: synchronous modes, multi-processor mode and 9 data bits. Not modelled: the part's
+// transmitter waits up to one bit time for its free-running bit clock (here a frame starts at once);
+// its receiver sees a start bit up to one sample late, and rejects some start bits. A frame is
+// received whole even if the receiver is enabled in its middle.
 #pragma once
 
 #include <stdbool.h>
@@ -47,7 +47,8 @@ struct uart {
     struct bus *bus;
     int index; // of this board on the bus
 
-    bool shifting, waiting; // a frame is on its way out; one more waits in UDR0
+    bool shifting; // a frame is on its way out
+    bool waiting;  // one more character waits in UDR0
     uint8_t waiting_data;
     uint64_t shift_end;
     struct bus_frame *outgoing; // the frame on its way, NULL if it never reached the bus
@@ -62,14 +63,16 @@ struct uart {
     unsigned incoming_begun; // start bits seen
 };
 
-// Cycles of one bit, and bits of one frame (start, data, parity, stop), as the registers stand.
+// The cycles of one bit, by the registers.
 uint32_t uart_bit_cycles(const struct uart *uart);
+
+// The bits of one frame by the registers: start, data, parity and stop.
 uint32_t uart_frame_bits(const struct uart *uart);
 
-// Bits of a frame that come before its stop bits, as the registers stand.
+// The bits of one frame before its stop bits, by the registers.
 uint32_t uart_bits_before_stop(const struct uart *uart);
 
-// The transmitter is on.
+// The transmitter is enabled.
 bool uart_can_send(const struct uart *uart);
 
 // Puts the model in place of simavr's. Call once, between the part's init and its first reset.
@@ -87,11 +90,11 @@ void uart_reset(struct uart *uart);
 // reached. The bus calls it with the UART as `uart`.
 void uart_hear(void *uart, struct bus_frame *frame);
 
-// Raises the interrupts of the levels that are up, takes back the others. Call after every service
+// Raises the interrupts whose levels are up and withdraws the others. Call after every service
 // of an interrupt.
 void uart_follow_levels(struct uart *uart);
 
-// The driver was switched off at this cycle: a frame on its way is cut.
+// The bus driver was switched off at this cycle: a frame on its way out is cut.
 void uart_driver_off(struct uart *uart, uint64_t cycle);
 
 // ---- between uart.c (frames in time) and uart_registers.c (the program's view) ----

@@ -15,7 +15,7 @@ static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *pa
     (void)address;
     uart_sync(u, access_cycle(avr));
     if ((uart_ucsrb(u) & TXEN) == 0 || u->waiting) {
-        return; // the part ignores it: transmitter off, or UDRE0 not set
+        return; // the part ignores it: the transmitter is off, or UDRE0 is not set
     }
     if (u->shifting) {
         u->waiting = true;

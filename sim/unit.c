@@ -25,7 +25,7 @@ int unit_run(struct bench *bench, uint64_t limit_ms)
         alive = bench_run(bench, bench->cycle + SLICE_CYCLES);
         print_text(bench, bench->cycle);
     }
-    print_text(bench, UINT64_MAX); // a frame that the end cut short counts
+    print_text(bench, UINT64_MAX); // with a frame that the end has cut short
     if (board->uart.waiting) {
         (void)putchar(board->uart.waiting_data);
     }

@@ -23,19 +23,19 @@ static uint8_t *control(const struct watchdog *w)
     return &w->avr->data[w->part->wdce.reg];
 }
 
-static bool runs(const struct watchdog *w)
+static bool is_running(const struct watchdog *w)
 {
     return (*control(w) & (WDE | WDIE)) != 0;
 }
 
-static unsigned prescaler(const struct watchdog *w)
+static unsigned prescaler_bits(const struct watchdog *w)
 {
     return (*control(w) & WDP2_0) | (unsigned)((*control(w) & WDP3) >> 2);
 }
 
-static uint64_t due(const struct watchdog *w)
+static uint64_t time_out_cycle(const struct watchdog *w)
 {
-    return w->since + ((uint64_t)WATCHDOG_SHORTEST_CYCLES << prescaler(w));
+    return w->since + ((uint64_t)WATCHDOG_SHORTEST_CYCLES << prescaler_bits(w));
 }
 
 static void time_out(struct watchdog *w)
@@ -47,33 +47,33 @@ static void time_out(struct watchdog *w)
         w->hooks->reset(w->hooks->host.board);
         return;
     }
-    peripheral_raise(&w->hooks->host, w->avr, &w->part->watchdog, due(w));
+    peripheral_raise(&w->hooks->host, w->avr, &w->part->watchdog, time_out_cycle(w));
 }
 
-// WDR only moves what is due away: found out here, so that it costs next to nothing.
+// WDR only moves the time-out; the event finds this out when it comes, so that WDR costs nothing.
 static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct watchdog *w = param;
 
     (void)when;
-    if (!runs(w)) {
+    if (!is_running(w)) {
         return 0;
     }
-    if (due(w) <= avr->cycle) {
-        uint64_t at = due(w);
+    if (time_out_cycle(w) <= avr->cycle) {
+        uint64_t at = time_out_cycle(w);
 
         time_out(w);
         w->since = at;
     }
-    return due(w);
+    return time_out_cycle(w);
 }
 
-static void schedule(struct watchdog *w)
+static void schedule_time_out(struct watchdog *w)
 {
-    if (!runs(w)) {
+    if (!is_running(w)) {
         avr_cycle_timer_cancel(w->avr, on_due, w);
     } else {
-        peripheral_schedule(w->avr, due(w), on_due, w);
+        peripheral_schedule(w->avr, time_out_cycle(w), on_due, w);
     }
 }
 
@@ -88,7 +88,9 @@ static bool reset_flag_set(const struct watchdog *w)
 }
 
 // WDIF, WDIE, WDE and WDP after a write of `value`.
-static uint8_t written(const struct watchdog *w, uint8_t value, bool may_change)
+static uint8_t control_after_write(const struct watchdog *w,
+                                   uint8_t value,
+                                   bool may_change)
 {
     uint8_t before = *control(w);
     uint8_t locked = (uint8_t)(WDP | (before & WDE)); // WDE can always be set
@@ -119,23 +121,23 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
     uint64_t cycle = access_cycle(avr);
     bool opening = (value & (WDCE | WDE)) == (WDCE | WDE);
     bool may_change = cycle <= w->change_until && (value & WDCE) == 0;
-    bool ran = runs(w);
+    bool ran = is_running(w);
 
-    avr->data[address] = written(w, value, may_change);
+    avr->data[address] = control_after_write(w, value, may_change);
     w->change_until = opening ? cycle + WATCHDOG_CHANGE_TICKS : 0;
     if (!ran) {
         w->since = cycle + 1;
     }
-    if (prescaler(w) > WDP_TOP) {
+    if (prescaler_bits(w) > WDP_TOP) {
         peripheral_refuse(
-            &w->hooks->host, "watchdog: WDP3:0 = %u is reserved", prescaler(w));
+            &w->hooks->host, "watchdog: WDP3:0 = %u is reserved", prescaler_bits(w));
         return;
     }
     follow_interrupt(w, cycle + 1);
-    schedule(w);
+    schedule_time_out(w);
 }
 
-// simavr keeps what this returns in place of the register.
+// simavr stores the value returned in the register.
 static uint8_t read_control(avr_t *avr, avr_io_addr_t address, void *param)
 {
     const struct watchdog *w = param;
@@ -160,7 +162,7 @@ void watchdog_reset(struct watchdog *w)
     *control(w) = reset_flag_set(w) ? WDE : 0;
     w->since = w->avr->cycle;
     w->change_until = 0;
-    schedule(w);
+    schedule_time_out(w);
 }
 
 void watchdog_attach(struct watchdog *w, avr_t *avr, const struct watchdog_hooks *hooks)

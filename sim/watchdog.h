@@ -2,7 +2,7 @@
 //
 // Model of the watchdog timer in the place of simavr's, which (1.6) does not set WDE by the timed
 // sequence's first write, never resets while WDIE is set, cannot clear WDIF by writing one to it,
-// takes reserved prescalers and begins its count anew with every change of the prescaler.
+// accepts reserved prescalers and restarts its count with every change of the prescaler.
 //
 //   wdr           wdr                       time-out: WDIF and the interrupt, or a reset
 //    |<-  less  ->|<----- 16 ms << WDP ----->|
@@ -20,7 +20,7 @@
 //    until WDRF is cleared and the sequence turns it off. Any other reset turns it off too, unless
 //    WDRF is still set then.
 //  * "a change in the WDP bits can result in a time-out when switching to a shorter time-out
-//    period": the count goes on; WDR, a start and a time-out begin it anew.
+//    period": the count goes on; WDR, a start and a time-out restart it.
 // Not modelled: the oscillator's tolerance and phase (a count begins with the cycle after WDR), the
 // fuse WDTON (unprogrammed, as on Arduino boards), the start-up time after a reset (none).
 #pragma once
@@ -46,7 +46,7 @@ struct watchdog {
     avr_t *avr;
     avr_watchdog_t *part; // register addresses and the vector, from simavr's description
     const struct watchdog_hooks *hooks;
-    uint64_t since;        // the count began in this cycle
+    uint64_t since;        // the cycle in which the count began
     uint64_t change_until; // WDE and WDP may be changed up to this cycle
 };
 
@@ -55,8 +55,8 @@ void watchdog_attach(struct watchdog *watchdog,
                      avr_t *avr,
                      const struct watchdog_hooks *hooks);
 
-// The part was reset; MCUSR already says why.
+// The part was reset; MCUSR must already hold the cause.
 void watchdog_reset(struct watchdog *watchdog);
 
-// The WDR instruction runs now.
+// The program executes WDR now.
 void watchdog_restart(struct watchdog *watchdog);

@@ -243,8 +243,8 @@ PLANTS = (
     Plant(
         "a watchdog of half the time",
         WATCHDOG,
-        "<< prescaler(w));",
-        "<< prescaler(w)) / 2;",
+        "<< prescaler_bits(w));",
+        "<< prescaler_bits(w)) / 2;",
     ),
     Plant(
         "WDR that restarts nothing",
