@@ -402,7 +402,8 @@ bool board_open(struct board *b,
     }
     b->avr->frequency = CPU_HZ;
     stack_paint(&b->stack, b->avr);
-    bus_connect(bus, &(struct bus_listener){.receiver = &b->uart, .hear = uart_hear});
+    bus_connect(bus,
+                &(struct bus_listener){.receiver = &b->uart, .receive = uart_receive});
     return true;
 }
 

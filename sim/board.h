@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // One simulated board, put together from its parts: the microcontroller with our models of its
-// peripherals, its pins wired to the signals of firmware/hal/boards/<name>.def, its axes' mechanics.
-// Each part keeps its own state behind its own header; this module alone knows how they are wired:
+// peripherals, its pins wired to the signals of firmware/hal/boards/<name>.def, its axes'
+// mechanics. Each part keeps its own state behind its own header; this module alone knows how they
+// are wired:
 //
 //                    +-- switches <-- plant, contact <-+
 //                    v                  (mechanics)    | steps
@@ -14,8 +15,8 @@
 //                 ^
 //                hang
 //
-// The bench calls a board's functions from outside, between two calls of board_run(). What they only
-// pass on to one part is not here: the control protocol asks that part itself.
+// The bench and the control protocol call these functions between two calls of board_run(). They
+// ask the parts directly for everything that concerns one part only.
 #pragma once
 
 #include <stdbool.h>
@@ -113,7 +114,8 @@ struct board {
 };
 
 // Makes the board number `index` of the bench, loads an image into it and connects it to the bus.
-// The board must stay where it is in memory. On failure returns false with one line in board->error.
+// The board must stay where it is in memory. On failure returns false with one line in
+// board->error.
 bool board_open(struct board *board,
                 int index,
                 const char *kind_name,
@@ -121,8 +123,8 @@ bool board_open(struct board *board,
                 struct bus *bus,
                 const struct board_logs *logs);
 
-// Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or has
-// stopped. True while it goes on.
+// Runs until the board has reached this cycle (it may pass it by the rest of an instruction), or
+// has stopped. True while it goes on.
 bool board_run(struct board *board, uint64_t cycle);
 
 // The program has ended by itself: sleep with interrupts off.
@@ -134,8 +136,8 @@ void board_refuse(struct board *board, const char *text);
 // Seeds the noise of memories: after a power cut they hold another stretch of it each time.
 void board_seed(struct board *board, uint64_t seed);
 
-// Sets a part's standing still; resets and board_end_hang() end it (hang.h). The main program
-// stands still where it is when interrupts are next on; interrupts are served.
+// Faults, which end with board_end_hang() or a reset (hang.h). This one: the main program stands
+// still where it is when interrupts are next on; interrupts are served.
 void board_hang_main(struct board *board);
 
 // The part loops with interrupts off.
@@ -144,7 +146,7 @@ void board_hang_interrupts(struct board *board);
 // An axis's step interrupt returns at its vector. False if there are too many patches.
 bool board_hang_axis(struct board *board, unsigned axis);
 
-// Ends all faults, the kept ones too: everything is as the image says again.
+// Ends all faults, the kept ones too, and restores the image.
 void board_end_hang(struct board *board);
 
 // Frees what the board holds. Safe after a failed board_open().

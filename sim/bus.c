@@ -65,7 +65,7 @@ struct bus_frame *bus_start(struct bus *bus, const struct bus_frame *frame)
     }
     for (int i = 0; i < bus->boards; i++) {
         if (i != frame->sender) {
-            bus->listener[i].hear(bus->listener[i].receiver, kept);
+            bus->listener[i].receive(bus->listener[i].receiver, kept);
         }
     }
     return kept;
@@ -104,7 +104,7 @@ void bus_master_pause(struct bus *bus, uint64_t cycles)
     bus->master_ready += cycles;
 }
 
-static bool fits(const struct bus *bus, const struct bus_frame *frame)
+static bool is_master_format(const struct bus *bus, const struct bus_frame *frame)
 {
     uint32_t mine = bit_cycles_x1000(bus);
 
@@ -112,24 +112,24 @@ static bool fits(const struct bus *bus, const struct bus_frame *frame)
            bus_speeds_fit(mine, frame->bit_cycles_x1000, mine);
 }
 
-static bool heard_well(const struct bus *bus, const struct bus_frame *frame)
+static bool is_received_well(const struct bus *bus, const struct bus_frame *frame)
 {
-    return !frame->corrupted && (!bus->master_strict || fits(bus, frame));
+    return !frame->corrupted && (!bus->master_strict || is_master_format(bus, frame));
 }
 
 int bus_master_receive(struct bus *bus, uint64_t cycle, uint64_t *end)
 {
-    while (bus->heard != bus->next_frame) {
-        const struct bus_frame *frame = &bus->frame[bus->heard % BUS_FRAMES];
+    while (bus->next_unread != bus->next_frame) {
+        const struct bus_frame *frame = &bus->frame[bus->next_unread % BUS_FRAMES];
 
         if (frame->sender == BUS_MASTER) {
-            bus->heard++;
+            bus->next_unread++;
         } else if (frame->end > cycle) {
             return -1;
         } else {
-            bus->heard++;
+            bus->next_unread++;
             *end = frame->end;
-            return heard_well(bus, frame) ? frame->data : (uint8_t)~frame->data;
+            return is_received_well(bus, frame) ? frame->data : (uint8_t)~frame->data;
         }
     }
     return -1;
@@ -137,7 +137,7 @@ int bus_master_receive(struct bus *bus, uint64_t cycle, uint64_t *end)
 
 bool bus_busy(const struct bus *bus, uint64_t cycle)
 {
-    for (unsigned i = bus->heard; i != bus->next_frame; i++) {
+    for (unsigned i = bus->next_unread; i != bus->next_frame; i++) {
         const struct bus_frame *frame = &bus->frame[i % BUS_FRAMES];
 
         if (frame->sender != BUS_MASTER && frame->end > cycle) {

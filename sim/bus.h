@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The serial bus that the master and all boards share (RS-485, half duplex: no sender hears itself).
-// A frame's whole course is known when it starts, a frame time before anyone has to act on it: that
-// is why the boards can run one after the other in quanta shorter than a frame.
+// The serial bus that the master and all boards share (RS-485, half duplex: no sender receives its
+// own frames). A frame's whole course is known when it starts, a frame time before anyone has to
+// act on it: that is why the boards can run one after the other in quanta shorter than a frame.
 //
 // All times are cycles of the boards' common clock. The bench calls everything here, except
 // bus_start(), which the boards' UARTs call too.
@@ -28,10 +28,10 @@
 
 enum bus_parity { BUS_PARITY_NONE, BUS_PARITY_ODD, BUS_PARITY_EVEN };
 
-// Who hears the frames of the others. The frame stays valid while it is on the bus.
+// A receiver of the frames of all others. A frame stays valid while it is on the bus.
 struct bus_listener {
     void *receiver;
-    void (*hear)(void *receiver, struct bus_frame *frame);
+    void (*receive)(void *receiver, struct bus_frame *frame);
 };
 
 struct bus {
@@ -42,27 +42,28 @@ struct bus {
 
     uint32_t master_baud;
     uint8_t master_format; // as in UCSR0C
-    bool master_strict;    // it hears only what has its own rate and format
+    bool master_strict;    // it receives only frames of its own rate and format
     uint64_t master_ready; // the master's transmitter is busy until this cycle
     uint32_t master_rest;  // fraction of that cycle, in units of 1 / master_baud
-    unsigned heard;        // index of the next frame the master looks at
+    unsigned next_unread;  // index of the next frame the master looks at
     uint64_t corrupted_frames;
-    struct wire_log *log; // of what the first board hears; NULL for none
+    struct wire_log *log; // of the frames for the first board; NULL for none
 };
 
-// An idle bus without boards; the master sends at BUS_BAUD with even parity and hears everything.
+// An idle bus without boards; the master sends at BUS_BAUD with even parity and receives frames
+// of any rate and parity.
 void bus_init(struct bus *bus);
 
 // Connects the next board, BUS_BOARDS at most.
 void bus_connect(struct bus *bus, const struct bus_listener *listener);
 
-// Puts a frame on the bus and passes it to everyone but its sender. Frames of different senders that
-// meet corrupt each other. The frame returned stays valid while it is on the bus; its sender may
-// still mark it as corrupted.
+// Puts a frame on the bus and passes it to everyone but its sender. Frames of different senders
+// that meet corrupt each other. The frame returned stays valid while it is on the bus; its sender
+// may still mark it as corrupted.
 struct bus_frame *bus_start(struct bus *bus, const struct bus_frame *frame);
 
-// Sets the rate (BUS_BAUD_MIN to BUS_BAUD_MAX) and parity of what the master sends from now on. From
-// now on it receives garbage instead of frames with another rate or parity.
+// Sets the rate (BUS_BAUD_MIN to BUS_BAUD_MAX) and parity of what the master sends from now on.
+// From now on it receives garbage instead of frames with another rate or parity.
 void bus_set_master(struct bus *bus, uint32_t baud, enum bus_parity parity);
 
 // The master sends bytes back to back, not before `cycle`. Returns the end of the last.

@@ -56,7 +56,8 @@ bool comparator_captures(const struct comparator *c)
     return (c->avr->data[ACSR] & ACIC) != 0;
 }
 
-// Sets port and bit to the negative input; returns why that is no pin with a digital input, or NULL.
+// Sets port and bit to the negative input; returns why that is no pin with a digital input, or
+// NULL.
 static const char *find_pin(struct comparator *c)
 {
     const struct analog_pins *pins = pins_of(c);

@@ -40,7 +40,8 @@
 
 struct comparator_hooks {
     struct peripheral_host host;
-    // From this cycle on, the comparator's output may be another, or timer 1 may or may not capture it.
+    // From this cycle on, the comparator's output may be another, or timer 1 may or may not capture
+    // it.
     void (*changed)(void *board, uint64_t cycle);
 };
 

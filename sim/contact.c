@@ -5,7 +5,8 @@
 #define SEED_PLACES 64U // more than a bench has switches
 #define SEED_STEP   0x9E3779B97F4A7C15U
 
-// Seeds that differ in one bit give sequences that have nothing in common (finalizer of splitmix64).
+// Seeds that differ in one bit give sequences that have nothing in common (finalizer of
+// splitmix64).
 void contact_seed(struct contact *c, uint64_t seed, unsigned place)
 {
     uint64_t mixed = (seed * SEED_PLACES + place + 1U) * SEED_STEP;

@@ -67,8 +67,8 @@ bool contact_follow(struct contact *contact,
 // The cycle of the contact's next edge, CONTACT_NEVER if it is at rest.
 uint64_t contact_due(const struct contact *contact);
 
-// Makes the edge that is due next. False if the contact does not change (bouncing had already put it
-// into the new state).
+// Makes the edge that is due next. False if the contact does not change (bouncing had already put
+// it into the new state).
 bool contact_move(struct contact *contact,
                   const struct contact_settings *settings,
                   struct contact_edge *edge);

@@ -77,7 +77,7 @@ static bool read_place(const struct board *b,
     return true;
 }
 
-// So many bytes as the word says, or as the symbol has left.
+// The number of bytes that the word gives, or the number that the symbol has left.
 static bool read_length(
     const struct control *c, int word, uint64_t left, uint64_t most, uint64_t *count)
 {
@@ -168,7 +168,7 @@ static void write_eeprom(struct control *c, struct board *b)
     size_t count;
 
     if (c->words < 5) {
-        control_answer("error eeprom write: ADDRESS HEX is wanted");
+        control_answer("error eeprom write: expected ADDRESS HEX");
     } else if (read_place(
                    b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
                control_bytes(c, c->word[4], &count) &&
@@ -215,7 +215,7 @@ static void schedule_event(struct board *b, const struct scheduled_event *event)
     if (schedule_add(&b->schedule, event)) {
         control_answer("ok");
     } else {
-        control_answer("error more than %d things are planned", SCHEDULE_EVENTS);
+        control_answer("error more than %d events are scheduled", SCHEDULE_EVENTS);
     }
 }
 

@@ -91,7 +91,7 @@ bool control_at(struct control *c, int first, bool *later, uint64_t *cycle)
     }
     if (c->words != first + 2 || strcmp(c->word[first], "at") != 0) {
         control_answer(
-            "error %s: 'at CYCLE' is wanted after '%s'", c->word[0], c->word[first - 1]);
+            "error %s: expected 'at CYCLE' after '%s'", c->word[0], c->word[first - 1]);
         return false;
     }
     if (!control_number(c->word[first + 1], UINT64_MAX / 2, cycle)) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the commands of the control protocol (control.h) share: the words of a command, its answer, and
-// how words are read.
+// What the commands of the control protocol (control.h) share: the words of a command, its answer,
+// and how words are read.
 #pragma once
 
 #include <stdbool.h>
@@ -48,6 +48,6 @@ struct board *control_board(struct control *c);
 // The board and axis that the second and third word name.
 bool control_board_axis(struct control *c, struct board **board, unsigned *axis);
 
-// Reads the words from `first` on as "at CYCLE": sets *later, and *cycle to a cycle that is not over.
-// Without such words *later is false and *cycle is now.
+// Reads the words from `first` on as "at CYCLE": sets *later, and *cycle to a cycle that is not
+// over. Without such words *later is false and *cycle is now.
 bool control_at(struct control *c, int first, bool *later, uint64_t *cycle);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// A log: a CSV file of rows behind a header. A log that nobody asked for is NULL everywhere.
+// A log: a CSV file of rows behind a header. A log that was not asked for is NULL everywhere.
 #pragma once
 
 #include <stdbool.h>
 #include <stdio.h>
 
-// Opens the file and writes the header's line. *csv is NULL if path is: no log. False with errno set
-// if the file cannot be written.
+// Opens the file and writes the header's line. *csv is NULL if path is: no log. False with errno
+// set if the file cannot be written.
 bool csv_open(FILE **csv, const char *path, const char *header);
 
 // Writes what is buffered.

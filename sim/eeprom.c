@@ -83,8 +83,8 @@ static uint16_t address_of(const struct eeprom *e)
                                                            << 8);
 }
 
-// The byte that an interrupted write leaves. The cells change in this order: an erase raises bits, a
-// write then lowers them.
+// The byte that an interrupted write leaves. The cells change in this order: an erase raises bits,
+// a write then lowers them.
 static uint8_t partly_written(struct eeprom *e, uint64_t cycle)
 {
     uint8_t random = noise_byte(&e->noise);

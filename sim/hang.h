@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Faults of a program, made to order: instructions in flash are patched and put back, or the main
-// program or the whole part stands still. The run loop (run_loop.h) stands still where this module
-// says so; the board connects the two.
+// Faults of a program, injected on request: instructions in flash are patched and restored, or the
+// main program or the whole part stands still. The board passes `main` and `all` on to the run loop
+// (run_loop.h).
 #pragma once
 
 #include <stdbool.h>
@@ -30,6 +30,6 @@ bool hang_vector(struct hang *hang, avr_t *avr, uint8_t vector);
 // or no instruction can be at the address.
 bool hang_at(struct hang *hang, avr_t *avr, uint32_t address);
 
-// The part is reset, or the faults end on request: everything is as the image says again, unless
-// the faults are kept. A power-on ends even these.
+// The part is reset, or the faults end on request: restores the image, unless the faults are kept.
+// A power-on ends even those.
 void hang_end(struct hang *hang, avr_t *avr, bool power_on);

@@ -59,8 +59,8 @@ struct irq_stats {
     uint64_t off_max, off_main_max;
 };
 
-// Names the part's vectors and follows them; takes GPIOR1 over. Call once, between the part's init and
-// its first reset.
+// Names the part's vectors and follows them; takes GPIOR1 over. Call once, between the part's init
+// and its first reset.
 void irq_stats_attach(struct irq_stats *stats, avr_t *avr);
 
 // Forgets the handlers that were running: the part was reset.

@@ -33,7 +33,8 @@ struct mechanics {
     struct mechanics_axis axis[BOARD_AXES];
 };
 
-// Connects the mechanics of a board's axes. Call once the part exists. All pointers must stay valid.
+// Connects the mechanics of a board's axes. Call once the part exists. All pointers must stay
+// valid.
 void mechanics_attach(struct mechanics *mechanics,
                       avr_t *avr,
                       const struct peripheral_host *host,
@@ -58,5 +59,6 @@ void mechanics_step(struct mechanics *mechanics,
                     int direction,
                     uint64_t cycle);
 
-// Schedules what the contacts do next. Call after a reset, which empties libsimavr's list of events.
+// Schedules what the contacts do next. Call after a reset, which empties libsimavr's list of
+// events.
 void mechanics_schedule(struct mechanics *mechanics);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Random numbers that are the same in every run with the same seed: jitter, bouncing, and the content
-// of a memory that nobody has written.
+// Random numbers that are the same in every run with the same seed: jitter, bouncing, and the
+// content of a memory that nobody has written.
 #pragma once
 
 #include <stddef.h>

@@ -19,7 +19,7 @@
 
 static const char manual[] =
     "usage: pixstep-sim --board NAME=IMAGE.elf [--board ...] [options] MODE\n"
-    "Runs one to four simulated boards, exact to the cycle, on one serial line and one "
+    "Runs one to four simulated boards, exact to the cycle, on one serial bus and one "
     "pixel clock.\n"
     "\n"
     "  --board NAME=IMAGE     a board (uno or mega) and its firmware; board i answers as "
@@ -74,7 +74,7 @@ static const char manual[] =
     "(sim/control.h\n"
     "                         lists them: run, tx, peek, pin, power, reset, hang, eeprom "
     "and others)\n"
-    "  --pty                  the serial line as a pseudo terminal, in real time\n"
+    "  --pty                  the serial bus as a pseudo terminal, in real time\n"
     "  --run-ms N             so long, then statistics (JSON) on standard output\n"
     "  --unit                 a test image: its text, and GPIOR0 as exit status\n"
     "  --unit-limit-ms N      give a test image up after so long (default 600000)\n";
@@ -100,7 +100,7 @@ static uint64_t whole(const char *option, const char *text, uint64_t least, uint
     value = strtoull(text, &end, 10);
     if (text[0] < '0' || text[0] > '9' || *end != '\0' || errno != 0 || value < least ||
         value > most) {
-        fail("%s '%s': a whole number from %llu to %llu is wanted",
+        fail("%s '%s': expected a whole number from %llu to %llu",
              option,
              text,
              (unsigned long long)least,
@@ -115,7 +115,7 @@ static double real(const char *option, const char *text, double least, double mo
     double value = strtod(text, &end);
 
     if (end == text || *end != '\0' || !(value >= least && value <= most)) {
-        fail("%s '%s': a number from %g to %g is wanted", option, text, least, most);
+        fail("%s '%s': expected a number from %g to %g", option, text, least, most);
     }
     return value;
 }
@@ -125,7 +125,7 @@ static void read_board(struct options *o, char *text)
     char *equals = strchr(text, '=');
 
     if (equals == NULL || equals == text || equals[1] == '\0') {
-        fail("--board '%s': NAME=IMAGE.elf is wanted", text);
+        fail("--board '%s': expected NAME=IMAGE.elf", text);
     }
     if (o->boards == BUS_BOARDS) {
         fail("--board: at most %d boards", BUS_BOARDS);
@@ -164,7 +164,7 @@ static void read_plant(struct options *o, char *text)
                         : BOARD_AXES;
 
     if (axis >= BOARD_AXES || text[3] != ':') {
-        fail("--plant '%s': BOARD.AXIS:KNOBS is wanted, as in 0.1:play=40", text);
+        fail("--plant '%s': expected BOARD.AXIS:PARAMETERS, as in 0.1:play=40", text);
     }
     if (!plant_parse(
             &o->plant[board][axis], text + strlen("0.0:"), error, sizeof error)) {
@@ -177,7 +177,7 @@ static void read_eeprom(struct options *o, const char *text)
     unsigned board = (unsigned)(unsigned char)text[0] - '0';
 
     if (board >= BUS_BOARDS || text[1] != '=' || text[2] == '\0') {
-        fail("--eeprom '%s': BOARD=FILE is wanted, as in 0=eeprom.bin", text);
+        fail("--eeprom '%s': expected BOARD=FILE, as in 0=eeprom.bin", text);
     }
     o->eeprom_path[board] = text + 2;
 }
@@ -190,7 +190,8 @@ static void set_mode(struct options *o, enum run_mode mode)
     o->mode = mode;
 }
 
-// In groups, told apart by their first: the clock, output files, modes.
+// In groups, each of which begins where the one before ends: boards, the clock, output files,
+// modes.
 enum option_id {
     OPTION_BOARD = 1000,
     OPTION_PLANT,
@@ -327,7 +328,7 @@ static void take(struct options *o, int id, char *value)
         (void)fputs(manual, stdout);
         exit(0);
     case '?':
-        exit(2); // getopt has said what is wrong
+        exit(2); // getopt has printed what is wrong
     default:
         if (id >= OPTION_CONTROL) {
             take_mode(o, id, value);

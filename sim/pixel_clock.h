@@ -2,8 +2,8 @@
 //
 // The source of the pixel clock: an exact rational frequency with an error in ppm, jitter and
 // dropped pulses. The pulses follow an ideal time line without drift; the rising edge of each is
-// rounded down to a cycle and then displaced by its own jitter. A pulse is high for a quarter of the
-// period, 50 us at most.
+// rounded down to a cycle and then displaced by its own jitter. A pulse is high for a quarter of
+// the period, 50 us at most.
 #pragma once
 
 #include <stdbool.h>

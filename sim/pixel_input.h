@@ -25,13 +25,13 @@ struct pixel_input {
 };
 
 // Finds the pins. Call once the part exists.
-void pixel_input_attach(struct pixel_input *input,
+void pixel_input_attach(struct pixel_input *pixel_input,
                         avr_t *avr,
                         const struct board_kind *kind,
                         struct inputs *inputs);
 
 // Queues a pulse, which must come after those already queued. False if the queue is full.
-bool pixel_input_add(struct pixel_input *input, const struct pixel_pulse *pulse);
+bool pixel_input_add(struct pixel_input *pixel_input, const struct pixel_pulse *pulse);
 
 // Schedules the next edge. Call after a reset, which empties libsimavr's list of events.
-void pixel_input_schedule(struct pixel_input *input);
+void pixel_input_schedule(struct pixel_input *pixel_input);

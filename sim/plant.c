@@ -88,9 +88,9 @@ static bool at_hard_stop(const struct plant *p, int direction)
                            : p->load <= s->travel_min - s->over;
 }
 
-// The load sits within the play around the motor. The motor pushes it up when the gap is 0, and pulls
-// it down when the gap is as large as the play. At the start the play is taken up in the positive
-// direction.
+// The load sits within the play around the motor. The motor pushes it up when the gap is 0, and
+// pulls it down when the gap is as large as the play. At the start the play is taken up in the
+// positive direction.
 bool plant_step(struct plant *p, int direction)
 {
     int64_t gap = p->motor - p->load; // 0 while pushing up, -play while pulling down

@@ -45,8 +45,8 @@ struct plant {
 // Puts motor and load at `start`, the play taken up in the positive direction.
 void plant_init(struct plant *plant, const struct plant_settings *settings);
 
-// Changes the parameters while the axis moves. Motor and load stay where they are, unless `start` is
-// among the parameters.
+// Changes the parameters while the axis moves. Motor and load stay where they are, unless `start`
+// is among the parameters.
 void plant_change(struct plant *plant, const struct plant_settings *settings);
 
 // True if the axis has this switch.

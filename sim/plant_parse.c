@@ -170,7 +170,7 @@ static bool read_stuck(struct plant_settings *s, char *value)
 static const struct {
     const char *name;
     bool (*read)(struct plant_settings *s, char *value);
-    const char *wanted;
+    const char *expected;
 } parameters[] = {
     {"play", read_play, "steps, 0 or more"},
     {"travel", read_travel, "FIRST..LAST in steps"},
@@ -205,12 +205,12 @@ static bool read_parameter(struct plant_settings *s, char *word, char *error, si
         i++;
     }
     if (i == PARAMETERS) {
-        (void)snprintf(error, size, "there is no knob '%s'", word);
+        (void)snprintf(error, size, "there is no parameter '%s'", word);
         return false;
     }
     if (strlen(equals + 1) >= sizeof value || !parameters[i].read(s, equals + 1)) {
         (void)snprintf(
-            error, size, "%s='%s': %s wanted", word, value, parameters[i].wanted);
+            error, size, "%s='%s': expected %s", word, value, parameters[i].expected);
         return false;
     }
     return true;

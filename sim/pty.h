@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The serial bus as a pseudo terminal, paced to real time: any Modbus client can talk to the boards.
+// The serial bus as a pseudo terminal, paced to real time: any Modbus client can talk to the
+// boards.
 #pragma once
 
 #include "bench.h"

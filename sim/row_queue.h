@@ -17,8 +17,8 @@ struct row_queue {
 // Adds a copy of a row, behind those of the same cycle. Aborts if there is no memory.
 void row_queue_add(struct row_queue *queue, const void *row);
 
-// Calls write(param, row) for all rows up to and including this cycle, in the order of their cycles,
-// and removes them.
+// Calls write(param, row) for all rows up to and including this cycle, in the order of their
+// cycles, and removes them.
 void row_queue_settle(struct row_queue *queue,
                       uint64_t cycle,
                       void (*write)(void *param, const void *row),

@@ -3,8 +3,8 @@
 // The log of the first board's serial port, so that a run can be repeated in another simulator:
 //
 //   cycle,direction,byte
-//   rx   the receiver has the byte at this cycle, when it has decided the stop bit; the byte is as the
-//        program will read it, after an overrun or in a damaged frame too
+//   rx   the receiver has the byte at this cycle, when it has decided the stop bit; the byte is as
+//        the program will read it, after an overrun or in a damaged frame too
 //   tx   the start bit of a byte that the board sends begins at this cycle
 //
 // A byte is two hexadecimal digits. Frames that end while the receiver is disabled are left out.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The power supply and the resets of a part: what each of them leaves as it was and what it sets
-// back.
+// The power supply and the resets of a part: what each of them keeps and what it initializes.
 //
 // Rules, from the ATmega328P and ATmega2560 data sheets (System Control and Reset):
 //  * MCUSR collects the causes: a power-on leaves PORF alone, every other reset adds its own flag;
@@ -73,10 +72,11 @@ void supply_reset(struct supply *supply);
 // Performs a request now, between two instructions. The request must have an effect.
 void supply_do(struct supply *supply, enum supply_request request);
 
-// True unless the supply is already so, or the part has no power and cannot be reset.
+// False if the supply is already in that state, or if the part has no power and cannot be reset.
 bool supply_has_effect(const struct supply *supply, enum supply_request request);
 
-// Requests from within an instruction or event; done when the instruction has ended.
+// Requests something from within an instruction or event; it happens when the instruction has
+// ended.
 void supply_ask(struct supply *supply, enum supply_request request);
 
 // Performs what was requested, if anything. Call between two instructions.

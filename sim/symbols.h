@@ -13,7 +13,7 @@ struct symbol {
     char *name; // of the list's own memory
     enum symbol_space space;
     uint32_t address; // bytes from the start of its space
-    uint32_t size;    // bytes, 0 if the file does not say
+    uint32_t size;    // bytes, 0 if the file does not give it
 };
 
 struct symbols {

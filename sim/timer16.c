@@ -84,8 +84,8 @@ static void happen_matches(struct timer16 *t, uint64_t cycle)
     }
 }
 
-// Finds the first cycle, not before `from`, in which TCNT equals the compare register. The effect of
-// the match comes one cycle later.
+// Finds the first cycle, not before `from`, in which TCNT equals the compare register. The effect
+// of the match comes one cycle later.
 static void plan_match(struct timer16 *t, int channel, uint64_t from)
 {
     uint64_t match = t->bottom + t->ocr[channel];

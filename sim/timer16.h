@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Exact model of the AVR's 16-bit timers, in the place of simavr's. The model computes counts
-// instead of counting: TCNT(c) = c - bottom. Every effect therefore has its exact cycle, however late
-// simavr delivers it (simavr delivers events at the ends of instructions).
+// instead of counting: TCNT(c) = c - bottom. Every effect therefore has its exact cycle, however
+// late simavr delivers it (simavr delivers events at the ends of instructions).
 //
 //   cycle     bottom             bottom+OCRnx   +1              bottom+TOP   next bottom
 //   TCNT      0       1     ...  OCRnx          OCRnx+1    ...  TOP          0
@@ -127,6 +127,6 @@ void timer16_set_count(struct timer16 *timer, uint16_t count, uint64_t cycle);
 // The control registers have changed and are valid from this cycle on.
 void timer16_control_changed(struct timer16 *timer, uint64_t cycle);
 
-// A compare register has changed outside PWM modes (without a buffer); it is compared from this cycle
-// on.
+// A compare register has changed outside PWM modes (without a buffer); it is compared from this
+// cycle on.
 void timer16_compare_changed(struct timer16 *timer, int channel, uint64_t cycle);

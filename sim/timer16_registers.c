@@ -191,8 +191,8 @@ static void write_tifr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     }
 }
 
-// simavr raises an interrupt only if it is enabled when its flag comes up. Here an interrupt whose flag
-// waited is raised, and one that is disabled while it waits is withdrawn (its flag stays).
+// simavr raises an interrupt only if it is enabled when its flag comes up. Here an interrupt whose
+// flag waited is raised, and one that is disabled while it waits is withdrawn (its flag stays).
 static void write_timsk(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     struct timer16 *t = param;
@@ -253,8 +253,8 @@ void timer16_attach(struct timer16 *t,
     t->name = part->name;
     t->icp_level = t->icp_lasting = false;
     t->icp_cycle = 0;
-    // Where ICRn is TOP, simavr's own input capture does nothing: otherwise each edge would interrupt
-    // twice.
+    // Where ICRn is TOP, simavr's own input capture does nothing: otherwise each edge would
+    // interrupt twice.
     part->mode.top = avr_timer_wgm_reg_icr;
     timer16_reset(t);
     take_registers(t);

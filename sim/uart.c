@@ -121,7 +121,7 @@ static uint64_t frame_begun_at(const struct uart *u, const struct bus_frame *fra
     return frame->start + decided_cycles(u);
 }
 
-static uint64_t frame_heard_at(const struct uart *u, const struct bus_frame *frame)
+static uint64_t frame_received_at(const struct uart *u, const struct bus_frame *frame)
 {
     return frame->start + uart_bits_before_stop(u) * (uint64_t)uart_bit_cycles(u) +
            decided_cycles(u);
@@ -145,21 +145,21 @@ static void overrun_shift_register(struct uart *u)
 
 static void receive(struct uart *u, const struct bus_frame *frame, uint64_t cycle)
 {
-    struct uart_char heard = {.data = frame->data, .errors = 0};
+    struct uart_char character = {.data = frame->data, .errors = 0};
     unsigned other = frame->format ^ (uart_ucsrc(u) & FORMAT);
 
     if ((uart_ucsrb(u) & RXEN) == 0) {
         return;
     }
     if (frame->corrupted || !speed_fits(u, frame) || (other & UCSZ) != 0) {
-        heard.data = (uint8_t)~frame->data;
-        heard.errors = FE;
+        character.data = (uint8_t)~frame->data;
+        character.errors = FE;
     } else if (other != 0) {
-        heard.errors = UPE;
+        character.errors = UPE;
     }
     overrun_shift_register(u); // by a start bit that fell into another frame
-    u->fifo[u->fifo_count++] = heard;
-    u->hooks->byte(u->hooks->host.board, false, heard.data, cycle);
+    u->fifo[u->fifo_count++] = character;
+    u->hooks->byte(u->hooks->host.board, false, character.data, cycle);
 }
 
 static void happen_begun(struct uart *u)
@@ -170,7 +170,7 @@ static void happen_begun(struct uart *u)
     }
 }
 
-static void happen_heard(struct uart *u, uint64_t cycle)
+static void happen_received(struct uart *u, uint64_t cycle)
 {
     const struct bus_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
 
@@ -185,11 +185,11 @@ static uint64_t sent_due(const struct uart *u)
     return u->shifting ? u->shift_end : UINT64_MAX;
 }
 
-static uint64_t heard_due(const struct uart *u)
+static uint64_t received_due(const struct uart *u)
 {
     return (u->incoming_first == u->incoming_last)
                ? UINT64_MAX
-               : frame_heard_at(u, u->incoming[u->incoming_first % UART_INCOMING]);
+               : frame_received_at(u, u->incoming[u->incoming_first % UART_INCOMING]);
 }
 
 static uint64_t begun_due(const struct uart *u)
@@ -206,7 +206,7 @@ static uint64_t earlier(uint64_t a, uint64_t b)
 
 static uint64_t next_due(const struct uart *u)
 {
-    return earlier(sent_due(u), earlier(begun_due(u), heard_due(u)));
+    return earlier(sent_due(u), earlier(begun_due(u), received_due(u)));
 }
 
 void uart_sync(struct uart *u, uint64_t cycle)
@@ -217,7 +217,7 @@ void uart_sync(struct uart *u, uint64_t cycle)
         } else if (due == begun_due(u)) {
             happen_begun(u);
         } else {
-            happen_heard(u, due);
+            happen_received(u, due);
         }
     }
 }
@@ -225,7 +225,7 @@ void uart_sync(struct uart *u, uint64_t cycle)
 // A start bit has no visible effect of its own: the next sync takes it into account.
 static uint64_t next_wake(const struct uart *u)
 {
-    return earlier(sent_due(u), heard_due(u));
+    return earlier(sent_due(u), received_due(u));
 }
 
 static avr_cycle_count_t on_frame_due(avr_t *avr, avr_cycle_count_t when, void *param)
@@ -250,7 +250,7 @@ void uart_schedule(struct uart *u)
     }
 }
 
-void uart_hear(void *uart, struct bus_frame *frame)
+void uart_receive(void *uart, struct bus_frame *frame)
 {
     struct uart *u = uart;
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and
-// the frame format; a double-buffered transmitter; a receiver with two buffered characters and one in
+// Model of UART 0 in the place of simavr's: frames with their exact cycles from UBRR0, U2X0 and the
+// frame format; a double-buffered transmitter; a receiver with two buffered characters and one in
 // the shift register, which the start bit of the next character overwrites. A bit is decided after
-// the last of its three samples; a character is received when its stop bit is decided. The interrupts
-// of RXC0 and UDRE0 are levels, as on the part: they come again until their cause is gone. A reset
-// cuts the frame on its way out.
+// the last of its three samples; a character is received when its stop bit is decided. The
+// interrupts of RXC0 and UDRE0 are levels, as on the part: they come again until their cause is
+// gone. A reset cuts the frame on its way out.
 //
 // Refused: synchronous modes, multi-processor mode and 9 data bits. Not modelled: the part's
-// transmitter waits up to one bit time for its free-running bit clock (here a frame starts at once);
-// its receiver sees a start bit up to one sample late, and rejects some start bits. A frame is
-// received whole even if the receiver is enabled in its middle.
+// transmitter waits up to one bit time for its free-running bit clock (here a frame starts at
+// once); its receiver sees a start bit up to one sample late, and rejects some start bits. A frame
+// is received whole even if the receiver is enabled in its middle.
 #pragma once
 
 #include <stdbool.h>
@@ -88,7 +88,7 @@ void uart_reset(struct uart *uart);
 
 // A frame of another sender has started on the bus; it ends at a later cycle than this board has
 // reached. The bus calls it with the UART as `uart`.
-void uart_hear(void *uart, struct bus_frame *frame);
+void uart_receive(void *uart, struct bus_frame *frame);
 
 // Raises the interrupts whose levels are up and withdraws the others. Call after every service
 // of an interrupt.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Runs a test image to its end, which is a sleep with interrupts off. The image's text from its UART
-// goes to standard output; its verdict in GPIOR0 becomes the exit status. An image that does not end
-// has failed.
+// Runs a test image to its end, which is a sleep with interrupts off. The image's text from its
+// UART goes to standard output; its verdict in GPIOR0 becomes the exit status. An image that does
+// not end has failed.
 #pragma once
 
 #include "bench.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Waveforms for GTKWave: a scope for each board with STEP, DIR and ENABLE of its axes and its PERMIT,
-// and the pixel clock. A cycle is 62.5 ns; VCD knows only powers of ten, so the time scale is
-// 100 ps and a cycle 625 units.
+// Waveforms for GTKWave: a scope for each board with STEP, DIR and ENABLE of its axes and its
+// PERMIT, and the pixel clock. A cycle is 62.5 ns; VCD knows only powers of ten, so the time scale
+// is 100 ps and a cycle 625 units.
 #pragma once
 
 #include <stdbool.h>

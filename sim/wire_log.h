@@ -8,8 +8,8 @@
 //   800000,RXD,01000001011,138888  a frame begins: its levels from the start bit to the stop bit,
 //                                  and the length of each, in thousandths of a cycle
 //
-// Rows come in the order in which the simulator learns of them, a frame before its cycle. A frame that
-// meets another one is logged as it was sent.
+// Rows come in the order in which the simulator learns of them, a frame before its cycle. A frame
+// that meets another one is logged as it was sent.
 #pragma once
 
 #include <stdbool.h>

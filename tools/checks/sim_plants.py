@@ -169,8 +169,8 @@ PLANTS = (
     Plant(
         "a parity error shows as a frame error",
         UART,
-        "heard.errors = UPE;",
-        "heard.errors = FE;",
+        "character.errors = UPE;",
+        "character.errors = FE;",
     ),
     Plant(
         "a wrong rate is not noticed",
