@@ -3,6 +3,12 @@
 // Accesses of instructions to I/O registers: in which cycle an access happens, and which bits it
 // writes. simavr calls a register's callbacks while avr->cycle is still the instruction's first
 // cycle. These functions are only for such callbacks.
+//
+//   cycle of the instruction   1st               2nd
+//   IN, OUT, SBIC, SBIS        access
+//   LDS, STS, LD, ST, SBI, CBI                   access
+//
+// A write takes effect in the cycle after its access.
 #pragma once
 
 #include <stdbool.h>

@@ -3,6 +3,14 @@
 // The bench: one to four boards, one serial bus, one pixel clock, one time. Boards run one after
 // the other in quanta shorter than the shortest serial frame, so that each receives the
 // others' frames in time.
+//
+//   cycle        0         1000        2000        3000
+//   board 0      |--- 1 --->|--- 3 --->|--- 5 --->|        in this order on the PC
+//   board 1      |--- 2 --->|--- 4 --->|--- 6 --->|
+//   logs                    settled    settled             edges and positions up to here
+//
+// Everything of one run is in one struct bench. Boards and bus hold pointers into it, so it must
+// not move.
 #pragma once
 
 #include <stdbool.h>
@@ -21,7 +29,7 @@
 
 struct bench {
     struct board board[BUS_BOARDS];
-    int boards;
+    int boards; // of them that are open
     struct bus bus;
     struct pixel_clock clock;
     struct edges edges;
@@ -30,10 +38,10 @@ struct bench {
     FILE *switch_log;         // NULL for none
     struct wire_log wire_log; // of the first board
     struct vcd vcd;
-    bool has_vcd;
+    bool has_vcd;                        // vcd is open
     const char *eeprom_path[BUS_BOARDS]; // NULL for none
     uint64_t cycle;                      // every board has reached it
-    double wall_started_s;
+    double wall_started_s;               // bench_wall_s() at the start of the run
 };
 
 // Runs everything up to this cycle. False when a board has stopped (its error says why, or it is

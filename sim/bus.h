@@ -37,17 +37,17 @@ struct bus_listener {
 struct bus {
     struct bus_listener listener[BUS_BOARDS]; // by board
     int boards;
-    struct bus_frame frame[BUS_FRAMES];
-    unsigned next_frame;
+    struct bus_frame frame[BUS_FRAMES]; // the last ones, a ring
+    unsigned next_frame;                // counts all frames so far
 
     uint32_t master_baud;
-    uint8_t master_format; // as in UCSR0C
-    bool master_strict;    // it receives only frames of its own rate and format
-    uint64_t master_ready; // the master's transmitter is busy until this cycle
-    uint32_t master_rest;  // fraction of that cycle, in units of 1 / master_baud
-    unsigned next_unread;  // index of the next frame the master looks at
-    uint64_t corrupted_frames;
-    struct wire_log *log; // of the frames for the first board; NULL for none
+    uint8_t master_format;     // as in UCSR0C
+    bool master_strict;        // it receives only frames of its own rate and format
+    uint64_t master_ready;     // the master's transmitter is busy until this cycle
+    uint32_t master_rest;      // fraction of that cycle, in units of 1 / master_baud
+    unsigned next_unread;      // index of the next frame the master looks at
+    uint64_t corrupted_frames; // collisions so far
+    struct wire_log *log;      // of the frames for the first board; NULL for none
 };
 
 // An idle bus without boards; the master sends at BUS_BAUD with even parity and receives frames

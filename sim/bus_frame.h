@@ -2,6 +2,10 @@
 //
 // One frame on the serial bus, and what its sender and a receiver must agree on. The frame's whole
 // course is known when it starts.
+//
+//   idle ----\____/= 5 to 8 data bits =/= parity =/---- stop, idle
+//            start bit
+//            |<--------------- start to end -------------->|
 #pragma once
 
 #include <stdbool.h>
@@ -19,9 +23,9 @@ struct bus_frame {
     uint64_t start, end;       // cycles
     uint32_t bit_cycles_x1000; // the length of one bit, in thousandths of a cycle
     int sender;                // a board's index, or BUS_MASTER
-    uint8_t data;
-    uint8_t format; // parity and data bits
-    bool corrupted; // by a collision, or cut off
+    uint8_t data;              // the lowest bit is sent first
+    uint8_t format;            // parity and data bits
+    bool corrupted;            // by a collision, or cut off
 };
 
 // True if two bit lengths (x1000) are so near to each other that a receiver with one of them takes

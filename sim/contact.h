@@ -35,12 +35,15 @@ struct contact {
     bool switch_closed; // the state of its switch, which the contact will follow
     struct noise random;
 
+    // Changes of the switch that wait for their delay, a ring: the contact's first edge is due
+    // then.
     struct {
         uint64_t due;
         bool closed;
     } change[CONTACT_CHANGES];
     unsigned change_first, change_last;
 
+    // The cycles of the bouncing that is going on.
     uint64_t bounce_at[CONTACT_BOUNCE_MOST]; // of the change that was due last, in order
     unsigned bounces, bounce_next;
 };

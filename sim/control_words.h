@@ -13,6 +13,7 @@
 #define CONTROL_WORDS_MAX 9
 #define CONTROL_BYTES_MAX (1U << 16)
 
+// One session.
 struct control {
     struct bench *bench;
     char *word
@@ -22,6 +23,7 @@ struct control {
     bool quit;      // the session ends after this command
 };
 
+// One command of the protocol.
 struct command {
     const char *name;
     int words_min, words_max; // the name is one of them

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// One edge of an output signal of a board, or of the pixel clock.
+// One edge of an output signal of a board, or of the pixel clock: the currency between the boards,
+// which make edges, and the logs, which write them.
 #pragma once
 
 #include <stdint.h>
@@ -16,7 +17,8 @@ enum edge_signal {
 
 struct edge {
     uint64_t cycle; // first, as struct row_queue needs it
-    uint8_t board, axis;
+    uint8_t board;  // its number on the bench
+    uint8_t axis;   // of the board, 0 if the signal belongs to all axes
     uint8_t signal; // an enum edge_signal
     uint8_t level;  // after the edge, 0 or 1
 };

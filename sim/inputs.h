@@ -3,6 +3,12 @@
 // The inputs of a board: drives pins from outside, and passes every change of a pin on to the
 // peripherals that listen to pins: the timers' input captures, the comparator and the external
 // interrupts. The comparator may take the place of timer 1's capture pin.
+//
+//   inputs_drive() --> wire log --> ports --> switches' log
+//                                     |
+//   program writes DDRx, PORTx -------+--> input captures, comparator, external interrupts
+//
+// Within one call everything that listens has seen the change: a capture is due, a flag is set.
 #pragma once
 
 #include <stdbool.h>

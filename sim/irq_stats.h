@@ -27,6 +27,7 @@
 struct irq_vector_stats {
     char name[16];  // e.g. "TIMER1_OVF"
     uint32_t count; // handlers that have ended
+    // Of all handlers that have ended, without the handlers nested in them.
     uint64_t cycles_sum;
     uint32_t cycles_min, cycles_max;
     uint32_t latency_max; // from the flag to the service
@@ -37,6 +38,8 @@ struct irq_vector_stats {
 struct irq_stats {
     avr_t *avr;
     struct irq_vector_stats vector[IRQ_VECTORS];
+    // The handlers that are running, the outermost first: their start, and the cycles of handlers
+    // nested in them.
     struct {
         uint8_t vector;
         uint64_t start, nested;
@@ -46,9 +49,10 @@ struct irq_stats {
     bool woken;                // set by the run loop: the next service ends a sleep
     bool returned; // for the run loop: the instruction that has ended was a RETI
 
+    // By section: the main program's cycles, and how often it has entered the section.
     uint64_t section_cycles[IRQ_SECTIONS];
     uint64_t section_entries[IRQ_SECTIONS];
-    unsigned section;
+    unsigned section; // in which the main program is, since these cycles:
     uint64_t section_since, section_interrupts_since;
 
     uint64_t off_since; // interrupts are off since this cycle
@@ -56,6 +60,7 @@ struct irq_stats {
         started; // started: the program has enabled interrupts, its start-up is over
     bool
         off_in_main; // switched off by the main program, not by the service of an interrupt
+    // The longest time with interrupts off: any, and any that the main program began.
     uint64_t off_max, off_main_max;
 };
 

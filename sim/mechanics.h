@@ -3,6 +3,12 @@
 // The mechanics of a board's axes: each motor step moves an axis's plant (plant.h); the switches
 // that the load presses drive their pins through their contacts (contact.h), each edge in its exact
 // cycle.
+//
+//   rising STEP --> motor --> play --> load --> switch --> contact --> pin
+//                     |                  |
+//                     +--- plant log ----+
+//
+// Times are cycles, positions steps. Axes count from 0 up to the board's number of axes.
 #pragma once
 
 #include <stdbool.h>
@@ -19,13 +25,14 @@
 #include "switches.h"
 
 struct mechanics_axis {
-    struct plant plant;
+    struct plant plant; // motor, load and the states of the switches
     struct contact contact[PLANT_SWITCHES];
 };
 
 struct mechanics {
     avr_t *avr;
-    int board, axes;
+    int board; // the board's number in the log
+    int axes;
     const struct peripheral_host *host;
     struct inputs *inputs;
     struct switches *switches;

@@ -3,6 +3,13 @@
 // The outputs of a board: STEP, DIR, ENABLE and PERMIT with the exact cycles of their edges, and
 // the driver enable of the serial bus. Every edge goes to the log of edges, every rising STEP edge
 // to the mechanics. A pin that the program does not drive counts as low.
+//
+//   PORTx, DDRx written ------> DIR, ENABLE, PERMIT, driver enable
+//   compare output OCnB ------> STEP, while the timer is connected to the pin (COMnB1:0)
+//   PORTx, DDRx written ------> STEP, while it is not
+//
+// The functions that follow something are called by the board's wiring, within an instruction or an
+// event of the part; everything else may be read at any time between two instructions.
 #pragma once
 
 #include <stdbool.h>
@@ -15,22 +22,24 @@
 #include "timers.h"
 #include "uart.h"
 
+// What the driver of an axis's motor has seen.
 struct outputs_axis {
-    bool step, dir, enable; // levels
-    uint64_t steps_rising;
+    bool step, dir, enable;  // levels now
+    uint64_t steps_rising;   // rising edges of STEP so far
     uint64_t step_cycles[2]; // of the last rising edge and the one before it (0: none)
     int64_t steps_signed;    // DIR low counts up
 };
 
+// What the device at the permit output has seen.
 struct outputs_permit {
-    bool level;
-    uint64_t changes;
-    uint64_t cycle; // of the last change, 0 if there was none
-    uint64_t rise;  // and of the last rise
+    bool level;       // now
+    uint64_t changes; // edges so far
+    uint64_t cycle;   // of the last change, 0 if there was none
+    uint64_t rise;    // and of the last rise
 };
 
 struct outputs {
-    int board;
+    int board; // the board's number in the log of edges
     const struct board_kind *kind;
     const struct ports *ports;
     struct timers *timers;

@@ -4,6 +4,9 @@
 // dropped pulses. The pulses follow an ideal time line without drift; the rising edge of each is
 // rounded down to a cycle and then displaced by its own jitter. A pulse is high for a quarter of
 // the period, 50 us at most.
+//
+//   ideal     |           |           |           |        num / den cycles apart, exactly
+//   clock     /-\___________/-\______/-\__________/-\__    displaced by at most jitter_ns
 #pragma once
 
 #include <stdbool.h>
@@ -19,11 +22,12 @@ struct pixel_clock_settings {
     double ppm;              // kept to a millionth of a ppm
     uint32_t jitter_ns;      // each edge is displaced by at most this, evenly distributed
     double start_ms;         // of the first rising edge
-    uint64_t seed;
+    uint64_t seed;           // of the jitter
 };
 
 struct pixel_pulse {
-    uint64_t rise, fall; // cycles
+    uint64_t rise; // cycle of the edge that the firmware counts
+    uint64_t fall; // cycle of the other edge
 };
 
 struct pixel_clock {

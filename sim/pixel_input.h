@@ -2,6 +2,10 @@
 //
 // The pixel clock's pulses on their way into one board: queued ahead of time, then driven onto the
 // board's pin (and onto the copy of it, where the board has one), each edge in its exact cycle.
+//
+//   pulse[]   | rise, fall | rise, fall | rise, fall |      added by the bench, some way ahead
+//                   |
+//   pin       ______/----\_________                         driven by an event of the part
 #pragma once
 
 #include <stdbool.h>
@@ -18,7 +22,8 @@
 struct pixel_input {
     avr_t *avr;
     struct inputs *inputs;
-    const struct board_pin *pin, *copy; // copy: NULL for none
+    const struct board_pin *pin;
+    const struct board_pin *copy; // a second pin with the same signal, NULL for none
     struct pixel_pulse pulse[PIXEL_INPUT_PULSES];
     unsigned first, last; // of the queued pulses; the difference is their number
     bool high;            // between the edges of the first one

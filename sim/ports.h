@@ -2,7 +2,14 @@
 //
 // The pins of a part: what its program writes to PORTx and DDRx, and what drives them from outside.
 // A pin reads its own output if it is one, else what drives it from outside, else its pull-up.
-// Ports are letters 'A' to 'L'; where an index is asked for, 0 is port A.
+//
+//   DDRx bit   driven from outside   the pin reads
+//   1          either                PORTx bit
+//   0          yes                   the level from outside
+//   0          no                    PORTx bit: 1 switches the pull-up on; without it the pin is
+//                                    open and reads 0 here
+//
+// Ports are letters 'A' to 'L'; where an index is expected, 0 is port A. Bits are 0 to 7.
 #pragma once
 
 #include <stdbool.h>

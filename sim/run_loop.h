@@ -44,9 +44,9 @@ struct run_loop {
     struct irq_stats *stats;
     const struct skips *skips;
     const struct run_loop_hooks *hooks;
-    enum run_state state;
-    uint64_t end; // of the present call of run_loop_run
-    uint64_t sleep_cycles;
+    enum run_state state;  // the board sets it
+    uint64_t end;          // of the present call of run_loop_run
+    uint64_t sleep_cycles; // so far, in all
 };
 
 // Connects the loop. Call once the part exists. All pointers must stay valid.

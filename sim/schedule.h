@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Events that are scheduled from outside for a board: at a given cycle a pin gets a level, the part
-// is reset or its supply changes.
+// is reset or its supply changes. Pins change in exactly that cycle, even within an instruction.
+// Resets and the supply wait for the end of the instruction in which their cycle falls. A reset of
+// the part does not remove events.
 #pragma once
 
 #include <stdbool.h>
@@ -15,11 +17,11 @@
 #define SCHEDULE_EVENTS 256 // to come at most
 
 struct scheduled_event {
-    uint64_t cycle;
+    uint64_t cycle;              // of the common clock
     enum supply_request request; // SUPPLY_REQUEST_NONE: the event drives a pin
-    char port;                   // of the pin, and to which level
-    uint8_t bit;
-    bool level;
+    char port;                   // of the pin, 'A' to 'L'
+    uint8_t bit;                 // of the pin, 0 to 7
+    bool level;                  // of the pin from then on
 };
 
 struct schedule {

@@ -3,6 +3,9 @@
 // Stack high-water mark: RAM from the end of the image's variables to RAMEND is painted before the
 // run; what is still painted afterwards has never been stack. A power cut leaves noise in RAM; that
 // noise is the paint from then on.
+//
+//   .data .bss .noinit | canary | still painted: free |  has been stack  |
+//                      _end     bottom                                   top = RAMEND
 #pragma once
 
 #include <stdbool.h>

@@ -7,6 +7,13 @@
 //    a program can clear flags, never set them.
 //  * registers of the I/O space get their initial values and all pins become inputs. RAM and the
 //    general purpose registers keep their content, except through a power cut: then they are noise.
+//
+//                       RAM, registers   I/O registers   EEPROM              MCUSR
+//   external, watchdog  kept             initialized     write goes on       one flag more
+//   brown-out           kept             initialized     write goes on       BORF more
+//   power off and on    noise            initialized     byte being written  PORF alone
+//                                                        becomes random
+//
 // Not modelled: the start-up time (the program begins at once), the supply's slope.
 #pragma once
 
@@ -53,10 +60,10 @@ struct supply {
     avr_t *avr;
     struct stack_watch *stack;
     const struct supply_hooks *hooks;
-    bool powered;
-    uint8_t mcusr; // after the next reset
-    struct noise noise;
-    enum supply_request request;
+    bool powered;                // the program runs only while this is true
+    uint8_t mcusr;               // after the next reset
+    struct noise noise;          // of RAM after a power cut
+    enum supply_request request; // that waits for the end of the instruction
 };
 
 // Puts the model of MCUSR in place; the part has power. Call once, between the part's init and its

@@ -2,6 +2,11 @@
 //
 // What the home and limit pins of a board saw: the last change of each and, on request, a log of
 // all changes. It makes no difference who drives the pin.
+//
+//   cycle,board,axis,switch,level
+//   160000,0,1,home,0          the pin of axis 1's home switch went low in this cycle
+//
+// Levels are those of the pin: whether 0 means open or closed depends on the plant (active=...).
 #pragma once
 
 #include <stdbool.h>
@@ -19,7 +24,7 @@ struct switch_state {
 };
 
 struct switches {
-    int board;
+    int board; // the board's number in the log
     const struct board_kind *kind;
     FILE *log; // cycle,board,axis,switch,level; NULL for none
     struct switch_state state[BOARD_AXES][PLANT_SWITCHES];

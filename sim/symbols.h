@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The symbols of an image by name: the functions, variables and linker's marks of its ELF file.
+// The AVR has three address spaces; avr-gcc's linker tells them apart by offsets in the ELF file,
+// which this module removes.
 #pragma once
 
 #include <stdbool.h>
@@ -18,7 +20,8 @@ struct symbol {
 
 struct symbols {
     struct symbol *list;
-    size_t count, room;
+    size_t count; // symbols in the list
+    size_t room;  // for so many
 };
 
 // Reads all symbols of a file. False if it has none or cannot be read. Free them in either case.

@@ -2,6 +2,12 @@
 //
 // All 16-bit timers of a part (timer16.h models one), their input capture pins, and GTCCR, which
 // holds their common prescaler.
+//
+// Rules, from the ATmega328P and ATmega2560 data sheets (GTCCR):
+//  * while TSM is set, "the value that is written to the PSRASY and PSRSYNC bits is kept, hence
+//    keeping the corresponding prescaler reset signals asserted": the timers stand still, and start
+//    together when TSM is cleared.
+//  * without TSM, PSRSYNC clears itself at once.
 #pragma once
 
 #include <stdbool.h>
@@ -15,7 +21,7 @@
 
 struct timers {
     avr_t *avr;
-    int count;
+    int count; // of the part's 16-bit timers
     struct timer16 timer[TIMERS_MOST];
     struct {
         char port;

@@ -50,14 +50,15 @@ struct uart {
     bool shifting; // a frame is on its way out
     bool waiting;  // one more character waits in UDR0
     uint8_t waiting_data;
-    uint64_t shift_end;
+    uint64_t shift_end;         // cycle at which the frame on its way out ends
     struct bus_frame *outgoing; // the frame on its way, NULL if it never reached the bus
 
-    struct uart_char fifo[UART_FIFO];
+    struct uart_char fifo[UART_FIFO]; // received, the oldest first
     int fifo_count;
-    bool overrun;
-    uint8_t rx_last;
+    bool overrun;    // DOR0
+    uint8_t rx_last; // what UDR0 reads while the fifo is empty
 
+    // Frames on the bus, a ring: from `first` on not received yet, from `begun` on not begun.
     struct bus_frame *incoming[UART_INCOMING];
     unsigned incoming_first, incoming_last;
     unsigned incoming_begun; // start bits seen

@@ -3,6 +3,11 @@
 // Waveforms for GTKWave: a scope for each board with STEP, DIR and ENABLE of its axes and its
 // PERMIT, and the pixel clock. A cycle is 62.5 ns; VCD knows only powers of ten, so the time scale
 // is 100 ps and a cycle 625 units.
+//
+//   pixstep                          scope of everything
+//     PIXEL_CLOCK
+//     board0_mega                    scope of a board
+//       STEP0 DIR0 ENABLE0 STEP1 ... ENABLE3 PERMIT
 #pragma once
 
 #include <stdbool.h>
@@ -17,6 +22,7 @@
 struct vcd {
     FILE *file;
     uint64_t cycle; // of the last time stamp
+    // The identifiers of the signals in the file, one printable character each.
     char id[VCD_BOARDS][VCD_AXES][EDGE_SIGNALS];
     char clock_id;
 };
