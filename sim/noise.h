@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Random numbers that are the same in every run with the same seed: jitter, bouncing, and the
-// content of a memory that nobody has written. Each user has a sequence of its own, so that one more
-// number here changes nothing there.
+// content of a memory that nobody has written. Each user has a sequence of its own, so that one
+// more number here changes nothing there.
 #pragma once
 
 #include <stddef.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The command line: the boards of a run, their mechanics, the pixel clock, the output files and what
-// to do. --help describes every option.
+// The command line: the boards of a run, their mechanics, the pixel clock, the output files and
+// what to do. --help describes every option.
 #pragma once
 
 #include <stdbool.h>
