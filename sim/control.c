@@ -238,9 +238,7 @@ static void do_flush(struct control *c)
     wire_log_flush(&c->bench->wire_log);
     plant_log_flush(&c->bench->plant_log);
     csv_flush(c->bench->switch_log);
-    if (c->bench->clock.log != NULL) {
-        (void)fflush(c->bench->clock.log);
-    }
+    csv_flush(c->bench->clock.log);
     for (int i = 0; i < c->bench->boards; i++) {
         if (!bench_save_eeprom(c->bench, i)) {
             control_answer(

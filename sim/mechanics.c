@@ -2,7 +2,10 @@
 
 #include "mechanics.h"
 
-static void drive(struct mechanics *m, unsigned axis, unsigned which, uint64_t cycle)
+static void drive_switch_pin(struct mechanics *m,
+                             unsigned axis,
+                             unsigned which,
+                             uint64_t cycle)
 {
     const struct board_pin *pin =
         switches_pin(m->switches, axis, (enum plant_switch)which);
@@ -23,7 +26,7 @@ static void move_contact(struct mechanics *m, unsigned axis, unsigned which)
     struct contact_edge edge;
 
     if (contact_move(&a->contact[which], &a->plant.settings.contact, &edge)) {
-        drive(m, axis, which, edge.cycle);
+        drive_switch_pin(m, axis, which, edge.cycle);
         if (edge.bounce) { // the change began earlier
             state->first_cycle = first_cycle;
         }
@@ -135,7 +138,7 @@ static void settle_contacts(struct mechanics *m, unsigned axis)
             contact_seed(&a->contact[i], a->plant.settings.seed, place_of(m, axis, i));
         }
         contact_settle(&a->contact[i], a->plant.closed[i]);
-        drive(m, axis, i, m->avr->cycle);
+        drive_switch_pin(m, axis, i, m->avr->cycle);
     }
 }
 

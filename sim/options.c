@@ -24,8 +24,9 @@ static const char manual[] =
     "\n"
     "  --board NAME=IMAGE     a board (uno or mega) and its firmware; board i answers as "
     "unit i + 1\n"
-    "  --plant B.A:KNOBS      mechanics of board B's axis A; knobs joined by commas, any "
-    "of these\n"
+    "  --plant B.A:PARAMETERS mechanics of board B's axis A; parameters joined by "
+    "commas, "
+    "any of these\n"
     "                         (steps, or ticks of 62.5 ns):\n"
     "    play=N               between motor and load (0)\n"
     "    travel=MIN..MAX      limit switches closed at and beyond these (no switches)\n"
@@ -91,7 +92,10 @@ __attribute__((noreturn, format(printf, 1, 2))) static void fail(const char *for
     exit(2);
 }
 
-static uint64_t whole(const char *option, const char *text, uint64_t least, uint64_t most)
+static uint64_t read_whole(const char *option,
+                           const char *text,
+                           uint64_t least,
+                           uint64_t most)
 {
     char *end;
     unsigned long long value;
@@ -109,7 +113,7 @@ static uint64_t whole(const char *option, const char *text, uint64_t least, uint
     return value;
 }
 
-static double real(const char *option, const char *text, double least, double most)
+static double read_real(const char *option, const char *text, double least, double most)
 {
     char *end;
     double value = strtod(text, &end);
@@ -146,9 +150,9 @@ static void read_hz(struct options *o, char *text)
     o->clock.hz_den = 1;
     if (slash != NULL) {
         *slash = '\0';
-        o->clock.hz_den = (uint32_t)whole("--pixel-hz", slash + 1, 1, UINT32_MAX);
+        o->clock.hz_den = (uint32_t)read_whole("--pixel-hz", slash + 1, 1, UINT32_MAX);
     }
-    o->clock.hz_num = (uint32_t)whole("--pixel-hz", text, 1, UINT32_MAX);
+    o->clock.hz_num = (uint32_t)read_whole("--pixel-hz", text, 1, UINT32_MAX);
     if (o->clock.hz_num / o->clock.hz_den > HZ_MOST) {
         fail(
             "--pixel-hz %u/%u: at most %u Hz", o->clock.hz_num, o->clock.hz_den, HZ_MOST);
@@ -241,29 +245,29 @@ static const struct option table[] = {
     {NULL, 0, NULL, 0},
 };
 
-static void take_clock(struct options *o, int id, char *value)
+static void read_clock_option(struct options *o, int id, char *value)
 {
     switch (id) {
     case OPTION_HZ:
         read_hz(o, value);
         break;
     case OPTION_PPM:
-        o->clock.ppm = real("--pixel-ppm", value, -PPM_MOST, PPM_MOST);
+        o->clock.ppm = read_real("--pixel-ppm", value, -PPM_MOST, PPM_MOST);
         break;
     case OPTION_JITTER:
         o->clock.jitter_ns =
-            (uint32_t)whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
+            (uint32_t)read_whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
         break;
     case OPTION_START:
-        o->clock.start_ms = real("--pixel-start-ms", value, 0.01, 1e9);
+        o->clock.start_ms = read_real("--pixel-start-ms", value, 0.01, 1e9);
         break;
     default:
-        o->clock.seed = whole("--seed", value, 0, UINT64_MAX);
+        o->clock.seed = read_whole("--seed", value, 0, UINT64_MAX);
         break;
     }
 }
 
-static void take_mode(struct options *o, int id, const char *value)
+static void read_mode_option(struct options *o, int id, const char *value)
 {
     switch (id) {
     case OPTION_CONTROL:
@@ -276,16 +280,16 @@ static void take_mode(struct options *o, int id, const char *value)
         set_mode(o, MODE_UNIT);
         break;
     case OPTION_UNIT_LIMIT:
-        o->unit_limit_ms = whole("--unit-limit-ms", value, 1, UINT32_MAX);
+        o->unit_limit_ms = read_whole("--unit-limit-ms", value, 1, UINT32_MAX);
         break;
     default:
         set_mode(o, MODE_RUN_MS);
-        o->run_ms = whole("--run-ms", value, 1, UINT32_MAX);
+        o->run_ms = read_whole("--run-ms", value, 1, UINT32_MAX);
         break;
     }
 }
 
-static void take_output(struct options *o, int id, const char *path)
+static void read_output_option(struct options *o, int id, const char *path)
 {
     switch (id) {
     case OPTION_EDGES:
@@ -312,7 +316,7 @@ static void take_output(struct options *o, int id, const char *path)
     }
 }
 
-static void take(struct options *o, int id, char *value)
+static void read_option(struct options *o, int id, char *value)
 {
     switch (id) {
     case OPTION_BOARD:
@@ -331,11 +335,11 @@ static void take(struct options *o, int id, char *value)
         exit(2); // getopt has printed what is wrong
     default:
         if (id >= OPTION_CONTROL) {
-            take_mode(o, id, value);
+            read_mode_option(o, id, value);
         } else if (id >= OPTION_EDGES) {
-            take_output(o, id, value);
+            read_output_option(o, id, value);
         } else {
-            take_clock(o, id, value);
+            read_clock_option(o, id, value);
         }
         break;
     }
@@ -374,7 +378,7 @@ void options_read(struct options *o, int argc, char **argv)
     o->unit_limit_ms = DEFAULT_UNIT_LIMIT_MS;
     argv[0] = (char[]){"pixstep-sim"}; // for getopt's own messages
     while ((id = getopt_long(argc, argv, "", table, NULL)) != -1) {
-        take(o, id, optarg);
+        read_option(o, id, optarg);
     }
     if (optind < argc) {
         fail("'%s' is not an option (--help lists them)", argv[optind]);

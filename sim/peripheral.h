@@ -40,6 +40,12 @@ void peripheral_raise(const struct peripheral_host *host,
 __attribute__((format(printf, 2, 3))) void peripheral_refuse(
     const struct peripheral_host *host, const char *format, ...);
 
+// The earlier of two cycles; UINT64_MAX stands for never.
+static inline uint64_t peripheral_earlier(uint64_t a, uint64_t b)
+{
+    return (a < b) ? a : b;
+}
+
 // Lets libsimavr call `callback` at the end of the instruction in which cycle `due` falls; a cycle
 // that is over counts as now. Replaces an earlier request for the same callback and parameter. The
 // callback returns the next due cycle, or 0.

@@ -11,7 +11,7 @@ static uint64_t next_edge(const struct pixel_input *p)
     return p->high ? pulse->fall : pulse->rise;
 }
 
-static void drive(struct pixel_input *p, uint64_t cycle)
+static void drive_pins(struct pixel_input *p, uint64_t cycle)
 {
     inputs_drive(p->inputs, p->pin->port, p->pin->bit, p->high, cycle);
     if (p->copy != NULL) {
@@ -32,7 +32,7 @@ static avr_cycle_count_t on_edge(avr_t *avr, avr_cycle_count_t when, void *param
         }
         p->high = !p->high;
         p->first += p->high ? 0 : 1;
-        drive(p, due);
+        drive_pins(p, due);
     }
     return 0;
 }

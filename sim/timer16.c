@@ -43,11 +43,6 @@ uint16_t timer16_count(const struct timer16 *t, uint64_t cycle)
     return t->counting ? (uint16_t)(cycle - t->bottom) : t->frozen;
 }
 
-static uint64_t earliest(uint64_t a, uint64_t b)
-{
-    return (a < b) ? a : b;
-}
-
 static void raise_unless_set(struct timer16 *t, avr_int_vector_t *vector, uint64_t cycle)
 {
     if (vector->vector != 0 && avr_regbit_get(t->avr, vector->raised) == 0) {
@@ -63,7 +58,7 @@ static void set_output(struct timer16 *t, int channel, bool level, uint64_t cycl
     }
 }
 
-static void happen_match(struct timer16 *t, int channel)
+static void apply_match(struct timer16 *t, int channel)
 {
     uint64_t cycle = t->match_due[channel];
     unsigned com = timer16_com(t, channel);
@@ -75,11 +70,11 @@ static void happen_match(struct timer16 *t, int channel)
     }
 }
 
-static void happen_matches(struct timer16 *t, uint64_t cycle)
+static void apply_matches(struct timer16 *t, uint64_t cycle)
 {
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
         if (t->match_due[i] == cycle) {
-            happen_match(t, i);
+            apply_match(t, i);
         }
     }
 }
@@ -118,7 +113,7 @@ static void load_buffers(struct timer16 *t, uint64_t cycle)
     check_top(t);
 }
 
-static void happen_bottom(struct timer16 *t)
+static void apply_bottom(struct timer16 *t)
 {
     t->bottom = t->bottom_due;
     if (timer16_mode(t) == MODE_FAST_PWM_OCRA) {
@@ -131,7 +126,7 @@ static void happen_bottom(struct timer16 *t)
     raise_unless_set(t, &t->part->overflow, t->bottom);
 }
 
-static void happen_capture(struct timer16 *t)
+static void apply_capture(struct timer16 *t)
 {
     uint64_t cycle = t->capture_due;
 
@@ -142,27 +137,27 @@ static void happen_capture(struct timer16 *t)
 
 static uint64_t next_match(const struct timer16 *t)
 {
-    uint64_t due = earliest(t->match_due[0], t->match_due[1]);
+    uint64_t due = peripheral_earlier(t->match_due[0], t->match_due[1]);
 
-    return earliest(due, t->match_due[2]);
+    return peripheral_earlier(due, t->match_due[2]);
 }
 
 void timer16_sync(struct timer16 *t, uint64_t cycle)
 {
     for (;;) {
         uint64_t match = next_match(t);
-        uint64_t count = earliest(match, t->bottom_due);
-        uint64_t due = earliest(count, t->capture_due);
+        uint64_t count = peripheral_earlier(match, t->bottom_due);
+        uint64_t due = peripheral_earlier(count, t->capture_due);
 
         if (due > cycle) {
             return;
         }
         if (due == match) {
-            happen_matches(t, due);
+            apply_matches(t, due);
         } else if (due == t->bottom_due) {
-            happen_bottom(t); // before a capture in the same cycle, which then reads 0
+            apply_bottom(t); // before a capture in the same cycle, which then reads 0
         } else {
-            happen_capture(t);
+            apply_capture(t);
         }
     }
 }
@@ -176,7 +171,7 @@ static bool match_matters(const struct timer16 *t, int channel)
 
 static uint64_t next_due(const struct timer16 *t)
 {
-    uint64_t due = earliest(t->bottom_due, t->capture_due);
+    uint64_t due = peripheral_earlier(t->bottom_due, t->capture_due);
 
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
         if (t->match_due[i] < due && match_matters(t, i)) {
@@ -186,7 +181,7 @@ static uint64_t next_due(const struct timer16 *t)
     return due;
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_effect_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct timer16 *t = param;
     uint64_t due;
@@ -207,9 +202,9 @@ void timer16_schedule(struct timer16 *t)
         return;
     }
     if (due == TIMER16_NEVER) {
-        avr_cycle_timer_cancel(t->avr, on_due, t);
+        avr_cycle_timer_cancel(t->avr, on_effect_due, t);
     } else {
-        peripheral_schedule(t->avr, due, on_due, t);
+        peripheral_schedule(t->avr, due, on_effect_due, t);
     }
 }
 

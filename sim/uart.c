@@ -82,7 +82,7 @@ void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 }
 
 // The frame on its way out has ended. The waiting one follows at once, or transmission is complete.
-static void happen_sent(struct uart *u)
+static void end_sent_frame(struct uart *u)
 {
     uint64_t end = u->shift_end;
 
@@ -162,7 +162,7 @@ static void receive(struct uart *u, const struct bus_frame *frame, uint64_t cycl
     u->hooks->byte(u->hooks->host.board, false, character.data, cycle);
 }
 
-static void happen_begun(struct uart *u)
+static void begin_received_frame(struct uart *u)
 {
     u->incoming_begun++;
     if ((uart_ucsrb(u) & RXEN) != 0) {
@@ -170,7 +170,7 @@ static void happen_begun(struct uart *u)
     }
 }
 
-static void happen_received(struct uart *u, uint64_t cycle)
+static void end_received_frame(struct uart *u, uint64_t cycle)
 {
     const struct bus_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
 
@@ -199,25 +199,21 @@ static uint64_t begun_due(const struct uart *u)
                : frame_begun_at(u, u->incoming[u->incoming_begun % UART_INCOMING]);
 }
 
-static uint64_t earlier(uint64_t a, uint64_t b)
-{
-    return (a < b) ? a : b;
-}
-
 static uint64_t next_due(const struct uart *u)
 {
-    return earlier(sent_due(u), earlier(begun_due(u), received_due(u)));
+    return peripheral_earlier(sent_due(u),
+                              peripheral_earlier(begun_due(u), received_due(u)));
 }
 
 void uart_sync(struct uart *u, uint64_t cycle)
 {
     for (uint64_t due = next_due(u); due <= cycle; due = next_due(u)) {
         if (due == sent_due(u)) {
-            happen_sent(u);
+            end_sent_frame(u);
         } else if (due == begun_due(u)) {
-            happen_begun(u);
+            begin_received_frame(u);
         } else {
-            happen_received(u, due);
+            end_received_frame(u, due);
         }
     }
 }
@@ -225,7 +221,7 @@ void uart_sync(struct uart *u, uint64_t cycle)
 // A start bit has no visible effect of its own: the next sync takes it into account.
 static uint64_t next_wake(const struct uart *u)
 {
-    return earlier(sent_due(u), received_due(u));
+    return peripheral_earlier(sent_due(u), received_due(u));
 }
 
 static avr_cycle_count_t on_frame_due(avr_t *avr, avr_cycle_count_t when, void *param)

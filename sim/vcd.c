@@ -60,7 +60,7 @@ bool vcd_open(struct vcd *v,
     return true;
 }
 
-static void stamp(struct vcd *v, uint64_t cycle)
+static void write_time(struct vcd *v, uint64_t cycle)
 {
     if (cycle != v->cycle) {
         v->cycle = cycle;
@@ -73,7 +73,7 @@ void vcd_edge(struct vcd *v, const struct edge *edge)
     char id = (edge->signal == EDGE_CLOCK) ? v->clock_id
                                            : v->id[edge->board][edge->axis][edge->signal];
 
-    stamp(v, edge->cycle);
+    write_time(v, edge->cycle);
     (void)fprintf(v->file, "%c%c\n", edge->level != 0 ? '1' : '0', id);
 }
 
@@ -86,7 +86,7 @@ bool vcd_close(struct vcd *v, uint64_t end_cycle)
 {
     bool fine;
 
-    stamp(v, end_cycle);
+    write_time(v, end_cycle);
     fine = ferror(v->file) == 0;
     return fclose(v->file) == 0 && fine;
 }

@@ -18,19 +18,20 @@
 #define WDP     (WDP3 | WDP2_0)
 #define WDP_TOP 9U
 
-static uint8_t *control(const struct watchdog *w)
+static uint8_t *control_register(const struct watchdog *w)
 {
     return &w->avr->data[w->part->wdce.reg];
 }
 
 static bool is_running(const struct watchdog *w)
 {
-    return (*control(w) & (WDE | WDIE)) != 0;
+    return (*control_register(w) & (WDE | WDIE)) != 0;
 }
 
 static unsigned prescaler_bits(const struct watchdog *w)
 {
-    return (*control(w) & WDP2_0) | (unsigned)((*control(w) & WDP3) >> 2);
+    return (*control_register(w) & WDP2_0) |
+           (unsigned)((*control_register(w) & WDP3) >> 2);
 }
 
 static uint64_t time_out_cycle(const struct watchdog *w)
@@ -40,7 +41,7 @@ static uint64_t time_out_cycle(const struct watchdog *w)
 
 static void time_out(struct watchdog *w)
 {
-    uint8_t bits = *control(w);
+    uint8_t bits = *control_register(w);
     bool waited = (bits & WDE) != 0 && (bits & WDIF) != 0;
 
     if ((bits & WDIE) == 0 || waited) {
@@ -51,7 +52,7 @@ static void time_out(struct watchdog *w)
 }
 
 // WDR only moves the time-out; the event finds this out when it comes, so that WDR costs nothing.
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_time_out_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct watchdog *w = param;
 
@@ -71,9 +72,9 @@ static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
 static void schedule_time_out(struct watchdog *w)
 {
     if (!is_running(w)) {
-        avr_cycle_timer_cancel(w->avr, on_due, w);
+        avr_cycle_timer_cancel(w->avr, on_time_out_due, w);
     } else {
-        peripheral_schedule(w->avr, time_out_cycle(w), on_due, w);
+        peripheral_schedule(w->avr, time_out_cycle(w), on_time_out_due, w);
     }
 }
 
@@ -92,7 +93,7 @@ static uint8_t control_after_write(const struct watchdog *w,
                                    uint8_t value,
                                    bool may_change)
 {
-    uint8_t before = *control(w);
+    uint8_t before = *control_register(w);
     uint8_t locked = (uint8_t)(WDP | (before & WDE)); // WDE can always be set
     uint8_t after = value & (WDIE | WDE | WDP);
 
@@ -106,7 +107,7 @@ static uint8_t control_after_write(const struct watchdog *w,
 static void follow_interrupt(struct watchdog *w, uint64_t cycle)
 {
     avr_int_vector_t *vector = &w->part->watchdog;
-    bool wanted = (*control(w) & (WDIF | WDIE)) == (WDIF | WDIE);
+    bool wanted = (*control_register(w) & (WDIF | WDIE)) == (WDIF | WDIE);
 
     if (!wanted) {
         vector->pending = 0;
@@ -152,14 +153,14 @@ static void on_running(struct avr_irq_t *irq, uint32_t value, void *param)
     const struct watchdog *w = param;
 
     (void)irq;
-    if (value != 0 && (*control(w) & WDE) != 0) {
-        *control(w) &= (uint8_t)~WDIE;
+    if (value != 0 && (*control_register(w) & WDE) != 0) {
+        *control_register(w) &= (uint8_t)~WDIE;
     }
 }
 
 void watchdog_reset(struct watchdog *w)
 {
-    *control(w) = reset_flag_set(w) ? WDE : 0;
+    *control_register(w) = reset_flag_set(w) ? WDE : 0;
     w->since = w->avr->cycle;
     w->change_until = 0;
     schedule_time_out(w);
