@@ -23,8 +23,8 @@
 #define BUS_BITS     11U     // 8 data bits, parity and a stop bit, or two stop bits
 #define BUS_BAUD_MIN 300U
 #define BUS_BAUD_MAX 2000000U
-#define BUS_SILENCE                                                                      \
-    28000U // 1750 us: Modbus RTU's end of a frame at this speed, in cycles
+// Modbus RTU's end of a frame at this speed, in cycles: 1750 us.
+#define BUS_SILENCE 28000U
 
 enum bus_parity { BUS_PARITY_NONE, BUS_PARITY_ODD, BUS_PARITY_EVEN };
 
@@ -50,8 +50,8 @@ struct bus {
     struct wire_log *log;      // of the frames for the first board; NULL for none
 };
 
-// An idle bus without boards; the master sends at BUS_BAUD with even parity and receives frames
-// of any rate and parity.
+// An idle bus without boards; the master sends at BUS_BAUD with even parity and receives frames of
+// any rate and parity.
 void bus_init(struct bus *bus);
 
 // Connects the next board, BUS_BOARDS at most.

@@ -57,8 +57,8 @@ struct comparator {
     bool output, output_before; // now, and until output_cycle
     uint64_t output_cycle;
     bool flagged; // the last change of the output sets ACI, once ACO shows it
-    char
-        port; // of the negative input, 0 while that is not an ADC pin against the bandgap
+    // The pin of the negative input; port is 0 while that is not an ADC pin against the bandgap.
+    char port;
     uint8_t bit;
 };
 

@@ -18,10 +18,10 @@
 
 #include "noise.h"
 
-#define CONTACT_NEVER UINT64_MAX
-#define CONTACT_CHANGES                                                                  \
-    64 // of the switch that the contact has not followed yet; a power of two
+#define CONTACT_NEVER       UINT64_MAX
 #define CONTACT_BOUNCE_MOST 64
+// Changes of the switch that the contact has not followed yet; a power of two.
+#define CONTACT_CHANGES 64
 
 struct contact_settings {
     uint32_t delay_ticks; // from a change of the switch to the contact's first edge
@@ -35,16 +35,15 @@ struct contact {
     bool switch_closed; // the state of its switch, which the contact will follow
     struct noise random;
 
-    // Changes of the switch that wait for their delay, a ring: the contact's first edge is due
-    // then.
+    // A ring: changes of the switch, and when the contact's first edge of each is due.
     struct {
         uint64_t due;
         bool closed;
     } change[CONTACT_CHANGES];
     unsigned change_first, change_last;
 
-    // The cycles of the bouncing that is going on.
-    uint64_t bounce_at[CONTACT_BOUNCE_MOST]; // of the change that was due last, in order
+    // The cycles of the bouncing of the change that was due last, in their order.
+    uint64_t bounce_at[CONTACT_BOUNCE_MOST];
     unsigned bounces, bounce_next;
 };
 

@@ -31,8 +31,8 @@ struct irq_vector_stats {
     uint64_t cycles_sum;
     uint32_t cycles_min, cycles_max;
     uint32_t latency_max; // from the flag to the service
-    uint64_t flag_cycle;  // the flag that is not yet served came up here
-    bool flagged;         // flag_cycle is exact
+    uint64_t flag_cycle;  // of the flag that came up last
+    bool flagged;         // that flag has not been served yet
 };
 
 struct irq_stats {
@@ -56,10 +56,9 @@ struct irq_stats {
     uint64_t section_since, section_interrupts_since;
 
     uint64_t off_since; // interrupts are off since this cycle
-    bool off,
-        started; // started: the program has enabled interrupts, its start-up is over
-    bool
-        off_in_main; // switched off by the main program, not by the service of an interrupt
+    bool off;           // interrupts are off
+    bool off_in_main;   // by the main program, not by the service of an interrupt
+    bool started;       // the program has enabled interrupts: its start-up is over
     // The longest time with interrupts off: any, and any that the main program began.
     uint64_t off_max, off_main_max;
 };

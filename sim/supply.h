@@ -37,7 +37,7 @@ enum supply_cause {
 // this list happens.
 enum supply_request {
     SUPPLY_REQUEST_NONE,
-    SUPPLY_REQUEST_EXTERNAL, // resets, in the order of enum supply_cause
+    SUPPLY_REQUEST_EXTERNAL, // resets
     SUPPLY_REQUEST_BROWN_OUT,
     SUPPLY_REQUEST_WATCHDOG,
     SUPPLY_REQUEST_OFF,

@@ -52,8 +52,7 @@ struct timer16_hooks {
 
 struct timer16 {
     avr_t *avr;
-    avr_timer_t
-        *part; // register addresses and vectors, from simavr's description of the part
+    avr_timer_t *part; // register addresses and vectors, from simavr's description
     const struct timer16_hooks *hooks;
     char name; // '1', '3', '4' or '5'
 
@@ -61,21 +60,20 @@ struct timer16 {
     uint16_t icr;
     uint16_t ocr[TIMER16_CHANNELS];        // what the comparator sees
     uint16_t ocr_buffer[TIMER16_CHANNELS]; // what the program sees
-    bool oc_level
-        [TIMER16_CHANNELS]; // of the compare output, whether or not it is connected to its pin
+    // Levels of the compare outputs, whether or not they are connected to their pins.
+    bool oc_level[TIMER16_CHANNELS];
 
     bool held;       // by GTCCR: counts only when released
     bool counting;   // clock selected and not held
     uint16_t frozen; // TCNT while not counting
-    bool
-        blocked; // TCNT was written then: the match in the first clock to come is blocked
+    bool blocked;    // TCNT was written then: the first clock to come has no match
     uint64_t bottom; // cycle of TCNT = 0 while counting
-    bool icp_level;  // at the input capture's front end, since icp_cycle
-    bool
-        icp_lasting; // the last level before that one which the noise canceler let through
+    // The level at the input capture's front end since icp_cycle, and the last level before it that
+    // the noise canceler let through.
+    bool icp_level, icp_lasting;
     uint64_t icp_cycle;
-    bool
-        delivering; // within the callback of simavr's event, whose result schedules the next one
+    // Within the callback of simavr's event, whose result schedules the next one.
+    bool delivering;
 
     // Cycles at which these take effect; TIMER16_NEVER when not due.
     uint64_t match_due[TIMER16_CHANNELS];

@@ -23,9 +23,10 @@
 #include "bus_frame.h"
 #include "peripheral.h"
 
-#define UART_INCOMING                                                                    \
-    1024            // frames already on the bus that end in the future; a power of two
-#define UART_FIFO 3 // two buffered characters and the shift register
+// Frames already on the bus that end in the future; a power of two.
+#define UART_INCOMING 1024
+// Two buffered characters and the shift register.
+#define UART_FIFO 3
 
 struct uart_char {
     uint8_t data;
@@ -42,7 +43,7 @@ struct uart_hooks {
 
 struct uart {
     avr_t *avr;
-    avr_uart_t *part;
+    avr_uart_t *part; // register addresses and vectors, from simavr's description
     const struct uart_hooks *hooks;
     struct bus *bus;
     int index; // of this board on the bus
@@ -91,8 +92,8 @@ void uart_reset(struct uart *uart);
 // reached. The bus calls it with the UART as `uart`.
 void uart_receive(void *uart, struct bus_frame *frame);
 
-// Raises the interrupts whose levels are up and withdraws the others. Call after every service
-// of an interrupt.
+// Raises the interrupts whose levels are up and withdraws the others. Call after every service of
+// an interrupt.
 void uart_follow_levels(struct uart *uart);
 
 // The bus driver was switched off at this cycle: a frame on its way out is cut.
