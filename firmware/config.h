@@ -3,6 +3,8 @@
 // in core/wire/registers.def instead.
 #pragma once
 
+#include "build_features.h" // FEATURE_*
+
 // Version, reported by function 17 and input register 1.
 #define CONFIG_VERSION_MAJOR 0
 #define CONFIG_VERSION_MINOR 1
@@ -49,7 +51,7 @@
 #define CONFIG_PIXEL_CLOCK_AXIS          0
 #define CONFIG_SWITCH_CAPTURE_AXIS       0  // the comparator's timer is timer 1
 #define CONFIG_QUEUE_ENTRIES             32 // runs and marks per axis
-#define CONFIG_EVENTS                    0  // kept in the event log
+#define CONFIG_EVENTS                    8  // kept in the event log
 #define CONFIG_MIN_INTERVAL_TICKS        63u
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 120u
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   266u
@@ -71,7 +73,11 @@
 #endif
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
-#define CONFIG_INDEX(axis) ((uint8_t)(CONFIG_AXES == 1 ? 0 : (axis)))
+#if CONFIG_AXES == 1
+#define CONFIG_INDEX(axis) ((void)(axis), (uint8_t)0)
+#else
+#define CONFIG_INDEX(axis) ((uint8_t)(axis))
+#endif
 
 #if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
 #error                                                                                   \

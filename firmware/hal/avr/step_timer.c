@@ -252,25 +252,18 @@ uint8_t step_timer_beat(uint8_t axis)
     return (uint8_t)(engine->tail + (uint8_t)engine->left + (uint8_t)engine->idle_count);
 }
 
-bool step_timer_release(uint8_t axis,
-                        struct feed *feed,
-                        uint32_t delay_ticks,
-                        uint16_t idle_count)
+bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
 {
-    bool released = false;
+    bool published = false;
 
-    feed_fill_front(feed, delay_ticks);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         if (step_engines[CONFIG_INDEX(axis)].idle_count == idle_count) {
-            feed_publish_front(feed);
-            released = true;
+            step_rings[CONFIG_INDEX(axis)].high[slot] = STEP_HIGH_COMMAND;
+            published = true;
         }
     }
-    if (released) {
-        feed_front_released(feed, delay_ticks);
-    }
-    return released;
+    return published;
 }
 
 // The overflow interrupt takes over again from the one of a halted axis.
