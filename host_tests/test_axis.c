@@ -53,13 +53,13 @@ static void pass_edges(uint16_t backlash, uint32_t step_ticks, int32_t position)
 static void check_newest_record(uint16_t backlash)
 {
     const struct ledger *ledger = &bench.axis.ledger;
-    uint8_t newest = ledger->record_next == 0 ? LEDGER_RECORDS : ledger->record_next;
-    const struct pixel_record *record = &ledger->records[newest - 1u];
+    struct pixel_record record =
+        records_get(&ledger->records, (uint8_t)(ledger->records.count - 1u));
 
-    TEST_ASSERT_EQUAL_UINT16(ledger->pixel, record->pixel);
-    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record->pixel),
-                            record->expected_steps);
-    TEST_ASSERT_EQUAL_INT32(record->expected_steps, record->actual_steps);
+    TEST_ASSERT_EQUAL_UINT16(ledger->pixel, record.pixel);
+    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record.pixel),
+                            record.expected_steps);
+    TEST_ASSERT_EQUAL_INT32(record.expected_steps, record.actual_steps);
 }
 
 static void run_worked_example(uint16_t backlash)
@@ -225,11 +225,12 @@ static void plain_line_with_reversals(void)
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(413, bench.steps);
-    TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.record_count);
+    TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.records.count);
     for (uint8_t i = 0; i < 8; i++) {
+        TEST_ASSERT_EQUAL_INT32(
+            positions[i], records_get(&bench.axis.ledger.records, i).expected_steps);
         TEST_ASSERT_EQUAL_INT32(positions[i],
-                                bench.axis.ledger.records[i].expected_steps);
-        TEST_ASSERT_EQUAL_INT32(positions[i], bench.axis.ledger.records[i].actual_steps);
+                                records_get(&bench.axis.ledger.records, i).actual_steps);
     }
 }
 
@@ -261,7 +262,7 @@ static void chained_lines(void)
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
     TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 9u * 16000uL, last_step_ticks);
     TEST_ASSERT_EQUAL_UINT16(3, bench.axis.lines_done);
-    TEST_ASSERT_EQUAL_INT32(-40, bench.axis.ledger.records[3].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(-40, records_get(&bench.axis.ledger.records, 3).actual_steps);
     TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
 }
@@ -301,7 +302,8 @@ static void runs_longer_than_the_ring_has_room(void)
         (void)bench_period();
     }
     TEST_ASSERT_EQUAL_INT32(2L * 16383, bench.steps);
-    TEST_ASSERT_EQUAL_INT32(2L * 16383, bench.axis.ledger.records[1].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(2L * 16383,
+                            records_get(&bench.axis.ledger.records, 1).actual_steps);
 }
 
 static void waiting_line_is_not_chained(void)

@@ -69,7 +69,7 @@ static void board_describes_itself(void)
                              bench_input(REG_INPUT_min_interval_ticks));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
                              bench_input(REG_INPUT_smooth_min_interval_ticks));
-    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS, bench_input(REG_INPUT_record_capacity));
+    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_INPUT_record_capacity));
     TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
 }
 
@@ -99,7 +99,7 @@ static void mapped_inputs(void)
     check_inputs(true, REG_EVENT_BASE - 100, 125);
     check_inputs(true, REG_INPUT_fault_mask_high, 9);
     check_inputs(false, REG_INPUT_fault_mask_high, 10);
-    check_inputs(false, REG_INPUT_event_capacity + 1, 1);
+    check_inputs(false, REG_INPUT_features + 1, 1);
     check_inputs(true, REG_RECORD_BASE + 3 * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
     check_inputs(false, REG_RECORD_BASE - 1, 2);
@@ -312,11 +312,11 @@ static void check_record(uint8_t number, uint16_t pixel, int32_t steps)
 
 static void records_oldest_first(void)
 {
-    start_line(-7, LEDGER_RECORDS + 3u);
+    start_line(-7, RECORDS_KEPT + 3u);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(LEDGER_RECORDS + 3u, bench_input_wide(REG_RECORD_BASE));
-    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS, bench_input(REG_RECORD_BASE + 2));
-    for (uint8_t i = 0; i < LEDGER_RECORDS; i++) {
+    TEST_ASSERT_EQUAL_UINT32(RECORDS_KEPT + 3u, bench_input_wide(REG_RECORD_BASE));
+    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_RECORD_BASE + 2));
+    for (uint8_t i = 0; i < RECORDS_KEPT; i++) {
         check_record(i, (uint16_t)(4u + i), -7 * (int32_t)(4 + i));
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Every module of the board at its beginning.
+// The board at its beginning: what needs more than memory that reads 0.
 #pragma once
 
 // Settings, axes, faults and what stands between them. Interrupts off; time_check_start() must

@@ -31,11 +31,13 @@ static APART uint16_t record_word(const struct pixel_record *record, uint8_t wor
 
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
+    uint8_t count = ledger->records.count;
+
     if (offset < 2) {
-        return half_word(ledger->record_count == 0 ? 0 : ledger->pixel, offset == 1);
+        return half_word(count == 0 ? 0 : ledger->pixel, offset == 1);
     }
     if (offset < REG_RECORD_HEADER) {
-        return offset == 2 ? ledger->record_count : 0;
+        return offset == 2 ? count : 0;
     }
     uint8_t behind_header = (uint8_t)(offset - REG_RECORD_HEADER);
     // A reply of records passes here for each of its words: the quotient by a product, right up to
@@ -44,16 +46,12 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
     uint8_t number = (uint8_t)((uint16_t)behind_header * 43u >> 8);
     uint8_t word = (uint8_t)(behind_header - number * REG_RECORD_WORDS);
 
-    if (number >= ledger->record_count) {
+    if (number >= count) {
         return 0;
     }
-    // Oldest first: the ring's next slot is the oldest once it is full.
-    uint8_t slot = number;
-    if (ledger->record_count == LEDGER_RECORDS) {
-        slot = (uint8_t)(slot + ledger->record_next);
-        slot = slot >= LEDGER_RECORDS ? (uint8_t)(slot - LEDGER_RECORDS) : slot;
-    }
-    return record_word(&ledger->records[slot], word);
+    struct pixel_record record = records_get(&ledger->records, number);
+
+    return record_word(&record, word);
 }
 
 // The input registers that there are, in order.

@@ -106,12 +106,14 @@ static uint16_t position_steps(uint8_t axis, bool low)
 
 static uint16_t expected_steps(uint8_t axis, bool low)
 {
-    const struct ledger *ledger = &axes_get(axis)->ledger;
-    uint8_t newest = ledger->record_next == 0 ? LEDGER_RECORDS : ledger->record_next;
+    const struct records *records = &axes_get(axis)->ledger.records;
 
-    return ledger->record_count == 0
-               ? 0
-               : half_word((uint32_t)ledger->records[newest - 1u].expected_steps, low);
+    if (records->count == 0) {
+        return 0;
+    }
+    struct pixel_record newest = records_get(records, (uint8_t)(records->count - 1u));
+
+    return half_word((uint32_t)newest.expected_steps, low);
 }
 
 static uint16_t axis_state(uint8_t axis, bool low)
@@ -201,7 +203,7 @@ static const struct source board[] IN_FLASH = {
          offsetof(struct pixel_period, whole_ticks)),
     [REG_INPUT_min_interval_ticks] = CONSTANT(CONFIG_MIN_INTERVAL_TICKS),
     [REG_INPUT_smooth_min_interval_ticks] = CONSTANT(CONFIG_SMOOTH_MIN_INTERVAL_TICKS),
-    [REG_INPUT_record_capacity] = CONSTANT(LEDGER_RECORDS),
+    [REG_INPUT_record_capacity] = CONSTANT(RECORDS_KEPT),
     [REG_INPUT_inputs] = CALL(inputs),
 #if FEATURE_HOMING
     [REG_INPUT_trip_code] = MEMBER(WIDTH_BYTE, OWNER_SEEK, IN_SEEK(trip_code)),

@@ -4,10 +4,13 @@
 #include <string.h>
 
 #include "app/board.h"
+#include "app/drivers.h"
 #include "app/events.h"
+#include "app/inputs.h"
 #include "app/round.h"
 #include "app/safety.h"
 #include "app/time_check.h"
+#include "app/traffic.h"
 #include "fakes/board.h"
 #include "fakes/eeprom.h"
 #include "wire/bytes.h"
@@ -27,10 +30,24 @@ void bench_clock_off(void)
     fake_pixel_clock(0, 0, 0);
 }
 
+// What a reset leaves at 0 on the board.
+static void forget(void)
+{
+    drivers_start();
+    events_start();
+    faults_start();
+    inputs_start();
+    permit_set(false);
+    round_start();
+    token_set(0);
+    traffic_start();
+}
+
 void bench_power_on(void)
 {
     fake_power_on();
     fake_eeprom_reset();
+    forget();
     board_start();
     bench_settings()->pixel_hz_num[1] = BENCH_PIXEL_HZ;
     limits_apply_settings();
