@@ -166,7 +166,7 @@ def main() -> None:
     graph: dict[str, list[str]] = {}
     for file in repository_files():
         path = file.relative_to(ROOT).as_posix()
-        if file.suffix in {".c", ".h", ".def", ".S"} and layer_of(path):
+        if file.suffix in {".c", ".h", ".def", ".S", ".inc"} and layer_of(path):
             found, graph[path] = check_file(file)
             problems += found
     finish("layers", f"{len(graph)} C files", problems + find_circles(graph))

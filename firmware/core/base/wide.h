@@ -2,15 +2,18 @@
 // Two's complement numbers of 40 bits, for a processor to which 64 are much dearer.
 #pragma once
 
+#include <stddef.h> // offsetof
 #include <stdint.h>
 
-#include "base/multiply.h"
+#include "base/multiply.h"    // multiply_u32_u16
+#include "base/wide_layout.h" // WIDE_LOW
 
 // high * 256 + low
 struct wide {
     int32_t high;
     uint8_t low;
 };
+_Static_assert(offsetof(struct wide, low) == WIDE_LOW, "known to the assembly");
 
 static inline struct wide wide_from(int64_t value)
 {
