@@ -18,6 +18,7 @@ HOSTED = {"*"}
 STEP_TYPES = {
     "firmware/core/motion/feed.h",
     "firmware/core/motion/ledger.h",
+    "firmware/core/motion/step_codes.h",
     "firmware/core/motion/step_engine.h",
     "firmware/core/motion/step_ring.h",
 }
