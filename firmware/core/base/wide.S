@@ -9,7 +9,7 @@
 ;     r26, r27, r30, r31  bits 8 to 39 of the product
 ;     r25                 0
 ;
-; 52 cycles with `call` and `ret` (ATmega2560: 54).
+; 51 cycles with `call` and `ret` (ATmega2560: 53).
 #include "base/asm.inc" // macros
 
 #define A0   r24

@@ -38,10 +38,11 @@
 ;                                                           --    --
 ;     a step of q ticks                                     22    35
 ;     difference += 2h, value += difference, gain += turn,
-;     one tick more, less the comparison                    15    25
+;     one tick more, less the comparison                    15    29
 ;                                                           --    --
-;     a step of q + 1 ticks                                 37    60
-;     when q moves by one, besides: about                   45    65
+;     a step of q + 1 ticks                                 37    64
+;     q + 1 for q, besides                                  39    90
+;     q - 1 for q, besides                                  57   109
 ;
 ; The paths through a step. Those on the left are the frequent ones:
 ;

@@ -16,10 +16,15 @@
 ;                  the bit, and the divisor's     T         the value is negative
 ;                  sixth byte
 ;
-; Cycles of curve_steep_fit(), besides 80 for the call and the registers:
+; Cycles of curve_steep_fit(), besides 92 (ATmega2560: 94) for the call and the
+; registers:
 ;
-;     an evaluation                    160, and 24 more for an interval of 2^16 ticks or more
-;     its quotient                     27, and 46 at most for each bit of the quotient
+;     an evaluation                    145; 3 more where h < 0, 17 more from 2^16 ticks on
+;     its quotient, 0                  25: the guess is right
+;     its quotient, positive           29, and 36 or 42 for each bit
+;     its quotient, negative           33, and 36 or 42 for each bit
+;
+; A right guess: 262 (ATmega2560: 264). curve_steep_root(): 365 to 429 (ATmega2560: 367 to 431).
 #include "base/asm.inc" // macros
 #include "motion/curve_steep_layout.h"
 
@@ -67,7 +72,7 @@ function curve_steep_fit
 fit_evaluate:
     load_plain CURVE_STEEP_HALF, H0, H1 ; 4
 
-    ; bend = h * (ticks - 1) = h * ticks - h                      50
+    ; bend = h * (ticks - 1) = h * ticks - h                      38 (41)
     mul H0, N0
     mov E0, r0
     mov E1, r1
@@ -86,10 +91,10 @@ fit_evaluate:
     sub_number E2, E3, E4, TICKS        ;    h was taken as 2^16 too much
 1:  sub_number BEND, H0, H1, r0, r0, r0
 
-    ; sum = slope + bend                                          16
+    ; sum = slope + bend                                          15
     load_wide CURVE_STEEP_SLOPE, SUM
     add_number SUM, BEND
-    ; value = sum * ticks                                         50, 24 more for long intervals
+    ; value = sum * ticks                                         49, 17 more for long intervals
     mul D0, N0
     movw V0, r0
     mul D2, N0
@@ -115,7 +120,7 @@ fit_evaluate:
     adc V5, ZERO
     ; value -= T * T                                              18
     plain_op sub, sbc, r0, CURVE_STEEP_STEP, VALUE
-    ; difference = sum + bend                                     6
+    ; difference = sum + bend                                     5
     add_number SUM, BEND
 
     ; quotient = value / difference, rounded down: by how many ticks the guess misses
@@ -131,7 +136,7 @@ fit_evaluate:
     clr Q2
     clr BITS
     clr D5
-fit_double:                             ;    19 a bit
+fit_double:                             ; 16 a bit
     compare_number VALUE, MULTIPLE
     brlo fit_next_bit
     lsl D0
@@ -142,7 +147,7 @@ fit_double:                             ;    19 a bit
     rol D5
     inc BITS
     rjmp fit_double
-fit_halve:                              ;    20 or 27 a bit
+fit_halve:                              ;    20 or 26 a bit
     lsr D5
     ror D4
     ror D3
@@ -172,18 +177,18 @@ fit_increase:
     rjmp fit_evaluate
 
 fit_done:
-    lsl H0                              ; 10 slope = difference + 2h
+    lsl H0                              ; 8  slope = difference + 2h
     rol H1
     sbc r0, r0
     add_number SUM, H0, H1, r0, r0, r0
     store_wide CURVE_STEEP_SLOPE, SUM   ; 20
     store_wide CURVE_STEEP_RESIDUAL, V0, V1, V2, V3, V4
-    movw r22, N0                        ; 3  ticks
+    movw r22, N0                        ; 3  the result: ticks
     mov r24, N2
     clr r25
     clr r1                              ; 1
     restore_registers 8                 ; 24
-    ret                                 ; 5
+    ret                                 ; 4
 end_function curve_steep_fit
 
 ; Digit by digit: two bits of the value at a time go into a remainder, and 4 * root + 1 is taken

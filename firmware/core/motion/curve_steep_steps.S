@@ -26,8 +26,9 @@
 ;     another one?                                                        4
 ;                                                                       ---
 ;     a step whose guess is right                                       129
-;     a wrong guess, besides                                             27
-;     each tick more 15, each tick less                                  20
+;     a guess one tick too short, besides                                43
+;     a guess one tick too long, besides                                 57
+;     each further tick more 15, each further tick less                  20
 ;
 ; The paths through a step:
 ;
@@ -232,5 +233,5 @@ steep_leave:
     mov r24, r30                        ; 2
     clr r1
     restore_registers 7                 ; 26
-    ret                                 ; 5
+    ret                                 ; 4
 end_function curve_steep_steps
