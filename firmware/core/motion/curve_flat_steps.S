@@ -44,21 +44,19 @@
 ;     q + 1 for q, besides                                  39    90
 ;     q - 1 for q, besides                                  57   109
 ;
-; The paths through a step. Those on the left are the frequent ones:
+; The paths through a step:
 ;
 ;     step: value = residual + gain
 ;       |
-;       +-- value >= 0 --> value < difference? -- no --> shorten: q - 1 for q, compare again
-;       |                    | yes                         |
-;       |                  short: q ticks                  +-- q - 1 has another high byte --+
-;       |                                                                                    |
-;       +-- value < 0 ---> lengthen by one tick: value += difference                         |
-;                            |                                                               |
-;                            +-- value >= 0 --> long: q + 1 ticks                            |
-;                            |                                                               |
-;                            +-- value < 0 ---> move_up: q + 1 for q, lengthen again         |
-;                                                 |                                          |
-;                                                 +-- q - 1 has another high byte ---------> undo
+;       +-- value >= 0 --> compare: value < difference?
+;       |                    +-- yes --> short: a step of q ticks --> next step
+;       |                    +-- no ---> shorten: q - 1 for q --> compare again, or leave
+;       |
+;       +-- value < 0 ---> lengthen: value += difference, which is that of q + 1
+;                            +-- value >= 0 --> long: a step of q + 1 ticks --> next step
+;                            +-- value < 0 ---> move_up: q + 1 for q --> lengthen again, or leave
+;
+; It leaves when q - 1 has another high byte: the step is then undone.
 #include "base/asm.inc" // macros
 #include "motion/curve_flat_layout.h"
 

@@ -68,6 +68,8 @@
 ; TEMP, the high byte that a write of OCRnAL takes along, holds run_high during a pulse train: a
 ; train's two intervals differ in their low byte only. Whoever else reads or writes a 16-bit
 ; register of this timer then stores run_high in TEMP again, by way of OCRnAH.
+;
+; Bits are named after timer 1. They have the same places in every 16-bit timer.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
@@ -76,30 +78,14 @@
 
 ; Save what a C function may change beyond what the handler has saved, call the function, restore.
 .macro call_c function
-    push r0
-    push r1
-    push r18
-    push r19
-    push r20
-    push r21
-    push r22
-    push r23
-    push r25
-    push r26
-    push r27
+    .irp register, r0, r1, r18, r19, r20, r21, r22, r23, r25, r26, r27
+    push \register
+    .endr
     clr r1
     call \function
-    pop r27
-    pop r26
-    pop r25
-    pop r23
-    pop r22
-    pop r21
-    pop r20
-    pop r19
-    pop r18
-    pop r1
-    pop r0
+    .irp register, r27, r26, r25, r23, r22, r21, r20, r19, r18, r1, r0
+    pop \register
+    .endr
 .endm
 
 ; The same for what takes some hundred cycles. Meanwhile the interrupts of the other axes are
@@ -325,8 +311,8 @@ step_isr_execute_\axis:
 
 .Llate_entry\axis:
     restore_r24_z
-    ; The current period has begun again, in place of the next one: no edge in it. The pin leaves
-    ; the timer. These bits are the same in each timer's TCCRnA.
+    ; The current period has begun again, in place of the next one: take the pin from the timer, so
+    ; that it makes no edge.
 .Llate\axis:
     .type step_isr_too_late_\axis, @function
 step_isr_too_late_\axis:
