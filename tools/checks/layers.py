@@ -18,6 +18,7 @@ HOSTED = {"*"}
 STEP_TYPES = {
     "firmware/core/motion/feed.h",
     "firmware/core/motion/ledger.h",
+    "firmware/core/motion/step_codes.h",
     "firmware/core/motion/step_engine.h",
     "firmware/core/motion/step_ring.h",
 }
@@ -166,7 +167,7 @@ def main() -> None:
     graph: dict[str, list[str]] = {}
     for file in repository_files():
         path = file.relative_to(ROOT).as_posix()
-        if file.suffix in {".c", ".h", ".def", ".S"} and layer_of(path):
+        if file.suffix in {".c", ".h", ".def", ".S", ".inc"} and layer_of(path):
             found, graph[path] = check_file(file)
             problems += found
     finish("layers", f"{len(graph)} C files", problems + find_circles(graph))

@@ -122,8 +122,7 @@ _Static_assert(offsetof(struct curve_flat, residual) == CURVE_FLAT_RESIDUAL &&
                    offsetof(struct curve_flat, bend) == CURVE_FLAT_BEND &&
                    offsetof(struct curve_flat, turn) == CURVE_FLAT_TURN &&
                    offsetof(struct curve_flat, twice_half) == CURVE_FLAT_TWICE_HALF &&
-                   offsetof(struct curve_flat, top) == CURVE_FLAT_TOP &&
-                   offsetof(struct wide, low) == CURVE_FLAT_WIDE_LOW,
+                   offsetof(struct curve_flat, top) == CURVE_FLAT_TOP,
                "known to curve_flat_steps.S");
 _Static_assert(sizeof(struct progress) == 4 && offsetof(struct progress, left) == 2,
                "known to curve_flat_steps.S");

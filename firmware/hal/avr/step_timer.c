@@ -12,9 +12,6 @@
 #include "hal/avr/pins.h"     // pins_write_direction
 #include "hal/avr/step_isr.h" // what the assembly half needs
 
-// Above every TOP: no match, STEP stays low.
-#define QUIET_TICKS 0xFFFFu
-
 #define KNOWN(expression, value)                                                         \
     _Static_assert((expression) == (value), "known to step_isr.S")
 KNOWN(sizeof(struct step_engine), STEP_ISR_ENGINE_SIZE);
@@ -36,12 +33,6 @@ KNOWN(offsetof(struct step_run, long_low), STEP_ISR_LONG_LOW);
 KNOWN(offsetof(struct step_run, top_high), STEP_ISR_TOP_HIGH);
 KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
 KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
-KNOWN(STEP_ENGINE_IN_LINE, 1);
-KNOWN(STEP_ENGINE_HALTED, 2);
-KNOWN(STEP_ENGINE_HALTING, 3);
-KNOWN(STEP_IDLE_TICKS, 4096);
-KNOWN(STEP_HIGH_RUN, 0xFD);
-KNOWN(STEP_HIGH_COMMAND, 0xFE);
 
 struct step_engine step_engines[CONFIG_AXES];
 // On a 256-byte boundary: the linker puts this section first in RAM.
