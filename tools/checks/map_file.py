@@ -17,13 +17,9 @@ MEMORY_MAP = "Linker script and memory map"
 GAPS = "gaps"
 STUBS = "linker stubs"
 
-NUMBER = r"0x(?P<{}>[0-9a-f]+)"
-OUTPUT = re.compile(
-    rf"^(?P<name>\.\S+)\s+{NUMBER.format('at')}\s+{NUMBER.format('size')}(?P<load> load address)?"
-)
-INPUT = re.compile(
-    rf"^ (?:\.\S+|COMMON|\*fill\*)\s+{NUMBER.format('at')}\s+{NUMBER.format('size')} ?(?P<owner>.*)$"
-)
+PLACE = r"\s+0x(?P<at>[0-9a-f]+)\s+0x(?P<size>[0-9a-f]+)"
+OUTPUT = re.compile(rf"^(?P<name>\.\S+){PLACE}(?P<load> load address)?")
+INPUT = re.compile(rf"^ (?:\.\S+|COMMON|\*fill\*){PLACE} ?(?P<owner>.*)$")
 
 
 class MapError(Exception):

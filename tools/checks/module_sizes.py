@@ -48,7 +48,9 @@ def sources_by_name(files: list[Path], root: Path = ROOT) -> dict[str, str]:
         path = file.relative_to(root).as_posix()
         if path.startswith("firmware/") and file.suffix in (".c", ".S"):
             if file.name in found:
-                raise MapError(f"two sources are called {file.name}: the map cannot tell them apart")
+                raise MapError(
+                    f"two sources are called {file.name}: the map cannot tell them apart"
+                )
             found[file.name] = short(module_of(path, root))
     return found
 
