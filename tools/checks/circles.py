@@ -48,10 +48,19 @@ FIRMWARE: Uses = {
     ("firmware/hal/avr/step_isr", "firmware/hal/step_timer"): "one engine in two languages",
 }
 SIM: Uses = {
+    ("sim/board", "sim/board_inputs"): "struct board holds its state",
+    ("sim/board", "sim/board_outputs"): "struct board holds its state",
+    ("sim/board", "sim/board_reset"): "struct board holds its state",
     ("sim/board", "sim/board_run"): "struct board holds its state",
+    ("sim/board", "sim/board_switches"): "struct board holds its state",
+    ("sim/board_plan", "sim/board_reset"): "a plan resets, a reset drops plans",
+    ("sim/board_run", "sim/board_reset"): "the loop resets, a reset begins the loop anew",
+    ("sim/board_switches", "sim/board_inputs"): "switches drive pins, pins are logged as switches",
+    ("sim/board_switches", "sim/board_outputs"): "switches follow the plant, the plant the steps",
     ("sim/edges", "sim/vcd"): "edges are written as both",
     ("sim/line", "sim/uart"): "each tells the other of a byte",
     ("sim/line", "sim/wire_log"): "the line notes its bytes",
+    ("sim/timer16", "sim/timer16_registers"): "one model in two files",
     ("sim/uart_bits", "sim/uart"): "shares the model's registers",
 }
 
@@ -64,9 +73,11 @@ def firmware_graph(host: Path, boards: list[Path], root: Path = ROOT) -> Graph:
     return graph
 
 
-def sim_graph(root: Path = ROOT) -> Graph:
-    """The simulator's graph, by its includes."""
-    return include_graph(module_files(repository_files(root), "sim", root), root)
+def sim_graph(host: Path, root: Path = ROOT) -> Graph:
+    """The simulator's graph, by its includes and by the symbols of the native build."""
+    graph = include_graph(module_files(repository_files(root), "sim", root), root)
+    note_symbols(graph, build_symbols(host, "sim", root), root=root)
+    return graph
 
 
 def complaints(graph: Graph, allowed: Uses) -> list[str]:
@@ -112,9 +123,9 @@ def main() -> None:
     host = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "build" / "host"
     try:
         firmware = firmware_graph(host, [build_folder(board) for board in board_names()])
+        sim = sim_graph(host)
     except ModuleError as error:
         finish("circles", "nothing looked at", [str(error)])
-    sim = sim_graph()
     problems = complaints(firmware, FIRMWARE) + bad_ports(firmware, PORTS) + complaints(sim, SIM)
     uses = sum(len(targets) for graph in (firmware, sim) for targets in graph.uses.values())
     modules = f"{len(firmware.uses)} modules of the firmware, {len(sim.uses)} of sim"

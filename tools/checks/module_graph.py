@@ -110,12 +110,17 @@ def dot(graph: Graph, allowed: Uses) -> str:
     return "\n".join([*lines, "}"]) + "\n"
 
 
+def part_graph(sim: bool) -> Graph:
+    """The graph of the simulator or of the firmware, by the builds where they usually are."""
+    host = ROOT / "build" / "host"
+    if sim:
+        return sim_graph(host)
+    return firmware_graph(host, [build_folder(board) for board in board_names()])
+
+
 def drawings() -> dict[str, str]:
     """Both drawings as a document holds them, by the names of their markers."""
-    firmware = firmware_graph(
-        ROOT / "build" / "host", [build_folder(board) for board in board_names()]
-    )
-    drawn = (text(firmware, FIRMWARE), text(sim_graph(), SIM))
+    drawn = (text(part_graph(sim=False), FIRMWARE), text(part_graph(sim=True), SIM))
     return {name: f"```\n{one}```\n" for name, one in zip(TABLES, drawn, strict=True)}
 
 
@@ -150,9 +155,7 @@ def main() -> None:
     try:
         if options.write or options.check:
             finish("module_graph", f"{len(TABLES)} drawings", deliver(options))
-        builds = [build_folder(board) for board in board_names()]
-        host = ROOT / "build" / "host"
-        graph = sim_graph() if options.sim else firmware_graph(host, builds)
+        graph = part_graph(options.sim)
     except (ModuleError, UserError) as error:
         finish("module_graph", "nothing drawn", [str(error)])
     allowed = SIM if options.sim else FIRMWARE

@@ -129,7 +129,8 @@ def objects(build: Path, folder: str = "firmware", root: Path = ROOT) -> dict[st
     found = {}
     for command in commands:
         file, made = Path(command["file"]), object_of(command)
-        if made.startswith(f"{folder}/") and file.is_relative_to(root / folder):
+        ours = made.startswith(f"{folder}/") and file.is_relative_to(root / folder)
+        if ours and "/tests/" not in made:
             found[file.relative_to(root).as_posix()] = Path(command["directory"]) / made
     if not found:
         raise ModuleError(f"{listing}: nothing of {folder} in it")
