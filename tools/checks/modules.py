@@ -119,22 +119,26 @@ def include_graph(paths: Iterable[str], root: Path = ROOT) -> Graph:
     return graph
 
 
-def objects(build: Path, folder: str = "firmware", root: Path = ROOT) -> dict[str, Path]:
-    """Object files that a build makes of a folder's sources in the folder's own part of it."""
+def objects(build: Path, folder: str = "firmware", root: Path = ROOT) -> list[tuple[str, Path]]:
+    """Sources of a folder, each with an object file that the folder's own part of a build makes.
+
+    A source that is compiled several times has as many.
+    """
     listing = build / "compile_commands.json"
     try:
         commands = json.loads(listing.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise ModuleError(f"{listing}: {error}: configure and build first") from None
-    found = {}
+    found = []
     for command in commands:
         file, made = Path(command["file"]), object_of(command)
         ours = made.startswith(f"{folder}/") and file.is_relative_to(root / folder)
         if ours and "/tests/" not in made:
-            found[file.relative_to(root).as_posix()] = Path(command["directory"]) / made
+            source = file.relative_to(root).as_posix()
+            found.append((source, Path(command["directory"]) / made))
     if not found:
         raise ModuleError(f"{listing}: nothing of {folder} in it")
-    return found
+    return sorted(found)
 
 
 def object_of(command: dict[str, str]) -> str:
@@ -167,7 +171,7 @@ def build_symbols(build: Path, folder: str = "firmware", root: Path = ROOT) -> l
     cache = (build / "CMakeCache.txt").read_text(encoding="utf-8")
     chosen = re.search(r"^CMAKE_NM:\w+=(.+)$", cache, re.MULTILINE)
     nm = chosen[1] if chosen else "nm"
-    return [read_symbols(source, path, nm) for source, path in sorted(made.items())]
+    return [read_symbols(source, path, nm) for source, path in made]
 
 
 def declares(header: str, name: str, root: Path = ROOT) -> bool:

@@ -105,7 +105,7 @@ def test_a_row_of_the_table_that_closes_no_circle_is_an_error(gone):
 
 
 def build(root, **sources):
-    """Compile the sources of a tree where a build of it would, and return the build's folder."""
+    """Compile a tree's sources as a build of it would; return the build's folder."""
     folder, commands = root / "build", []
     for name, path in sources.items():
         made = f"firmware/{name}.o"
@@ -190,6 +190,13 @@ def test_a_variable_that_others_can_write_is_found(tree):
         f"{APP}/a.c: common_one can be written by every module: make it static",
         "the table's gone is no variable of the firmware",
     ]
+
+
+def test_a_source_that_is_compiled_twice_is_looked_at_twice(tree):
+    root = tree({f"{APP}/kind.c": "int NAME;\n", f"{APP}/other.c": "int f;\n"})
+    folder = build(root, kind=f"{APP}/kind.c", again=f"{APP}/kind.c", other=f"{APP}/other.c")
+    found = modules.build_symbols(folder, root=root)
+    assert [one.source for one in found] == [f"{APP}/kind.c"] * 2 + [f"{APP}/other.c"]
 
 
 HEADER = """\
