@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Rule: the modules of the firmware and of the simulator use each other in no circle.
 
-    circles.py [HOST_BUILD]      looks at includes, and at the symbols of the native and the
-                                 boards' objects; HOST_BUILD is build/host if it is not named
+    circles.py [HOST_BUILD]      reads includes, and the symbols in the objects of the native build
+                                 (default: build/host) and of every board's build
 
-The tables below hold the uses that close a circle and may stay, each with its reason; DESIGN.md
-shows them (module_graph.py writes them there). A row that closes no circle is an error.
+The tables below list the uses that may close a circle, each with its reason; module_graph.py also
+writes them into DESIGN.md. A row that closes no circle is an error.
 """
 
 import sys
@@ -25,8 +25,8 @@ from modules import (
     shortest_way,
 )
 
-# Headers of the functions that one layer wants from whoever is linked with it. To call one of them
-# is to use the header, not the module that implements it.
+# A port declares functions that a layer needs and that a higher layer implements. A call of such a
+# function is a use of the port's header, not of the module that implements the function.
 PORTS = {
     "firmware/core/base/require.h": "a broken promise: the firmware's fault, a test's failure",
 }
@@ -81,7 +81,7 @@ def sim_graph(host: Path, root: Path = ROOT) -> Graph:
 
 
 def complaints(graph: Graph, allowed: Uses) -> list[str]:
-    """Circles that no row of the table opens, and rows that open none."""
+    """Circles that the table does not allow, and rows of the table that close no circle."""
     left = graph.without(allowed)
     found = [f"circle of modules: {describe(graph, circle)}" for circle in circles(left)]
     for user, used in allowed:
@@ -100,7 +100,7 @@ def describe(graph: Graph, circle: list[str]) -> str:
 
 
 def bad_ports(graph: Graph, ports: dict[str, str], root: Path = ROOT) -> list[str]:
-    """Ports that are none: gone, with a source of their own, or called by nobody."""
+    """Rows of the ports' table that are wrong: gone, a module of its own, or called by nobody."""
     found = []
     for port in ports:
         path = root / port

@@ -3,9 +3,9 @@
 
     figures.py           prints each figure beside its limit and its goal, fails over a limit
 
-Lines of a function: code lines by lizard, its head included; blanks and comments do not count.
-Comments of a header: lines that hold a comment, the licence's left out, for each line that holds
-code; a line with both counts as both.
+A function's lines are its code lines as lizard counts them, the signature included, blank lines and
+comments not. A header's comment share is its lines with a comment, without the licence, divided by
+its lines with code; a line with both counts as both.
 """
 
 from collections.abc import Iterable
@@ -55,7 +55,7 @@ class Limits:
     comments: tuple[float, float]  # comment lines for each code line of the headers
 
 
-# (limit, goal): a limit worse than its goal is what the tree has reached.
+# (limit, goal). Where the tree misses its goal, the limit is what it has reached.
 PARTS = {
     "firmware": Limits((8, 8), (20, 20), (37, 36), (0.5, 0.8)),
     "sim": Limits((9, 9), (19, 19), (32, 32), (0.65, 0.8)),

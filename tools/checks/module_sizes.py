@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Rule: no module of an image grows past its line in the table of docs/TIMING.md.
+"""Rule: no module of an image exceeds its line in the table of docs/TIMING.md.
 
     module_sizes.py                  prints flash and RAM of each module of each board's image
-    module_sizes.py --check FILE     the same, and fails where one is past its line in FILE
+    module_sizes.py --check FILE     the same, and fails if one exceeds its line in FILE
     module_sizes.py --write FILE     the same, and rewrites the table in FILE between its markers
 
-Flash may grow by a few bytes, RAM by none. The bytes are those of the linker's map. A compiler of
-another version makes other code: the rule then compares nothing, and says so.
+Flash may exceed the line by FLASH_SLACK_BYTES, RAM may not. The sizes come from the linker's map.
+Another compiler version makes different code: the rule then prints so and compares nothing.
 """
 
 import argparse
@@ -185,7 +185,7 @@ def judge(now: Record, path: Path) -> list[str]:
     found = past_lines(now, lines)
     if found:
         found.append(
-            f"if that is meant: build/venv/bin/python tools/checks/module_sizes.py --write {path}"
+            f"if intended: build/venv/bin/python tools/checks/module_sizes.py --write {path}"
         )
     return found
 

@@ -3,11 +3,12 @@
 
     same_edges.py OLD.elf NEW.elf --board mega [--lines 400] [--seed 1]
 
-Run are the worked example, random lines of both decode rules, one axis after the other, and on a
-board of several axes one run of each rule with all of them at once. Every line is armed at the same
-cycle on both images, halfway between two pixel edges. STEP edges, which the timers make, must agree
-in their cycles. Those of DIR, ENABLE and PERMIT, which software makes, must come behind as many
-steps as before; by how many cycles DIR moved is printed. Exit status 0 if nothing differs.
+Both images run the worked example, random lines of both decode rules on one axis after another, and
+on a board of several axes one run of each decode rule with all axes at once. Each line is armed at
+the same cycle on both images, halfway between two pixel edges. STEP edges come from the timers and
+must agree to the cycle. DIR, ENABLE and PERMIT are switched by software: their edges must follow
+the same number of steps, and the largest shift of a DIR edge is printed. The exit status is 0 if no
+run differs.
 """
 
 import argparse
@@ -33,8 +34,8 @@ from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_CYCLES, SETTLE_PIXELS, Job
 
 CLOCK_START_MS = 20
-UPLOAD_MS = 60  # requests before the first block, and a margin
-ENTRY_MS = Fraction(1, 2)  # an entry's bytes at 115200 baud, its share of the block's head
+UPLOAD_MS = 60  # for the requests before the first block of an axis, with a margin
+ENTRY_MS = Fraction(1, 2)  # for an entry at 115200 baud, with its share of the block's head
 POLL_PIXELS = 4
 SPARE_PIXELS = 12
 ENDS = {"done", "fault", "refused"}
@@ -140,7 +141,7 @@ def run_image(job: Job, image: Path) -> Made:
 
 
 class _Run:
-    """One job on one image; what the host does is timed by the job alone where edges could tell."""
+    """One job on one image. The arming cycle depends on the job alone, not on the image."""
 
     def __init__(self, job: Job, simulator: Simulator) -> None:
         self.job, self.simulator = job, simulator
@@ -211,8 +212,8 @@ def read(csv: bytes) -> list[Edge]:
 def comparable(edges: list[Edge]) -> list[bytes]:
     """What must be the same: STEP edges whole, the others with the steps before them.
 
-    They are in the order of their axes: which edge of a cycle the simulator notes first says
-    nothing.
+    They are sorted by axis, because the order in which the simulator logs the edges of one cycle
+    means nothing.
     """
     rows: dict[bytes, list[bytes]] = {}
     steps: dict[bytes, int] = {}
@@ -227,7 +228,7 @@ def comparable(edges: list[Edge]) -> list[bytes]:
 
 
 def shift(old: Made, new: Made) -> int:
-    """The largest difference in cycles of the DIR edges, which software makes."""
+    """The largest shift of a DIR edge, in cycles."""
     pairs = zip(old.directions, new.directions, strict=False)
     return max((abs(one - other) for one, other in pairs), default=0)
 
