@@ -40,10 +40,13 @@
 #ifndef FEATURE_FILES
 #define FEATURE_FILES FEATURES_ALL
 #endif
+#ifndef FEATURE_NARROW_CURVES
+#define FEATURE_NARROW_CURVES FEATURES_ALL
+#endif
 
 // Input register `features`.
 #define FEATURES_BITS                                                                    \
     (FEATURE_HOMING << 0 | FEATURE_BACKLASH << 1 | FEATURE_BITS << 2 |                   \
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \
      FEATURE_STORE << 6 | FEATURE_TOKENS << 7 | FEATURE_DRIVER_TIMING << 8 |             \
-     FEATURE_FILES << 9)
+     FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10)

@@ -243,9 +243,10 @@ static void edge_error_finds_its_record(void)
     run_pixels(RECORDS_KEPT + 3u, false);
     ledger_note_edge_error(&ledger, 5, -7);
     ledger_note_edge_error(&ledger, 3, 9);
-    TEST_ASSERT_EQUAL_INT16(-7, records_get(&ledger.records, 4).edge_error_ticks);
+    // The oldest record is pixel 4's; pixel 3's is no longer kept.
+    TEST_ASSERT_EQUAL_INT16(-7, records_get(&ledger.records, 1).edge_error_ticks);
     for (uint8_t i = 0; i < RECORDS_KEPT; i++) {
-        TEST_ASSERT_TRUE(i == 4 || records_get(&ledger.records, i).edge_error_ticks == 0);
+        TEST_ASSERT_TRUE(i == 1 || records_get(&ledger.records, i).edge_error_ticks == 0);
     }
 }
 

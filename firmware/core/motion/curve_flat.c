@@ -6,6 +6,7 @@
 #include "base/multiply.h" // multiply_*
 #include "motion/curve_flat_layout.h"
 #include "motion/step_ring.h" // struct step_ring
+#include "build_features.h" // FEATURE_NARROW_CURVES
 
 // How far the steps' loop got. It ends early where the high byte of q - 1 changes.
 struct progress {
@@ -38,7 +39,7 @@ static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
     if (slope >= (loose ? WIDE_LOOSE_MAX : WIDE_MAX)) {
         return CURVE_FLAT_NOT;
     }
-    return slope < (loose ? NARROW_LOOSE_MAX : NARROW_MAX) &&
+    return FEATURE_NARROW_CURVES && slope < (loose ? NARROW_LOOSE_MAX : NARROW_MAX) &&
                    speed <= (loose ? NARROW_LOOSE_SPEED_MAX : NARROW_SPEED_MAX)
                ? CURVE_FLAT_NARROW
                : CURVE_FLAT_WIDE;
@@ -141,7 +142,7 @@ static inline struct progress steps(struct curve_flat *flat,
                                     uint8_t slot,
                                     uint8_t count)
 {
-    return narrow ? curve_flat_narrow(flat, &lows[slot], count)
+    return FEATURE_NARROW_CURVES && narrow ? curve_flat_narrow(flat, &lows[slot], count)
                   : curve_flat_wide(flat, &lows[slot], count);
 }
 

@@ -331,12 +331,14 @@ flat_return:
 end_function curve_flat_\kind
 .endm
 
-    .section .text.curve_flat_steps, "ax", @progbits
+; One section each: the linker drops the narrow one where no image uses it.
+    .section .text.curve_flat_narrow, "ax", @progbits
     flat_steps narrow, left=r7, sign=r27, value="r8, r9, r10, r11", \
         value_upper="r10, r11", gain="r12, r13, r14, r15", \
         difference="r16, r17, r18, r19", difference_upper="r18, r19", \
         turn="r24, r25, r26, r27", turn_bytes="r24, r25, r26", \
         bend="r20, r21, r22, r23", half_low=r28, half_high=r29, lent=r16
+    .section .text.curve_flat_wide, "ax", @progbits
     flat_steps wide, left=r27, sign=r26, value="r7, r8, r9, r10, r11", \
         value_upper="r10, r11", gain="r12, r13, r14, r15, r16", \
         difference="r17, r18, r19, r20, r21", difference_upper="r20, r21", \
