@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+#undef BOARD_AXES // each board file has its own
+
 // A board's table is read twice, once for its pins and once for its axes.
 #define BOARD_AXIS(axis, timer)
 #define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
@@ -20,10 +22,10 @@ static const struct board_pin mega_pins[] = {
 
 #define BOARD_AXIS(axis, timer) [axis] = '0' + (timer),
 #define BOARD_PIN(signal, axis, port, bit, header_pin)
-static const char uno_timers[BOARD_AXES] = {
+static const char uno_timers[BOARD_KIND_AXES] = {
 #include "hal/boards/uno.def"
 };
-static const char mega_timers[BOARD_AXES] = {
+static const char mega_timers[BOARD_KIND_AXES] = {
 #include "hal/boards/mega.def"
 };
 #undef BOARD_AXIS
@@ -43,7 +45,7 @@ static const char *const timers[] = {uno_timers, mega_timers};
 static void fill_axes(struct board_kind *kind, const char *axis_timer)
 {
     kind->axes = 0;
-    for (int axis = 0; axis < BOARD_AXES && axis_timer[axis] != 0; axis++) {
+    for (int axis = 0; axis < BOARD_KIND_AXES && axis_timer[axis] != 0; axis++) {
         kind->axis_timer[axis] = axis_timer[axis];
         kind->axes++;
     }

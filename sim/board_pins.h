@@ -7,7 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define BOARD_AXES 4
+#define BOARD_KIND_AXES 4 // of the board that has most
+#define BOARD_AXES      BOARD_KIND_AXES
 
 enum board_signal {
     SIGNAL_STEP,
@@ -36,7 +37,7 @@ struct board_kind {
     const char *name; // as on the command line
     const char *mcu;  // as simavr knows it
     int axes;
-    char axis_timer[BOARD_AXES]; // '1' for timer 1
+    char axis_timer[BOARD_KIND_AXES]; // '1' for timer 1
     const struct board_pin *pins;
     size_t pin_count;
 };
