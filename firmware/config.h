@@ -11,9 +11,13 @@
 
 // Timer ticks a second; prescaler 1, so the CPU clock.
 #define CONFIG_TIMER_HZ (BOARD_CPU_HZ + 0uL)
+#if CONFIG_TIMER_HZ % 1000000uL != 0
+#error "a microsecond must have a whole number of timer ticks"
+#endif
 
-// STEP is low for this many ticks from the start of each period, then rises; at least 3.
-#define CONFIG_PULSE_LOW_TICKS 31u
+// STEP is low for this many ticks from the start of each period, then rises; at least 3. With the
+// tick in which it rises, 2 us.
+#define CONFIG_PULSE_LOW_TICKS ((unsigned)(CONFIG_TIMER_HZ / 500000uL - 1u))
 
 // Axes, queue and shortest intervals of each board. An entry must reach OCRnA before its period
 // begins, so an interval must be longer than everything that can keep the step interrupt waiting

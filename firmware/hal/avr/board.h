@@ -11,8 +11,8 @@
 
 #include "config.h" // BOARD_...
 
-#define BOARD_WANTED           ~, BOARD_ROW_KEPT
-#define BOARD_KEEP(...)        BOARD_SECOND(__VA_ARGS__, BOARD_ROW_LEFT_OUT, ~)
+#define BOARD_WANTED            ~, BOARD_ROW_KEPT
+#define BOARD_KEEP(...)         BOARD_SECOND(__VA_ARGS__, BOARD_ROW_LEFT_OUT, ~)
 #define BOARD_SECOND(a, b, ...) b
-#define BOARD_ROW_KEPT(...)    __VA_ARGS__
+#define BOARD_ROW_KEPT(...)     __VA_ARGS__
 #define BOARD_ROW_LEFT_OUT(...)

@@ -33,8 +33,8 @@ static volatile bool high_trips;
 // The pin's level.
 static inline bool is_high(void)
 {
-#define WANT_ESTOP             BOARD_WANTED
-#define IS_HIGH(port, bit)     return (PIN##port & _BV(bit)) != 0;
+#define WANT_ESTOP         BOARD_WANTED
+#define IS_HIGH(port, bit) return (PIN##port & _BV(bit)) != 0;
 #define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
     BOARD_KEEP(WANT_##signal)(IS_HIGH(port, bit))
 #include BOARD_FILE

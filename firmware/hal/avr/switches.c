@@ -39,7 +39,8 @@ uint8_t switches_read(uint8_t axis)
 // Home switches lie on the multiplexer's inputs of their axes' numbers.
 #define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
     BOARD_KEEP(WANT_##signal)                                                            \
-    (_Static_assert((axis) == (bit), "an axis's home switch is on the ADC input of its number");)
+    (_Static_assert((axis) == (bit),                                                     \
+                    "an axis's home switch is on the ADC input of its number");)
 #undef WANT_LIMIT_MINUS
 #undef WANT_LIMIT_PLUS
 #include BOARD_FILE
