@@ -11,6 +11,7 @@ import os
 import sys
 from fractions import Fraction
 
+from clock import TICK_HZ
 from pixstep.board import registers as regs
 from pixstep.hostile.wire import crc16, seal
 from pixstep.lines import exact, runs
@@ -18,7 +19,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import edge_tick, period_ticks
 
-BYTE_CYCLES = 11 * 16_000_000 // 115_200
+BYTE_CYCLES = 11 * TICK_HZ // 115_200
 GAP_CYCLES = 28_000
 QUEUE_SLOTS = 64
 FAULT_CODE = 5
@@ -72,7 +73,7 @@ class Fake:
 
     @property
     def period(self):
-        return period_ticks(self.real_hz)
+        return period_ticks(self.real_hz, TICK_HZ)
 
     def clock(self):
         first, ticks = 160_000, []
@@ -252,7 +253,7 @@ def main():
     fake = Fake([word for word in sys.argv[1:] if word != "--control"])
     for line in sys.stdin:
         words = line.split()
-        if DEFECT == "dies" and words[0] == "run" and fake.cycle > 16_000_000:
+        if DEFECT == "dies" and words[0] == "run" and fake.cycle > TICK_HZ:
             sys.exit("simavr: out of luck")
         print(fake.command(words), flush=True)
         if words[0] == "quit":

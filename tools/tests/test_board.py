@@ -12,6 +12,7 @@ from fractions import Fraction
 import pytest
 from rich.console import Console
 
+from clock import TICK_HZ
 from pixstep import natives
 from pixstep.lines import planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -149,4 +150,4 @@ def test_planned_ticks_are_the_boards_edges(tmp_path):
     simulate(Job("uno", {0: line}, HZ), tmp_path)
     zero = json.loads((tmp_path / "summary.json").read_text())["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero
-    assert made.tolist() == planner.plan(line, HZ).columns()[:, 1].tolist()
+    assert made.tolist() == planner.plan(line, HZ, tick_hz=TICK_HZ).columns()[:, 1].tolist()

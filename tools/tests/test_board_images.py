@@ -11,10 +11,9 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.homesim import SimWorld
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = ("uno", "mega")
@@ -28,7 +27,7 @@ class Live:
         self.sim = Simulator(SimOptions(images, Fraction(hz), **options))
         self.names = names
         try:
-            self.sim.run(BOOT_CYCLES)
+            self.sim.wait_s(BOOT_S)
         except BaseException:
             self.sim.kill()
             raise
@@ -41,11 +40,11 @@ class Live:
         """Drive an input pin of a board, now or later."""
         pins = boards.load(self.names[board]).pins
         (found,) = (pin for pin in pins if (pin.signal, pin.axis) == (signal, axis))
-        when = f" at {self.sim.cycle + int(later_s * TIMER_HZ)}" if later_s else ""
+        when = f" at {self.sim.cycle + int(later_s * self.sim.tick_hz)}" if later_s else ""
         self.sim.command(f"pin {board} {found.port} {found.bit} {level}{when}")
 
     def seconds(self, seconds):
-        self.sim.run(int(seconds * TIMER_HZ))
+        self.sim.run(int(seconds * self.sim.tick_hz))
 
 
 @pytest.fixture

@@ -12,7 +12,6 @@ from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = ("uno", "mega")
@@ -198,11 +197,11 @@ def test_a_false_clock_edge_while_armed(board):
         edges = bench.board.input("pixel_edges")
         bench.until(lambda: bench.board.input("pixel_edges") > edges)
         bench.arm()
-        bench.sim.run(TIMER_HZ // 20)
+        bench.sim.wait_s(0.05)
         for level in (0, 1):
             bench.sim.pin(0, pin.port, pin.bit, level)
             bench.sim.run(500)
-        bench.run_into_fault(TIMER_HZ // 5)
+        bench.run_into_fault(bench.sim.tick_hz // 5)
         assert bench.count() == 0
         bench.assert_fault("pixel_clock_off", pixel=1, argument=range(1, 5000))
 

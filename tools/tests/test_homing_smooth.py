@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from homebench import PROFILE as STEEP
 from homebench import HomeBench, assert_repeats, repeat
+from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.moves import accel, homejudge, homesim, homing, legjudge, legs
@@ -109,10 +110,15 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
             found = homing.home(bench.board, plan, bench.hz, homesim.SimWorld(bench.sim))
             made += [leg for leg in found.legs if leg.decode == SMOOTH]
         bench.sim.command("flush")
-    edges = read_edges(path).axis(0, axis)
+    edges, tick_hz = read_edges(path).axis(0, axis), boards.load(board).tick_hz
     for leg in made:
         judged = legjudge.judge_leg(
-            plan, leg, legjudge.leg_edges(edges, leg), 16_000_000 / HZ, stopped=False
+            plan,
+            leg,
+            legjudge.leg_edges(edges, leg, tick_hz),
+            tick_hz / HZ,
+            tick_hz=tick_hz,
+            stopped=False,
         )
         assert judged.reasons == [] and judged.max_edge_error_ticks < 1
         speeds = speeds_of(judged.counts)

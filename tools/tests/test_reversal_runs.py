@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from bench import Bench
+from clock import TICK_HZ
 from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import period_ticks
 from pixstep.reversals.compensate import Request, compensate
 from pixstep.reversals.takeup import MotionLimits
 from pixstep.simulation import verdict
@@ -116,7 +117,7 @@ def direction_gaps(edges):
     after = np.searchsorted(rising, turns)
     inside = (after > 0) & (after < len(rising))
     turns, after = turns[inside], after[inside]
-    us = TIMER_HZ // 1_000_000
+    us = TICK_HZ // 1_000_000
     return len(turns), min(rising[after] - turns) / us, min(turns - rising[after - 1]) / us
 
 
@@ -151,7 +152,7 @@ def test_direction_times_at_every_reversal(tmp_path, board, setting_us, counts):
         bench.assert_rest()
         bench.sim.command("flush")
         edges = read_edges(path).axis(0, 0)
-    assert verdict.judge_axis(line, period_ticks(HZ), edges).reasons == []
+    assert verdict.judge_axis(line, period_ticks(HZ, TICK_HZ), edges, tick_hz=TICK_HZ).reasons == []
     turns, setup_us, hold_us = direction_gaps(edges)
     assert turns == 4
     assert setup_us >= (setting_us or 20) and hold_us >= (setting_us or 20)

@@ -39,7 +39,7 @@ def wiring() -> str:
     parts = []
     for name in boards.BOARD_NAMES:
         board = boards.load(name)
-        parts.append(f"### {name} ({boards.PARTS[name]})\n")
+        parts.append(f"### {name} ({boards.load(name).part})\n")
         rows = [
             (
                 pin.signal,

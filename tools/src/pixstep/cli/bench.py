@@ -34,7 +34,7 @@ _PIPE_WIDTH = 160  # columns, where no terminal says
 @click.option("--plot", type=FILE, help="Draw the ramp's edge errors into FILE (PNG).")
 @click.pass_context
 def bench(ctx, only, quick, comparing, saved, as_json, write, plot):
-    """Measure cycles, rates, CPU share, edge errors, waits and sizes of both boards' images.
+    """Measure cycles, rates, CPU share, edge errors, waits and sizes of all boards' images.
 
     Exit status 0; 1 if any edge was wrong without a fault before it, or if a figure could not be
     measured; 2 for misuse.

@@ -103,7 +103,7 @@ class _List:
 
     def c_input_registers_read(self) -> None:
         version, _, board, axes = self.inputs(0, 4)
-        number = boards.BOARD_NAMES.index(self.board) + 1
+        number = boards.load(self.board).id
         same((version, board, axes), (3, number, boards.load(self.board).axes))
 
     def c_coil_written(self) -> None:
