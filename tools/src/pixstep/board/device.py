@@ -72,9 +72,9 @@ class Board(Wire):
 
     def pixel_period_s(self) -> float:
         """Return the pixel period that the board measures, in seconds."""
-        return self.input("pixel_period_ticks") / self._tick_hz()
+        return self.input("pixel_period_ticks") / self.tick_hz()
 
-    def _tick_hz(self) -> int:
+    def tick_hz(self) -> int:
         """Return the board's timer ticks a second; of an unknown board the slowest there is."""
         found = self._identity or self.who()
         known = [board.tick_hz for board in boards.all_boards()]
