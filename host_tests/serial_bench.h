@@ -13,7 +13,7 @@
 #include "wire/crc16.h"
 
 #define MS_TICKS      16000u
-#define SILENCE_TICKS ((uint32_t)fake_line.silence_16us * 256u)
+#define SILENCE_TICKS ((uint32_t)fake_line.silence_counts * 256u)
 #define SLACK_TICKS   256u
 
 static const uint8_t *reply;

@@ -366,7 +366,7 @@ static void check_trip(uint32_t ticks, int32_t steps)
 static void check_clock_edge_let_pass(void)
 {
     TEST_ASSERT_FALSE(pixel_clock_waiting());
-    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_4us);
+    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_units);
     TEST_ASSERT_FALSE(machine.watch.known);
 }
 
@@ -452,7 +452,7 @@ static void clock_edge_beside_a_seek_of_another_axis_counts(void)
     uint32_t edge = fake_next_edge_ticks();
     close_at(1, edge, 3000);
     round_poll();
-    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_4us);
+    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_units);
     TEST_ASSERT_TRUE(machine.watch.known);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     check_trip(edge, steps_at(edge - machine.axes[1].zero_ticks));

@@ -41,9 +41,10 @@ static void new_address_counts_from_the_next_request(void)
 
 static void line_begins_with_the_settings(void)
 {
-    TEST_ASSERT_EQUAL_UINT8(baud_divisor(1152), fake_line.divisor);
+    TEST_ASSERT_EQUAL_UINT16(baud_divisor(1152), fake_line.divisor);
     TEST_ASSERT_EQUAL(UART_EVEN, fake_line.parity);
-    TEST_ASSERT_EQUAL_UINT16(baud_silence_16us(17), fake_line.silence_16us);
+    TEST_ASSERT_EQUAL_UINT16(baud_silence_counts(baud_divisor(1152)),
+                             fake_line.silence_counts);
     TEST_ASSERT_EQUAL_UINT8(1, fake_line.changes);
 }
 
@@ -52,10 +53,11 @@ static void new_rate_counts_when_the_reply_has_left(void)
     PUT(7, 6, 0, 1, 0, 96);
     TEST_ASSERT_EQUAL_UINT16(8, answer());
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT8(baud_divisor(1152), fake_line.divisor);
+    TEST_ASSERT_EQUAL_UINT16(baud_divisor(1152), fake_line.divisor);
     sent();
-    TEST_ASSERT_EQUAL_UINT8(208, fake_line.divisor);
-    TEST_ASSERT_EQUAL_UINT16(baud_silence_16us(208), fake_line.silence_16us);
+    TEST_ASSERT_EQUAL_UINT16(baud_divisor(96), fake_line.divisor);
+    TEST_ASSERT_EQUAL_UINT16(baud_silence_counts(baud_divisor(96)),
+                             fake_line.silence_counts);
     ask_axis_count(7);
     check_axis_count();
     TEST_ASSERT_EQUAL_UINT8(2, fake_line.changes);

@@ -7,7 +7,7 @@
 #include "app/store.h"  // store_*
 #include "app/time_check.h"
 #include "base/flash.h"      // IN_FLASH
-#include "hal/clock.h"       // clock_now_4us
+#include "hal/clock.h"       // clock_now_units
 #include "hal/estop.h"       // estop_release
 #include "hal/pixel_clock.h" // pixel_clock_drop
 #include "hal/step_timer.h"  // step_timer_*
@@ -81,7 +81,7 @@ static void arm(uint8_t i)
     if (clocked) {
         // Patience for the pixel clock begins now, unless edges are being seen.
         if (machine.clocked == 0 && !machine_clock_present()) {
-            machine.edge_seen_4us = clock_now_4us();
+            machine.edge_seen_units = clock_now_units();
         }
         machine.clocked = (uint8_t)(machine.clocked | axis_bit(i));
     } else {
@@ -127,7 +127,7 @@ static bool go(void)
     }
     machine.token = 0;
     // Patience for the pixel clock begins now.
-    machine.edge_seen_4us = clock_now_4us();
+    machine.edge_seen_units = clock_now_units();
     return true;
 }
 

@@ -4,7 +4,7 @@
 #if CONFIG_EVENTS != 0
 
 #include "app/machine.h" // machine.events
-#include "hal/clock.h"   // clock_now_4us
+#include "hal/clock.h"   // clock_now_units
 
 void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel)
 {
@@ -15,7 +15,7 @@ void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel)
         .axis = axis,
         .argument = argument,
         .pixel = pixel,
-        .time_ms = clock_now_4us() / 250u,
+        .time_ms = clock_ms_of_units(clock_now_units()),
     };
     events->count++;
 }

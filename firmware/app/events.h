@@ -18,7 +18,7 @@ struct event {
     uint8_t axis;
     uint16_t argument;
     uint32_t pixel;
-    uint32_t time_ms; // since reset; wraps after 4.7 hours
+    uint32_t time_ms; // since reset; wraps after some hours (4.7 at 16 MHz)
 };
 
 struct events {

@@ -2,11 +2,10 @@
 #include "app/inputs.h"
 
 #include "app/machine.h"  // machine
-#include "hal/clock.h"    // clock_now_4us
+#include "hal/clock.h"    // clock_now_units
 #include "hal/switches.h" // switches_read
 
-#define US_PER_UNIT 4u
-#define LIMITS      (SWITCH_LIMIT_MINUS | SWITCH_LIMIT_PLUS)
+#define LIMITS (SWITCH_LIMIT_MINUS | SWITCH_LIMIT_PLUS)
 
 bool inputs_home_inverted(void)
 {
@@ -21,31 +20,31 @@ static uint8_t tripped_levels(void)
     return (uint8_t)(home | limits);
 }
 
-static bool lasted(uint16_t now_4us, uint16_t since_4us)
+static bool lasted(uint16_t now_units, uint16_t since_units)
 {
-    return (uint16_t)(now_4us - since_4us) >
-           machine.settings.input_filter_us / US_PER_UNIT;
+    return (uint16_t)(now_units - since_units) >
+           clock_units_of_us(machine.settings.input_filter_us);
 }
 
-bool inputs_lasted(uint16_t since_4us)
+bool inputs_lasted(uint16_t since_units)
 {
-    return lasted((uint16_t)clock_now_4us(), since_4us);
+    return lasted((uint16_t)clock_now_units(), since_units);
 }
 
 // Each switch for itself: one that chatters must not hide another. The switches whose filtered
 // state has just changed.
 static uint8_t filter(struct inputs *inputs, uint8_t now)
 {
-    uint16_t now_4us = (uint16_t)clock_now_4us();
+    uint16_t now_units = (uint16_t)clock_now_units();
     uint8_t moved = now ^ inputs->seen;
     uint8_t wrong = now ^ inputs->state;
     uint8_t changed = 0;
-    uint16_t *since = inputs->since_4us;
+    uint16_t *since = inputs->since_units;
 
     for (uint8_t bit = 1; bit < SWITCH_ALL; bit = (uint8_t)(bit << 1)) {
         if ((moved & bit) != 0) {
-            *since = now_4us;
-        } else if ((wrong & bit) != 0 && lasted(now_4us, *since)) {
+            *since = now_units;
+        } else if ((wrong & bit) != 0 && lasted(now_units, *since)) {
             changed |= bit;
         }
         since++;
@@ -98,7 +97,7 @@ bool inputs_settled(uint8_t axis)
     const struct inputs *inputs = machine_inputs(axis);
 
     return ((inputs->seen ^ inputs->state) & SWITCH_HOME) == 0 &&
-           inputs_lasted(inputs->since_4us[0]);
+           inputs_lasted(inputs->since_units[0]);
 }
 
 uint16_t inputs_all(void)

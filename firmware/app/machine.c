@@ -3,7 +3,7 @@
 
 #include "app/store.h"       // store_load
 #include "base/require.h"    // require_failed
-#include "hal/clock.h"       // clock_now_4us
+#include "hal/clock.h"       // clock_now_units
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // permit_write
 #include "hal/pixel_clock.h" // pixel_clock_take
@@ -85,14 +85,14 @@ bool machine_queued(void)
 }
 
 // 1.5 pixel periods and up to 28 us. Whole bytes and a small factor: every round asks.
-uint32_t machine_clock_patience_4us(void)
+uint32_t machine_clock_patience_units(void)
 {
     return machine.period.whole_ticks / 256u * 6u + 7u;
 }
 
 void machine_edge_dropped(void)
 {
-    machine.edge_seen_4us = clock_now_4us();
+    machine.edge_seen_units = clock_now_units();
     clock_watch_forget(&machine.watch);
 }
 

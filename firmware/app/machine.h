@@ -73,7 +73,7 @@ struct machine {
     uint8_t turn;     // rounds, to look after one axis after the other
     uint8_t asking;   // commands are only asked about: MACHINE_ASKS, MACHINE_ASKED_SEEK
     bool time_lost;   // an underrun left the timers out of step with the ledgers
-    uint32_t edge_seen_4us; // when the last clock edge was handled
+    uint32_t edge_seen_units; // when the last clock edge was handled
 };
 
 extern struct machine machine;
@@ -125,7 +125,7 @@ uint8_t machine_moving_axis(void); // the first armed or running one, CONFIG_AXE
 bool machine_queued(void);         // or any line waiting, whole or in part
 void machine_edge_dropped(
     void); // the clock's newest edge was seen, but its place is not known
-uint32_t machine_clock_patience_4us(void); // without an edge, until it is missing
+uint32_t machine_clock_patience_units(void); // without an edge, until it is missing
 
 // The place of its newest edge is known, and it does not rest.
 static inline bool machine_clock_present(void)

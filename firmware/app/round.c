@@ -10,7 +10,7 @@
 #include "app/store.h"   // store_poll
 #include "app/time_check.h"
 #include "app/witness.h"     // witness_poll
-#include "hal/clock.h"       // clock_now_4us
+#include "hal/clock.h"       // clock_now_units
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
 #include "hal/pixel_clock.h" // pixel_clock_take
@@ -160,7 +160,7 @@ static void take_capture(void)
     uint32_t edge_ticks =
         ledger_capture_ticks(&axis->ledger, &axis->feed, capture.back, capture.ticks) -
         PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
-    machine.edge_seen_4us = clock_now_4us();
+    machine.edge_seen_units = clock_now_units();
     if (clock_watch_edge(&machine.watch, &machine.period, edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
@@ -174,7 +174,7 @@ static void take_capture(void)
 
 static void watch_clock(void)
 {
-    if (clock_now_4us() - machine.edge_seen_4us > machine_clock_patience_4us()) {
+    if (clock_now_units() - machine.edge_seen_units > machine_clock_patience_units()) {
         clock_watch_rest(&machine.watch);
         clock_fault(FAULT_pixel_clock_missing, 0);
     }
