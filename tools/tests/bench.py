@@ -45,6 +45,11 @@ class Bench:
     def __exit__(self, *_):
         self.sim.kill()
 
+    @property
+    def pixel_ticks(self):
+        """Whole ticks of the pixel period."""
+        return int(period_ticks(self.hz, self.sim.tick_hz))
+
     def load(self, line, axis=0):
         """Upload as much of a line as the queue takes."""
         upload = Upload(self.board, axis, queue_entries(line))

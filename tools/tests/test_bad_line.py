@@ -5,6 +5,7 @@ import random
 
 import pytest
 
+from pixstep.board import boards
 from pixstep.board.client import BoardError, ExceptionReplyError, Upload
 from pixstep.hostile import noise, uploads, wire
 
@@ -22,7 +23,7 @@ def test_every_queue_is_exact():
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_lines_play_exactly(board):
     outcome = uploads.run(uploads.Plan(board, 80))
     assert outcome.complaints == []

@@ -33,6 +33,7 @@ from pixstep.bench.drive import Run, Window, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.search import LONG_S, Search
 from pixstep.bench.trial import CLEAN, FAULT, MUTE, REFUSED, WRONG, Trial, judge
+from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -375,7 +376,7 @@ def test_what_a_board_cannot_do_is_not_measured():
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_a_million_steps_a_second_end_by_name(board):
     for motion in overload.MOTIONS:
         (row,) = overload.measure(board, motion, 1_000_000)

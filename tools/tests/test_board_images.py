@@ -16,7 +16,7 @@ from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_S
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 class Live:
@@ -249,7 +249,7 @@ def test_move(live, name):
     assert "top" in one.out("move", profile, "--steps", 10)
 
 
-@pytest.mark.parametrize(("name", "axis"), [("uno", 0), ("mega", 2)])
+@pytest.mark.parametrize(("name", "axis"), [("uno", 0), ("mega", 2), ("m1284", 1)])
 def test_home(live, name, axis):
     one = live(name, plants={(0, axis): "home=900,hyst=8,travel=-2000..4000,start=100"})
     profile = natives.source("tools/data/AccProf-fast-move.csv")

@@ -4,7 +4,6 @@
 from console import put
 from pixstep.hostile.wire import seal
 
-
 # Boards have 1, 2 or 4 axes: a frame for what every board has, one for what larger ones add.
 BROADCAST = [0b0001, 0b0010, 0b1100]
 

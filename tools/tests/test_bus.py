@@ -5,6 +5,7 @@ import pytest
 
 from bench import Bench
 from pixstep import natives
+from pixstep.board import boards
 from pixstep.hostile import wire
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
@@ -13,8 +14,8 @@ from pixstep.simulation.simrun import BOOT_S
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-BOARDS = ("uno", "mega")
-AXES = {"uno": 1, "mega": 4}
+BOARDS = boards.BOARD_NAMES
+AXES = {board.name: board.axes for board in boards.all_boards()}
 UNIT, OTHER, ALL = 1, 9, 0
 SETUP_US, BAUD_100, PARITY, REPLY_DELAY_US = 0x0006, 0x0001, 0x000D, 0x000E
 AXIS_COUNT, STATUS, FRAMES_OK, CRC_ERRORS, RX_OVERRUNS = 0x0003, 0x0004, 0x0010, 0x0011, 0x0013
@@ -327,6 +328,8 @@ def others(master):
         ("mega", others, 250_000, 100, 2),
         ("mega", others, 115_200, 100, 0),
         ("mega", others, 1_000_000, 25, 10),
+        ("m1284", requests, 1_000_000, 100, 5),
+        ("m1284", others, 250_000, 100, 0),
     ],
 )
 def test_a_saturated_line_moves_no_edge(tmp_path, board, load, baud, percent, lost_most):
@@ -351,7 +354,7 @@ def test_broadcasts_faster_than_they_are_served_reset_nothing(board):
 
 
 # A byte takes less time than its interrupt here: the step interrupts have two thirds of it all.
-@pytest.mark.parametrize(("board", "count"), [("uno", 2285), ("mega", 400)])
+@pytest.mark.parametrize(("board", "count"), [("uno", 2285), ("mega", 400), ("m1284", 900)])
 @pytest.mark.parametrize("load", [requests, others])
 def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, load):
     axes = range(AXES[board])

@@ -11,12 +11,13 @@ from click.testing import CliRunner
 from bench import QUIET_CYCLES, Bench
 from pixstep import formats
 from pixstep.bench import lines
+from pixstep.board import boards
 from pixstep.board.client import BoardError
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 LONG = Line((40,) * 60, PLAIN)
 SHORT = Line((4, 16, 24, 24, 20, 8, 0))
 # 45,000 steps/s at 30 Hz, every pixel accelerating or braking: one axis does that, four cannot.

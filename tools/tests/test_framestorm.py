@@ -7,6 +7,7 @@ from collections import Counter
 
 import pytest
 
+from pixstep.board import boards
 from pixstep.hostile import framestorm, strikes, wire
 from pixstep.lines.linecheck import check, refused
 
@@ -14,7 +15,7 @@ SAFETY = wire.Safety(4, lambda axis: 7)
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_no_edge_differs(board):
     outcome = framestorm.run(framestorm.Plan(board, 1500))
     assert outcome.complaints == []
@@ -35,7 +36,9 @@ def test_a_frame_that_is_obeyed_is_found(monkeypatch):
 
     def any_function(self):
         original(self)
-        return strikes.Strike("any function", ((b"", strikes.CERTAIN), (stop, strikes.ANSWER)))
+        return strikes.Strike(
+            "any function", ((b"", self.pauses.certain), (stop, self.pauses.answer))
+        )
 
     monkeypatch.setattr(strikes.Generator, "_any_function", any_function)
     outcome = framestorm.run(framestorm.Plan("uno", 300))
@@ -114,7 +117,7 @@ def stretches(strike):
     seen = b""
     for piece, pause in strike.pieces:
         seen += piece
-        if pause >= strikes.CERTAIN:
+        if pause >= self.pauses.certain:
             yield seen
             seen = b""
     yield seen

@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from homebench import HomeBench
+from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.moves import accel, homejudge, homesim, homing, legs
 from worked import DATA
@@ -18,8 +19,8 @@ PATH = DATA / "AccProf-fast-move.csv"
 PROFILE = accel.read(PATH)
 HZ = Fraction(30)
 PLANT = "home=2000,hyst=8,travel=-500..4000"
-AXES = [("uno", 0), *(("mega", axis) for axis in range(4))]
-BOARDS = [("uno", 0), ("mega", 1)]
+AXES = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
+BOARDS = [("uno", 0), ("mega", 1), ("m1284", 1)]
 
 
 def job(board, axis, knobs, *, direction=1, hz=HZ, inverted="none", filter_us=None, **changes):

@@ -24,8 +24,8 @@ PROFILE = accel.read(PATH)
 SPEEDS = (0, 8, 16, 24, 32, 40, 52, 64, 84, 104, 136)  # of its first ten entries, by hand
 HZ = Fraction(290)  # 136 steps/px: just below what seeks of the mega may have
 PLANT = "home=2000,hyst=8,travel=-500..4000"
-AXES = [("uno", 0), *(("mega", axis) for axis in range(4))]
-BOARDS = [("uno", 0), ("mega", 2)]
+AXES = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
+BOARDS = [("uno", 0), ("mega", 2), ("m1284", 0)]
 
 
 def run(tmp_path, board, axis, knobs, *, direction=1, inverted="none", filter_us=None, **changes):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_state_machine_as_test
 
 from clock import TICK_HZ
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions, campaign
 from pixstep.hostile.orders.guard import Guard
@@ -203,7 +204,7 @@ MOVING = (
 )
 
 
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_campaign(invoke, board):
     done = invoke("hostile", "orders", "--board", board, "--count", 150, "--seed", 5, "--json")
     outcome = json.loads(done.stdout)
@@ -222,7 +223,7 @@ def test_together(invoke):
     assert outcome["started"]["all"] > 50
 
 
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_rests(invoke, board):
     done = invoke("hostile", "orders", "--board", board, "--rests", "--count", 10, "--json")
     outcome = json.loads(done.stdout)

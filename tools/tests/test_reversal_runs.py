@@ -12,6 +12,7 @@ import pytest
 from bench import Bench
 from clock import TICK_HZ
 from pixstep import formats
+from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import period_ticks
@@ -28,7 +29,7 @@ from strokes_line import LIMITS, PLAY, four_reversals
 HZ = Fraction(100)
 IDEAL = tuple(four_reversals())
 TRANSITION_PX = 12
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 def compensated(transition_px=TRANSITION_PX):

@@ -18,7 +18,7 @@ from pixstep.simulation.simctl import SimulatorError
 from pixstep.simulation.simrun import BOOT_S
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 MS = 16_000
 STORE, KEY = 11, 0x5AFE
 EEPROM_BYTE_CYCLES = 54_400  # 3.4 ms

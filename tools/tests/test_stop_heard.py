@@ -4,13 +4,14 @@
 import pytest
 
 from bench import Bench
+from pixstep.board import boards
 from pixstep.hostile.orders import frames
 from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 SILENCES_US = (1812, 2250)
 RUNNING = Line((40,) * 200, PLAIN)
 REPLY = seal(bytes([2, 4, 250, *range(250)]))  # of another board: 125 registers
@@ -46,7 +47,7 @@ def assert_stopped(bench):
 @pytest.mark.parametrize("what", JUNK)
 @pytest.mark.parametrize("board", BOARDS)
 def test_a_stop_behind_a_long_damaged_reply_is_heard(board, what):
-    axes = range(4 if board == "mega" else 1)
+    axes = range(boards.load(board).axes)
     for silence_us in SILENCES_US:
         for phase in range(3):
             with Bench(board, axes) as bench:

@@ -48,7 +48,7 @@ def fastest(bench):
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("setting_us", [20, 300])
-@pytest.mark.parametrize(("board", "axes"), [("uno", 1), ("mega", 1), ("mega", 4)])
+@pytest.mark.parametrize(("board", "axes"), [("uno", 1), ("mega", 1), ("mega", 4), ("m1284", 2)])
 def test_direction_times_at_the_limit(tmp_path, board, axes, setting_us):
     path = tmp_path / "edges.csv"
     with Bench(board, range(axes), HZ, edges=path) as bench:

@@ -19,23 +19,27 @@ from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-MASKS = {"uno": (0x6F,), "mega": (0x6F, 0x71, 0x72, 0x73)}  # TIMSKn of each axis
+MASKS = {1: 0x6F, 3: 0x71, 4: 0x72, 5: 0x73}  # TIMSKn by timer
 ENGINE_BYTES, STATE, HALTING, IDLE = 28, 1, 3, 0
 OVERFLOW, COMPARE_A = 1, 2
-EVERY_AXIS = [("uno", 0), *(("mega", axis) for axis in range(4))]
+EVERY_AXIS = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
 WITHIN_S = 0.01
+
+
+def mask_of(bench, axis):
+    return MASKS[boards.load(bench.name).timers[axis]]
 
 
 def settle_as_it_should_not(bench, axis):
     """Make an engine idle whose timer still holds a pulsing period."""
     bench.sim.poke(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", bytes([IDLE]))
-    mask = MASKS[bench.name][axis]
+    mask = mask_of(bench, axis)
     bench.sim.poke(0, mask, bytes([bench.sim.peek(0, mask, 1)[0] & ~COMPARE_A | OVERFLOW]))
 
 
 def halting(bench, axis):
     state = bench.sim.peek(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", 1)[0]
-    mask = bench.sim.peek(0, MASKS[bench.name][axis], 1)[0]
+    mask = bench.sim.peek(0, mask_of(bench, axis), 1)[0]
     return state == HALTING and mask & COMPARE_A
 
 

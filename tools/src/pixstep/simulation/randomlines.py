@@ -87,13 +87,15 @@ def case(rng: random.Random, decode: str, bounds: Bounds | None = None) -> Case:
     return smooth_case(rng, bounds) if decode == SMOOTH else plain_case(rng, bounds)
 
 
-def rate_case(steps_per_second: int, steps: int, pixel_hz: Fraction = Fraction(50)) -> Case:
+def rate_case(
+    steps_per_second: int, steps: int, pixel_hz: Fraction = Fraction(50), *, tick_hz: int
+) -> Case:
     """Return a plain line of constant rate; the rate must be a whole number of steps a pixel."""
     count = Fraction(steps_per_second) / pixel_hz
     if count.denominator != 1:
         raise ValueError(f"{steps_per_second} steps/s is not whole at {pixel_hz} Hz")
     pixels = -(-steps // count.numerator)
-    return Case(Line((count.numerator,) * pixels, PLAIN, name="constant rate"), pixel_hz)
+    return Case(Line((count.numerator,) * pixels, PLAIN, name="constant rate"), pixel_hz, tick_hz)
 
 
 def _smooth_line(rng: random.Random, top: int, bounds: Bounds) -> Line:
