@@ -41,6 +41,7 @@ static const struct analog_pins {
 } parts[] = {
     {"atmega328p", {'C', '\0'}, 6}, // ADC6 and ADC7 are analog only
     {"atmega2560", {'F', 'K'}, 8},
+    {"atmega1284p", {'A', '\0'}, 8},
 };
 
 static const struct analog_pins *pins_of(const struct comparator *c)
