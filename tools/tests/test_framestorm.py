@@ -7,11 +7,13 @@ from collections import Counter
 
 import pytest
 
+from clock import TICK_HZ
 from pixstep.board import boards
 from pixstep.hostile import framestorm, strikes, wire
 from pixstep.lines.linecheck import check, refused
 
 SAFETY = wire.Safety(4, lambda axis: 7)
+PAUSES = strikes.Pauses.at(TICK_HZ)
 
 
 @pytest.mark.usefixtures("simulator")
@@ -117,7 +119,7 @@ def stretches(strike):
     seen = b""
     for piece, pause in strike.pieces:
         seen += piece
-        if pause >= self.pauses.certain:
+        if pause >= PAUSES.certain:
             yield seen
             seen = b""
     yield seen
@@ -125,7 +127,7 @@ def stretches(strike):
 
 def test_a_request_behind_anothers_reply_is_seen():
     """No strike carries what would be obeyed, wherever in it that begins."""
-    generator = strikes.Generator(random.Random(5), 1, SAFETY)
+    generator = strikes.Generator(random.Random(5), 1, SAFETY, PAUSES)
     kinds = Counter()
     looked_at = 0
     for strike, _ in zip(generator, range(3000), strict=False):
@@ -143,7 +145,7 @@ def test_a_request_behind_anothers_reply_is_seen():
 
 def test_same_seed_same_strikes():
     def first(seed):
-        generator = strikes.Generator(random.Random(seed), 1, SAFETY)
+        generator = strikes.Generator(random.Random(seed), 1, SAFETY, PAUSES)
         return [strike for strike, _ in zip(generator, range(50), strict=False)]
 
     assert first(1) == first(1) != first(2)

@@ -15,6 +15,7 @@ from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES
+ALL_AXES = [(board.name, range(board.axes)) for board in boards.all_boards()]
 LONG = Line((40,) * 200, PLAIN)
 BROWN_OUT, WATCHDOG = 4, 8  # bits of reset_cause
 WAIT_CYCLES = 10_000_000

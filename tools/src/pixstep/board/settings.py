@@ -61,8 +61,8 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
     """Make changes in one all-or-nothing request, and read them back.
 
     The settings in between are written as they were. When address, rate or parity change, the
-    client follows. Raises UserError for a pixel frequency that the board cannot carry, BoardError also
-    if the board reads back something else.
+    client follows. Raises UserError for a pixel frequency that the board cannot carry, BoardError
+    also if the board reads back something else.
     """
     if not wanted:
         return
