@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
-from bench import QUIET_CYCLES, Bench
+from bench import QUIET_S, Bench
 from pixstep import formats
 from pixstep.bench import lines
 from pixstep.board import boards
@@ -178,5 +178,5 @@ def test_after_decoder_late_four_axes_run_again():
             bench.load(slower, axis)
         bench.arm()
         bench.until(lambda: all(bench.state(axis) == "done" for axis in bench.axes))
-        bench.sim.run(QUIET_CYCLES)
+        bench.sim.wait_s(QUIET_S)
         assert [bench.count(axis) - old for axis, old in enumerate(made)] == [312] * 4
