@@ -58,7 +58,7 @@ static void the_reset_is_first(void)
 
 static void a_fault_once_until_it_is_cleared(void)
 {
-    fake_pass(16000uL * 70000uL);
+    fake_pass(BENCH_TICKS_PER_MS * 70000uL);
     machine.axes[1].ledger.pixel = 0x12344;
     machine_fault(FAULT_starved, 1, 0xBEEF);
     machine_fault(FAULT_starved, 1, 0xBEEF);
