@@ -12,6 +12,7 @@ import sys
 from fractions import Fraction
 
 from clock import TICK_HZ
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.wire import crc16, seal
 from pixstep.lines import exact, runs
@@ -67,7 +68,7 @@ class Fake:
         self.real_hz = Fraction(int(numerator), int(denominator))
         self.board = options["--board"].split("=")[0]
         self.options, self.cycle = options, 0
-        self.axes = [FakeAxis() for _ in range(4 if self.board == "mega" else 1)]
+        self.axes = [FakeAxis() for _ in range(boards.load(self.board).axes)]
         self.settings = dict.fromkeys(range(0x200), 0) | {6: 20, 7: 20}
         self.edges, self.last_block, self.lost = [], None, 0
 
@@ -124,7 +125,7 @@ class Fake:
         if address == FAULT_CODE:
             return int(DEFECT == "halts" and any(axis.zero for axis in self.axes))
         if not regs.AXIS_BASE <= address < regs.AXIS_BASE + 4 * regs.AXIS_STRIDE:
-            return {0: 1, 2: 1 + (self.board == "mega"), 3: len(self.axes), 24: 10}.get(address, 0)
+            return {0: 1, 2: boards.load(self.board).id, 3: len(self.axes), 24: 10}.get(address, 0)
         axis, offset = self.axes[(address - 0x20) // 16], address % 16
         self.update(axis)
         free = QUEUE_SLOTS - (len(axis.entries) if axis.state < 3 else 0)

@@ -55,6 +55,7 @@ class Board:
     flash_bytes: int
     ram_bytes: int
     queue_entries: int
+    serves_files: bool  # function 20, read file record
     min_interval_ticks: int  # of plain lines
     smooth_min_interval_ticks: int
     programmer: Programmer
@@ -124,6 +125,7 @@ def _read(path: Path) -> Board:
         flash_bytes=number("FLASH_BYTES"),
         ram_bytes=number("RAM_BYTES"),
         queue_entries=number("QUEUE_ENTRIES"),
+        serves_files=bool(number("SERVER_FILES")),
         min_interval_ticks=number("MIN_INTERVAL_TICKS"),
         smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
         programmer=Programmer(

@@ -180,7 +180,7 @@ class _List:
         # pymodbus counts the record's length in bytes and asks for half as many words.
         record = FileRecord(file_number=3, record_number=cases.DIR_SETUP, record_length=4)
         reply = self.client.read_file_record([record], **self.unit)
-        if self.board == "uno":
+        if not boards.load(self.board).serves_files:
             self.refused(reply, 1)
             return
         data = self.good(reply).records[0].record_data
