@@ -10,10 +10,8 @@ import unittest
 from pathlib import Path
 
 SIM = os.environ.get("PIXSTEP_SIM", "pixstep-sim")
-IMAGES = {
-    "uno": os.environ.get("PIXSTEP_UNO_IMAGES", "."),
-    "mega": os.environ.get("PIXSTEP_MEGA_IMAGES", "."),
-}
+BOARDS = ("uno", "mega", "m1284")
+IMAGES = {board: os.environ.get(f"PIXSTEP_{board.upper()}_IMAGES", ".") for board in BOARDS}
 RESULT_ADDRESS = 0x600
 GPIOR2 = 0x4B
 
