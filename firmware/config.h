@@ -19,17 +19,17 @@
 // tick in which it rises, 2 us.
 #define CONFIG_PULSE_LOW_TICKS ((unsigned)(CONFIG_TIMER_HZ / 500000uL - 1u))
 
-// Axes, queue and shortest intervals of each board. An entry must reach OCRnA before its period
+// Axes, queue and shortest intervals of the board. An entry must reach OCRnA before its period
 // begins, so an interval must be longer than everything that can keep the step interrupt waiting
-// at once and the handler's own way to OCRnA. Cycles (uno, mega); `pixstep bench --only waits` and
-// `--only handlers` measure them:
+// at once and the handler's own way to OCRnA. Cycles (uno, mega, m1284); `pixstep bench --only
+// waits` and `--only handlers` measure them:
 //
-//     interrupts off in the main loop, or in a serial handler   21    21
-//     pixel clock capture, until it lets others in              13    14
-//     step handlers of the other axes                            -   141   3 x 47
-//     a run's period, from the flag's service to OCRnA          23    25
-//                                                               --   ---
-//                                                               57   201
+//     interrupts off in the main loop, or in a serial handler   21    21    21
+//     pixel clock capture, until it lets others in              13    14    13
+//     step handlers of the other axes                            -   141    47   47 each
+//     a run's period, from the flag's service to OCRnA          23    25    23
+//                                                               --   ---   ---
+//                                                               57   201   104
 //
 // A single period takes 29 (31) cycles to OCRnA; so short ones are only made by runs (axis.c).
 // The other axes take up to 86 cycles where they begin a run. They do so some steps apart from each
@@ -42,7 +42,8 @@
 // single periods or with a run (RUN_ENTRY_MIN_TICKS in axis.c).
 // The capture interrupt tells apart the periods around an edge as long as no more than one began
 // since: a seek must be slower than its longest way, with every step interrupt in between. Edges
-// were placed wrong at 160 ticks on the Uno and 320 on the Mega, right at 200 and 400.
+// were placed wrong at 160 ticks on the Uno and 320 on the Mega, right at 200 and 400. A board of
+// two axes lies between them.
 //
 // A reversal has the driver's set-up and hold times on both sides of its middle, and so many ticks
 // more: the direction output changes that long after the middle at most. One axis's commands take

@@ -39,7 +39,7 @@ static unsigned replies;
 // The line's times, as it is set now.
 static uint32_t silence_ticks(void)
 {
-    return (uint32_t)fake_line.silence_16us * TICKS_PER_16US;
+    return (uint32_t)fake_line.silence_counts * TICKS_PER_16US;
 }
 
 static uint32_t character_ticks(void)

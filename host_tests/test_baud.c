@@ -16,7 +16,7 @@ void tearDown(void)
 static void divisor_is_the_nearest(void)
 {
     for (uint32_t baud_100 = 96; baud_100 <= 10000; baud_100++) {
-        uint32_t nearest = (2uL * BAUD_CLOCK_100 + baud_100) / (2 * baud_100);
+        uint32_t nearest = (2u * (uint32_t)BAUD_CLOCK_100 + baud_100) / (2 * baud_100);
 
         TEST_ASSERT_EQUAL_UINT32(nearest, baud_divisor((uint16_t)baud_100));
     }
@@ -55,9 +55,9 @@ static void silence_is_the_standards_with_a_character(void)
 {
     for (uint16_t divisor = 2; divisor <= baud_divisor(96); divisor++) {
         uint32_t exact = divisor >= baud_divisor(192)
-                             ? 1980uL * divisor
-                             : 7uL * BAUD_CLOCK_100 + 440uL * divisor;
-        uint32_t made = 1280uL * baud_silence_counts((baud_counts)divisor);
+                             ? (uint32_t)1980u * divisor
+                             : (uint32_t)7u * BAUD_CLOCK_100 + (uint32_t)440u * divisor;
+        uint32_t made = (uint32_t)1280u * baud_silence_counts((baud_counts)divisor);
 
         TEST_ASSERT_TRUE(made <= exact && made + 2560u > exact);
     }

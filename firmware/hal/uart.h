@@ -25,7 +25,8 @@ typedef uint16_t uart_divisor;
 // Listen into this buffer of UART_BUFFER_BYTES from now on; uart_set() must follow.
 void uart_start(uint8_t *bytes);
 
-// A silence is in counts of 256 CPU cycles, from the end of a byte to the end of the next. What is set already is left alone, and with it a byte that is on its way.
+// A silence is in counts of 256 CPU cycles, from the end of a byte to the end of the next. What is
+// set already is left alone, and with it a byte that is on its way.
 void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts);
 
 // Number of bytes at the buffer's front that no silence divides, 0 to UART_BUFFER_BYTES; more are

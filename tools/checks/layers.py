@@ -29,7 +29,7 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
     "firmware/core/base": ({"firmware/core/motion/line_errors.def"}, FREESTANDING),
     "firmware/core/motion": ({"firmware/core/base"}, FREESTANDING),
     "firmware/core/wire": ({"firmware/core/base"}, FREESTANDING),
-    "firmware/hal": (STEP_TYPES, FREESTANDING),
+    "firmware/hal": ({"firmware/config.h", *STEP_TYPES}, FREESTANDING),
     "firmware/hal/boards": (set(), set()),
     "firmware/hal/avr": (
         {"firmware/config.h", "firmware/hal", "firmware/core/base", *STEP_TYPES},

@@ -5,8 +5,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-// What the port's clock counts in a second, in units of 100: the CPU clock by 8. The build gives the
-// board's.
+// What the port's clock counts in a second, in units of 100: the CPU clock by 8. The build gives
+// the board's.
 #if !defined(BAUD_CLOCK_100)
 #define BAUD_CLOCK_100 20000u
 #endif
