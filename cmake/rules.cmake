@@ -17,6 +17,7 @@ rule(protocol "${PIXSTEP_PYTHON}" -m pixstep docs protocol --check docs/PROTOCOL
 rule(files "${PIXSTEP_PYTHON}" -m pixstep docs files --check docs/FILES.md)
 rule(faults "${PIXSTEP_PYTHON}" -m pixstep docs faults --check docs/FAULTS.md)
 rule(wiring "${PIXSTEP_PYTHON}" -m pixstep docs wiring --check docs/WIRING.md)
+rule(flashing "${PIXSTEP_PYTHON}" -m pixstep docs flashing --check docs/FLASHING.md)
 rule(text "${PIXSTEP_PYTHON}" "${checks}/text.py")
 set(images "")
 set(named_images "")
