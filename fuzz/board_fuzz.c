@@ -12,12 +12,14 @@
 #include "app/round.h"
 #include "app/serial.h"
 #include "app/settings.h"
+#include "app/traffic.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 #include "form.h"
 #include "promise.h"
 #include "script.h"
 #include "target.h"
+#include "wire/frame.h"
 
 // A slow main loop: most of the time goes into rounds.
 #define ROUND_TICKS    6000u
@@ -38,7 +40,7 @@ static unsigned replies;
 // The line's times, as it is set now.
 static uint32_t silence_ticks(void)
 {
-    return (uint32_t)fake_line.silence_16us * TICKS_PER_16US;
+    return (uint32_t)fake_line.silence_counts * TICKS_PER_16US;
 }
 
 static uint32_t character_ticks(void)
@@ -99,7 +101,7 @@ static void check_reply(const uint8_t *reply,
 
 static void check_board(void)
 {
-    promise(settings_possible(bench_settings()), "a setting is out of its range");
+    promise(settings_are_possible(), "a setting is out of its range");
     promise((faults_record()->mask & (1u << FAULT_internal)) == 0,
             "promise broken at line %u",
             (unsigned)faults_record()->argument);

@@ -13,8 +13,8 @@
 #include "unity.h"
 #include "wire/crc16.h"
 
-#define MS_TICKS      16000u
-#define SILENCE_TICKS ((uint32_t)fake_line.silence_16us * 256u)
+#define MS_TICKS      ((uint32_t)(CONFIG_TIMER_HZ / 1000uL))
+#define SILENCE_TICKS ((uint32_t)fake_line.silence_counts * 256u)
 #define SLACK_TICKS   256u
 
 static const uint8_t *reply;

@@ -58,7 +58,7 @@ static void the_reset_is_first(void)
 
 static void a_fault_once_until_it_is_cleared(void)
 {
-    fake_pass(16000uL * 70000uL);
+    fake_pass(BENCH_TICKS_PER_MS * 70000uL);
     axes_get(1)->ledger.pixel = 0x12344;
     faults_latch(FAULT_starved, 1, 0xBEEF);
     faults_latch(FAULT_starved, 1, 0xBEEF);

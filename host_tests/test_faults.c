@@ -34,9 +34,9 @@ static void start_plain(uint8_t axis, int16_t count, uint16_t pixels)
 
 static void slow_pixels(void)
 {
-    bench_settings()->pixel_hz_num[1] = 100;
+    bench_settings()->pixel_hz_num[1] = BENCH_SLOW_HZ;
     limits_apply_settings();
-    fake_pixel_clock(5000, 100, 1);
+    fake_pixel_clock(5000, BENCH_SLOW_HZ, 1);
     bench_rounds(10);
 }
 
@@ -79,15 +79,17 @@ static void check_new_line(uint8_t axis)
 static void check_recovery(uint8_t axis)
 {
     check_all_at_rest();
-    bench_plain_line(2, 4, 1);
-    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(4, COMMAND_ARM));
+    bench_plain_line(BENCH_THIRD, 4, 1);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE,
+                      bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     TEST_ASSERT_EQUAL_HEX16(0, faults_record()->mask);
     TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(axis)->life.state);
     TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps,
                             ledger_position(&axes_get(axis)->ledger));
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_DISCARD));
+    TEST_ASSERT_EQUAL(MODBUS_OK,
+                      bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_DISCARD));
     check_new_line(axis);
 }
 
@@ -140,18 +142,18 @@ static void restart_of_time_begins_every_ring_again(void)
 {
     start_plain(0, 10, 3);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    bench_plain_line(2, 10, 3);
-    fake_underrun(3);
+    bench_plain_line(BENCH_THIRD, 10, 3);
+    fake_underrun(BENCH_LAST);
     bench_rounds(1);
-    check_fault(FAULT_underrun, 3);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(2)->life.state);
+    check_fault(FAULT_underrun, BENCH_LAST);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_THIRD)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(i)->life.state);
         TEST_ASSERT_EQUAL_UINT8(0, axis_ring_fill(axes_get(i)));
     }
     check_new_line(0);
-    check_new_line(2);
+    check_new_line(BENCH_THIRD);
 }
 
 // It was captured when time began earlier.
@@ -175,24 +177,24 @@ static void clock_edge_that_waits_does_not_survive_a_restart(void)
 static void period_without_interrupt(void)
 {
     slow_pixels();
-    start_plain(2, 400, 20);
+    start_plain(BENCH_THIRD, 400, 20);
     bench_rounds(200);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
-    fake_missed_period(2);
+    fake_missed_period(BENCH_THIRD);
     bench_rounds(1000);
-    check_fault(FAULT_underrun, 2);
+    check_fault(FAULT_underrun, BENCH_THIRD);
     TEST_ASSERT_TRUE(faults_time_lost());
-    check_recovery(2);
+    check_recovery(BENCH_THIRD);
     TEST_ASSERT_FALSE(faults_time_lost());
 }
 
 static void underrun_at_rest(void)
 {
-    fake_underrun(3);
+    fake_underrun(BENCH_LAST);
     bench_rounds(1);
-    check_fault(FAULT_underrun, 3);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(3)->life.state);
-    check_recovery(3);
+    check_fault(FAULT_underrun, BENCH_LAST);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(BENCH_LAST)->life.state);
+    check_recovery(BENCH_LAST);
 }
 
 static void pixel_clock_missing_in_a_line(void)
@@ -211,16 +213,16 @@ static void pixel_clock_missing_when_armed(void)
 {
     bench_clock_off();
     bench_rounds(100);
-    bench_plain_line(2, 10, 2);
-    arm(4);
+    bench_plain_line(BENCH_THIRD, 10, 2);
+    arm(BENCH_MASK_OF(BENCH_THIRD));
     bench_rounds(10);
-    TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(2)->life.state);
-    TEST_ASSERT_TRUE(bench_until(2, AXIS_FAULT));
-    check_fault(FAULT_pixel_clock_missing, 2);
-    TEST_ASSERT_EQUAL_INT32(0, fake_axes[2].steps);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(BENCH_THIRD)->life.state);
+    TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_FAULT));
+    check_fault(FAULT_pixel_clock_missing, BENCH_THIRD);
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[BENCH_THIRD].steps);
     check_all_at_rest();
     bench_clock_on();
-    check_recovery(2);
+    check_recovery(BENCH_THIRD);
 }
 
 static void clock_is_not_missed_by_nobody(void)

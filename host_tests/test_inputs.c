@@ -12,7 +12,12 @@
 #define CLOSED false
 #define OPEN   true
 // Rounds that are longer than the filter's default of 1000 us, by a little.
-#define FILTER_ROUNDS 20u
+#define FILTER_ROUNDS ((uint16_t)(BENCH_TICKS_PER_MS / BENCH_ROUND_TICKS + 10u))
+// All bits of the register that are a switch or its axis's fourth bit.
+#define ALL_SWITCHES ((uint16_t)(0xFFFFu >> (16u - 4u * CONFIG_AXES)))
+
+// Of 8 steps a pixel: those in the filter's time, and a pixel.
+#define STOP_STEPS ((int32_t)(8u * BENCH_TICKS_PER_MS / BENCH_PIXEL_TICKS + 8u))
 
 void setUp(void)
 {
@@ -29,23 +34,24 @@ static void switches_are_four_bits_an_axis(void)
     TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
     fake_switch(0, SWITCH_HOME, CLOSED);
     fake_switch(1, SWITCH_LIMIT_MINUS, CLOSED);
-    fake_switch(3, SWITCH_LIMIT_PLUS, CLOSED);
+    fake_switch(BENCH_LAST, SWITCH_LIMIT_PLUS, CLOSED);
     bench_rounds(FILTER_ROUNDS);
-    TEST_ASSERT_EQUAL_HEX16(0x4021, bench_input(REG_INPUT_inputs));
+    TEST_ASSERT_EQUAL_HEX16(0x0021u | 4u << (4u * BENCH_LAST),
+                            bench_input(REG_INPUT_inputs));
 }
 
 static void change_counts_when_it_lasts(void)
 {
-    fake_switch(2, SWITCH_HOME, CLOSED);
+    fake_switch(BENCH_THIRD, SWITCH_HOME, CLOSED);
     bench_rounds(8);
     TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
-    fake_switch(2, SWITCH_HOME, OPEN);
+    fake_switch(BENCH_THIRD, SWITCH_HOME, OPEN);
     bench_rounds(4);
-    fake_switch(2, SWITCH_HOME, CLOSED);
+    fake_switch(BENCH_THIRD, SWITCH_HOME, CLOSED);
     bench_rounds(8);
     TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
-    bench_rounds(8);
-    TEST_ASSERT_EQUAL_HEX16(0x0100, bench_input(REG_INPUT_inputs));
+    bench_rounds(FILTER_ROUNDS - 8u);
+    TEST_ASSERT_EQUAL_HEX16(1u << (4u * BENCH_THIRD), bench_input(REG_INPUT_inputs));
 }
 
 // Each switch has a time of its own, on every axis.
@@ -73,9 +79,9 @@ static void filter_time_is_a_setting(void)
 {
     bench_settings()->input_filter_us = 20000;
     fake_switch(0, SWITCH_HOME, CLOSED);
-    bench_rounds(200);
+    bench_rounds((uint16_t)(19uL * BENCH_TICKS_PER_MS / BENCH_ROUND_TICKS));
     TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
-    bench_rounds(40);
+    bench_rounds((uint16_t)(2uL * BENCH_TICKS_PER_MS / BENCH_ROUND_TICKS + 10u));
     TEST_ASSERT_EQUAL_HEX16(1, bench_input(REG_INPUT_inputs));
 }
 
@@ -83,10 +89,10 @@ static void levels_can_be_inverted(void)
 {
     bench_settings()->inputs_inverted = 2;
     bench_rounds(FILTER_ROUNDS);
-    TEST_ASSERT_EQUAL_HEX16(0x6666, bench_input(REG_INPUT_inputs));
+    TEST_ASSERT_EQUAL_HEX16(0x6666u & ALL_SWITCHES, bench_input(REG_INPUT_inputs));
     bench_settings()->inputs_inverted = 1;
     bench_rounds(FILTER_ROUNDS);
-    TEST_ASSERT_EQUAL_HEX16(0x1111, bench_input(REG_INPUT_inputs));
+    TEST_ASSERT_EQUAL_HEX16(0x1111u & ALL_SWITCHES, bench_input(REG_INPUT_inputs));
 }
 
 static void run_line(uint8_t axis, int16_t count)
@@ -110,7 +116,7 @@ static void limit_stops(uint8_t axis, int16_t count, uint8_t which, enum fault f
     TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(axis)->life.state);
     check_nothing_moves();
     int32_t after = fake_axes[axis].steps - before;
-    TEST_ASSERT_TRUE(after * count > 0 && after * (count < 0 ? -1 : 1) <= 16);
+    TEST_ASSERT_TRUE(after * count > 0 && after * (count < 0 ? -1 : 1) <= STOP_STEPS);
     TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps,
                             ledger_position(&axes_get(axis)->ledger));
 }
@@ -118,8 +124,8 @@ static void limit_stops(uint8_t axis, int16_t count, uint8_t which, enum fault f
 static void limit_stops_what_moves_towards_it(void)
 {
     limit_stops(0, 8, SWITCH_LIMIT_PLUS, FAULT_limit_plus);
-    limit_stops(3, 8, SWITCH_LIMIT_PLUS, FAULT_limit_plus);
-    limit_stops(2, -8, SWITCH_LIMIT_MINUS, FAULT_limit_minus);
+    limit_stops(BENCH_LAST, 8, SWITCH_LIMIT_PLUS, FAULT_limit_plus);
+    limit_stops(BENCH_THIRD, -8, SWITCH_LIMIT_MINUS, FAULT_limit_minus);
 }
 
 static void moving_away_is_allowed(void)
@@ -158,7 +164,7 @@ static void chatter(uint8_t axis, uint8_t which)
 {
     for (uint8_t i = 0; i < 40; i++) {
         fake_switch(axis, which, i % 2 == 0 ? CLOSED : OPEN);
-        bench_rounds(CONFIG_AXES);
+        bench_rounds(4);
     }
 }
 
@@ -168,10 +174,10 @@ static void chattering_switch_does_not_hide_another(void)
     chatter(1, SWITCH_HOME);
     TEST_ASSERT_EQUAL_HEX16(0x0040, bench_input(REG_INPUT_inputs));
     setUp();
-    fake_switch(2, SWITCH_HOME, CLOSED);
-    fake_switch(2, SWITCH_LIMIT_MINUS, CLOSED);
-    chatter(2, SWITCH_LIMIT_PLUS);
-    TEST_ASSERT_EQUAL_HEX16(0x0300, bench_input(REG_INPUT_inputs));
+    fake_switch(BENCH_THIRD, SWITCH_HOME, CLOSED);
+    fake_switch(BENCH_THIRD, SWITCH_LIMIT_MINUS, CLOSED);
+    chatter(BENCH_THIRD, SWITCH_LIMIT_PLUS);
+    TEST_ASSERT_EQUAL_HEX16(3u << (4u * BENCH_THIRD), bench_input(REG_INPUT_inputs));
 }
 
 static void chattering_limit_stays_what_it_was(void)

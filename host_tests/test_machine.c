@@ -82,8 +82,8 @@ static void axes_share_a_zero_on_the_pixel_clock(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         bench_plain_line(i, counts[i], 4);
     }
-    arm(15);
-    TEST_ASSERT_TRUE(bench_until(3, AXIS_DONE));
+    arm(BENCH_ALL_AXES);
+    TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_DONE));
     bench_rounds(20);
     uint32_t zero_ticks = axes_get(0)->zero_ticks;
     TEST_ASSERT_EQUAL_UINT32(0,
@@ -102,9 +102,9 @@ static void axes_share_a_zero_on_the_pixel_clock(void)
 // With pixels that leave the time, zero is the very next place of the clock.
 static void start_is_one_period_after_an_edge(void)
 {
-    bench_settings()->pixel_hz_num[1] = 100;
+    bench_settings()->pixel_hz_num[1] = BENCH_SLOW_HZ;
     limits_apply_settings();
-    fake_pixel_clock(5000, 100, 1);
+    fake_pixel_clock(5000, BENCH_SLOW_HZ, 1);
     bench_plain_line(0, 10, 1);
     bench_rounds(10);
     arm(1);
@@ -117,9 +117,9 @@ static void start_is_one_period_after_an_edge(void)
 
 static void clock_errors_are_zero_on_an_exact_clock(void)
 {
-    bench_plain_line(3, 10, 12);
-    arm(8);
-    TEST_ASSERT_TRUE(bench_until(3, AXIS_DONE));
+    bench_plain_line(BENCH_LAST, 10, 12);
+    arm(BENCH_MASK_OF(BENCH_LAST));
+    TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_DONE));
     TEST_ASSERT_EQUAL_UINT16(0, reference_watch()->error_max_ticks);
     TEST_ASSERT_TRUE(reference_watch()->following);
     TEST_ASSERT_TRUE(reference_watch()->pixel >= 12);
@@ -143,13 +143,13 @@ static void second_line_waits_for_its_own_arming(void)
 static void unclocked_line_starts_without_a_clock(void)
 {
     bench_clock_off();
-    (void)bench_entry(2, RUN_MARK_START, 0);
-    (void)bench_entry(2, 0, 0);
-    (void)bench_entry(2, -5, 4);
-    (void)bench_entry(2, RUN_MARK_END, 0);
-    arm(4);
-    TEST_ASSERT_TRUE(bench_until(2, AXIS_DONE));
-    TEST_ASSERT_EQUAL_INT32(-20, fake_axes[2].steps);
+    (void)bench_entry(BENCH_THIRD, RUN_MARK_START, 0);
+    (void)bench_entry(BENCH_THIRD, 0, 0);
+    (void)bench_entry(BENCH_THIRD, -5, 4);
+    (void)bench_entry(BENCH_THIRD, RUN_MARK_END, 0);
+    arm(BENCH_MASK_OF(BENCH_THIRD));
+    TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(-20, fake_axes[BENCH_THIRD].steps);
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
@@ -289,11 +289,13 @@ static void stop_forgets_an_armed_line(void)
 
 static void drivers_are_enabled_by_mask(void)
 {
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(5, COMMAND_ENABLE));
-    TEST_ASSERT_TRUE(fake_axes[0].enabled && fake_axes[2].enabled);
-    TEST_ASSERT_FALSE(fake_axes[1].enabled || fake_axes[3].enabled);
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_DISABLE));
-    TEST_ASSERT_FALSE(fake_axes[2].enabled);
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(5 & BENCH_ALL_AXES, COMMAND_ENABLE));
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        TEST_ASSERT_EQUAL(i % 2u == 0, fake_axes[i].enabled);
+    }
+    TEST_ASSERT_EQUAL(MODBUS_OK,
+                      bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_DISABLE));
+    TEST_ASSERT_FALSE(fake_axes[BENCH_THIRD].enabled);
 }
 
 static void streamed_line_longer_than_the_queue(void)

@@ -121,48 +121,48 @@ static void released_line_is_stopped_before_it_begins(void)
 static void stray_steps_are_a_fault(void)
 {
     bench_rounds(20);
-    fake_stray_steps(2);
+    fake_stray_steps(BENCH_THIRD);
     bench_rounds(40);
     TEST_ASSERT_EQUAL(FAULT_stray_steps, faults_record()->code);
-    TEST_ASSERT_EQUAL_UINT8(2, faults_record()->axis);
+    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, faults_record()->axis);
     TEST_ASSERT_TRUE(faults_time_lost());
-    int32_t steps = fake_axes[2].steps;
+    int32_t steps = fake_axes[BENCH_THIRD].steps;
     bench_rounds(200);
-    TEST_ASSERT_EQUAL_INT32(steps, fake_axes[2].steps);
+    TEST_ASSERT_EQUAL_INT32(steps, fake_axes[BENCH_THIRD].steps);
     command(0, COMMAND_CLEAR_FAULT);
-    bench_plain_line(2, 10, 3);
-    command(4, COMMAND_ARM);
-    TEST_ASSERT_TRUE(bench_until(2, AXIS_DONE));
-    TEST_ASSERT_EQUAL_INT32(steps + 30, fake_axes[2].steps);
+    bench_plain_line(BENCH_THIRD, 10, 3);
+    command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(steps + 30, fake_axes[BENCH_THIRD].steps);
 }
 
 static void emergency_stop_ends_stray_steps(void)
 {
-    fake_stray_steps(2);
+    fake_stray_steps(BENCH_THIRD);
     fake_estop(false);
-    int32_t steps = fake_axes[2].steps;
+    int32_t steps = fake_axes[BENCH_THIRD].steps;
     bench_rounds(200);
-    TEST_ASSERT_INT32_WITHIN(2, steps, fake_axes[2].steps);
-    steps = fake_axes[2].steps;
+    TEST_ASSERT_INT32_WITHIN(2, steps, fake_axes[BENCH_THIRD].steps);
+    steps = fake_axes[BENCH_THIRD].steps;
     bench_rounds(200);
-    TEST_ASSERT_EQUAL_INT32(steps, fake_axes[2].steps);
+    TEST_ASSERT_EQUAL_INT32(steps, fake_axes[BENCH_THIRD].steps);
 }
 
 // The emergency stop halts every engine; a queued line survives it.
 static void loaded_line_survives_an_emergency_stop(void)
 {
-    bench_plain_line(3, 10, 3);
+    bench_plain_line(BENCH_LAST, 10, 3);
     fake_estop(false);
     bench_rounds(20);
     TEST_ASSERT_EQUAL(FAULT_estop, faults_record()->code);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(3)->life.state);
-    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, step_timer_state(3));
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_LAST)->life.state);
+    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, step_timer_state(BENCH_LAST));
     fake_estop(true);
     command(0, COMMAND_CLEAR_FAULT);
     bench_rounds(3);
-    command(8, COMMAND_ARM);
-    TEST_ASSERT_TRUE(bench_until(3, AXIS_DONE));
-    TEST_ASSERT_EQUAL_INT32(30, fake_axes[3].steps);
+    command(BENCH_MASK_OF(BENCH_LAST), COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_DONE));
+    TEST_ASSERT_EQUAL_INT32(30, fake_axes[BENCH_LAST].steps);
 }
 
 static void permit_stays_off_after_an_emergency_stop(void)
@@ -266,14 +266,14 @@ static void check_clock_off(uint32_t num, uint32_t den)
         bench_rounds(1);
     }
     TEST_ASSERT_EQUAL(FAULT_pixel_clock_off, faults_record()->code);
-    TEST_ASSERT_EQUAL_UINT8(2, faults_record()->axis);
-    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(2)->life.state);
+    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, faults_record()->axis);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(BENCH_THIRD)->life.state);
     check_nothing_moves();
 }
 
 static void clock_twice_as_fast_while_running(void)
 {
-    run_line(2, 10);
+    run_line(BENCH_THIRD, 10);
     check_clock_off(2u * BENCH_PIXEL_HZ, 1);
     // In step with the clock before, the first interval would be half a period, 31.
     TEST_ASSERT_UINT16_WITHIN(31, 31, faults_record()->argument);
@@ -281,27 +281,27 @@ static void clock_twice_as_fast_while_running(void)
 
 static void clock_ten_percent_fast_while_running(void)
 {
-    run_line(2, 10);
+    run_line(BENCH_THIRD, 10);
     check_clock_off(11u * BENCH_PIXEL_HZ, 10);
 }
 
 static void clock_ten_percent_slow_while_armed(void)
 {
-    bench_plain_line(2, 10, 3);
+    bench_plain_line(BENCH_THIRD, 10, 3);
     fake_pixel_clock(fake_now_ticks() + 5000u, 9u * BENCH_PIXEL_HZ, 10);
     bench_rounds(50);
-    command(4, COMMAND_ARM);
+    command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM);
     check_clock_off(9u * BENCH_PIXEL_HZ, 10);
-    TEST_ASSERT_EQUAL_INT32(0, fake_axes[2].steps);
+    TEST_ASSERT_EQUAL_INT32(0, fake_axes[BENCH_THIRD].steps);
 }
 
 static void clock_five_percent_fast_is_followed(void)
 {
     fake_pixel_clock(fake_now_ticks() + 5000u, 21u * BENCH_PIXEL_HZ, 20);
     bench_rounds(50);
-    bench_plain_line(2, 10, 3);
-    command(4, COMMAND_ARM);
-    TEST_ASSERT_TRUE(bench_until(2, AXIS_DONE));
+    bench_plain_line(BENCH_THIRD, 10, 3);
+    command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM);
+    TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 

@@ -17,7 +17,7 @@
 #define RAMP_PX      3
 #define CLOSED       false
 #define OPEN         true
-#define FILTER_TICKS 16000u
+#define FILTER_TICKS BENCH_TICKS_PER_MS // by default
 
 void setUp(void)
 {
@@ -107,8 +107,8 @@ static void edge_has_its_tick_and_position(void)
     for (uint8_t i = 0; i < (uint8_t)(sizeof places / sizeof places[0]); i++) {
         stops_at(0, 1, places[i]);
         stops_at(0, -1, places[i]);
-        stops_at(2, 1, places[i]);
-        stops_at(3, -1, places[i]);
+        stops_at(BENCH_THIRD, 1, places[i]);
+        stops_at(BENCH_LAST, -1, places[i]);
     }
 }
 
@@ -272,10 +272,10 @@ static void first_step_comes_in_time_at_any_rate(void)
 
 static void seek_of_an_axis_long_unaccounted_for_starts(void)
 {
-    queue_seek(2, 0, 1, 200);
+    queue_seek(BENCH_THIRD, 0, 1, 200);
     fake_pass(1000000); // a round that long stands for many that looked after others
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_ARM));
-    TEST_ASSERT_TRUE(bench_until(2, AXIS_RUNNING));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM));
+    TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_RUNNING));
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
@@ -315,12 +315,13 @@ static void stopped_seek_is_no_fault(void)
 
 static void zero_is_the_edge(void)
 {
-    stops_at(2, 1, 300000);
+    stops_at(BENCH_LAST, 1, 300000);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ZERO));
     for (uint8_t i = 0; i < 2; i++) { // once more changes nothing
-        TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(4, COMMAND_ZERO));
-        TEST_ASSERT_EQUAL_INT32(fake_axes[2].steps - steps_at(300000),
-                                ledger_position(&axes_get(2)->ledger));
+        TEST_ASSERT_EQUAL(MODBUS_OK,
+                          bench_command(BENCH_MASK_OF(BENCH_LAST), COMMAND_ZERO));
+        TEST_ASSERT_EQUAL_INT32(fake_axes[BENCH_LAST].steps - steps_at(300000),
+                                ledger_position(&axes_get(BENCH_LAST)->ledger));
     }
 }
 
@@ -445,23 +446,23 @@ static void clock_edge_that_waits_holds_up_its_own_axis_only(void)
 // Another axis seeks: both edges count.
 static void clock_edge_beside_a_seek_of_another_axis_counts(void)
 {
-    queue_seek(1, 0, 1, 200);
-    start(1);
-    go_to(1, 408000);
+    queue_seek(BENCH_SECOND, 0, 1, 200);
+    start(BENCH_SECOND);
+    go_to(BENCH_SECOND, 408000);
     round_poll();
     uint32_t edge = fake_next_edge_ticks();
-    close_at(1, edge, 3000);
+    close_at(BENCH_SECOND, edge, 3000);
     round_poll();
     TEST_ASSERT_FALSE(reference_overdue());
     TEST_ASSERT_TRUE(reference_watch()->known);
-    TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
-    check_trip(edge, steps_at(edge - axes_get(1)->zero_ticks));
+    TEST_ASSERT_TRUE(bench_until(BENCH_SECOND, AXIS_DONE));
+    check_trip(edge, steps_at(edge - axes_get(BENCH_SECOND)->zero_ticks));
 }
 
 // A long interval is made of several periods, of which one carries the step.
 static void edge_inside_a_long_interval(void)
 {
-    bench_settings()->pixel_hz_num[1] = 10;
+    bench_settings()->pixel_hz_num[1] = BENCH_PIXEL_HZ / 100u;
     limits_apply_settings();
     bench_clock_off();
     queue_seek(0, 0, 1, 40);

@@ -63,10 +63,10 @@ static void broadcast_enables_without_a_reply(void)
 {
     uint16_t no_replies = traffic_counters()->no_replies;
 
-    PUT(0, 16, 1, 0, 0, 2, 4, 0, 3, 0, COMMAND_ENABLE);
+    PUT(0, 16, 1, 0, 0, 2, 4, 0, 1, 0, COMMAND_ENABLE);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
-    TEST_ASSERT_TRUE(fake_axes[0].enabled && fake_axes[1].enabled);
-    TEST_ASSERT_FALSE(fake_axes[2].enabled);
+    TEST_ASSERT_TRUE(fake_axes[0].enabled);
+    TEST_ASSERT_FALSE(fake_axes[1].enabled);
     TEST_ASSERT_EQUAL_UINT16(no_replies + 1u, traffic_counters()->no_replies);
 }
 

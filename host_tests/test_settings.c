@@ -101,7 +101,7 @@ static void pixel_frequencies_as_a_whole(void)
     check_hz(true, 0xFFFFFFFFuL, 0xFFFFFFFFuL / 30u);
     check_hz(true, 30, 1);
     check_hz(true, 30000, 1001);
-    check_hz(false, 16000, 1);
+    check_hz(false, 20000, 1);
     check_hz(false, 1, 2);
 }
 

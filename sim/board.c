@@ -16,7 +16,6 @@
 #include "access.h"
 #include "board_run.h" // board_slice
 
-#define CPU_HZ     16000000U
 #define GTCCR      0x43U // data addresses, the same on both parts
 #define GTCCR_TSM  0x80U
 #define GTCCR_SYNC 0x01U // PSRSYNC: the prescaler of timers 0, 1, 3, 4, 5
@@ -224,7 +223,7 @@ static bool make_part(struct board *b)
         set_error(b, "libsimavr could not start the %s", b->kind->mcu);
         return false;
     }
-    b->avr->frequency = CPU_HZ;
+    b->avr->frequency = b->kind->cpu_hz;
     b->avr->log = LOG_ERROR;
     b->avr->run = board_slice;
     return true;
@@ -252,7 +251,7 @@ bool board_open(struct board *b,
     if (!make_part(b) || !load_image(b, image_path)) {
         return false;
     }
-    b->avr->frequency = CPU_HZ;
+    b->avr->frequency = b->kind->cpu_hz;
     stack_paint(&b->stack, b->avr);
     line->uart[line->boards++] = &b->uart;
     return true;

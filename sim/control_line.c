@@ -7,10 +7,10 @@
 #include <string.h>
 
 #include "control_words.h"
+#include "cpu_clock.h"
 #include "line.h"
 
-#define CYCLES_PER_US (LINE_CPU_HZ / 1000000U)
-#define PAUSE_US_MAX  10000000U
+#define PAUSE_US_MAX 10000000U
 
 static void do_send(struct control *c)
 {
@@ -23,7 +23,7 @@ static void do_send(struct control *c)
         return;
     }
     (void)line_master_send(line, c->bytes, count, c->bench->cycle);
-    line_master_pause(line, pause_us * CYCLES_PER_US);
+    line_master_pause(line, cpu_clock_cycles_of_us(pause_us));
     control_answer("ok %" PRIu64, line->master_ready);
 }
 

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "cpu_clock.h"
 // What a receiver still bears: as in uart.c.
 #define SPEED_TOLERANCE_PER_MILLE 45
 
@@ -30,7 +31,7 @@ void line_set_master(struct line *line, uint32_t baud, enum line_parity parity)
 
 static uint32_t bit_cycles_x1000(const struct line *line)
 {
-    return (uint32_t)((uint64_t)LINE_CPU_HZ * 1000 / line->master_baud);
+    return (uint32_t)((uint64_t)cpu_clock_hz() * 1000 / line->master_baud);
 }
 
 // The stop bit is the idle level: a start bit over it still comes through.
@@ -81,7 +82,7 @@ uint64_t line_master_send(struct line *line,
     }
     for (size_t i = 0; i < count; i++) {
         // Exact bit times on average: the remainder of the division goes into the next frame.
-        uint64_t length = (uint64_t)LINE_CPU_HZ * LINE_BITS + line->master_rest;
+        uint64_t length = (uint64_t)cpu_clock_hz() * LINE_BITS + line->master_rest;
         struct line_frame frame = {
             .start = line->master_ready,
             .end = line->master_ready + length / line->master_baud,

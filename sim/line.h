@@ -10,19 +10,19 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "cpu_clock.h"
 #include "uart.h"
 #include "wire_log.h"
 
 #define LINE_BOARDS   4
 #define LINE_MASTER   (-1)
-#define LINE_FRAMES   4096 // remembered; a power of two
-#define LINE_CPU_HZ   16000000U
+#define LINE_FRAMES   4096    // remembered; a power of two
 #define LINE_BAUD     115200U // of the master, until it is told another rate
 #define LINE_BITS     11U     // 8 data bits, parity and a stop bit, or two stop bits
 #define LINE_BAUD_MIN 300U
 #define LINE_BAUD_MAX 2000000U
-#define LINE_SILENCE                                                                     \
-    28000U // 1750 us: Modbus RTU's end of a frame at this speed, in cycles
+// Modbus RTU's end of a frame at this speed, in cycles.
+#define LINE_SILENCE cpu_clock_cycles_of_us(1750U)
 
 enum line_parity { LINE_NONE, LINE_ODD, LINE_EVEN };
 

@@ -7,13 +7,12 @@
 #include <math.h>
 #include <string.h>
 
-#define CPU_HZ          16000000U
-#define CYCLES_PER_MS   16000.0
-#define HIGH_MAX_CYCLES 799U      // with the one that every pulse has, 50 us
-#define GAP_CYCLES      2U        // low at least so long, whatever the jitter
+#include "cpu_clock.h"
+#define HIGH_MAX_US 50U
+#define GAP_CYCLES  2U            // low at least so long, whatever the jitter
 #define PPM_SCALE 1000000000000LL // 1 ppm = 10^6 of it: the error to a millionth of a ppm
 #define PPM_UNITS 1e6
-#define NS_PER_16_CYCLES 1000
+#define NS_PER_US 1000
 
 // xorshift64*: reproducible everywhere, good enough for jitter.
 static uint64_t next_random(struct pixel_clock *c)
@@ -26,7 +25,7 @@ static uint64_t next_random(struct pixel_clock *c)
 
 static int64_t jitter_cycles(struct pixel_clock *c)
 {
-    int64_t most = (int64_t)c->settings.jitter_ns * 16 / NS_PER_16_CYCLES;
+    int64_t most = (int64_t)cpu_clock_cycles_of_us(c->settings.jitter_ns) / NS_PER_US;
 
     if (most == 0) {
         return 0;
@@ -38,7 +37,7 @@ static void set_period(struct pixel_clock *c)
 {
     int64_t scaled = PPM_SCALE + llround(c->settings.ppm * PPM_UNITS);
 
-    c->num = (pixel_wide)CPU_HZ * c->settings.hz_den * (uint64_t)PPM_SCALE;
+    c->num = (pixel_wide)cpu_clock_hz() * c->settings.hz_den * (uint64_t)PPM_SCALE;
     c->den = (pixel_wide)c->settings.hz_num * (uint64_t)scaled;
 }
 
@@ -72,7 +71,7 @@ bool pixel_clock_open(struct pixel_clock *c,
     c->settings = *settings;
     c->on = true;
     c->random = settings->seed * 0x9E3779B97F4A7C15U + 1;
-    c->ideal = (uint64_t)llround(settings->start_ms * CYCLES_PER_MS);
+    c->ideal = (uint64_t)llround(settings->start_ms * (double)cpu_clock_cycles_of_ms(1));
     if (settings->hz_num != 0) {
         set_period(c);
     }
@@ -100,8 +99,8 @@ static void make_next(struct pixel_clock *c)
     int64_t soonest = (int64_t)(c->last_fall + GAP_CYCLES);
     uint64_t high = (uint64_t)(c->num / c->den) / 4;
 
-    if (high > HIGH_MAX_CYCLES) {
-        high = HIGH_MAX_CYCLES;
+    if (high >= cpu_clock_cycles_of_us(HIGH_MAX_US)) {
+        high = cpu_clock_cycles_of_us(HIGH_MAX_US) - 1;
     }
     c->next.rise = (uint64_t)((rise > soonest) ? rise : soonest);
     c->next.fall = c->next.rise + high + 1;

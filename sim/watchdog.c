@@ -38,7 +38,7 @@ static unsigned prescaler(const struct watchdog *w)
 
 static uint64_t due(const struct watchdog *w)
 {
-    return w->since + ((uint64_t)WATCHDOG_SHORTEST_CYCLES << prescaler(w));
+    return w->since + (WATCHDOG_SHORTEST_CYCLES << prescaler(w));
 }
 
 static void set_flag(struct watchdog *w, uint64_t cycle)

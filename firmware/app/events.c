@@ -3,14 +3,14 @@
 
 #if FEATURE_EVENTS
 
-#include "hal/clock.h" // clock_now_4us
+#include "hal/clock.h" // clock_now_units
 
 struct event {
     uint16_t code;
     uint8_t axis;
     uint16_t argument;
     uint32_t pixel;
-    uint32_t time_ms; // since reset; wraps after 4.7 hours
+    uint32_t time_ms; // since reset; wraps after some hours (4.7 at 16 MHz)
 };
 
 static struct {
@@ -30,7 +30,7 @@ void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel)
         .axis = axis,
         .argument = argument,
         .pixel = pixel,
-        .time_ms = clock_now_4us() / 250u,
+        .time_ms = clock_ms_of_units(clock_now_units()),
     };
     events.count++;
 }

@@ -4,11 +4,10 @@
 #include "app/axes.h"     // axes_get
 #include "app/faults.h"   // faults_latch
 #include "app/settings.h" // settings_now
-#include "hal/clock.h"    // clock_now_4us
+#include "hal/clock.h"    // clock_now_units
 #include "hal/switches.h" // switches_read
 
-#define US_PER_UNIT 4u
-#define LIMITS      (SWITCH_LIMIT_MINUS | SWITCH_LIMIT_PLUS)
+#define LIMITS (SWITCH_LIMIT_MINUS | SWITCH_LIMIT_PLUS)
 
 #define SWITCHES 3u
 
@@ -16,7 +15,7 @@
 struct look {
     uint8_t state;                // filtered
     uint8_t seen;                 // at the last look
-    uint16_t since_4us[SWITCHES]; // when each changed, low 16 bits; home first
+    uint16_t since_units[SWITCHES]; // when each changed, low 16 bits; home first
     uint16_t position;            // low 16 bits, at the last look with a limit tripped
 };
 
@@ -47,31 +46,31 @@ static uint8_t tripped_levels(void)
     return (uint8_t)(home | limits);
 }
 
-static bool lasted(uint16_t now_4us, uint16_t since_4us)
+static bool lasted(uint16_t now_units, uint16_t since_units)
 {
-    return (uint16_t)(now_4us - since_4us) >
-           settings_now()->input_filter_us / US_PER_UNIT;
+    return (uint16_t)(now_units - since_units) >
+           clock_units_of_us(settings_now()->input_filter_us);
 }
 
-bool inputs_lasted(uint16_t since_4us)
+bool inputs_lasted(uint16_t since_units)
 {
-    return lasted((uint16_t)clock_now_4us(), since_4us);
+    return lasted((uint16_t)clock_now_units(), since_units);
 }
 
 // Each switch for itself: one that chatters must not hide another. The switches whose filtered
 // state has just changed.
 static uint8_t filter(struct look *inputs, uint8_t now)
 {
-    uint16_t now_4us = (uint16_t)clock_now_4us();
+    uint16_t now_units = (uint16_t)clock_now_units();
     uint8_t moved = now ^ inputs->seen;
     uint8_t wrong = now ^ inputs->state;
     uint8_t changed = 0;
-    uint16_t *since = inputs->since_4us;
+    uint16_t *since = inputs->since_units;
 
     for (uint8_t bit = 1; bit < SWITCH_ALL; bit = (uint8_t)(bit << 1)) {
         if ((moved & bit) != 0) {
-            *since = now_4us;
-        } else if ((wrong & bit) != 0 && lasted(now_4us, *since)) {
+            *since = now_units;
+        } else if ((wrong & bit) != 0 && lasted(now_units, *since)) {
             changed |= bit;
         }
         since++;
@@ -124,7 +123,7 @@ bool inputs_settled(uint8_t axis)
     const struct look *inputs = look_of(axis);
 
     return ((inputs->seen ^ inputs->state) & SWITCH_HOME) == 0 &&
-           inputs_lasted(inputs->since_4us[0]);
+           inputs_lasted(inputs->since_units[0]);
 }
 
 uint16_t inputs_all(void)

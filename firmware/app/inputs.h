@@ -16,7 +16,7 @@ void inputs_poll(uint8_t axis);
 bool inputs_home_closed(uint8_t axis);
 
 // The filter's time has passed since then, low 16 bits in units of 4 us.
-bool inputs_lasted(uint16_t since_4us);
+bool inputs_lasted(uint16_t since_units);
 
 // The home switch is closed when its pin is high.
 bool inputs_home_inverted(void);

@@ -3,11 +3,11 @@
 
 #include "app/settings.h" // settings_now
 #include "config.h"       // CONFIG_TIMER_HZ
-#include "hal/clock.h"    // clock_now_4us
+#include "hal/clock.h"    // clock_now_units
 
 static struct pixel_period period;
 static struct clock_watch watch;
-static uint32_t edge_seen_4us; // when the last clock edge was handled
+static uint32_t edge_seen_units; // when the last clock edge was handled
 
 void reference_apply_settings(void)
 {
@@ -59,11 +59,11 @@ void reference_rest(void)
 
 void reference_await_edge(void)
 {
-    edge_seen_4us = clock_now_4us();
+    edge_seen_units = clock_now_units();
 }
 
 // Whole bytes and a small factor: every round asks.
 bool reference_overdue(void)
 {
-    return clock_now_4us() - edge_seen_4us > period.whole_ticks / 256u * 6u + 7u;
+    return clock_now_units() - edge_seen_units > period.whole_ticks / 256u * 6u + 7u;
 }

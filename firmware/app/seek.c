@@ -5,7 +5,7 @@
 #include "app/faults.h"     // faults_*
 #include "app/inputs.h"     // inputs_*
 #include "app/reference.h"  // reference_*
-#include "hal/clock.h"      // clock_now_4us
+#include "hal/clock.h"      // clock_now_units
 #include "hal/step_timer.h" // STEP_TIMER_EDGE_TICKS
 #include "hal/switches.h"   // switch_capture_*
 
@@ -61,7 +61,7 @@ static void note_edge(const struct switch_capture *capture)
         &axis->ledger, &axis->feed, seek.ticks, (uint8_t)STEP_TIMER_EDGE_TICKS);
     seek.position_steps = ledger_position(&axis->ledger) +
                           (axis->ledger.negative ? after : -(int16_t)after);
-    seek.captured_4us = (uint16_t)clock_now_4us();
+    seek.captured_units = (uint16_t)clock_now_units();
     seek.captured = true;
 }
 
@@ -96,7 +96,7 @@ static void take_edge(void)
     }
     if (seek.captured) {
         // A switch that bounces has more edges: the first one counts.
-        seek.captured_4us = (uint16_t)clock_now_4us();
+        seek.captured_units = (uint16_t)clock_now_units();
     } else if (seek.trip_code == TRIP_NONE && is_new(&capture)) {
         note_edge(&capture);
     }
@@ -110,7 +110,7 @@ static void look(void)
             seek.trip_code = seek.opening ? TRIP_OPENED : TRIP_CLOSED;
         }
         line_trip(&axes_get(seeker())->line);
-    } else if (seek.captured && inputs_lasted(seek.captured_4us) &&
+    } else if (seek.captured && inputs_lasted(seek.captured_units) &&
                inputs_settled(seeker())) {
         seek.captured = false; // a disturbance: the switch is as it was
     }

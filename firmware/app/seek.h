@@ -19,12 +19,12 @@ enum trip_code {
 struct seek {
     uint8_t axis; // that seeks now, NO_AXIS if none
     bool opening;
-    bool captured;          // an edge, not confirmed yet
-    uint8_t trip_axis;      // of the last seek
-    uint8_t trip_code;      // enum trip_code
-    uint16_t captured_4us;  // when the last edge was taken, low 16 bits
-    uint32_t ticks;         // of the edge
-    int32_t position_steps; // at the edge
+    bool captured;           // an edge, not confirmed yet
+    uint8_t trip_axis;       // of the last seek
+    uint8_t trip_code;       // enum trip_code
+    uint16_t captured_units; // when the last edge was taken, low 16 bits
+    uint32_t ticks;          // of the edge
+    int32_t position_steps;  // at the edge
 };
 
 #if FEATURE_HOMING

@@ -6,7 +6,7 @@
 #include "app/settings.h" // settings_*
 #include "app/traffic.h"  // traffic_*
 #include "config.h"       // CONFIG_TIMER_HZ
-#include "hal/clock.h"    // clock_now_4us
+#include "hal/clock.h"    // clock_now_units
 #include "hal/uart.h"     // uart_*
 #include "wire/baud.h"    // baud_*
 #include "wire/frame.h"   // struct frame
@@ -27,14 +27,14 @@ static enum phase {
     SENDING,
 } phase;
 static uint8_t reply_bytes;
-static uint16_t since_4us; // the reply's delay runs
+static uint16_t since_units; // the reply's delay runs
 
 static void set_line(void)
 {
-    uint8_t divisor = baud_divisor(settings_now()->baud_100);
+    baud_counts divisor = baud_divisor(settings_now()->baud_100);
 
     uart_set(
-        divisor, (enum uart_parity)settings_now()->parity, baud_silence_16us(divisor));
+        divisor, (enum uart_parity)settings_now()->parity, baud_silence_counts(divisor));
 }
 
 void serial_start(void)
@@ -96,7 +96,7 @@ static void answer(void)
 {
     uart_deafen();
     serve();
-    since_4us = (uint16_t)clock_now_4us();
+    since_units = (uint16_t)clock_now_units();
     phase = ANSWERED;
     if (reply_bytes == 0) {
         uart_listen();
@@ -107,9 +107,9 @@ static void answer(void)
 // The checksum in a round of its own: motion waits for the longer of the two only.
 static void send(void)
 {
-    uint16_t waited_4us = (uint16_t)((uint16_t)clock_now_4us() - since_4us);
+    uint16_t waited_units = (uint16_t)((uint16_t)clock_now_units() - since_units);
 
-    if (waited_4us >= settings_now()->reply_delay_us / 4u) {
+    if (waited_units >= clock_units_of_us(settings_now()->reply_delay_us)) {
         uart_send(frame_seal(&frame, reply_bytes));
         phase = SENDING;
     }

@@ -7,18 +7,18 @@
 #include "hal/eeprom.h"
 #include "hal/switches.h"
 
-#define UNITS_OF_MS 256u // of 4 us, nearly
+#define UNITS_OF_MS 256u // nearly, at the 16 MHz of the Uno
 
-static uint32_t now_4us;
+static uint32_t now_units;
 
 void scene_pass_ms(void)
 {
-    now_4us += UNITS_OF_MS;
+    now_units += UNITS_OF_MS;
 }
 
-uint32_t clock_now_4us(void)
+uint32_t clock_now_units(void)
 {
-    return now_4us;
+    return now_units;
 }
 
 uint8_t cpu_reset_cause(void)

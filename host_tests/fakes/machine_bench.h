@@ -23,9 +23,20 @@
 // Rounds that are enough for any line of the suites.
 #define BENCH_ROUNDS_MAX 30000u
 
-// Pixel frequency of the bench, Hz; 16000 ticks a pixel.
-#define BENCH_PIXEL_HZ    1000u
+// Pixel frequency of the bench, 1000 Hz at 16 MHz: a pixel has the same ticks on every board.
+#define BENCH_PIXEL_HZ    ((uint16_t)(CONFIG_TIMER_HZ / BENCH_PIXEL_TICKS))
+#define BENCH_SLOW_HZ     (BENCH_PIXEL_HZ / 10u)
 #define BENCH_PIXEL_TICKS 16000u
+
+// Axes that a suite takes on every board: of two, the first stands in for the second (where the
+// suite wants another than the pixel clock's) and for the third, the second for the last.
+#define BENCH_SECOND        (CONFIG_AXES > 2 ? 1u : 0u)
+#define BENCH_THIRD         (CONFIG_AXES > 2 ? 2u : 0u)
+#define BENCH_LAST          (CONFIG_AXES - 1u)
+#define BENCH_MASK_OF(axis) ((uint16_t)(1u << (axis)))
+#define BENCH_ALL_AXES      ((uint16_t)((1u << CONFIG_AXES) - 1u))
+
+#define BENCH_TICKS_PER_MS ((uint32_t)(CONFIG_TIMER_HZ / 1000uL))
 
 // Power on, settings for BENCH_PIXEL_HZ, the pixel clock running since tick 5000.
 void bench_power_on(void);

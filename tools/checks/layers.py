@@ -31,7 +31,7 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
         FREESTANDING,
     ),
     "firmware/core/wire": ({"firmware/core/base", "firmware/build_features.h"}, FREESTANDING),
-    "firmware/hal": (STEP_TYPES, FREESTANDING),
+    "firmware/hal": ({"firmware/config.h", *STEP_TYPES}, FREESTANDING),
     "firmware/hal/boards": (set(), set()),
     "firmware/hal/avr": (
         {"firmware/config.h", "firmware/hal", "firmware/core/base", *STEP_TYPES},

@@ -8,7 +8,6 @@
 #include <util/atomic.h>
 
 #include "config.h"           // CONFIG_*
-#include "hal/avr/board.h"    // BOARD_FILE
 #include "hal/avr/pins.h"     // pins_write_direction
 #include "hal/avr/step_isr.h" // what the assembly half needs
 
@@ -137,16 +136,13 @@ struct step_ring *step_timer_ring(uint8_t axis)
         step_engine_halt(&step_engines[axis]);                                           \
         late_axes |= (uint8_t)(1u << (axis));                                            \
     }
-#define BOARD_PIN(signal, axis, port, bit, header_pin)
 #define BOARD_AXIS(axis, timer) COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
 
 // NOLINTNEXTLINE(readability-function-*): one block for each timer of the board file
 void step_timer_halt(uint8_t which){
 #define BOARD_AXIS(axis, timer) HALT_AXIS(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
 }
 
 // Compare registers are not buffered in mode 0: load them there, then enter mode 15, stopped.
@@ -167,37 +163,23 @@ void step_timer_halt(uint8_t which){
 #define RUNNING_MODE_15         ((uint8_t)(STOPPED_MODE_15 | _BV(CS10)))
 #define BOARD_AXIS(axis, timer) PREPARE_FUNCTION(timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
 
 // One store after the other, two cycles apart; each timer starts that much further on.
 #define START_CYCLES 2u
-#if defined(CONFIG_BOARD_UNO)
 static void start_in_phase(void)
 {
-    TCNT1 = 0;
-    TIMSK1 |= (uint8_t)_BV(ICIE1);
-    TCCR1B = RUNNING_MODE_15;
+    uint8_t run = RUNNING_MODE_15;
+
+#define BOARD_AXIS(axis, timer) TCNT##timer = (axis) * START_CYCLES;
+#include BOARD_FILE
+#define BOARD_AXIS(axis, timer)                                                          \
+    if ((axis) == CONFIG_PIXEL_CLOCK_AXIS) {                                             \
+        TIMSK##timer |= (uint8_t)_BV(ICIE##timer);                                       \
+    }
+#include BOARD_FILE
+#define BOARD_AXIS(axis, timer) TCCR##timer##B = run;
+#include BOARD_FILE
 }
-#else
-static void start_in_phase(void)
-{
-    TCNT1 = 0;
-    TCNT3 = START_CYCLES;
-    TCNT4 = 2u * START_CYCLES;
-    TCNT5 = 3u * START_CYCLES;
-    TIMSK5 |= (uint8_t)_BV(ICIE5);
-    __asm__ volatile("sts %[t1], %[run]\n\t"
-                     "sts %[t3], %[run]\n\t"
-                     "sts %[t4], %[run]\n\t"
-                     "sts %[t5], %[run]\n\t"
-                     :
-                     : [run] "r"(RUNNING_MODE_15),
-                       [t1] "n"(_SFR_MEM_ADDR(TCCR1B)),
-                       [t3] "n"(_SFR_MEM_ADDR(TCCR3B)),
-                       [t4] "n"(_SFR_MEM_ADDR(TCCR4B)),
-                       [t5] "n"(_SFR_MEM_ADDR(TCCR5B)));
-}
-#endif
 
 void step_timer_start(void)
 {
@@ -211,7 +193,6 @@ void step_timer_start(void)
         late_axes = 0;
 #define BOARD_AXIS(axis, timer) prepare_##timer();
 #include BOARD_FILE
-#undef BOARD_AXIS
         start_in_phase();
     }
 }
@@ -268,7 +249,6 @@ static void resume(uint8_t axis)
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) RESUME_CASE(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
     default:
         break;
     }
@@ -302,7 +282,6 @@ bool step_timer_pulsed(uint8_t axis)
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) PULSED_CASE(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
     default:
         break;
     }
@@ -323,7 +302,6 @@ void step_timer_silence(uint8_t axis)
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) SILENCE_CASE(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
     default:
         break;
     }
