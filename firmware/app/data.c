@@ -128,7 +128,8 @@ uint16_t data_holding(uint16_t address)
     return word != NULL ? *word : 0;
 }
 
-static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
+// None of the three writes is inlined: what one keeps on the stack would lie below the others.
+static APART enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
 {
     uint16_t axis = get_word(&words[2]);
     if (count < REG_QUEUE_HEADER + 2u || (count & 1u) != 0 || axis >= CONFIG_AXES) {
@@ -151,7 +152,6 @@ static enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
     }
 }
 
-// Not inline: what it keeps on the stack would lie below the check of a block.
 static APART enum modbus_exception write_settings(uint8_t address,
                                                   uint8_t count,
                                                   uint8_t *words)
@@ -169,7 +169,7 @@ static APART enum modbus_exception write_settings(uint8_t address,
 }
 
 // Mask, command and argument: a mask that is left out keeps its value, the rest is none.
-static enum modbus_exception write_order(uint8_t first,
+static APART enum modbus_exception write_order(uint8_t first,
                                          uint8_t count,
                                          const uint8_t *words)
 {

@@ -30,7 +30,8 @@ RELOCATION = re.compile(
     re.MULTILINE,
 )
 STACK_POINTER = {"0x3d", "0x3e"}
-COMPUTED_FRAME = re.compile(r"(?:sub|sbc|movw?|pop) r2[89]\b")  # Y, a copy of the stack pointer
+# Y, a copy of the stack pointer; r1 is 0, the high byte of a frame below 256 bytes.
+COMPUTED_FRAME = re.compile(r"(?:sub|sbc|movw?|pop) r2[89]\b(?!, r1$)")
 CALLS = {"call", "rcall"}
 INDIRECT = {"icall", "eicall", "ijmp", "eijmp"}
 ENDS = {"ret", "reti", "jmp", "rjmp", "ijmp", "eijmp"}
@@ -184,7 +185,7 @@ class Reader:
                 function.unbounded = "sets the stack pointer from " + rest[6:9].strip()
             self.pointer_copied = False if rest[:4] == "0x3d" else self.pointer_copied
         elif self.pointer_copied:
-            if COMPUTED_FRAME.match(f"{operation} {rest}") and function.name not in HELPERS:
+            if COMPUTED_FRAME.match(f"{operation} {rest}".rstrip()) and function.name not in HELPERS:
                 function.unbounded = "takes a frame of computed size"
             function.frame += frame_part(operation, rest)
 
