@@ -41,6 +41,10 @@ SHARED_PROLOGUE = "__prologue_saves__"
 SHARED_PROLOGUE_PUSHES = 18
 FRAME_SIZE = {"r26": 1, "r27": 256}
 
+# Its counterpart returns from the function. The compiler may leave a jump behind it that nothing
+# reaches, to a place beyond the function's end.
+SHARED_EPILOGUE = "__epilogue_restores__"
+
 # Stands for every table in flash.
 DATA = "(data)"
 
@@ -103,6 +107,7 @@ class Reader:
         self.functions: dict[str, Function] = {}
         self.current: Function | None = None
         self.last_operation = "ret"
+        self.returned = False  # the last instruction went to the shared epilogue
         self.address = 0
         self.pointer_copied = False  # Y holds a copy of the stack pointer, its frame not yet taken
         self.constants: dict[str, int] = {}  # what ldi last put into a register of FRAME_SIZE
@@ -120,6 +125,10 @@ class Reader:
         function = self.functions[name]
         self.address = int(step["address"], 16)
         rest = (step["rest"] or "").strip()
+        if self.returned and step["op"] == "rjmp":
+            self.returned = False
+            return
+        self.returned = step["op"] in ENDS and f"<{SHARED_EPILOGUE}" in rest
         if STEP_REGISTER.search(rest.split(";")[0]):
             function.step_registers = True
         self.note_flow(function, step["op"], rest)

@@ -157,7 +157,7 @@ static void run_line(struct plan *plan,
                      bool last)
 {
     while (plan->axis.in_line || plan->axis.ledger.retired != plan->axis.feed.head) {
-        axis_decode(&plan->axis, &plan->period, true, DECODE_BUDGET);
+        decode_axis(&plan->axis, &plan->period, true, DECODE_BUDGET);
         if (plan->axis.dry && !last && axis_ring_fill(&plan->axis) < 128u) {
             return;
         }
