@@ -4,7 +4,6 @@
 #pragma once
 
 #include BOARD_FILE // the board's constants, BOARD_...; the build names the file
-
 #include "build_features.h" // FEATURE_*
 
 // Version, reported by function 17 and input register 1.

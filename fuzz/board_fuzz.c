@@ -12,12 +12,14 @@
 #include "app/round.h"
 #include "app/serial.h"
 #include "app/settings.h"
+#include "app/traffic.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 #include "form.h"
 #include "promise.h"
 #include "script.h"
 #include "target.h"
+#include "wire/frame.h"
 
 // A slow main loop: most of the time goes into rounds.
 #define ROUND_TICKS    6000u
@@ -99,7 +101,7 @@ static void check_reply(const uint8_t *reply,
 
 static void check_board(void)
 {
-    promise(settings_possible(bench_settings()), "a setting is out of its range");
+    promise(settings_are_possible(), "a setting is out of its range");
     promise((faults_record()->mask & (1u << FAULT_internal)) == 0,
             "promise broken at line %u",
             (unsigned)faults_record()->argument);

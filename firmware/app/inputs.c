@@ -13,10 +13,10 @@
 
 // One axis's look at its switches. Bits as in hal/switches.h, set for closed or tripped.
 struct look {
-    uint8_t state;                  // filtered
-    uint8_t seen;                   // at the last look
+    uint8_t state;                // filtered
+    uint8_t seen;                 // at the last look
     uint16_t since_units[SWITCHES]; // when each changed, low 16 bits; home first
-    uint16_t position;              // low 16 bits, at the last look with a limit tripped
+    uint16_t position;            // low 16 bits, at the last look with a limit tripped
 };
 
 static struct look looks[CONFIG_AXES];

@@ -15,7 +15,7 @@ void inputs_poll(uint8_t axis);
 // The home switch is closed, and was for as long as the filter asks for; or is open.
 bool inputs_home_closed(uint8_t axis);
 
-// The filter's time has passed since then, low 16 bits in the clock's units.
+// The filter's time has passed since then, low 16 bits in units of 4 us.
 bool inputs_lasted(uint16_t since_units);
 
 // The home switch is closed when its pin is high.

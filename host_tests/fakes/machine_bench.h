@@ -25,9 +25,9 @@
 #define BENCH_ROUNDS_MAX 30000u
 
 // Pixel frequency of the bench, 1000 Hz at 16 MHz: a pixel has the same ticks on every board.
-#define BENCH_PIXEL_TICKS 16000u
 #define BENCH_PIXEL_HZ    ((uint16_t)(CONFIG_TIMER_HZ / BENCH_PIXEL_TICKS))
 #define BENCH_SLOW_HZ     (BENCH_PIXEL_HZ / 10u)
+#define BENCH_PIXEL_TICKS 16000u
 
 // Axes that a suite takes on every board: of two, the first stands in for the second (where the
 // suite wants another than the pixel clock's) and for the third, the second for the last.

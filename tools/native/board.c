@@ -120,7 +120,7 @@ static void do_pop(const char *words)
         return;
     }
     (void)fputs("runs", stdout);
-    while (run_queue_pop(&axes_get(axis)->queue, &entry)) {
+    while (run_queue_pop(&axes_get((uint8_t)axis)->queue, &entry)) {
         (void)printf(" %d,%u", entry.count, entry.repeat);
     }
     (void)putchar('\n');
