@@ -27,6 +27,12 @@ uint16_t curve_steep_root(uint32_t value);
 
 // The ATmega2560's `call` and `ret` together.
 #define CALL_AND_RETURN 10u
+// A part with up to 128 KB of flash takes so many less, where a routine calls another.
+#if defined(__AVR_3_BYTE_PC__)
+#define INNER_CALL_LESS 0u
+#else
+#define INNER_CALL_LESS 2u
+#endif
 // Of a step: the low byte of q - 1 stays far from a carry.
 #define TOP 0x0140u
 
@@ -182,8 +188,8 @@ static void quotients(void)
 {
     TEST_ASSERT_EQUAL_UINT16(202, quotient_cycles(0, 0, 1));
     TEST_ASSERT_EQUAL_UINT16(234, quotient_cycles(0x3FFF, 0xC000, 0x4000));
-    TEST_ASSERT_EQUAL_UINT16(212, divide_cycles(0, 1));
-    TEST_ASSERT_EQUAL_UINT16(244, divide_cycles(0x3FFFC000uL, 0x4000));
+    TEST_ASSERT_EQUAL_UINT16(212u - INNER_CALL_LESS, divide_cycles(0, 1));
+    TEST_ASSERT_EQUAL_UINT16(244u - INNER_CALL_LESS, divide_cycles(0x3FFFC000uL, 0x4000));
 }
 
 static void roots(void)

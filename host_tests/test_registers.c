@@ -90,7 +90,7 @@ static void check_inputs(bool mapped, uint16_t address, uint16_t count)
 
 static void mapped_inputs(void)
 {
-    // The areas of the board with four axes touch: a read may cross from one to the next.
+    // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
     check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_features + 1);
     check_inputs(false, 0, REG_INPUT_features + 2);

@@ -15,6 +15,7 @@
 #include "app/seek.h"         // seek_*
 #include "app/settings.h"     // settings_now
 #include "app/token.h"        // token_now
+#include "config.h"           // CONFIG_AXES
 #include "wire/server_data.h" // enum modbus_exception
 
 // A round of the main loop in ticks.
