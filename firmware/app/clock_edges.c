@@ -8,6 +8,7 @@
 #include "app/start.h"       // start_on_edge
 #include "app/time_check.h"  // time_check_lags
 #include "app/token.h"       // token_now
+#include "base/apart.h"      // APART
 #include "hal/pixel_clock.h" // pixel_clock_take
 
 #if FEATURE_CLOCK_STATISTICS
@@ -60,7 +61,8 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
-static void take_capture(void)
+// Not inline: what a capture takes of the stack would lie below the decoder of steps.
+static APART void take_capture(void)
 {
     struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
     struct pixel_capture capture;

@@ -29,7 +29,7 @@ static APART uint16_t record_word(const struct pixel_record *record, uint8_t wor
     }
 }
 
-static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
+static APART uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
     uint8_t count = ledger->records.count;
 

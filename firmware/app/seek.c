@@ -5,6 +5,7 @@
 #include "app/faults.h"     // faults_*
 #include "app/inputs.h"     // inputs_*
 #include "app/reference.h"  // reference_*
+#include "base/apart.h"     // APART
 #include "hal/clock.h"      // clock_now_units
 #include "hal/step_timer.h" // STEP_TIMER_EDGE_TICKS
 #include "hal/switches.h"   // switch_capture_*
@@ -83,7 +84,8 @@ static bool is_new(const struct switch_capture *capture)
             !ledger_has_passed(&axes_get(seeker())->ledger, &capture->seeker));
 }
 
-static void take_edge(void)
+// Not inline: what a capture takes of the stack would lie below the decoder of steps.
+static APART void take_edge(void)
 {
     struct switch_capture capture;
 
