@@ -39,16 +39,17 @@ if(NOT PORT)
     set(PORT "${ports}")
 endif()
 
-# Part, protocol and speed of each board's boot loader.
-set(uno -p atmega328p -c arduino -b 115200)
-set(mega -p atmega2560 -c wiring -b 115200)
+include("${CMAKE_CURRENT_LIST_DIR}/board.cmake")
+pixstep_read_board(${BOARD})
 find_program(AVRDUDE avrdude)
 if(NOT AVRDUDE)
     message(FATAL_ERROR "flash: avrdude is missing: run tools/setup, or install it")
 endif()
 message(STATUS "flash: ${IMAGE} to the ${BOARD} on ${PORT}")
 execute_process(
-    COMMAND "${AVRDUDE}" ${${BOARD}} -P "${PORT}" -D -U "flash:w:${IMAGE}:i" RESULT_VARIABLE failed
+    COMMAND "${AVRDUDE}" -p ${BOARD_AVRDUDE_PART} -c ${BOARD_AVRDUDE_PROGRAMMER}
+            -b ${BOARD_AVRDUDE_BAUD} -P "${PORT}" -D -U "flash:w:${IMAGE}:i"
+    RESULT_VARIABLE failed
 )
 if(failed)
     message(FATAL_ERROR "flash: avrdude failed (exit status ${failed})")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The host build asks for the boards' images: it calls each board's preset, which alone describes
-# the board. With nothing to do this costs a tenth of a second, and an edited preset reaches the
-# image.
+# The host build asks for the boards' images: it calls each board's preset. With
+# nothing to do this costs a tenth of a second a board, and an edited preset reaches the image.
 
 # As a script (cmake -DBOARD=... -P): configure one board, silently unless it fails.
 if(CMAKE_SCRIPT_MODE_FILE)
@@ -39,7 +38,14 @@ function(pixstep_image board)
     set(PIXSTEP_${name}_IMAGE "${image}" PARENT_SCOPE)
 endfunction()
 
-pixstep_image(uno)
-pixstep_image(mega)
+pixstep_list_boards(PIXSTEP_BOARDS)
 # One after the other: each build already uses every core.
-add_dependencies(image_mega image_uno)
+set(before "")
+foreach(board IN LISTS PIXSTEP_BOARDS)
+    pixstep_image(${board})
+    if(before)
+        add_dependencies(image_${board} ${before})
+    endif()
+    set(before image_${board})
+endforeach()
+add_custom_target(images DEPENDS ${before})

@@ -17,17 +17,27 @@ rule(protocol "${PIXSTEP_PYTHON}" -m pixstep docs protocol --check docs/PROTOCOL
 rule(files "${PIXSTEP_PYTHON}" -m pixstep docs files --check docs/FILES.md)
 rule(faults "${PIXSTEP_PYTHON}" -m pixstep docs faults --check docs/FAULTS.md)
 rule(wiring "${PIXSTEP_PYTHON}" -m pixstep docs wiring --check docs/WIRING.md)
+rule(flashing "${PIXSTEP_PYTHON}" -m pixstep docs flashing --check docs/FLASHING.md)
 rule(text "${PIXSTEP_PYTHON}" "${checks}/text.py")
-rule(
-    symbols "${PIXSTEP_PYTHON}" "${checks}/symbols.py" "${PIXSTEP_UNO_IMAGE}"
-    "${PIXSTEP_MEGA_IMAGE}"
-)
-rule(
-    sizes "${PIXSTEP_PYTHON}" "${checks}/sizes.py" "uno=${PIXSTEP_UNO_IMAGE}"
-    "mega=${PIXSTEP_MEGA_IMAGE}"
-)
+set(images "")
+set(named_images "")
+foreach(board IN LISTS PIXSTEP_BOARDS)
+    string(TOUPPER "${board}" name)
+    list(APPEND images "${PIXSTEP_${name}_IMAGE}")
+    list(APPEND named_images "${board}=${PIXSTEP_${name}_IMAGE}")
+endforeach()
+rule(symbols "${PIXSTEP_PYTHON}" "${checks}/symbols.py" ${images})
+rule(sizes "${PIXSTEP_PYTHON}" "${checks}/sizes.py" ${named_images})
 # Builds and runs the suites once more, with counters; seconds, as they are.
 rule(coverage "${PIXSTEP_PYTHON}" "${checks}/coverage.py" --check docs/TESTING.md)
 set_tests_properties(
     rules.coverage PROPERTIES PROCESSORS 2 TIMEOUT 300 ENVIRONMENT "UNITY_DIR=${UNITY_DIR}"
 )
+
+# The modules: who uses whom, what of their state others can write, what flash and RAM each takes.
+# These ask the native build and the build of every board in firmware/hal/boards.
+rule(circles "${PIXSTEP_PYTHON}" "${checks}/circles.py" "${CMAKE_BINARY_DIR}")
+rule(writable "${PIXSTEP_PYTHON}" "${checks}/writable.py" "${CMAKE_BINARY_DIR}")
+rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check DESIGN.md)
+rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/TIMING.md)
+rule(figures "${PIXSTEP_PYTHON}" "${checks}/figures.py")

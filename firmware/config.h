@@ -3,27 +3,34 @@
 // in core/wire/registers.def instead.
 #pragma once
 
+#include BOARD_FILE // the board's constants, BOARD_...; the build names the file
+#include "build_features.h" // FEATURE_*
+
 // Version, reported by function 17 and input register 1.
 #define CONFIG_VERSION_MAJOR 0
 #define CONFIG_VERSION_MINOR 1
 
 // Timer ticks a second; prescaler 1, so the CPU clock.
-#define CONFIG_TIMER_HZ 16000000uL
+#define CONFIG_TIMER_HZ (BOARD_CPU_HZ + 0uL)
+#if CONFIG_TIMER_HZ % 1000000uL != 0
+#error "a microsecond must have a whole number of timer ticks"
+#endif
 
-// STEP is low for this many ticks from the start of each period, then rises; at least 3.
-#define CONFIG_PULSE_LOW_TICKS 31u
+// STEP is low for this many ticks from the start of each period, then rises; at least 3. With the
+// tick in which it rises, 2 us.
+#define CONFIG_PULSE_LOW_TICKS ((unsigned)(CONFIG_TIMER_HZ / 500000uL - 1u))
 
-// Axes, queue and shortest intervals of each board. An entry must reach OCRnA before its period
+// Axes, queue and shortest intervals of the board. An entry must reach OCRnA before its period
 // begins, so an interval must be longer than everything that can keep the step interrupt waiting
-// at once and the handler's own way to OCRnA. Cycles (uno, mega); `pixstep bench --only waits` and
-// `--only handlers` measure them:
+// at once and the handler's own way to OCRnA. Cycles (uno, mega, m1284); `pixstep bench --only
+// waits` and `--only handlers` measure them:
 //
-//     interrupts off in the main loop, or in a serial handler   21    21
-//     pixel clock capture, until it lets others in              13    14
-//     step handlers of the other axes                            -   141   3 x 47
-//     a run's period, from the flag's service to OCRnA          23    25
-//                                                               --   ---
-//                                                               57   201
+//     interrupts off in the main loop, or in a serial handler   21    21    21
+//     pixel clock capture, until it lets others in              13    14    13
+//     step handlers of the other axes                            -   141    47   47 each
+//     a run's period, from the flag's service to OCRnA          23    25    23
+//                                                               --   ---   ---
+//                                                               57   201   104
 //
 // A single period takes 29 (31) cycles to OCRnA; so short ones are only made by runs (axis.c).
 // The other axes take up to 86 cycles where they begin a run. They do so some steps apart from each
@@ -36,42 +43,31 @@
 // single periods or with a run (RUN_ENTRY_MIN_TICKS in axis.c).
 // The capture interrupt tells apart the periods around an edge as long as no more than one began
 // since: a seek must be slower than its longest way, with every step interrupt in between. Edges
-// were placed wrong at 160 ticks on the Uno and 320 on the Mega, right at 200 and 400.
+// were placed wrong at 160 ticks on the Uno and 320 on the Mega, right at 200 and 400. A board of
+// two axes lies between them.
 //
 // A reversal has the driver's set-up and hold times on both sides of its middle, and so many ticks
 // more: the direction output changes that long after the middle at most. One axis's commands take
 // 370 ticks on the Uno and 630 on the Mega; there four axes that turn at once take 1530, and a byte
 // on the serial line may come between (test_turns.py turns all of them at the limit).
-#if defined(CONFIG_BOARD_UNO)
-#define CONFIG_BOARD_NAME                "uno"
-#define CONFIG_BOARD_ID                  1
-#define CONFIG_AXES                      1
-#define CONFIG_PIXEL_CLOCK_AXIS          0
-#define CONFIG_SWITCH_CAPTURE_AXIS       0  // the comparator's timer is timer 1
-#define CONFIG_QUEUE_ENTRIES             32 // runs and marks per axis
-#define CONFIG_EVENTS                    0  // kept in the event log
-#define CONFIG_MIN_INTERVAL_TICKS        63u
-#define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 120u
-#define CONFIG_SEEK_MIN_INTERVAL_TICKS   266u
-#define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)512)
-#elif defined(CONFIG_BOARD_MEGA)
-#define CONFIG_BOARD_NAME                "mega"
-#define CONFIG_BOARD_ID                  2
-#define CONFIG_AXES                      4
-#define CONFIG_PIXEL_CLOCK_AXIS          3
-#define CONFIG_SWITCH_CAPTURE_AXIS       0
-#define CONFIG_QUEUE_ENTRIES             128
-#define CONFIG_EVENTS                    16
-#define CONFIG_MIN_INTERVAL_TICKS        266u
-#define CONFIG_SMOOTH_MIN_INTERVAL_TICKS 266u
-#define CONFIG_SEEK_MIN_INTERVAL_TICKS   400u
-#define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)1800)
-#else
-#error "name the board: CONFIG_BOARD_UNO or CONFIG_BOARD_MEGA"
-#endif
+#define CONFIG_BOARD_NAME                BOARD_NAME
+#define CONFIG_BOARD_ID                  BOARD_ID
+#define CONFIG_AXES                      BOARD_AXES
+#define CONFIG_PIXEL_CLOCK_AXIS          BOARD_PIXEL_CLOCK_AXIS
+#define CONFIG_SWITCH_CAPTURE_AXIS       BOARD_SWITCH_CAPTURE_AXIS
+#define CONFIG_QUEUE_ENTRIES             BOARD_QUEUE_ENTRIES // runs and marks per axis
+#define CONFIG_EVENTS                    BOARD_EVENTS        // kept in the event log
+#define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_SEEK_MIN_INTERVAL_TICKS   (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
-#define CONFIG_INDEX(axis) ((uint8_t)(CONFIG_AXES == 1 ? 0 : (axis)))
+#if CONFIG_AXES == 1
+#define CONFIG_INDEX(axis) ((void)(axis), (uint8_t)0)
+#else
+#define CONFIG_INDEX(axis) ((uint8_t)(axis))
+#endif
 
 #if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
 #error                                                                                   \

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "app/serial.h"
+#include "app/traffic.h"
 #include "base/flash.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
@@ -12,8 +13,8 @@
 #include "unity.h"
 #include "wire/crc16.h"
 
-#define MS_TICKS      16000u
-#define SILENCE_TICKS ((uint32_t)fake_line.silence_16us * 256u)
+#define MS_TICKS      ((uint32_t)(CONFIG_TIMER_HZ / 1000uL))
+#define SILENCE_TICKS ((uint32_t)fake_line.silence_counts * 256u)
 #define SLACK_TICKS   256u
 
 static const uint8_t *reply;
@@ -21,7 +22,8 @@ static const uint8_t *reply;
 void setUp(void)
 {
     bench_power_on();
-    serial_start(7);
+    settings_override_address(7);
+    serial_start();
     fake_pass(SILENCE_TICKS);
 }
 

@@ -2,12 +2,13 @@
 // Settings of the serial line: address, rate, parity and delay count when the reply has left.
 #include <stdint.h>
 
+#include "hal/clock.h"
 #include "serial_bench.h"
 #include "wire/baud.h"
 
 static void reply_delay_comes_on_top(void)
 {
-    machine.settings.reply_delay_us = 5000;
+    bench_settings()->reply_delay_us = 5000;
     ask_axis_count(7);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
     fake_pass((uint32_t)4 * MS_TICKS);
@@ -41,9 +42,10 @@ static void new_address_counts_from_the_next_request(void)
 
 static void line_begins_with_the_settings(void)
 {
-    TEST_ASSERT_EQUAL_UINT8(baud_divisor(1152), fake_line.divisor);
+    TEST_ASSERT_EQUAL_UINT16(baud_divisor(1152), fake_line.divisor);
     TEST_ASSERT_EQUAL(UART_EVEN, fake_line.parity);
-    TEST_ASSERT_EQUAL_UINT16(baud_silence_16us(17), fake_line.silence_16us);
+    TEST_ASSERT_EQUAL_UINT16(baud_silence_counts(baud_divisor(1152)),
+                             fake_line.silence_counts);
     TEST_ASSERT_EQUAL_UINT8(1, fake_line.changes);
 }
 
@@ -52,10 +54,11 @@ static void new_rate_counts_when_the_reply_has_left(void)
     PUT(7, 6, 0, 1, 0, 96);
     TEST_ASSERT_EQUAL_UINT16(8, answer());
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT8(baud_divisor(1152), fake_line.divisor);
+    TEST_ASSERT_EQUAL_UINT16(baud_divisor(1152), fake_line.divisor);
     sent();
-    TEST_ASSERT_EQUAL_UINT8(208, fake_line.divisor);
-    TEST_ASSERT_EQUAL_UINT16(baud_silence_16us(208), fake_line.silence_16us);
+    TEST_ASSERT_EQUAL_UINT16(baud_divisor(96), fake_line.divisor);
+    TEST_ASSERT_EQUAL_UINT16(baud_silence_counts(baud_divisor(96)),
+                             fake_line.silence_counts);
     ask_axis_count(7);
     check_axis_count();
     TEST_ASSERT_EQUAL_UINT8(2, fake_line.changes);
@@ -73,17 +76,17 @@ static void new_parity_of_all_counts_at_once(void)
 static void last_request_is_ours_or_everybodys(void)
 {
     fake_pass((uint32_t)100 * MS_TICKS);
-    uint16_t before = serial_last_request_ms();
+    uint16_t before = traffic_last_request_ms();
     ask_axis_count(8);
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT16(before, serial_last_request_ms());
+    TEST_ASSERT_EQUAL_UINT16(before, traffic_last_request_ms());
     PUT(0, 3, 0, 0, 0, 1);
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT16(fake_now_ticks() / 16384u, serial_last_request_ms());
+    TEST_ASSERT_EQUAL_UINT16(clock_now_ms(), traffic_last_request_ms());
     fake_pass((uint32_t)100 * MS_TICKS);
     ask_axis_count(7);
     check_axis_count();
-    TEST_ASSERT_TRUE(serial_last_request_ms() >= 195);
+    TEST_ASSERT_TRUE(traffic_last_request_ms() >= 195);
 }
 
 int main(void)

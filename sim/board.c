@@ -16,7 +16,6 @@
 
 #include "access.h"
 
-#define CPU_HZ       16000000U
 #define GPIOR2       0x4BU // data address, the same on all parts
 #define NOISE_EEPROM 0U
 #define NOISE_RAM    1U
@@ -371,7 +370,7 @@ static bool make_part(struct board *b)
         set_error(b, "libsimavr could not start the %s", b->kind->mcu);
         return false;
     }
-    b->avr->frequency = CPU_HZ;
+    b->avr->frequency = b->kind->cpu_hz;
     b->avr->log = LOG_ERROR;
     return true;
 }
@@ -400,7 +399,7 @@ bool board_open(struct board *b,
     if (!make_part(b) || !load_image(b, image_path)) {
         return false;
     }
-    b->avr->frequency = CPU_HZ;
+    b->avr->frequency = b->kind->cpu_hz;
     stack_paint(&b->stack, b->avr);
     bus_connect(bus,
                 &(struct bus_listener){.receiver = &b->uart, .receive = uart_receive});

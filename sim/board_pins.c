@@ -4,56 +4,30 @@
 
 #include <string.h>
 
-// A board's table is read twice, once for its pins and once for its axes.
-#define BOARD_AXIS(axis, timer)
-#define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
-    {SIGNAL_##signal, (axis), #port[0], (bit)},
-static const struct board_pin uno_pins[] = {
-#include "hal/boards/uno.def"
-};
-static const struct board_pin mega_pins[] = {
-#include "hal/boards/mega.def"
-};
-#undef BOARD_AXIS
-#undef BOARD_PIN
+// BOARD_KINDS, a row KIND(object, name) for each board file, is made by CMake.
+#define KIND(object, name) extern const struct board_kind object;
+#include BOARD_KINDS
+#undef KIND
 
-#define BOARD_AXIS(axis, timer) [axis] = '0' + (timer),
-#define BOARD_PIN(signal, axis, port, bit, header_pin)
-static const char uno_timers[BOARD_AXES] = {
-#include "hal/boards/uno.def"
+#define KIND(object, name) &(object),
+static const struct board_kind *const kinds[] = {
+#include BOARD_KINDS
 };
-static const char mega_timers[BOARD_AXES] = {
-#include "hal/boards/mega.def"
-};
-#undef BOARD_AXIS
-#undef BOARD_PIN
+#undef KIND
+
+#define KIND(object, name) ", " name
+static const char names[] =
+#include BOARD_KINDS
+    ;
+#undef KIND
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
-
-static struct board_kind kinds[] = {
-    {.name = "uno", .mcu = "atmega328p", .pins = uno_pins, .pin_count = COUNT(uno_pins)},
-    {.name = "mega",
-     .mcu = "atmega2560",
-     .pins = mega_pins,
-     .pin_count = COUNT(mega_pins)},
-};
-static const char *const timers[] = {uno_timers, mega_timers};
-
-static void fill_axes(struct board_kind *kind, const char *axis_timer)
-{
-    kind->axes = 0;
-    for (int axis = 0; axis < BOARD_AXES && axis_timer[axis] != 0; axis++) {
-        kind->axis_timer[axis] = axis_timer[axis];
-        kind->axes++;
-    }
-}
 
 const struct board_kind *board_kind_by_name(const char *name)
 {
     for (size_t i = 0; i < COUNT(kinds); i++) {
-        if (strcmp(kinds[i].name, name) == 0) {
-            fill_axes(&kinds[i], timers[i]);
-            return &kinds[i];
+        if (strcmp(kinds[i]->name, name) == 0) {
+            return kinds[i];
         }
     }
     return NULL;
@@ -61,7 +35,7 @@ const struct board_kind *board_kind_by_name(const char *name)
 
 const char *board_kind_names(void)
 {
-    return "uno, mega";
+    return names + strlen(", ");
 }
 
 const struct board_pin *board_kind_pin(const struct board_kind *kind,

@@ -3,42 +3,9 @@
 // Which signal of a board is on which pin: the same tables that the firmware is built from.
 #pragma once
 
-#include <stddef.h>
-#include <stdint.h>
+#include "board_kind.h"
 
-#define BOARD_AXES 4
-
-enum board_signal {
-    SIGNAL_STEP,
-    SIGNAL_DIR,
-    SIGNAL_ENABLE,
-    SIGNAL_HOME,
-    SIGNAL_LIMIT_MINUS,
-    SIGNAL_LIMIT_PLUS,
-    SIGNAL_PIXEL_CLOCK,
-    SIGNAL_PIXEL_CLOCK_COPY,
-    SIGNAL_ESTOP,
-    SIGNAL_RS485_DE,
-    SIGNAL_PERMIT,
-    SIGNAL_ENCODER_A,
-    SIGNAL_ENCODER_B,
-};
-
-struct board_pin {
-    enum board_signal signal;
-    uint8_t axis;
-    char port;
-    uint8_t bit;
-};
-
-struct board_kind {
-    const char *name; // as on the command line
-    const char *mcu;  // as simavr knows it
-    int axes;
-    char axis_timer[BOARD_AXES]; // '1' for timer 1
-    const struct board_pin *pins;
-    size_t pin_count;
-};
+#define BOARD_AXES BOARD_KIND_AXES
 
 // NULL if there is no such board.
 const struct board_kind *board_kind_by_name(const char *name);

@@ -31,7 +31,7 @@ void bus_set_master(struct bus *bus, uint32_t baud, enum bus_parity parity)
 
 static uint32_t bit_cycles_x1000(const struct bus *bus)
 {
-    return (uint32_t)((uint64_t)BUS_CPU_HZ * 1000 / bus->master_baud);
+    return (uint32_t)((uint64_t)cpu_clock_hz() * 1000 / bus->master_baud);
 }
 
 // The stop bit is the idle level: a start bit over it still comes through.
@@ -82,7 +82,7 @@ uint64_t bus_master_send(struct bus *bus,
     }
     for (size_t i = 0; i < count; i++) {
         // Exact bit times on average: the remainder of the division goes into the next frame.
-        uint64_t length = (uint64_t)BUS_CPU_HZ * BUS_BITS + bus->master_rest;
+        uint64_t length = (uint64_t)cpu_clock_hz() * BUS_BITS + bus->master_rest;
         struct bus_frame frame = {
             .start = bus->master_ready,
             .end = bus->master_ready + length / bus->master_baud,

@@ -13,18 +13,18 @@
 #include <stdint.h>
 
 #include "bus_frame.h"
+#include "cpu_clock.h"
 #include "wire_log.h"
 
 #define BUS_BOARDS   4
 #define BUS_MASTER   (-1)
-#define BUS_FRAMES   4096 // remembered; a power of two
-#define BUS_CPU_HZ   16000000U
+#define BUS_FRAMES   4096    // remembered; a power of two
 #define BUS_BAUD     115200U // of the master, until bus_set_master()
 #define BUS_BITS     11U     // 8 data bits, parity and a stop bit, or two stop bits
 #define BUS_BAUD_MIN 300U
 #define BUS_BAUD_MAX 2000000U
-// Modbus RTU's end of a frame at this speed, in cycles: 1750 us.
-#define BUS_SILENCE 28000U
+// Modbus RTU's end of a frame at this speed, in cycles.
+#define BUS_SILENCE cpu_clock_cycles_of_us(1750U)
 
 enum bus_parity { BUS_PARITY_NONE, BUS_PARITY_ODD, BUS_PARITY_EVEN };
 

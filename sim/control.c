@@ -11,13 +11,14 @@
 #include "control_board.h"
 #include "control_bus.h"
 #include "control_words.h"
+#include "cpu_clock.h"
 #include "csv_file.h"
 #include "exchange.h"
 #include "plant_parse.h"
 #include "stats.h"
 
-#define TIMEOUT_CYCLES 1600000U // 100 ms
-#define PPM_LIMIT      1e5
+#define TIMEOUT_MS 100U
+#define PPM_LIMIT  1e5
 
 static const struct outputs_axis *find_outputs(struct control *c)
 {
@@ -50,7 +51,7 @@ static void do_run(struct control *c)
 
 static void do_tx(struct control *c)
 {
-    uint64_t timeout = TIMEOUT_CYCLES;
+    uint64_t timeout = cpu_clock_cycles_of_ms(TIMEOUT_MS);
     size_t count;
     size_t received;
 

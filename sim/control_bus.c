@@ -2,11 +2,12 @@
 
 #include "control_bus.h"
 
+#include "cpu_clock.h"
+
 #include <inttypes.h>
 #include <string.h>
 
-#define CYCLES_PER_US (BUS_CPU_HZ / 1000000U)
-#define PAUSE_US_MAX  10000000U
+#define PAUSE_US_MAX 10000000U
 
 static void do_send(struct control *c)
 {
@@ -19,7 +20,7 @@ static void do_send(struct control *c)
         return;
     }
     (void)bus_master_send(bus, c->bytes, count, c->bench->cycle);
-    bus_master_pause(bus, pause_us * CYCLES_PER_US);
+    bus_master_pause(bus, cpu_clock_cycles_of_us(pause_us));
     control_answer("ok %" PRIu64, bus->master_ready);
 }
 

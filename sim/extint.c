@@ -162,6 +162,15 @@ void extint_reset(struct extint *e)
     }
 }
 
+// simavr has the ATmega1284P's INT2 on PB3; by the data sheet it is on PB2.
+static void correct_pins(struct extint *e)
+{
+    if (strcmp(e->avr->mmcu, "atmega1284") == 0) {
+        e->line[2].port = 'B';
+        e->line[2].bit = 2;
+    }
+}
+
 void extint_attach(struct extint *e,
                    avr_t *avr,
                    const struct peripheral_host *host,
@@ -182,6 +191,7 @@ void extint_attach(struct extint *e,
         e->listening |= 1U << (unsigned)(e->line[i].port - 'A');
         access_take(avr, e->part->eint[i].isc[0].reg, NULL, write_control, e);
     }
+    correct_pins(e);
     access_take(avr, vector_of(e, 0)->enable.reg, NULL, write_control, e);
     access_take(avr, vector_of(e, 0)->raised.reg, read_flags, write_flags, e);
 }

@@ -12,6 +12,7 @@
 
 #include "bench.h"
 #include "control.h"
+#include "cpu_clock.h"
 #include "csv_file.h"
 #include "eeprom_file.h"
 #include "options.h"
@@ -19,7 +20,6 @@
 #include "stats.h"
 #include "unit.h"
 
-#define CYCLES_PER_MS     16000U
 #define PROGRESS_EVERY_MS 5000U
 
 static struct bench bench; // boards are large and must not move
@@ -144,7 +144,7 @@ static int run_ms(uint64_t ms)
     for (uint64_t done = 0; alive && done < ms && !interrupted;) {
         uint64_t step = (ms - done < PROGRESS_EVERY_MS) ? ms - done : PROGRESS_EVERY_MS;
 
-        alive = bench_run(&bench, bench.cycle + step * CYCLES_PER_MS);
+        alive = bench_run(&bench, bench.cycle + cpu_clock_cycles_of_ms(step));
         done += step;
         if (done < ms && isatty(STDERR_FILENO) != 0) {
             (void)fprintf(stderr,

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cpu_clock.h"
 #include "plant_parse.h"
 
 #define DEFAULT_START_MS      10.0
@@ -124,6 +125,24 @@ static double read_real(const char *option, const char *text, double least, doub
     return value;
 }
 
+// Boards of one run count its time in the same cycles.
+static void check_kind(const struct options *o, const char *name)
+{
+    const struct board_kind *kind = board_kind_by_name(name);
+
+    if (kind == NULL) {
+        fail("--board: unknown board '%s': one of %s", name, board_kind_names());
+    }
+    if (o->boards != 0 && kind->cpu_hz != cpu_clock_hz()) {
+        fail("--board %s: %u MHz, but %s has %u MHz: one run, one clock",
+             name,
+             kind->cpu_hz / 1000000U,
+             o->board_name[0],
+             cpu_clock_hz() / 1000000U);
+    }
+    cpu_clock_set(kind->cpu_hz);
+}
+
 static void read_board(struct options *o, char *text)
 {
     char *equals = strchr(text, '=');
@@ -135,9 +154,7 @@ static void read_board(struct options *o, char *text)
         fail("--board: at most %d boards", BUS_BOARDS);
     }
     *equals = '\0';
-    if (board_kind_by_name(text) == NULL) {
-        fail("--board: unknown board '%s': one of %s", text, board_kind_names());
-    }
+    check_kind(o, text);
     o->board_name[o->boards] = text;
     o->board_image[o->boards] = equals + 1;
     o->boards++;

@@ -6,19 +6,18 @@
 #include <math.h>
 #include <string.h>
 
+#include "cpu_clock.h"
 #include "csv_file.h"
 
-#define CPU_HZ           16000000U
-#define CYCLES_PER_MS    16000.0
-#define HIGH_MAX_CYCLES  799U // 50 us less the one cycle that every pulse has
-#define GAP_CYCLES       2U   // low at least between two pulses, whatever the jitter
-#define PPM_SCALE        1000000000000LL // the nominal frequency, in millionths of a ppm
-#define PPM_UNITS        1e6
-#define NS_PER_16_CYCLES 1000
+#define HIGH_MAX_US 50U
+#define GAP_CYCLES  2U // low at least between two pulses, whatever the jitter
+#define PPM_SCALE   1000000000000LL // the nominal frequency, in millionths of a ppm
+#define PPM_UNITS   1e6
+#define NS_PER_US   1000
 
 static int64_t jitter_cycles(struct pixel_clock *c)
 {
-    int64_t most = (int64_t)c->settings.jitter_ns * 16 / NS_PER_16_CYCLES;
+    int64_t most = (int64_t)cpu_clock_cycles_of_us(c->settings.jitter_ns) / NS_PER_US;
 
     if (most == 0) {
         return 0;
@@ -30,7 +29,7 @@ static void set_period(struct pixel_clock *c)
 {
     int64_t scaled = PPM_SCALE + llround(c->settings.ppm * PPM_UNITS);
 
-    c->num = (pixel_wide)CPU_HZ * c->settings.hz_den * (uint64_t)PPM_SCALE;
+    c->num = (pixel_wide)cpu_clock_hz() * c->settings.hz_den * (uint64_t)PPM_SCALE;
     c->den = (pixel_wide)c->settings.hz_num * (uint64_t)scaled;
 }
 
@@ -64,7 +63,7 @@ bool pixel_clock_open(struct pixel_clock *c,
     c->settings = *settings;
     c->on = true;
     c->random.state = settings->seed * 0x9E3779B97F4A7C15U + 1;
-    c->ideal = (uint64_t)llround(settings->start_ms * CYCLES_PER_MS);
+    c->ideal = (uint64_t)llround(settings->start_ms * (double)cpu_clock_cycles_of_ms(1));
     if (settings->hz_num != 0) {
         set_period(c);
     }
@@ -85,8 +84,8 @@ static void make_next(struct pixel_clock *c)
     int64_t soonest = (int64_t)(c->last_fall + GAP_CYCLES);
     uint64_t high = (uint64_t)(c->num / c->den) / 4;
 
-    if (high > HIGH_MAX_CYCLES) {
-        high = HIGH_MAX_CYCLES;
+    if (high >= cpu_clock_cycles_of_us(HIGH_MAX_US)) {
+        high = cpu_clock_cycles_of_us(HIGH_MAX_US) - 1;
     }
     c->next.rise = (uint64_t)((rise > soonest) ? rise : soonest);
     c->next.fall = c->next.rise + high + 1;

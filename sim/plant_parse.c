@@ -9,7 +9,7 @@
 
 #define DEFAULT_OVER       100
 #define DEFAULT_HYSTERESIS 8
-#define TICKS_MOST         16000000U // one second
+#define TICKS_MOST         16000000U // a second, or nearly
 
 static bool read_number(const char *text, int64_t *value)
 {

@@ -10,8 +10,10 @@
 #include <time.h>
 #include <unistd.h>
 
-#define SLICE_CYCLES 16000U // 1 ms: bytes are passed on and time is kept in such steps
-#define CPU_HZ       16000000.0
+#include "cpu_clock.h"
+
+// A millisecond or less: bytes are passed on and time is kept in such steps.
+#define SLICE_CYCLES 16000U
 #define CHUNK        256
 
 static int open_pty(void)
@@ -58,7 +60,7 @@ static void pass_out(struct bench *bench, int master)
 
 static void keep_pace(const struct bench *bench, double started_s)
 {
-    double ahead_s = (double)bench->cycle / CPU_HZ - (bench_wall_s() - started_s);
+    double ahead_s = (double)bench->cycle / cpu_clock_hz() - (bench_wall_s() - started_s);
 
     if (ahead_s > 0.0) {
         struct timespec pause = {.tv_sec = (time_t)ahead_s};
@@ -71,7 +73,7 @@ static void keep_pace(const struct bench *bench, double started_s)
 int pty_serve(struct bench *bench, const volatile int *stop)
 {
     int master = open_pty();
-    double started_s = bench_wall_s() - (double)bench->cycle / CPU_HZ;
+    double started_s = bench_wall_s() - (double)bench->cycle / cpu_clock_hz();
     bool alive = true;
 
     if (master < 0) {

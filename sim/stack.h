@@ -15,7 +15,7 @@
 
 #include "symbols.h"
 
-#define STACK_BYTES_MOST 8192
+#define STACK_BYTES_MOST 16384U
 
 struct stack_watch {
     uint16_t bottom; // first address after .data, .bss, .noinit and the firmware's canary

@@ -5,7 +5,7 @@
 #include <inttypes.h>
 #include <time.h>
 
-#define CPU_HZ 16000000.0
+#include "cpu_clock.h"
 
 // CPU time of this process so far, in seconds.
 static double cpu_s(void)
@@ -98,7 +98,7 @@ static void write_board(FILE *out, struct board *b)
 void stats_write(FILE *out, struct bench *bench)
 {
     double wall_s = bench_wall_s() - bench->wall_started_s;
-    double simulated_s = (double)bench->cycle / CPU_HZ;
+    double simulated_s = (double)bench->cycle / cpu_clock_hz();
 
     (void)fprintf(out,
                   "{\"cycle\":%" PRIu64

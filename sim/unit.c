@@ -2,9 +2,10 @@
 
 #include "unit.h"
 
-#define GPIOR0        0x3EU // data address, the same on all boards
-#define CYCLES_PER_MS 16000U
-#define SLICE_CYCLES  16000U
+#include "cpu_clock.h"
+
+#define GPIOR0       0x3EU // data address, the same on all boards
+#define SLICE_CYCLES 16000U
 
 static void print_text(struct bench *bench, uint64_t up_to)
 {
@@ -21,7 +22,7 @@ int unit_run(struct bench *bench, uint64_t limit_ms)
     const struct board *board = &bench->board[0];
     bool alive = true;
 
-    while (alive && bench->cycle < limit_ms * CYCLES_PER_MS) {
+    while (alive && bench->cycle < cpu_clock_cycles_of_ms(limit_ms)) {
         alive = bench_run(bench, bench->cycle + SLICE_CYCLES);
         print_text(bench, bench->cycle);
     }

@@ -5,8 +5,15 @@
 #include <inttypes.h>
 #include <string.h>
 
-#define UNITS_PER_CYCLE 625U
-#define FIRST_ID        '!' // identifiers are printable characters; 53 are needed at most
+#include "cpu_clock.h"
+
+#define UNITS_A_SECOND 10000000000U // of 100 ps
+#define FIRST_ID       '!' // identifiers are printable characters; 53 are needed at most
+
+static uint64_t units_per_cycle(void)
+{
+    return UNITS_A_SECOND / cpu_clock_hz();
+}
 
 static void declare_board(
     struct vcd *v, int board, const char *name, int axes, char *next_id)
@@ -43,10 +50,12 @@ bool vcd_open(struct vcd *v,
     if (v->file == NULL) {
         return false;
     }
-    (void)fputs("$comment pixstep-sim, 16 MHz: 625 units a cycle $end\n"
-                "$timescale 100 ps $end\n"
-                "$scope module pixstep $end\n",
-                v->file);
+    (void)fprintf(v->file,
+                  "$comment pixstep-sim, %u MHz: %" PRIu64 " units a cycle $end\n"
+                  "$timescale 100 ps $end\n"
+                  "$scope module pixstep $end\n",
+                  cpu_clock_hz() / 1000000U,
+                  units_per_cycle());
     v->clock_id = next_id++;
     (void)fprintf(v->file, "$var wire 1 %c PIXEL_CLOCK $end\n", v->clock_id);
     for (int board = 0; board < boards; board++) {
@@ -64,7 +73,7 @@ static void write_time(struct vcd *v, uint64_t cycle)
 {
     if (cycle != v->cycle) {
         v->cycle = cycle;
-        (void)fprintf(v->file, "#%" PRIu64 "\n", cycle * UNITS_PER_CYCLE);
+        (void)fprintf(v->file, "#%" PRIu64 "\n", cycle * units_per_cycle());
     }
 }
 

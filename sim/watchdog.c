@@ -36,7 +36,7 @@ static unsigned prescaler_bits(const struct watchdog *w)
 
 static uint64_t time_out_cycle(const struct watchdog *w)
 {
-    return w->since + ((uint64_t)WATCHDOG_SHORTEST_CYCLES << prescaler_bits(w));
+    return w->since + (WATCHDOG_SHORTEST_CYCLES << prescaler_bits(w));
 }
 
 static void time_out(struct watchdog *w)

@@ -8,7 +8,7 @@
 //    |<-  less  ->|<----- 16 ms << WDP ----->|
 //
 // Rules, from the ATmega328P and ATmega2560 data sheets (Watchdog Timer):
-//  * 2048 << WDP cycles of a 128 kHz oscillator: 256000 << WDP cycles of the CPU's clock at 16 MHz.
+//  * 2048 << WDP cycles of a 128 kHz oscillator: 16 ms << WDP.
 //    WDP above 9 is reserved.
 //  * "In the same operation, write a logic one to WDCE and WDE. Within the next four clock cycles,
 //    write the WDE and WDP bits as desired, but with the WDCE bit cleared." Without this WDE can be
@@ -31,9 +31,11 @@
 #include <avr_watchdog.h>
 #include <sim_avr.h>
 
+#include "cpu_clock.h"
 #include "peripheral.h"
 
-#define WATCHDOG_SHORTEST_CYCLES 256000U // WDP = 0: 2048 cycles of 128 kHz
+// WDP = 0: 2048 cycles of 128 kHz.
+#define WATCHDOG_SHORTEST_CYCLES cpu_clock_cycles_of_ms(16U)
 #define WATCHDOG_CHANGE_TICKS    4U
 
 struct watchdog_hooks {

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "app/time_check.h"
 
-#include "app/machine.h"    // machine_follow
-#include "hal/clock.h"      // clock_now_4us
+#include "app/axes.h"       // axes_*
+#include "app/faults.h"     // faults_latch_underrun
+#include "hal/clock.h"      // clock_now_units
 #include "hal/step_timer.h" // step_timer_start
 
 // The division inside a run makes a check cost up to 1500 cycles.
-#define CHECK_EVERY_4US 1024u
-#define TICKS_PER_4US   ((uint32_t)(CONFIG_TIMER_HZ / 250000uL))
+#define CHECK_EVERY_UNITS 1024u
 
-static uint32_t started_4us;
-static uint16_t checked_4us; // a multiple of CHECK_EVERY_4US, which says whose turn it is
+static uint32_t started_units;
+static uint16_t checked_units; // a multiple of CHECK_EVERY_UNITS, which says whose turn it is
 
 void time_check_start(void)
 {
     step_timer_start();
     // One axis is not looked at.
     if (CONFIG_AXES > 1) {
-        started_4us = clock_now_4us();
+        started_units = clock_now_units();
     }
 }
 
@@ -25,11 +25,11 @@ void time_check_start(void)
 //     now        ^ in here        ^ never from here on: its interrupt would have loaded another
 bool time_check_lags(uint8_t i)
 {
-    struct axis *axis = machine_axis(i);
+    struct axis *axis = axes_get(i);
     // Rounded so that it is never ahead of the time at which the axis is followed.
-    uint32_t now_ticks = (clock_now_4us() - started_4us - 1u) * TICKS_PER_4US;
+    uint32_t now_ticks = (clock_now_units() - started_units - 1u) * CLOCK_UNIT_TICKS;
 
-    if (!machine_follow(i)) {
+    if (!axes_follow(i)) {
         return false;
     }
     uint32_t running_end = ledger_period_start(&axis->ledger, &axis->feed, 0);
@@ -38,13 +38,13 @@ bool time_check_lags(uint8_t i)
 
 void time_check_poll(void)
 {
-    if ((uint16_t)((uint16_t)clock_now_4us() - checked_4us) < CHECK_EVERY_4US) {
+    if ((uint16_t)((uint16_t)clock_now_units() - checked_units) < CHECK_EVERY_UNITS) {
         return;
     }
-    checked_4us = (uint16_t)(checked_4us + CHECK_EVERY_4US);
-    uint8_t i = (uint8_t)(checked_4us / CHECK_EVERY_4US) % CONFIG_AXES;
+    checked_units = (uint16_t)(checked_units + CHECK_EVERY_UNITS);
+    uint8_t i = (uint8_t)(checked_units / CHECK_EVERY_UNITS) % CONFIG_AXES;
 
-    if (machine_axis(i)->state == AXIS_RUNNING && time_check_lags(i)) {
-        machine_underrun(i);
+    if (axes_get(i)->life.state == AXIS_RUNNING && time_check_lags(i)) {
+        faults_latch_underrun(i);
     }
 }

@@ -7,16 +7,27 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "config.h" // CONFIG_TIMER_HZ
+
 #define UART_BUFFER_BYTES 272u // the longest frame, and room for what comes behind it
 
 enum uart_parity { UART_NONE = 0, UART_ODD = 1, UART_EVEN = 2 }; // none has two stop bits
 
+// Counts of an eighth of the CPU clock a bit; at 9600 baud a faster clock needs more than 8 bits.
+#if CONFIG_TIMER_HZ / 8u / 9600u < 255u
+#define UART_DIVISOR_BITS 8
+typedef uint8_t uart_divisor;
+#else
+#define UART_DIVISOR_BITS 16
+typedef uint16_t uart_divisor;
+#endif
+
 // Listen into this buffer of UART_BUFFER_BYTES from now on; uart_set() must follow.
 void uart_start(uint8_t *bytes);
 
-// Counts of 2 MHz a bit; a silence in units of 16 us, from the end of a byte to the end of the
-// next. What is set already is left alone, and with it a byte that is on its way.
-void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us);
+// A silence is in counts of 256 CPU cycles, from the end of a byte to the end of the next. What is
+// set already is left alone, and with it a byte that is on its way.
+void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts);
 
 // Number of bytes at the buffer's front that no silence divides, 0 to UART_BUFFER_BYTES; more are
 // lost. True when a silence follows them.

@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: MIT
 // Contracts of the hal that the step engine has no part in, answered in the simplest way. Time
 // passes by a millisecond a round.
-#include "app/serial.h"
 #include "explore/scene.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"
 #include "hal/eeprom.h"
 #include "hal/switches.h"
 
-#define UNITS_OF_MS 256u // of 4 us, nearly
+#define UNITS_OF_MS 256u // nearly, at the 16 MHz of the Uno
 
-static uint32_t now_4us;
+static uint32_t now_units;
 
 void scene_pass_ms(void)
 {
-    now_4us += UNITS_OF_MS;
+    now_units += UNITS_OF_MS;
 }
 
-uint32_t clock_now_4us(void)
+uint32_t clock_now_units(void)
 {
-    return now_4us;
+    return now_units;
 }
 
 uint8_t cpu_reset_cause(void)
@@ -87,16 +86,4 @@ bool switch_capture_take(struct switch_capture *capture)
 {
     (void)capture;
     return false;
-}
-
-uint16_t serial_last_request_ms(void)
-{
-    return clock_now_ms();
-}
-
-const struct server_counters *serial_counters(void)
-{
-    static const struct server_counters none;
-
-    return &none;
 }

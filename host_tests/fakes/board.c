@@ -7,8 +7,6 @@
 #include "hal/cpu.h"
 #include "hal/pins.h"
 
-#define TICKS_PER_4US 64u
-
 uint8_t fake_reset_cause = 0x02;
 bool fake_stack_intact = true;
 uint16_t fake_watchdog_feeds;
@@ -51,9 +49,9 @@ void clock_start(void)
 {
 }
 
-uint32_t clock_now_4us(void)
+uint32_t clock_now_units(void)
 {
-    return now_ticks / TICKS_PER_4US;
+    return now_ticks / CLOCK_UNIT_TICKS;
 }
 
 void cpu_start_interrupts(void)

@@ -7,7 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "config.h" // CONFIG_AXES
+#include "config.h"   // CONFIG_AXES
+#include "hal/uart.h" // uart_divisor
 
 struct fake_axis {
     int32_t steps;             // signed STEP edges so far
@@ -60,9 +61,9 @@ void fake_overrun(uint8_t bytes);
 
 // What uart_set() was told last, and how often it was another than before.
 struct fake_line {
-    uint8_t divisor;
+    uart_divisor divisor;
     uint8_t parity;
-    uint16_t silence_16us;
+    uint16_t silence_counts;
     uint8_t changes;
 };
 

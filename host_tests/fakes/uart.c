@@ -7,8 +7,8 @@
 #include "fakes/board.h"
 #include "fakes/board_parts.h"
 
-#define TICKS_PER_16US 256u
-#define TICKS_PER_BIT  8u // for each count of the divisor
+#define TICKS_PER_COUNT 256u
+#define TICKS_PER_BIT   8u // for each count of the divisor
 
 struct fake_line fake_line;
 
@@ -80,18 +80,18 @@ void uart_start(uint8_t *bytes)
     uart_listen();
 }
 
-void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
+void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts)
 {
     if (divisor != fake_line.divisor || parity != fake_line.parity) {
         fake_line = (struct fake_line){
-            divisor, (uint8_t)parity, silence_16us, (uint8_t)(fake_line.changes + 1u)};
+            divisor, (uint8_t)parity, silence_counts, (uint8_t)(fake_line.changes + 1u)};
     }
 }
 
 bool uart_silent(void)
 {
     return fake_now_ticks() - last_byte_ticks >=
-           (uint32_t)fake_line.silence_16us * TICKS_PER_16US;
+           (uint32_t)fake_line.silence_counts * TICKS_PER_COUNT;
 }
 
 bool uart_received(uint16_t *count)

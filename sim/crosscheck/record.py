@@ -18,16 +18,15 @@ from pixstep.board.client import Board, Upload
 from pixstep.board.transport import SimClient
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.lines.runs import queue_entries
 from pixstep.moves import accel, homing, legs
 from pixstep.moves.homesim import SimWorld
 from pixstep.profiles.generator import LineRequest, generate
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
-SETTLE_CYCLES = TIMER_HZ // 50
+SETTLE_S = 0.02
 HOMING_HZ = Fraction(500)
 # Steps a pixel: the M39's profile, up to the speed that a line asks for.
 PROFILE = [6 * pixel * (pixel + 1) for pixel in range(1, 20)]
@@ -53,13 +52,13 @@ class Recording:
         )
 
     def __enter__(self) -> "Recording":
-        self.simulator.run(BOOT_CYCLES)
+        self.simulator.wait_s(BOOT_S)
         self.board = Board(SimClient(self.simulator))
         self.board.set_pixel_hz(self.pixel_hz)
         return self
 
     def __exit__(self, *_: object) -> None:
-        end = self.simulator.run(SETTLE_CYCLES)
+        end = self.simulator.wait_s(SETTLE_S)
         self.simulator.quit()
         (self.folder / "end.txt").write_text(f"{end}\n", encoding="ascii")
 
@@ -102,7 +101,7 @@ def smooth(name: str, folder: Path) -> None:
             }
         )
         while not run.done():
-            run.simulator.run(TIMER_HZ // 10)
+            run.simulator.wait_s(0.1)
 
 
 def saturated(name: str, folder: Path) -> None:
@@ -115,7 +114,7 @@ def saturated(name: str, folder: Path) -> None:
         run.start({axis: Line(tuple(counts[axis:]), PLAIN) for axis in axes})
         load = SerialLoad(run.board, axes, run.uploads)
         while not run.done():
-            load.until(run.simulator, run.simulator.cycle + TIMER_HZ // 50)
+            load.until(run.simulator, run.simulator.cycle + run.simulator.cycles(0.02))
 
 
 def home(name: str, folder: Path) -> None:
@@ -125,7 +124,7 @@ def home(name: str, folder: Path) -> None:
     axis = 0 if name == "uno" else 2
     with Recording(name, folder, HOMING_HZ, {axis: knobs}) as run:
         run.board.command("enable", [axis])
-        run.simulator.run(SETTLE_CYCLES)  # the filters see the switches
+        run.simulator.wait_s(SETTLE_S)  # the filters see the switches
         request = legs.HomingRequest(axis, 1, slow=2, search_steps=2500, clear_steps=5)
         plan = legs.plan(profile, request, HOMING_HZ)
         homing.home(run.board, plan, HOMING_HZ, SimWorld(run.simulator))
@@ -139,15 +138,16 @@ def estop(name: str, folder: Path) -> None:
     with Recording(name, folder, Fraction(100), {}) as run:
         for _ in range(4):
             run.start({axis: Line(counts[axis:], PLAIN) for axis in run.axes})
-            trip = run.simulator.cycle + rng.randrange(TIMER_HZ // 20, TIMER_HZ // 10)
+            within = map(run.simulator.cycles, (0.05, 0.1))
+            trip = run.simulator.cycle + rng.randrange(*within)
             for level in (0, 1, 0, 1, 0):
                 run.simulator.pin(0, pin.port, pin.bit, level, at=trip)
                 trip += rng.randrange(20, 400)
-            run.simulator.run(trip - run.simulator.cycle + SETTLE_CYCLES)
+            run.simulator.run(trip - run.simulator.cycle + run.simulator.cycles(SETTLE_S))
             if run.fault() != "estop":
                 raise UserError("the emergency stop was not seen")
             run.simulator.pin(0, pin.port, pin.bit, 1)
-            run.simulator.run(TIMER_HZ // 1000)
+            run.simulator.wait_s(0.001)
             run.board.command("clear_fault", [])
             run.board.command("discard", run.axes)
 

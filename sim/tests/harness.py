@@ -10,9 +10,11 @@ import unittest
 from pathlib import Path
 
 SIM = os.environ.get("PIXSTEP_SIM", "pixstep-sim")
+# The folder of each board's images: PIXSTEP_<BOARD>_IMAGES.
 IMAGES = {
-    "uno": os.environ.get("PIXSTEP_UNO_IMAGES", "."),
-    "mega": os.environ.get("PIXSTEP_MEGA_IMAGES", "."),
+    name.removeprefix("PIXSTEP_").removesuffix("_IMAGES").lower(): folder
+    for name, folder in os.environ.items()
+    if name.startswith("PIXSTEP_") and name.endswith("_IMAGES")
 }
 RESULT_ADDRESS = 0x600
 GPIOR2 = 0x4B

@@ -5,15 +5,16 @@ import unittest
 
 from harness import GPIOR2, RESULT_ADDRESS, Session, SimTest, image, read_edges, rising
 
-BOARDS = ("uno", "mega")
+BOARDS = ("uno", "mega", "m1284")
 TOP_TICKS = 9999
 
 # Port and bit of each ADC channel that has a digital pin.
 CHANNELS = {
     "uno": [("C", bit) for bit in range(6)],
     "mega": [("F", bit) for bit in range(8)] + [("K", bit) for bit in range(8)],
+    "m1284": [("A", bit) for bit in range(8)],
 }
-ICP1 = {"uno": ("B", 0), "mega": ("D", 4)}
+ICP1 = {"uno": ("B", 0), "mega": ("D", 4), "m1284": ("D", 6)}
 
 # images/comparator.c
 DO_RISING, DO_CANCELER, DO_PIN, DO_PULL_UP = 1, 2, 4, 8
@@ -69,6 +70,9 @@ class Registers(unittest.TestCase):
 
     def test_mega(self):
         self.check("mega")
+
+    def test_m1284(self):
+        self.check("m1284")
 
 
 class Capture(SimTest):

@@ -5,9 +5,9 @@ import unittest
 
 from harness import GPIOR2, Session, SimTest, image, read_edges
 
-PIN = {"uno": "D 2", "mega": "D 3"}
-FLAG = {"uno": 1, "mega": 8}  # INTF in EIFR
-RESPONSE = {"uno": 4, "mega": 5}
+PIN = {"uno": "D 2", "mega": "D 3", "m1284": "B 2"}
+FLAG = {"uno": 1, "mega": 8, "m1284": 4}  # INTF in EIFR
+RESPONSE = {"uno": 4, "mega": 5, "m1284": 4}
 SYNC = 3
 RJMP = 2
 SBI = 2  # it writes in its second cycle, in force one later

@@ -14,6 +14,7 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import boards
 from avr_image import read_image, run
 from avr_stack import Image, ImageError
 from common import finish
@@ -28,19 +29,27 @@ class Limits:
     reserve: int
 
 
-# The one table. Flash is the part's, less the Arduino boot loader.
-LIMITS = {
-    "uno": Limits(flash=32_768 - 512, ram=2_048, reserve=128),
-    "mega": Limits(flash=262_144 - 8_192, ram=8_192, reserve=512),
-}
+def limits_of(board: str) -> Limits:
+    """A board's limits. Flash is the part's, less the boot loader."""
+    number = boards.load(board).number
+    return Limits(
+        flash=number("FLASH_BYTES") - number("BOOT_BYTES"),
+        ram=number("RAM_BYTES"),
+        reserve=number("STACK_RESERVE_BYTES"),
+    )
 
-# Handlers of which only one can be active, by vector: the three of the serial line mask each other
-# before they let anybody in (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off
-# while its compare A interrupt is on (step_timer.c).
-EXCLUSIVE = {
-    "uno": [{18, 19, 20}, {11, 13}],
-    "mega": [{25, 26, 27}, {17, 20}, {32, 35}, {42, 45}, {47, 50}],
-}
+
+def exclusive(board: str) -> list[set[int]]:
+    """Handlers of which only one can be active, by vector.
+
+    The three of the serial port mask each other before they let anybody in
+    (firmware/hal/avr/uart.c), and a timer's overflow interrupt is off while its compare A interrupt
+    is on (step_timer.c).
+    """
+    part = boards.load(board)
+    timers = zip(part.timer_vectors("COMPA"), part.timer_vectors("OVF"), strict=True)
+    return [part.serial_vectors, *(set(pair) for pair in timers)]
+
 
 # The word below the stack that tells when it grew too far (firmware/hal/avr/cpu.c).
 CANARY_BYTES = 2
@@ -48,7 +57,6 @@ CANARY_BYTES = 2
 # avr-gcc's one address space: flash from 0, RAM and EEPROM far above.
 RAM_AT = 0x800000
 EEPROM_AT = 0x810000
-RAM_START = {"uno": 0x800100, "mega": 0x800200}
 
 SECTION = re.compile(
     r"^\s*\d+ (?P<name>\S+)\s+(?P<size>[0-9a-f]{8})\s+(?P<run>[0-9a-f]{8})\s+"
@@ -70,7 +78,8 @@ class Size:
 
 def memory_bytes(board: str, elf: Path) -> tuple[int, int]:
     """Flash and RAM up to the last byte in use: gaps that alignment leaves count."""
-    flash_end, ram_end = 0, RAM_START[board]
+    ram_start = RAM_AT + boards.load(board).number("RAM_START")
+    flash_end, ram_end = 0, ram_start
     for section in SECTION.finditer(run(["avr-objdump", "-h", "-w", str(elf)])):
         size, runs, load = (int(section[part], 16) for part in ("size", "run", "load"))
         if "ALLOC" not in section["flags"] or size == 0:
@@ -81,13 +90,13 @@ def memory_bytes(board: str, elf: Path) -> tuple[int, int]:
             flash_end = max(flash_end, load + size)
         elif "LOAD" in section["flags"] and load < EEPROM_AT:
             raise ImageError(f"section {section['name']} would be loaded into RAM (at {load:#x})")
-    return flash_end, ram_end - RAM_START[board]
+    return flash_end, ram_end - ram_start
 
 
 def group_of(board: str, handler: str) -> str:
     """A name shared by the handlers of which only one can be active."""
     vector = int(handler.removeprefix("__vector_"))
-    group = next((one for one in EXCLUSIVE[board] if vector in one), {vector})
+    group = next((one for one in exclusive(board) if vector in one), {vector})
     return f"__vector_{min(group)}"
 
 
@@ -116,12 +125,12 @@ def measure(board: str, elf: Path) -> Size:
     flash, static_ram = memory_bytes(board, elf)
     static_ram += CANARY_BYTES
     stack, path = worst_stack(board, read_image(elf))
-    return Size(flash, static_ram, stack, LIMITS[board].ram - static_ram - stack, path)
+    return Size(flash, static_ram, stack, limits_of(board).ram - static_ram - stack, path)
 
 
 def over_limits(board: str, size: Size) -> list[str]:
-    """Complaints about one image."""
-    limits, found = LIMITS[board], []
+    """Problems of one image."""
+    limits, found = limits_of(board), []
     if size.flash > limits.flash:
         found.append(f"{board}: {size.flash} bytes of flash, at most {limits.flash}")
     if size.free < limits.reserve:
@@ -133,7 +142,7 @@ def over_limits(board: str, size: Size) -> list[str]:
 
 
 def main() -> None:
-    """Measure the images named on the command line against the table."""
+    """Measure the images named on the command line against their boards' limits."""
     arguments = [argument for argument in sys.argv[1:] if argument != "--json"]
     sizes: dict[str, Size] = {}
     problems: list[str] = []

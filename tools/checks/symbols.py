@@ -10,6 +10,7 @@ import re
 import sys
 from pathlib import Path
 
+import boards
 from avr_image import read_image
 from avr_stack import Image, ImageError
 from common import finish
@@ -24,10 +25,8 @@ DIVISION = re.compile(r"^__u?(div|mod|divmod)[qhpsd]i\d?(_u?moddi3)?$")
 # The step handlers' own code, and what only moves all registers to the stack and back.
 STEP_HANDLER_CALLS = re.compile(r"^step_isr_(command|late)_\d$")
 STEP_HANDLER_PARTS = re.compile(
-    r"^(step_isr_(entry|obey|too_late)_\d|__vectors|__prologue_saves__|__epilogue_restores__)$"
+    r"^(step_isr_(entry|execute|too_late)_\d|__vectors|__prologue_saves__|__epilogue_restores__)$"
 )
-# Compare A of the axes' timers: the idle periods of a halted axis (step_isr.S).
-HALTED_HANDLERS = {"uno": {11}, "mega": {17, 32, 42, 47}}
 
 ANYWHERE = [(HEAP, "the heap"), (FLOAT, "floating point")]
 IN_HANDLERS = [(DIVISION, "a software division")]
@@ -50,7 +49,8 @@ def step_register_users(image: Image, board: str) -> list[str]:
         for name in image.handlers()
         if any(STEP_HANDLER_CALLS.match(one) for one in image.reachable(name))
     }
-    handlers |= {f"__vector_{number}" for number in HALTED_HANDLERS[board]}
+    # Compare A of the axes' timers: the idle periods of a halted axis (step_isr.S).
+    handlers |= {f"__vector_{number}" for number in boards.load(board).timer_vectors("COMPA")}
     return [
         name
         for name, function in sorted(image.functions.items())

@@ -9,15 +9,15 @@ from pixstep import natives
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, Upload
 from pixstep.board.transport import SimClient
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
-QUIET_CYCLES = TIMER_HZ // 20  # 50 ms
-_POLL_CYCLES = TIMER_HZ // 500
+QUIET_S = 0.05
+_POLL_S = 0.002
 
 
 class Bench:
@@ -33,7 +33,7 @@ class Bench:
     def __enter__(self):
         self.sim = Simulator(self.options)
         try:
-            self.sim.run(BOOT_CYCLES)
+            self.sim.wait_s(BOOT_S)
             self.board = Board(SimClient(self.sim))
             self.board.set_pixel_hz(self.hz)
             self.board.command("enable", self.axes)
@@ -44,6 +44,11 @@ class Bench:
 
     def __exit__(self, *_):
         self.sim.kill()
+
+    @property
+    def pixel_ticks(self):
+        """Whole ticks of the pixel period."""
+        return int(period_ticks(self.hz, self.sim.tick_hz))
 
     def load(self, line, axis=0):
         """Upload as much of a line as the queue takes."""
@@ -66,10 +71,10 @@ class Bench:
 
     def until(self, done, seconds=3):
         """Let time pass in short stretches until done() holds."""
-        limit = self.sim.cycle + int(seconds * TIMER_HZ)
+        limit = self.sim.cycle + int(seconds * self.sim.tick_hz)
         while not done():
             assert self.sim.cycle < limit, f"still {[self.state(axis) for axis in self.axes]}"
-            self.sim.run(_POLL_CYCLES)
+            self.sim.wait_s(_POLL_S)
 
     def run_until_steps(self, steps, axis=0):
         self.until(lambda: self.count(axis) >= steps)
@@ -81,7 +86,7 @@ class Bench:
     def assert_rest(self):
         """No edge follows, and every axis counts the edges that it made."""
         before = [self.count(axis) for axis in self.axes]
-        self.sim.run(QUIET_CYCLES)
+        self.sim.wait_s(QUIET_S)
         assert [self.count(axis) for axis in self.axes] == before
         positions = [self.board.axis(axis)["position_steps"] for axis in self.axes]
         assert positions == [self.sim.steps(0, axis) for axis in self.axes]
@@ -103,6 +108,8 @@ class Bench:
             direction_cycles=made.direction_cycles[made.direction_cycles > start],
             direction_levels=made.direction_levels[made.direction_cycles > start],
         )
-        found = verdict.judge_axis(line, period_ticks(self.hz), later)
+        found = verdict.judge_axis(
+            line, period_ticks(self.hz, self.sim.tick_hz), later, tick_hz=self.sim.tick_hz
+        )
         assert found.reasons == []
         assert found.steps == line.total_steps

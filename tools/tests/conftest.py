@@ -14,6 +14,7 @@ from click.testing import CliRunner
 import faultbench
 from console import make_console, one, two  # noqa: F401 (fixtures)
 from pixstep import natives
+from pixstep.board import boards
 from pixstep.cli.main import main
 
 pytest_plugins = ["pytester"]
@@ -71,9 +72,9 @@ def plan_program():
 
 @pytest.fixture(scope="session")
 def simulator():
-    """Require pixstep-sim and both images."""
+    """Require pixstep-sim and every image."""
     _need(natives.have("pixstep-sim"), "pixstep-sim")
-    for board in ("uno", "mega"):
+    for board in boards.BOARD_NAMES:
         _need(natives.have_image(board), f"the {board} image")
 
 

@@ -7,7 +7,9 @@ the rules of the map, not the motion: a line that runs is done when its pixels h
 
 from dataclasses import dataclass, field
 
+from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.wire import crc16
 
@@ -49,6 +51,10 @@ class FakeLine:
         self.garble = b""
         self.requests = []
 
+    def cycles(self, seconds):
+        """Return a time in cycles of no board in particular."""
+        return round(seconds * TICK_HZ)
+
     def transmit(self, data, _timeout=None):
         """Return the reply to a frame, empty for none."""
         self.world.wait(REPLY_S)
@@ -86,7 +92,7 @@ class FakeBoard(FakeServer):
         self.world = world
         self.kind = kind
         self.id = {name: code for code, name in regs.BOARD_IDS.items()}[kind]
-        self.axes = [FakeAxis() for _ in range(4 if kind == "mega" else 1)]
+        self.axes = [FakeAxis() for _ in range(boards.load(kind).axes)]
         self.holdings = self.defaults()
         self.holdings[0] = unit
         self.stored = None

@@ -10,13 +10,13 @@ last (a smooth one's end), which lies up to 8 ms and the rest of a pixel ahead o
 from dataclasses import dataclass, field
 from math import ceil, sqrt
 
+from clock import TICK_HZ
 from pixstep.board import registers as regs
 from pixstep.board.client import TRIP_ALREADY, TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board, Trip
 from pixstep.lines import runs
 
 FILTER_S = 0.001
 AHEAD_S = 0.008
-TICK_HZ = 16_000_000
 
 
 @dataclass

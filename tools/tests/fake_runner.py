@@ -11,6 +11,8 @@ import os
 import sys
 from fractions import Fraction
 
+from clock import TICK_HZ
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.wire import crc16, seal
 from pixstep.lines import exact, runs
@@ -18,7 +20,7 @@ from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import edge_tick, period_ticks
 
-BYTE_CYCLES = 11 * 16_000_000 // 115_200
+BYTE_CYCLES = 11 * TICK_HZ // 115_200
 GAP_CYCLES = 28_000
 QUEUE_SLOTS = 64
 FAULT_CODE = 5
@@ -66,13 +68,13 @@ class Fake:
         self.real_hz = Fraction(int(numerator), int(denominator))
         self.board = options["--board"].split("=")[0]
         self.options, self.cycle = options, 0
-        self.axes = [FakeAxis() for _ in range(4 if self.board == "mega" else 1)]
+        self.axes = [FakeAxis() for _ in range(boards.load(self.board).axes)]
         self.settings = dict.fromkeys(range(0x200), 0) | {6: 20, 7: 20}
         self.edges, self.last_block, self.lost = [], None, 0
 
     @property
     def period(self):
-        return period_ticks(self.real_hz)
+        return period_ticks(self.real_hz, TICK_HZ)
 
     def clock(self):
         first, ticks = 160_000, []
@@ -123,7 +125,7 @@ class Fake:
         if address == FAULT_CODE:
             return int(DEFECT == "halts" and any(axis.zero for axis in self.axes))
         if not regs.AXIS_BASE <= address < regs.AXIS_BASE + 4 * regs.AXIS_STRIDE:
-            return {0: 1, 2: 1 + (self.board == "mega"), 3: len(self.axes), 24: 10}.get(address, 0)
+            return {0: 1, 2: boards.load(self.board).id, 3: len(self.axes), 24: 10}.get(address, 0)
         axis, offset = self.axes[(address - 0x20) // 16], address % 16
         self.update(axis)
         free = QUEUE_SLOTS - (len(axis.entries) if axis.state < 3 else 0)
@@ -252,7 +254,7 @@ def main():
     fake = Fake([word for word in sys.argv[1:] if word != "--control"])
     for line in sys.stdin:
         words = line.split()
-        if DEFECT == "dies" and words[0] == "run" and fake.cycle > 16_000_000:
+        if DEFECT == "dies" and words[0] == "run" and fake.cycle > TICK_HZ:
             sys.exit("simavr: out of luck")
         print(fake.command(words), flush=True)
         if words[0] == "quit":

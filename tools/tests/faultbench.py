@@ -8,7 +8,7 @@ only if `FaultBench.assert_fault` was satisfied with each of them. docs/FAULTS.m
 import contextlib
 from collections.abc import Callable
 
-from bench import QUIET_CYCLES, Bench
+from bench import QUIET_S, Bench
 from memory import Memory
 from pixstep.board import boards
 from pixstep.board import registers as regs
@@ -107,7 +107,7 @@ class FaultBench(Bench):
 
     def _assert_rest(self, counts, *, known):
         """No edge follows; nothing can be armed or switched on; positions are the edges."""
-        self.sim.run(QUIET_CYCLES)
+        self.sim.wait_s(QUIET_S)
         assert self._counts() == counts
         states = [self.state(axis) for axis in range(len(counts))]
         assert not {"armed", "running"} & set(states)

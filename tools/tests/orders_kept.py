@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass
 
+from clock import TICK_HZ
 from pixstep.hostile.orders.actions import (
     ASK,
     TELL,
@@ -17,12 +18,11 @@ from pixstep.hostile.orders.actions import (
     Step,
     Wait,
 )
-from pixstep.lines.rational import TIMER_HZ
 
 BOTH = ("uno", "mega")
 MEGA = ("mega",)
-_WATCH = (Look(), Wait(TIMER_HZ // 20), Look())
-_BUSY_AGAIN = TIMER_HZ // 50
+_WATCH = (Look(), Wait(TICK_HZ // 20), Look())
+_BUSY_AGAIN = TICK_HZ // 50
 _REFUSED = ((0x7FFF, 0),)
 _TOKEN = 77
 
@@ -52,7 +52,7 @@ def _moving(count: int, more: int) -> tuple[Action, ...]:
         Frequency(30, TELL),
         Block(0, _plain(count), 0, TELL),
         Order("arm", 1, None, TELL),
-        Step(0, TIMER_HZ, more),
+        Step(0, TICK_HZ, more),
     )
 
 
@@ -107,7 +107,7 @@ KEPT = (
             Order("arm", 1, None, TELL),
             Block(0, _REFUSED, 0, TELL),
             *_WATCH,
-            Wait(TIMER_HZ // 10),
+            Wait(TICK_HZ // 10),
             Look(),
         ),
     ),
@@ -124,7 +124,7 @@ KEPT = (
                 Wait(wait),
                 Block(1, _REFUSED, 0, TELL),
                 *_WATCH,
-                Wait(TIMER_HZ // 10),
+                Wait(TICK_HZ // 10),
                 Look(),
             ),
         )
@@ -151,7 +151,7 @@ KEPT = (
             Block(0, _plain(10), 0, ASK),
             Block(1, _plain(10), 0, ASK),
             Order("arm", 1),
-            Wait(TIMER_HZ // 20),
+            Wait(TICK_HZ // 20),
             Order("arm", 2, _TOKEN),
             Order("disarm", 2),
             Look(),
@@ -186,10 +186,10 @@ KEPT = (
             (
                 Frequency(100, TELL),
                 Clock(f"hz {hz}/1"),
-                Wait(TIMER_HZ // 5),
+                Wait(TICK_HZ // 5),
                 Block(0, _plain(10, 10, mark=0x21), 0, ASK),
                 Order("arm", 1),
-                Wait(TIMER_HZ // 4),
+                Wait(TICK_HZ // 4),
                 *_WATCH,
             ),
             faults=("pixel_clock_missing", "clock_edge_lost", "pixel_clock_off"),

@@ -8,10 +8,11 @@ from fractions import Fraction
 import numpy as np
 
 from bench import Bench
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError, Upload
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.randomlines import Bounds, smooth_case
@@ -19,12 +20,11 @@ from pixstep.simulation.randomlines import Bounds, smooth_case
 SEEK, SEEK_OPEN, DOWN, START, END = 0x81, 0x181, (3, 0), 0x01, (2, 0)
 HZ = (Fraction(30), Fraction(100), Fraction(30000, 1001))
 MOST_STEPS_PER_S = 20_000
-OTHERS = Bounds(min_interval_ticks=1200, max_pixels=16)
 FILTERS_US = (200, 1000, 4000)
 AHEAD_TICKS = 0x20000
 OWN_FAULTS = ("home_not_found", "home_stuck", "limit_minus", "limit_plus")
 INTERRUPT_TICKS = 400  # until the capture is read
-SLACK_TICKS = TIMER_HZ // 100  # rounds of the main loop, a frame being served
+SLACK_S = 0.01  # rounds of the main loop, a frame being served
 REFUSED = {"settings": 6, "second": 4, "zero": 4, "disable": 4, "disarm": 4, "clear_fault": 4}
 ZERO = 8
 COMMANDS = ("none", "none", "none", "poll", "stop", "stop_other", *REFUSED)
@@ -40,9 +40,12 @@ class Trial:
 
     def __post_init__(self):
         self.rng = rng = random.Random(f"seek {self.board} {self.seed}")
-        axes = 4 if self.board == "mega" else 1
+        table = boards.load(self.board)
+        axes, self.tick_hz = table.axes, table.tick_hz
         self.hz = rng.choice(HZ)
-        self.pixel = period_ticks(self.hz)
+        self.pixel = period_ticks(self.hz, self.tick_hz)
+        self.slack_ticks = round(SLACK_S * self.tick_hz)
+        self.others_bounds = Bounds(min_interval_ticks=1200, max_pixels=16, tick_hz=self.tick_hz)
         self.axis = rng.randrange(axes)
         others = [axis for axis in range(axes) if axis != self.axis]
         self.others = sorted(rng.sample(others, rng.randint(0, len(others))))
@@ -58,7 +61,7 @@ class Trial:
         self.command_ticks = rng.randint(0, int(12 * self.pixel))
 
     def _line(self) -> Line:
-        while (case := smooth_case(self.rng, OTHERS)).pixel_hz != self.hz:
+        while (case := smooth_case(self.rng, self.others_bounds)).pixel_hz != self.hz:
             pass
         return case.line
 
@@ -70,6 +73,11 @@ class Trial:
     def top_steps(self):
         """Return the steps up to the down mark."""
         return sum(self.ramp) + self.hold_px * self.ramp[-1]
+
+    @property
+    def filter_ticks(self):
+        """Return the filter's time in ticks."""
+        return self.filter_us * self.tick_hz // 1_000_000
 
     @property
     def pin_rises(self):
@@ -153,7 +161,7 @@ class Run:
         trial, bench = self.trial, self.bench
         self._write("input_filter_us", trial.filter_us)
         self._write("inputs_inverted", int(trial.inverted))
-        bench.sim.run(TIMER_HZ // 20 + trial.rng.randint(0, 200_000))
+        bench.sim.run(bench.sim.tick_hz // 20 + trial.rng.randint(0, 200_000))
         for axis, line in trial.lines.items():
             bench.load(line, axis)
         seek = Upload(bench.board, trial.axis, trial.entries())
@@ -219,7 +227,11 @@ class Run:
             if axis not in self.stopped:
                 line = trial.lines[axis]
                 found = verdict.judge_axis(
-                    line, trial.pixel, log.axis(0, axis), stopped=fault != "none"
+                    line,
+                    trial.pixel,
+                    log.axis(0, axis),
+                    tick_hz=trial.tick_hz,
+                    stopped=fault != "none",
                 )
                 assert found.reasons == [], (axis, found.reasons)
         answer = self.bench.sim.command(f"switches 0 {trial.axis}").split()
@@ -257,7 +269,7 @@ class Run:
         assert fault == ("home_stuck" if trial.opening else "home_not_found"), fault
         assert len(rising) == max(trial.totals())
         if len(rising) >= trial.distance:  # it changed as the axis came to rest
-            late = 2 * trial.filter_us * 16 + SLACK_TICKS + int(trial.pixel)
+            late = 2 * trial.filter_ticks + trial.slack_ticks + int(trial.pixel)
             assert changed > rising[-1] - late, "a switch that changed in time was not seen"
 
     def _tripped(self, state, rising, changed):
@@ -287,6 +299,6 @@ class Run:
 
     def _stopped_soon(self, rising, changed):
         trial = self.trial
-        limit = trial.filter_us * 16 + AHEAD_TICKS + (len(trial.ramp) + 1) * trial.pixel
-        bounce = trial.filter_us * 16
-        assert rising[-1] - changed <= limit + bounce + SLACK_TICKS
+        limit = trial.filter_ticks + AHEAD_TICKS + (len(trial.ramp) + 1) * trial.pixel
+        bounce = trial.filter_ticks
+        assert rising[-1] - changed <= limit + bounce + trial.slack_ticks

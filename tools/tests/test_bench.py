@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from clock import TICK_HZ
 from pixstep import natives
 from pixstep.bench import (
     accuracy,
@@ -32,6 +33,7 @@ from pixstep.bench.drive import Run, Window, drive
 from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.search import LONG_S, Search
 from pixstep.bench.trial import CLEAN, FAULT, MUTE, REFUSED, WRONG, Trial, judge
+from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -88,10 +90,10 @@ def test_every_pixel_near_the_peak_accelerates_or_brakes():
 def test_the_ramp_line_is_the_ramp_itself():
     hz = ramp.CLOCKS[0]
     assert lines.ramp(300, hz) == list(range(0, 301, 10))
-    period, steps = period_ticks(hz), ramp.steps_of(hz)
+    period, steps = period_ticks(hz, TICK_HZ), ramp.steps_of(hz)
     assert steps == 4500
     own = ramp.exact.instants(ramp.line_of(hz), period)[:steps]
-    assert abs(own - ramp.ideal_ticks(steps)).max() < 1e-6
+    assert abs(own - ramp.ideal_ticks(steps, TICK_HZ)).max() < 1e-6
 
 
 def test_kinds_of_pixels_are_what_they_are_called():
@@ -109,12 +111,12 @@ def test_kinds_of_pixels_are_what_they_are_called():
 
 def _wide(kind):
     """A fast end that 32 bits are not enough for (NARROW_MAX in curve_flat.c)."""
-    return kind.high * int(period_ticks(kind.hz)) >= 0x2A00_0000
+    return kind.high * int(period_ticks(kind.hz, TICK_HZ)) >= 0x2A00_0000
 
 
 def _flat(kind):
     """Every pixel changes an interval by less than a tick from step to step."""
-    ticks, middle = int(period_ticks(kind.hz)), (kind.low + kind.high) // 2
+    ticks, middle = int(period_ticks(kind.hz, TICK_HZ)), (kind.low + kind.high) // 2
     turns = ((kind.low, middle), (middle, kind.high), (kind.low, kind.high))
     flat = [abs(b - a) * ticks < min(a, b) ** 3 for a, b in turns]
     assert all(flat) or not any(flat)
@@ -206,9 +208,9 @@ def test_search_remembers_wrong_edges():
 
 
 def test_awkward_counts_have_intervals_near_a_half_tick():
-    count = rates.awkward(16, HZ, 1600)
+    count = rates.awkward(16, period_ticks(HZ, TICK_HZ), 1600)
     assert 1584 < count <= 1600 and count % 2 == 0
-    assert abs(period_ticks(HZ) / count % 1 - Fraction(1, 2)) < Fraction(1, 8)
+    assert abs(period_ticks(HZ, TICK_HZ) / count % 1 - Fraction(1, 2)) < Fraction(1, 8)
 
 
 def test_overload_rates_reach_a_million_and_alike_rows_are_one():
@@ -361,7 +363,7 @@ def test_a_short_real_run(tmp_path):
     assert status == 0 and measured["failures"] == []
     for row in measured["figures"]["ramp"]:
         assert row["line_max_from_zero_us"] <= 1 / 16
-    assert {row["board"] for row in measured["figures"]["sizes"]} == {"uno", "mega"}
+    assert {row["board"] for row in measured["figures"]["sizes"]} == set(boards.BOARD_NAMES)
 
 
 @pytest.mark.usefixtures("simulator")
@@ -374,7 +376,7 @@ def test_what_a_board_cannot_do_is_not_measured():
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_a_million_steps_a_second_end_by_name(board):
     for motion in overload.MOTIONS:
         (row,) = overload.measure(board, motion, 1_000_000)

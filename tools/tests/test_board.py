@@ -6,13 +6,13 @@
 
 import io
 import json
-import re
 from fractions import Fraction
 
 import pytest
 from rich.console import Console
 
-from pixstep import natives
+from clock import TICK_HZ
+from pixstep.board import boards
 from pixstep.lines import planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.simulation import campaign, demo
@@ -24,8 +24,8 @@ from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 HZ = Fraction(30)
-BOARDS = ("uno", "mega")
-AXES = {"uno": 1, "mega": 4}
+BOARDS = boards.BOARD_NAMES
+AXES = {board.name: board.axes for board in boards.all_boards()}
 
 
 def passed(judged):
@@ -64,7 +64,7 @@ def test_serial_load_changes_no_edge(tmp_path, board):
 @pytest.mark.parametrize("board", BOARDS)
 @pytest.mark.parametrize("rate", [10_000, 20_000, 30_000])
 def test_constant_rate_is_exact(tmp_path, board, rate):
-    tested = rate_case(rate, 60_000)
+    tested = rate_case(rate, 60_000, tick_hz=boards.load(board).tick_hz)
     judged = passed(simulate(Job(board, {0: tested.line}, tested.pixel_hz), tmp_path))
     (axis,) = judged.summary["axes"]
     assert axis["steps"] == 60_000
@@ -103,19 +103,12 @@ def test_line_longer_than_the_queue_is_streamed(tmp_path):
 
 # Cycles, response and RETI included: the budgets written at the handlers in firmware/hal/avr. The
 # step handler's shortest case, a single period, is its minimum; its commands are its maximum.
-STEP_CYCLES = {"uno": 41, "mega": 43}
+STEP_CYCLES = {"uno": 41, "mega": 43, "m1284": 41}
 BUDGETS = {"OVF": 320, "CAPT": 165, "RX": 125, "UDRE": 115, "TX": 145}
 CLOCK_BUDGET = 70
 # A serial handler ends by a RET (firmware/hal/avr/uart.c): what it takes behind its RETI counts as
 # the time of a handler that it came between.
 SERIAL_TAIL = 15
-
-
-def min_interval(board):
-    """Return the shortest interval of a board, from firmware/config.h."""
-    text = natives.source("firmware/config.h").read_text()
-    found = re.search(rf'_NAME\s+"{board}".*?CONFIG_MIN_INTERVAL_TICKS\s+(\d+)u', text, re.S)
-    return int(found.group(1))
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -133,7 +126,7 @@ def test_handlers_keep_their_budgets_and_never_wait_a_whole_interval(tmp_path, b
         assert handler["cycles_max"] <= BUDGETS[kind] + tail, handler
         if name.endswith("OVF"):
             assert handler["cycles_min"] == STEP_CYCLES[board], handler
-            assert handler["latency_max"] < min_interval(board), handler
+            assert handler["latency_max"] < boards.load(board).min_interval_ticks, handler
 
 
 def test_demo(tmp_path):
@@ -149,4 +142,4 @@ def test_planned_ticks_are_the_boards_edges(tmp_path):
     simulate(Job("uno", {0: line}, HZ), tmp_path)
     zero = json.loads((tmp_path / "summary.json").read_text())["line_zero_cycle"]
     made = read_edges(tmp_path / "edges.csv").axis(0, 0).rising - zero
-    assert made.tolist() == planner.plan(line, HZ).columns()[:, 1].tolist()
+    assert made.tolist() == planner.plan(line, HZ, tick_hz=TICK_HZ).columns()[:, 1].tolist()

@@ -11,13 +11,12 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.homesim import SimWorld
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 class Live:
@@ -28,7 +27,7 @@ class Live:
         self.sim = Simulator(SimOptions(images, Fraction(hz), **options))
         self.names = names
         try:
-            self.sim.run(BOOT_CYCLES)
+            self.sim.wait_s(BOOT_S)
         except BaseException:
             self.sim.kill()
             raise
@@ -41,11 +40,11 @@ class Live:
         """Drive an input pin of a board, now or later."""
         pins = boards.load(self.names[board]).pins
         (found,) = (pin for pin in pins if (pin.signal, pin.axis) == (signal, axis))
-        when = f" at {self.sim.cycle + int(later_s * TIMER_HZ)}" if later_s else ""
+        when = f" at {self.sim.cycle + int(later_s * self.sim.tick_hz)}" if later_s else ""
         self.sim.command(f"pin {board} {found.port} {found.bit} {level}{when}")
 
     def seconds(self, seconds):
-        self.sim.run(int(seconds * TIMER_HZ))
+        self.sim.run(int(seconds * self.sim.tick_hz))
 
 
 @pytest.fixture
@@ -191,7 +190,7 @@ def test_the_host_refuses_what_the_board_would(live, name):
     one = live(name)
     one.out("set", "pixel_hz=100")
     limit = one.json("get", "min_interval_ticks")["boards"][0]["registers"][0]["value"]
-    most = 160_000 // limit
+    most = boards.load(name).tick_hz // 100 // limit
     assert "too_fast" in one.err("upload", put([most + 1] * 3), "--decode", "plain", status=2)
     text = one.err("upload", "line.csv", "--decode", "plain", "--force", status=2)
     assert "axis 0: line refused: too_fast at pixel 1" in text
@@ -250,7 +249,7 @@ def test_move(live, name):
     assert "top" in one.out("move", profile, "--steps", 10)
 
 
-@pytest.mark.parametrize(("name", "axis"), [("uno", 0), ("mega", 2)])
+@pytest.mark.parametrize(("name", "axis"), [("uno", 0), ("mega", 2), ("m1284", 1)])
 def test_home(live, name, axis):
     one = live(name, plants={(0, axis): "home=900,hyst=8,travel=-2000..4000,start=100"})
     profile = natives.source("tools/data/AccProf-fast-move.csv")

@@ -123,8 +123,14 @@ def test_export_and_import(one, tmp_path):
         ("[settings]\nparity = 2024-01-01\n", ":2: parity = datetime.date(2024, 1, 1): a whole"),
         ("settings = 3\n", ": no table [settings]"),
         ('board = "uno"\n[settings]\nparity = 2\n', ": board = 'uno': board 1 is a mega"),
-        ("board = 7\n[settings]\nparity = 2\n", ":1: board = 7: 'uno' or 'mega' is wanted"),
-        ("board = []\n[settings]\nparity = 2\n", ":1: board = []: 'uno' or 'mega' is wanted"),
+        (
+            "board = 7\n[settings]\nparity = 2\n",
+            ":1: board = 7: 'uno', 'mega' or 'm1284' is wanted",
+        ),
+        (
+            "board = []\n[settings]\nparity = 2\n",
+            ":1: board = []: 'uno', 'mega' or 'm1284' is wanted",
+        ),
         ("map_version = true\n[settings]\nparity = 2\n", ":1: settings of register map True"),
         ("count = 2\n[settings]\nparity = 1\n", ": cut off: 1 of 2 settings"),
         ("count = 1\n[settings]\nparity = 1", ": cut off: 1 of 1 settings, or the end of the"),

@@ -9,6 +9,7 @@ from fractions import Fraction
 import pytest
 
 from bench import Bench
+from clock import TICK_HZ
 from pixstep.board import registers as regs
 from pixstep.errors import UserError
 from pixstep.lines import exact, linecheck, planner
@@ -101,8 +102,8 @@ def test_q10_a_step_lies_at_the_end_of_its_interval(decode):
 @pytest.mark.usefixtures("plan_program")
 def test_q11_plain_steps_are_evenly_spaced_by_the_same_rule():
     line = Line((3, 7), PLAIN)
-    period = Fraction(16_000_000, 30)
-    planned = planner.plan(line, Fraction(30)).columns()[:, 1].tolist()
+    period = Fraction(TICK_HZ, 30)
+    planned = planner.plan(line, Fraction(30), tick_hz=TICK_HZ).columns()[:, 1].tolist()
     first = [period * j / 3 for j in (1, 2, 3)]
     second = [period + period * j / 7 for j in range(1, 8)]
     wanted = first + second

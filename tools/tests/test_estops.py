@@ -5,12 +5,13 @@ import json
 
 import pytest
 
+from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.hostile import estops
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 @pytest.mark.usefixtures("simulator")
@@ -52,7 +53,7 @@ class AtCommands(estops.Stopper):
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("counts", [(-2,) * 20, (2, -2) * 10])
-@pytest.mark.parametrize(("board", "stride"), [("uno", 5), ("mega", 23)])
+@pytest.mark.parametrize(("board", "stride"), [("uno", 5), ("mega", 23), ("m1284", 17)])
 def test_stops_while_a_command_is_taken(tmp_path, board, stride, counts):
     """The stop's interrupt comes at every place of the step interrupt's longest way."""
     outcome = estops.Outcome(estops.Plan(board, 1))

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from clock import TICK_HZ
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import edge_tick, period_ticks
@@ -65,7 +66,7 @@ def test_backlash_table_equals_brute_force(part, hz):
     zero = (0,) if backlash else ()
     line = Line((*zero, 10, 42, 96, 128, 128, 100, 50, 14, *zero), backlash=backlash)
     assert line.speeds[-1] == 0 and line.line_speed == speed
-    brute = exact.brute_force_positions(line, period_ticks(hz))
+    brute = exact.brute_force_positions(line, period_ticks(hz, TICK_HZ))
     assert exact.expected_positions(line) == brute
 
 

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from bench import Bench
 from pixstep import formats
+from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import runs
@@ -21,7 +22,7 @@ from worked import DATA, SAMPLE_CSV
 
 PROFILE = DATA / "AccProf-fast-move.csv"
 FAST = accel.Acceleration((40, 120, 240, 400, 600, 840, 1120, 1440, 1700, 1900, 2000))
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 def random_profile(rng):

@@ -8,15 +8,16 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
-from bench import QUIET_CYCLES, Bench
+from bench import QUIET_S, Bench
 from pixstep import formats
 from pixstep.bench import lines
+from pixstep.board import boards
 from pixstep.board.client import BoardError
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 LONG = Line((40,) * 60, PLAIN)
 SHORT = Line((4, 16, 24, 24, 20, 8, 0))
 # 45,000 steps/s at 30 Hz, every pixel accelerating or braking: one axis does that, four cannot.
@@ -177,5 +178,5 @@ def test_after_decoder_late_four_axes_run_again():
             bench.load(slower, axis)
         bench.arm()
         bench.until(lambda: all(bench.state(axis) == "done" for axis in bench.axes))
-        bench.sim.run(QUIET_CYCLES)
+        bench.sim.wait_s(QUIET_S)
         assert [bench.count(axis) - old for axis, old in enumerate(made)] == [312] * 4

@@ -12,13 +12,11 @@ from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 LONG = Line((40,) * 60, PLAIN)
 HZ = Fraction(100)
-PIXEL_TICKS = 160_000
 START, SEEK, OPEN, DOWN, END = 0x01, 0x80, 0x100, (3, 0), (2, 0)
 
 
@@ -50,7 +48,8 @@ def test_starved(board):
 
 @pytest.mark.provokes("decoder_late")
 @pytest.mark.parametrize(
-    ("board", "rate", "axes"), [("uno", 120_000, range(1)), ("mega", 45_000, range(4))]
+    ("board", "rate", "axes"),
+    [("uno", 120_000, range(1)), ("mega", 45_000, range(4)), ("m1284", 90_000, range(2))],
 )
 def test_decoder_late(board, rate, axes):
     """Every pixel accelerates or brakes, at a rate that the board cannot decode."""
@@ -69,12 +68,14 @@ def test_decoder_late(board, rate, axes):
 
 
 @pytest.mark.provokes("underrun")
-@pytest.mark.parametrize(("board", "axis", "ticks"), [("uno", 0, 48), ("mega", 1, 64)])
+@pytest.mark.parametrize(
+    ("board", "axis", "ticks"), [("uno", 0, 48), ("mega", 1, 64), ("m1284", 1, 56)]
+)
 def test_underrun(board, axis, ticks):
     """The check of lines is told a limit below what the step interrupt needs."""
     with FaultBench(board, (axis,), HZ) as bench:
         bench.poke("limits.min_interval_ticks", ticks)
-        bench.load(Line((PIXEL_TICKS // ticks,) * 20, PLAIN), axis)
+        bench.load(Line((bench.pixel_ticks // ticks,) * 20, PLAIN), axis)
         bench.arm()
         bench.run_into_fault()
         # So far below its shortest interval the mega may miss a whole period: home again.
@@ -104,9 +105,9 @@ def test_start_late(board):
         bench.load(LONG)
         bench.arm()
         bench.until_true(lambda: bench.machine("starting") == 1)
-        bench.sim.run(384_000)  # 24 ms of the 33 between the clock's edge and line zero
+        bench.sim.wait_s(0.024)  # of the 33 between the clock's edge and line zero
         with bench.main_loop_held():
-            bench.sim.run(160_000)
+            bench.sim.wait_s(0.010)
         bench.run_into_fault()
         bench.assert_fault("start_late", pixel=1)
         assert bench.count() == 0
@@ -147,7 +148,7 @@ def test_clock_edge_lost(board):
             for level in (0, 1, 0, 1):
                 bench.sim.command(f"pin 0 {pin.port} {pin.bit} {level}")
                 bench.sim.run(500)
-        bench.run_into_fault(PIXEL_TICKS)
+        bench.run_into_fault(bench.pixel_ticks)
         bench.assert_fault("clock_edge_lost", pixel=range(pixel, pixel + 2))
 
 
@@ -167,8 +168,8 @@ def test_pixel_clock_off_while_running(board, ppm):
         bench.run_until_steps(400)
         pixel = bench.count() // LONG.counts[0] + 1
         bench.sim.command(f"clock ppm {ppm}")
-        bench.run_into_fault(4 * PIXEL_TICKS)
-        argument = clock_argument(PIXEL_TICKS / (1 + ppm / 1e6))
+        bench.run_into_fault(4 * bench.pixel_ticks)
+        argument = clock_argument(bench.pixel_ticks / (1 + ppm / 1e6))
         bench.assert_fault("pixel_clock_off", pixel=range(pixel, pixel + 4), argument=argument)
 
 
@@ -179,11 +180,11 @@ def test_pixel_clock_off_while_armed(board, set_hz):
     """The board takes a clock of 100 Hz for another one: the line never begins."""
     with FaultBench(board) as bench:
         bench.board.set_pixel_hz(Fraction(set_hz))
-        bench.sim.run(4 * PIXEL_TICKS)
+        bench.sim.run(4 * bench.pixel_ticks)
         bench.load(LONG)
         bench.arm()
-        bench.run_into_fault(4 * PIXEL_TICKS)
-        argument = clock_argument(PIXEL_TICKS)
+        bench.run_into_fault(4 * bench.pixel_ticks)
+        argument = clock_argument(bench.pixel_ticks)
         bench.assert_fault("pixel_clock_off", pixel=1, argument=argument)
         assert bench.count() == 0
 
@@ -198,11 +199,11 @@ def test_a_false_clock_edge_while_armed(board):
         edges = bench.board.input("pixel_edges")
         bench.until(lambda: bench.board.input("pixel_edges") > edges)
         bench.arm()
-        bench.sim.run(TIMER_HZ // 20)
+        bench.sim.wait_s(0.05)
         for level in (0, 1):
             bench.sim.pin(0, pin.port, pin.bit, level)
             bench.sim.run(500)
-        bench.run_into_fault(TIMER_HZ // 5)
+        bench.run_into_fault(bench.sim.tick_hz // 5)
         assert bench.count() == 0
         bench.assert_fault("pixel_clock_off", pixel=1, argument=range(1, 5000))
 
@@ -212,7 +213,7 @@ def test_a_false_clock_edge_while_armed(board):
 def test_a_clock_five_percent_off_runs(board, ppm):
     with FaultBench(board) as bench:
         bench.sim.command(f"clock ppm {ppm}")
-        bench.sim.run(4 * PIXEL_TICKS)
+        bench.sim.run(4 * bench.pixel_ticks)
         bench.load(Line((7,) * 10, PLAIN))
         bench.arm()
         bench.until(lambda: bench.state() == "done")
@@ -221,7 +222,7 @@ def test_a_clock_five_percent_off_runs(board, ppm):
 
 
 @pytest.mark.provokes("limit_plus")
-@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 2)])
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 2), ("m1284", 1)])
 def test_limit_plus(board, axis):
     with FaultBench(board, (axis,), plants={(0, axis): "travel=-500..500"}) as bench:
         bench.load(LONG, axis)
@@ -231,7 +232,7 @@ def test_limit_plus(board, axis):
 
 
 @pytest.mark.provokes("limit_minus")
-@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 2)])
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 2), ("m1284", 1)])
 def test_limit_minus(board, axis):
     with FaultBench(board, (axis,), plants={(0, axis): "travel=-500..500"}) as bench:
         bench.load(Line((-40,) * 60, PLAIN), axis)
@@ -241,7 +242,7 @@ def test_limit_minus(board, axis):
 
 
 @pytest.mark.provokes("home_not_found")
-@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 1)])
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 1), ("m1284", 1)])
 def test_home_not_found(board, axis):
     with FaultBench(board, (axis,), plants={(0, axis): "home=9000"}) as bench:
         seek(bench, axis, 40, 30)
@@ -252,7 +253,7 @@ def test_home_not_found(board, axis):
 
 
 @pytest.mark.provokes("home_stuck")
-@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 1)])
+@pytest.mark.parametrize(("board", "axis"), [("uno", 0), ("mega", 1), ("m1284", 1)])
 def test_home_stuck(board, axis):
     with FaultBench(board, (axis,), plants={(0, axis): "home=9000,stuck=home:closed"}) as bench:
         bench.sim.run(100_000)

@@ -7,14 +7,18 @@ from collections import Counter
 
 import pytest
 
+from clock import TICK_HZ
 from pixstep.hostile import framestorm, strikes, wire
 from pixstep.lines.linecheck import check, refused
 
+# What is tried is the serial server, the same code on every board: a third one only takes time.
+TWO = ("uno", "mega")
 SAFETY = wire.Safety(4, lambda axis: 7)
+PAUSES = strikes.Pauses.at(TICK_HZ)
 
 
 @pytest.mark.usefixtures("simulator")
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", TWO)
 def test_no_edge_differs(board):
     outcome = framestorm.run(framestorm.Plan(board, 1500))
     assert outcome.complaints == []
@@ -35,7 +39,9 @@ def test_a_frame_that_is_obeyed_is_found(monkeypatch):
 
     def any_function(self):
         original(self)
-        return strikes.Strike("any function", ((b"", strikes.CERTAIN), (stop, strikes.ANSWER)))
+        return strikes.Strike(
+            "any function", ((b"", self.pauses.certain), (stop, self.pauses.answer))
+        )
 
     monkeypatch.setattr(strikes.Generator, "_any_function", any_function)
     outcome = framestorm.run(framestorm.Plan("uno", 300))
@@ -114,7 +120,7 @@ def stretches(strike):
     seen = b""
     for piece, pause in strike.pieces:
         seen += piece
-        if pause >= strikes.CERTAIN:
+        if pause >= PAUSES.certain:
             yield seen
             seen = b""
     yield seen
@@ -122,7 +128,7 @@ def stretches(strike):
 
 def test_a_request_behind_anothers_reply_is_seen():
     """No strike carries what would be obeyed, wherever in it that begins."""
-    generator = strikes.Generator(random.Random(5), 1, SAFETY)
+    generator = strikes.Generator(random.Random(5), 1, SAFETY, PAUSES)
     kinds = Counter()
     looked_at = 0
     for strike, _ in zip(generator, range(3000), strict=False):
@@ -140,7 +146,7 @@ def test_a_request_behind_anothers_reply_is_seen():
 
 def test_same_seed_same_strikes():
     def first(seed):
-        generator = strikes.Generator(random.Random(seed), 1, SAFETY)
+        generator = strikes.Generator(random.Random(seed), 1, SAFETY, PAUSES)
         return [strike for strike, _ in zip(generator, range(50), strict=False)]
 
     assert first(1) == first(1) != first(2)

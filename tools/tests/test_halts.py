@@ -17,10 +17,21 @@ from pixstep.lines.line import PLAIN, Line
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-PIXEL_TICKS = 160_000
 TRIALS = 40
 SETTLE_CYCLES = 300_000
-SHORTEST = [("uno", 63), ("uno", 64), ("uno", 65), ("mega", 266), ("mega", 280)]
+SHORTEST_OF_OTHERS = [
+    (board.name, board.min_interval_ticks)
+    for board in boards.all_boards()
+    if board.name not in ("uno", "mega")
+]
+SHORTEST = [
+    ("uno", 63),
+    ("uno", 64),
+    ("uno", 65),
+    ("mega", 266),
+    ("mega", 280),
+    *SHORTEST_OF_OTHERS,
+]
 
 
 def stop_frame(axes):
@@ -35,7 +46,7 @@ def press(bench, level, at):
 def run_all(bench, ticks, cycles):
     """Let every axis run a line of this interval; so many cycles behind the first steps."""
     for axis in bench.axes:
-        bench.load(Line((PIXEL_TICKS // ticks,) * 30, PLAIN), axis)
+        bench.load(Line((bench.pixel_ticks // ticks,) * 30, PLAIN), axis)
     bench.arm()
     bench.run_until_steps(bench.count() + 100)
     bench.sim.run(cycles)
@@ -71,7 +82,9 @@ def test_every_step_counts_at_an_emergency_stop(board, ticks):
             bench.board.command("clear_fault", [])
 
 
-@pytest.mark.parametrize(("board", "ticks"), [("uno", 63), ("uno", 160), ("mega", 300)])
+@pytest.mark.parametrize(
+    ("board", "ticks"), [("uno", 63), ("uno", 160), ("mega", 300), ("m1284", 200)]
+)
 def test_a_bouncing_contact_stops_in_time(board, ticks):
     """Closed for up to 12 us, open for up to 50 us, one to seven times; then closed for good."""
     rng = random.Random(f"bounces {board} {ticks}")
@@ -96,7 +109,7 @@ def test_a_bouncing_contact_stops_in_time(board, ticks):
             bench.board.command("clear_fault", [])
 
 
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 @pytest.mark.parametrize("idle_off_ms", [1, 3])
 def test_a_driver_stays_on_until_the_last_step_is_over(tmp_path, board, idle_off_ms):
     """Behind a stop the timer holds a step for up to 8 ms, and its pulse for 4 ms more."""

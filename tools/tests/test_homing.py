@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from homebench import HomeBench
+from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.moves import accel, homejudge, homesim, homing, legs
 from worked import DATA
@@ -18,8 +19,8 @@ PATH = DATA / "AccProf-fast-move.csv"
 PROFILE = accel.read(PATH)
 HZ = Fraction(30)
 PLANT = "home=2000,hyst=8,travel=-500..4000"
-AXES = [("uno", 0), *(("mega", axis) for axis in range(4))]
-BOARDS = [("uno", 0), ("mega", 1)]
+AXES = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
+BOARDS = [("uno", 0), ("mega", 1), ("m1284", 1)]
 
 
 def job(board, axis, knobs, *, direction=1, hz=HZ, inverted="none", filter_us=None, **changes):
@@ -79,14 +80,13 @@ def test_minus_direction(tmp_path, board, axis):
 
 
 @pytest.mark.parametrize(("board", "axis"), AXES)
-@pytest.mark.parametrize("ticks", [159_999, 160_000, 160_001])
-def test_the_captured_edge_between_two_steps(tmp_path, board, axis, ticks):
-    """At 25 Hz and 4 steps a pixel a step comes every 160,000 ticks: late by less than that the
+@pytest.mark.parametrize("late", [-1, 0, 1])
+def test_the_captured_edge_between_two_steps(tmp_path, board, axis, late):
+    """At 25 Hz and 4 steps a pixel a step comes every 10 ms: late by less than that the
     switch closes before the next step, late by just that on it, which then is at its edge."""
-    summary = passed(
-        tmp_path, board, axis, f"{PLANT},start=1700,delay={ticks}", hz=Fraction(25), clear_steps=40
-    )
-    assert summary["edge"]["position_steps"] == 300 + (ticks >= 160_000)
+    knobs = f"{PLANT},start=1700,delay={boards.load(board).tick_hz // 100 + late}"
+    summary = passed(tmp_path, board, axis, knobs, hz=Fraction(25), clear_steps=40)
+    assert summary["edge"]["position_steps"] == 300 + (late >= 0)
 
 
 @pytest.mark.parametrize(("board", "axis"), BOARDS)

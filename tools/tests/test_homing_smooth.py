@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from homebench import PROFILE as STEEP
 from homebench import HomeBench, assert_repeats, repeat
+from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.moves import accel, homejudge, homesim, homing, legjudge, legs
@@ -23,8 +24,8 @@ PROFILE = accel.read(PATH)
 SPEEDS = (0, 8, 16, 24, 32, 40, 52, 64, 84, 104, 136)  # of its first ten entries, by hand
 HZ = Fraction(290)  # 136 steps/px: just below what seeks of the mega may have
 PLANT = "home=2000,hyst=8,travel=-500..4000"
-AXES = [("uno", 0), *(("mega", axis) for axis in range(4))]
-BOARDS = [("uno", 0), ("mega", 2)]
+AXES = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
+BOARDS = [("uno", 0), ("mega", 2), ("m1284", 0)]
 
 
 def run(tmp_path, board, axis, knobs, *, direction=1, inverted="none", filter_us=None, **changes):
@@ -109,10 +110,15 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
             found = homing.home(bench.board, plan, bench.hz, homesim.SimWorld(bench.sim))
             made += [leg for leg in found.legs if leg.decode == SMOOTH]
         bench.sim.command("flush")
-    edges = read_edges(path).axis(0, axis)
+    edges, tick_hz = read_edges(path).axis(0, axis), boards.load(board).tick_hz
     for leg in made:
         judged = legjudge.judge_leg(
-            plan, leg, legjudge.leg_edges(edges, leg), 16_000_000 / HZ, stopped=False
+            plan,
+            leg,
+            legjudge.leg_edges(edges, leg, tick_hz),
+            tick_hz / HZ,
+            tick_hz=tick_hz,
+            stopped=False,
         )
         assert judged.reasons == [] and judged.max_edge_error_ticks < 1
         speeds = speeds_of(judged.counts)

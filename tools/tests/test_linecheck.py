@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import pytest
 
+from clock import TICK_HZ
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.linecheck import Limits, check, exit_status, propose_repair
 from worked import worked_line
@@ -127,6 +128,6 @@ def test_jerk_counts_from_rest_and_to_rest(counts, limit, pixels):
 
 
 def test_rate_limit():
-    limits = Limits(min_interval_ticks=100, period_ticks=Fraction(16_000_000, 30))
+    limits = Limits(min_interval_ticks=100, period_ticks=Fraction(TICK_HZ, 30))
     assert ("too_fast", 1) in names([6000], limits, decode=PLAIN)
     assert names([5000], limits, decode=PLAIN) == []

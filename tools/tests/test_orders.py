@@ -9,11 +9,12 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_state_machine_as_test
 
+from clock import TICK_HZ
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions, campaign
 from pixstep.hostile.orders.guard import Guard
 from pixstep.hostile.orders.world import Outcome, World
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.simctl import Permit, Simulator
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -71,7 +72,7 @@ class Orders(RuleBasedStateMachine):
                 self.do(actions.Block(axis, entries, 0, how))
         self.do(actions.Order("arm", mask, token, how))
         axis = mask.bit_length() - 1
-        self.do(actions.Step(axis, TIMER_HZ // 10, more) if step else actions.Wait(more))
+        self.do(actions.Step(axis, TICK_HZ // 10, more) if step else actions.Wait(more))
 
     @rule(count=st.sampled_from((10, 20, 40)), mask=st.sampled_from((1, 3, 15)), first=ENDINGS,
           second=ENDINGS, step=st.booleans(), more=st.integers(0, 70_000),
@@ -83,7 +84,7 @@ class Orders(RuleBasedStateMachine):
         self.do(actions.Wait(gap))
         self.do(actions.Order(second, mask & self.world.all_axes, None, how))
         self.do(actions.Look())
-        self.do(actions.Wait(TIMER_HZ // 20))
+        self.do(actions.Wait(TICK_HZ // 20))
 
     @rule(gap=st.integers(1000, 3000))
     def stopped_beside_permit(self, gap):
@@ -163,7 +164,7 @@ class Orders(RuleBasedStateMachine):
 
     @rule(axis=st.integers(0, 3), more=st.integers(0, 70_000))
     def step(self, axis, more):
-        self.do(actions.Step(axis % self.world.axes, TIMER_HZ // 10, more))
+        self.do(actions.Step(axis % self.world.axes, TICK_HZ // 10, more))
 
     @rule()
     def look(self):
@@ -199,11 +200,11 @@ MOVING = (
     actions.Block(0, LINE),
     actions.Order("permit_on", 0),
     actions.Order("arm", 1),
-    actions.Wait(TIMER_HZ // 20),
+    actions.Wait(TICK_HZ // 20),
 )
 
 
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_campaign(invoke, board):
     done = invoke("hostile", "orders", "--board", board, "--count", 150, "--seed", 5, "--json")
     outcome = json.loads(done.stdout)
@@ -222,7 +223,7 @@ def test_together(invoke):
     assert outcome["started"]["all"] > 50
 
 
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_rests(invoke, board):
     done = invoke("hostile", "orders", "--board", board, "--rests", "--count", 10, "--json")
     outcome = json.loads(done.stdout)
@@ -251,7 +252,7 @@ def test_edges_behind_a_stop_are_a_complaint(monkeypatch):
         return perform(world, action)
 
     monkeypatch.setattr(World, "perform", deaf)
-    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TIMER_HZ // 20))
+    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("halted by" in text for text in guard.complaints)
 
 
@@ -260,13 +261,13 @@ def test_a_lost_step_is_a_complaint(monkeypatch):
     monkeypatch.setattr(
         World, "edges", lambda *place: edges(*place)._replace(steps=edges(*place).count // 2)
     )
-    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TIMER_HZ // 20))
+    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("steps made" in text for text in guard.complaints)
 
 
 def test_permit_behind_a_stop_is_a_complaint(monkeypatch):
     monkeypatch.setattr(Simulator, "permit", lambda self, _: Permit(1, 1, self.cycle, self.cycle))
-    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TIMER_HZ // 20))
+    guard = play("uno", *MOVING, actions.Order("stop", 1), actions.Wait(TICK_HZ // 20))
     assert any("PERMIT must be low" in text for text in guard.complaints)
 
 

@@ -4,6 +4,7 @@
 import pytest
 
 import orders_kept
+from pixstep.board import boards
 from pixstep.hostile.orders import actions
 from pixstep.hostile.orders.actions import TELL, Order, Pin, Wait
 from pixstep.hostile.orders.guard import Guard
@@ -30,7 +31,7 @@ def test_kept(board, kept):
     assert fault in (kept.faults or ("none",))
 
 
-@pytest.mark.parametrize("board", ["uno", "mega"])
+@pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_permit_has_no_pulse_beside_a_stop(board):
     """Switching PERMIT on is carried out at every place of the emergency stop's interrupt."""
     with World(board) as world:

@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
+from clock import TICK_HZ
 from pixstep import formats
 from pixstep.board import boards, registers
 from pixstep.board.client import Board
@@ -26,7 +27,7 @@ SWEEP = tuple(n * way for way in (1, -1) for n in (2, 4, 6, 8, 10, 12, 10, 8, 6,
 
 def exact_trace(line: Line) -> plots.Trace:
     """Return the trace of a board that makes every edge at its exact instant."""
-    period = period_ticks(Fraction(30))
+    period = period_ticks(Fraction(30), TICK_HZ)
     rising = np.round(exact.instants(line, period)).astype(np.int64)
     changes = np.flatnonzero(np.diff(exact.directions(line), prepend=1))
     made = edges.AxisEdges(
@@ -40,7 +41,7 @@ def exact_trace(line: Line) -> plots.Trace:
         report.PixelRow(0, 0, pixel, None, steps, steps)
         for pixel, steps in enumerate(exact.expected_positions(line), start=1)
     ]
-    return plots.Trace(line, period, 0, made, pixels, "test")
+    return plots.Trace(line, period, TICK_HZ, 0, made, pixels, "test")
 
 
 @pytest.mark.parametrize("name", ["_motion", "_edge_error", "_positions"])

@@ -6,6 +6,8 @@ from fractions import Fraction
 
 import pytest
 
+from clock import TICK_HZ
+from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines import exact, planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
@@ -16,11 +18,13 @@ from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("plan_program")
 
+CLOCKS = sorted({board.tick_hz for board in boards.all_boards()})
+
 
 def judge(tested: Case) -> None:
     """Require the planned ticks and table of a case to be right in exact arithmetic."""
     line, period = tested.line, tested.period
-    ticks = planner.plan(line, tested.pixel_hz).columns()[:, 1].tolist()
+    ticks = planner.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz).columns()[:, 1].tolist()
     assert len(ticks) == line.total_steps
     for step, (tick, (_, when)) in enumerate(
         zip(ticks, exact.exact_instants(line, period), strict=True), 1
@@ -28,42 +32,44 @@ def judge(tested: Case) -> None:
         assert when.strictly_within_one(tick), f"step {step}: tick {tick}, exact {float(when)}"
     for pixel, done in exact.edge_ends(line):
         assert ticks[done - 1] == edge_tick(pixel, period), f"last step of pixel {pixel}"
-    rows = planner.plan(line, tested.pixel_hz, pixels=True).columns()
+    rows = planner.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz, pixels=True).columns()
     assert rows[:, 0].tolist() == list(range(1, line.pixels + 1))
     assert rows[:, 1].tolist() == [edge_tick(k, period) for k in range(1, line.pixels + 1)]
     assert rows[:, 2].tolist() == exact.brute_force_positions(line, period)
 
 
 @pytest.mark.parametrize("decode", [SMOOTH, PLAIN])
+@pytest.mark.parametrize("tick_hz", CLOCKS)
 @pytest.mark.parametrize("seed", range(5))
-def test_random_lines(lines_option, decode, seed):
+def test_random_lines(lines_option, decode, seed, tick_hz):
     rng = random.Random(f"{seed} {decode} plan")
     for _ in range(max(1, lines_option // 5)):
-        judge(case(rng, decode, Bounds(min_interval_ticks=100, max_pixels=12)))
+        judge(case(rng, decode, Bounds(min_interval_ticks=100, max_pixels=12, tick_hz=tick_hz)))
 
 
+@pytest.mark.parametrize("tick_hz", CLOCKS)
 @pytest.mark.parametrize("hz", PIXEL_HZ)
 @pytest.mark.parametrize("backlash", [0, 1, 250, 999, 1000])
-def test_worked_example(hz, backlash):
-    judge(Case(worked_line(backlash, pixels=34), hz))
+def test_worked_example(hz, backlash, tick_hz):
+    judge(Case(worked_line(backlash, pixels=34), hz, tick_hz))
 
 
 @pytest.mark.parametrize("backlash", sorted(EXPECTED))
 def test_worked_example_table(backlash):
-    rows = planner.plan(worked_line(backlash), Fraction(30), pixels=True).columns()
+    rows = planner.plan(worked_line(backlash), Fraction(30), tick_hz=TICK_HZ, pixels=True).columns()
     assert rows[:17, 2].tolist() == EXPECTED[backlash]
 
 
 def test_other_timer_frequency():
     line = Line((4, 12, 16, 12, 4))
-    ticks = planner.plan(line, Fraction(30), timer_hz=8_000_000).columns()[:, 1].tolist()
+    ticks = planner.plan(line, Fraction(30), tick_hz=8_000_000).columns()[:, 1].tolist()
     period = period_ticks(Fraction(30), 8_000_000)
     assert ticks[-1] == edge_tick(5, period)
 
 
 def test_long_constant_line_does_not_drift():
     line = Line((500,) * 130, PLAIN)
-    judge(Case(line, Fraction(30000, 1001)))
+    judge(Case(line, Fraction(30000, 1001), TICK_HZ))
 
 
 HAZARDS = [
@@ -85,7 +91,7 @@ def test_core_and_host_refuse_alike(counts, options, name):
     found = check(line)
     assert refused(found) and name in [item.name for item in found]
     with pytest.raises(planner.LineRefusedError, match=f"line refused: {name} at pixel"):
-        planner.plan(line, Fraction(30))
+        planner.plan(line, Fraction(30), tick_hz=TICK_HZ)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -101,7 +107,7 @@ def test_core_and_host_agree_on_random_counts(seed):
         line = Line(tuple(counts), backlash=tested.line.backlash)
         host = refused(check(line))
         try:
-            planner.plan(line, tested.pixel_hz)
+            planner.plan(line, tested.pixel_hz, tick_hz=tested.tick_hz)
             core = False
         except planner.LineRefusedError as error:
             core = True
@@ -114,10 +120,10 @@ def test_core_and_host_agree_on_random_counts(seed):
 def test_ripple_is_a_warning_of_both():
     line = Line((501, 1000, 1000, 501))
     assert [item.name for item in check(line)] == ["ripple"]
-    warnings = planner.plan(line, Fraction(30)).warnings
+    warnings = planner.plan(line, Fraction(30), tick_hz=TICK_HZ).warnings
     assert len(warnings) == 1 and "warning: ripple at pixel 2" in warnings[0]
 
 
 def test_a_frequency_that_the_board_cannot_do_is_one_line():
     with pytest.raises(UserError, match=r"pixstep-plan: .*1024 to 16777215"):
-        planner.plan(Line((4, 4)), Fraction(1, 100))
+        planner.plan(Line((4, 4)), Fraction(1, 100), tick_hz=TICK_HZ)

@@ -5,10 +5,10 @@ import json
 
 import pytest
 
-from pixstep.board import settings
+from pixstep.board import boards, settings
 from pixstep.hostile import powercuts
 
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 @pytest.mark.usefixtures("simulator")

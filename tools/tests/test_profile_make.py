@@ -9,6 +9,7 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
+from clock import TICK_HZ
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError
@@ -112,12 +113,12 @@ def test_the_firmware_takes_the_lines():
     for _ in range(40):
         limits = random_limits(rng)
         line = line_of(limits, 2, rng.choice((0, limits.top_speed // 2)))
-        hz = max(Fraction(1), Fraction(16_000_000, 2000 * limits.top_speed))
-        table = planner.plan(line, hz, pixels=True)
+        hz = max(Fraction(1), Fraction(TICK_HZ, 2000 * limits.top_speed))
+        table = planner.plan(line, hz, tick_hz=TICK_HZ, pixels=True)
         assert table.warnings == ()
         assert table.columns()[:, 2].tolist() == exact.expected_positions(line), limits
         if line.total_steps < 100_000:
-            assert len(planner.plan(line, hz).columns()) == line.total_steps
+            assert len(planner.plan(line, hz, tick_hz=TICK_HZ).columns()) == line.total_steps
 
 
 def test_the_command_makes_what_line_check_accepts(tmp_path, monkeypatch):

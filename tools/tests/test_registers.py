@@ -85,7 +85,7 @@ def test_every_code_says_what_to_do(codes):
         assert code.text and not code.text.endswith(".")
 
 
-@pytest.mark.parametrize(("name", "axes"), [("uno", 1), ("mega", 4)])
+@pytest.mark.parametrize(("name", "axes"), [("uno", 1), ("mega", 4), ("m1284", 2)])
 def test_boards(name, axes):
     board = boards.load(name)
     assert board.axes == axes

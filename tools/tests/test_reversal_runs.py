@@ -11,9 +11,10 @@ import pytest
 
 from bench import Bench
 from pixstep import formats
+from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import period_ticks
 from pixstep.reversals.compensate import Request, compensate
 from pixstep.reversals.takeup import MotionLimits
 from pixstep.simulation import verdict
@@ -27,7 +28,7 @@ from strokes_line import LIMITS, PLAY, four_reversals
 HZ = Fraction(100)
 IDEAL = tuple(four_reversals())
 TRANSITION_PX = 12
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 def compensated(transition_px=TRANSITION_PX):
@@ -110,13 +111,13 @@ def test_a_line_that_begins_in_the_minus_direction(tmp_path):
     assert (load - np.cumsum(ideal)).tolist() == list(made.load_errors)
 
 
-def direction_gaps(edges):
+def direction_gaps(edges, tick_hz):
     """Turns, and the smallest times (us) from DIR to the next step and from the last to DIR."""
     rising, turns = edges.rising, edges.direction_cycles
     after = np.searchsorted(rising, turns)
     inside = (after > 0) & (after < len(rising))
     turns, after = turns[inside], after[inside]
-    us = TIMER_HZ // 1_000_000
+    us = tick_hz // 1_000_000
     return len(turns), min(rising[after] - turns) / us, min(turns - rising[after - 1]) / us
 
 
@@ -151,8 +152,10 @@ def test_direction_times_at_every_reversal(tmp_path, board, setting_us, counts):
         bench.assert_rest()
         bench.sim.command("flush")
         edges = read_edges(path).axis(0, 0)
-    assert verdict.judge_axis(line, period_ticks(HZ), edges).reasons == []
-    turns, setup_us, hold_us = direction_gaps(edges)
+    tick_hz = boards.load(board).tick_hz
+    judged = verdict.judge_axis(line, period_ticks(HZ, tick_hz), edges, tick_hz=tick_hz)
+    assert judged.reasons == []
+    turns, setup_us, hold_us = direction_gaps(edges, tick_hz)
     assert turns == 4
     assert setup_us >= (setting_us or 20) and hold_us >= (setting_us or 20)
 

@@ -4,14 +4,14 @@
 import pytest
 
 from fake_board import FakeBoard, FakeLine, FakeWorld
-from pixstep.board import selftest
+from pixstep.board import boards, selftest
 from pixstep.board.client import Board, BoardError
 from pixstep.board.selftest import FAILED, OK, SKIPPED, SelfTest
 from pixstep.board.transport import SimClient
 from test_board_images import Live
 
 INPUTS = {"HOME": 0, "LIMIT_MINUS": 1, "LIMIT_PLUS": 2}
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 
 
 class Machine:
@@ -294,7 +294,7 @@ def test_a_board_that_moves_is_left_alone():
 def test_the_images_pass(make_console, name):
     live = Live(make_console, (name,), hz=30)
     try:
-        axes = (0,) if name == "uno" else (0, 3)
+        axes = tuple({0, boards.load(name).axes - 1})
         test = test_of(LiveMachine(live), Person(LiveMachine(live)), axes, steps=60)
         found = texts(test)
         assert {verdict for verdict, _ in found.values()} == {OK}, found

@@ -15,10 +15,10 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simctl import SimulatorError
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 MS = 16_000
 STORE, KEY = 11, 0x5AFE
 EEPROM_BYTE_CYCLES = 54_400  # 3.4 ms
@@ -35,7 +35,7 @@ def pin_of(board, signal):
 def cause_after(bench, act):
     """Return the board's own reset_cause after doing something to it."""
     act()
-    bench.sim.run(BOOT_CYCLES)
+    bench.sim.wait_s(BOOT_S)
     return bench.board.input("reset_cause")
 
 
@@ -72,7 +72,7 @@ def test_no_power():
         with pytest.raises(SimulatorError, match="the board has no power"):
             bench.sim.reset(0)
         bench.sim.power_on(0)
-        bench.sim.run(BOOT_CYCLES)
+        bench.sim.wait_s(BOOT_S)
         assert bench.board.input("reset_cause") == POWER_ON
 
 

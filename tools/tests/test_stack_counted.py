@@ -186,7 +186,7 @@ def test_a_pointer_without_relocations_is_refused(build):
 def filled(bytes_free):
     """Return the source of a Uno image that leaves so many bytes with its worst stack."""
     stack = 4  # main and one call
-    fill = sizes.LIMITS["uno"].ram - sizes.CANARY_BYTES - stack - bytes_free - 1
+    fill = sizes.limits_of("uno").ram - sizes.CANARY_BYTES - stack - bytes_free - 1
     return f"char fill[{fill}]; {DEEP_LEAF}" + END
 
 

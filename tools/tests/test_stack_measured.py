@@ -18,13 +18,12 @@ from pixstep.simulation.serialload import SerialLoad
 
 pytestmark = pytest.mark.usefixtures("simulator")
 HZ = Fraction(100)
-PIXEL_TICKS = 160_000
 ROUNDS = 6
-PEAK = {"uno": 60_000, "mega": 15_000}  # steps/s on every axis, in smooth lines
+PEAK = 60_000  # steps/s of all axes together, in smooth lines
 SEEK, DOWN, END = 0x81, (3, 0), (2, 0)
 # Of the counted stack so much at least must have been seen, or the count says little: it adds up
 # interrupts that need a coincidence of a few cycles each.
-SEEN = {"uno": 0.6, "mega": 0.5}
+SEEN = {"uno": 0.6, "mega": 0.5, "m1284": 0.5}
 
 
 class Driven(Bench):
@@ -59,14 +58,14 @@ class Driven(Bench):
 
     def smooth_lines(self):
         """Every axis smooth, the serial line saturated meanwhile."""
-        line = lines.at_peak(lines.count_at(PEAK[self.name], HZ), HZ, 0.1)
+        line = lines.at_peak(lines.count_at(PEAK // len(self.axes), HZ), HZ, 0.1)
         uploads = {axis: self.load(line, axis) for axis in self.axes}
         self.arm()
         load = SerialLoad(self.board, self.axes, uploads)
         while any(self.state(axis) in ("armed", "running") for axis in self.axes):
             for upload in uploads.values():
                 self.attempt(upload.push)
-            load.until(self.sim, self.sim.cycle + PIXEL_TICKS)
+            load.until(self.sim, self.sim.cycle + self.pixel_ticks)
 
     def seek_beside_lines(self):
         """A switch, the clock, four step interrupts and the serial line, all at any time."""

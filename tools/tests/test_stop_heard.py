@@ -4,15 +4,14 @@
 import pytest
 
 from bench import Bench
+from pixstep.board import boards
 from pixstep.hostile.orders import frames
 from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-BOARDS = ("uno", "mega")
-MS = TIMER_HZ // 1000
+BOARDS = boards.BOARD_NAMES
 SILENCES_US = (1812, 2250)
 RUNNING = Line((40,) * 200, PLAIN)
 REPLY = seal(bytes([2, 4, 250, *range(250)]))  # of another board: 125 registers
@@ -36,10 +35,10 @@ def start(bench):
 
 
 def assert_stopped(bench):
-    bench.sim.run(20 * MS)
+    bench.sim.wait_s(20e-3)
     assert bench.sim.permit(0).level == 0
     made = [bench.count(axis) for axis in bench.axes]
-    bench.sim.run(50 * MS)
+    bench.sim.wait_s(50e-3)
     assert [bench.count(axis) for axis in bench.axes] == made
     assert bench.fault() == "none"
     assert all(bench.state(axis) == "empty" for axis in bench.axes)
@@ -48,7 +47,7 @@ def assert_stopped(bench):
 @pytest.mark.parametrize("what", JUNK)
 @pytest.mark.parametrize("board", BOARDS)
 def test_a_stop_behind_a_long_damaged_reply_is_heard(board, what):
-    axes = range(4 if board == "mega" else 1)
+    axes = range(boards.load(board).axes)
     for silence_us in SILENCES_US:
         for phase in range(3):
             with Bench(board, axes) as bench:
@@ -56,7 +55,7 @@ def test_a_stop_behind_a_long_damaged_reply_is_heard(board, what):
                 bench.sim.run(phase * 5003)
                 bench.sim.command(f"send {JUNK[what].hex()} {silence_us}")
                 bench.sim.command(f"send {STOP_ALL.hex()} 0")
-                bench.sim.run(40 * MS)
+                bench.sim.wait_s(40e-3)
                 assert_stopped(bench)
 
 
@@ -71,7 +70,7 @@ def test_what_quiets_all_axes_quiets_a_board_of_one(name):
                 bench.load(RUNNING)
                 bench.board.command("arm", [0], 7)
             bench.sim.command(f"send {frames.order(name, 0x0F, unit=unit).hex()} 0")
-            bench.sim.run(5 * MS)
+            bench.sim.wait_s(5e-3)
             assert_stopped(bench)
 
 
@@ -93,13 +92,13 @@ def test_listen_only_lets_the_bus_fall_silent():
         bench.sim.command(f"send {listen_only.hex()} 0")
         for _ in range(10):
             bench.sim.command(f"send {frames.order('stop', 1).hex()} 0")
-            bench.sim.run(50 * MS)
+            bench.sim.wait_s(50e-3)
         assert bench.sim.permit(0).level == 0
         made = bench.count(0)
-        bench.sim.run(50 * MS)
+        bench.sim.wait_s(50e-3)
         assert bench.count(0) == made
         bench.sim.command(f"send {seal(bytes([1, 8, 0, 1, 0, 0])).hex()} 0")
-        bench.sim.run(20 * MS)
+        bench.sim.wait_s(20e-3)
         assert bench.fault() == "bus_silent"
 
 
@@ -112,6 +111,6 @@ def test_a_fault_before_the_first_step_is_in_the_first_pixel():
         bench.load(RUNNING)
         bench.board.command("arm", [0], 5)
         bench.board.go(6)
-        bench.sim.run(5 * MS)
+        bench.sim.wait_s(5e-3)
         assert bench.fault() == "wrong_token"
         assert bench.board.input("fault_pixel") == 1

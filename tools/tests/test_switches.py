@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from bench import Bench
+from pixstep.board import boards
 from pixstep.board.client import LineRefusedByBoardError, Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 HZ = Fraction(100)
-PIXEL_TICKS = 160_000
-FASTEST_SEEK = {"uno": 600, "mega": 400}  # steps/px
+FASTEST_SEEK = {"uno": 600, "mega": 400, "m1284": 600}  # steps/px
 START, WAIT, SEEK, END, DOWN = 0x01, 0x20, 0x80, (2, 0), (3, 0)
 
 
@@ -54,14 +54,14 @@ def test_an_axis_moves_away_from_its_limit_whatever_its_rate_was(board, count):
 
 def test_position_is_exact_when_a_clock_edge_comes_as_a_run_is_cut_off():
     """Stopped at any distance from a clock edge: its sample must know of the cut."""
-    for wait in range(0, PIXEL_TICKS, 800):
+    for wait in range(0, 160_000, 800):
         with Bench("uno", hz=HZ) as bench:
             queue(bench, 0, [(100, 100)], WAIT)
             bench.arm()
             bench.run_until_steps(406)
             bench.sim.run(wait)
             bench.board.command("stop", [0])
-            bench.sim.run(PIXEL_TICKS)
+            bench.sim.run(bench.pixel_ticks)
             assert bench.board.axis(0)["position_steps"] == bench.sim.steps(0, 0), wait
 
 
@@ -81,7 +81,8 @@ def test_a_line_without_the_clock_begins_at_any_rate(board, flags):
 
 
 @pytest.mark.parametrize(
-    ("board", "axes"), [("uno", [0]), ("mega", [1, 0, 2, 3]), ("mega", [3, 0, 1, 2])]
+    ("board", "axes"),
+    [("uno", [0]), ("mega", [1, 0, 2, 3]), ("mega", [3, 0, 1, 2]), ("m1284", [1, 0])],
 )
 def test_the_fastest_seek_places_its_edge(tmp_path, board, axes):
     """Each step interrupt may come between the edge and the look at where it fell."""
@@ -119,7 +120,7 @@ def test_a_seek_begins_while_other_axes_keep_the_board_busy():
             queue(bench, 3, [(20, 30), DOWN], SEEK)
             bench.board.command("arm", [0, 1, 2])
             bench.run_until_steps(1500)
-            bench.sim.run(phase * PIXEL_TICKS // 10)
+            bench.sim.run(phase * bench.pixel_ticks // 10)
             bench.board.command("arm", [3])
             bench.until(lambda: over(bench))
             assert bench.fault() == "home_not_found"

@@ -9,7 +9,6 @@ import pytest
 from bench import Bench
 from pixstep.board.client import LineRefusedByBoardError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.edges import read_edges
 
 HZ = Fraction(100)
@@ -49,7 +48,7 @@ def fastest(bench):
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("setting_us", [20, 300])
-@pytest.mark.parametrize(("board", "axes"), [("uno", 1), ("mega", 1), ("mega", 4)])
+@pytest.mark.parametrize(("board", "axes"), [("uno", 1), ("mega", 1), ("mega", 4), ("m1284", 2)])
 def test_direction_times_at_the_limit(tmp_path, board, axes, setting_us):
     path = tmp_path / "edges.csv"
     with Bench(board, range(axes), HZ, edges=path) as bench:
@@ -59,7 +58,7 @@ def test_direction_times_at_the_limit(tmp_path, board, axes, setting_us):
         bench.arm()
         while any(bench.state(axis) != "done" for axis in bench.axes):  # the serial line is busy
             assert bench.fault() == "none", count
-        bench.sim.run(TIMER_HZ // 50)
+        bench.sim.wait_s(0.02)
         bench.sim.command("flush")
         log = read_edges(path)
     for axis in range(axes):
@@ -68,7 +67,7 @@ def test_direction_times_at_the_limit(tmp_path, board, axes, setting_us):
         turns = edges.direction_cycles
         after = np.searchsorted(edges.rising, turns)
         inside = (after > 0) & (after < len(edges.rising))
-        gap_ticks = setting_us * (TIMER_HZ // 1_000_000)
+        gap_ticks = setting_us * (bench.sim.tick_hz // 1_000_000)
         assert np.count_nonzero(inside) == 4
         assert np.all(edges.rising[after[inside]] - turns[inside] >= gap_ticks)
         assert np.all(turns[inside] - edges.rising[after[inside] - 1] >= gap_ticks)

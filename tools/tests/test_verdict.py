@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from clock import TICK_HZ
 from pixstep.errors import UserError
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line
@@ -14,7 +15,7 @@ from pixstep.simulation import verdict
 from pixstep.simulation.edges import AxisEdges, read_edges
 from worked import worked_line
 
-PERIOD = period_ticks(Fraction(30))
+PERIOD = period_ticks(Fraction(30), TICK_HZ)
 ZERO = 1_234_567
 LINE = worked_line(250, pixels=40)
 IDEAL = [when.floor() for _, when in exact.exact_instants(LINE, PERIOD)]
@@ -29,11 +30,11 @@ def edges_of(ticks, zero=ZERO, width=100, turns=()):
 
 
 def reasons(ticks, line=LINE, **options):
-    return verdict.judge_axis(line, PERIOD, edges_of(ticks, **options)).reasons
+    return verdict.judge_axis(line, PERIOD, edges_of(ticks, **options), tick_hz=TICK_HZ).reasons
 
 
 def test_ideal_edges_pass():
-    found = verdict.judge_axis(LINE, PERIOD, edges_of(IDEAL))
+    found = verdict.judge_axis(LINE, PERIOD, edges_of(IDEAL), tick_hz=TICK_HZ)
     assert found.passed and found.line_zero_cycle == ZERO
     assert found.max_edge_error_ticks < 1 and found.rms_edge_error_us < 0.0625
     assert abs(found.rate_error_ppm) < 0.001
@@ -60,7 +61,7 @@ def test_a_doubled_edge():
 
 def test_drift_of_one_ppm():
     ticks = [tick + round(tick * 1e-6) for tick in IDEAL]
-    found = verdict.judge_axis(LINE, PERIOD, edges_of(ticks))
+    found = verdict.judge_axis(LINE, PERIOD, edges_of(ticks), tick_hz=TICK_HZ)
     assert not found.passed and found.rate_error_ppm == pytest.approx(1.0, abs=0.05)
 
 
@@ -79,7 +80,7 @@ def test_a_line_whose_every_step_is_below_the_exact_instant():
     line = Line((1, 1), PLAIN)
     period = Fraction(1000_9, 10)
     ticks = [when.floor() for _, when in exact.exact_instants(line, period)]
-    found = verdict.judge_axis(line, period, edges_of(ticks))
+    found = verdict.judge_axis(line, period, edges_of(ticks), tick_hz=TICK_HZ)
     assert found.line_zero_cycle == ZERO and found.passed
 
 
@@ -98,11 +99,14 @@ def test_a_pulse_without_end():
     levels = edges.step_levels.copy()
     levels[5] = 1
     broken = AxisEdges(edges.step_cycles, levels, edges.direction_cycles, edges.direction_levels)
-    assert any("doubled" in text for text in verdict.judge_axis(LINE, PERIOD, broken).reasons)
+    assert any(
+        "doubled" in text
+        for text in verdict.judge_axis(LINE, PERIOD, broken, tick_hz=TICK_HZ).reasons
+    )
 
 
 def test_no_edges_at_all():
-    found = verdict.judge_axis(LINE, PERIOD, edges_of([]))
+    found = verdict.judge_axis(LINE, PERIOD, edges_of([]), tick_hz=TICK_HZ)
     assert found.reasons == [f"0 steps instead of {len(IDEAL)}"]
 
 

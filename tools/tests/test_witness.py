@@ -16,27 +16,30 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-MASKS = {"uno": (0x6F,), "mega": (0x6F, 0x71, 0x72, 0x73)}  # TIMSKn of each axis
+MASKS = {1: 0x6F, 3: 0x71, 4: 0x72, 5: 0x73}  # TIMSKn by timer
 ENGINE_BYTES, STATE, HALTING, IDLE = 28, 1, 3, 0
 OVERFLOW, COMPARE_A = 1, 2
-EVERY_AXIS = [("uno", 0), *(("mega", axis) for axis in range(4))]
-WITHIN_CYCLES = TIMER_HZ // 100
+EVERY_AXIS = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
+WITHIN_S = 0.01
+
+
+def mask_of(bench, axis):
+    return MASKS[boards.load(bench.name).timers[axis]]
 
 
 def settle_as_it_should_not(bench, axis):
     """Make an engine idle whose timer still holds a pulsing period."""
     bench.sim.poke(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", bytes([IDLE]))
-    mask = MASKS[bench.name][axis]
+    mask = mask_of(bench, axis)
     bench.sim.poke(0, mask, bytes([bench.sim.peek(0, mask, 1)[0] & ~COMPARE_A | OVERFLOW]))
 
 
 def halting(bench, axis):
     state = bench.sim.peek(0, f"step_engines+{axis * ENGINE_BYTES + STATE}", 1)[0]
-    mask = bench.sim.peek(0, MASKS[bench.name][axis], 1)[0]
+    mask = bench.sim.peek(0, mask_of(bench, axis), 1)[0]
     return state == HALTING and mask & COMPARE_A
 
 
@@ -47,7 +50,7 @@ def run_away(bench, axis, steps_px):
     bench.run_until_steps(4, axis)
     stop = b"\x00\x10\x01\x00\x00\x02\x04" + bytes([0, 1 << axis, 0, regs.COMMANDS["stop"]])
     bench.sim.command(f"send {seal(stop).hex()} 0")
-    bench.until_true(lambda: halting(bench, axis), WITHIN_CYCLES, 200)
+    bench.until_true(lambda: halting(bench, axis), bench.sim.cycles(WITHIN_S), 200)
     settle_as_it_should_not(bench, axis)
 
 
@@ -57,7 +60,7 @@ def test_a_runaway_is_seen_and_ended(board, axis):
     """Within two periods and 10 ms of the first edge that nobody asked for."""
     with FaultBench(board, range(boards.load(board).axes)) as bench:
         run_away(bench, axis, 4)
-        bench.until_true(bench.latched, WITHIN_CYCLES, 200)
+        bench.until_true(bench.latched, bench.sim.cycles(WITHIN_S), 200)
         edges = bench.count(axis)
         bench.assert_fault("stray_steps", axis, pixel=range(1, 200), known=False)
         assert bench.count(axis) == edges
@@ -77,14 +80,14 @@ def test_an_emergency_stop_ends_a_runaway(board, axis):
         run_away(bench, axis, 4)
         with bench.main_loop_held():
             before = bench.count(axis)
-            bench.sim.run(TIMER_HZ // 20)
+            bench.sim.wait_s(0.05)
             assert bench.count(axis) > before + 5  # it does run away
             bench.sim.pin(0, pin.port, pin.bit, 0)
             pressed = bench.count(axis)
-            bench.sim.run(TIMER_HZ // 20)
+            bench.sim.wait_s(0.05)
             assert bench.count(axis) <= pressed + 2
             last = bench.count(axis)
-            bench.sim.run(TIMER_HZ // 20)
+            bench.sim.wait_s(0.05)
             assert bench.count(axis) == last
 
 
@@ -100,6 +103,6 @@ def test_no_order_of_ordinary_commands_wakes_the_witness(board, axis):
                 bench.sim.run(200_000 + delay)
                 bench.board.command("stop", [axis])
                 bench.board.command("stop", [axis])
-                bench.sim.run(WITHIN_CYCLES)
+                bench.sim.wait_s(WITHIN_S)
                 assert bench.fault() == "none"
                 assert bench.board.axis(axis)["position_steps"] == bench.sim.steps(0, axis)

@@ -8,7 +8,8 @@
 #include <stdint.h>
 
 #define PIXEL_PERIOD_MIN_TICKS 1024u
-#define PIXEL_PERIOD_MAX_TICKS 0xFFFFFFu // 24 bits: down to 1 Hz at 16 MHz
+#define PIXEL_PERIOD_MAX_TICKS                                                           \
+    0xFFFFFFu // 24 bits: down to 1 Hz at 16 MHz, 1.2 Hz at 20 MHz
 
 struct pixel_period {
     uint32_t whole_ticks; // floor(P)

@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Which board file this image is built from.
+// Rows of the board file (BOARD_FILE) by signal. A reader names the signals that it wants and keeps
+// their rows; all other rows expand to nothing:
+//
+//     #define WANT_DIR BOARD_WANTED
+//     #define BOARD_PIN(signal, axis, port, bit, header_pin)
+//         BOARD_KEEP(WANT_##signal)(WRITE_CASE(axis, port, bit))
+//     #include BOARD_FILE
+//     #undef WANT_DIR
 #pragma once
 
-#include "config.h" // CONFIG_BOARD_*
+#include "config.h" // BOARD_...
 
-#if defined(CONFIG_BOARD_UNO)
-#define BOARD_FILE "hal/boards/uno.def"
-#else
-#define BOARD_FILE "hal/boards/mega.def"
-#endif
+#define BOARD_WANTED            ~, BOARD_ROW_KEPT
+#define BOARD_KEEP(...)         BOARD_SECOND(__VA_ARGS__, BOARD_ROW_LEFT_OUT, ~)
+#define BOARD_SECOND(a, b, ...) b
+#define BOARD_ROW_KEPT(...)     __VA_ARGS__
+#define BOARD_ROW_LEFT_OUT(...)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Timer 0 at clk/64: one count is 4 us, one overflow 1.024 ms.
+// Timer 0 at clk/64: one count is a unit, one overflow 256 of them (1.024 ms at 16 MHz).
 #include "hal/clock.h"
 
 #include <avr/interrupt.h>
@@ -23,7 +23,7 @@ void clock_start(void)
 
 // An overflow may wait behind step interrupts while the count has long wrapped: it is looked for.
 // One that was served in between is a reason to look again, not one to hold interrupts off.
-uint32_t clock_now_4us(void)
+uint32_t clock_now_units(void)
 {
     uint32_t high = 0;
     uint8_t low = 0;

@@ -1,25 +1,23 @@
 // SPDX-License-Identifier: MIT
-// The input is on an external interrupt: INT0 on the Uno, INT3 on the Mega.
+// The input is on an external interrupt, BOARD_ESTOP_INT.
 #include "hal/estop.h"
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <util/atomic.h>
 
-#include "config.h"         // CONFIG_BOARD_*
-#include "hal/avr/board.h"  // BOARD_FILE
+#include "config.h"         // CONFIG_AXES
+#include "hal/avr/board.h"  // BOARD_KEEP
 #include "hal/avr/pins.h"   // pins_write_permit
 #include "hal/step_timer.h" // step_timer_halt
 
-#if defined(CONFIG_BOARD_UNO)
-#define ESTOP_VECTOR   INT0_vect
-#define ESTOP_BIT      INT0
-#define ESTOP_ANY_EDGE _BV(ISC00)
-#else
-#define ESTOP_VECTOR   INT3_vect
-#define ESTOP_BIT      INT3
-#define ESTOP_ANY_EDGE _BV(ISC30)
-#endif
+// Its vector, and its bits in the registers: two for the sense of each of the first four inputs.
+#define VECTOR_OF_INT(number) INT##number##_vect
+#define VECTOR_OF(number)     VECTOR_OF_INT(number)
+#define ESTOP_VECTOR          VECTOR_OF(BOARD_ESTOP_INT)
+#define ESTOP_BIT             BOARD_ESTOP_INT
+#define ESTOP_ANY_EDGE        _BV(2 * BOARD_ESTOP_INT)
+_Static_assert(BOARD_ESTOP_INT <= 3, "inputs from INT4 on have their sense in EICRB");
 
 // Looks at the pin, 8 cycles apart.
 #define CONFIRM_LOOKS 20u
@@ -35,20 +33,10 @@ static volatile bool high_trips;
 // The pin's level.
 static inline bool is_high(void)
 {
-#define IS_ESTOP(port, bit) return (PIN##port & _BV(bit)) != 0;
-#define BOARD_AXIS(axis, timer)
-#define BOARD_PIN(signal, axis, port, bit, header_pin) LOOK_##signal(port, bit)
-#define LOOK_STEP(port, bit)
-#define LOOK_DIR(port, bit)
-#define LOOK_ENABLE(port, bit)
-#define LOOK_HOME(port, bit)
-#define LOOK_LIMIT_MINUS(port, bit)
-#define LOOK_LIMIT_PLUS(port, bit)
-#define LOOK_PIXEL_CLOCK(port, bit)
-#define LOOK_PIXEL_CLOCK_COPY(port, bit)
-#define LOOK_RS485_DE(port, bit)
-#define LOOK_PERMIT(port, bit)
-#define LOOK_ESTOP(port, bit) IS_ESTOP(port, bit)
+#define WANT_ESTOP         BOARD_WANTED
+#define IS_HIGH(port, bit) return (PIN##port & _BV(bit)) != 0;
+#define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
+    BOARD_KEEP(WANT_##signal)(IS_HIGH(port, bit))
 #include BOARD_FILE
 }
 

@@ -4,7 +4,7 @@
 #include <avr/io.h>
 #include <util/atomic.h> // ports above 0x1F need a read and a write
 
-#include "hal/avr/board.h" // BOARD_FILE
+#include "hal/avr/board.h" // BOARD_KEEP
 #include "hal/pins.h"      // pins_start
 
 #define OUTPUT_LOW(port, bit)                                                            \
@@ -34,13 +34,10 @@
 // NOLINTNEXTLINE(readability-function-size): two statements for each row of the board file
 void pins_start(void)
 {
-#define BOARD_AXIS(axis, timer)
 #define BOARD_PIN(signal, axis, port, bit, header_pin) START_##signal(port, bit);
 #include BOARD_FILE
-#undef BOARD_PIN
 }
 
-// One writer for one signal of a given axis; the board file's other rows expand to nothing.
 #define WRITE(port, bit)                                                                 \
     if (high) {                                                                          \
         PORT##port |= (uint8_t)_BV(bit);                                                 \
@@ -51,29 +48,15 @@ void pins_start(void)
     case (number):                                                                       \
         WRITE(port, bit)                                                                 \
         break;
-#define NO_CASE(number, port, bit)
-
-#define CASE_STEP                                      NO_CASE
-#define CASE_HOME                                      NO_CASE
-#define CASE_LIMIT_MINUS                               NO_CASE
-#define CASE_LIMIT_PLUS                                NO_CASE
-#define CASE_PIXEL_CLOCK                               NO_CASE
-#define CASE_PIXEL_CLOCK_COPY                          NO_CASE
-#define CASE_ESTOP                                     NO_CASE
-#define BOARD_PIN(signal, axis, port, bit, header_pin) CASE_##signal(axis, port, bit)
 
 static void write_direction(uint8_t axis, bool high)
 {
     switch (CONFIG_INDEX(axis)) {
-#define CASE_DIR      WRITE_CASE
-#define CASE_ENABLE   NO_CASE
-#define CASE_RS485_DE NO_CASE
-#define CASE_PERMIT   NO_CASE
+#define WANT_DIR BOARD_WANTED
+#define BOARD_PIN(signal, number, port, bit, header_pin)                                 \
+    BOARD_KEEP(WANT_##signal)(WRITE_CASE(number, port, bit))
 #include BOARD_FILE
-#undef CASE_DIR
-#undef CASE_ENABLE
-#undef CASE_RS485_DE
-#undef CASE_PERMIT
+#undef WANT_DIR
     default:
         break;
     }
@@ -82,15 +65,11 @@ static void write_direction(uint8_t axis, bool high)
 static void write_enable(uint8_t axis, bool high)
 {
     switch (CONFIG_INDEX(axis)) {
-#define CASE_DIR      NO_CASE
-#define CASE_ENABLE   WRITE_CASE
-#define CASE_RS485_DE NO_CASE
-#define CASE_PERMIT   NO_CASE
+#define WANT_ENABLE BOARD_WANTED
+#define BOARD_PIN(signal, number, port, bit, header_pin)                                 \
+    BOARD_KEEP(WANT_##signal)(WRITE_CASE(number, port, bit))
 #include BOARD_FILE
-#undef CASE_DIR
-#undef CASE_ENABLE
-#undef CASE_RS485_DE
-#undef CASE_PERMIT
+#undef WANT_ENABLE
     default:
         break;
     }
@@ -98,20 +77,20 @@ static void write_enable(uint8_t axis, bool high)
 
 static void write_rs485(bool high)
 {
-#define CASE_DIR                       NO_CASE
-#define CASE_ENABLE                    NO_CASE
-#define CASE_PERMIT                    NO_CASE
-#define CASE_RS485_DE(axis, port, bit) WRITE(port, bit)
+#define WANT_RS485_DE BOARD_WANTED
+#define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
+    BOARD_KEEP(WANT_##signal)(WRITE(port, bit))
 #include BOARD_FILE
-#undef CASE_RS485_DE
-#undef CASE_PERMIT
+#undef WANT_RS485_DE
 }
 
 static void write_permit(bool high)
 {
-#define CASE_RS485_DE                NO_CASE
-#define CASE_PERMIT(axis, port, bit) WRITE(port, bit)
+#define WANT_PERMIT BOARD_WANTED
+#define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
+    BOARD_KEEP(WANT_##signal)(WRITE(port, bit))
 #include BOARD_FILE
+#undef WANT_PERMIT
 }
 
 // Called in the step interrupt, and from main with the axis at rest.

@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "hal/pixel_clock.h"
 
-#include "config.h" // CONFIG_*
+#include "config.h" // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
 #include "hal/avr/capture.h"
 
-#if defined(CONFIG_BOARD_UNO)
-CAPTURE_HANDLER(pixel_clock,
-                1,
-                CONFIG_PIXEL_CLOCK_AXIS,
-                CAPTURE_PIXEL_CLOCK_BUSY,
-                CAPTURE_PIXEL_CLOCK_OVERRUN)
-#else
-CAPTURE_HANDLER(pixel_clock,
-                5,
-                CONFIG_PIXEL_CLOCK_AXIS,
-                CAPTURE_PIXEL_CLOCK_BUSY,
-                CAPTURE_PIXEL_CLOCK_OVERRUN)
-#endif
+#define PIXEL_CLOCK_HANDLER(timer)                                                       \
+    CAPTURE_HANDLER(pixel_clock,                                                         \
+                    timer,                                                               \
+                    CONFIG_PIXEL_CLOCK_AXIS,                                             \
+                    CAPTURE_PIXEL_CLOCK_BUSY,                                            \
+                    CAPTURE_PIXEL_CLOCK_OVERRUN)
+PIXEL_CLOCK_HANDLER(BOARD_PIXEL_CLOCK_TIMER)
 
 bool pixel_clock_waiting(void)
 {

@@ -8,12 +8,8 @@
 #include <util/atomic.h>
 
 #include "config.h"           // CONFIG_*
-#include "hal/avr/board.h"    // BOARD_FILE
 #include "hal/avr/pins.h"     // pins_write_direction
 #include "hal/avr/step_isr.h" // what the assembly half needs
-
-// Above every TOP: no match, STEP stays low.
-#define QUIET_TICKS 0xFFFFu
 
 #define KNOWN(expression, value)                                                         \
     _Static_assert((expression) == (value), "known to step_isr.S")
@@ -36,12 +32,6 @@ KNOWN(offsetof(struct step_run, long_low), STEP_ISR_LONG_LOW);
 KNOWN(offsetof(struct step_run, top_high), STEP_ISR_TOP_HIGH);
 KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
 KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
-KNOWN(STEP_ENGINE_IN_LINE, 1);
-KNOWN(STEP_ENGINE_HALTED, 2);
-KNOWN(STEP_ENGINE_HALTING, 3);
-KNOWN(STEP_IDLE_TICKS, 4096);
-KNOWN(STEP_HIGH_RUN, 0xFD);
-KNOWN(STEP_HIGH_COMMAND, 0xFE);
 
 struct step_engine step_engines[CONFIG_AXES];
 // On a 256-byte boundary: the linker puts this section first in RAM.
@@ -146,16 +136,13 @@ struct step_ring *step_timer_ring(uint8_t axis)
         step_engine_halt(&step_engines[axis]);                                           \
         late_axes |= (uint8_t)(1u << (axis));                                            \
     }
-#define BOARD_PIN(signal, axis, port, bit, header_pin)
 #define BOARD_AXIS(axis, timer) COMMAND_HANDLER(axis, timer) LATE_HANDLER(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
 
 // NOLINTNEXTLINE(readability-function-*): one block for each timer of the board file
 void step_timer_halt(uint8_t which){
 #define BOARD_AXIS(axis, timer) HALT_AXIS(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
 }
 
 // Compare registers are not buffered in mode 0: load them there, then enter mode 15, stopped.
@@ -176,37 +163,23 @@ void step_timer_halt(uint8_t which){
 #define RUNNING_MODE_15         ((uint8_t)(STOPPED_MODE_15 | _BV(CS10)))
 #define BOARD_AXIS(axis, timer) PREPARE_FUNCTION(timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
 
 // One store after the other, two cycles apart; each timer starts that much further on.
 #define START_CYCLES 2u
-#if defined(CONFIG_BOARD_UNO)
 static void start_in_phase(void)
 {
-    TCNT1 = 0;
-    TIMSK1 |= (uint8_t)_BV(ICIE1);
-    TCCR1B = RUNNING_MODE_15;
+    uint8_t run = RUNNING_MODE_15;
+
+#define BOARD_AXIS(axis, timer) TCNT##timer = (axis) * START_CYCLES;
+#include BOARD_FILE
+#define BOARD_AXIS(axis, timer)                                                          \
+    if ((axis) == CONFIG_PIXEL_CLOCK_AXIS) {                                             \
+        TIMSK##timer |= (uint8_t)_BV(ICIE##timer);                                       \
+    }
+#include BOARD_FILE
+#define BOARD_AXIS(axis, timer) TCCR##timer##B = run;
+#include BOARD_FILE
 }
-#else
-static void start_in_phase(void)
-{
-    TCNT1 = 0;
-    TCNT3 = START_CYCLES;
-    TCNT4 = 2u * START_CYCLES;
-    TCNT5 = 3u * START_CYCLES;
-    TIMSK5 |= (uint8_t)_BV(ICIE5);
-    __asm__ volatile("sts %[t1], %[run]\n\t"
-                     "sts %[t3], %[run]\n\t"
-                     "sts %[t4], %[run]\n\t"
-                     "sts %[t5], %[run]\n\t"
-                     :
-                     : [run] "r"(RUNNING_MODE_15),
-                       [t1] "n"(_SFR_MEM_ADDR(TCCR1B)),
-                       [t3] "n"(_SFR_MEM_ADDR(TCCR3B)),
-                       [t4] "n"(_SFR_MEM_ADDR(TCCR4B)),
-                       [t5] "n"(_SFR_MEM_ADDR(TCCR5B)));
-}
-#endif
 
 void step_timer_start(void)
 {
@@ -220,7 +193,6 @@ void step_timer_start(void)
         late_axes = 0;
 #define BOARD_AXIS(axis, timer) prepare_##timer();
 #include BOARD_FILE
-#undef BOARD_AXIS
         start_in_phase();
     }
 }
@@ -252,25 +224,18 @@ uint8_t step_timer_beat(uint8_t axis)
     return (uint8_t)(engine->tail + (uint8_t)engine->left + (uint8_t)engine->idle_count);
 }
 
-bool step_timer_release(uint8_t axis,
-                        struct feed *feed,
-                        uint32_t delay_ticks,
-                        uint16_t idle_count)
+bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
 {
-    bool released = false;
+    bool published = false;
 
-    feed_fill_front(feed, delay_ticks);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         if (step_engines[CONFIG_INDEX(axis)].idle_count == idle_count) {
-            feed_publish_front(feed);
-            released = true;
+            step_rings[CONFIG_INDEX(axis)].high[slot] = STEP_HIGH_COMMAND;
+            published = true;
         }
     }
-    if (released) {
-        feed_front_released(feed, delay_ticks);
-    }
-    return released;
+    return published;
 }
 
 // The overflow interrupt takes over again from the one of a halted axis.
@@ -284,7 +249,6 @@ static void resume(uint8_t axis)
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) RESUME_CASE(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
     default:
         break;
     }
@@ -318,7 +282,6 @@ bool step_timer_pulsed(uint8_t axis)
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) PULSED_CASE(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
     default:
         break;
     }
@@ -339,7 +302,6 @@ void step_timer_silence(uint8_t axis)
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) SILENCE_CASE(axis, timer)
 #include BOARD_FILE
-#undef BOARD_AXIS
     default:
         break;
     }

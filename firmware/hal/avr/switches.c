@@ -7,40 +7,46 @@
 
 #include "base/apart.h"    // APART
 #include "config.h"        // CONFIG_*
-#include "hal/avr/board.h" // BOARD_FILE
+#include "hal/avr/board.h" // BOARD_KEEP
 #include "hal/avr/capture.h"
 
-// Rows of the board file that are not switches.
-#define BOARD_AXIS(axis, timer)
-#define READ_STEP(number, port, bit)
-#define READ_DIR(number, port, bit)
-#define READ_ENABLE(number, port, bit)
-#define READ_PIXEL_CLOCK(number, port, bit)
-#define READ_PIXEL_CLOCK_COPY(number, port, bit)
-#define READ_ESTOP(number, port, bit)
-#define READ_RS485_DE(number, port, bit)
-#define READ_PERMIT(number, port, bit)
 #define READ_BIT(number, port, bit, mask)                                                \
     if (axis == (number) && (PIN##port & _BV(bit)) != 0) {                               \
         levels |= (mask);                                                                \
     }
-#define READ_HOME(number, port, bit) READ_BIT(number, port, bit, SWITCH_HOME)
-#define READ_LIMIT_MINUS(number, port, bit)                                              \
-    READ_BIT(number, port, bit, SWITCH_LIMIT_MINUS)
-#define READ_LIMIT_PLUS(number, port, bit) READ_BIT(number, port, bit, SWITCH_LIMIT_PLUS)
 
 // NOLINTNEXTLINE(readability-function-*): one statement for each switch of the board file
 uint8_t switches_read(uint8_t axis)
 {
     uint8_t levels = 0;
 
-#define BOARD_PIN(signal, axis, port, bit, header_pin) READ_##signal(axis, port, bit)
+#define WANT_HOME        BOARD_WANTED
+#define WANT_LIMIT_MINUS BOARD_WANTED
+#define WANT_LIMIT_PLUS  BOARD_WANTED
+#define BOARD_PIN(signal, number, port, bit, header_pin)                                 \
+    BOARD_KEEP(WANT_##signal)(READ_BIT(number, port, bit, SWITCH_##signal))
 #include BOARD_FILE
-#undef BOARD_PIN
     return levels;
 }
 
-#if defined(CONFIG_BOARD_UNO)
+// The comparator is a source of timer 1's capture alone, on every part.
+#define BOARD_AXIS(axis, timer)                                                          \
+    _Static_assert((timer) != 1 || (axis) == CONFIG_SWITCH_CAPTURE_AXIS,                 \
+                   "BOARD_SWITCH_CAPTURE_AXIS is the axis of timer 1");                  \
+    _Static_assert((timer) != BOARD_PIXEL_CLOCK_TIMER ||                                 \
+                       (axis) == CONFIG_PIXEL_CLOCK_AXIS,                                \
+                   "BOARD_PIXEL_CLOCK_AXIS is the axis of BOARD_PIXEL_CLOCK_TIMER");
+// Home switches lie on the multiplexer's inputs of their axes' numbers.
+#define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
+    BOARD_KEEP(WANT_##signal)                                                            \
+    (_Static_assert((axis) == (bit),                                                     \
+                    "an axis's home switch is on the ADC input of its number");)
+#undef WANT_LIMIT_MINUS
+#undef WANT_LIMIT_PLUS
+#include BOARD_FILE
+#undef WANT_HOME
+
+#if CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS
 // The one timer's capture serves the switch or the pixel clock.
 bool switch_capture_take(struct switch_capture *capture)
 {
@@ -111,7 +117,7 @@ static APART void choose(uint8_t axis, uint8_t comparator, bool rising)
     struct switch_capture stale;
 
     ADCSRB = (uint8_t)_BV(ACME);
-    ADMUX = axis; // home switches lie on the multiplexer's inputs of their axes' numbers
+    ADMUX = axis; // the input of that number
     ACSR = comparator;
     TCCR1B = (uint8_t)(rising ? TCCR1B | _BV(ICES1) : TCCR1B & ~_BV(ICES1));
     _delay_loop_1(SETTLE_LOOPS);

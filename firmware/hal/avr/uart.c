@@ -11,9 +11,16 @@
 
 #include "hal/avr/pins.h" // pins_write_rs485
 
-// Timer 2 counts 16 us, or 64 us where its eight bits would not do.
-#define COUNT_16US ((uint8_t)(_BV(CS22) | _BV(CS21)))
-#define COUNT_64US ((uint8_t)(_BV(CS22) | _BV(CS21) | _BV(CS20)))
+// Timer 2 counts 256 cycles, or 1024 where its eight bits would not do.
+#define COUNT_256  ((uint8_t)(_BV(CS22) | _BV(CS21)))
+#define COUNT_1024 ((uint8_t)(_BV(CS22) | _BV(CS21) | _BV(CS20)))
+
+// The upper four bits of UBRR0 stay 0 where a divisor has eight.
+#if UART_DIVISOR_BITS == 8
+#define RATE_REGISTER UBRR0L
+#else
+#define RATE_REGISTER UBRR0
+#endif
 
 #define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
 #define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
@@ -154,26 +161,26 @@ void uart_start(uint8_t *bytes)
     uart_listen();
 }
 
-void uart_set(uint8_t divisor, enum uart_parity parity, uint16_t silence_16us)
+void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts)
 {
     // Odd is 3 and even is 2 in the place where the setting has 1 and 2.
     uint8_t format =
         parity == UART_NONE
             ? FORMAT_NONE
             : (uint8_t)(FORMAT_ODD + _BV(UPM00) - (uint8_t)(parity * _BV(UPM00)));
-    uint8_t rate = (uint8_t)(divisor - 1u);
-    uint8_t count = COUNT_16US;
+    uart_divisor rate = (uart_divisor)(divisor - 1u);
+    uint8_t count = COUNT_256;
 
-    if (UBRR0L == rate && UCSR0C == format) {
+    if (RATE_REGISTER == rate && UCSR0C == format) {
         return;
     }
-    UBRR0L = rate;
+    RATE_REGISTER = rate;
     UCSR0C = format;
-    if (silence_16us >> 8 != 0) {
-        silence_16us >>= 2;
-        count = COUNT_64US;
+    if (silence_counts >> 8 != 0) {
+        silence_counts >>= 2;
+        count = COUNT_1024;
     }
-    OCR2A = (uint8_t)silence_16us;
+    OCR2A = (uint8_t)silence_counts;
     TCCR2B = count;
 }
 

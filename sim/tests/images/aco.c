@@ -18,6 +18,12 @@
 #define ICP_BIT  4 // PD4
 #define ICP_PORT PORTD
 #define ICP_DDR  DDRD
+#elif defined(__AVR_ATmega1284P__)
+#define ADC_PORT PORTA
+#define ADC_DDR  DDRA
+#define ICP_BIT  6 // PD6
+#define ICP_PORT PORTD
+#define ICP_DDR  DDRD
 #else
 #define ADC_PORT PORTC
 #define ADC_DDR  DDRC

@@ -45,6 +45,8 @@ static void pull_up(void)
 #if defined(__AVR_ATmega2560__)
     PORTF = 0xFF;
     PORTK = 0xFF;
+#elif defined(__AVR_ATmega1284P__)
+    PORTA = 0xFF;
 #else
     PORTC = 0x3F;
 #endif
@@ -54,6 +56,8 @@ static void start_timer(uint8_t what)
 {
 #if defined(__AVR_ATmega2560__)
     DDRB = (uint8_t)(1U << 6);
+#elif defined(__AVR_ATmega1284P__)
+    DDRD = (uint8_t)(1U << 4);
 #else
     DDRB = (uint8_t)(1U << 2);
 #endif

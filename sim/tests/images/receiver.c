@@ -13,13 +13,23 @@
 #define PERMIT_PORT PORTE
 #define PERMIT_DDR  DDRE
 #define PERMIT_BIT  3
-ISR(USART0_RX_vect, ISR_NAKED)
+#elif defined(__AVR_ATmega1284P__)
+#define PERMIT_PORT PORTD
+#define PERMIT_DDR  DDRD
+#define PERMIT_BIT  7
 #else
 #define PERMIT_PORT PORTD
 #define PERMIT_DDR  DDRD
 #define PERMIT_BIT  6
-ISR(USART_RX_vect, ISR_NAKED)
 #endif
+
+#if defined(USART0_RX_vect)
+#define RECEIVED USART0_RX_vect
+#else
+#define RECEIVED USART_RX_vect
+#endif
+
+ISR(RECEIVED, ISR_NAKED)
 {
     __asm__ volatile("sbi %[port], %[bit]\n\t"
                      "lds r24, %[udr]\n\t"

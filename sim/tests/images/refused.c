@@ -3,7 +3,7 @@
 
 #include <avr/io.h>
 
-#if defined(__AVR_ATmega2560__)
+#if defined(PRR0)
 #define POWER PRR0
 #else
 #define POWER PRR

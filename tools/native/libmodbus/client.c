@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The conformance list by libmodbus, on a serial port or pseudo terminal:
 //
-//     pixstep-libmodbus PORT BOARD     BOARD: uno or mega
+//     pixstep-libmodbus PORT BOARD ID AXES     the board's name, number and axes
 //
 // A line a case on standard output: its name (as in hostile/clients/cases.py), a tab, "ok" or what
 // is wrong. Cases that libmodbus has no way to ask for are not in its list.
@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define UNIT        1
@@ -32,7 +33,9 @@
 #define REPLY_MAX   260
 
 static modbus_t *client;
-static bool mega;
+static const char *board;
+static int board_id;
+static int board_axes;
 static char complaint[160];
 
 __attribute__((format(printf, 1, 2))) static bool wrong(const char *format, ...)
@@ -168,8 +171,8 @@ static bool input_registers_read(void)
     uint16_t words[4];
 
     return good(modbus_read_input_registers(client, 0, 4, words)) &&
-           same(words[0], MAP_VERSION) && same(words[2], mega ? 2 : 1) &&
-           same(words[3], mega ? 4 : 1);
+           same(words[0], MAP_VERSION) && same(words[2], board_id) &&
+           same(words[3], board_axes);
 }
 
 static bool coil_set(int address, int on)
@@ -210,11 +213,11 @@ static bool server_id(void)
     uint8_t text[REPLY_MAX] = {0};
     char wanted[32];
 
-    (void)snprintf(wanted, sizeof wanted, "pixstep %s", mega ? "mega" : "uno");
+    (void)snprintf(wanted, sizeof wanted, "pixstep %s", board);
     if (!good(modbus_report_slave_id(client, sizeof text - 1, text))) {
         return false;
     }
-    if (text[0] != (mega ? 2 : 1) || text[1] != 0 ||
+    if (text[0] != board_id || text[1] != 0 ||
         strncmp((const char *)&text[2], wanted, strlen(wanted)) != 0) {
         return wrong("id %u, status %u, '%s'", text[0], text[1], (const char *)&text[2]);
     }
@@ -426,11 +429,13 @@ static void run_list(void)
 
 int main(int argc, char **argv)
 {
-    if (argc != 3) {
-        (void)fputs("usage: pixstep-libmodbus PORT BOARD\n", stderr);
+    if (argc != 5) {
+        (void)fputs("usage: pixstep-libmodbus PORT BOARD ID AXES\n", stderr);
         return 2;
     }
-    mega = strcmp(argv[2], "mega") == 0;
+    board = argv[2];
+    board_id = atoi(argv[3]);
+    board_axes = atoi(argv[4]);
     // A pseudo terminal has no parity.
     client = modbus_new_rtu(argv[1], 115200, 'N', 8, 1);
     if (client == NULL || modbus_set_slave(client, UNIT) != 0 ||

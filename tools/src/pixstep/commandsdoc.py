@@ -20,16 +20,15 @@ from pixstep.docs import table
 from pixstep.errors import UserError
 from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 BOARD = "mega"
 AXIS = 1
 HZ = Fraction(18)
 STEPS_PX = 14  # a period of 63,492 ticks: the timer holds one for 4 ms
-_MS = TIMER_HZ // 1000
+_MS = boards.load(BOARD).tick_hz // 1000
 _LONGEST_PERIOD_CYCLES = 0x10000
 _HALTING = 3  # enum step_engine_state
 _ESTOP = "emergency stop"
@@ -64,7 +63,7 @@ class _Trial:
 
     def __init__(self, sim: Simulator) -> None:
         self.sim = sim
-        sim.run(BOOT_CYCLES)
+        sim.wait_s(BOOT_S)
         self.board = Board(SimClient(sim))
         self.board.set_pixel_hz(HZ)
         self.board.write_setting("bus_timeout_ms", 0)
@@ -196,7 +195,7 @@ def _try(state: str, row: str) -> Cell:
         trial.sim.run(2 * _LONGEST_PERIOD_CYCLES)
         made = trial.sim.count(0, AXIS)
         after = trial.state()
-        trial.sim.run(TIMER_HZ // 4)
+        trial.sim.wait_s(0.25)
         moves = trial.sim.count(0, AXIS) != made
         if not moves and trial.board.axis(AXIS)["position_steps"] != trial.sim.steps(0, AXIS):
             raise UserError(f"commands: {row} in {state}: the position is not the steps made")

@@ -2,10 +2,11 @@
 """Tables of the documentation, generated from the firmware's own tables, kept between markers."""
 
 import re
+import shlex
 from pathlib import Path
 
-from pixstep import atomic
-from pixstep.board import boards, registers
+from pixstep import atomic, natives
+from pixstep.board import boards, flash, registers
 from pixstep.errors import UserError
 
 _ACCESS_INPUT = "FC04"
@@ -13,10 +14,12 @@ _ACCESS_HOLDING = "FC03, 06, 16"
 
 
 def protocol() -> str:
-    """Return the register, command, fault and line-error tables as Markdown."""
+    """Return the tables of boards, registers, faults and line errors as Markdown."""
     parsed = registers.register_map()
     parts = [
-        "### Input registers of the board\n",
+        "### Boards\n",
+        _boards(),
+        "\n### Input registers of the board\n",
         table(("address", "name", "type", "unit", "meaning"), _rows(parsed.inputs)),
         f"\n### Input registers of axis a, at 0x{registers.AXIS_BASE:04X} + "
         f"0x{registers.AXIS_STRIDE:02X} * a\n",
@@ -39,7 +42,7 @@ def wiring() -> str:
     parts = []
     for name in boards.BOARD_NAMES:
         board = boards.load(name)
-        parts.append(f"### {name} ({boards.PARTS[name]})\n")
+        parts.append(f"### {name} ({board.part})\n")
         rows = [
             (
                 pin.signal,
@@ -53,6 +56,15 @@ def wiring() -> str:
         parts.append(table(("signal", "axis", "header pin", "port", "timer output"), rows))
         parts.append("")
     return "\n".join(parts)
+
+
+def flashing() -> str:
+    """Return avrdude's command line for every board as Markdown."""
+    lines = []
+    for name in boards.BOARD_NAMES:
+        image = flash.built_image(name).relative_to(natives.root())
+        lines.append(shlex.join(flash.command(name, "/dev/ttyACM0", image)))
+    return "\n".join(["```", *lines, "```"])
 
 
 def between(text: str, name: str, content: str, path: Path | str = "file") -> str:
@@ -103,6 +115,24 @@ def _end(name: str) -> str:
 
 def _marker_pattern(name: str) -> re.Pattern:
     return re.compile(f"{re.escape(_begin(name))}\n.*?{re.escape(_end(name))}", re.DOTALL)
+
+
+def _boards() -> str:
+    """Return a row for every board."""
+    head = ("`board_id`", "name", "board", "part", "clock", "axes", "queue entries an axis")
+    rows = [
+        (
+            str(board.id),
+            board.name,
+            board.label,
+            board.part,
+            board.mhz_text,
+            str(board.axes),
+            str(board.queue_entries),
+        )
+        for board in boards.all_boards()
+    ]
+    return table(head, rows)
 
 
 def _per_axis(board: boards.Board, pin: boards.Pin) -> bool:

@@ -59,7 +59,7 @@ def measure(board: str, kind: Kind) -> list[dict]:
             "board": board,
             "pixels": kind.name,
             "hz": float(kind.hz),
-            "steps_per_s": round(steps / view["cycles"] * 16e6),
+            "steps_per_s": round(steps / view["cycles"] * boards.load(board).tick_hz),
             "steps": steps,
             "decode_cycles_per_step": sections.decoding(view) / steps,
             "handler_cycles_per_step": sections.step_cycles(view, board),

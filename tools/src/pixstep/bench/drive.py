@@ -12,19 +12,20 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep import natives
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upload
 from pixstep.board.transport import SimClient
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES, SETTLE_PIXELS
+from pixstep.simulation.simrun import BOOT_S, SETTLE_PIXELS
 
-SLICE_CYCLES = TIMER_HZ // 1000  # how exactly a window opens and shuts
-_POLL_CYCLES = TIMER_HZ // 10
+SLICE_S = 0.001  # how exactly a window opens and shuts
+_POLL_S = 0.1
 _POLL_PIXELS = 4
 _START_PIXELS = 10  # from arming to the last pixel there is this much to spare
 
@@ -51,9 +52,14 @@ class Run:
     image: Path | None = None
 
     @property
+    def tick_hz(self) -> int:
+        """Timer ticks a second of the board."""
+        return boards.load(self.board).tick_hz
+
+    @property
     def period(self) -> Fraction:
         """Nominal pixel period in ticks."""
-        return period_ticks(self.hz)
+        return period_ticks(self.hz, self.tick_hz)
 
 
 @dataclass
@@ -115,7 +121,7 @@ class _Drive:
 
     def set_up(self) -> None:
         """Boot, set, enable, upload, arm."""
-        self.simulator.run(BOOT_CYCLES)
+        self.simulator.wait_s(BOOT_S)
         self.board.set_pixel_hz(self.run.hz)
         # A board that is too busy to answer goes on with its line all the same.
         self.board.write_setting("bus_timeout_ms", 0)
@@ -127,12 +133,14 @@ class _Drive:
                 raise self.board.refusal(axis)
         pixels = max(line.pixels for line in self.run.lines.values()) + _START_PIXELS
         self.board.command("arm", self.axes)
-        self.deadline = self.simulator.cycle + int(pixels * self.run.period) + _POLL_CYCLES
+        lasts = int(pixels * self.run.period) + self.simulator.cycles(_POLL_S)
+        self.deadline = self.simulator.cycle + lasts
 
     def follow(self) -> None:
         """Poll, stream and look through the windows until every axis is at its end."""
         load = SerialLoad(self.board, self.axes, self.uploads) if self.run.serial_load else None
-        stretch = min(int(_POLL_PIXELS * self.run.period), _POLL_CYCLES)
+        stretch = min(int(_POLL_PIXELS * self.run.period), self.simulator.cycles(_POLL_S))
+        look_cycles = self.simulator.cycles(SLICE_S)
         while not self.ended():
             if self.simulator.cycle > self.deadline:
                 self.outcome.trouble = "not done in time"
@@ -146,7 +154,7 @@ class _Drive:
                     load.until(self.simulator, until)
                 else:
                     left = until - self.simulator.cycle
-                    self.simulator.run(min(left, SLICE_CYCLES) if self.windows else left)
+                    self.simulator.run(min(left, look_cycles) if self.windows else left)
 
     def ended(self) -> bool:
         """Ask for the states, and for the records if they are wanted."""

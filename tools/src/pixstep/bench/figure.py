@@ -9,14 +9,19 @@ from dataclasses import dataclass
 class Task:
     """One independent piece of work: `work(*arguments)` returns rows, plain data each.
 
-    It is sent to another process, so `work` is a function of a module. `alone` is for what other
-    work at the same time would disturb.
+    The first argument is the board that is measured. A task is sent to another process, so `work`
+    is a function of a module. `alone` is for what other work at the same time would disturb.
     """
 
     figure: str
     work: Callable[..., list[dict]]
-    arguments: tuple = ()
+    arguments: tuple
     alone: bool = False
+
+    @property
+    def board(self) -> str:
+        """The board that is measured."""
+        return self.arguments[0]
 
 
 @dataclass(frozen=True)

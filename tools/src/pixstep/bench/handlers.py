@@ -11,7 +11,7 @@ from pixstep.board import boards
 RATE = 30_000  # steps/s, of the step interrupt's figures
 _PRINTER_HZ = Fraction(30)
 _RAMP_HZ = Fraction(100)  # here the ramp's speeds are whole
-_LOADED_RATE = {"uno": 20_000, "mega": 5_000}  # steps/s on every axis, under serial load
+_LOADED_RATE = 20_000  # steps/s of all axes together, under serial load
 _SECONDS = 1.0
 
 NAME = "handlers"
@@ -51,7 +51,8 @@ def whole_line(board: str) -> list[dict]:
 
 def others(board: str) -> list[dict]:
     """Measure every handler while all axes move under a saturated serial line."""
-    rate, axes = _LOADED_RATE[board], boards.load(board).axes
+    axes = boards.load(board).axes
+    rate = _LOADED_RATE // axes
     line = lines.at_peak(lines.count_at(rate, _PRINTER_HZ), _PRINTER_HZ, _SECONDS)
     window = stretch.inside(line)
     view = stretch.moving(board, line, _PRINTER_HZ, window, axes=axes, serial_load=True)

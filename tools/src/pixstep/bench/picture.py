@@ -15,12 +15,13 @@ from matplotlib.figure import Figure
 
 from pixstep import atomic
 from pixstep.bench import compare, lines, ramp
-from pixstep.lines.rational import TIMER_HZ
+from pixstep.board import boards
 from pixstep.simulation import plots
 
 _BOARD = "uno"
 _HZ = Fraction(100)  # the line's counts are the ramp itself
-_TICK_US = 1e6 / TIMER_HZ
+_TICK_HZ = boards.load(_BOARD).tick_hz
+_TICK_US = 1e6 / _TICK_HZ
 
 
 def draw(path: Path) -> None:
@@ -50,7 +51,7 @@ def _figure(errors: np.ndarray) -> Figure:
 
 def _over_time(axes: Axes, errors: np.ndarray) -> None:
     """Draw the error of every edge, from line zero."""
-    when = ramp.ideal_ticks(len(errors)) / TIMER_HZ * 1e3
+    when = ramp.ideal_ticks(len(errors), _TICK_HZ) / _TICK_HZ * 1e3
     axes.axhspan(0, _TICK_US, color=plots.BAND, zorder=0)
     for bound in (0, _TICK_US):
         axes.axhline(bound, color=plots.BOARD, lw=0.8, ls=(0, (4, 3)))
@@ -61,7 +62,9 @@ def _over_time(axes: Axes, errors: np.ndarray) -> None:
     axes.set_ylim(-0.25 * _TICK_US, 1.25 * _TICK_US)
     axes.set_xlabel("ms after line zero")
     axes.set_ylabel("µs")
-    axes.set_title(f"Error of each of {len(errors):,} edges; dashed: one timer tick (62.5 ns)")
+    axes.set_title(
+        f"Error of each of {len(errors):,} edges; dashed: one timer tick ({1e9 / _TICK_HZ:g} ns)"
+    )
 
 
 def _spread(axes: Axes, errors: np.ndarray) -> None:

@@ -18,13 +18,11 @@ from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.verdict import find_zero
 
 NAME = "ramp"
 PEAK = 30_000  # steps/s
 CLOCKS = (Fraction(100), Fraction(30))  # Hz; only the first gives the ramp itself
-_US = 1e6 / TIMER_HZ
 _HOLD_S = 0.05
 
 
@@ -43,10 +41,10 @@ def steps_of(hz: Fraction) -> int:
     return sum(line_of(hz).counts[: len(lines.ramp(lines.count_at(PEAK, hz), hz)) - 1])
 
 
-def ideal_ticks(steps: int) -> np.ndarray:
+def ideal_ticks(steps: int, tick_hz: int) -> np.ndarray:
     """Return the instants of the first steps of the ramp from rest, ticks after line zero."""
     k = np.arange(1, steps + 1, dtype=np.float64)
-    return np.sqrt(2 * k / lines.RAMP_STEPS_PER_S2) * TIMER_HZ
+    return np.sqrt(2 * k / lines.RAMP_STEPS_PER_S2) * tick_hz
 
 
 def errors_us(board: str, hz: Fraction) -> tuple[np.ndarray, np.ndarray]:
@@ -64,7 +62,8 @@ def errors_us(board: str, hz: Fraction) -> tuple[np.ndarray, np.ndarray]:
     rising = outcome.edges.axis(0, 0).rising
     made = (rising - find_zero(line, outcome.run.period, rising))[:steps]
     own = exact.instants(line, outcome.run.period)[:steps]
-    return (made - ideal_ticks(steps)) * _US, (made - own) * _US
+    tick_us = 1e6 / outcome.run.tick_hz
+    return (made - ideal_ticks(steps, outcome.run.tick_hz)) * tick_us, (made - own) * tick_us
 
 
 def measure(board: str, hz: Fraction) -> list[dict]:
@@ -89,8 +88,8 @@ FIGURE = Figure(
     "Smooth line of so many pixels. Ramp: every edge against sqrt(2k/a). Line: against the exact "
     "instants of the line's counts, which at 100 Hz are the ramp and at 30 Hz only near it (even "
     "boundary speeds). Each edge is rounded up to a tick, so the errors lie between 0 and one tick "
-    "(0.0625 us) after line zero; max and RMS are after removing their mean, one shift of all "
-    "edges together; from zero: without it.",
+    "(0.0625 us at 16 MHz) after line zero; max and RMS are after removing their mean, one shift "
+    "of all edges together; from zero: without it.",
     tasks,
     (
         key("board", "board", left=True),

@@ -36,7 +36,9 @@ def measure(board: str, axes: int, motion: str, hz: Fraction) -> list[dict]:
     """Search the highest clean rate of `axes` axes that run the same line at once."""
     tried = partial(_attempt, board, axes, motion, hz)
     unit = lines.grid(hz)
-    found = Search(tried, unit, MAX_SPEED, partial(awkward, unit, hz)).go()
+    found = Search(
+        tried, unit, MAX_SPEED, partial(awkward, unit, period_ticks(hz, boards.load(board).tick_hz))
+    ).go()
     return [row(board, axes, motion, hz, found, _loaded(found.count, tried))]
 
 
@@ -47,12 +49,11 @@ def line_of(motion: str, count: int, hz: Fraction, seconds: float) -> Line:
     return lines.at_peak(count, hz, seconds, steady=motion == "ramp and hold")
 
 
-def awkward(unit: int, hz: Fraction, count: int) -> int:
+def awkward(unit: int, period: Fraction, count: int) -> int:
     """Return the even count within `unit` below whose interval is nearest to a half tick.
 
-    There the whole-tick intervals change most often.
+    There the whole-tick intervals change most often. The pixel period is in ticks.
     """
-    period = period_ticks(hz)
     choice = [n for n in range(count - unit + 2, count + 1, 2) if n > 1] or [count]
     return min(choice, key=lambda n: abs(period / n % 1 - Fraction(1, 2)))
 

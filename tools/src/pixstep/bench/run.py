@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 
@@ -21,17 +21,20 @@ def measure(
     figures: Iterable[Figure],
     progress: Progress = lambda _: None,
     *,
+    boards: Sequence[str] = (),
     executor: Callable[[], Executor] | None = None,
 ) -> dict:
     """Return {"figures": {name: rows}, "failures": [...], "not_measured": [...], "wall_s": s}.
 
     Tasks run side by side, those that want to be alone afterwards one by one; rows keep the order
-    of the tasks. What a task could not measure leaves out its rows and says why. `progress` is
-    called with the share of tasks done.
+    of the tasks. `boards` are those measured, none: all. What a task could not measure leaves out
+    its rows and says why. `progress` is called with the share of tasks done.
     """
     started = time.monotonic()
     figures = list(figures)
-    tasks = [task for figure in figures for task in figure.tasks()]
+    tasks = [
+        task for figure in figures for task in figure.tasks() if not boards or task.board in boards
+    ]
     rows: dict[int, list[dict]] = {}
     lacks: list[str] = []
     with (executor or _cores)() as pool:
@@ -52,6 +55,19 @@ def measure(
         "failures": [text for found in result.values() for text in failures(found)],
         "not_measured": lacks,
         "wall_s": round(time.monotonic() - started, 1),
+    }
+
+
+def merged(results: Sequence[dict]) -> dict:
+    """Return several results as one, the rows of each figure in the order of the results."""
+    names = [name for result in results for name in result["figures"]]
+    return results[0] | {
+        "figures": {
+            name: [row for result in results for row in result["figures"].get(name, ())]
+            for name in dict.fromkeys(names)
+        },
+        "failures": [text for result in results for text in result["failures"]],
+        "not_measured": [text for result in results for text in result["not_measured"]],
     }
 
 

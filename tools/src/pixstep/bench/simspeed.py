@@ -9,7 +9,6 @@ from pixstep.bench.figure import Figure, Task, key
 from pixstep.bench.trial import CLEAN, judge
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.lines.rational import TIMER_HZ
 
 NAME = "simulator"
 RATES = (30_000, 25_000, 20_000, 15_000, 10_000, 5_000)  # steps/s: the first that all axes can do
@@ -29,7 +28,7 @@ def measure(board: str) -> list[dict]:
         line = lines.constant(lines.count_at(rate, _HZ), lines.pixels_in(_SECONDS, _HZ))
         outcome = drive(Run(board, dict.fromkeys(range(axes), line), _HZ))
         if judge(outcome).kind == CLEAN:
-            speed = outcome.stats["cycle"] / TIMER_HZ / outcome.stats["cpu_s"]
+            speed = outcome.stats["cycle"] / outcome.run.tick_hz / outcome.stats["cpu_s"]
             row = {"board": board, "axes": axes, "steps_per_s": rate, "edges": outcome.steps}
             return [row | {"times_real_time": round(speed, 2)}]
     raise UserError(f"{board}: no rate down to {RATES[-1]} steps/s is clean")

@@ -30,9 +30,9 @@ def measure(board: str) -> list[dict]:
         {
             "board": board,
             "flash_bytes": counted["flash"],
-            "flash_of_bytes": boards.FLASH_BYTES[board],
+            "flash_of_bytes": boards.load(board).flash_bytes,
             "ram_bytes": counted["static_ram"],
-            "ram_of_bytes": boards.RAM_BYTES[board],
+            "ram_of_bytes": boards.load(board).ram_bytes,
             "stack_measured_bytes": stack,
             "stack_worst_bytes": counted["worst_stack"],
             "ram_left_bytes": counted["free"],

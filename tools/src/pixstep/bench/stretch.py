@@ -9,10 +9,9 @@ from pixstep.board.client import Board, Upload
 from pixstep.board.transport import SimClient
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 _MARGIN = 0.05  # of a line's steps, left out at either end
 
@@ -60,14 +59,14 @@ def at_rest(board: str, hz: Fraction, seconds: float, *, serial_load: bool = Fal
     """Return the view of an enabled board without a line."""
     options = SimOptions([(board, natives.image(board))], hz)
     with Simulator(options) as simulator:
-        simulator.run(BOOT_CYCLES)
+        simulator.wait_s(BOOT_S)
         client = Board(SimClient(simulator))
         client.set_pixel_hz(hz)
         client.command("enable", [0])
         load = SerialLoad(client, [0], {0: Upload(client, 0, [])}) if serial_load else None
         before = simulator.stats() | {"made": 0}
         simulator.mark()
-        end = simulator.cycle + int(seconds * TIMER_HZ)
+        end = simulator.cycle + int(seconds * simulator.tick_hz)
         while simulator.cycle < end:
             if load:
                 load.until(simulator, end)

@@ -56,7 +56,9 @@ def _reasons(outcome: Outcome) -> list[str]:
     run, reasons, zeros = outcome.run, [], set()
     for axis, line in sorted(run.lines.items()):
         edges = outcome.edges.axis(0, axis)
-        found = verdict.judge_axis(line, run.period, edges, axis, stopped=bool(outcome.fault))
+        found = verdict.judge_axis(
+            line, run.period, edges, axis, tick_hz=run.tick_hz, stopped=bool(outcome.fault)
+        )
         reasons += [f"axis {axis}: {text}" for text in found.reasons]
         if verdict.find_zero(line, run.period, edges.rising) is not None:  # else it is a guess
             zeros.add(found.line_zero_cycle)

@@ -11,7 +11,7 @@ from pixstep.lines.line import PLAIN, Line
 
 NAME = "waits"
 _HZ = Fraction(30)
-_RATE = {"uno": 20_000, "mega": 5_000}  # steps/s on every axis
+_RATE = 20_000  # steps/s of all axes together
 _SECONDS = 1.0
 
 
@@ -55,7 +55,7 @@ def measure(board: str, scene: Scene) -> list[dict]:
             "board": board,
             "axes": axes,
             "scene": scene.name,
-            "steps_per_s": _RATE[board] if scene.moving else 0,
+            "steps_per_s": _RATE // axes if scene.moving else 0,
             "interrupts_off_cycles": view["interrupts_off_cycles"],
             "interrupts_off_main_cycles": view["interrupts_off_main_cycles"],
             "step_wait_cycles": sections.latest_start(view, board, axes),
@@ -65,7 +65,7 @@ def measure(board: str, scene: Scene) -> list[dict]:
 
 def _line(board: str, *, streamed: bool) -> tuple:
     """Return the line of a board's moving scenes and the window on it."""
-    count = lines.count_at(_RATE[board], _HZ)
+    count = lines.count_at(_RATE // boards.load(board).axes, _HZ)
     pixels = lines.pixels_in(_SECONDS, _HZ)
     if streamed:
         queue_twice = 300

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from pymodbus.client import ModbusSerialClient
 
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.errors import (
     BUSY,
@@ -35,7 +36,7 @@ class Identity:
 
     @property
     def board(self) -> str:
-        """Its name: uno, mega."""
+        """Its name, as in firmware/hal/boards."""
         return regs.BOARD_IDS.get(self.board_id, f"board {self.board_id}")
 
     @property
@@ -62,11 +63,23 @@ class Board(Wire):
         super().__init__(modbus, unit)
         self.map = regs.register_map()
         self._record_capacity = 0
+        self._identity: Identity | None = None
 
     def input(self, name: str) -> int:
         """Return a board-wide input register by name."""
         register = self.map.input(name)
         return register.decode(self.read_inputs(register.address, register.words))
+
+    def pixel_period_s(self) -> float:
+        """Return the pixel period that the board measures, in seconds."""
+        return self.input("pixel_period_ticks") / self.tick_hz()
+
+    def tick_hz(self) -> int:
+        """Return the board's timer ticks a second; of an unknown board the slowest there is."""
+        found = self._identity or self.who()
+        known = [board.tick_hz for board in boards.all_boards()]
+        mine = [board.tick_hz for board in boards.all_boards() if board.id == found.board_id]
+        return min(mine or known)
 
     def inputs(self) -> dict[str, int]:
         """Return all board-wide input registers by name."""
@@ -197,6 +210,7 @@ class Board(Wire):
             raise BoardError(
                 f"board {self.unit} says that it has {found.axis_count} axes: no board has"
             )
+        self._identity = found
         return found
 
     def events(self) -> tuple[int, list[Event]]:

@@ -8,14 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep import natives
-from pixstep.board.boards import BOARD_NAMES
+from pixstep.board import boards
 from pixstep.errors import UserError
 
-# Part, protocol and speed of each board's boot loader; cmake/flash.cmake has the same.
-PROGRAMMERS = {
-    "uno": ("-p", "atmega328p", "-c", "arduino", "-b", "115200"),
-    "mega": ("-p", "atmega2560", "-c", "wiring", "-b", "115200"),
-}
 # Three times what writing and verifying a full Mega takes; avrdude without a board goes on for
 # minutes, at full load.
 LIMIT_S = 60.0
@@ -61,11 +56,11 @@ def command(board: str, port: str, image: Path, *, verify: bool = False) -> list
 
     -D: the chip is not erased as a whole, the boot loader writes page by page.
     """
-    if board not in BOARD_NAMES:
-        raise UserError(f"unknown board {board!r}: one of {', '.join(BOARD_NAMES)}")
+    loader = boards.load(board).programmer
     mode = "v" if verify else "w"
     return [
-        "avrdude", *PROGRAMMERS[board], "-P", port, "-D", "-U", f"flash:{mode}:{image}:i",
+        "avrdude", "-p", loader.part, "-c", loader.protocol, "-b", str(loader.baud),
+        "-P", port, "-D", "-U", f"flash:{mode}:{image}:i",
     ]  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from pixstep import natives
+from pixstep.board import boards
 from pixstep.board.deffiles import Row, read_rows
 from pixstep.errors import UserError
 
@@ -26,8 +27,8 @@ EVENT_BASE = 0x300  # event log: number of events, then the entries
 EVENT_WORDS = 8
 MAP_VERSION = 3
 STORE_KEY = 0x5AFE  # argument of store and default_settings
-BOARD_IDS = {1: "uno", 2: "mega"}
-AXIS_COUNTS = (1, 4)  # of the boards there are
+BOARD_IDS = {board.id: board.name for board in boards.all_boards()}
+AXIS_COUNTS = tuple(sorted({board.axes for board in boards.all_boards()}))
 STATUS_BITS = {  # of input register `status`
     "clock": 0,
     "armed": 1,

@@ -18,7 +18,6 @@ from pixstep.board.client import (
 )
 from pixstep.board.errors import IMPOSSIBLE
 from pixstep.board.world import World
-from pixstep.lines.rational import TIMER_HZ
 
 _POLL_S = 0.02
 _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
@@ -131,8 +130,8 @@ def _arm_one(lines: Lines, token: int, armed: list[Lines]) -> None:
 
 def _await_start(group: list[Lines], world: World) -> None:
     """Wait until no axis is armed any more; raises BoardError for a fault, and if one stays so."""
-    slowest = max(lines.board.input("pixel_period_ticks") for lines in group)
-    end = world.now_s() + _GO_S + _GO_PIXELS * slowest / TIMER_HZ
+    slowest_s = max(lines.board.pixel_period_s() for lines in group)
+    end = world.now_s() + _GO_S + _GO_PIXELS * slowest_s
     while True:
         waiting = []
         for lines in group:

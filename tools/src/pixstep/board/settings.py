@@ -61,13 +61,13 @@ def write(board: Board, old: dict[str, int], wanted: list[Change]) -> None:
     """Make changes in one all-or-nothing request, and read them back.
 
     The settings in between are written as they were. When address, rate or parity change, the
-    client follows. Raises UserError for a pixel frequency that no board can carry, BoardError also
-    if the board reads back something else.
+    client follows. Raises UserError for a pixel frequency that the board cannot carry, BoardError
+    also if the board reads back something else.
     """
     if not wanted:
         return
     new = old | {change.name: change.new for change in wanted}
-    refuse_period(values.hz_of(new))
+    refuse_period(values.hz_of(new), board.tick_hz())
     first, end = _span([change.register for change in wanted])
     words: list[int] = []
     for item in regs.settings():

@@ -142,7 +142,8 @@ def _check_head(path: Path, lines: list[str], found: dict) -> None:
         if key not in _KEYS:
             raise UserError(f"{path}:{_line_of(lines, key)}: unknown key {key!r}")
     if _BOARD in found and found[_BOARD] not in regs.BOARD_IDS.values():
-        known = " or ".join(repr(name) for name in regs.BOARD_IDS.values())
+        *others, last = (repr(name) for name in regs.BOARD_IDS.values())
+        known = f"{', '.join(others)} or {last}" if others else last
         raise UserError(
             f"{path}:{_line_of(lines, _BOARD)}: board = {_shown(found[_BOARD])}: {known} is wanted"
         )

@@ -12,11 +12,10 @@ from pymodbus.exceptions import ConnectionException, ModbusIOException
 from pymodbus.pdu import ModbusPDU
 
 from pixstep.board.port import NO_PARITY, Port, is_pty
-from pixstep.lines.rational import TIMER_HZ
 
 BAUD = 115_200
 PARITY = "E"
-REPLY_CYCLES = TIMER_HZ // 40  # 25 ms: how long a simulated master waits for the first byte
+REPLY_S = 0.025  # how long a simulated master waits for the first byte
 TIMEOUT_S = 0.5
 RETRIES = 3
 _QUIET_S = 0.03  # without a byte: the reply on its way has ended
@@ -141,6 +140,9 @@ class Pipe(Protocol):
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
         """Send a frame and return the reply, empty for none."""
 
+    def cycles(self, seconds: float) -> int:
+        """Return a time in cycles."""
+
 
 class SimClient(FittingClient):
     """A Modbus RTU client whose bytes go through the simulator's control pipe.
@@ -177,7 +179,7 @@ class SimClient(FittingClient):
         """Send a frame and keep its reply for `recv`."""
         del addr
         self.requests += 1
-        self._reply = self._simulator.transmit(request, REPLY_CYCLES)
+        self._reply = self._simulator.transmit(request, self._simulator.cycles(REPLY_S))
         self.heard = len(self._reply)
         self.lost += not self._reply
         return len(request)

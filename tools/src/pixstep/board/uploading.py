@@ -25,6 +25,7 @@ class BoardLimits:
     max_acceleration: int
     start_stop_steps: int
     pixel_hz: Fraction
+    tick_hz: int
 
     def of(self, line: Line) -> Limits:
         """Return the limits for a line's decode rule."""
@@ -34,7 +35,7 @@ class BoardLimits:
             max_acceleration=(self.max_acceleration or None) if line.smooth else None,
             start_stop=None if line.smooth else (self.start_stop_steps or None),
             min_interval_ticks=smallest,
-            period_ticks=period_ticks(self.pixel_hz),
+            period_ticks=period_ticks(self.pixel_hz, self.tick_hz),
         )
 
 
@@ -47,6 +48,7 @@ def limits(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
         known["max_acceleration"],
         known["start_stop_steps"],
         pixel_hz or values.hz_of(known),
+        board.tick_hz(),
     )
 
 

@@ -26,24 +26,40 @@ _PIPE_WIDTH = 160  # columns, where no terminal says
     multiple=True,
     help="Measure this figure; may be given again.  [default: all]",
 )
+@click.option(
+    "--board",
+    "names",
+    type=click.Choice(boards.BOARD_NAMES),
+    multiple=True,
+    help="Measure this board; may be given again.  [default: all]",
+)
 @click.option("--quick", is_flag=True, help="Leave out the searches over many rates.")
 @click.option("--compare", "comparing", is_flag=True, help="Ours beside the peers' and targets.")
-@click.option("--from", "saved", type=FILE, help="Take a result that --json has saved.")
+@click.option(
+    "--from",
+    "saved",
+    type=FILE,
+    multiple=True,
+    help="Take a result that --json has saved; may be given again, as of other boards.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.option("--write", type=FILE, help="Rewrite the figures in FILE between its markers.")
 @click.option("--plot", type=FILE, help="Draw the ramp's edge errors into FILE (PNG).")
 @click.pass_context
-def bench(ctx, only, quick, comparing, saved, as_json, write, plot):
-    """Measure cycles, rates, CPU share, edge errors, waits and sizes of both boards' images.
+def bench(ctx, only, names, quick, comparing, saved, as_json, write, plot):
+    """Measure cycles, rates, CPU share, edge errors, waits and sizes of all boards' images.
 
     Exit status 0; 1 if any edge was wrong without a fault before it, or if a figure could not be
     measured; 2 for misuse.
     """
     if write:
-        if only or quick:
-            raise UserError("--write takes all figures: leave out --only and --quick")
+        if only or names or quick:
+            raise UserError("--write takes all figures: leave out --only, --board and --quick")
         docs.check(write, _MARKERS, "")  # names a missing file or marker before minutes pass
-    measured = _saved(saved) if saved else _measure(figures.chosen(only, quick=quick))
+    if saved:
+        measured = run.merged([_saved(path) for path in saved])
+    else:
+        measured = _measure(figures.chosen(only, quick=quick), names)
     if plot:
         _plot(plot)
     try:
@@ -51,7 +67,8 @@ def bench(ctx, only, quick, comparing, saved, as_json, write, plot):
     except (KeyError, TypeError) as error:
         if not saved:
             raise
-        raise UserError(f"{saved}: not a result of this version: {error}") from None
+        files = ", ".join(map(str, saved))
+        raise UserError(f"{files}: not a result of this version: {error}") from None
     ctx.exit(1 if measured["failures"] or measured["not_measured"] else 0)
 
 
@@ -71,14 +88,14 @@ def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None)
         _print(console, measured, comparing=comparing)
 
 
-def _measure(chosen: list[figures.Figure]) -> dict:
+def _measure(chosen: list[figures.Figure], names: tuple[str, ...]) -> dict:
     if not chosen:
         raise UserError("nothing to measure: --quick leaves out what --only names")
     natives.program("pixstep-sim")  # named once, not by every task
-    for board in boards.BOARD_NAMES:
+    for board in names or boards.BOARD_NAMES:
         natives.image(board)
     with progress.shown("measuring") as show:
-        return {"compiler": _compiler(), **run.measure(chosen, show)}
+        return {"compiler": _compiler(), **run.measure(chosen, show, boards=names)}
 
 
 def _compiler() -> str:

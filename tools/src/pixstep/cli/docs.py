@@ -68,6 +68,7 @@ def _add_table(name: str, make: Callable[[], str], text: str) -> None:
 
 _add_table("protocol", docs.protocol, "Register map, faults and line errors, for docs/PROTOCOL.md.")
 _add_table("wiring", docs.wiring, "Pin tables of the boards, for docs/WIRING.md.")
+_add_table("flashing", docs.flashing, "avrdude's command lines, for docs/FLASHING.md.")
 _add_table(
     "files",
     filesdoc.files,

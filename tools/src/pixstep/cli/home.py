@@ -27,7 +27,7 @@ def home() -> None:
     required=True,
     metavar="KNOBS",
     help="The load and its switches: home=2000,hyst=8,travel=-500..4000,start=123,delay=8000 "
-    "(steps; delay in ticks of 62.5 ns); more: build/host/bin/pixstep-sim --help.",
+    "(steps; delay in ticks of the board); more: build/host/bin/pixstep-sim --help.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option(

@@ -141,7 +141,7 @@ def _say_uploads(board: str, outcome) -> None:
 def clients(ctx, board):
     """Run a list of cases by mbpoll, libmodbus and pymodbus.
 
-    Against both images in the simulator.
+    Against every image in the simulator.
 
     `pixstep docs conformance --write docs/PROTOCOL.md` keeps its table. Exit status 0 only if no
     case fails.

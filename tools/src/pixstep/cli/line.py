@@ -9,12 +9,14 @@ from fractions import Fraction
 import click
 
 from pixstep import atomic, formats
+from pixstep.board import boards
 from pixstep.cli import reversal
 from pixstep.cli.options import (
     DECODE,
     FILE,
     HZ,
     backlash_option,
+    clock_option,
     line_option,
     load_line,
     pixel_hz_option,
@@ -26,7 +28,7 @@ from pixstep.cli.options import (
 from pixstep.errors import UserError
 from pixstep.lines import linecheck, planner
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import period_ticks
 from pixstep.profiles import generator
 
 
@@ -79,6 +81,7 @@ def line_make(
 @raw_option
 @line_option
 @click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
+@clock_option
 @click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
 @click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
 @click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
@@ -90,7 +93,7 @@ def line_make(
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.pass_context
-def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, **limits):
+def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as_json, **limits):
     """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 2 refused."""
     checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
     bounds = linecheck.Limits(
@@ -99,7 +102,7 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, 
         start_stop=limits["start_stop"],
         jerk_warning=limits["jerk_warn"],
         min_interval_ticks=limits["min_interval"],
-        period_ticks=period_ticks(pixel_hz) if pixel_hz else None,
+        period_ticks=period_ticks(pixel_hz, boards.load(board).tick_hz) if pixel_hz else None,
     )
     found = linecheck.check(checked, bounds)
     status = linecheck.exit_status(found)
@@ -131,14 +134,16 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, as_json, 
 @backlash_option
 @raw_option
 @line_option
-@click.option("--timer-hz", type=click.IntRange(1), default=TIMER_HZ, show_default=True)
+@clock_option
+@click.option("--timer-hz", type=click.IntRange(1), help="Ticks a second.  [default: the board's]")
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
-def ticks(csv, decode, pixel_hz, backlash, raw, line_number, timer_hz, pixels, output):
+def ticks(csv, decode, pixel_hz, backlash, raw, line_number, board, timer_hz, pixels, output):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
     refuse_input(output, csv)
     chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
-    planned = planner.plan(chosen, pixel_hz, timer_hz=timer_hz, pixels=pixels)
+    tick_hz = timer_hz or boards.load(board).tick_hz
+    planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels)
     say(planned.warnings)
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1

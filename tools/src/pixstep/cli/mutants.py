@@ -36,7 +36,7 @@ def mutants(ctx, count, seed, last, jobs, again, as_json, write):
 
     Each mutant changes one operator, constant, condition, statement or returned value of
     firmware/core or firmware/app, in a copy. It is tried by the native suites, then by the suites
-    on AVR, pixstep-explore, and the tests on both images, until one of them fails.
+    on AVR, pixstep-explore, and the tests on all images, until one of them fails.
 
     Exit status 0 only if every survivor is judged (tools/src/pixstep/data/mutants.toml).
     """

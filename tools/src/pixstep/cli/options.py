@@ -12,6 +12,7 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, formats, signals
+from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
@@ -42,6 +43,13 @@ pixel_hz_option = click.option(
 )
 backlash_option = click.option(
     "--backlash", type=click.IntRange(min=0), default=0, show_default=True, help="Steps of play."
+)
+clock_option = click.option(
+    "--board",
+    type=click.Choice(boards.BOARD_NAMES),
+    default=boards.DEFAULT,
+    show_default=True,
+    help="Whose timer ticks are counted.",
 )
 raw_option = click.option(
     "--raw", is_flag=True, help="Take every row after a CSV header as a value."

@@ -26,7 +26,7 @@ _ESTOP_SHARE = 0.05  # of the trials, without --estop
     "--replay", metavar="SEED:INDEX", help="Do one trial of such a campaign again, and tell of it."
 )
 @click.option(
-    "--together", is_flag=True, help="Arm several axes of a Mega, with bad blocks in between."
+    "--together", is_flag=True, help="Arm several axes at once, with bad blocks in between."
 )
 @click.option("--rests", is_flag=True, help="Let the pixel clock rest, for a second to ten hours.")
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
@@ -42,8 +42,8 @@ def orders(ctx, board, count, seed, estop, first, replay, together, rests, as_js
     --together: axes armed together start together or not at all. --rests: behind a rest the board
     answers in time, without a fault, and a line begins where it should.
     """
-    if together and (rests or board != "mega"):
-        raise UserError("--together is for a mega, and not with --rests")
+    if together and (rests or boards.load(board).axes < 2):
+        raise UserError("--together is for a board of several axes, and not with --rests")
     if rests:
         _run_rests(ctx, board, count, seed, first, as_json, write)
     from pixstep.hostile.orders import campaign  # pymodbus takes a while to load

@@ -24,19 +24,19 @@ from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError, Upload
 from pixstep.board.transport import SimClient
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks
+from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 # Confirmation of the input, what keeps its interrupt waiting, and halting the axes one by one.
-BOUND_CYCLES = 2400  # 150 us; seen: 750 on the Uno, 1734 on the Mega where four axes turn at once
+BOUND_CYCLES = (
+    2400  # 150 us at 16 MHz; seen: 750 on the Uno, 1734 on the Mega where four axes turn at once
+)
 PIXEL_HZ = Fraction(100)
 _LINE_PX = 30
-_SETTLE_CYCLES = TIMER_HZ // 100
+_SETTLE_S = 0.01
 _AT_ONCE = 100  # stops on one simulator: its list of edges stays short
-_SHORTEST_TICKS = {"uno": 63, "mega": 266}
-_SMOOTH_TICKS = {"uno": 300, "mega": 1600}
 
 Progress = Callable[[float], None]
 
@@ -65,15 +65,21 @@ class Outcome:
 
 def line(rng: random.Random, board: str) -> Line:
     """Return a random line: even speed, or up and down, plain or smooth."""
-    ticks = period_ticks(PIXEL_HZ)
+    limits = boards.load(board)
+    ticks = period_ticks(PIXEL_HZ, limits.tick_hz)
     if rng.random() < 0.6:
-        most = int(ticks / _SHORTEST_TICKS[board])
+        most = int(ticks / limits.min_interval_ticks)
         count = max(1, int(most ** rng.random()))
         return Line((rng.choice((-1, 1)) * count,) * _LINE_PX, PLAIN)
-    top = max(4, int(ticks / _SMOOTH_TICKS[board] * rng.random()) // 4 * 4)
+    top = max(4, int(ticks / steady_smooth_ticks(limits) * rng.random()) // 4 * 4)
     rise = (top // 4, top * 3 // 4)
     counts = (*rise, *(top,) * (_LINE_PX - 4), *reversed(rise))
     return Line(counts, SMOOTH, negative=rng.random() < 0.5)
+
+
+def steady_smooth_ticks(board: boards.Board) -> int:
+    """Return an interval of smooth lines that all axes of a board keep up with at once."""
+    return 300 if board.axes == 1 else 400 * board.axes
 
 
 def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
@@ -106,7 +112,7 @@ class Stopper:
         images = [(self._name, natives.image(self._name))]
         self.sim = Simulator(SimOptions(images, PIXEL_HZ, edges=self._edges))
         try:
-            self.sim.run(BOOT_CYCLES)
+            self.sim.wait_s(BOOT_S)
             self.board = Board(SimClient(self.sim))
             self.board.set_pixel_hz(PIXEL_HZ)
             self.sim.command("flush")
@@ -124,7 +130,7 @@ class Stopper:
     def stop_once(self, rng: random.Random, outcome: Outcome) -> None:
         """Run lines, press the stop somewhere, judge, and make the board ready again."""
         self._start(rng)
-        trip = self.sim.cycle + rng.randrange(_LINE_PX * int(TIMER_HZ / PIXEL_HZ))
+        trip = self.sim.cycle + rng.randrange(_LINE_PX * int(self.sim.tick_hz / PIXEL_HZ))
         self.press(trip)
         where = f"stop {outcome.stops} at cycle {trip}"
         try:
@@ -143,7 +149,7 @@ class Stopper:
     def press(self, trip: int) -> None:
         """Press the stop at this cycle to come, and let the board come to rest."""
         self.sim.pin(0, *self._pin, 0, at=trip)
-        self.sim.run(trip - self.sim.cycle + _SETTLE_CYCLES)
+        self.sim.run(trip - self.sim.cycle + self.sim.cycles(_SETTLE_S))
 
     def judge(self, trip: int, outcome: Outcome, where: str) -> None:
         """Compare what the board says of a stop with what the simulator has seen."""
@@ -180,6 +186,6 @@ class Stopper:
     def recover(self) -> None:
         """Release the stop, clear its fault and forget the lines."""
         self.sim.pin(0, *self._pin, 1)
-        self.sim.run(TIMER_HZ // 1000)
+        self.sim.wait_s(0.001)
         self.board.command("clear_fault", [])
         self.board.command("discard", self.axes)

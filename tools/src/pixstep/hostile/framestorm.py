@@ -23,17 +23,16 @@ from pixstep.board.client import Board, BoardError, Upload
 from pixstep.board.transport import SimClient
 from pixstep.hostile import strikes, wire
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 PIXEL_HZ = Fraction(30)
 PART_PX = 62
 _PARTS = 4
-_FRAME_CYCLES = 12 * TIMER_HZ // 1000  # more than a strike takes, with what is asked in between
+_FRAME_S = Fraction(12, 1000)  # more than a strike takes, with what is asked in between
 _HOUSEKEEPING = 20  # strikes between two looks at the board
-_LOOK_CYCLES = TIMER_HZ // 10  # how long the undisturbed run looks away
+_LOOK_S = 0.1  # how long the undisturbed run looks away
 _REFILL = 8  # free entries worth a block
 _SAME_CYCLE = 64  # lines that may stand in another order at once
 
@@ -95,7 +94,7 @@ def line(axis: int, parts: int) -> Line:
 def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
-    pixels = plan.frames * _FRAME_CYCLES * PIXEL_HZ / TIMER_HZ
+    pixels = plan.frames * _FRAME_S * PIXEL_HZ
     lines = {axis: line(axis, int(pixels) // PART_PX + 1) for axis in range(_axes(plan.board))}
     with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
         folder = Path(name)
@@ -133,7 +132,7 @@ class _Run:
 
     def _start(self) -> None:
         """Bring the board up to its first clock edge with every axis armed."""
-        self._simulator.run(BOOT_CYCLES)
+        self._simulator.wait_s(BOOT_S)
         self._board = Board(SimClient(self._simulator))
         self._board.set_pixel_hz(PIXEL_HZ)
         self._board.write_setting("bus_timeout_ms", 0)  # a storm may leave no request whole
@@ -146,7 +145,7 @@ class _Run:
             upload.push()
         self._board.command("arm", axes)
         while self._states() != {"running"}:
-            self._simulator.run(TIMER_HZ // 100)
+            self._simulator.wait_s(0.01)
 
     def _states(self) -> set[str]:
         return {regs.AXIS_STATES[found["axis_state"]] for found in self._look()}
@@ -173,29 +172,31 @@ class _Run:
         """Let the lines run undisturbed to their end."""
         while self._keep_up():
             progress(self._share())
-            self._simulator.run(_LOOK_CYCLES)
-        self._simulator.run(TIMER_HZ // 10)
+            self._simulator.wait_s(_LOOK_S)
+        self._simulator.wait_s(0.1)
 
     def strike(self, outcome: Outcome, progress: Progress) -> None:
         """Send mutated frames until the lines are over, then look at the board."""
         plan = self._plan
         safety = wire.Safety(len(self._lines), lambda axis: self._seen[axis]["next_block"])
         rng = random.Random(f"{plan.seed} {plan.board}")
-        generator = strikes.Generator(rng, self._board.unit, safety)
+        generator = strikes.Generator(
+            rng, self._board.unit, safety, strikes.Pauses.at(self._simulator.tick_hz)
+        )
         running = True
         try:
             while running:
                 for strike in itertools.islice(generator, _HOUSEKEEPING):
                     self._send(strike, outcome, generator)
-                self._simulator.run(strikes.CERTAIN)
+                self._simulator.run(generator.pauses.certain)
                 generator.silence()
                 running = self._keep_up()
                 progress(self._share())
-            self._simulator.run(TIMER_HZ // 10)
+            self._simulator.wait_s(0.1)
             self._judge(outcome)
         except BoardError as error:
             outcome.complain(f"after {outcome.frames} frames: {error}")
-        outcome.seconds = self._simulator.cycle / TIMER_HZ
+        outcome.seconds = self._simulator.cycle / self._simulator.tick_hz
 
     def _send(self, strike: strikes.Strike, outcome: Outcome, generator) -> None:
         """Send the pieces of a strike and look at what comes back."""

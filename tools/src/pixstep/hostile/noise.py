@@ -101,6 +101,10 @@ class NoisyLine:
                 reply += self._simulator.transmit(arrived, timeout_cycles)
         return self._through(reply, "reply") * self._times("reply") if reply else b""
 
+    def cycles(self, seconds: float) -> int:
+        """Return a time in the board's cycles."""
+        return self._simulator.cycles(seconds)
+
     def _times(self, direction: str) -> int:
         """Return how often a frame arrives."""
         if self._rng.random() >= self._model.repeated:

@@ -14,12 +14,11 @@ from pixstep import natives
 from pixstep.board import settings
 from pixstep.board.client import Board, BoardError
 from pixstep.board.transport import SimClient
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
-_STORE_CYCLES = 17 * TIMER_HZ // 100  # 170 ms, of which 43 bytes take 3.4 ms each
-_COMMAND_CYCLES = TIMER_HZ // 250  # the request that begins it is on the line for 2 ms
+_STORE_S = 0.17  # of which 43 bytes take 3.4 ms each
+_COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms
 
 Progress = Callable[[float], None]
 
@@ -65,7 +64,7 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
     rng = random.Random(f"{plan.seed} {plan.board}")
     options = SimOptions([(plan.board, natives.image(plan.board))], Fraction(100), seed=plan.seed)
     with Simulator(options) as simulator:
-        simulator.run(BOOT_CYCLES)
+        simulator.wait_s(BOOT_S)
         board = Board(SimClient(simulator))
         for _ in range(plan.cuts):
             try:
@@ -82,13 +81,13 @@ def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: O
     for name, value in random_settings(rng).items():
         board.write_setting(name, value)
     new = settings.read(board)
-    cut = simulator.cycle + rng.randrange(_COMMAND_CYCLES, _STORE_CYCLES)
+    cut = simulator.cycle + rng.randrange(*map(simulator.cycles, (_COMMAND_S, _STORE_S)))
     board.store()
     if cut > simulator.cycle:
         simulator.run(cut - simulator.cycle)
     outcome.in_a_byte += simulator.eeprom_state(0).address is not None
     simulator.power_cycle(0)
-    simulator.run(BOOT_CYCLES)
+    simulator.wait_s(BOOT_S)
     found = settings.read(board)
     if found == new:
         outcome.new += 1

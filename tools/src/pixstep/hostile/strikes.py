@@ -13,13 +13,25 @@ from dataclasses import dataclass, replace
 
 from pixstep.board import registers as regs
 from pixstep.hostile import wire
-from pixstep.lines.rational import TIMER_HZ
 
-SILENCE = TIMER_HZ * 1750 // 1_000_000  # cycles that end a frame
-SHORT = SILENCE * 2 // 5  # a pause inside a frame: never taken for its end
-WAIT = SILENCE * 3 // 2  # mostly taken for its end, not when the board is busy
-CERTAIN = 4 * SILENCE  # always
-ANSWER = TIMER_HZ // 40  # a reply has begun, if one comes
+_SILENCE_US = 1750
+
+
+@dataclass(frozen=True)
+class Pauses:
+    """Pauses on the line in cycles of the board."""
+
+    silence: int  # ends a frame
+    short: int  # inside a frame: never taken for its end
+    wait: int  # mostly taken for its end, not when the board is busy
+    certain: int  # always taken for its end
+    answer: int  # a reply has begun, if one comes
+
+    @classmethod
+    def at(cls, tick_hz: int) -> "Pauses":
+        """Return the pauses for a board with so many cycles a second."""
+        silence = tick_hz * _SILENCE_US // 1_000_000
+        return cls(silence, silence * 2 // 5, silence * 3 // 2, 4 * silence, tick_hz // 40)
 
 
 @dataclass(frozen=True)
@@ -39,8 +51,8 @@ class Strike:
 class Generator:
     """Makes strikes for one board on a line with others."""
 
-    def __init__(self, rng: random.Random, unit: int, safety: wire.Safety) -> None:
-        self._rng, self._unit, self._safety = rng, unit, safety
+    def __init__(self, rng: random.Random, unit: int, safety: wire.Safety, pauses: Pauses) -> None:
+        self._rng, self._unit, self._safety, self.pauses = rng, unit, safety, pauses
         self._others = tuple(address for address in range(1, 248) if address != unit)
         self._makers: tuple[Callable[[], Strike], ...] = (
             self._random_bytes,
@@ -85,7 +97,7 @@ class Generator:
                 continue
             if any(frame[0] == self._unit for frame in frames):
                 piece, pause = strike.pieces[-1]
-                pieces = (*strike.pieces[:-1], (piece, max(pause, ANSWER)))
+                pieces = (*strike.pieces[:-1], (piece, max(pause, self.pauses.answer)))
                 strike = replace(strike, pieces=pieces)
             self._before, self._starts = self._after(strike)
             return strike
@@ -114,9 +126,9 @@ class Generator:
         for piece, pause in strike.pieces:
             seen += piece
             yield seen, starts
-            if pause >= CERTAIN:
+            if pause >= self.pauses.certain:
                 seen, starts = b"", [0]
-            elif pause >= SILENCE:
+            elif pause >= self.pauses.silence:
                 starts = [*starts, len(seen)]
         yield seen, starts
 
@@ -167,13 +179,13 @@ class Generator:
         return make(self._unit)
 
     def _one(self, kind: str, data: bytes, **facts) -> Strike:
-        pause = CERTAIN if self._rng.random() < 0.1 else WAIT
+        pause = self.pauses.certain if self._rng.random() < 0.1 else self.pauses.wait
         return Strike(kind, ((data, pause),), **facts)
 
     def _asked(self, kind: str, *before: tuple[bytes, int]) -> Strike:
         """Return a strike that ends with a request that must be answered."""
         request = wire.seal(self._read_body(self._unit))
-        return Strike(kind, (*before, (request, ANSWER)), request=request)
+        return Strike(kind, (*before, (request, self.pauses.answer)), request=request)
 
     # Kinds of strikes.
 
@@ -220,7 +232,9 @@ class Generator:
         )
 
     def _foreign_reply(self) -> Strike:
-        return self._asked("another's reply, then a request", (self._reply_of_other(), CERTAIN))
+        return self._asked(
+            "another's reply, then a request", (self._reply_of_other(), self.pauses.certain)
+        )
 
     def _foreign_run_on(self) -> Strike:
         data = self._reply_of_other() + wire.seal(self._any_body())
@@ -236,7 +250,7 @@ class Generator:
         return self._one("any function", wire.seal(body))
 
     def _valid_read(self) -> Strike:
-        return self._asked("valid read", (b"", CERTAIN))
+        return self._asked("valid read", (b"", self.pauses.certain))
 
     def _refused_write(self) -> Strike:
         rng = self._rng
@@ -249,18 +263,32 @@ class Generator:
             where = rng.choice((0x0002, 0x0030, 0x0100, 0x00FF, 0x2000, 0xFFFE))
             body = bytes([self._unit, 16]) + self._words(where, 4) + bytes([8]) + words
         request = wire.seal(body)
-        return Strike("refused write", ((b"", CERTAIN), (request, ANSWER)), request=request)
+        return Strike(
+            "refused write",
+            ((b"", self.pauses.certain), (request, self.pauses.answer)),
+            request=request,
+        )
 
     def _with_gap(self) -> Strike:
         request = wire.seal(self._read_body(self._unit))
         cut = self._rng.randrange(1, len(request))
-        pieces = ((b"", CERTAIN), (request[:cut], SHORT), (request[cut:], ANSWER))
+        pieces = (
+            (b"", self.pauses.certain),
+            (request[:cut], self.pauses.short),
+            (request[cut:], self.pauses.answer),
+        )
         return Strike("short gap in a request", pieces, request=request)
 
     def _split(self) -> Strike:
         frame = wire.seal(self._any_body())
         cut = self._rng.randrange(1, len(frame))
-        return Strike("silence in a request", ((frame[:cut], CERTAIN), (frame[cut:], WAIT)))
+        return Strike(
+            "silence in a request",
+            (
+                (frame[:cut], self.pauses.certain),
+                (frame[cut:], self.pauses.wait),
+            ),
+        )
 
     def _run_together(self) -> Strike:
         frames = [wire.seal(self._read_body(self._unit)) for _ in range(self._rng.randint(2, 4))]

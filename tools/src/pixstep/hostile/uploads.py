@@ -20,17 +20,16 @@ from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upl
 from pixstep.board.transport import SimClient
 from pixstep.hostile.noise import Model, NoisyLine
 from pixstep.lines.line import PLAIN, Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 NATIVE = "native"
 _ATTEMPTS = 200  # of one step of an upload, before the line counts as dead
 _DOUBTS = 3
 _STEPS_PX = 40  # counts are smaller, so that lines are short on the simulated boards
 _NATIVE_AXES = 4
-_LOOK_CYCLES = TIMER_HZ // 20
+_LOOK_S = 0.05
 PIXEL_HZ = Fraction(200)
 
 Progress = Callable[[float], None]
@@ -38,7 +37,7 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Plan:
-    """So many accepted blocks; `board` is native, uno or mega."""
+    """So many accepted blocks; `board` is native or the name of one."""
 
     board: str
     blocks: int
@@ -116,7 +115,7 @@ class _Side:
         self.client = SimClient(self.bad_line)
         self.noisy = Board(self.client)
         self.axes = _NATIVE_AXES if plan.board == NATIVE else boards.load(plan.board).axes
-        simulator.run(BOOT_CYCLES)
+        simulator.wait_s(BOOT_S)
 
     def line(self) -> None:
         """Upload a random line and look at what became of it."""
@@ -212,7 +211,7 @@ class _Image(_Side):
         self.quiet.command("arm", [axis])
         name = "armed"
         while name in ("armed", "running"):
-            self.simulator.run(_LOOK_CYCLES)
+            self.simulator.wait_s(_LOOK_S)
             state = self.quiet.axis(axis)
             name = regs.AXIS_STATES[state["axis_state"]]
         made = self.simulator.steps(0, axis) - before

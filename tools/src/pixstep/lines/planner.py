@@ -10,7 +10,7 @@ from pixstep import natives
 from pixstep.errors import UserError
 from pixstep.lines import runs
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, hz_text
+from pixstep.lines.rational import hz_text
 
 _REFUSED = "line refused:"
 
@@ -34,14 +34,16 @@ class Plan:
         return values.reshape(-1, width)
 
 
-def plan(line: Line, hz: Fraction, *, timer_hz: int = TIMER_HZ, pixels: bool = False) -> Plan:
+def plan(line: Line, hz: Fraction, *, tick_hz: int, pixels: bool = False) -> Plan:
     """Run pixstep-plan on a line: CSV `step,tick`, or `pixel,tick,expected_steps`.
+
+    `tick_hz` are the timer ticks a second.
 
     Raises LineRefusedError if the core's line check refuses, UserError if it cannot run.
     """
     speed = line.line_speed if line.backlash else 0
     arguments = [natives.program("pixstep-plan"), "--hz", hz_text(hz)]
-    arguments += ["--timer-hz", timer_hz, "--decode", line.decode]
+    arguments += ["--timer-hz", tick_hz, "--decode", line.decode]
     arguments += ["--backlash", line.backlash, "--line-speed", speed]
     arguments += ["--negative"] if line.negative else []
     arguments += ["--pixels"] if pixels else []

@@ -6,7 +6,6 @@ from fractions import Fraction
 
 from pixstep.errors import UserError
 
-TIMER_HZ = 16_000_000
 _DECIMAL = re.compile(r"\d{1,10}(\.\d{1,9})?")
 _FRACTION = re.compile(r"\d{1,10}/\d{1,10}")
 _U32_MAX = 0xFFFFFFFF
@@ -38,9 +37,9 @@ def hz_text(hz: Fraction) -> str:
     return f"{hz.numerator}/{hz.denominator}"
 
 
-def period_ticks(hz: Fraction, timer_hz: int = TIMER_HZ) -> Fraction:
-    """Return the exact pixel period in timer ticks."""
-    return Fraction(timer_hz) / hz
+def period_ticks(hz: Fraction, tick_hz: int) -> Fraction:
+    """Return the exact pixel period in timer ticks, of which there are `tick_hz` a second."""
+    return Fraction(tick_hz) / hz
 
 
 def edge_tick(pixel: int, period: Fraction) -> int:
@@ -48,10 +47,10 @@ def edge_tick(pixel: int, period: Fraction) -> int:
     return pixel * period.numerator // period.denominator
 
 
-def refuse_period(hz: Fraction) -> None:
+def refuse_period(hz: Fraction, tick_hz: int) -> None:
     """Raise UserError for a frequency whose pixel period a board's grid cannot carry."""
     low, high = _PERIOD_TICKS
-    if not low <= period_ticks(hz) <= high:
+    if not low <= period_ticks(hz, tick_hz) <= high:
         raise UserError(
             f"pixel frequency {float(hz):g} Hz: the period must be {low} to {high} ticks"
         )

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from pixstep import atomic
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.fastsim import MoveJob, MoveRun
 from pixstep.simulation.plots import FAINT, IDEAL, INK, MADE, STYLE
 from pixstep.simulation.report import ticks_text
@@ -76,7 +75,7 @@ def _draw_made(done: MoveRun, speed: Axes, position: Axes) -> None:
     zero = done.judged.summary["line_zero_cycle"]
     if zero is None:
         return
-    seconds = (edges.rising - zero) / TIMER_HZ
+    seconds = (edges.rising - zero) / done.result.job.tick_hz
     signs = edges.directions()
     places = np.cumsum(signs)
     every = max(1, len(seconds) // _MOST_DOTS)

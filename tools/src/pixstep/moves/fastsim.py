@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.fast import FastMove
 from pixstep.simulation.judge import Judgement, judge
@@ -82,4 +81,4 @@ def _judge_end(job: MoveJob, result: RunResult, summary: dict) -> None:
 def _seconds(result: RunResult, axis: int) -> float | None:
     """Return the time from the first to the last STEP edge."""
     rising = result.edges.axis(0, axis).rising
-    return round(float(rising[-1] - rising[0]) / TIMER_HZ, 6) if len(rising) else None
+    return round(float(rising[-1] - rising[0]) / result.job.tick_hz, 6) if len(rising) else None

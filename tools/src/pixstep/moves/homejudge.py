@@ -5,7 +5,7 @@ from dataclasses import asdict
 from math import ceil
 
 from pixstep.board.client import TRIP_CLOSED, Trip
-from pixstep.lines.rational import TIMER_HZ, hz_text
+from pixstep.lines.rational import hz_text
 from pixstep.moves.homesim import HomeRun
 from pixstep.moves.homing import Leg, legs_as_json
 from pixstep.moves.legjudge import judge_leg, leg_edges
@@ -57,7 +57,7 @@ def switch_edges(run: HomeRun, leg: Leg) -> list[int]:
     capture register may have been overwritten.
     """
     wanted = int(leg.trip.code == TRIP_CLOSED)
-    low, high = leg.began_s * TIMER_HZ, leg.ended_s * TIMER_HZ
+    low, high = (when * run.job.tick_hz for when in (leg.began_s, leg.ended_s))
     fitting = [
         cycle for cycle, closed in run.switch_edges if low <= cycle <= high and closed == wanted
     ]
@@ -83,8 +83,10 @@ def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -
     """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
     in_vain = getattr(run.error, "name", "") in IN_VAIN
     stopped = run.error is not None and leg is run.legs[-1] and not in_vain
-    edges = leg_edges(run.edges, leg)
-    judged = judge_leg(run.job.plan, leg, edges, run.job.period, stopped=stopped)
+    edges = leg_edges(run.edges, leg, run.job.tick_hz)
+    judged = judge_leg(
+        run.job.plan, leg, edges, run.job.period, tick_hz=run.job.tick_hz, stopped=stopped
+    )
     found = list(judged.reasons)
     edge = _captured_edge(run, leg, offset)
     if leg.trip:
@@ -113,7 +115,7 @@ def _position_findings(run: HomeRun, leg: Leg, edge: int | None) -> list[str]:
     """Require the captured position to be the steps made at or before the simulator's edge."""
     if edge is None:
         return ["captured an edge of the home switch that the simulator does not know"]
-    edges = leg_edges(run.edges, leg)
+    edges = leg_edges(run.edges, leg, run.job.tick_hz)
     made = leg.start_steps + int(edges.directions()[edges.rising <= edge].sum())
     if made == leg.trip.position_steps:
         return []
@@ -153,7 +155,7 @@ def _load_beyond(run: HomeRun, reasons: list[str]) -> int | None:
     if job.closes_at is None:
         return None
     beyond = job.plan.direction * (run.load_steps - job.closes_at)
-    most = ceil(job.knob("delay") * job.plan.slow * job.pixel_hz / TIMER_HZ)
+    most = ceil(job.knob("delay") * job.plan.slow * job.pixel_hz / job.tick_hz)
     if not job.knob("play") and not 0 <= beyond <= most:
         reasons.append(
             f"the load rests {beyond} steps beyond the place where its switch closes, its delay "

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from pixstep import atomic
 from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.moves.fastplot import thousands
 from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
@@ -61,11 +60,11 @@ def _figure(run: HomeRun, verdict: str) -> Figure:
 
 def _course(run: HomeRun, leg: Leg, origin_s: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the times (s) and the motor's places in the plant's steps at a leg's STEP edges."""
-    edges = leg_edges(run.edges, leg)
+    edges = leg_edges(run.edges, leg, run.job.tick_hz)
     rising, signs = edges.rising, edges.directions()
     first = int(np.searchsorted(run.edges.rising, rising[0])) if len(rising) else 0
     before = run.job.knob("start") + int(run.edges.directions()[:first].sum())
-    return rising / TIMER_HZ - origin_s, before + np.cumsum(signs)
+    return rising / run.job.tick_hz - origin_s, before + np.cumsum(signs)
 
 
 def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_s: float, width: float = 2.2) -> None:
@@ -74,8 +73,8 @@ def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_s: float, width: floa
         axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
     edges = switch_edges(run, leg) if leg.trip else []
     if edges:
-        when = edges[0] / TIMER_HZ - origin_s
-        made = int(np.searchsorted(times, when + 1 / TIMER_HZ)) - 1
+        when = edges[0] / run.job.tick_hz - origin_s
+        made = int(np.searchsorted(times, when + 1 / run.job.tick_hz)) - 1
         marker, _ = _MARKERS[leg.trip.code]
         axes.plot(
             [when], [places[max(made, 0)]], marker, ms=7, mfc="white", mec=INK, mew=1.3, zorder=6
@@ -86,7 +85,7 @@ def _draw_speed(axes: Axes, run: HomeRun, leg: Leg, origin_s: float) -> None:
     times, _ = _course(run, leg, origin_s)
     if len(times) < 2:
         return
-    signs = leg_edges(run.edges, leg).directions()
+    signs = leg_edges(run.edges, leg, run.job.tick_hz).directions()
     rates = signs[1:] / np.diff(times)
     middle = (times[1:] + times[:-1]) / 2
     axes.plot(middle, rates, ".", ms=2.6, mew=0, color=COLOURS[leg.name], rasterized=True)
@@ -183,7 +182,7 @@ def _limits(axes: Axes, run: HomeRun) -> None:
 def _counting_edge_s(run: HomeRun) -> float:
     """Return when the last captured edge came: the one that became position 0."""
     leg = [leg for leg in run.legs if leg.trip][-1]
-    return switch_edges(run, leg)[0] / TIMER_HZ
+    return switch_edges(run, leg)[0] / run.job.tick_hz
 
 
 def _draw_near(axes: Axes, run: HomeRun) -> None:

@@ -11,14 +11,14 @@ from pixstep.board import boards
 from pixstep.board.client import Board, BoardError
 from pixstep.board.transport import SimClient
 from pixstep.errors import UserError
-from pixstep.lines.rational import TIMER_HZ
+from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
 from pixstep.moves.legs import HomingPlan
 from pixstep.simulation.edges import AxisEdges, read_edges
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES, scratch_folder
+from pixstep.simulation.simrun import BOOT_S, scratch_folder
 
-SETTLE_CYCLES = TIMER_HZ // 20
+SETTLE_S = 0.05
 OUTPUTS = ("edges.csv", "switches.csv")
 HYSTERESIS = 8  # steps, of a simulated home switch unless its knobs say otherwise
 INVERTED = {"none": 0, "home": 1, "limits": 2, "both": 3}
@@ -37,9 +37,14 @@ class HomeJob:
     seed: int = 1
 
     @property
+    def tick_hz(self) -> int:
+        """Timer ticks a second of the board."""
+        return boards.load(self.board).tick_hz
+
+    @property
     def period(self) -> Fraction:
         """Pixel period, ticks."""
-        return TIMER_HZ / self.pixel_hz
+        return period_ticks(self.pixel_hz, self.tick_hz)
 
     @property
     def knobs(self) -> dict[str, str]:
@@ -111,11 +116,11 @@ class SimWorld:
 
     def now_s(self) -> float:
         """Return simulated seconds since reset."""
-        return self._simulator.cycle / TIMER_HZ
+        return self._simulator.cycle / self._simulator.tick_hz
 
     def wait(self, seconds: float) -> None:
         """Let simulated time pass."""
-        self._simulator.run(int(seconds * TIMER_HZ))
+        self._simulator.run(int(seconds * self._simulator.tick_hz))
 
 
 def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: None) -> HomeRun:
@@ -161,15 +166,15 @@ def home_edges(path: Path, job: HomeJob) -> list[tuple[int, int]]:
 def _home(done: HomeRun, simulator: Simulator, progress: Callable[[float], None]) -> None:
     """Set the board up, home, and ask the simulator where everything is."""
     job, axis = done.job, done.job.plan.axis
-    simulator.run(BOOT_CYCLES)
+    simulator.wait_s(BOOT_S)
     board = Board(SimClient(simulator))
     try:
         set_up(board, job)
-        simulator.run(SETTLE_CYCLES)  # the filters see the switches
+        simulator.wait_s(SETTLE_S)  # the filters see the switches
         done.homed = home(board, job.plan, job.pixel_hz, SimWorld(simulator), progress)
     except BoardError as error:
         done.error = error
-    simulator.run(SETTLE_CYCLES)
+    simulator.wait_s(SETTLE_S)
     done.counted_steps = simulator.steps(0, axis)
     _, done.load_steps = simulator.plant(0, axis)
     done.stats = simulator.stats()

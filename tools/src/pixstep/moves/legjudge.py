@@ -9,7 +9,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import TIMER_HZ, edge_tick
+from pixstep.lines.rational import edge_tick
 from pixstep.moves.homing import Leg
 from pixstep.moves.legs import HomingPlan
 from pixstep.simulation import verdict
@@ -28,9 +28,9 @@ class JudgedLeg:
     reasons: list[str]
 
 
-def leg_edges(edges: AxisEdges, leg: Leg) -> AxisEdges:
+def leg_edges(edges: AxisEdges, leg: Leg, tick_hz: int) -> AxisEdges:
     """Return the edges made while a leg was; those of DIR from the beginning on."""
-    low, high = (round(when * TIMER_HZ) for when in (leg.began_s, leg.ended_s))
+    low, high = (round(when * tick_hz) for when in (leg.began_s, leg.ended_s))
     steps = (edges.step_cycles > low) & (edges.step_cycles <= high)
     turns = edges.direction_cycles <= high
     return AxisEdges(
@@ -42,7 +42,13 @@ def leg_edges(edges: AxisEdges, leg: Leg) -> AxisEdges:
 
 
 def judge_leg(
-    plan: HomingPlan, leg: Leg, edges: AxisEdges, period: Fraction, *, stopped: bool
+    plan: HomingPlan,
+    leg: Leg,
+    edges: AxisEdges,
+    period: Fraction,
+    *,
+    tick_hz: int,
+    stopped: bool,
 ) -> JudgedLeg:
     """Judge the edges of one leg; one that a fault has `stopped` ends at once, inside a pixel."""
     rising, signs = edges.rising, edges.directions()
@@ -56,8 +62,10 @@ def judge_leg(
     reasons += found(plan, counts, stopped=stopped)
     error_ticks = None
     if not reasons:
-        error_ticks, reasons = _exact_findings(leg, counts[: len(counts) - stopped], edges, period)
-    fastest = _fastest(rising, boundary_speeds(leg, counts), TIMER_HZ / period)
+        error_ticks, reasons = _exact_findings(
+            leg, counts[: len(counts) - stopped], edges, period, tick_hz
+        )
+    fastest = _fastest(rising, boundary_speeds(leg, counts), period, tick_hz)
     return JudgedLeg(counts, fastest, error_ticks, reasons)
 
 
@@ -81,11 +89,11 @@ def boundary_speeds(leg: Leg, counts: list[int]) -> tuple[int, ...]:
     return Line(tuple(counts)).speeds if leg.decode == SMOOTH else (0, *counts, 0)
 
 
-def _fastest(rising: np.ndarray, speeds: tuple[int, ...], hz: Fraction) -> float:
+def _fastest(rising: np.ndarray, speeds: tuple[int, ...], period: Fraction, tick_hz: int) -> float:
     """Return the fastest speed, steps/s: by the pixels, or by the shortest interval if slower."""
     if len(rising) < 2:
         return 0.0
-    return min(float(TIMER_HZ / np.diff(rising).min()), float(max(speeds) * hz))
+    return min(float(tick_hz / np.diff(rising).min()), float(max(speeds) * (tick_hz / period)))
 
 
 def _within(entries: tuple[int, ...], before: int, after: int) -> bool:
@@ -130,7 +138,7 @@ def _smooth_findings(plan: HomingPlan, counts: list[int], *, stopped: bool) -> l
 
 
 def _exact_findings(
-    leg: Leg, counts: list[int], edges: AxisEdges, period: Fraction
+    leg: Leg, counts: list[int], edges: AxisEdges, period: Fraction, tick_hz: int
 ) -> tuple[float | None, list[str]]:
     """Require every edge within a tick of the exact instant of the pixels made; how far at most."""
     steps = sum(counts)
@@ -146,5 +154,5 @@ def _exact_findings(
         edges.direction_cycles,
         edges.direction_levels,
     )
-    judged = verdict.judge_axis(line, period, made)
+    judged = verdict.judge_axis(line, period, made, tick_hz=tick_hz)
     return round(judged.max_edge_error_ticks, 6), judged.reasons

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pixstep.board import boards
 from pixstep.simulation import randomlines
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
@@ -27,7 +28,9 @@ class Plan:
 
 def jobs(plan: Plan, decode: str):
     """Yield the jobs of one decode rule; the same plan yields the same jobs."""
-    bounds = randomlines.Bounds(min_interval_ticks=plan.min_interval_ticks)
+    bounds = randomlines.Bounds(
+        min_interval_ticks=plan.min_interval_ticks, tick_hz=boards.load(plan.board).tick_hz
+    )
     rng = random.Random(f"{plan.seed} {decode}")
     left = plan.lines
     while left:

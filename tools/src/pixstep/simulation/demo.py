@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pixstep import atomic, formats, natives, outfolder, progress
+from pixstep.board import boards
 from pixstep.lines import exact, linecheck, planner
 from pixstep.lines.line import Line
 from pixstep.profiles import generator
@@ -17,6 +18,7 @@ from pixstep.simulation.simtask import simulate
 
 PROFILE = "tools/data/AccProfM39-30Hz-1.PRN"
 PIXEL_HZ = Fraction(30)
+_BOARD = "mega"
 _OWN = ("line.csv", "ticks.csv")  # besides those of the simulated run
 REQUEST = generator.LineRequest(speed=1000, pixels=60, backlash=250)
 
@@ -38,11 +40,12 @@ def _run(
     formats.write_csv(out / "line.csv", made.counts)
     line = Line(tuple(made.counts), backlash=REQUEST.backlash, name="worked example")
     findings = linecheck.check(line)
-    plan = planner.plan(line, PIXEL_HZ)
+    tick_hz = boards.load(_BOARD).tick_hz
+    plan = planner.plan(line, PIXEL_HZ, tick_hz=tick_hz)
     atomic.write_text(out / "ticks.csv", plan.csv)
-    table = planner.plan(line, PIXEL_HZ, pixels=True).columns()[:, 2].tolist()
-    planned_right = table == exact.expected_positions(line)
-    job = Job("mega", {0: line}, PIXEL_HZ, serial_load=serial_load, vcd=True)
+    table = planner.plan(line, PIXEL_HZ, tick_hz=tick_hz, pixels=True).columns()[:, 2]
+    planned_right = table.tolist() == exact.expected_positions(line)
+    job = Job(_BOARD, {0: line}, PIXEL_HZ, serial_load=serial_load, vcd=True)
     with progress.shown("simulating the Mega") as show:
         judged = simulate(job, out, plots=True, progress=show)
     _print(console, judged.summary, line, (not findings, planned_right), started, out)

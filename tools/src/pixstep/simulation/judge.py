@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, edge_tick, hz_text
+from pixstep.lines.rational import edge_tick, hz_text
 from pixstep.simulation import verdict
 from pixstep.simulation.report import PixelRow
 from pixstep.simulation.simrun import RunResult
@@ -35,7 +35,7 @@ def judge(result: RunResult) -> Judgement:
     axes, rows, pixel_counts = [], [], {}
     for axis, line in sorted(job.lines.items()):
         edges = result.edges.axis(_BOARD, axis)
-        found = verdict.judge_axis(line, job.period, edges, axis, _BOARD)
+        found = verdict.judge_axis(line, job.period, edges, axis, _BOARD, tick_hz=job.tick_hz)
         state = result.axis_states.get(axis, {})
         found.underruns = state.get("underruns", 0)
         if found.underruns:
@@ -172,7 +172,7 @@ def _summary(
         "stack_used_bytes": board.get("stack_used_bytes"),
         "interrupts_off_max_cycles": board.get("interrupts_off_max_cycles"),
         "realtime_factor": result.stats["realtime_factor"],
-        "simulated_s": result.stats["cycle"] / TIMER_HZ,
+        "simulated_s": result.stats["cycle"] / job.tick_hz,
         "wall_s": result.stats["wall_s"],
     }
 

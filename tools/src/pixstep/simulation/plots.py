@@ -18,7 +18,6 @@ from matplotlib.ticker import EngFormatter
 from pixstep import atomic
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.edges import AxisEdges
 from pixstep.simulation.report import PixelRow, ticks_text
 
@@ -58,6 +57,7 @@ class Trace:
 
     line: Line
     period: Fraction
+    tick_hz: int
     zero: int
     edges: AxisEdges
     pixels: list[PixelRow]
@@ -102,7 +102,7 @@ def _figure(trace: Trace, rows: int, title: str, height: float = 7.2, **options)
 
 def _ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners of the ideal speed: times in pixels, steps per second."""
-    hz = TIMER_HZ / float(trace.period)
+    hz = trace.tick_hz / float(trace.period)
     times, speeds = [], []
     shift = trace.line.backlash / trace.line.line_speed if trace.line.shifted_pixels else 0.0
     for piece in exact.pieces(trace.line):
@@ -126,7 +126,7 @@ def _motion(trace: Trace) -> Figure:
     times, speeds = _ideal_speed(trace)
     speed.plot(times, speeds, color=IDEAL, lw=5, alpha=0.55, label="ideal")
     if len(made) > 1:
-        rate = signs[1:] / np.diff(made) * TIMER_HZ / float(trace.period)
+        rate = signs[1:] / np.diff(made) * trace.tick_hz / float(trace.period)
         middle = (made[1:] + made[:-1]) / 2
         keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
         size = 1.6 if len(made) > _MANY_STEPS else 4.0
@@ -166,7 +166,7 @@ def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
     inset.plot(*ideal, color=IDEAL, lw=5, alpha=0.55)
     inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
     inset.set_xlim(0.5, flat + 0.2)
-    inset.set_ylim(0, 1.05 * line.speeds[flat] * TIMER_HZ / float(trace.period))
+    inset.set_ylim(0, 1.05 * line.speeds[flat] * trace.tick_hz / float(trace.period))
     inset.yaxis.set_major_formatter(EngFormatter(sep=""))
     inset.set_title("start, every dot one step", fontsize=9, weight="normal")
     inset.tick_params(labelsize=8)
@@ -208,12 +208,13 @@ def _edge_error(trace: Trace) -> Figure:
     top = max(1.25, 1.1 * float(np.max(np.abs(errors), initial=0)))
     over.set_ylim(-top, top)
     over.set_xlim(-0.3, trace.line.pixels + 0.3)
-    over.set_ylabel("timer ticks (62.5 ns)")
+    over.set_ylabel(f"timer ticks ({1e9 / trace.tick_hz:g} ns)")
     over.set_xlabel("pixels after line zero")
     rms = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
     worst = float(np.max(np.abs(errors), initial=0))
     over.set_title(
-        f"worst {ticks_text(worst)} ticks, rms {rms:.3f} ticks = {rms / TIMER_HZ * 1e9:.1f} ns "
+        f"worst {ticks_text(worst)} ticks, "
+        f"rms {rms:.3f} ticks = {rms / trace.tick_hz * 1e9:.1f} ns "
         f"over {len(errors)} steps"
     )
     handles = [

@@ -3,9 +3,10 @@
 
 import itertools
 import random
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
+from pixstep.board import boards
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import period_ticks
@@ -23,15 +24,16 @@ PIXEL_HZ = (
 
 @dataclass(frozen=True)
 class Case:
-    """A line and the exact pixel frequency to run it at."""
+    """A line, the exact pixel frequency to run it at, and the timer ticks a second."""
 
     line: Line
     pixel_hz: Fraction
+    tick_hz: int
 
     @property
     def period(self) -> Fraction:
         """Pixel period in timer ticks."""
-        return period_ticks(self.pixel_hz)
+        return period_ticks(self.pixel_hz, self.tick_hz)
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class Bounds:
     min_pixels: int = 6
     max_pixels: int = 24
     reversal_ticks: int = 4300  # plain lines reverse only between steps at least this far apart
+    tick_hz: int = field(default_factory=lambda: boards.load(boards.DEFAULT).tick_hz)
 
 
 def max_speed(period: Fraction, bounds: Bounds) -> int:
@@ -54,17 +57,18 @@ def smooth_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
     bounds = bounds or Bounds()
     while True:
         hz = rng.choice(PIXEL_HZ)
-        line = _smooth_line(rng, max_speed(period_ticks(hz), bounds), bounds)
+        line = _smooth_line(rng, max_speed(period_ticks(hz, bounds.tick_hz), bounds), bounds)
         if not refused(check(line)):
-            return Case(line, hz)
+            return Case(line, hz, bounds.tick_hz)
 
 
 def plain_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
     """Return a valid plain line: signed counts, zeros and reversals included."""
     bounds = bounds or Bounds()
     hz = rng.choice(PIXEL_HZ)
-    top = max_speed(period_ticks(hz), bounds)
-    slow = max(1, min(top, int(period_ticks(hz) / bounds.reversal_ticks)))
+    period = period_ticks(hz, bounds.tick_hz)
+    top = max_speed(period, bounds)
+    slow = max(1, min(top, int(period / bounds.reversal_ticks)))
     sign = 1
     counts: list[int] = []
     for _ in range(rng.randint(bounds.min_pixels, bounds.max_pixels)):
@@ -75,7 +79,7 @@ def plain_case(rng: random.Random, bounds: Bounds | None = None) -> Case:
                 counts.append(0)
             count = rng.choice((0, rng.randint(1, slow)))
         counts.extend([sign * count] * rng.choice((1, 1, 1, 2, 5)))
-    return Case(Line(tuple(counts), PLAIN, name="random plain"), hz)
+    return Case(Line(tuple(counts), PLAIN, name="random plain"), hz, bounds.tick_hz)
 
 
 def case(rng: random.Random, decode: str, bounds: Bounds | None = None) -> Case:
@@ -83,13 +87,15 @@ def case(rng: random.Random, decode: str, bounds: Bounds | None = None) -> Case:
     return smooth_case(rng, bounds) if decode == SMOOTH else plain_case(rng, bounds)
 
 
-def rate_case(steps_per_second: int, steps: int, pixel_hz: Fraction = Fraction(50)) -> Case:
+def rate_case(
+    steps_per_second: int, steps: int, pixel_hz: Fraction = Fraction(50), *, tick_hz: int
+) -> Case:
     """Return a plain line of constant rate; the rate must be a whole number of steps a pixel."""
     count = Fraction(steps_per_second) / pixel_hz
     if count.denominator != 1:
         raise ValueError(f"{steps_per_second} steps/s is not whole at {pixel_hz} Hz")
     pixels = -(-steps // count.numerator)
-    return Case(Line((count.numerator,) * pixels, PLAIN, name="constant rate"), pixel_hz)
+    return Case(Line((count.numerator,) * pixels, PLAIN, name="constant rate"), pixel_hz, tick_hz)
 
 
 def _smooth_line(rng: random.Random, top: int, bounds: Bounds) -> Line:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pixstep import natives
+from pixstep.board import boards
 from pixstep.lines.rational import hz_text
 from pixstep.simulation.simpipe import SimPipe, SimulatorError
 
@@ -92,17 +93,27 @@ class Simulator(SimPipe):
 
     Every method raises SimulatorError with the runner's own text if it refuses or ends. After an
     exception the process is ended, never left behind. Boards and axes count from 0. Where a method
-    takes `at`, it happens at this cycle to come instead of now.
+    takes `at`, it happens at this cycle to come instead of now. `tick_hz` cycles are a second.
     """
 
     def __init__(self, options: SimOptions, program: Sequence[str | Path] | None = None) -> None:
         super().__init__([*(program or [natives.program("pixstep-sim")]), *options.arguments()])
         self.cycle = 0
+        first = options.boards[0][0] if options.boards else boards.DEFAULT
+        self.tick_hz = boards.load(first).tick_hz
 
     def run(self, cycles: int) -> int:
         """Let `cycles` pass; return the cycle reached."""
         self.cycle = int(self.command(f"run {cycles}").split()[1])
         return self.cycle
+
+    def cycles(self, seconds: float) -> int:
+        """Return a time in cycles."""
+        return round(seconds * self.tick_hz)
+
+    def wait_s(self, seconds: float) -> int:
+        """Let time pass; return the cycle reached."""
+        return self.run(self.cycles(seconds))
 
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
         """Send bytes on the serial line and return the reply, empty if none came."""

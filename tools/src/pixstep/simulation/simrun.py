@@ -20,16 +20,16 @@ from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Rec
 from pixstep.board.transport import SimClient
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, period_ticks, refuse_period
+from pixstep.lines.rational import period_ticks, refuse_period
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simctl import SimOptions, Simulator
 
-BOOT_CYCLES = TIMER_HZ // 20
+BOOT_S = 0.05
 SETTLE_PIXELS = 2
-_POLL_LIMIT_CYCLES = TIMER_HZ // 10
+_POLL_LIMIT_S = 0.1
 _POLICIES = {"always": 0, "on_reversal": 1}
 
 Progress = Callable[[float], None]
@@ -53,9 +53,14 @@ class Job:
     program: Sequence[str | Path] | None = None  # the runner, if not the built one
 
     @property
+    def tick_hz(self) -> int:
+        """Timer ticks a second of the board."""
+        return boards.load(self.board).tick_hz
+
+    @property
     def period(self) -> Fraction:
         """Nominal pixel period in ticks."""
-        return period_ticks(self.pixel_hz)
+        return period_ticks(self.pixel_hz, self.tick_hz)
 
     @property
     def pixels(self) -> int:
@@ -88,7 +93,7 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
     """
-    refuse_period(job.pixel_hz)
+    refuse_period(job.pixel_hz, job.tick_hz)
     image = job.image or natives.image(job.board)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
@@ -148,7 +153,7 @@ class _Run:
 
     def set_up(self) -> None:
         """Wait for the board, check its map, set what the lines need, enable the axes."""
-        self.simulator.run(BOOT_CYCLES)
+        self.simulator.wait_s(BOOT_S)
         count = self.board.input("axis_count")
         if self.axes[-1] >= count:
             raise UserError(f"axis {self.axes[-1]}: the {boards.axes_text(self.job.board)}")
@@ -176,10 +181,10 @@ class _Run:
     def follow(self) -> None:
         """Poll until every axis is done, streaming, reading records, loading the line if asked."""
         load = SerialLoad(self.board, self.axes, self.uploads) if self.job.serial_load else None
-        period = self.job.period
-        deadline = self.simulator.cycle + int((self.job.pixels + 10) * period) + _POLL_LIMIT_CYCLES
+        period, most = self.job.period, self.simulator.cycles(_POLL_LIMIT_S)
+        deadline = self.simulator.cycle + int((self.job.pixels + 10) * period) + most
         while True:
-            next_poll = self.simulator.cycle + min(int(4 * period), _POLL_LIMIT_CYCLES)
+            next_poll = self.simulator.cycle + min(int(4 * period), most)
             states = self._poll()
             if all(state in ("done", "fault", "refused") for state in states):
                 break

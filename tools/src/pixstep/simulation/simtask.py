@@ -104,6 +104,7 @@ def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
         trace = plots.Trace(
             line=line,
             period=job.period,
+            tick_hz=job.tick_hz,
             zero=found.line_zero_cycle,
             edges=result.edges.axis(0, found.axis),
             pixels=[row for row in judged.pixels if row.axis == found.axis],

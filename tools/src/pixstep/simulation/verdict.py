@@ -16,12 +16,12 @@ import numpy as np
 
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.lines.rational import TIMER_HZ, edge_tick
+from pixstep.lines.rational import edge_tick
 from pixstep.simulation.edges import AxisEdges
 
 CLOCK_TOLERANCE = 4  # cycles
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
-DIRECTION_SETUP_TICKS = 320  # 20 us, the default setting
+DIRECTION_SETUP_S = 20e-6  # the default setting
 
 
 @dataclass
@@ -85,11 +85,13 @@ def judge_axis(
     axis: int = 0,
     board: int = 0,
     *,
+    tick_hz: int,
     stopped: bool = False,
 ) -> AxisVerdict:
     """Return the verdict on one axis' edges against the exact instants of its line.
 
-    Of a line that a fault `stopped` the edges may end early; those made must be right.
+    A second has `tick_hz` ticks. Of a line that a fault `stopped` the edges may end early; those
+    made must be right.
     """
     verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
     rising = edges.rising
@@ -110,9 +112,10 @@ def judge_axis(
     verdict.line_zero_cycle = zero
     verdict.errors_ticks = (rising[:count] - zero) - ideal
     _judge_errors(verdict, line, period, rising[:count] - zero)
+    verdict.rms_edge_error_us = float(np.sqrt(np.mean(verdict.errors_ticks**2))) / tick_hz * 1e6
     _judge_rates(verdict, ideal, rising[:count])
     _judge_edge_ends(verdict, line, period, rising)
-    _judge_directions(verdict, line, edges)
+    _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
     return verdict
 
 
@@ -148,7 +151,6 @@ def _judge_errors(verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.
     """Require every edge strictly within one tick of its exact instant."""
     errors = verdict.errors_ticks
     verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
-    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / TIMER_HZ * 1e6
     doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE)
     far = [int(i) for i in doubtful if abs(errors[i]) > 1 + NEAR_ONE]
     close = {int(i) for i in doubtful} - set(far)
@@ -206,7 +208,7 @@ def _judge_edge_ends(
         )
 
 
-def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges) -> None:
+def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges, setup_ticks: int) -> None:
     """Require the direction of every step, and the driver's set-up and hold times around DIR."""
     made, wanted = edges.directions(), exact.directions(line)
     count = min(len(made), len(wanted))
@@ -216,8 +218,8 @@ def _judge_directions(verdict: AxisVerdict, line: Line, edges: AxisEdges) -> Non
     rising = edges.rising
     for cycle in edges.direction_cycles:
         index = int(np.searchsorted(rising, cycle))
-        after = rising[index] - cycle if index < len(rising) else DIRECTION_SETUP_TICKS
-        before = cycle - rising[index - 1] if index else DIRECTION_SETUP_TICKS
-        if min(after, before) < DIRECTION_SETUP_TICKS:
+        after = rising[index] - cycle if index < len(rising) else setup_ticks
+        before = cycle - rising[index - 1] if index else setup_ticks
+        if min(after, before) < setup_ticks:
             verdict.reasons.append(f"DIR changes at cycle {cycle}, too close to a step")
             return

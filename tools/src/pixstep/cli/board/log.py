@@ -21,7 +21,6 @@ from pixstep.cli.board.group import (
     unit_option,
 )
 from pixstep.errors import UserError
-from pixstep.lines.rational import TIMER_HZ
 
 _MOST_WAIT_S = 0.5
 _MOVES = ("armed", "running")
@@ -124,7 +123,7 @@ def _rows_to(output: Path | None) -> Iterator[Callable[[str], None]]:
 
 def _wait_s(known: Known) -> float:
     """Return how long to wait between looks so that no record is overwritten unread."""
-    period_s = known.board.input("pixel_period_ticks") / TIMER_HZ
+    period_s = known.board.pixel_period_s()
     return min(_MOST_WAIT_S, period_s * known.board.record_capacity() / 3)
 
 

@@ -63,10 +63,10 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as
     refuse is not sent.
     """
     lines = dict(enumerate(read_lines(csv, decode, backlash, options), axis))
-    if options["pixel_hz"]:
-        refuse_period(options["pixel_hz"])
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
+        if options["pixel_hz"]:
+            refuse_period(options["pixel_hz"], known.board.tick_hz())
         _check(known, lines, options["pixel_hz"], force=force)
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):

@@ -2,13 +2,16 @@
 """The conformance list by libmodbus: a C program that runs it and prints a line a case."""
 
 from pixstep import natives
+from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.hostile.clients import cases
 
 
 def run(port: str, board: str) -> dict[str, str]:
     """Return the result of every case; those that are not in the program's list are not offered."""
-    done = natives.run([natives.program("pixstep-libmodbus"), port, board])
+    known = boards.load(board)
+    words = [natives.program("pixstep-libmodbus"), port, board, known.id, known.axes]
+    done = natives.run(words)
     if done.returncode:
         raise UserError(f"pixstep-libmodbus: {done.stderr.strip()}")
     found = dict(line.split("\t", 1) for line in done.stdout.splitlines())

@@ -112,7 +112,7 @@ class _List:
 
     def c_input_registers_read(self) -> None:
         version, _, number, axes = self.poll.read(INPUT, 0, 4)
-        wanted = (3, boards.BOARD_NAMES.index(self.board) + 1, boards.load(self.board).axes)
+        wanted = (3, boards.load(self.board).id, boards.load(self.board).axes)
         same((version, number, axes), wanted)
 
     def c_coil_written(self) -> None:

@@ -103,7 +103,7 @@ class _List:
 
     def c_input_registers_read(self) -> None:
         version, _, board, axes = self.inputs(0, 4)
-        number = boards.BOARD_NAMES.index(self.board) + 1
+        number = boards.load(self.board).id
         same((version, board, axes), (3, number, boards.load(self.board).axes))
 
     def c_coil_written(self) -> None:
@@ -180,7 +180,7 @@ class _List:
         # pymodbus counts the record's length in bytes and asks for half as many words.
         record = FileRecord(file_number=3, record_number=cases.DIR_SETUP, record_length=4)
         reply = self.client.read_file_record([record], **self.unit)
-        if self.board == "uno":
+        if not boards.load(self.board).serves_files:
             self.refused(reply, 1)
             return
         data = self.good(reply).records[0].record_data

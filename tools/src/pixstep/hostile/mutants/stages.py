@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep import natives
+from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.hostile.mutants.programs import (
     Build,
@@ -27,7 +28,7 @@ from pixstep.hostile.mutants.programs import (
 )
 
 NAMES = ("native", "avr", "explore", "images")
-BOARDS = ("uno", "mega")
+BOARDS = boards.BOARD_NAMES
 # Tests on the real images, the quickest first; each file takes seconds.
 IMAGE_TESTS = (
     "exact", "board_run", "board_stop", "board_trouble", "waiting_axes", "faults_provoked",
@@ -116,7 +117,7 @@ class Stages:
         workshop.restore()
 
     def equivalent(self, workshop: Workshop, plain: Workshop, file: Path) -> bool:
-        """Whether a changed file makes the same object code natively and for both boards."""
+        """Whether a changed file makes the same object code natively and for every board."""
         for build in self.builds.values():
             for name in build.depending(file):
                 if not name.startswith("firmware/"):

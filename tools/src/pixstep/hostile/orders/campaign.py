@@ -117,7 +117,7 @@ def replay(plan: Plan, index: int, say: Callable[[str], None]) -> bool:
 def clock_hz(plan: Plan, index: int) -> int:
     """Return the pixel clock of a trial's batch."""
     rng = random.Random(f"{plan.board} clock {plan.seed}:{index // BATCH}")
-    return rng.choice(lines.CLOCK_HZ[plan.board])
+    return rng.choice(lines.clock_hz(plan.board))
 
 
 def make(plan: Plan, index: int, world: World) -> trials.Trial:

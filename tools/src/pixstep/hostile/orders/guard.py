@@ -9,12 +9,11 @@ from pixstep.hostile.orders.actions import ASK, Action, Order
 from pixstep.hostile.orders.model import ESTOP_ENTRY_CYCLES, HELD_CYCLES, AxisModel, Model
 from pixstep.hostile.orders.state import MOVING, AxisState, Edges, State
 from pixstep.hostile.orders.world import IDLE_TICKS, Outcome, World
-from pixstep.lines.rational import TIMER_HZ
 
 MARGIN_CYCLES = 16_000  # of the main loop, from a halt to the axis's being free again
 _LEAD_STEPS = 2  # a position counts a step when its period is loaded; the timer holds two periods
 _TIME_TICKS = 2 * IDLE_TICKS  # an idle period is accounted for as a whole, late by one at most
-_ROUND_CYCLES = TIMER_HZ // 125  # of the main loop at most, building a reply included
+_ROUND_S = 0.008  # of the main loop at most, building a reply included
 _ANSWERS = {True: "done", False: "refused", None: "no answer"}
 _STAYS = ("command", "settings", "outputs")
 
@@ -211,7 +210,9 @@ class Guard:
 
     def _lags(self, state: State) -> bool:
         """The main loop hears of the emergency stop behind its interrupt, a round later."""
-        return self.model.estop and state.told < self.model.pressed + _ROUND_CYCLES
+        return self.model.estop and state.told < self.model.pressed + self.world.sim.cycles(
+            _ROUND_S
+        )
 
     def _judge_axis(self, number: int, axis: AxisState, state: State, before: Edges) -> None:
         """Where the state says that the axis does not move, no edge may follow."""

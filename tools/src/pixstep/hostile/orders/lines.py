@@ -4,17 +4,16 @@
 import random
 from dataclasses import dataclass
 
+from pixstep.board import boards
+from pixstep.hostile.estops import steady_smooth_ticks
 from pixstep.hostile.orders.actions import Entries
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.lines.runs import MARK_END, MARK_NEGATIVE, MARK_SMOOTH, MARK_START, MARK_WAIT_FOR_EDGE
 
 FASTEST = 60_000  # steps/s
-_SHORTEST_TICKS = {"uno": 80, "mega": 300}  # every axis of the board at once
-_SMOOTH_TICKS = {"uno": 300, "mega": 1600}
 _REVERSAL_TICKS = 5000  # above what any board needs to turn round
-# Of lines that wait for no clock; above it four axes may ask for more than the Mega can decode.
-PIXEL_HZ = {"uno": (1, 3, 10, 30, 100, 300), "mega": (1, 3, 10, 30, 100)}
-CLOCK_HZ = {"uno": (30, 100, 300), "mega": (30, 100)}  # that a board keeps up with
+_PIXEL_HZ = (1, 3, 10, 30, 100, 300)
+_SLOWEST_CLOCK_HZ = 30
+_PIXELS_S = 400  # of all axes together; several may ask for more than the board can decode
 _LASTS_S = 2
 _SPARSE = 6  # pairs of a single step and a rest
 
@@ -32,21 +31,40 @@ class Speed:
         return int(self.steps_s / self.pixel_hz)
 
 
+def pixel_hz(board: str) -> tuple[int, ...]:
+    """Return the pixel frequencies of lines that wait for no clock."""
+    return tuple(hz for hz in _PIXEL_HZ if hz * boards.load(board).axes <= _PIXELS_S)
+
+
+def clock_hz(board: str) -> tuple[int, ...]:
+    """Return the frequencies of the pixel clock that a board keeps up with."""
+    return tuple(hz for hz in pixel_hz(board) if hz >= _SLOWEST_CLOCK_HZ)
+
+
+def shortest_ticks(board: boards.Board, *, smooth: bool) -> int:
+    """Return the shortest interval of lines that every axis of a board makes at once."""
+    if smooth:
+        return steady_smooth_ticks(board)
+    return board.min_interval_ticks + (17 if board.axes == 1 else 34)
+
+
 def speed(rng: random.Random, board: str, hz: int, *, smooth: bool) -> Speed:
     """Return a speed from 1 step/s up, evenly spread over its logarithm."""
-    shortest = (_SMOOTH_TICKS if smooth else _SHORTEST_TICKS)[board]
-    most = min(FASTEST, TIMER_HZ / shortest)
+    table = boards.load(board)
+    most = min(FASTEST, table.tick_hz / shortest_ticks(table, smooth=smooth))
     return Speed(most ** rng.random(), hz)
 
 
-def entries(rng: random.Random, chosen: Speed, *, smooth: bool, clocked: bool) -> Entries:
+def entries(
+    rng: random.Random, chosen: Speed, tick_hz: int, *, smooth: bool, clocked: bool
+) -> Entries:
     """Return the queue entries of a line."""
     mark = MARK_START | (MARK_WAIT_FOR_EDGE if clocked else 0)
     if smooth and chosen.count >= 4:
         mark |= MARK_SMOOTH | (MARK_NEGATIVE if rng.random() < 0.5 else 0)
         runs = _smooth_runs(rng, chosen)
     else:
-        runs = _plain_runs(rng, chosen)
+        runs = _plain_runs(rng, chosen, tick_hz)
     return ((mark, 0), (0, 0), *runs, (MARK_END, 0))
 
 
@@ -61,14 +79,14 @@ def _smooth_runs(rng: random.Random, chosen: Speed) -> list[tuple[int, int]]:
     return [*rise, (4 * quarter, _pixels(rng, chosen)), *reversed(rise)]
 
 
-def _plain_runs(rng: random.Random, chosen: Speed) -> list[tuple[int, int]]:
+def _plain_runs(rng: random.Random, chosen: Speed, tick_hz: int) -> list[tuple[int, int]]:
     sign = rng.choice((-1, 1))
     lead = [(0, rng.randint(1, 3))] if rng.random() < 0.1 else []
     if chosen.count == 0:
         rest = max(1, int(chosen.pixel_hz / chosen.steps_s) - 1)
         return [*lead, *[(sign, 1), (0, rest)] * _SPARSE, (sign, 1)]
     count = sign * chosen.count
-    turns = chosen.count * _REVERSAL_TICKS * chosen.pixel_hz < TIMER_HZ and rng.random() < 0.3
+    turns = chosen.count * _REVERSAL_TICKS * chosen.pixel_hz < tick_hz and rng.random() < 0.3
     if turns:
         return [*lead, *[(count, 1), (-count, 1)] * _SPARSE]
     return [*lead, (count, _pixels(rng, chosen))]

@@ -3,9 +3,9 @@
 
 from collections import Counter
 
+from pixstep.board import boards
 from pixstep.hostile.orders import rests
 from pixstep.hostile.orders.campaign import Outcome
-from pixstep.lines.rational import TIMER_HZ
 
 
 def name(outcome: Outcome | rests.Outcome) -> str:
@@ -21,7 +21,7 @@ def markdown(outcome: Outcome | rests.Outcome) -> str:
     if isinstance(outcome, rests.Outcome):
         return rests.text(outcome).replace("\n  ", "\n") + "\n"
     plan = outcome.plan
-    hours = outcome.cycles / TIMER_HZ / 3600
+    hours = outcome.cycles / boards.load(plan.board).tick_hz / 3600
     lines = [
         f"{outcome.trials:,} trials on the {plan.board} from seed {plan.seed}, "
         f"{hours:.1f} simulated hours, {outcome.failed:,} failed.",

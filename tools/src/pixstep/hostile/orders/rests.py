@@ -24,19 +24,18 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.hostile.orders import frames, state
+from pixstep.board import boards
+from pixstep.hostile.orders import frames, lines, state
 from pixstep.hostile.orders.actions import Block, Clock, Frequency, Look, Order, Setting, Wait
 from pixstep.hostile.orders.guard import Guard
-from pixstep.hostile.orders.world import IDLE_TICKS, SILENCE_CYCLES, World
-from pixstep.lines.rational import TIMER_HZ
+from pixstep.hostile.orders.world import IDLE_TICKS, World
 
 SIMULATED_S = 2  # longer rests are told to the firmware
 LONGEST_S = 36_000
 OVERFLOW_TICKS = 16_384  # of timer 0, and whole idle periods
-REPLY_CYCLES = SILENCE_CYCLES + TIMER_HZ // 200  # 5 ms behind the silence
+_REPLY_S = 0.005  # a reply begins behind the silence, at most
 PLACE_CYCLES = 40  # a line's last edge from a pixel's end
-_CLOCKS_HZ = {"uno": (1, 5000), "mega": (1, 5000)}
-_LINE_HZ = {"uno": 300, "mega": 100}  # the fastest clock that a line is armed at
+_CLOCKS_HZ = (1, 5000)
 _LINE_PX = 2
 _COUNT = 4
 _BACK_S = 0.3  # how long the clock is watched when it is back
@@ -95,11 +94,12 @@ class _Rest:
 
     def __init__(self, plan: Plan, index: int, outcome: Outcome) -> None:
         rng = random.Random(f"rests {plan.board} {plan.seed}:{index}")
-        low, high = _CLOCKS_HZ[plan.board]
+        low, high = _CLOCKS_HZ
+        self.tick_hz = boards.load(plan.board).tick_hz
         self.hz = max(1, round(low * (high / low) ** rng.random()))
         self.seconds = float(LONGEST_S ** rng.random())
-        self.phase = rng.randrange(TIMER_HZ // self.hz)
-        self.lines = self.hz <= _LINE_HZ[plan.board]
+        self.phase = rng.randrange(self.tick_hz // self.hz)
+        self.lines = self.hz <= max(lines.clock_hz(plan.board))
         self.token = self.lines and rng.random() < 0.3
         self.outcome, self.plan = outcome, plan
         self.text = f"{self.hz} Hz, {self.seconds:.0f} s{', armed' if self.token else ''}"
@@ -108,7 +108,7 @@ class _Rest:
         """Do it; return what did not hold."""
         with World(self.plan.board, self.plan.image, self.hz) as self.world:
             self.guard = Guard(self.world)
-            self.period = Fraction(TIMER_HZ, self.hz)
+            self.period = Fraction(self.tick_hz, self.hz)
             self.guard.do(Frequency(self.hz))
             self.guard.do(Setting("bus_timeout_ms", 0))  # nobody asks anything for long
             self._line_before()
@@ -143,10 +143,10 @@ class _Rest:
     def _pass(self) -> bool:
         """Let the time of the rest pass; False if the board's words do not agree afterwards."""
         if self.seconds <= SIMULATED_S:
-            self.world.perform(Wait(int(self.seconds * TIMER_HZ)))
+            self.world.perform(Wait(int(self.seconds * self.tick_hz)))
             return True
-        tell(self.world, int(self.seconds * TIMER_HZ) // OVERFLOW_TICKS)
-        self.world.perform(Wait(TIMER_HZ // 100))
+        tell(self.world, int(self.seconds * self.tick_hz) // OVERFLOW_TICKS)
+        self.world.perform(Wait(self.tick_hz // 100))
         agreed = told_well(self.world, self.guard.accounts, self.seconds)
         self.guard.note_time()
         return agreed
@@ -158,10 +158,10 @@ class _Rest:
         do(Clock("on"))
         self.guard.model.expected.clear()
         zero = world.cycle
-        until = world.cycle + int(max(_BACK_S * TIMER_HZ, 3 * self.period))
+        until = world.cycle + int(max(_BACK_S * self.tick_hz, 3 * self.period))
         while world.cycle < until:
             self._ask()
-            world.perform(Wait(random.Random(world.cycle).randrange(TIMER_HZ // 100)))
+            world.perform(Wait(random.Random(world.cycle).randrange(self.tick_hz // 100)))
         do(Look())
         if self.lines:
             self._line(zero)
@@ -173,7 +173,7 @@ class _Rest:
         sent = self.world.asked + len(frame) * self.world.byte_cycles
         took = self.world.told - sent
         self.outcome.slowest_cycles = max(self.outcome.slowest_cycles, took)
-        if not reply.taken or took > REPLY_CYCLES:
+        if not reply.taken or took > self.world.silence_cycles + self.world.sim.cycles(_REPLY_S):
             self.guard.complain(f"reply {took} cycles behind the request")
 
     def _line(self, zero: int) -> None:
@@ -183,7 +183,7 @@ class _Rest:
             self.guard.do(Order("go", 0, 77))
         else:
             self._arm(None)
-        self.guard.do(Wait(int((_LINE_PX + 4) * self.period) + TIMER_HZ // 10))
+        self.guard.do(Wait(int((_LINE_PX + 4) * self.period) + self.tick_hz // 10))
         self.guard.do(Look())
         for axis, old in enumerate(before):
             edges = self.world.edges(axis)
@@ -209,7 +209,7 @@ def tell(world: World, overflows: int) -> None:
 
 def told_well(world: World, before: list[int], seconds: float) -> bool:
     """Whether every account of time has moved on by the rest."""
-    ticks = int(seconds * TIMER_HZ) // OVERFLOW_TICKS * OVERFLOW_TICKS
+    ticks = int(seconds * world.tick_hz) // OVERFLOW_TICKS * OVERFLOW_TICKS
     for axis, old in enumerate(before):
         off = (world.account(axis) - old - ticks + (1 << 31)) % (1 << 32) - (1 << 31)
         if abs(off) > 2 * IDLE_TICKS:

@@ -10,6 +10,7 @@ pixel clock.
 import random
 from dataclasses import dataclass
 
+from pixstep.board import boards
 from pixstep.hostile.orders.actions import (
     ASK,
     TELL,
@@ -25,7 +26,6 @@ from pixstep.hostile.orders.actions import (
 )
 from pixstep.hostile.orders.guard import Guard
 from pixstep.hostile.orders.trials import Place, Trial
-from pixstep.lines.rational import TIMER_HZ
 
 BOARD = "mega"
 DISTURBANCES = ("repeated", "skipped", "refused", "malformed", "late", "setting", "coil", "nothing")
@@ -33,7 +33,7 @@ _SPREAD_CYCLES = 16  # between the timers of the axes, which start two cycles af
 _TOKEN = 77
 _FASTEST = 20_000  # steps/s, of four axes
 _STARTS_CYCLES = 480_000
-_DONE_CYCLES = TIMER_HZ // 20
+_DONE_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,7 @@ class Together(Trial):
 
 def make(rng: random.Random, place: Place) -> Together:
     """Return a random trial."""
+    tick_hz = boards.load(place.board).tick_hz
     clocked = rng.random() < 0.6
     hz = place.clock_hz if clocked else 30
     axes = sorted(rng.sample(range(place.axes), rng.randint(2, place.axes)))
@@ -62,11 +63,11 @@ def make(rng: random.Random, place: Place) -> Together:
         made += [Wait(rng.randrange(_STARTS_CYCLES)), Order("go", 0, token, TELL)]
     made += [Wait(rng.randrange(_STARTS_CYCLES))]
     made += [_disturbance(rng, tried[2], rng.choice(axes), entries, armed=True)]
-    lasts = 4 * TIMER_HZ // hz + _STARTS_CYCLES
+    lasts = 4 * tick_hz // hz + _STARTS_CYCLES
     made += [
-        Wait(lasts + (2 * TIMER_HZ // hz if clocked else 0)),
+        Wait(lasts + (2 * tick_hz // hz if clocked else 0)),
         Look(),
-        Wait(_DONE_CYCLES),
+        Wait(int(_DONE_S * tick_hz)),
         Look(),
     ]
     return Together(tuple(made), tried, steps_s, mask, clocked)

@@ -4,6 +4,7 @@
 import random
 from dataclasses import dataclass
 
+from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import lines
 from pixstep.hostile.orders.actions import (
@@ -21,7 +22,6 @@ from pixstep.hostile.orders.actions import (
     Step,
     Wait,
 )
-from pixstep.lines.rational import TIMER_HZ
 
 # Every command there is, and the coils that stand for one.
 COMMANDS = (
@@ -36,7 +36,7 @@ _STARTS_CYCLES = 240_000  # an axis that waits for no clock makes its first peri
 _GAP_CYCLES = 320_000
 _STEP_LIMIT_CYCLES = 480_000
 _AROUND_CYCLES = 1500  # of a STEP edge: the longest way of its handlers, and the confirmation
-WATCH_CYCLES = TIMER_HZ // 20
+_WATCH_S = 0.05
 _TOKEN = 77
 _CLOCKS = ("off", "on", "drop 1", "drop 3", "ppm 90000", "ppm -2000", "hz 50/1", "hz 700/1")
 
@@ -73,27 +73,28 @@ class Place:
 
 def make(rng: random.Random, place: Place, estop: float) -> Trial:
     """Return a random trial; `estop` is the share of those in which the stop is pressed."""
-    setup = _setup(rng, place)
+    tick_hz = boards.load(place.board).tick_hz
+    setup = _setup(rng, place, tick_hz)
     tried = [rng.choice(rng.choice((COMMANDS, ENDING))) for _ in range(rng.choice((2, 2, 3)))]
     if rng.random() < estop:
         tried[rng.randrange(len(tried))] = ESTOP
-    made = [*_begin(rng, setup), _moment(rng, setup)]
+    made = [*_begin(rng, setup), _moment(rng, setup, tick_hz)]
     for name in tried:
         made += [*_command(rng, name, setup, place.axes), Wait(_gap(rng, name))]
-    made += [Look(), Wait(WATCH_CYCLES), Look()]
+    made += [Look(), Wait(int(_WATCH_S * tick_hz)), Look()]
     return Trial(tuple(made), tuple(tried), setup.speed.steps_s)
 
 
-def _setup(rng: random.Random, place: Place) -> Setup:
+def _setup(rng: random.Random, place: Place, tick_hz: int) -> Setup:
     clocked = rng.random() < 0.25
-    hz = place.clock_hz if clocked else rng.choice(lines.PIXEL_HZ[place.board])
+    hz = place.clock_hz if clocked else rng.choice(lines.pixel_hz(place.board))
     mask = rng.randrange(1, 1 << place.axes)
     made = {}
     for axis in range(place.axes):
         smooth = rng.random() < 0.3
         speed = lines.speed(rng, place.board, hz, smooth=smooth)
         if mask >> axis & 1:
-            made[axis] = lines.entries(rng, speed, smooth=smooth, clocked=clocked)
+            made[axis] = lines.entries(rng, speed, tick_hz, smooth=smooth, clocked=clocked)
             fastest = speed
     return Setup(mask, hz, clocked, _TOKEN if rng.random() < 0.1 else None, made, fastest)
 
@@ -111,14 +112,14 @@ def _begin(rng: random.Random, setup: Setup) -> list[Action]:
     return made
 
 
-def _moment(rng: random.Random, setup: Setup) -> Action:
+def _moment(rng: random.Random, setup: Setup, tick_hz: int) -> Action:
     """Return the wait for the first command: before the start, in motion, around a STEP edge."""
     way = rng.random()
     if way < 0.3:
         return Wait(rng.randrange(_STARTS_CYCLES))
     if way < 0.6:
         return Wait(_STARTS_CYCLES // 2 + rng.randrange(2 * _STARTS_CYCLES))
-    period = int(TIMER_HZ / setup.speed.steps_s)
+    period = int(tick_hz / setup.speed.steps_s)
     more = rng.randrange(period) if way < 0.8 else period
     axis = rng.choice(list(setup.entries))
     around = rng.randint(-_AROUND_CYCLES, _AROUND_CYCLES)

@@ -10,15 +10,14 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions, frames, state
 from pixstep.hostile.orders.state import Edges, State
-from pixstep.lines.rational import TIMER_HZ
 from pixstep.simulation.memory import Memory, member
 from pixstep.simulation.simctl import Permit, SimOptions, Simulator, SimulatorError
-from pixstep.simulation.simrun import BOOT_CYCLES
+from pixstep.simulation.simrun import BOOT_S
 
 FAST_BAUD, SLOW_BAUD = 250_000, 115_200  # the fastest at which no byte is lost, whatever moves
 BITS = 11  # of a byte on the line, even parity
-SILENCE_CYCLES = 28_000  # that a reply waits for, and the simulator behind it
-REPLY_CYCLES = TIMER_HZ // 40  # the reply begins within so long, whatever the board does
+SILENCE_US = 1750  # that a reply waits for, and the simulator behind it
+REPLY_S = 0.025  # the reply begins within so long, whatever the board does
 IDLE_TICKS = 4096  # a period of an axis at rest
 _MACHINE = "struct machine"
 _STRETCH_CYCLES = 8192  # between two looks for a step
@@ -42,7 +41,8 @@ class World:
     def __init__(self, board: str, image: Path | None = None, clock_hz: int = 100) -> None:
         self.name, self.clock_hz = board, clock_hz
         table = boards.load(board)
-        self.axes = table.axes
+        self.axes, self.tick_hz = table.axes, table.tick_hz
+        self.silence_cycles = table.tick_hz * SILENCE_US // 1_000_000
         self.all_axes = (1 << table.axes) - 1
         self._pins = {(pin.signal, pin.axis): (pin.port, pin.bit) for pin in table.pins}
         self._options = SimOptions([(board, image or natives.image(board))], Fraction(clock_hz))
@@ -68,13 +68,13 @@ class World:
     def start(self) -> None:
         """Wait for the board behind a reset, and take it to the rate of this world."""
         self.sim.command(f"baud {SLOW_BAUD} E")
-        self.byte_cycles = TIMER_HZ * BITS // SLOW_BAUD
-        self.sim.run(BOOT_CYCLES)
+        self.byte_cycles = self.tick_hz * BITS // SLOW_BAUD
+        self.sim.wait_s(BOOT_S)
         register = regs.register_map().holding("baud_100")
         if not self.ask(frames.write(register.address, [FAST_BAUD // 100])).taken:
             raise SimulatorError(f"{self.name}: no reply behind a reset")
         self.sim.command(f"baud {FAST_BAUD} E")
-        self.byte_cycles = TIMER_HZ * BITS // FAST_BAUD
+        self.byte_cycles = self.tick_hz * BITS // FAST_BAUD
         self.next_block = [0] * self.axes
 
     @property
@@ -85,8 +85,8 @@ class World:
     def ask(self, frame: bytes) -> frames.Reply:
         """Send a request and wait for the reply."""
         self.asked = self.cycle
-        data = self.sim.transmit(frame, REPLY_CYCLES)
-        self.told = self.cycle - SILENCE_CYCLES - self.byte_cycles * len(data)
+        data = self.sim.transmit(frame, self.sim.cycles(REPLY_S))
+        self.told = self.cycle - self.silence_cycles - self.byte_cycles * len(data)
         return frames.parse(data)
 
     def tell(self, frame: bytes) -> int:

@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: MIT
+// Read by boards.py for the vector numbers of a part.
+#include <avr/io.h>
