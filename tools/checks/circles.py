@@ -29,40 +29,17 @@ from modules import (
 # function is a use of the port's header, not of the module that implements the function.
 PORTS = {
     "firmware/core/base/require.h": "a broken promise: the firmware's fault, a test's failure",
+    "firmware/core/wire/server_data.h": "the data behind the server's registers and coils",
 }
 
 Uses = dict[tuple[str, str], str]
 
 # (user, used): why this use may close a circle.
 FIRMWARE: Uses = {
-    ("firmware/core/wire/server", "firmware/app/data"): "the registers' data, looked up by name",
-    ("firmware/core/wire/server", "firmware/app/bits"): "the data of coils and inputs, by name",
-    ("firmware/core/wire/files", "firmware/app/data"): "the registers' data, looked up by name",
-    ("firmware/core/wire/files", "firmware/core/wire/server"): "shares the server's exceptions",
-    ("firmware/app/machine", "firmware/app/drivers"): "struct machine holds its state",
-    ("firmware/app/machine", "firmware/app/events"): "struct machine holds its state",
-    ("firmware/app/machine", "firmware/app/inputs"): "struct machine holds its state",
-    ("firmware/app/machine", "firmware/app/seek"): "struct machine holds its state",
-    ("firmware/app/machine", "firmware/app/store"): "struct machine holds its state",
     ("firmware/hal/pixel_clock", "firmware/hal/avr/capture"): "one capture unit for both",
     ("firmware/hal/avr/step_isr", "firmware/hal/step_timer"): "one engine in two languages",
 }
-SIM: Uses = {
-    ("sim/board", "sim/board_inputs"): "struct board holds its state",
-    ("sim/board", "sim/board_outputs"): "struct board holds its state",
-    ("sim/board", "sim/board_reset"): "struct board holds its state",
-    ("sim/board", "sim/board_run"): "struct board holds its state",
-    ("sim/board", "sim/board_switches"): "struct board holds its state",
-    ("sim/board_plan", "sim/board_reset"): "a plan resets, a reset drops plans",
-    ("sim/board_run", "sim/board_reset"): "the loop resets, a reset begins the loop anew",
-    ("sim/board_switches", "sim/board_inputs"): "switches drive pins, pins are logged as switches",
-    ("sim/board_switches", "sim/board_outputs"): "switches follow the plant, the plant the steps",
-    ("sim/edges", "sim/vcd"): "edges are written as both",
-    ("sim/line", "sim/uart"): "each tells the other of a byte",
-    ("sim/line", "sim/wire_log"): "the line notes its bytes",
-    ("sim/timer16", "sim/timer16_registers"): "one model in two files",
-    ("sim/uart_bits", "sim/uart"): "shares the model's registers",
-}
+SIM: Uses = {}
 
 
 def firmware_graph(host: Path, boards: list[Path], root: Path = ROOT) -> Graph:

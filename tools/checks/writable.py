@@ -18,7 +18,6 @@ IN_RAM = set("BDCGS")
 SHARED = {
     "step_engines": "the step interrupt (assembly) and the main loop share it",
     "step_rings": "the step interrupt (assembly) and the main loop share it",
-    "machine": "axes, faults and settings of the whole board",
 }
 
 
