@@ -10,11 +10,11 @@
 #include <string.h>
 
 #include "app/round.h"
-#include "app/serial.h"
+#include "app/bus_port.h"
 #include "app/settings.h"
 #include "app/traffic.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "form.h"
 #include "promise.h"
 #include "script.h"

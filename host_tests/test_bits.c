@@ -5,7 +5,7 @@
 
 #include "app/bits.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/switches.h"
 #include "unity.h"
 #include "wire/register_map.h"

@@ -5,7 +5,7 @@
 
 #include "base/require.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/pixel_clock.h"
 #include "hal/step_timer.h"
 #include "nothing_moves.h"

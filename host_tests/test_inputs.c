@@ -3,7 +3,7 @@
 #include <stdint.h>
 
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/switches.h"
 #include "nothing_moves.h"
 #include "unity.h"

@@ -5,7 +5,7 @@
 #include "app/round.h"
 #include "app/store.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/step_timer.h"
 #include "nothing_moves.h"
 #include "unity.h"

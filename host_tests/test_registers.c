@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "unity.h"
 #include "wire/bytes.h"
 #include "wire/register_map.h"

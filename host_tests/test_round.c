@@ -5,7 +5,7 @@
 
 #include "app/round.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/step_timer.h"
 #include "motion/decode.h"
 #include "unity.h"

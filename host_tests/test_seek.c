@@ -5,7 +5,7 @@
 #include "app/round.h"
 #include "app/seek.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/pixel_clock.h"
 #include "hal/switches.h"
 #include "nothing_moves.h"

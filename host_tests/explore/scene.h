@@ -10,7 +10,7 @@
 #include "app/faults.h"         // faults_record
 #include "app/limits.h"         // limits_apply_settings
 #include "app/settings.h"       // settings_now
-#include "motion/run.h"         // struct run
+#include "motion/segment.h"         // struct run
 #include "motion/step_engine.h" // struct step_engine
 #include "motion/step_ring.h"   // struct step_ring
 

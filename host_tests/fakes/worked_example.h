@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/run.h" // struct run
+#include "motion/segment.h" // struct run
 
 #define WORKED_SPEED      1000u
 #define WORKED_RAMP_PX    15u

@@ -17,10 +17,10 @@
 #include <string.h>
 
 #include "app/round.h"
-#include "app/serial.h"
+#include "app/bus_port.h"
 #include "config.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 
 #define ADDRESS 1u
 #define ROUND_TICKS                                                                      \

@@ -12,7 +12,7 @@
 #include "motion/lifecycle.h"
 #include "motion/line.h"
 #include "motion/line_check.h"
-#include "motion/run_queue.h"
+#include "motion/segment_queue.h"
 #include "motion/walk.h"
 
 enum block_result {

@@ -16,7 +16,7 @@
 #include <stdint.h>
 
 #include "motion/pixel_period.h" // struct pixel_grid
-#include "motion/run_queue.h"    // struct run_queue
+#include "motion/segment_queue.h"    // struct run_queue
 
 struct piece {
     uint32_t ticks;

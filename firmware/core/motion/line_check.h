@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "base/names.h" // enum line_error
-#include "motion/run.h" // struct run
+#include "motion/segment.h" // struct run
 
 // What the board and its settings allow; ticks are timer ticks.
 struct line_limits {

@@ -3,7 +3,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "serial_bench.h"
+#include "bus_bench.h"
 
 static void gaps_within_a_frame_are_tolerated(void)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/serial.h"
+#include "app/bus_port.h"
 
 #include <stdbool.h>
 

@@ -3,7 +3,7 @@
 #include <stdint.h>
 
 #include "hal/clock.h"
-#include "serial_bench.h"
+#include "bus_bench.h"
 #include "wire/baud.h"
 
 static void reply_delay_comes_on_top(void)

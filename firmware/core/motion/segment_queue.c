@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "motion/run_queue.h"
+#include "motion/segment_queue.h"
 
 void run_queue_init(struct run_queue *queue, struct run *slots, uint8_t slot_count)
 {

@@ -2,7 +2,7 @@
 // A serial line with other boards on it: their requests and replies.
 #include <stdint.h>
 
-#include "serial_bench.h"
+#include "bus_bench.h"
 
 static void foreign_request_has_no_reply(void)
 {

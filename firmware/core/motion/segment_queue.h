@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/run.h" // struct run
+#include "motion/segment.h" // struct run
 
 struct run_queue {
     struct run *slots; // a power of two of them

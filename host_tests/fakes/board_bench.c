@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 
 #include <string.h>
 

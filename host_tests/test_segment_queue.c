@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <stdint.h>
 
-#include "motion/run_queue.h"
+#include "motion/segment_queue.h"
 #include "unity.h"
 
 #define SLOTS 8u

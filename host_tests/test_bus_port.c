@@ -3,7 +3,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "serial_bench.h"
+#include "bus_bench.h"
 #include "wire/register_map.h"
 
 static void reply_comes_after_silence(void)

@@ -4,11 +4,11 @@
 
 #include <stdint.h>
 
-#include "app/serial.h"
+#include "app/bus_port.h"
 #include "app/traffic.h"
 #include "base/flash.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/uart.h"
 #include "unity.h"
 #include "wire/crc16.h"
