@@ -10,8 +10,8 @@
 #include "motion/decode.h"
 #include "unity.h"
 
-#define PLAIN_MARK   ((int16_t)(RUN_MARK_START | RUN_START_WAIT))
-#define CHAINED_MARK ((int16_t)RUN_MARK_START)
+#define PLAIN_MARK   ((int16_t)(LINE_MARK_START | LINE_START_WAIT))
+#define CHAINED_MARK ((int16_t)LINE_MARK_START)
 
 // Pixel edges of the line, from its zero: what the virtual interrupt's steps are counted
 // against.
@@ -139,7 +139,7 @@ static void block_numbers(void)
     TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(1));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
     TEST_ASSERT_EQUAL(BLOCK_REPEATED, queue_block(0));
-    TEST_ASSERT_EQUAL_UINT8(4, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT8(4, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(2));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(1));
     TEST_ASSERT_EQUAL_UINT16(2, bench.axis.next_block);
@@ -163,8 +163,8 @@ static void full_queue_takes_all_or_nothing(void)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(1, 1));
     TEST_ASSERT_EQUAL(BLOCK_FULL, queue_block(bench.axis.next_block));
-    TEST_ASSERT_EQUAL_UINT8(1, run_queue_free(&bench.axis.queue));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL_UINT8(1, segment_queue_free(&bench.axis.queue));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_EQUAL(BLOCK_FULL, bench_queue(PLAIN_MARK, 0));
 }
 
@@ -178,7 +178,7 @@ static void refused_line_stays_out(void)
     TEST_ASSERT_EQUAL(AXIS_REFUSED, bench.axis.life.state);
     TEST_ASSERT_EQUAL(LINE_oscillates, bench.axis.line_error);
     TEST_ASSERT_EQUAL_UINT32(1, bench.axis.line_error_pixel);
-    TEST_ASSERT_EQUAL_UINT8(0, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT8(0, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_REFUSED, queue_block(0));
     TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
     axis_stop(&bench.axis);
@@ -197,7 +197,7 @@ static void states_while_loading(void)
     (void)bench_queue(0, 0);
     (void)bench_queue(3, 2);
     TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
-    (void)bench_queue(RUN_MARK_END, 0);
+    (void)bench_queue(LINE_MARK_END, 0);
     TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
     TEST_ASSERT_EQUAL(AXIS_ARMED, bench.axis.life.state);
@@ -221,7 +221,7 @@ static void plain_line_with_reversals(void)
     for (uint8_t i = 0; i < 8; i++) {
         TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
     }
-    (void)bench_queue(RUN_MARK_END, 0);
+    (void)bench_queue(LINE_MARK_END, 0);
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(413, bench.steps);
@@ -239,7 +239,7 @@ static void queue_plain(int16_t mark, int16_t count, uint16_t pixels)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(mark, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(count, pixels));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
 }
 
 // The chained line's zero is the end of the one before: no gap in the step times.
@@ -273,7 +273,7 @@ static uint32_t decoded_end_ticks(void)
     return bench.now_ticks + decode_ahead_ticks(&bench.axis);
 }
 
-// Two pixels, each a run, decoded to their end: that stays where it is as the interrupt goes on.
+// Two pixels, each a pulse train, decoded to their end: that stays where it is as the interrupt goes on.
 static void time_ahead_inside_a_run(void)
 {
     uint32_t end_ticks = 0;
@@ -287,7 +287,7 @@ static void time_ahead_inside_a_run(void)
     for (uint8_t i = 0; i < 200; i++) {
         (void)bench_period();
         TEST_ASSERT_EQUAL_UINT32(end_ticks, decoded_end_ticks());
-        inside = (uint8_t)(inside + (bench.axis.ledger.run != LEDGER_NO_RUN ? 1 : 0));
+        inside = (uint8_t)(inside + (bench.axis.ledger.train != LEDGER_NO_TRAIN ? 1 : 0));
     }
     TEST_ASSERT_GREATER_THAN_UINT8(150, inside);
 }
@@ -354,12 +354,12 @@ static void streamed_line_goes_on(void)
 
     queue_long_start();
     while (!bench_finish_line()) {
-        if (queued < 400 && run_queue_free(&bench.axis.queue) > 20) {
+        if (queued < 400 && segment_queue_free(&bench.axis.queue) > 20) {
             TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(3, 1));
             queued++;
             wanted += 3;
         } else if (queued == 400) {
-            TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+            TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
             queued++;
         }
         (void)bench_period();
@@ -405,12 +405,12 @@ static void slow_steps_behind_a_dip(void)
     uint32_t last_ticks = 0;
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN,
-                      bench_queue(PLAIN_MARK | (int16_t)RUN_START_SMOOTH, 0));
+                      bench_queue(PLAIN_MARK | (int16_t)LINE_START_SMOOTH, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(8, 32));
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
         TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
     }
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_TRUE(bench_start_line());
     while (!bench_finish_line()) {
         uint32_t start_ticks = bench.now_ticks;
@@ -430,7 +430,7 @@ static void slow_steps_behind_a_dip(void)
 
 static void warning_is_reported(void)
 {
-    (void)bench_queue(PLAIN_MARK | (int16_t)RUN_START_SMOOTH, 0);
+    (void)bench_queue(PLAIN_MARK | (int16_t)LINE_START_SMOOTH, 0);
     (void)bench_queue(0, 0);
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(1, 4));
     TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
@@ -440,21 +440,21 @@ static void warning_is_reported(void)
 static void block_of_several_entries(void)
 {
     static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
-    struct run run;
+    struct segment segment;
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN,
                       axis_queue_block(&bench.axis, &bench.limits, 0, block, 4));
-    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 0, &run));
-    TEST_ASSERT_EQUAL_INT16(0x21, run.count);
-    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 2, &run));
-    TEST_ASSERT_EQUAL_INT16(5, run.count);
-    TEST_ASSERT_EQUAL_UINT16(3, run.repeat);
-    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 3, &run));
-    TEST_ASSERT_EQUAL_INT16(7, run.count);
-    TEST_ASSERT_EQUAL_UINT16(0x102, run.repeat);
+    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 0, &segment));
+    TEST_ASSERT_EQUAL_INT16(0x21, segment.count);
+    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 2, &segment));
+    TEST_ASSERT_EQUAL_INT16(5, segment.count);
+    TEST_ASSERT_EQUAL_UINT16(3, segment.repeat);
+    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 3, &segment));
+    TEST_ASSERT_EQUAL_INT16(7, segment.count);
+    TEST_ASSERT_EQUAL_UINT16(0x102, segment.repeat);
 }
 
-// Periods that are written one by one before a pixel's run begins.
+// Periods that are written one by one before a pixel's segment begins.
 static uint8_t singles_before_the_run(uint8_t stagger)
 {
     uint8_t singles = 0;
@@ -463,7 +463,7 @@ static uint8_t singles_before_the_run(uint8_t stagger)
     bench.axis.stagger = stagger;
     queue_plain(PLAIN_MARK, 100, 1);
     TEST_ASSERT_TRUE(bench_start_line());
-    for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_RUN; slot++) {
+    for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_TRAIN; slot++) {
         TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
         singles = (uint8_t)(singles + (bench.ring.high[slot] != STEP_HIGH_COMMAND));
     }
@@ -479,7 +479,7 @@ static void runs_of_several_axes_begin_some_steps_apart(void)
     TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_run(6));
 }
 
-// Intervals of 64768 and 64769 ticks: the longer ones would read as a run.
+// Intervals of 64768 and 64769 ticks: the longer ones would read as a segment.
 static void longest_single_period(void)
 {
     bench_open(16000000, 20uL * 64768u + 10u);
@@ -498,7 +498,7 @@ static void next_line_is_not_dry(void)
     while (bench.axis.phase != DECODE_DRY) {
         (void)bench_period();
     }
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     run_out();
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
     queue_plain(PLAIN_MARK, 1, 1);
@@ -516,10 +516,10 @@ static void chained_line_that_is_only_a_mark_yet(void)
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(30, bench.steps);
-    TEST_ASSERT_EQUAL_UINT8(1, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT8(1, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(10, 2));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(50, bench.steps);

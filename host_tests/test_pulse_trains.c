@@ -26,7 +26,7 @@ static int32_t position_steps; // of the periods loaded
 static void open_line(bool negative)
 {
     step_engine_reset(&engine, &ring);
-    feed = (struct feed){.negative = negative, .carried = engine.runs};
+    feed = (struct feed){.negative = negative, .engine_trains = engine.trains};
     feed_reset(&feed, &ring, 0);
     ledger_reset(&ledger, &ring, STEP_IDLE_TICKS);
     ledger.negative = negative;
@@ -112,7 +112,7 @@ static void put_run(struct even *even, uint16_t steps)
 {
     struct even before = *even;
 
-    feed_run(&feed, &before, steps, even_skip(even, steps));
+    feed_train(&feed, &before, steps, even_skip(even, steps));
 }
 
 static void same_periods_as_one_by_one(void)
@@ -123,7 +123,7 @@ static void same_periods_as_one_by_one(void)
         uint16_t steps = (uint16_t)chance_between(3, 600);
         open_line((i & 1u) != 0);
         pass_delay();
-        if (!feed_can_carry(&feed, &even)) {
+        if (!feed_fits_train(&feed, &even)) {
             continue;
         }
         put_run(&even, steps);
@@ -135,8 +135,8 @@ static void same_periods_as_one_by_one(void)
         }
         check_account();
         TEST_ASSERT_EQUAL_UINT16(expected.sum, even.sum);
-        TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
-        TEST_ASSERT_EQUAL_UINT16(0, feed.runs[0].steps);
+        TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_TRAIN, ledger.train);
+        TEST_ASSERT_EQUAL_UINT16(0, feed.trains[0].steps);
         TEST_ASSERT_EQUAL_UINT32(feed.written_ticks, ledger.taken_ticks);
     }
 }
@@ -151,9 +151,9 @@ static void run_follows_run(void)
     pass_delay();
     put_run(&even, 200);
     for (uint8_t i = 0; i < 90; i++) {
-        TEST_ASSERT_TRUE(feed_run_free(&feed));
+        TEST_ASSERT_TRUE(feed_train_free(&feed));
         put_run(&even, 200);
-        TEST_ASSERT_FALSE(feed_run_free(&feed));
+        TEST_ASSERT_FALSE(feed_train_free(&feed));
         for (uint16_t k = 0; k < 200; k++) {
             TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
         }
@@ -203,10 +203,10 @@ static void run_that_is_over_is_looked_after(void)
     (void)load();
     TEST_ASSERT_TRUE(due());
     follow();
-    TEST_ASSERT_TRUE(feed_run_free(&feed));
+    TEST_ASSERT_TRUE(feed_train_free(&feed));
 }
 
-#define SINGLES_AND_RUNS ((uint16_t)(22u * STEP_RUNS - 1u))
+#define SINGLES_AND_RUNS ((uint16_t)(22u * STEP_TRAINS - 1u))
 
 static void single_periods_between_runs(void)
 {
@@ -215,7 +215,7 @@ static void single_periods_between_runs(void)
     even_start(&even, 100100, 300);
     struct even expected = even;
     pass_delay();
-    for (uint8_t i = 0; i < STEP_RUNS; i++) {
+    for (uint8_t i = 0; i < STEP_TRAINS; i++) {
         put_run(&even, 20);
         feed_step(&feed, even_next(&even), false);
         feed_step(&feed, even_next(&even), false);
@@ -290,8 +290,8 @@ static void check_halt(void)
 static void check_at_rest(uint16_t steps)
 {
     TEST_ASSERT_EQUAL_INT32(steps, ledger_position(&ledger));
-    TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
-    TEST_ASSERT_TRUE(feed_run_free(&feed));
+    TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_TRAIN, ledger.train);
+    TEST_ASSERT_TRUE(feed_train_free(&feed));
     uint8_t slot = 0;
 
     (void)step_engine_next(&engine, &ring);
@@ -334,7 +334,7 @@ static bool can_carry(uint32_t ticks)
     struct even even;
 
     even_start(&even, ticks, 100);
-    return feed_can_carry(&feed, &even);
+    return feed_fits_train(&feed, &even);
 }
 
 // 512 and 513 ticks: TOP 0x1FF and 0x200
@@ -352,7 +352,7 @@ static void what_can_be_carried(void)
 
 static void nobody_to_carry(void)
 {
-    feed.carried = NULL;
+    feed.engine_trains = NULL;
     TEST_ASSERT_FALSE(can_carry(51301));
 }
 

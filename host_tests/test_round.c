@@ -121,7 +121,7 @@ static void slow_line(uint8_t axis)
 {
     TEST_ASSERT_EQUAL(
         MODBUS_OK,
-        bench_entry(axis, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0));
+        bench_entry(axis, LINE_MARK_START | LINE_START_WAIT | LINE_START_SMOOTH, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, 0, 0));
     for (int16_t count = 1; count <= 5; count = (int16_t)(count + 2)) {
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, count, 1));
@@ -129,7 +129,7 @@ static void slow_line(uint8_t axis)
     for (int16_t count = 5; count >= 1; count = (int16_t)(count - 2)) {
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, count, 1));
     }
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, LINE_MARK_END, 0));
 }
 
 // Each costs as much of the processor as a dozen others.
@@ -157,12 +157,12 @@ static void steep_steps_count_more_too(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_EQUAL(
             MODBUS_OK,
-            bench_entry(i, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0));
+            bench_entry(i, LINE_MARK_START | LINE_START_WAIT | LINE_START_SMOOTH, 0));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 0, 0));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 100, 1));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 150, 1));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 50, 1));
-        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, RUN_MARK_END, 0));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, LINE_MARK_END, 0));
     }
     arm_all();
     for (uint8_t i = 0; i < 3u * CONFIG_AXES / 2u; i++) {

@@ -37,17 +37,17 @@ static void entry(uint8_t axis, int16_t count, uint16_t repeat)
 // 1 2 4, 8 for so many pixels, 4 2 1; upwards or, with sign -1, downwards.
 static void queue_seek(uint8_t axis, uint16_t flags, int16_t sign, uint16_t pixels)
 {
-    entry(axis, (int16_t)(RUN_MARK_START | RUN_START_SEEK | flags), 0);
+    entry(axis, (int16_t)(LINE_MARK_START | LINE_START_SEEK | flags), 0);
     entry(axis, 0, 0);
     for (int16_t count = 1; count < TOP_STEPS; count = (int16_t)(2 * count)) {
         entry(axis, (int16_t)(sign * count), 1);
     }
     entry(axis, (int16_t)(sign * TOP_STEPS), pixels);
-    entry(axis, RUN_MARK_DOWN, 0);
+    entry(axis, LINE_MARK_DOWN, 0);
     for (int16_t count = TOP_STEPS / 2; count != 0; count = (int16_t)(count / 2)) {
         entry(axis, (int16_t)(sign * count), 1);
     }
-    entry(axis, RUN_MARK_END, 0);
+    entry(axis, LINE_MARK_END, 0);
 }
 
 static void start(uint8_t axis)
@@ -149,7 +149,7 @@ static void opening_is_sought_too(void)
 {
     fake_switch(0, SWITCH_HOME, CLOSED);
     bench_rounds(40);
-    queue_seek(0, RUN_START_OPEN, -1, 200);
+    queue_seek(0, LINE_START_OPEN, -1, 200);
     start(0);
     go_to(0, 90000);
     fake_switch(0, SWITCH_HOME, OPEN);
@@ -245,7 +245,7 @@ static void long_bouncing_counts_from_its_first_edge(void)
 
 static void seek_without_its_end_is_not_armed(void)
 {
-    entry(0, RUN_MARK_START | RUN_START_SEEK, 0);
+    entry(0, LINE_MARK_START | LINE_START_SEEK, 0);
     entry(0, 0, 0);
     for (uint8_t i = 0; i < CONFIG_QUEUE_ENTRIES - 4u; i++) {
         entry(0, (int16_t)(1 + i % 2), 1);
@@ -253,18 +253,18 @@ static void seek_without_its_end_is_not_armed(void)
     TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ARM));
     TEST_ASSERT_EQUAL_UINT8(NO_AXIS, seek_now()->axis);
-    entry(0, RUN_MARK_DOWN, 0);
-    entry(0, RUN_MARK_END, 0);
+    entry(0, LINE_MARK_DOWN, 0);
+    entry(0, LINE_MARK_END, 0);
     start(0);
 }
 
 // The first interval is part of the delay before the line, however long the board is busy.
 static void first_step_comes_in_time_at_any_rate(void)
 {
-    entry(0, RUN_MARK_START, 0);
+    entry(0, LINE_MARK_START, 0);
     entry(0, 0, 0);
     entry(0, BENCH_PIXEL_TICKS / CONFIG_MIN_INTERVAL_TICKS, 20);
-    entry(0, RUN_MARK_END, 0);
+    entry(0, LINE_MARK_END, 0);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     TEST_ASSERT_TRUE(axes_get(0)->feed.lead_in_ticks != 0);
@@ -295,7 +295,7 @@ static void never_opening_is_another(void)
 {
     fake_switch(1, SWITCH_HOME, CLOSED);
     bench_rounds(40);
-    queue_seek(1, RUN_START_OPEN, 1, 20);
+    queue_seek(1, LINE_START_OPEN, 1, 20);
     start(1);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     bench_rounds(5);
@@ -340,10 +340,10 @@ static void one_axis_seeks_at_a_time(void)
 
 static void seek_does_not_follow_another_line_unasked(void)
 {
-    entry(0, RUN_MARK_START, 0);
+    entry(0, LINE_MARK_START, 0);
     entry(0, 0, 0);
     entry(0, 5, 2);
-    entry(0, RUN_MARK_END, 0);
+    entry(0, LINE_MARK_END, 0);
     queue_seek(0, 0, 1, 200);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));

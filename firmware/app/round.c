@@ -109,7 +109,7 @@ static void follow_in_turn(void)
         const struct axis *axis = axes_get(i);
         uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
         // Full marks keep the decoder from the next pixel.
-        if (i == due || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_RUN) ||
+        if (i == due || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
             behind >= FOLLOW_ENTRIES || feed_marks_full(&axis->feed)) {
             axes_follow_due(i);
         }

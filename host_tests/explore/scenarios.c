@@ -38,7 +38,7 @@ static bool in_run(void)
     return in_delay() && scene_engine()->left > 1;
 }
 
-static bool near_end_of_run(void)
+static bool near_end_of_train(void)
 {
     return in_delay() && scene_engine()->left == 1;
 }
@@ -100,7 +100,7 @@ static bool prepare_loaded(void)
 
 static bool prepare_held(void)
 {
-    return LINE(RUN_START_WAIT) && scene_arm(0);
+    return LINE(LINE_START_WAIT) && scene_arm(0);
 }
 
 static bool prepare_held_by_token(void)
@@ -128,14 +128,14 @@ static bool prepare_singles(void)
     return load_and_arm() && scene_pass_until(in_singles);
 }
 
-static bool prepare_run(void)
+static bool prepare_train(void)
 {
     return load_and_arm() && scene_pass_until(in_run);
 }
 
-static bool prepare_end_of_run(void)
+static bool prepare_end_of_train(void)
 {
-    return load_and_arm() && scene_pass_until(near_end_of_run);
+    return load_and_arm() && scene_pass_until(near_end_of_train);
 }
 
 static bool prepare_long_interval(void)
@@ -186,7 +186,7 @@ static bool prepare_starved(void)
 
 static bool prepare_stopping(void)
 {
-    bool stopped = prepare_run() && scene_order(COMMAND_STOP, 0);
+    bool stopped = prepare_train() && scene_order(COMMAND_STOP, 0);
 
     judge_between();
     return stopped;
@@ -212,7 +212,7 @@ static bool prepare_fast_singles(void)
     return load_fast() && scene_pass_until(in_singles);
 }
 
-static bool prepare_fast_run(void)
+static bool prepare_fast_train(void)
 {
     return load_fast() && scene_pass_until(in_run);
 }
@@ -231,8 +231,8 @@ static const struct scenario scenarios[] = {
     {"released, before its delay", prepare_delay},
     {"before the first step", prepare_before_pulse},
     {"single periods", prepare_singles},
-    {"inside a run", prepare_run},
-    {"last period of a run", prepare_end_of_run},
+    {"inside a run", prepare_train},
+    {"last period of a run", prepare_end_of_train},
     {"inside a long interval", prepare_long_interval},
     {"behind a reversal", prepare_reversal},
     {"before the end command", prepare_before_end},
@@ -243,7 +243,7 @@ static const struct scenario scenarios[] = {
     {"stopping", prepare_stopping},
     {"emergency stop", prepare_estop},
     {"short single periods", prepare_fast_singles},
-    {"inside a fast run", prepare_fast_run},
+    {"inside a fast run", prepare_fast_train},
 };
 
 uint8_t board_scenarios(void)

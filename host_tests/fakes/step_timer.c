@@ -130,9 +130,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
     return &rings[axis];
 }
 
-struct step_run *step_timer_runs(uint8_t axis)
+struct pulse_train *step_timer_trains(uint8_t axis)
 {
-    return timers[axis].engine.runs;
+    return timers[axis].engine.trains;
 }
 
 struct engine_sample step_timer_sample(uint8_t axis)

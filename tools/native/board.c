@@ -16,8 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/round.h"
 #include "app/bus_port.h"
+#include "app/round.h"
 #include "config.h"
 #include "fakes/board.h"
 #include "fakes/board_bench.h"
@@ -113,14 +113,14 @@ static void do_run(const char *words)
 static void do_pop(const char *words)
 {
     unsigned long axis = strtoul(words, NULL, 10);
-    struct run entry;
+    struct segment entry;
 
     if (axis >= CONFIG_AXES) {
         (void)puts("error no such axis");
         return;
     }
     (void)fputs("runs", stdout);
-    while (run_queue_pop(&axes_get((uint8_t)axis)->queue, &entry)) {
+    while (segment_queue_pop(&axes_get((uint8_t)axis)->queue, &entry)) {
         (void)printf(" %d,%u", entry.count, entry.repeat);
     }
     (void)putchar('\n');

@@ -27,25 +27,25 @@ static inline bool has_backlash(const struct line_check *check)
 // A seek does not wait for the clock.
 static bool seek_shape(uint16_t word)
 {
-    uint16_t without = (word & RUN_START_SEEK) != 0 ? RUN_START_WAIT : RUN_START_OPEN;
+    uint16_t without = (word & LINE_START_SEEK) != 0 ? LINE_START_WAIT : LINE_START_OPEN;
 
     return (word & without) == 0;
 }
 
-static enum line_error start(struct line_check *check, struct run entry)
+static enum line_error start(struct line_check *check, struct segment entry)
 {
     uint16_t word = (uint16_t)entry.count;
 
-    if (entry.repeat != 0 || (word & RUN_MARK_KIND) != RUN_MARK_START ||
-        (word & (uint16_t)~(RUN_START_KNOWN | RUN_START_WAIT)) != 0 ||
+    if (entry.repeat != 0 || (word & LINE_MARK_KIND) != LINE_MARK_START ||
+        (word & (uint16_t)~(LINE_START_KNOWN | LINE_START_WAIT)) != 0 ||
         !seek_shape(word)) {
         return LINE_malformed;
     }
-    if (!FEATURE_HOMING && (word & RUN_START_SEEK) != 0) {
+    if (!FEATURE_HOMING && (word & LINE_START_SEEK) != 0) {
         return LINE_not_built;
     }
     // A seek is started by itself.
-    bool chained = (word & (RUN_START_WAIT | RUN_START_SEEK)) == 0;
+    bool chained = (word & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
     int8_t direction = check->direction;
     uint16_t rest_ticks = check->rest_ticks;
 
@@ -54,19 +54,19 @@ static enum line_error start(struct line_check *check, struct run entry)
         check->direction = direction;
         check->rest_ticks = rest_ticks;
     }
-    check->smooth = (word & RUN_START_SMOOTH) != 0;
-    check->negative = (word & RUN_START_NEGATIVE) != 0;
-    check->seek = (word & RUN_START_SEEK) != 0;
+    check->smooth = (word & LINE_START_SMOOTH) != 0;
+    check->negative = (word & LINE_START_NEGATIVE) != 0;
+    check->seek = (word & LINE_START_SEEK) != 0;
     check->one_way = check->seek;
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
 }
 
-static enum line_error parameter(struct line_check *check, struct run entry)
+static enum line_error parameter(struct line_check *check, struct segment entry)
 {
     check->backlash_steps = (uint16_t)entry.count;
     check->line_speed = entry.repeat;
-    check->phase = LINE_CHECK_RUNS;
+    check->phase = LINE_CHECK_SEGMENTS;
     if (check->backlash_steps == 0) {
         return LINE_none;
     }
@@ -103,7 +103,7 @@ static void warn(struct line_check *check, enum line_error warning)
     }
 }
 
-static uint16_t steps_of(struct run entry)
+static uint16_t steps_of(struct segment entry)
 {
     return magnitude(entry.count);
 }
@@ -117,16 +117,16 @@ static uint16_t shortest(const struct line_check *check, const struct line_limit
     return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
 }
 
-static enum line_error plain_run(const struct line_check *check,
-                                 const struct line_limits *limits,
-                                 struct run entry)
+static enum line_error check_plain_segment(const struct line_check *check,
+                                           const struct line_limits *limits,
+                                           struct segment entry)
 {
     return too_fast(steps_of(entry), shortest(check, limits), limits->pixel_ticks)
                ? LINE_too_fast
                : LINE_none;
 }
 
-static int8_t APART direction_of(const struct line_check *check, struct run entry)
+static int8_t APART direction_of(const struct line_check *check, struct segment entry)
 {
     if (entry.count == 0) {
         return 0;
@@ -138,7 +138,7 @@ static int8_t APART direction_of(const struct line_check *check, struct run entr
 
 // The speed whose interval is the first one of a run after a rest: the count itself, or its root
 // where the pixel starts from rest and accelerates.
-static uint16_t first_speed(const struct line_check *check, struct run entry)
+static uint16_t first_speed(const struct line_check *check, struct segment entry)
 {
     uint16_t steps = steps_of(entry);
     uint8_t root = 1; // of COUNT_MAX: 128
@@ -155,7 +155,7 @@ static uint16_t first_speed(const struct line_check *check, struct run entry)
 // A reversal from pixel to pixel, faster than the motor can start and stop.
 static bool lacks_ramp(const struct line_check *check,
                        const struct line_limits *limits,
-                       struct run entry)
+                       struct segment entry)
 {
     uint16_t most = limits->start_stop_steps;
     int16_t last = check->last_count;
@@ -167,7 +167,7 @@ static bool lacks_ramp(const struct line_check *check,
 // The direction changes in the middle of the time since the last step.
 static enum line_error turn(const struct line_check *check,
                             const struct line_limits *limits,
-                            struct run entry)
+                            struct segment entry)
 {
     int8_t direction = direction_of(check, entry);
     uint16_t wanted = limits->reversal_min_ticks;
@@ -193,7 +193,7 @@ static enum line_error turn(const struct line_check *check,
 
 static void remember_turn(struct line_check *check,
                           const struct line_limits *limits,
-                          struct run entry)
+                          struct segment entry)
 {
     int8_t direction = direction_of(check, entry);
     uint16_t pixel =
@@ -209,7 +209,7 @@ static void remember_turn(struct line_check *check,
 }
 
 // Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
-static enum line_error equal_counts(struct line_check *check, struct run entry)
+static enum line_error equal_counts(struct line_check *check, struct segment entry)
 {
     uint16_t amplitude = magnitude((int16_t)((int16_t)check->speed - entry.count));
     uint16_t steps = (uint16_t)entry.count;
@@ -235,7 +235,7 @@ static bool too_steep(const struct line_limits *limits, int16_t acceleration)
 // Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
 static enum line_error APART smooth_speed(struct line_check *check,
                                           const struct line_limits *limits,
-                                          struct run entry,
+                                          struct segment entry,
                                           uint16_t end_speed)
 {
     uint16_t top = end_speed > check->speed ? end_speed : check->speed;
@@ -260,7 +260,7 @@ static enum line_error APART smooth_speed(struct line_check *check,
 
 // What the arithmetic of a smooth pixel does not allow.
 static enum line_error smooth_shape(const struct line_check *check,
-                                    struct run entry,
+                                    struct segment entry,
                                     int16_t end_speed)
 {
     if (entry.count < 0) {
@@ -272,9 +272,9 @@ static enum line_error smooth_shape(const struct line_check *check,
     return end_speed < 0 ? LINE_reverses_inside_pixel : LINE_none;
 }
 
-static enum line_error smooth_run(struct line_check *check,
-                                  const struct line_limits *limits,
-                                  struct run entry)
+static enum line_error check_smooth_segment(struct line_check *check,
+                                            const struct line_limits *limits,
+                                            struct segment entry)
 {
     // Both are at most 2 * COUNT_MAX.
     int16_t end_speed = (int16_t)(2 * entry.count - (int16_t)check->speed);
@@ -296,13 +296,13 @@ static enum line_error smooth_run(struct line_check *check,
 }
 
 // The end mark, or the down mark of a seek.
-static enum line_error mark(struct line_check *check, struct run entry)
+static enum line_error mark(struct line_check *check, struct segment entry)
 {
-    if (is_seek(check) && (uint16_t)entry.count == RUN_MARK_DOWN) {
+    if (is_seek(check) && (uint16_t)entry.count == LINE_MARK_DOWN) {
         check->seek = false;
         return LINE_none;
     }
-    if (is_seek(check) || (uint16_t)entry.count != RUN_MARK_END) {
+    if (is_seek(check) || (uint16_t)entry.count != LINE_MARK_END) {
         return LINE_malformed;
     }
     if (check->smooth && check->speed != 0) {
@@ -317,13 +317,13 @@ static enum line_error mark(struct line_check *check, struct run entry)
 
 static enum line_error run(struct line_check *check,
                            const struct line_limits *limits,
-                           struct run entry)
+                           struct segment entry)
 {
     if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
         return LINE_out_of_range;
     }
-    enum line_error error = check->smooth ? smooth_run(check, limits, entry)
-                                          : plain_run(check, limits, entry);
+    enum line_error error = check->smooth ? check_smooth_segment(check, limits, entry)
+                                          : check_plain_segment(check, limits, entry);
     if (error == LINE_none) {
         error = turn(check, limits, entry);
     }
@@ -337,7 +337,7 @@ static enum line_error run(struct line_check *check,
 
 enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
-                                 struct run entry)
+                                 struct segment entry)
 {
     if (check->phase == LINE_CHECK_OUTSIDE) {
         return start(check, entry);

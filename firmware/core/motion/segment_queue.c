@@ -1,51 +1,55 @@
 // SPDX-License-Identifier: MIT
 #include "motion/segment_queue.h"
 
-void run_queue_init(struct run_queue *queue, struct run *slots, uint8_t slot_count)
+void segment_queue_init(struct segment_queue *queue,
+                        struct segment *slots,
+                        uint8_t slot_count)
 {
     queue->slots = slots;
     queue->mask = (uint8_t)(slot_count - 1u);
-    run_queue_clear(queue);
+    segment_queue_clear(queue);
 }
 
-void run_queue_clear(struct run_queue *queue)
+void segment_queue_clear(struct segment_queue *queue)
 {
     queue->head = 0;
     queue->tail = 0;
 }
 
-uint8_t run_queue_fill(const struct run_queue *queue)
+uint8_t segment_queue_fill(const struct segment_queue *queue)
 {
     return (uint8_t)(queue->head - queue->tail);
 }
 
-uint8_t run_queue_free(const struct run_queue *queue)
+uint8_t segment_queue_free(const struct segment_queue *queue)
 {
-    return (uint8_t)(queue->mask + 1u - run_queue_fill(queue));
+    return (uint8_t)(queue->mask + 1u - segment_queue_fill(queue));
 }
 
-bool run_queue_push(struct run_queue *queue, struct run run)
+bool segment_queue_push(struct segment_queue *queue, struct segment segment)
 {
-    if (run_queue_free(queue) == 0) {
+    if (segment_queue_free(queue) == 0) {
         return false;
     }
-    queue->slots[queue->head & queue->mask] = run;
+    queue->slots[queue->head & queue->mask] = segment;
     queue->head++;
     return true;
 }
 
-bool run_queue_peek(const struct run_queue *queue, uint8_t ahead, struct run *run)
+bool segment_queue_peek(const struct segment_queue *queue,
+                        uint8_t ahead,
+                        struct segment *segment)
 {
-    if (ahead >= run_queue_fill(queue)) {
+    if (ahead >= segment_queue_fill(queue)) {
         return false;
     }
-    *run = queue->slots[(uint8_t)(queue->tail + ahead) & queue->mask];
+    *segment = queue->slots[(uint8_t)(queue->tail + ahead) & queue->mask];
     return true;
 }
 
-bool run_queue_pop(struct run_queue *queue, struct run *run)
+bool segment_queue_pop(struct segment_queue *queue, struct segment *segment)
 {
-    if (!run_queue_peek(queue, 0, run)) {
+    if (!segment_queue_peek(queue, 0, segment)) {
         return false;
     }
     queue->tail++;

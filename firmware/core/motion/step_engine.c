@@ -23,37 +23,37 @@ static struct step_load idle_load(struct step_engine *engine, bool turned)
 
 // The run's next entry, if that is what comes. Looked for one period ahead, so that a run goes on
 // without a longer way to its first period.
-static void take_run_entry(struct step_engine *engine, const struct step_ring *ring)
+static void take_train_entry(struct step_engine *engine, const struct step_ring *ring)
 {
     uint8_t tail = engine->tail;
 
-    if (engine->left == 0 && ring->high[tail] == STEP_HIGH_RUN) {
+    if (engine->left == 0 && ring->high[tail] == STEP_HIGH_TRAIN) {
         int8_t count = (int8_t)ring->low[tail];
         engine->left = count;
-        engine->run_high = engine->runs[count < 0].top_high;
+        engine->train_high = engine->trains[count < 0].top_high;
         engine->tail = (uint8_t)(tail + 1u);
     }
 }
 
 // left: of the run, not 0.
-static struct step_load run_load(struct step_engine *engine,
-                                 const struct step_ring *ring,
-                                 int8_t left,
-                                 bool turned)
+static struct step_load train_load(struct step_engine *engine,
+                                   const struct step_ring *ring,
+                                   int8_t left,
+                                   bool turned)
 {
-    struct step_run *run = &engine->runs[left < 0];
-    uint16_t top_ticks = (uint16_t)((uint16_t)run->top_high << 8);
+    struct pulse_train *train = &engine->trains[left < 0];
+    uint16_t top_ticks = (uint16_t)((uint16_t)train->top_high << 8);
 
-    if (run->sum >= 0) {
-        top_ticks = (uint16_t)(top_ticks | run->long_low);
-        run->sum = (int16_t)(run->sum + run->after_long);
+    if (train->sum >= 0) {
+        top_ticks = (uint16_t)(top_ticks | train->long_low);
+        train->sum = (int16_t)(train->sum + train->after_long);
     } else {
-        top_ticks = (uint16_t)(top_ticks | run->short_low);
-        run->sum = (int16_t)(run->sum + run->after_short);
+        top_ticks = (uint16_t)(top_ticks | train->short_low);
+        train->sum = (int16_t)(train->sum + train->after_short);
     }
     left = (int8_t)(left < 0 ? left + 1 : left - 1);
     engine->left = left;
-    take_run_entry(engine, ring);
+    take_train_entry(engine, ring);
     return (struct step_load){
         .top_ticks = top_ticks, .pulse = engine->pulse, .turned = turned};
 }
@@ -101,10 +101,10 @@ struct step_load step_engine_take(struct step_engine *engine,
         return idle_load(engine, turned);
     }
     for (;;) {
-        take_run_entry(engine, ring);
+        take_train_entry(engine, ring);
         int8_t left = engine->left;
         if (left != 0) {
-            return run_load(engine, ring, left, turned);
+            return train_load(engine, ring, left, turned);
         }
         uint8_t tail = engine->tail;
         uint8_t high = ring->high[tail];
