@@ -60,7 +60,7 @@
 #define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
-#define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
+#define CONFIG_REVERSAL_MARGIN_TICKS     ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
 #if CONFIG_AXES == 1

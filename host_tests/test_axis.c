@@ -203,7 +203,7 @@ static void states_while_loading(void)
     TEST_ASSERT_EQUAL(AXIS_ARMED, bench.axis.life.state);
 }
 
-static void run_out(void)
+static void run_to_the_end(void)
 {
     while (!bench_finish_line()) {
         (void)bench_period();
@@ -223,7 +223,7 @@ static void plain_line_with_reversals(void)
     }
     (void)bench_queue(LINE_MARK_END, 0);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(413, bench.steps);
     TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.records.count);
     for (uint8_t i = 0; i < 8; i++) {
@@ -274,7 +274,7 @@ static uint32_t decoded_end_ticks(void)
 }
 
 // Two pixels, each a pulse train, decoded to their end: that stays where it is as the interrupt goes on.
-static void time_ahead_inside_a_run(void)
+static void time_ahead_inside_a_train(void)
 {
     uint32_t end_ticks = 0;
     uint8_t inside = 0;
@@ -293,7 +293,7 @@ static void time_ahead_inside_a_run(void)
 }
 
 // 129 entries a pixel: the second does not fit behind the first and is handed over in parts.
-static void runs_longer_than_the_ring_has_room(void)
+static void trains_longer_than_the_ring_has_room(void)
 {
     bench_open(8, 1);
     queue_plain(PLAIN_MARK, 16383, 2);
@@ -312,11 +312,11 @@ static void waiting_line_is_not_chained(void)
     queue_plain(PLAIN_MARK, 10, 1);
     queue_plain(PLAIN_MARK, 10, 1);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
     TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(20, bench.steps);
 }
 
@@ -390,7 +390,7 @@ static void discard_forgets_an_armed_line(void)
     }
     queue_plain(PLAIN_MARK, 4, 2);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(8, bench.steps);
     TEST_ASSERT_EQUAL_INT32(8, ledger_position(&bench.axis.ledger));
 }
@@ -455,7 +455,7 @@ static void block_of_several_entries(void)
 }
 
 // Periods that are written one by one before a pixel's segment begins.
-static uint8_t singles_before_the_run(uint8_t stagger)
+static uint8_t singles_before_the_train(uint8_t stagger)
 {
     uint8_t singles = 0;
 
@@ -467,16 +467,16 @@ static uint8_t singles_before_the_run(uint8_t stagger)
         TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
         singles = (uint8_t)(singles + (bench.ring.high[slot] != STEP_HIGH_COMMAND));
     }
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(100, bench.steps);
     return singles;
 }
 
-static void runs_of_several_axes_begin_some_steps_apart(void)
+static void trains_of_several_axes_begin_some_steps_apart(void)
 {
-    uint8_t first = singles_before_the_run(0);
+    uint8_t first = singles_before_the_train(0);
 
-    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_run(6));
+    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6));
 }
 
 // Intervals of 64768 and 64769 ticks: the longer ones would read as a segment.
@@ -485,7 +485,7 @@ static void longest_single_period(void)
     bench_open(16000000, 20uL * 64768u + 10u);
     queue_plain(PLAIN_MARK, 20, 4);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(80, bench.steps);
     TEST_ASSERT_EQUAL_INT32(80, ledger_position(&bench.axis.ledger));
     TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
@@ -499,12 +499,12 @@ static void next_line_is_not_dry(void)
         (void)bench_period();
     }
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
     queue_plain(PLAIN_MARK, 1, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     TEST_ASSERT_NOT_EQUAL(DECODE_DRY, bench.axis.phase);
-    run_out();
+    run_to_the_end();
 }
 
 // Of the line that is to follow only its mark has come: it is begun when it can be.
@@ -514,14 +514,14 @@ static void chained_line_that_is_only_a_mark_yet(void)
     queue_plain(PLAIN_MARK, 10, 3);
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(CHAINED_MARK, 0));
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(30, bench.steps);
     TEST_ASSERT_EQUAL_UINT8(1, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(10, 2));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(50, bench.steps);
 }
 
@@ -539,8 +539,8 @@ int main(void)
     RUN_TEST(states_while_loading);
     RUN_TEST(plain_line_with_reversals);
     RUN_TEST(chained_lines);
-    RUN_TEST(time_ahead_inside_a_run);
-    RUN_TEST(runs_longer_than_the_ring_has_room);
+    RUN_TEST(time_ahead_inside_a_train);
+    RUN_TEST(trains_longer_than_the_ring_has_room);
     RUN_TEST(waiting_line_is_not_chained);
     RUN_TEST(starving_halts_dry);
     RUN_TEST(streamed_line_goes_on);
@@ -549,7 +549,7 @@ int main(void)
     RUN_TEST(slow_steps_behind_a_dip);
     RUN_TEST(warning_is_reported);
     RUN_TEST(block_of_several_entries);
-    RUN_TEST(runs_of_several_axes_begin_some_steps_apart);
+    RUN_TEST(trains_of_several_axes_begin_some_steps_apart);
     RUN_TEST(longest_single_period);
     RUN_TEST(next_line_is_not_dry);
     RUN_TEST(chained_line_that_is_only_a_mark_yet);

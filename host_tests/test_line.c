@@ -216,7 +216,7 @@ static void negative_smooth_line(void)
     TEST_ASSERT_FALSE(take());
 }
 
-static void plain_line_turns(void)
+static void plain_line_reverses(void)
 {
     queue_entry(LINE_MARK_START, 0);
     queue_entry(0, 0);
@@ -419,7 +419,7 @@ int main(void)
     RUN_TEST(no_take_up_leaves_the_zero_pixel_idle);
     RUN_TEST(every_backlash_ends_on_the_clock);
     RUN_TEST(negative_smooth_line);
-    RUN_TEST(plain_line_turns);
+    RUN_TEST(plain_line_reverses);
     RUN_TEST(dry_queue_goes_on_when_refilled);
     RUN_TEST(seek_that_never_trips_runs_to_its_end);
     RUN_TEST(tripped_seek_slows_down_from_top_speed);

@@ -59,7 +59,7 @@ static void equal_counts_one_by_one_oscillate(void)
     refused(LINE_oscillates, 2, 10, 1);
 }
 
-static void equal_counts_across_runs_oscillate(void)
+static void equal_counts_across_segments_oscillate(void)
 {
     begin_smooth();
     taken(5, 1);
@@ -281,7 +281,7 @@ int main(void)
     RUN_TEST(end_speed_not_zero);
     RUN_TEST(equal_counts_from_rest_oscillate);
     RUN_TEST(equal_counts_one_by_one_oscillate);
-    RUN_TEST(equal_counts_across_runs_oscillate);
+    RUN_TEST(equal_counts_across_segments_oscillate);
     RUN_TEST(repaired_with_half_a_count);
     RUN_TEST(repaired_with_two_counts);
     RUN_TEST(odd_constant_speed_ripples);

@@ -281,7 +281,7 @@ static void no_axis_starts_before_every_ring_is_full(void)
 }
 
 // More than one run must not begin at once: all axes cross a pixel's edge together.
-static void runs_begin_two_steps_apart(void)
+static void trains_begin_two_steps_apart(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_EQUAL_UINT8(2u * i, axes_get(i)->stagger);
@@ -302,6 +302,6 @@ int main(void)
     if (CONFIG_AXES > 2) {
         RUN_TEST(no_axis_starts_before_every_ring_is_full);
     }
-    RUN_TEST(runs_begin_two_steps_apart);
+    RUN_TEST(trains_begin_two_steps_apart);
     return UNITY_END();
 }

@@ -12,7 +12,7 @@
 #define TRAIN_STAGGER_STEPS 2u
 
 static struct axis axes[CONFIG_AXES];
-static struct segment slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
+static struct segment segment_slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
 
 void axes_start(void)
 {
@@ -20,7 +20,7 @@ void axes_start(void)
         const struct axis_parts parts = {
             .ring = step_timer_ring(i),
             .trains = step_timer_trains(i),
-            .slots = slots[i],
+            .slots = segment_slots[i],
             .slot_count = CONFIG_QUEUE_ENTRIES,
             .stagger = (uint8_t)(TRAIN_STAGGER_STEPS * i),
             .first_period_ticks = STEP_IDLE_TICKS,
@@ -81,7 +81,7 @@ static bool capture_waits(uint8_t i)
            switch_capture_waiting();
 }
 
-static bool follow(uint8_t i, bool all)
+static bool follow_axis(uint8_t i, bool all)
 {
     struct axis *axis = axes_get(i);
     struct engine_sample sample = step_timer_sample(i);
@@ -103,12 +103,12 @@ static bool follow(uint8_t i, bool all)
 
 void axes_follow_due(uint8_t axis)
 {
-    (void)follow(axis, false);
+    (void)follow_axis(axis, false);
 }
 
 bool axes_follow(uint8_t axis)
 {
-    return follow(axis, true);
+    return follow_axis(axis, true);
 }
 
 void axes_account(uint8_t axis)

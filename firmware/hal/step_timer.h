@@ -26,7 +26,7 @@ uint8_t step_timer_tail(uint8_t axis); // of that, the slot alone
 enum step_engine_state step_timer_state(uint8_t axis);
 
 // Changes from interrupt to interrupt, or nearly always: every 4.1 ms at the latest there is one.
-uint8_t step_timer_beat(uint8_t axis);
+uint8_t step_timer_heartbeat(uint8_t axis);
 
 // Let the interrupt see the command that stands in this slot of the ring, and what follows it, unless
 // an idle period was loaded since idle_count: then false, and nothing done.

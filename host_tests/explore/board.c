@@ -124,11 +124,11 @@ bool board_finished(void)
 
 bool board_stopped(void)
 {
-    bool deaf = *part_deaf;
+    bool deaf = *part_reception_off;
 
-    *part_deaf = true;
+    *part_reception_off = true;
     bool stopped = faults_record()->code != FAULT_none || estop_latched();
-    *part_deaf = deaf;
+    *part_reception_off = deaf;
     return stopped;
 }
 
@@ -153,7 +153,7 @@ bool board_excused(const volatile void *address)
     const volatile uint8_t *trains =
         (const volatile uint8_t *)&step_engines[0] + offsetof(struct step_engine, trains);
     const volatile uint8_t *byte = address;
-    // step_timer_beat() takes the low byte. A command's handler counts an idle period with
+    // step_timer_heartbeat() takes the low byte. A command's handler counts an idle period with
     // interrupts on: only a capture, which is not explored, could read half of that.
     bool idle_count = address == &step_engines[0].idle_count;
 
@@ -165,10 +165,10 @@ int32_t board_position(void)
 {
     uint16_t address = REG_AXIS_BASE + 6u;
 
-    *part_deaf = true;
+    *part_reception_off = true;
     uint32_t position =
         (uint32_t)data_input(address) << 16 | data_input((uint16_t)(address + 1u));
-    *part_deaf = false;
+    *part_reception_off = false;
     return (int32_t)position;
 }
 

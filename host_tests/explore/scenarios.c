@@ -8,7 +8,7 @@
 // Single periods, a run, intervals of several periods, a reversal.
 #define LINE(flags) BLOCK(START(flags), {3, 1}, {17, 1}, {1, 1}, {-1, 1}, END)
 // Behind its run, of which 17 + 3 steps are made but the last.
-#define BEHIND_RUN_STEPS 19
+#define BEHIND_TRAIN_STEPS 19
 
 static bool running(void)
 {
@@ -33,7 +33,7 @@ static bool in_singles(void)
     return in_delay() && scene_engine()->pulse && scene_engine()->left == 0;
 }
 
-static bool in_run(void)
+static bool in_train(void)
 {
     return in_delay() && scene_engine()->left > 1;
 }
@@ -46,7 +46,7 @@ static bool near_end_of_train(void)
 // Behind the run: the step is made, its interval goes on.
 static bool in_long_interval(void)
 {
-    return in_delay() && judged.position >= BEHIND_RUN_STEPS && !scene_engine()->pulse;
+    return in_delay() && judged.position >= BEHIND_TRAIN_STEPS && !scene_engine()->pulse;
 }
 
 static bool reverses(void)
@@ -130,7 +130,7 @@ static bool prepare_singles(void)
 
 static bool prepare_train(void)
 {
-    return load_and_arm() && scene_pass_until(in_run);
+    return load_and_arm() && scene_pass_until(in_train);
 }
 
 static bool prepare_end_of_train(void)
@@ -214,7 +214,7 @@ static bool prepare_fast_singles(void)
 
 static bool prepare_fast_train(void)
 {
-    return load_fast() && scene_pass_until(in_run);
+    return load_fast() && scene_pass_until(in_train);
 }
 
 struct scenario {

@@ -112,7 +112,7 @@ static enum program_verdict go_on(uint8_t piece, uint8_t events, bool disturbed)
     return verdict;
 }
 
-static enum program_verdict run_piece(const struct state *before, uint8_t piece)
+static enum program_verdict train_piece(const struct state *before, uint8_t piece)
 {
     search->from = before;
     enum program_verdict verdict = go_on(piece, 0, false);
@@ -137,7 +137,7 @@ static enum program_verdict segment_pieces(uint8_t first, uint8_t pieces)
 
     for (uint32_t i = 0; i < search->now.count; i++) {
         for (uint8_t piece = 0; verdict == PROGRAM_FINE && piece < pieces; piece++) {
-            verdict = run_piece(&search->now.states[i], (uint8_t)(first + piece));
+            verdict = train_piece(&search->now.states[i], (uint8_t)(first + piece));
         }
     }
     if (verdict == PROGRAM_FINE) {

@@ -59,7 +59,7 @@ static void refill(void)
 }
 
 // macros train_period, train_interval, train_leave
-static void run_period(int8_t left)
+static void train_period(int8_t left)
 {
     struct pulse_train *train = &engine->trains[left < 0];
     int16_t sum = train->sum;
@@ -176,7 +176,7 @@ void step_isr_overflow(void)
         left = engine->left;
     }
     if (left != 0) {
-        run_period(left);
+        train_period(left);
     }
 }
 

@@ -211,7 +211,7 @@ void step_timer_enable(uint8_t axis, bool on)
     fake_axes[axis].enabled = on;
 }
 
-uint8_t step_timer_beat(uint8_t axis)
+uint8_t step_timer_heartbeat(uint8_t axis)
 {
     const struct step_engine *engine = &timers[axis].engine;
 

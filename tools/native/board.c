@@ -37,7 +37,7 @@ static void pass(uint32_t ticks)
     fake_pass(ticks);
     cycle += ticks;
     round_poll();
-    serial_poll();
+    bus_port_poll();
 }
 
 static void run(uint64_t cycles)
@@ -132,7 +132,7 @@ int main(void)
 
     bench_power_on();
     settings_override_address(ADDRESS);
-    serial_start();
+    bus_port_start();
     while (fgets(line, sizeof line, stdin) != NULL && strncmp(line, "quit", 4) != 0) {
         if (strncmp(line, "tx ", 3) == 0) {
             do_tx(line + 3);

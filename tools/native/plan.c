@@ -397,7 +397,7 @@ int main(int argc, char **argv)
         .first_period_ticks = STEP_IDLE_TICKS,
     };
     axis_init(&plan.axis, &parts);
-    plan.axis.feed.turn_ticks = plan.limits.reversal_min_ticks / 2u;
+    plan.axis.feed.reversal_ticks = plan.limits.reversal_min_ticks / 2u;
     plan.now_ticks = STEP_IDLE_TICKS;
     plan_line(&plan);
     return 0;

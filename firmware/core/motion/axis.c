@@ -137,9 +137,9 @@ static bool start_queued(const struct axis *axis)
            segment_queue_fill(&axis->queue) > 1u;
 }
 
-static void begin_line(struct axis *axis,
-                       const struct pixel_period *period,
-                       bool always_take_up)
+static void axis_begin_line(struct axis *axis,
+                            const struct pixel_period *period,
+                            bool always_take_up)
 {
     bool negative = (front_word(axis) & LINE_START_NEGATIVE) != 0;
     bool reverses = !axis->direction_known || negative != axis->feed.negative;
@@ -158,7 +158,7 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     }
     axis->clocked = clocked;
     feed_hold(&axis->feed);
-    begin_line(axis, period, always_take_up);
+    axis_begin_line(axis, period, always_take_up);
     axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel
     return true;
 }
@@ -213,7 +213,7 @@ void axis_line_finished(struct axis *axis)
 
 // A queued line that does not wait for the clock follows at once. Seeks stand alone: their switch
 // is watched from arming to rest.
-static bool chains(const struct axis *axis)
+static bool line_chains(const struct axis *axis)
 {
     return start_queued(axis) && !axis->line.seek &&
            (front_word(axis) & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
@@ -227,9 +227,9 @@ void axis_line_decoded(struct axis *axis,
         axis->whole_lines--;
     }
     axis->direction_known = true;
-    if (chains(axis)) {
+    if (line_chains(axis)) {
         axis->lines_done++;
-        begin_line(axis, period, always_take_up);
+        axis_begin_line(axis, period, always_take_up);
         return;
     }
     feed_end(&axis->feed);

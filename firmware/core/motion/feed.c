@@ -20,7 +20,7 @@ void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head)
     *feed = (struct feed){
         .ring = ring,
         .engine_trains = feed->engine_trains,
-        .turn_ticks = feed->turn_ticks,
+        .reversal_ticks = feed->reversal_ticks,
         .head = head,
         .negative = feed->negative,
     };
@@ -177,7 +177,7 @@ void feed_release(struct feed *feed, uint32_t delay_ticks)
 }
 
 // The direction changes in the middle of the interval, inside a period that does not pulse.
-static void turn(struct feed *feed)
+static void put_reversal(struct feed *feed)
 {
     if (feed->lead) {
         put_chunk(feed, (uint16_t)(feed->pending_ticks / 2u));
@@ -205,8 +205,8 @@ void feed_make_room(struct feed *feed)
     }
     feed->merge = false;
     // What is written may stand between two directions: it is no shorter than what is left.
-    if (feed->pending_ticks >= 2u * (uint32_t)feed->turn_ticks + ROOM_MIN_TICKS) {
-        put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->turn_ticks));
+    if (feed->pending_ticks >= 2u * (uint32_t)feed->reversal_ticks + ROOM_MIN_TICKS) {
+        put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->reversal_ticks));
     }
 }
 
@@ -221,7 +221,7 @@ void feed_pump(struct feed *feed)
     }
     merge_first_interval(feed);
     if (feed->due_negative != feed->negative) {
-        turn(feed);
+        put_reversal(feed);
     } else if (feed->pending_ticks != 0) {
         put_chunk(feed, (uint16_t)feed->pending_ticks);
     }

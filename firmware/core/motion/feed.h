@@ -54,8 +54,8 @@ struct feed_train {
 struct feed {
     struct step_ring *ring;
     struct pulse_train
-        *engine_trains;  // STEP_TRAINS runs that the interrupt carries on, or NULL
-    uint16_t turn_ticks; // from a change of direction to the next step, at least
+        *engine_trains;      // STEP_TRAINS runs that the interrupt carries on, or NULL
+    uint16_t reversal_ticks; // from a change of direction to the next step, at least
     struct feed_train trains[STEP_TRAINS];
     uint8_t newest_train;
     uint8_t head;      // next slot to write

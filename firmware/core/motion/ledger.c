@@ -144,7 +144,7 @@ static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
                 mark->position);
 }
 
-static void begin_line(struct ledger *ledger, const struct feed_mark *mark)
+static void ledger_begin_line(struct ledger *ledger, const struct feed_mark *mark)
 {
     ledger->line_origin = position_at(ledger, mark);
     ledger->pixel = 0;
@@ -160,7 +160,7 @@ static void pass_marks(struct ledger *ledger, struct feed *feed)
             return;
         }
         if (mark->line_start) {
-            begin_line(ledger, mark);
+            ledger_begin_line(ledger, mark);
         } else {
             pass_edge(ledger, mark);
         }
@@ -168,7 +168,7 @@ static void pass_marks(struct ledger *ledger, struct feed *feed)
     }
 }
 
-static void obey(struct ledger *ledger, uint8_t command)
+static void ledger_execute(struct ledger *ledger, uint8_t command)
 {
     if (command <= STEP_COMMAND_PULSE) {
         ledger->pulse = command == STEP_COMMAND_PULSE;
@@ -321,9 +321,9 @@ static void __attribute__((noinline)) arrive_in_train(struct ledger *ledger,
 }
 
 // The interrupt has come so far: `retired` is where it reads next, or the account is behind.
-static inline void arrive(struct ledger *ledger,
-                          struct feed *feed,
-                          const struct engine_sample *sample)
+static inline void ledger_arrive(struct ledger *ledger,
+                                 struct feed *feed,
+                                 const struct engine_sample *sample)
 {
     if (ledger->train != LEDGER_NO_TRAIN) {
         arrive_in_train(ledger, feed, sample);
@@ -340,7 +340,7 @@ static void take_special(struct ledger *ledger)
     uint8_t low = ledger->ring->low[ledger->retired];
 
     if (ledger->ring->high[ledger->retired] == STEP_HIGH_COMMAND) {
-        obey(ledger, low);
+        ledger_execute(ledger, low);
     } else {
         int8_t count = (int8_t)low;
         uint8_t steps = (uint8_t)(count < 0 ? -count : count);
@@ -371,14 +371,14 @@ void ledger_follow(struct ledger *ledger,
                    struct feed *feed,
                    const struct engine_sample *sample)
 {
-    arrive(ledger, feed, sample);
+    ledger_arrive(ledger, feed, sample);
     while (ledger->retired != sample->tail) {
         if (at_special(ledger, sample->tail)) {
             take_special(ledger);
         } else {
             take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
         }
-        arrive(ledger, feed, sample);
+        ledger_arrive(ledger, feed, sample);
     }
     add_idle(ledger, sample->idle_count);
 }
@@ -408,11 +408,11 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
     }
 }
 
-static void follow_blocks(struct ledger *ledger,
-                          struct feed *feed,
-                          const struct engine_sample *sample)
+static void follow_to_block(struct ledger *ledger,
+                            struct feed *feed,
+                            const struct engine_sample *sample)
 {
-    arrive(ledger, feed, sample);
+    ledger_arrive(ledger, feed, sample);
     while (ledger->retired != sample->tail &&
            !ledger_inside_block(ledger, feed, sample->tail)) {
         if (at_special(ledger, sample->tail)) {
@@ -420,7 +420,7 @@ static void follow_blocks(struct ledger *ledger,
         } else {
             take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
         }
-        arrive(ledger, feed, sample);
+        ledger_arrive(ledger, feed, sample);
     }
 }
 
@@ -441,5 +441,5 @@ void ledger_follow_blocks(struct ledger *ledger,
             return;
         }
     }
-    follow_blocks(ledger, feed, sample);
+    follow_to_block(ledger, feed, sample);
 }

@@ -58,7 +58,7 @@ struct step_load {
     uint16_t top_ticks; // length - 1
     bool pulse : 1;     // false: no STEP edge in this period
     bool idle : 1;      // to be counted: step_engine_count()
-    bool turned;        // the direction output must be set to engine->negative now
+    bool reverses;      // the direction output must be set to engine->negative now
 };
 
 // What the interrupt has done so far, sampled together.

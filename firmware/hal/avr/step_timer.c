@@ -66,7 +66,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
             /* A stale flag would count this period twice, see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
-        if (load.turned) {                                                               \
+        if (load.reverses) {                                                             \
             ATOMIC_BLOCK(ATOMIC_FORCEON)                                                 \
             {                                                                            \
                 pins_write_direction((axis), step_engines[axis].negative);               \
@@ -217,7 +217,7 @@ enum step_engine_state step_timer_state(uint8_t axis)
     return (enum step_engine_state)step_engines[CONFIG_INDEX(axis)].state;
 }
 
-uint8_t step_timer_beat(uint8_t axis)
+uint8_t step_timer_heartbeat(uint8_t axis)
 {
     const struct step_engine *engine = &step_engines[CONFIG_INDEX(axis)];
 
@@ -244,7 +244,7 @@ bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
         TIMSK##timer =                                                                   \
             (uint8_t)((TIMSK##timer & ~_BV(OCIE##timer##A)) | _BV(TOIE##timer));         \
         break;
-static void resume(uint8_t axis)
+static void resume_axis(uint8_t axis)
 {
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) RESUME_CASE(axis, timer)
@@ -263,7 +263,7 @@ bool step_timer_settle(uint8_t axis, uint8_t *slot)
         settled = step_engine_settle(
             &step_engines[CONFIG_INDEX(axis)], &step_rings[CONFIG_INDEX(axis)], slot);
         if (settled) {
-            resume(axis);
+            resume_axis(axis);
         }
     }
     return settled;
