@@ -22,7 +22,7 @@ ENGINE = "firmware/core/motion/step_engine.c"
 ENGINE_H = "firmware/core/motion/step_engine.h"
 TIMER = "firmware/hal/avr/step_timer.c"
 ESTOP = "firmware/hal/avr/estop.c"
-MACHINE = "firmware/app/machine.c"
+AXES = "firmware/app/axes.c"
 ASSEMBLY = "host_tests/explore/step_isr.c"
 
 RUNAWAY = "runaway"
@@ -70,7 +70,7 @@ PLANTS = (
                 "if (step_engine_going((enum step_engine_state)engine->state)) {",
                 "if (false) {",
             ),
-            Change(MACHINE, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
+            Change(AXES, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
         ),
     ),
     Plant(
@@ -79,14 +79,14 @@ PLANTS = (
         (
             Change(
                 ESTOP,
-                "        if (!latched) {\n            pins_write_permit(true);\n        }\n    }",
-                "    }\n    pins_write_permit(true);\n    if (latched) {\n"
+                "        if (!is_latched) {\n            pins_write_permit(true);\n        }\n    }",
+                "    }\n    pins_write_permit(true);\n    if (is_latched) {\n"
                 "        pins_write_permit(false);\n    }",
             ),
         ),
     ),
     Plant(
-        "a halt that does not cut a run",
+        "a halt that does not cut a pulse train",
         POSITION,
         (Change(ENGINE_H, "engine->cut = left;\n        engine->left = 0;", ""),),
         (TIMER,),
@@ -120,7 +120,7 @@ PLANTS = (
         ),
     ),
     Plant(
-        "a command that is not told of a halt",
+        "a command that does not see a halt",
         RUNAWAY,
         (
             Change(
@@ -135,7 +135,7 @@ PLANTS = (
     Plant(
         "an emergency stop that leaves permit on",
         PERMIT,
-        (Change(ESTOP, "    pins_write_permit(false);\n    latched", "    latched"),),
+        (Change(ESTOP, "    pins_write_permit(false);\n    is_latched", "    is_latched"),),
     ),
     Plant(
         "a stop that leaves permit on",
@@ -143,8 +143,8 @@ PLANTS = (
         (
             Change(
                 "firmware/app/commands.c",
-                "    machine_permit(false);\n    if (machine_axis(i)->state != AXIS_FAULT) {",
-                "    if (machine_axis(i)->state != AXIS_FAULT) {",
+                "    permit_set(false);\n    if (state_of(i) != AXIS_FAULT) {",
+                "    if (state_of(i) != AXIS_FAULT) {",
             ),
         ),
     ),
@@ -156,15 +156,21 @@ PLANTS = (
     Plant(
         "a refused order that is kept",
         REFUSED,
-        (Change("firmware/app/data.c", "        machine.order[2] = argument;\n", ""),),
+        (
+            Change(
+                "firmware/app/commands.c",
+                "        return false;\n    }\n    commands_act(order);\n    last_order = *order;",
+                "        last_order = *order;\n        return false;\n    }\n    commands_act(order);\n    last_order = *order;",
+            ),
+        ),
     ),
     Plant(
         "a settled axis whose interrupt stays off",
         STUCK,
-        (Change(TIMER, "            resume(axis);", ""),),
+        (Change(TIMER, "            resume_axis(axis);", ""),),
     ),
     Plant(
-        "a late interrupt that forgets the rest of its run",
+        "a late interrupt that forgets the rest of its pulse train",
         POSITION,
         (
             Change(

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import explore_plants
 from common import ROOT, finish
-from explore_plants import MACHINE, Change, Plant
+from explore_plants import AXES, Change, Plant
 from planting import compile_words, link_words, swapped
 
 BUILD = ROOT / "build" / "uno"
@@ -50,7 +50,7 @@ except AssertionError:
 SHARED = (
     "settle while the timer holds a step",
     "permit set before the emergency stop is looked at",
-    "a halt that does not cut a run",
+    "a halt that does not cut a pulse train",
     "a stop that leaves permit on",
     "a refused order that is kept",
     "a settled axis whose interrupt stays off",
@@ -72,9 +72,9 @@ OWN = (
         "",
         (
             Change(
-                MACHINE,
-                "    machine.stopping |= bit;\n    step_timer_halt(i);",
-                "    machine.stopping |= bit;",
+                AXES,
+                "    }\n    step_timer_halt(i);\n}",
+                "    }\n}",
             ),
         ),
     ),
