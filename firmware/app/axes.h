@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The board's axes, each above its ring and its step timer: how far each has come, and how it comes
-// to rest. Main loop only.
+// The board's axes, each with its ring and its step timer: the account of each axis, and how an
+// axis comes to rest. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -9,40 +9,45 @@
 #include "config.h"      // CONFIG_AXES
 #include "motion/axis.h" // struct axis
 
-// No axis: an index, behind the last one.
+// An index that stands for no axis: the one behind the last.
 #define NO_AXIS CONFIG_AXES
 
-// Masks of axes: all of them, and one.
+// Mask of all axes.
 #define ALL_AXES ((uint8_t)((1u << CONFIG_AXES) - 1u))
 
+// Mask of one axis.
 static inline uint8_t axis_bit(uint8_t axis)
 {
     return CONFIG_AXES == 1 ? 1u : (uint8_t)(1u << axis);
 }
 
-// Every axis EMPTY, at position 0. Interrupts off; time_check_start() must follow, and interrupts on
-// before an idle period is over.
+// Every axis EMPTY, at position 0. Called with interrupts off; time_check_start() must follow, and
+// interrupts must be on before an idle period is over.
 void axes_start(void);
 
-// One of the axes, 0..CONFIG_AXES-1; with a single one, that one. States change by the functions of
-// motion/axis.h.
+// One of the axes, 0..CONFIG_AXES-1. The functions of motion/axis.h change its state.
 struct axis *axes_get(uint8_t axis);
 
-// Bring an axis's ledger up to what its step interrupt has done by now. False, and nothing done,
-// when a captured edge must be taken first: the edge is placed by an older sample.
+// Bring an axis's ledger up to what its step interrupt has done by now. Returns false and changes
+// nothing when a captured edge must be taken first, because the edge is placed by an older sample.
 bool axes_follow(uint8_t axis);
 
-// The same when that is worth the while: where the main loop can lag behind the ledger does.
+// The same, but only when the ledger has fallen behind far enough to be worth the time.
 void axes_follow_due(uint8_t axis);
 
-// The same at rest, whatever waits: before the account is cut short.
+// The same for an axis at rest, even if a captured edge waits: before the axis's lines are
+// discarded.
 void axes_account(uint8_t axis);
 
-// Bring an axis to rest and discard every line of it, from every state and however often: at once
-// when its timer makes idle periods, else the axis is STOPPING until this was called again.
+// Bring an axis to rest and discard all its lines, from every state and as often as wanted. When
+// the timer makes idle periods the axis is at rest at once; else it is STOPPING until a later call.
 void axes_stop(uint8_t axis);
 
-uint8_t axes_first_moving(void); // the first armed or running one, NO_AXIS if none
-bool axes_any_armed(void);       // with or without a place in time
+// The first axis that is armed or running, NO_AXIS if none.
+uint8_t axes_first_moving(void);
+// An axis is armed, with or without a known line zero.
+bool axes_any_armed(void);
+// An axis is STARTING.
 bool axes_any_starting(void);
-bool axes_any_queued(void); // one moves, or a line waits, whole or in part
+// An axis moves, or has a line queued, whole or in part.
+bool axes_any_queued(void);

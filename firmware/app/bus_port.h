@@ -1,7 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The serial line's side of the Modbus server: frames in, silence, replies out. Main loop only.
+// Connects the serial port with the Modbus server. Main loop only.
+//
+//     LISTENING --> REQUESTED --> ANSWERED --> SENDING --> LISTENING
+//        |          waits for     waits for    until the
+//        |          3.5 chars     reply_delay  last bit
+//        +-- broadcast: served at once, no reply
+//
+// Between REQUESTED and the end of SENDING the board receives nothing.
 #pragma once
 
-// After the settings.
+// Start with the settings' rate, parity and address; after the settings were loaded.
 void bus_port_start(void);
+// One step of the port: a frame, the reply or its sending. Called in every round of the main loop;
+// takes up to some milliseconds.
 void bus_port_poll(void);

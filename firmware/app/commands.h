@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a host may ask of the board: one table of commands, each with its condition and its act. An
-// order is checked as a whole first and done then; a refused one changes nothing. Main loop only.
+// The commands of a host: one table with the condition and the action of each. An order (a command
+// with its axes and its argument) is checked as a whole before any part of it is carried out; a
+// refused order changes nothing. Registers and coils use the same table. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -24,23 +25,29 @@ enum command {
     COMMAND_LAST = COMMAND_GO,
 };
 
+// Largest axis mask of an order.
 #define COMMANDS_MASK_MAX 15u
-#define COMMANDS_KEY 0x5AFEu // argument of commands that change what outlives a reset
+// Argument that commands need when they change what outlives a reset.
+#define COMMANDS_KEY 0x5AFEu
 
 struct order {
-    uint16_t mask;     // axes that it is for, 0..COMMANDS_MASK_MAX
-    uint16_t command;  // enum command
-    uint16_t argument; // arm, go: the token; store, defaults: the key
+    // Axes that the order is for, 0..COMMANDS_MASK_MAX.
+    uint16_t mask;
+    // enum command.
+    uint16_t command;
+    // Arm, go: the token. Store, defaults: the key.
+    uint16_t argument;
 };
 
-// The order can be carried out now, for every axis that it names.
+// True when the order can be carried out now, for every axis that it names.
 bool commands_possible(const struct order *order);
 
 // Carry out an order that is possible.
 void commands_act(const struct order *order);
 
-// The last order that was carried out.
+// The last order that commands_give() carried out.
 const struct order *commands_last(void);
 
-// Check, then act and remember. False, and nothing changed, when the order is not possible.
+// Check an order, then carry it out and remember it. Returns false and changes nothing when the
+// order is not possible.
 bool commands_give(const struct order *order);

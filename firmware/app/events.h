@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The newest faults and resets, for a board that has the memory: input registers from
-// REG_EVENT_BASE on. Main loop only.
+// The event log: the newest faults and resets, kept for a host that connects later, as input
+// registers from REG_EVENT_BASE on. A board without the memory for the log has empty functions.
+// Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -9,14 +10,18 @@
 #include "config.h"            // CONFIG_EVENTS
 #include "wire/register_map.h" // REG_EVENT_*
 
-#define EVENT_RESET 0x0100u // code of a reset, plus its cause; else the fault's
+// Code of a reset, plus its cause; a fault has the fault's code.
+#define EVENT_RESET 0x0100u
 
 #if FEATURE_EVENTS
 
+// Empty the log.
 void events_start(void);
 
+// Append an event; the oldest one is overwritten. The time is added here.
 void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel);
 
+// Input register at this address, from REG_EVENT_BASE on; 0 where no event is kept.
 uint16_t events_word(uint16_t address);
 
 #else

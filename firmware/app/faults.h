@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Faults: the first one since the last clear with its place, and the mask of all that happened. A
-// fault takes the permit away and stops every axis. Main loop only.
+// The first fault since the last clear, with its place, and the mask of all faults since then. A
+// fault switches the permit off and halts every axis. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -9,34 +9,42 @@
 #include "base/names.h" // enum fault
 
 struct fault_record {
-    uint8_t code; // enum fault, the first since the last clear
+    // enum fault, the first since the last clear.
+    uint8_t code;
+    // Axis of that fault.
     uint8_t axis;
+    // Argument of that fault (faults.def).
     uint16_t argument;
-    uint32_t mask; // bit n: fault n happened
+    // Bit n: fault n happened since the last clear.
+    uint32_t mask;
+    // Pixel of the axis's line in which the first fault happened, 1-based.
     uint32_t pixel;
 };
 
+// No fault.
 void faults_start(void);
 
-// Latch a fault, take the permit away and stop every axis.
+// Switch the permit off, halt every axis and latch the fault.
 void faults_latch(enum fault code, uint8_t axis, uint16_t argument);
 
-// The step interrupt of this axis came too late: latch it; time is to be restarted.
+// The step interrupt of this axis came too late: latch the fault and request a restart of time.
 void faults_latch_underrun(uint8_t axis);
 
-// This axis made steps that nobody asked for: latch it; time is to be restarted.
+// This axis made steps that nobody requested: latch the fault and request a restart of time.
 void faults_latch_stray(uint8_t axis);
 
+// What is latched.
 const struct fault_record *faults_record(void);
 
+// A fault is latched.
 static inline bool faults_any(void)
 {
     return faults_record()->code != FAULT_none;
 }
 
-// The timers are out of step with the ledgers: axes_account() and time_check_start() must follow
-// before a fault is cleared.
+// The timers and the ledgers disagree: axes_account() and time_check_start() must run before the
+// fault is cleared.
 bool faults_time_lost(void);
 
-// Time was restarted, if it was lost, and every axis has been brought to rest.
+// Forget the faults, once every axis is at rest and time was restarted where it was lost.
 void faults_clear(void);

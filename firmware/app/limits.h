@@ -4,7 +4,9 @@
 
 #include "motion/line_check.h" // struct line_limits
 
-// After a change of the settings: the pixel period, the limits, and what they mean for each axis.
+// Called after a change of the settings: computes the pixel period, the limits and the reversal
+// time of each axis.
 void limits_apply_settings(void);
 
+// The limits that queued lines are checked against.
 const struct line_limits *limits_now(void);

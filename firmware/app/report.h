@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The input registers that show the machine: everything but the arrays of data.c. Main loop only.
+// The input registers that show the board's state, everything except the arrays of data.c. Main
+// loop only.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define REPORT_CLOCK       0x0001u // bits of input register `status`
+// Bits of input register `status`.
+#define REPORT_CLOCK       0x0001u
 #define REPORT_ARMED       0x0002u
 #define REPORT_RUNNING     0x0004u
 #define REPORT_FAULT       0x0008u
@@ -13,6 +15,8 @@
 #define REPORT_PERMIT      0x0020u
 #define REPORT_LISTEN_ONLY 0x0040u
 
+// Input register at this address. The first word of a 32-bit value samples the value where it may
+// change between the two reads.
 uint16_t report_word(uint16_t address);
 
 // Input register `status`.

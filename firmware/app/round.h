@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 // What the main loop does for the motion, round by round: take captured edges, follow the step
-// interrupts, watch, start, decode for the axis nearest to starving.
+// interrupts, supervise, start lines, and decode for the axis that is least buffered. Main loop
+// only.
+//
+//     +-> underruns --> clock edge --> ledgers --> states --> safety, switches -->
+//     |                      starts --> time-out of the clock --> store --> decode --+
+//     +-------------------------------------------------------------------------------+
 #pragma once
 
-// The first axis is the first whose turn it is.
+// The next round begins with the first axis.
 void round_start(void);
 
-// One round: short, never waits. Call again and again.
+// One round: short, never waits. Call it again and again.
 void round_poll(void);

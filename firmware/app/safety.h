@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-// What stops the machine whatever it does: the emergency stop, a silent bus, a stack that grew too
-// far; and the watchdog, which is fed only while everything is alive. Main loop only.
+// What stops the board whatever it does: the emergency stop, a silent bus, a stack that grew too
+// far; and the watchdog, which is fed only while every step interrupt is alive. Main loop only.
 #pragma once
 
 #include <stdbool.h>
 
-// After machine_init(): begins to watch, and latches the fault of a reset that nobody asked for.
+// Begin to supervise, and latch the fault of a reset that nobody requested. After board_start(),
+// with interrupts on.
 void safety_start(void);
 
+// Check everything. Once a round.
 void safety_poll(void);
 
-// Faults may be cleared: the emergency stop is released, the stack is sound.
+// A fault may be cleared: the emergency stop is released, and the stack is intact.
 bool safety_allows(void);

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A seek: an axis moves until its home switch is as sought. The switch's first edge is captured to
-// the tick and counts when the filter confirms it. One axis at a time. Main loop only.
+// A seek: an axis moves until its home switch closes or opens. The switch's first edge is captured
+// to the tick and counts when the filter confirms it. One axis at a time. Main loop only.
+//
+//     switch    ______/~\/~~~~~~~~~~~~~~~~~~~~~~~
+//                     ^ captured  |-- filter --|
+//     trip_code NONE                           CLOSED --> the line slows down
+//     position  that of the captured edge
 #pragma once
 
 #include <stdbool.h>
@@ -13,39 +18,52 @@ enum trip_code {
     TRIP_NONE = 0,
     TRIP_CLOSED = 1,
     TRIP_OPENED = 2,
-    TRIP_ALREADY = 3, // as sought from the start: no edge
+    // The switch was in the sought state from the start: no edge.
+    TRIP_ALREADY = 3,
 };
 
 struct seek {
-    uint8_t axis; // that seeks now, NO_AXIS if none
+    // The axis that seeks now, NO_AXIS if none.
+    uint8_t axis;
+    // The switch must open, else close.
     bool opening;
-    bool captured;           // an edge, not confirmed yet
-    uint8_t trip_axis;       // of the last seek
-    uint8_t trip_code;       // enum trip_code
-    uint16_t captured_units; // when the last edge was taken, low 16 bits
-    uint32_t ticks;          // of the edge
-    int32_t position_steps;  // at the edge
+    // An edge was captured and is not confirmed yet.
+    bool captured;
+    // Axis of the last seek.
+    uint8_t trip_axis;
+    // enum trip_code.
+    uint8_t trip_code;
+    // When the last edge was taken, low 16 bits of clock_now_units().
+    uint16_t captured_units;
+    // Time of the edge, ticks since the timers started.
+    uint32_t ticks;
+    // Position at the edge.
+    int32_t position_steps;
 };
 
 #if FEATURE_HOMING
 
+// No seek.
 void seek_start(void);
 
+// The running seek, or the result of the last one.
 const struct seek *seek_now(void);
 
 // The axis's front line is a seek and is about to be armed.
 void seek_begin(uint8_t axis, bool opening);
 
+// Take the edge, confirm it, end the seek. Once a round.
 void seek_poll(void);
 
-// The input that captures the pixel clock captures the switch now.
+// The timer input that captures the pixel clock captures the switch now.
 bool seek_has_clock_input(void);
 
 // This axis seeks, and an edge of its switch was captured and not taken.
 bool seek_edge_waits(uint8_t axis);
 
-// The captured edge becomes the axis's position 0. False without one.
+// The last seek was this axis's, and it ended with a confirmed edge.
 bool seek_can_zero(uint8_t axis);
+// Make the place of that edge the axis's position 0.
 void seek_zero(uint8_t axis);
 
 #else

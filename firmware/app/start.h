@@ -1,22 +1,28 @@
 // SPDX-License-Identifier: MIT
-// Placing line zero: every armed axis begins at the same instant, a whole number of pixel periods
-// (one, when the period leaves the time) after a pixel clock edge.
+// Places line zero: every armed axis begins at the same instant, a whole number of pixel periods
+// after a pixel clock edge (one period, if that leaves enough time). Main loop only.
+//
+//     clock   __/~~\_______/~~\_______/~~\___
+//               ^ start_on_edge()     (an axis needs START_MIN_TICKS)
+//               ARMED -> STARTING  ^ start_poll() releases the line
+//                                     ^ line zero: the first pixel begins
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-// A pixel clock edge at this time: armed axes that wait for one get their line zero.
+// A pixel clock edge came at edge_ticks: armed axes that wait for an edge get their line zero, if
+// all of them have filled their rings.
 void start_on_edge(uint32_t edge_ticks);
 
-// This armed axis does not wait for the pixel clock: as soon as it can.
+// This armed axis does not wait for the pixel clock: it starts as soon as it can.
 void start_now(uint8_t axis);
 
-// One that began on a clock edge.
+// An axis runs that began on a clock edge.
 bool start_clocked_axis_runs(void);
 
-// With several axes: one waits for its release, a moment of a few milliseconds.
+// On a board with several axes: an axis will be released within a few milliseconds.
 bool start_near(void);
 
-// Release axes whose line zero is near.
+// Release axes whose line zero is near. Once a round.
 void start_poll(void);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Settings that outlive the supply: two records in the EEPROM, the newer whole one counts. Only the
-// older one is ever written, and its first byte, by which a record is known, is taken away before
-// anything else is changed and comes last:
+// Settings that outlive the supply: two records in the EEPROM, of which the newer whole one counts.
+// Only the older record is ever written. Its first byte identifies a record: this byte is erased
+// before anything else is changed, and is written last.
 //
 //     slot 0   | 1 | 42 | 7 | words | crc |    whole, number 7
 //     slot 1   |FF | 42 | 8 | wor...           number 8 is being written: not a record yet
 //
-// So a supply that fails at any moment leaves the old settings or the new ones. Main loop only.
+// A supply that fails at any moment therefore leaves the old settings or the new ones. Main loop
+// only.
 #pragma once
 
 #include <stdbool.h>
@@ -17,20 +18,21 @@
 
 #if FEATURE_STORE
 
-// The settings from the newest whole record whose values are possible, else the defaults.
+// Load the newest whole record whose values are possible, else the defaults.
 void store_load(void);
 
-// Begin to store the settings, which must not change until it is done.
+// Begin to store the settings, which must not change until the store is finished.
 void store_begin(void);
+// A record is being written.
 bool store_busy(void);
 
-// A byte further, when the memory is ready for one.
+// Write the next byte when the memory is ready. Once a round.
 void store_poll(void);
 
 // Input register settings_state.
 uint16_t store_state(void);
 
-// The settings are others than what is stored.
+// The settings differ from the stored record.
 void store_note_change(void);
 
 #else

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The start token: axes armed with one are held back until command `go` names it, so that several
-// boards can start on the same pixel clock edge. One token at a time. Main loop only.
+// The start token: axes that were armed with a token wait until command `go` names it, so that
+// several boards can start on the same pixel clock edge. One token at a time. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -10,7 +10,9 @@
 
 #if FEATURE_TOKENS
 
-uint16_t token_now(void); // 0: nothing is held back
+// The token that armed axes wait for; 0: none.
+uint16_t token_now(void);
+// Hold axes back for this token; 0: release them.
 void token_set(uint16_t token);
 
 #else

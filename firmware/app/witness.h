@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Sees motion that nobody asked for: STEP edges of an axis at rest, told by the flag that the
-// edge's own match sets in the timer, whatever the software believes of engine, ring and registers.
-// Such an edge is a fault within a round of the main loop, and no other follows.
+// Detects motion that nobody requested: STEP edges of an axis at rest. The timer's own match sets a
+// flag at each edge, whatever the software's state of engine, ring and registers is. Such an edge
+// latches a fault within a round of the main loop, and no further edge follows. Main loop only.
 #pragma once
 
 #include <stdint.h>
 
-// The axis begins to run: its edges are asked for, and the first looks behind its last one too.
+// The axis begins to run, and its edges are requested.
 void witness_excuse(uint8_t i);
 
-// In every round of the main loop, unless the axis runs.
+// Check the axis's flag. In every round of the main loop, unless the axis runs.
 void witness_poll(uint8_t i);

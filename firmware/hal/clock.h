@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Coarse time for silences and time-outs; never for motion.
+// A coarse clock for silences and time-outs; never for motion. Main loop only.
 //
 // The clock counts units of CLOCK_UNIT_TICKS timer ticks: 4 us at 16 MHz, 3.2 us at 20 MHz.
-// Settings are in microseconds and milliseconds; the functions below convert them without a
-// division where that happens in every round.
+// Settings are in microseconds and milliseconds; the functions below convert them, without a
+// division where the conversion happens in every round.
 #pragma once
 
 #include <stdint.h>
 
 #include "config.h" // CONFIG_TIMER_HZ
 
+// Timer ticks a unit.
 #define CLOCK_UNIT_TICKS 64u
 
 // Units in 256 us, and milliseconds in 256 times 256 units, rounded down: a time is up to 0.5 %
@@ -17,11 +18,13 @@
 #define CLOCK_UNITS_A_256US  (CONFIG_TIMER_HZ / 250000uL)
 #define CLOCK_MS_A_64K_UNITS (256uL * 256uL * CLOCK_UNIT_TICKS * 1000uL / CONFIG_TIMER_HZ)
 
+// Start counting at 0. Interrupts off.
 void clock_start(void);
 
 // Units since clock_start(); wraps after some hours (4.7 at 16 MHz).
 uint32_t clock_now_units(void);
 
+// Units of a setting in microseconds, rounded down.
 static inline uint16_t clock_units_of_us(uint16_t us)
 {
     return CLOCK_UNITS_A_256US == 64u ? us / 4u
@@ -39,7 +42,7 @@ static inline uint16_t clock_now_ms(void)
                           : (units_256 * CLOCK_MS_A_64K_UNITS) >> 8);
 }
 
-// The time of an event, exact; divides.
+// Milliseconds of a time in units, exact; divides.
 static inline uint32_t clock_ms_of_units(uint32_t units)
 {
     // 1000 ms are 125 / 8 units for each tick a microsecond has.

@@ -1,20 +1,29 @@
 // SPDX-License-Identifier: MIT
-// The emergency stop input and the permit output that it takes away. An edge of the input is an
-// interrupt: when the input then stays tripped for about 10 us (a shorter pulse is noise), every
-// axis is halted and the permit is off, whatever the main loop does. Each timer still makes the
-// period that it holds: no STEP edge after that one.
+// The emergency stop input, and the permit output that depends on it. An edge of the input is an
+// interrupt. When the input then stays tripped for about 10 us (a shorter pulse is noise), the
+// interrupt halts every axis and switches the permit off, whatever the main loop does.
+//
+//     input   ____/~~~~~~~~~~~~~~~~~~~~~~~~~
+//                 |-- 10 us --|
+//     permit  ~~~~~~~~~~~~~~~~\_____________   off until the main loop permits again
+//     timers  the period that each timer holds, then idle periods: no further STEP edge
 #pragma once
 
 #include <stdbool.h>
 
-// tripped_high: the input is tripped when its pin is high, else when it is low.
+// Enable the interrupt. tripped_high: the input is tripped when its pin is high, else when its pin
+// is low.
 void estop_start(bool tripped_high);
 
-// In every round of the main loop: what stays tripped counts without an edge too.
+// Called in every round of the main loop: an input that stays tripped without an edge counts too.
 void estop_poll(bool tripped_high);
 
-bool estop_tripped(void); // now
-bool estop_latched(void); // since estop_release()
+// The input is tripped now.
+bool estop_tripped(void);
+// The input was tripped since estop_release().
+bool estop_latched(void);
+// Forget the latched stop. The main loop clears a fault.
 void estop_release(void);
 
+// Switch the permit output; a latched stop keeps it off.
 void permit_write(bool on);

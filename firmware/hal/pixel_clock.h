@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The pixel clock input, captured by the timer of axis CONFIG_PIXEL_CLOCK_AXIS.
+// The pixel clock input, which the timer of axis CONFIG_PIXEL_CLOCK_AXIS captures: the hardware
+// keeps the count at which the edge came. Main loop only.
+//
+//     counter   0 ........ ticks ............. TOP | 0 ...
+//     clock     ______________/~~~~~~~~~~~~~~~~~~~~~~~~~~~
+//                             ^ captured PIXEL_CLOCK_CAPTURE_DELAY_TICKS later
 #pragma once
 
 #include <stdbool.h>
@@ -12,19 +17,23 @@
 #define PIXEL_CLOCK_CAPTURE_DELAY_TICKS 3u
 
 struct pixel_capture {
-    uint16_t ticks;              // counter value, from the start of its period
-    uint8_t back;                // which period: argument of ledger_period_start()
-    struct engine_sample sample; // of that axis, at the capture
+    // Counter value, ticks from the start of its period.
+    uint16_t ticks;
+    // The period in which the edge came: argument of ledger_period_start().
+    uint8_t back;
+    // What that axis's interrupt had done at the capture.
+    struct engine_sample sample;
 };
 
-// True when a capture has not been taken. A sample of that axis taken before this said false is
-// not younger than any capture still to come.
+// An edge was captured and not taken. A sample of that axis taken before a result of false is not
+// younger than any capture still to come.
 bool pixel_clock_waiting(void);
 
-// The oldest capture not yet taken; *lost: another came before it was taken.
+// Take the oldest captured edge. Returns false when there is none. *lost: another edge came before
+// this one was taken.
 bool pixel_clock_take(struct pixel_capture *capture, bool *lost);
 
-// The same for an edge that is of no use; false when there was none.
+// Discard a captured edge. Returns false when there was none.
 static inline bool pixel_clock_drop(void)
 {
     struct pixel_capture edge;

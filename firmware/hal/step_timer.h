@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: MIT
-// One timer per axis that turns ring entries into STEP edges. The edges are made by the compare
-// hardware; the interrupt behind this contract only loads the next period. Called from the main
-// loop, interrupts on, unless said otherwise.
+// One 16-bit timer per axis makes STEP edges of ring entries. The compare hardware makes the edges;
+// the interrupt behind this contract only loads the period after the current one.
+//
+//     period n                                   period n + 1
+//     |--low--|^^^^^^^^^^^^^ STEP high ^^^^^^^^^^|--low--|^^^^^^
+//     |       +- STEP edge: STEP_TIMER_EDGE_TICKS from the start of the period
+//     +- the step interrupt loads period n + 1: it has all of period n to do so
+//
+// Called from the main loop with interrupts on, unless a function says otherwise.
 #pragma once
 
 #include <stdbool.h>
@@ -13,48 +19,52 @@
 // From the start of a period to its STEP edge, ticks.
 #define STEP_TIMER_EDGE_TICKS (CONFIG_PULSE_LOW_TICKS + 1u)
 
-// Reset every ring and start all timers in phase, idle, STEP low. Also after a fault that lost the
-// time base (underrun).
+// Reset every ring and start all timers in phase, idle, with STEP low. Also called after a fault
+// that lost the time base (underrun).
 void step_timer_start(void);
 
+// The ring that the axis's step interrupt reads.
 struct step_ring *step_timer_ring(uint8_t axis);
-struct pulse_train *step_timer_trains(uint8_t axis); // STEP_TRAINS of them
+// The STEP_TRAINS pulse trains of that interrupt.
+struct pulse_train *step_timer_trains(uint8_t axis);
 
 // What the interrupt has consumed, as of one instant.
 struct engine_sample step_timer_sample(uint8_t axis);
-uint8_t step_timer_tail(uint8_t axis); // of that, the slot alone
+// Of such a sample the slot alone.
+uint8_t step_timer_tail(uint8_t axis);
+// State of the axis's engine.
 enum step_engine_state step_timer_state(uint8_t axis);
 
-// Changes from interrupt to interrupt, or nearly always: every 4.1 ms at the latest there is one.
+// A number that nearly every step interrupt changes; a step interrupt comes every 4.1 ms at the
+// latest.
 uint8_t step_timer_heartbeat(uint8_t axis);
 
-// Let the interrupt see the command that stands in this slot of the ring, and what follows it, unless
-// an idle period was loaded since idle_count: then false, and nothing done.
+// Publish the command in this slot of the ring, and the entries behind it, unless an idle period
+// was loaded since idle_count: then the function returns false and changes nothing.
 bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count);
 
-// The one way to rest, from every state and however often: of axis `which` nothing more of what
-// stands in the ring is taken, at most the period that the timer holds already makes a STEP edge,
-// and from then on every period is loaded as an idle one. Also in interrupts that let the step
-// interrupts in.
+// Bring an axis to rest, from every state and as often as wanted: nothing more of its ring is
+// taken, at most the period that the timer holds already makes a STEP edge, and every later period
+// is an idle one. May also be called in interrupts that let the step interrupts in.
 void step_timer_halt(uint8_t which);
 
-// A new beginning of an engine at rest; *slot is where the writer continues. False, and nothing
-// done, while it is going: what the timer holds is not idle yet.
+// Start anew an engine at rest; *slot is where the writer continues. Returns false and changes
+// nothing while the engine is going, because the period that the timer holds may pulse.
 bool step_timer_settle(uint8_t axis, uint8_t *slot);
 
-// The witness: the timer has made STEP edges since the last call. Told by the hardware alone,
-// whatever the software believes.
+// The timer has made STEP edges since the last call. Only the hardware's flag decides, whatever the
+// software's state is.
 bool step_timer_pulsed(uint8_t axis);
 
-// Halt, and let the period that the timer holds make no STEP edge either. The account of steps is
-// wrong from here on: step_timer_start() must follow.
+// Halt the axis, and suppress even the STEP edge of the period that the timer holds. The account of
+// steps is wrong afterwards: step_timer_start() must follow.
 void step_timer_silence(uint8_t axis);
 
-// True when step_timer_take_underrun() will be for some axis.
+// True when step_timer_take_underrun() will be true for some axis.
 bool step_timer_underrun(void);
 
-// True once after an interrupt that came too late; the STEP output is off since.
+// True once after an interrupt that came too late; the axis's STEP output is off since then.
 bool step_timer_take_underrun(uint8_t axis);
 
-// Driver enable outputs.
+// Switch the axis's motor driver on or off.
 void step_timer_enable(uint8_t axis, bool on);

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The serial line, half duplex: received bytes go straight into one buffer, the reply leaves from
-// there, the RS-485 driver enabled exactly while sending. A silence is a byte's absence for as long
-// as uart_set() was told. Main loop only.
+// The RS-485 bus, half duplex: received bytes go straight into one buffer, the reply is sent from
+// there, and the RS-485 driver is enabled exactly while the board sends. A silence is a time
+// without a byte, as long as uart_set() was asked to make it. Main loop only.
+//
+//     bus        |request.....|    silence    |reply.........|    silence    |request...
+//     reception  ^ enabled                    ^ disabled     ^ enabled when the last bit has left
+//     RS-485 DE  ____________________________/~~~~~~~~~~~~~~~\________________________
 #pragma once
 
 #include <stdbool.h>
@@ -9,11 +13,14 @@
 
 #include "config.h" // CONFIG_TIMER_HZ
 
-#define UART_BUFFER_BYTES 272u // the longest frame, and room for what comes behind it
+// The longest frame, and room for what follows it.
+#define UART_BUFFER_BYTES 272u
 
-enum uart_parity { UART_NONE = 0, UART_ODD = 1, UART_EVEN = 2 }; // none has two stop bits
+// Without parity a byte has two stop bits.
+enum uart_parity { UART_NONE = 0, UART_ODD = 1, UART_EVEN = 2 };
 
-// Counts of an eighth of the CPU clock a bit; at 9600 baud a faster clock needs more than 8 bits.
+// A divisor counts eighths of the CPU clock a bit; at 9600 baud a faster clock needs more than 8
+// bits.
 #if CONFIG_TIMER_HZ / 8u / 9600u < 255u
 #define UART_DIVISOR_BITS 8
 typedef uint8_t uart_divisor;
@@ -22,34 +29,36 @@ typedef uint8_t uart_divisor;
 typedef uint16_t uart_divisor;
 #endif
 
-// Listen into this buffer of UART_BUFFER_BYTES from now on; uart_set() must follow.
+// Receive into this buffer of UART_BUFFER_BYTES from now on. uart_set() must follow.
 void uart_start(uint8_t *bytes);
 
-// A silence is in counts of 256 CPU cycles, from the end of a byte to the end of the next. What is
-// set already is left alone, and with it a byte that is on its way.
+// Set rate, parity and silence. The silence is in counts of 256 CPU cycles, from the end of a byte
+// to the end of the next. Settings that do not differ are left alone, so that a byte on its way is
+// not damaged.
 void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts);
 
-// Number of bytes at the buffer's front that no silence divides, 0 to UART_BUFFER_BYTES; more are
-// lost. True when a silence follows them.
+// *count: number of bytes received up to the first silence, 0 to UART_BUFFER_BYTES; further bytes
+// are lost. Returns true when a silence follows them.
 bool uart_received(uint16_t *count);
 
-// The first `count` of them are done with; what follows is the front now. Bytes may come meanwhile.
+// Remove the first `count` bytes from the buffer. Bytes may arrive meanwhile.
 void uart_drop(uint16_t count);
 
-// Hear nothing until uart_enable_reception() or the end of what is sent: the buffer is the caller's.
+// Receive nothing until uart_enable_reception() or until the end of uart_send(): the buffer belongs
+// to the caller.
 void uart_disable_reception(void);
 
-// The line is silent.
+// The bus is silent.
 bool uart_silent(void);
 
-// Listen into an empty buffer, after uart_disable_reception().
+// Receive into an empty buffer, after uart_disable_reception().
 void uart_enable_reception(void);
 
-// Bytes lost by the receiver since the last call.
+// Bytes that the receiver has lost since the last call.
 uint8_t uart_take_overruns(void);
 
-// After uart_disable_reception(): send the buffer's first bytes (1..256), then listen as uart_enable_reception() does.
-// The buffer must stay until then.
+// After uart_disable_reception(): send the buffer's first bytes (1..256), then receive as after
+// uart_enable_reception(). The buffer must not change until then.
 void uart_send(uint16_t length);
 
 // True until the last stop bit has left.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // REQUIRE(): a promise inside the firmware. Broken, it becomes the named fault `internal` with the
-// source line as argument; it is never for a host's or the world's mistakes.
+// source line as argument. REQUIRE() is never for mistakes of a host or of the hardware.
 #pragma once
 
 #include <stdint.h>

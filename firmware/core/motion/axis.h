@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One axis: its queue, its lines, its state. decode.h turns its lines into ring entries, its ledger
-// turns consumed entries into positions. Knows no hardware: the application hands in samples of what
-// the step interrupt did. Main loop only.
+// One axis: its queue, its line, its state. decode.h makes ring entries of its lines, and its
+// ledger makes positions of the entries that the step interrupt has consumed. This module knows no
+// hardware: the application passes in samples of what the step interrupt did. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -16,11 +16,16 @@
 #include "motion/walk.h"
 
 enum block_result {
+    // The block was queued.
     BLOCK_TAKEN,
-    BLOCK_REPEATED, // the block before: acknowledged, not queued again
-    BLOCK_WRONG,    // out of order
-    BLOCK_FULL,     // no room for all of it, or the axis is stopping; repeat later
-    BLOCK_REFUSED,  // a run is not possible; line_error says why
+    // The number is that of the block before: acknowledged, not queued again.
+    BLOCK_REPEATED,
+    // The number is neither the next nor the last one.
+    BLOCK_WRONG,
+    // No room for the whole block, or the axis is stopping: the host repeats the block later.
+    BLOCK_FULL,
+    // A segment is not possible (line_error has the reason), or the axis is REFUSED or FAULT.
+    BLOCK_REFUSED,
 };
 
 // What the decoder does next with the line in work.
@@ -30,30 +35,53 @@ enum block_result {
 //                  | v       v |
 //                  DRY   AWAITS_RUN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
 enum decode_phase {
-    DECODE_OUTSIDE,      // no line is in work
-    DECODE_PIECE,        // the next piece is due
-    DECODE_DRY,          //   but the queue was empty when it was needed
-    DECODE_STEPS,        // inside a piece with steps
-    DECODE_AWAITS_TRAIN, //   whose steps are a run, but the interrupt still needs both of them
-    DECODE_EDGE_INSIDE, // a pixel edge follows what the feed still has to write; then steps
-    DECODE_EDGE_BEHIND, // the same; then the next piece
+    // No line is being decoded.
+    DECODE_OUTSIDE,
+    // The next piece of the line is due.
+    DECODE_PIECE,
+    // The next piece is due, but the queue was empty when the decoder needed a segment.
+    DECODE_DRY,
+    // Inside a piece with steps.
+    DECODE_STEPS,
+    // Inside a piece whose steps are a pulse train, but the interrupt still needs both of its
+    // trains.
+    DECODE_AWAITS_TRAIN,
+    // A pixel edge follows what the feed still has to write; behind the edge come steps.
+    DECODE_EDGE_INSIDE,
+    // A pixel edge follows what the feed still has to write; behind the edge comes the next piece.
+    DECODE_EDGE_BEHIND,
 };
 
+// Other modules read the members and change them by the functions below; feed and ledger may also
+// be used by the functions of their own headers.
 struct axis {
     struct lifecycle life;
-    uint8_t phase; // enum decode_phase
-    bool clocked;  // the line that was armed waits for, and follows, the pixel clock
+    // enum decode_phase.
+    uint8_t phase;
+    // The line that was armed waits for the pixel clock and follows it.
+    bool clocked;
+    // A line was decoded since reset, so that feed.negative is the direction of the last step.
     bool direction_known;
-    uint8_t stagger; // steps of an even piece before it is handed over as a run (axes.c)
-    uint8_t whole_lines; // lines queued from start to end mark
-    uint8_t line_error;  // enum line_error of the last refusal
+    // Steps of an even piece before it is handed over as a pulse train (app/axes.c).
+    uint8_t stagger;
+    // Lines queued from start mark to end mark.
+    uint8_t whole_lines;
+    // enum line_error of the last refusal.
+    uint8_t line_error;
+    // enum line_error of the first warning about the line queued last.
     uint8_t line_warning;
-    bool any_block; // a block was taken since reset: next_block - 1 exists
+    // A block was taken since reset, so that block next_block - 1 exists.
+    bool any_block;
+    // Number that the next block must have.
     uint16_t next_block;
+    // Lines finished since reset; wraps.
     uint16_t lines_done;
+    // Step interrupts that came too late, since reset; wraps.
     uint16_t underruns;
+    // First pixel of the refused segment, 1-based.
     uint32_t line_error_pixel;
-    uint32_t zero_ticks; // line zero (STEP edge of tick 0), since the timers started
+    // Line zero: the STEP edge of tick 0, in ticks since the timers started.
+    uint32_t zero_ticks;
     struct segment_queue queue;
     struct line_check check;
     struct line line;
@@ -63,61 +91,71 @@ struct axis {
     struct ledger ledger;
 };
 
-// What an axis is made of; all of it must last as long as the axis.
+// What an axis is made of. Everything here must last as long as the axis.
 struct axis_parts {
+    // The ring that the axis's step interrupt reads.
     struct step_ring *ring;
-    struct pulse_train
-        *trains; // STEP_TRAINS runs of the step interrupt, or NULL: no runs
+    // The STEP_TRAINS trains of the step interrupt, or NULL: the axis makes single periods only.
+    struct pulse_train *trains;
+    // Memory of the queue.
     struct segment *slots;
-    uint8_t slot_count; // a power of two, 2..128
-    uint8_t stagger;    // steps of an even piece before it is handed over as a run
-    uint16_t first_period_ticks; // see ledger_reset()
+    // Number of slots: a power of two, 2..128.
+    uint8_t slot_count;
+    uint8_t stagger; // steps of an even piece before it is handed over as a pulse train
+    // See ledger_reset().
+    uint16_t first_period_ticks;
 };
 
 // A new axis: EMPTY, at position 0.
 void axis_init(struct axis *axis, const struct axis_parts *parts);
 
-// A block of `count` entries, each 4 bytes big-endian (count, repeat): all taken or none.
+// Queue a block of `count` entries, each 4 bytes big-endian (count, repeat): all of them or none.
+// `block` is the number that the host gave the block.
 enum block_result axis_queue_block(struct axis *axis,
                                    const struct line_limits *limits,
                                    uint16_t block,
                                    const uint8_t *entries,
                                    uint8_t count);
 
-// Decode the front line ahead. False when there is none to arm. always_take_up: the backlash
-// policy; else backlash is inserted only when the direction changes or is not known.
+// Decode the front line ahead: LOADED becomes ARMED. Returns false when there is no line to arm.
+// always_take_up: the backlash policy; when it is false, backlash is inserted only where the
+// direction changes or is not known.
 bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up);
 
-// Of the front line, before axis_arm(): it waits for the pixel clock; it is a seek, for the switch
-// to open.
+// The front line waits for the pixel clock. For the line that axis_arm() would arm.
 bool axis_waits_for_edge(const struct axis *axis);
+// The front line is a seek; *opening: for the switch to open. For the line that axis_arm() would
+// arm.
 bool axis_seeks(const struct axis *axis, bool *opening);
 
-// The line has its place in time, and its release is near.
+// Line zero of the armed line is known, and its release is near: ARMED becomes STARTING.
 void axis_place(struct axis *axis, uint32_t zero_ticks);
 
-// The step interrupt was given the line: RUNNING. False when a fault came between.
+// The step interrupt was given the line: STARTING becomes RUNNING. Returns false when a fault came
+// in between.
 bool axis_released(struct axis *axis);
 
-// The last period of its line was loaded: done, or loaded if more is queued.
+// The last period of the line was loaded: RUNNING becomes DONE, or LOADING or LOADED if more is
+// queued.
 void axis_line_finished(struct axis *axis);
 
-// Decode no further, from every state: STOPPING. axis_discard() must follow when the timer is idle.
+// Stop decoding, from every state: STOPPING. axis_discard() must follow when the timer is idle.
 void axis_stop(struct axis *axis);
 
-// A fault was latched: an axis that moves decodes no further.
+// A fault was latched: an axis that is armed or running stops decoding and becomes FAULT.
 void axis_fail(struct axis *axis);
 
-// After axis_stop(), once the timer is idle: forget every queued line. ring_slot is where the step
-// interrupt reads next.
+// Discard every queued line, after axis_stop() and once the timer is idle. ring_slot: where the
+// step interrupt reads next.
 void axis_discard(struct axis *axis, uint8_t ring_slot);
 
-// A line follows the one that was decoded to its end without a gap, or the line is over.
+// The decoder has reached the end mark: begin the next line if it follows without a gap, else end
+// the decoding.
 void axis_line_decoded(struct axis *axis,
                        const struct pixel_period *period,
                        bool always_take_up);
 
-// Entries waiting in the ring for the interrupt.
+// Entries in the ring that the ledger has not accounted for.
 static inline uint8_t axis_ring_fill(const struct axis *axis)
 {
     return (uint8_t)(axis->feed.head - axis->ledger.retired);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compares pixel clock edges with the places a running line has planned for them. Time is in
-// ticks since the timers started and wraps.
+// Compares the edges of the pixel clock with the times that a running line has planned for them.
+// Times are ticks since the timers started; they wrap. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -10,40 +10,54 @@
 #include "motion/pixel_period.h" // struct pixel_grid
 
 struct clock_watch {
-    bool following;      // a line gives the reference
-    bool known;          // the place of the edge before is
-    uint32_t edges;      // seen since reset
-    uint32_t edge_ticks; // place of the newest one
-    uint16_t odd; // its distance from the one before, in 256 ticks; 0: as it should be
+    // A line is the reference: its planned edges are compared.
+    bool following;
+    // The time of the previous edge is known.
+    bool known;
+    // Edges seen since reset.
+    uint32_t edges;
+    // Time of the newest edge.
+    uint32_t edge_ticks;
+    // Distance of the newest edge from the one before, in units of 256 ticks, when that distance is
+    // off by more than a sixteenth of the period; else 0.
+    uint16_t odd;
 #if FEATURE_CLOCK_STATISTICS
-    uint32_t zero_ticks; // of that line
-    uint32_t next_ticks; // planned place of the next edge
-    uint32_t pixel;      // number of that edge in the line, 0 = line zero
-    int16_t error_ticks; // of the last edge
+    // Line zero of the reference line.
+    uint32_t zero_ticks;
+    // Planned time of the next edge.
+    uint32_t next_ticks;
+    // Number of that edge in the line; 0: line zero.
+    uint32_t pixel;
+    // Error of the last edge, ticks; positive when it came late.
+    int16_t error_ticks;
+    // Largest magnitude of the error in this line.
     uint16_t error_max_ticks;
+    // The planned times.
     struct pixel_grid grid;
 #endif
 };
 
-// A line begins at zero_ticks. When the period changes, following must end.
+// A line that begins at zero_ticks becomes the reference. It must end (clock_watch_rest()) before
+// the period changes.
 void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks);
 
-// An edge at this time. True when it belongs to a line; *pixel is then its number and
-// watch->error_ticks how late it came. In bounded time, however long the clock has rested.
+// An edge came at edge_ticks. Returns true when the edge belongs to the reference line; *pixel is
+// then its number and watch->error_ticks its error. Takes bounded time, however long the clock has
+// rested.
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
                       uint32_t *pixel);
 
-// An edge came whose place is not known.
+// An edge came whose time is not known.
 static inline void clock_watch_forget(struct clock_watch *watch)
 {
     watch->known = false;
 }
 
-// The clock rests: what comes next belongs to no line.
+// The clock rests: the next edge belongs to no line.
 static inline void clock_watch_rest(struct clock_watch *watch)
 {
     watch->known = false;

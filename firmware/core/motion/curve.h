@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Steps under constant acceleration inside one piece of T ticks: start speed v0 (steps a piece),
-// n steps, half-acceleration h = n - v0. Step k falls at the smallest whole tick t with
+// Steps under constant acceleration inside one piece of T ticks: start speed v0 (steps a piece), n
+// steps, half-acceleration h = n - v0. Step k falls at the smallest whole tick t with
 //
-//     v0*T*t + h*t*t >= k*T*T                                   (spec 1.5, in integers)
+//     v0*T*t + h*t*t >= k*T*T
 //
-// How far a step lies beyond that is a small number, the residual: kept exactly, it tells each
-// interval from the last without roots or divisions, by additions where the interval hardly changes
-// (curve_flat.h), by a guess and its correction elsewhere (curve_steep.h).
+// The distance of a step's tick from its exact place is a small number, the residual. The residual
+// is kept exactly, so that each interval follows from the last one without roots or divisions: by
+// additions where the interval hardly changes (curve_flat.h), by a guess and its correction
+// elsewhere (curve_steep.h). Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -15,32 +16,35 @@
 #include "motion/curve_flat.h"  // struct curve_flat, struct curve_made
 #include "motion/curve_steep.h" // struct curve_steep
 
-// A curve may become flat as it speeds up, and steep as it slows down.
+// One piece on its way. A curve may become flat as it speeds up, and steep as it slows down.
 struct curve {
     union {
         struct {
             struct curve_flat flat;
-            uint32_t ticks; // T
+            // T
+            uint32_t ticks;
         } flat;
         struct curve_steep steep;
     } state;
-    uint8_t kind; // enum curve_flat_kind
-    bool stays;   // flat to its end
+    // enum curve_flat_kind; CURVE_FLAT_NOT: state.steep is valid, else state.flat.
+    uint8_t kind;
+    // The curve is flat to its end.
+    bool stays;
 };
 
-// ticks T: 1024..2^24-1; start speed v0 and end speed 2n - v0: 0..32767. For the main loop only: it
-// divides.
+// Begin a piece. ticks T: 1024..2^24-1; start speed v0 and end speed 2n - v0: 0..32767. Divides.
 void curve_start(struct curve *curve,
                  uint32_t ticks,
                  uint16_t start_speed,
                  uint16_t steps);
 
-// Ticks to the next step. For steps 1..n-1; the caller forces step n to the end of the piece.
+// Ticks to the next step. For steps 1..n-1; the caller places step n at the end of the piece.
 uint32_t curve_next(struct curve *curve);
 
-// Up to `count` steps into the ring's slots from `slot` on, as long as that goes fast (none:
-// curve_next() must make the next one). Each slot gets both bytes of interval - 1, but the high
-// byte of the first is only reported: storing it is what publishes them all.
+// Make up to `count` steps into the ring's slots from `slot` on, as long as the fast decoders can
+// make them. made->steps is 0 when curve_next() must make the next step. Each slot gets both bytes
+// of interval - 1, except that the high byte of the first slot is only returned: the caller's store
+// of that byte publishes all of them.
 void curve_burst(struct curve *curve,
                  struct step_ring *ring,
                  uint8_t slot,

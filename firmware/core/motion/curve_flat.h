@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
-// Where the interval changes by less than four ticks from step to step, everything about the next
-// step follows from this one by additions. For curve.c.
+// For curve.c: the steps of a curve whose interval changes by less than four ticks from step to
+// step. Everything about the next step follows from this one by additions.
 //
-// Two intervals serve for a while, q and q + 1; which of them a step takes is the sign of a sum. At
-// a place where the next step is due, all exact modulo 2^40 (modulo 2^32 where that is enough):
+// Two intervals serve for a while, q and q + 1; the sign of a sum decides which of them a step
+// takes. Where the next step is due these numbers are kept, all exact modulo 2^40 (modulo 2^32
+// where that is enough):
 //
-//     residual     position beyond the last step in 1/T^2 steps
-//     gain         residual after q ticks, minus the residual now   = q*(slope + h*(q-1)) - T*T
-//     difference   what the last of these ticks adds                = slope + 2h*(q-1)
-//     slope_growth         growth of slope and difference over q ticks      = 2h*q
-//     gain_growth         growth of gain over q ticks                      = 2h*q*q
+//     residual      position beyond the last step in 1/T^2 steps
+//     gain          residual after q ticks, minus the residual now   = q*(slope + h*(q-1)) - T*T
+//     difference    what the last of these ticks adds                = slope + 2h*(q-1)
+//     slope_growth  growth of slope and difference over q ticks      = 2h*q
+//     gain_growth   growth of gain over q ticks                      = 2h*q*q
 //
-// slope is what the next tick adds, (speed * T, and h). The step takes q ticks if residual + gain
-// is not negative, else q + 1: then difference and gain have grown by 2h and slope_growth more than behind
-// a step of q ticks. When neither will do, q itself moves by one: the table says what changes.
+// slope is what the next tick adds (speed * T, and h). The step takes q ticks if residual + gain is
+// not negative, else q + 1: then difference and gain have grown by 2h and slope_growth more than
+// behind a step of q ticks. When neither interval fits, q itself moves by one, and the table shows
+// which numbers change. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -24,40 +26,50 @@
 
 struct step_ring;
 
+// The numbers of the table. curve_flat_layout.h repeats the offsets for the assembly.
 struct curve_flat {
     struct wide residual;
     struct wide gain;
     struct wide difference;
     struct wide gain_growth;
     int32_t slope_growth;
-    int16_t twice_half; // 2h
-    uint16_t top;       // q - 1, as the ring wants it
+    // 2h
+    int16_t twice_half;
+    // q - 1, as the ring wants it.
+    uint16_t top;
 };
 
 enum curve_flat_kind {
+    // The interval changes too much: curve_steep.h.
     CURVE_FLAT_NOT,
-    CURVE_FLAT_NARROW, // modulo 2^32
-    CURVE_FLAT_WIDE,   // modulo 2^40
+    // Computed modulo 2^32.
+    CURVE_FLAT_NARROW,
+    // Computed modulo 2^40.
+    CURVE_FLAT_WIDE,
 };
 
-// How a piece of T ticks between two speeds (not above 32767) begins; stays: it is flat to its end.
+// The kind with which a piece of T ticks between two speeds (not above 32767) begins. *stays: the
+// piece is flat to its end.
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
                                      uint16_t start_speed,
                                      uint16_t end_speed,
                                      bool *stays);
 
-// What is flat now, below four ticks from step to step, up to this speed.
+// The kind of a curve that is flat now, below four ticks from step to step, and whose speed does
+// not exceed top_speed.
 enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed);
 
-// From a place whose next interval is about so long, within the change from step to step.
+// Begin at a place whose next interval is about interval_ticks, within the change from step to
+// step.
 void curve_flat_enter(struct curve_flat *flat,
                       const struct curve_place *at,
                       uint16_t interval_ticks);
 
-// The place behind the last step, but for T*T.
+// The place behind the last step; step and step_low of *at are left as they are.
 void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at);
 
-// `count` steps (not 0) into the ring's slots from `slot` on, but for the high byte of the first.
+// Make `count` steps (not 0) into the ring's slots from `slot` on, except for the high byte of the
+// first slot.
 void curve_flat_burst(struct curve_flat *flat,
                       bool narrow,
                       struct step_ring *ring,
@@ -65,5 +77,5 @@ void curve_flat_burst(struct curve_flat *flat,
                       uint8_t count,
                       struct curve_made *made);
 
-// One step: its ticks.
+// Make one step. Returns its interval, ticks.
 uint16_t curve_flat_next(struct curve_flat *flat, bool narrow);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where a curve is, in numbers that every way to go on from there begins with, and what such a way
-// hands back.
+// A place on a curve in the numbers with which every decoder of curves begins, and the result that
+// every such decoder returns. For curve.c, curve_flat.c and curve_steep.c.
 #pragma once
 
 #include <stdint.h>
@@ -8,21 +8,29 @@
 #include "base/wide.h" // struct wide
 
 struct curve_place {
-    struct wide residual; // position beyond the last step in 1/T^2 steps
-    struct wide slope;    // its increase over the next tick
-    uint16_t step_low;    // T*T, the lower 16 bits,
-    uint32_t step;        //   the upper 32
-    int16_t half;         // half-acceleration h
+    // Position beyond the last step, in units of 1/T^2 steps.
+    struct wide residual;
+    // Growth of the residual over the next tick.
+    struct wide slope;
+    // One step is T*T of these units: its lower 16 bits
+    uint16_t step_low;
+    // and its upper 32 bits.
+    uint32_t step;
+    // Half-acceleration h, steps.
+    int16_t half;
 };
 
-// Steps made by one call; what is needed to publish them.
+// Steps made by one call, and what the caller needs to publish them.
 struct curve_made {
-    uint32_t ticks;     // all intervals together
-    uint8_t steps;      // 0: nothing else in this struct means anything
-    uint8_t first_high; // high byte of the first entry: not yet stored
+    // Sum of all intervals, ticks.
+    uint32_t ticks;
+    // Number of steps; 0: the other members mean nothing.
+    uint8_t steps;
+    // High byte of the first entry, which the caller stores last.
+    uint8_t first_high;
 };
 
-// The start of a piece of T ticks at speed v0.
+// The start of a piece of `ticks` ticks at speed start_speed with half-acceleration `half`.
 void curve_place_start(struct curve_place *place,
                        uint32_t ticks,
                        uint16_t start_speed,

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The decoder: from an axis's front line to entries of its step ring, as far ahead as the ring has
-// room. A round of decoding takes a budget of steps, because the bus and the starts of lines wait
-// for it. Main loop only.
+// room. Each call gets a budget of steps, because the bus and the starts of lines wait while it
+// decodes. Main loop only.
+//
+//     segment --> line.h --> piece --> walk.h --> intervals --> feed.h --> ring entries
 #pragma once
 
 #include <stdbool.h>
@@ -9,15 +11,17 @@
 
 #include "motion/axis.h" // struct axis
 
-// Decode up to `budget` steps or periods into the ring, as far as there is space. Returns what is
-// left of the budget: slow steps take more of it.
+// Decode up to `budget` steps or periods into the ring, as far as there is room. always_take_up:
+// the backlash policy, see axis_arm(). Returns what is left of the budget; slow steps take more
+// than one unit of it.
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
                     bool always_take_up,
                     uint8_t budget);
 
-// True when decode_axis() has nothing it could do now.
+// True when decode_axis() could do nothing now: the ring is full, or the queue is empty.
 bool decode_is_ahead(const struct axis *axis);
 
-// Time decoded ahead of the interrupt, ticks; inside a run up to a tick a step too much.
+// Time decoded ahead of the ledger's account, ticks. Inside a pulse train the result is up to one
+// tick a step too large.
 uint32_t decode_ahead_ticks(const struct axis *axis);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The writer's side of the step ring: intervals in, timer periods and commands out.
+// The writer's side of the step ring: intervals in, timer periods and commands out. Main loop only.
 //
-// A period begins with its STEP edge, so an interval's periods carry the edge of the step that
-// came BEFORE it (the lead); the step at its end is carried by the next interval's first period.
+// A period begins with its STEP edge. The periods of an interval therefore carry the edge of the
+// step BEFORE the interval (the lead), and the first period of the next interval carries the step
+// at its end.
 //
 //     steps      s1          s2                            s3
 //     intervals  |---- d2 ---|------------- d3 ------------|---
@@ -19,57 +20,71 @@
 #include "motion/even.h"      // struct even
 #include "motion/step_ring.h" // struct step_ring, struct pulse_train
 
-// Pixel edges (and line starts) that can be decoded ahead, a power of two.
+// Pixel edges and line starts that can be decoded ahead, a power of two.
 #define FEED_MARKS 8u
 
-// Bursts of single periods whose sum the writer knows: so many of them are remembered for the
-// ledger, a power of two; 0: none, the ledger adds up every period. The build takes the smaller
-// board's memory for other things.
+// Blocks whose length the feed remembers for the ledger, a power of two; 0: none, the ledger adds
+// up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
 #if !defined(FEED_BLOCKS)
 #define FEED_BLOCKS 8u
 #endif
 
-// Single pulsing periods, from slot on.
+// Single pulsing periods that were written together, from `slot` on.
 struct feed_block {
     uint8_t slot;
     uint8_t count;
-    uint32_t ticks; // together
+    // Length of all of them, ticks.
+    uint32_t ticks;
 };
 
 // A place in the stream of entries, for the ledger that follows the interrupt.
 struct feed_mark {
     uint8_t slot;      // reached when the ledger has passed every entry before this slot,
-    uint8_t early : 7; //   but for so many periods of a run's entry
-    bool line_start : 1; // count from here; else a pixel edge
-    uint16_t position;   // expected signed steps of the line at a pixel edge, modulo 2^16
+    uint8_t early : 7; //   but for so many periods of a train's entry
+    // The ledger counts pixels from here; else the mark is a pixel edge.
+    bool line_start : 1;
+    // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
+    uint16_t position;
 };
 
-// What a run was when it was written; the interrupt's own half changes.
+// A pulse train as it was when it was written; the interrupt changes its own copy.
 struct feed_train {
-    uint16_t steps; // 0: the run is free
-    uint16_t sum;   // struct even's, where it begins
+    // Number of steps; 0: the train is free.
+    uint16_t steps;
+    // Sum of struct even at the start of the train.
+    uint16_t sum;
     uint32_t ticks; // of all its steps
 };
 
 struct feed {
     struct step_ring *ring;
-    struct pulse_train
-        *engine_trains;      // STEP_TRAINS runs that the interrupt carries on, or NULL
-    uint16_t reversal_ticks; // from a change of direction to the next step, at least
+    // The STEP_TRAINS trains of the interrupt, or NULL: no trains.
+    struct pulse_train *engine_trains;
+    // Shortest time from a change of direction to the next step, ticks.
+    uint16_t reversal_ticks;
     struct feed_train trains[STEP_TRAINS];
     uint8_t newest_train;
-    uint8_t head;      // next slot to write
-    bool pulse;        // what the entries written so far leave behind: pulsing,
-    bool negative;     //   and direction
-    bool lead;         // the next period begins with a STEP edge
-    bool step_due;     // pending_ticks ends with a step
-    bool due_negative; // its direction
-    bool held;         // the front of the line is not released yet
-    bool merge;        // the next interval may be merged into the delay before the line
+    // Next slot to write.
+    uint8_t head;
+    bool pulse;    // what the entries written so far leave behind: pulsing,
+    bool negative; //   and direction
+    // The next period begins with a STEP edge.
+    bool lead;
+    // pending_ticks ends with a step
+    bool step_due;
+    // in this direction.
+    bool due_negative;
+    // The front of the line is not released yet.
+    bool held;
+    // The next interval may be merged into the delay before the line.
+    bool merge;
     uint8_t held_slot;
-    uint32_t lead_in_ticks; // part of the first interval that the delay must cover
-    uint32_t pending_ticks; // time decoded but not written
-    uint32_t written_ticks; // lengths of all periods written (wraps)
+    // Part of the first interval that the delay must cover, ticks.
+    uint32_t lead_in_ticks;
+    // Time that is decoded but not written, ticks.
+    uint32_t pending_ticks;
+    // Length of all periods written, ticks; wraps.
+    uint32_t written_ticks;
 #if FEED_BLOCKS > 0
     struct feed_block blocks[FEED_BLOCKS];
     uint8_t block_head; // next to write (free running)
@@ -82,9 +97,11 @@ struct feed {
     struct feed_mark marks[FEED_MARKS];
 };
 
+// An empty feed that writes from slot `head` on. Keeps the trains, the reversal time and the
+// direction.
 void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head);
 
-// Entries that fit; `retired` is the first slot the ledger still needs.
+// Entries that fit; `retired` is the first slot that the ledger still needs.
 static inline uint8_t feed_space(const struct feed *feed, uint8_t retired)
 {
     return (uint8_t)(STEP_RING_CAPACITY - (uint8_t)(feed->head - retired));
@@ -93,29 +110,32 @@ static inline uint8_t feed_space(const struct feed *feed, uint8_t retired)
 // Most entries that one call of the functions below writes.
 #define FEED_BURST 8u
 
-// Longest delay of feed_release().
+// Longest delay of feed_release(), ticks.
 #define FEED_DELAY_MAX_TICKS (2uL * STEP_PERIOD_MAX_TICKS)
 
 // Reserve the held front; the line's intervals follow.
 void feed_hold(struct feed *feed);
 
 // Publish the held front so that the line begins after delay_ticks (2..FEED_DELAY_MAX_TICKS,
-// including lead_in_ticks); the delay becomes two periods of about half that each. Call with the
-// step interrupt unable to load another idle period: all of it,
+// lead_in_ticks included); the delay becomes two periods of about half of it each. Called where the
+// step interrupt cannot load another idle period meanwhile. The same in three parts, of which only
+// the second must not be interrupted:
 void feed_release(struct feed *feed, uint32_t delay_ticks);
-// or only the single store in the middle of its three parts.
+// first: fill the front, which stays invisible; may be repeated;
 void feed_fill_front(struct feed *feed,
                      uint32_t delay_ticks); // still invisible; may be repeated
+// second: the single store that publishes the front;
 static inline void feed_publish_front(struct feed *feed)
 {
     feed->ring->high[feed->held_slot] = STEP_HIGH_COMMAND;
 }
-void feed_front_released(struct feed *feed, uint32_t delay_ticks); // after the store
+// third: account for the front, after the store.
+void feed_front_released(struct feed *feed, uint32_t delay_ticks);
 
-// Time that passes, then a step. Only when !feed_busy().
+// Add time and then a step. Only when feed_busy() is false.
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 
-// True when steps in this direction need nothing but one period each; feed_burst_put() may then be
+// True when each step in this direction needs nothing but one period. feed_burst_put() may then be
 // called feed_space() times instead of feed_step(), for intervals up to STEP_PERIOD_MAX_TICKS.
 static inline bool feed_plain(const struct feed *feed, bool negative)
 {
@@ -123,8 +143,9 @@ static inline bool feed_plain(const struct feed *feed, bool negative)
            negative == feed->negative && feed->mark_placed == feed->mark_head;
 }
 
-// The sentinel first, the high byte last: the interrupt sees the old end or the new one. Returns
-// the next slot; feed->head is the caller's to update.
+// Write one period. The store of the empty slot behind it comes first and the high byte last, so
+// that the interrupt sees either the old end or the new one. Returns the next slot; the caller
+// updates feed->head.
 static inline uint8_t feed_burst_put(struct step_ring *ring, uint8_t slot, uint16_t ticks)
 {
     uint16_t top = (uint16_t)(ticks - 1u);
@@ -136,31 +157,33 @@ static inline uint8_t feed_burst_put(struct step_ring *ring, uint8_t slot, uint1
     return next;
 }
 
-// True when steps in this direction may be handed over as a run.
+// True when steps in this direction may be handed over as a pulse train.
 static inline bool feed_steady(const struct feed *feed, bool negative)
 {
     return feed->lead && feed->pending_ticks == 0 && negative == feed->negative;
 }
 
+// True when one of the two trains is free.
 static inline bool feed_train_free(const struct feed *feed)
 {
     return feed->trains[0].steps == 0 || feed->trains[1].steps == 0;
 }
 
-// The interrupt can carry these intervals: they fit one period and differ in their low byte only.
+// True when a pulse train can make these intervals: they fit one period and differ in their low
+// byte only.
 bool feed_fits_train(const struct feed *feed, const struct even *even);
 
-// Evenly spaced steps, `ticks` long in all. Only when feed_steady(), feed_train_free() and
-// feed_fits_train(). `even` is as it was before these steps.
+// Hand over `steps` evenly spaced steps, `ticks` long together, as a pulse train. Only when
+// feed_steady(), feed_train_free() and feed_fits_train(). `even` is as it was before these steps.
 void feed_train(struct feed *feed,
                 const struct even *even,
                 uint16_t steps,
                 uint32_t ticks);
 
-// Ticks from the start of a run to its step `index` (0: none yet). Divides.
+// Ticks from the start of a train to its step `index` (0: none yet). Divides.
 uint32_t feed_train_ticks(const struct feed *feed, uint8_t train, uint16_t index);
 
-// Length of its shorter intervals, ticks.
+// Length of the train's shorter intervals, ticks.
 static inline uint16_t feed_train_base(const struct feed *feed, uint8_t train)
 {
     const struct pulse_train *carried = &feed->engine_trains[train];
@@ -170,7 +193,7 @@ static inline uint16_t feed_train_base(const struct feed *feed, uint8_t train)
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
 
-// So many entries from slot on were put as single periods, `ticks` together.
+// `count` entries from `slot` on were written as single periods, `ticks` long together.
 static inline void feed_note_block(struct feed *feed,
                                    uint8_t slot,
                                    uint8_t count,
@@ -189,7 +212,7 @@ static inline void feed_note_block(struct feed *feed,
 #endif
 }
 
-// The next block, NULL if there is none.
+// The oldest block that the ledger has not consumed, NULL if there is none.
 static inline struct feed_block *feed_next_block(struct feed *feed)
 {
 #if FEED_BLOCKS > 0
@@ -202,7 +225,7 @@ static inline struct feed_block *feed_next_block(struct feed *feed)
 #endif
 }
 
-// It was taken.
+// The ledger has consumed that block.
 static inline void feed_drop_block(struct feed *feed)
 {
 #if FEED_BLOCKS > 0
@@ -212,28 +235,32 @@ static inline void feed_drop_block(struct feed *feed)
 #endif
 }
 
-// Time that passes without a step at its end. Only when !feed_busy().
+// Add time without a step at its end. Only when feed_busy() is false.
 void feed_quiet(struct feed *feed, uint32_t ticks);
 
-// Write what is pending, as far as FEED_BURST entries go; call while feed_busy() and space lasts.
+// Write pending time, FEED_BURST entries at most. Call it while feed_busy() and while there is
+// space.
 void feed_pump(struct feed *feed);
 
-// After a mark. When it was the last that fits, the time of zero pixels that is not written yet
-// must not wait for more of them: all of it but what a reversal needs becomes a period of its own.
+// After a mark. When the mark was the last that fits, the time of zero pixels that is not written
+// yet must not wait for more of them: all of it except what a reversal needs becomes a period of
+// its own.
 void feed_make_room(struct feed *feed);
 
+// Time or a step is pending that feed_pump() must write first.
 static inline bool feed_busy(const struct feed *feed)
 {
     return feed->step_due || feed->pending_ticks > STEP_PERIOD_MAX_TICKS;
 }
 
+// No further mark fits until the ledger consumes one.
 static inline bool feed_marks_full(const struct feed *feed)
 {
     return (uint8_t)(feed->mark_head - feed->mark_tail) >= FEED_MARKS - 1u;
 }
 
-// A pixel edge or a line start, after everything fed so far.
+// Place a pixel edge or a line start behind everything fed so far.
 void feed_mark_here(struct feed *feed, bool line_start, int32_t position);
 
-// The line is over and nothing follows it without a gap. Only when !feed_busy().
+// The line is over, and nothing follows it without a gap. Only when feed_busy() is false.
 void feed_end(struct feed *feed);

@@ -1,54 +1,69 @@
 // SPDX-License-Identifier: MIT
-// Follows the step interrupt through the ring and keeps what it did: time, position, pixel edges.
-// Position is what was handed to the timer, never what was only queued; a step counts when its
-// period is loaded, at most one period before its edge.
+// The ledger follows the step interrupt through the ring and keeps account of what it did: time,
+// position, pixel edges. The position is what was handed to the timer, never what was only queued;
+// a step counts when its period is loaded, at most one period before its edge. Main loop only.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/feed.h"        // marks, runs
+#include "motion/feed.h"        // marks, trains
 #include "motion/records.h"     // struct records
 #include "motion/step_engine.h" // struct engine_sample
 
+// Value of ledger.train outside a pulse train.
 #define LEDGER_NO_TRAIN 0xFFu
 
-// Entries of a run that may wait to be accounted for.
+// Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
 
 struct ledger {
     struct step_ring *ring;
-    uint8_t retired; // first slot not yet accounted for
+    // First slot that is not accounted for.
+    uint8_t retired;
+    // Periods at this place of the ring pulse,
     bool pulse;
+    // and in this direction.
     bool negative;
-    uint8_t left;  // of the entries accounted for: periods not loaded yet, all of a run
-    uint8_t train; // the run being carried, LEDGER_NO_TRAIN if none
-    uint16_t train_steps; //   its steps accounted for
-    uint16_t idle_seen;   // idle periods accounted for
-    uint16_t
-        lengths[3]; // of the last three periods before the run, ticks, newest first, less
-    uint8_t fresh;  //   so many newer ones that still stand in the ring (0..3)
-    uint8_t pulsed; // of those in lengths[], bit 0 the newest: it began with a STEP edge
-    uint32_t
-        loaded_ticks; // end of the newest period before the run, since the timers started
-    uint32_t taken_ticks; // of all periods taken from the ring, not idle ones; both wrap
-    int32_t position_steps; // since reset, signed, with the periods not loaded yet
-    int32_t line_origin;    // position where the line began
-    uint32_t pixel;         // edges passed in the line
-    // Last, so that what stands before it lies within reach of a pointer's displacement (63 bytes).
+    // Periods that are accounted for but not loaded yet; all of them belong to a train.
+    uint8_t left;
+    // The train at this place, 0 or 1; LEDGER_NO_TRAIN if there is none.
+    uint8_t train;
+    // Its steps that are accounted for.
+    uint16_t train_steps;
+    // Idle periods that are accounted for.
+    uint16_t idle_seen;
+    // Lengths of the last three single periods before the train, ticks, the newest first.
+    uint16_t lengths[3];
+    // Number of newer single periods whose lengths are not in lengths[] yet, because they still
+    // stand in the ring (0..3).
+    uint8_t fresh;
+    // Of the periods in lengths[], bit 0 the newest: the period began with a STEP edge.
+    uint8_t pulsed;
+    // End of the newest single period, ticks since the timers started; wraps.
+    uint32_t loaded_ticks;
+    // Length of all periods taken from the ring, idle ones excepted; wraps, like loaded_ticks.
+    uint32_t taken_ticks;
+    // Signed steps since reset, those of `left` included.
+    int32_t position_steps;
+    // Position where the line began.
+    int32_t line_origin;
+    // Pixel edges passed in the line.
+    uint32_t pixel;
+    // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
     struct records records;
 };
 
-// first_period_ticks: length of the two periods that are settled when the timers start (the
-// interrupt at the end of the first one loads the third).
+// A new account at position 0. first_period_ticks: length of each of the two periods that the
+// timers hold when they start (the interrupt at the end of the first one loads the third).
 void ledger_reset(struct ledger *ledger,
                   struct step_ring *ring,
                   uint16_t first_period_ticks);
 
-// The timers were started anew: time begins again, position and records stay.
+// The timers were started anew: time begins again at 0; position and records stay.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
-// The interrupt is inside a block that begins where the account ends.
+// The interrupt is inside the block that begins where the account ends.
 static inline bool ledger_inside_block(const struct ledger *ledger,
                                        struct feed *feed,
                                        uint8_t tail)
@@ -59,15 +74,15 @@ static inline bool ledger_inside_block(const struct ledger *ledger,
            (uint8_t)(tail - ledger->retired) < block->count;
 }
 
-// The next mark was placed where the account has come already.
+// The account has reached the next mark already.
 static inline bool ledger_mark_here(const struct ledger *ledger, const struct feed *feed)
 {
     return feed->mark_tail != feed->mark_placed &&
            feed->marks[feed->mark_tail & (FEED_MARKS - 1u)].slot == ledger->retired;
 }
 
-// False when ledger_follow_blocks() would do nothing, or only count periods of a run that goes on:
-// that can wait until somebody asks.
+// False when ledger_follow_blocks() would do nothing, or would only count periods of a train that
+// continues: that can wait until somebody asks for the position.
 static inline bool ledger_due(const struct ledger *ledger,
                               struct feed *feed,
                               const struct engine_sample *sample)
@@ -81,7 +96,7 @@ static inline bool ledger_due(const struct ledger *ledger,
         return behind != 0 ? !ledger_inside_block(ledger, feed, sample->tail)
                            : ledger_mark_here(ledger, feed);
     }
-    // The run that is over must be known as free.
+    // A train that is over must become free.
     if (sample->left == 0 || sample->train != ledger->train || sample->cut ||
         behind >= LEDGER_LAG_ENTRIES) {
         return true;
@@ -91,64 +106,66 @@ static inline bool ledger_due(const struct ledger *ledger,
                      ledger->retired) <= behind;
 }
 
-// A sample of an axis now at rest whose account has come further already: nothing can be placed by
-// it any more.
+// The account of an axis at rest is ahead of this sample, so that nothing can be placed in time by
+// the sample any more.
 static inline bool ledger_has_passed(const struct ledger *ledger,
                                      const struct engine_sample *sample)
 {
     return (int16_t)(sample->idle_count - ledger->idle_seen) < 0;
 }
 
-// Account for everything up to the sample. Takes marks and blocks from the feed. Main loop only.
+// Account for everything up to the sample. Consumes marks and blocks of the feed.
 void ledger_follow(struct ledger *ledger,
                    struct feed *feed,
                    const struct engine_sample *sample);
 
-// The same, but for a block that is not over yet: it can be taken as a whole later, at much less
-// cost.
+// Account up to the sample, but not into a block that is not over: the block can be accounted for
+// as a whole later, at a much lower cost.
 void ledger_follow_blocks(struct ledger *ledger,
                           struct feed *feed,
                           const struct engine_sample *sample);
 
-// Signed steps since reset.
+// Position of the axis: signed steps since reset, or since ledger_zero().
 static inline int32_t ledger_position(const struct ledger *ledger)
 {
     return ledger->negative ? ledger->position_steps + ledger->left
                             : ledger->position_steps - ledger->left;
 }
 
-// Steps of the run that were loaded; 0 when there is none.
+// Steps of the train that were loaded; 0 outside a train.
 static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
 {
     return (uint16_t)(ledger->train_steps - ledger->left);
 }
 
-// Start of a period relative to the newest loaded one: 0 that one itself, 1 the one before, 2.
-// Divides, inside a run.
+// Start of a period, in ticks since the timers started. back: 0 the newest loaded period, 1 the one
+// before, 2 the one before that. Divides inside a train.
 uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back);
 
-// The instant of an edge captured at this count of period `back`. The capture's own way is longer
-// than the shortest periods of a run, so that one more may have begun than it knows: a count that
-// no period of the run reaches is of the period before the run.
+// The time of an edge that was captured at this count of period `back`. The capture handler's own
+// way is longer than the shortest periods of a train, so that one more period may have begun than
+// the handler saw: a count that no period of the train reaches belongs to the period before the
+// train.
 uint32_t ledger_capture_ticks(struct ledger *ledger,
                               const struct feed *feed,
                               uint8_t back,
                               uint16_t captured_ticks);
 
-// Of the steps in ledger_position(), those whose edge comes after an instant that is no older than
-// the period before the running one. edge_ticks: from the start of a period to its STEP edge.
+// Number of steps in ledger_position() whose edge comes after the time `ticks`, which must not be
+// older than the period before the running one. edge_ticks: from the start of a period to its STEP
+// edge.
 uint8_t ledger_steps_after(struct ledger *ledger,
                            const struct feed *feed,
                            uint32_t ticks,
                            uint8_t edge_ticks);
 
-// From here on the position is counted from `origin_steps`.
+// Subtract origin_steps from the position, so that this place becomes position 0.
 void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 
-// The clock edge that ends a pixel was seen so many ticks after its planned place.
+// Note by how many ticks the clock edge that ends a pixel missed its planned time.
 void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);
 
-// The ring was emptied by force: nothing before `slot` will be loaded any more.
+// The ring was emptied: nothing before `slot` will be loaded any more.
 void ledger_skip_to(struct ledger *ledger, uint8_t slot);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The state of an axis. This module alone writes that state: everybody else reports an event, and
-// the table in lifecycle.c says what becomes of it.
+// The state of an axis. Only this module writes the state: everybody else reports an event, and the
+// table in lifecycle.c gives the next state.
 //
-//            QUEUED          READY         ARM          PLACED           RELEASED
-//     EMPTY --------> LOADING ----> LOADED ----> ARMED --------> STARTING --------> RUNNING
-//       ^    READY ....................^ ^                                             |
-//       |                                |  QUEUED, READY                      FINISHED|
-//       |                                +------------------- DONE <-------------------+
-//       | SETTLED
-//     STOPPING <--- STOP --- (every state)      EMPTY, LOADING, LOADED, DONE --- REFUSE --> REFUSED
-//                                               ARMED, STARTING, RUNNING ------- FAIL ----> FAULT
+//             QUEUED          READY         ARM          PLACED           RELEASED
+//      EMPTY --------> LOADING ----> LOADED ----> ARMED --------> STARTING --------> RUNNING
+//        ^    READY ....................^ ^                                             |
+//        |                                |  QUEUED, READY                      FINISHED|
+//        |                                +------------------- DONE <-------------------+
+//        | SETTLED
+//      STOPPING <--- STOP --- (every state)      EMPTY, LOADING, LOADED, DONE --- REFUSE --> REFUSED
+//                                                ARMED, STARTING, RUNNING ------- FAIL ----> FAULT
 //
-// An event that is not drawn either leaves the state as it is or is forbidden; the table has both.
+// An event that is not drawn is either forbidden or leaves the state as it is; the table has both.
 // Main loop only.
 #pragma once
 
@@ -28,7 +28,8 @@ enum axis_state {
     AXIS_REFUSED = 6,  // a block was refused; discard to recover
     AXIS_FAULT = 7,    // stopped by a fault; clear the fault to recover
     AXIS_STARTING = 8, // line zero is known (or needs no edge); the release is near
-    AXIS_STOPPING = 9, // told to stop; the timer still holds a period of the line
+    // A stop was requested; the timer still holds a period of the line.
+    AXIS_STOPPING = 9,
     AXIS_STATES = 10,
 };
 
@@ -47,25 +48,26 @@ enum lifecycle_event {
 };
 
 struct lifecycle {
-    uint8_t state; // enum axis_state; written by lifecycle.c alone
+    // enum axis_state; only lifecycle.c writes it.
+    uint8_t state;
 };
 
 // A new axis: EMPTY.
 void lifecycle_reset(struct lifecycle *lifecycle);
 
-// Report an event. False, and nothing changed, when the event is forbidden in this state.
+// Report an event. Returns false and changes nothing when the event is forbidden in this state.
 bool lifecycle_report(struct lifecycle *lifecycle, enum lifecycle_event event);
 
-// What input register axis_state shows, 0 to 7: STARTING as ARMED, STOPPING as EMPTY.
+// The state as input register axis_state shows it, 0 to 7: STARTING as ARMED, STOPPING as EMPTY.
 uint8_t lifecycle_shown(const struct lifecycle *lifecycle);
 
-// Armed: with or without its place in time.
+// The axis is armed, with or without a known line zero.
 static inline bool lifecycle_armed(const struct lifecycle *lifecycle)
 {
     return lifecycle->state == AXIS_ARMED || lifecycle->state == AXIS_STARTING;
 }
 
-// Armed or running.
+// The axis is armed or running.
 static inline bool lifecycle_moving(const struct lifecycle *lifecycle)
 {
     return lifecycle->state == AXIS_RUNNING || lifecycle_armed(lifecycle);

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// From the segments of one line to pieces: stretches of time with evenly spaced or uniformly
-// accelerated steps. A piece is one pixel, except where backlash is taken up (spec 1.7): then the
-// pixels before line speed V is reached lie t_b = P*B/V earlier than the clock, and a piece of B
-// steps at V brings the line back onto it.
+// Makes pieces of the segments of one line. A piece is a span of time with evenly spaced or
+// uniformly accelerated steps. A piece is one pixel, except where backlash is taken up (DESIGN.md,
+// "Backlash"): there the pixels before the line speed V is reached lie t_b = P*B/V earlier than the
+// clock, and a piece of B steps at speed V brings the line back onto the clock.
 //
 //     edges      0         1         2    ...   Na       Na+1      Na+2
 //                |---------|---------|-- ... ---|---------|---------|
 //     pieces     | delay |  n1     |  n2   ... |  nNa  | B |   V     |
 //                        ^ 1 - B/V pixels
 //
-// Every pixel edge falls into exactly one piece; the piece says after how many of its steps.
+// Every pixel edge falls into exactly one piece; the piece names the number of its steps before the
+// edge. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -19,50 +20,75 @@
 #include "motion/segment_queue.h" // struct segment_queue
 
 struct piece {
+    // Length of the piece, ticks.
     uint32_t ticks;
+    // Steps in the piece.
     uint16_t steps;
-    uint16_t start_speed;  // steps/pixel, meaningful when curved
-    bool curved;           // constant acceleration; else evenly spaced
-    bool negative;         // direction
-    bool has_edge;         // a pixel edge falls into this piece,
-    uint16_t edge_steps;   //   after so many of its steps
-    uint32_t edge_ticks;   //   and so many ticks from its start (1..ticks)
-    int32_t edge_position; // expected there: signed steps of the line up to that edge
+    // Speed at the start, steps/pixel; only of curved pieces.
+    uint16_t start_speed;
+    // Constant acceleration; else evenly spaced steps.
+    bool curved;
+    // Direction of the steps.
+    bool negative;
+    // A pixel edge falls into this piece,
+    bool has_edge;
+    // after so many of its steps
+    uint16_t edge_steps;
+    // and so many ticks from its start (1..ticks).
+    uint32_t edge_ticks;
+    // Position expected at the edge: signed steps of the line.
+    int32_t edge_position;
 };
 
 struct line {
     struct segment_queue *queue;
-    struct segment segment; // the segment now in work; repeat counts down
+    // The segment being used; its repeat counts down.
+    struct segment segment;
     bool smooth : 1;
-    bool negative : 1;    // direction of a smooth line
-    bool shifted : 1;     // still ahead of the pixel clock: backlash not yet taken up
-    bool fresh : 1;       // no piece taken yet
-    bool seek : 1;        // ends early when its switch trips:
-    bool leaving_out : 1; // it has; segments up to one that slows down are left out
-    bool down : 1;        // the down mark was taken
+    bool negative : 1; // direction of a smooth line
+    // The line is still ahead of the pixel clock, because backlash is not yet taken up.
+    bool shifted : 1;
+    // No piece was made yet.
+    bool fresh : 1;
+    // The line is a seek: it ends early when its switch trips.
+    bool seek : 1;
+    // The switch has tripped; segments are skipped up to one that slows down.
+    bool leaving_out : 1;
+    // The down mark was reached.
+    bool down : 1;
     uint16_t backlash_steps;
+    // Speed V of the backlash parameter, steps/pixel.
     uint16_t line_speed;
     uint16_t
         speed; // steps/pixel at the start of the next piece; plain: in the last pixel
-    int32_t position;       // signed steps up to the start of the next piece
-    uint32_t to_edge_ticks; // from the start of the next piece to the next pixel edge
+    // Signed steps up to the start of the next piece.
+    int32_t position;
+    // From the start of the next piece to the next pixel edge, ticks.
+    uint32_t to_edge_ticks;
+    // The pixel edges.
     struct pixel_grid edges;
-    struct pixel_grid pieces; // ends of the shifted pieces
+    // The ends of the shifted pieces.
+    struct pixel_grid pieces;
 };
 
 enum line_status {
-    LINE_PIECE, // a piece was made
-    LINE_DRY, // the queue is empty inside the line, or a seek's way down does not mirror its way up
-    LINE_OVER, // the end mark was taken
+    // A piece was made.
+    LINE_PIECE,
+    // The queue is empty inside the line, or a seek's deceleration does not mirror its
+    // acceleration.
+    LINE_DRY,
+    // The end mark was reached.
+    LINE_OVER,
 };
 
-// The queue's front must be a start mark and its parameter; both are taken. take_up: insert the
-// backlash (false: the leading zero pixel stays idle). Main loop only.
+// Begin a line. The queue's front must be a start mark and its parameter; both are removed.
+// take_up: insert the backlash (false: the leading zero pixel stays idle).
 void line_begin(struct line *line,
                 const struct pixel_period *period,
                 struct segment_queue *queue,
                 bool take_up);
 
+// Make the next piece of the line.
 enum line_status line_next(struct line *line, struct piece *piece);
 
 // The switch of a seek has tripped: slow down from the next piece on.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Is this a line the board can run? Fed run by run as they arrive, so that a line longer than the
-// memory is checked too; nothing may be armed before its end mark has been accepted, or, when the
-// line is streamed, runs past a refused one never reach the decoder. Same code on the host.
+// Checks whether the board can run a line. The check gets the segments one by one as they arrive,
+// so that a line longer than the memory is checked too. A line may be armed only when its end mark
+// was accepted; of a line that is streamed, no segment behind a refused one reaches the decoder.
+// The host tools run the same code.
 #pragma once
 
 #include <stdbool.h>
@@ -10,45 +11,65 @@
 #include "base/names.h"     // enum line_error
 #include "motion/segment.h" // struct segment
 
-// What the board and its settings allow; ticks are timer ticks.
+// What the board and its settings allow. Times are in timer ticks.
 struct line_limits {
-    uint32_t pixel_ticks;               // whole ticks of a pixel period
-    uint16_t min_interval_ticks;        // shortest interval between two steps, plain line
-    uint16_t smooth_min_interval_ticks; // the same in a smooth line
-    uint16_t seek_min_interval_ticks;   // the same in seeks
-    uint16_t reversal_min_ticks;        // the same between steps of opposite direction
-    uint16_t max_acceleration;          // steps/pixel^2 of a smooth line, 0: any
-    uint16_t start_stop_steps;          // of both pixels at a direct reversal, 0: any
+    // Whole ticks of a pixel period.
+    uint32_t pixel_ticks;
+    // Shortest interval between two steps of a plain line,
+    uint16_t min_interval_ticks;
+    // of a smooth line,
+    uint16_t smooth_min_interval_ticks;
+    // of a seek,
+    uint16_t seek_min_interval_ticks;
+    // and between two steps of opposite direction.
+    uint16_t reversal_min_ticks;
+    // Largest acceleration of a smooth line, steps/pixel^2; 0: any.
+    uint16_t max_acceleration;
+    // Largest count of both pixels at a direct reversal; 0: any.
+    uint16_t start_stop_steps;
 };
 
 enum line_check_phase {
-    LINE_CHECK_OUTSIDE, // a start mark must come next
+    // A start mark must come next.
+    LINE_CHECK_OUTSIDE,
+    // The parameter of the start mark must come next.
     LINE_CHECK_PARAMETER,
+    // A segment or a mark must come next.
     LINE_CHECK_SEGMENTS,
 };
 
 struct line_check {
     uint8_t phase;
     bool smooth : 1;
-    bool reached : 1;  // the line speed given with the backlash was reached
-    bool negative : 1; // direction of a smooth line
-    bool seek : 1;     // its down mark is still to come
-    bool one_way : 1;  // a seek: any of its runs may come next when it trips
+    // The line reached the line speed of the backlash parameter.
+    bool reached : 1;
+    // Direction of a smooth line.
+    bool negative : 1;
+    // The line is a seek whose down mark is still to come.
+    bool seek : 1;
+    // The line is a seek: when it trips, any segment behind the down mark may come next.
+    bool one_way : 1;
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
-    uint8_t warning; // first warning of the line (enum line_error, 32..)
+    // First warning of the line (enum line_error, from 32 on).
+    uint8_t warning;
     uint16_t backlash_steps;
     uint16_t line_speed;
-    uint16_t rest_ticks; // whole zero pixels since that step, 0xFFFF: that or more
-    uint16_t speed;      // at the end of the last pixel
-    int16_t last_count;  // of the last pixel
-    uint32_t pixel; // pixels accepted so far: the next entry begins with the one after
+    // Length of the zero pixels since the last step, ticks; 0xFFFF: that or more.
+    uint16_t rest_ticks;
+    // Speed at the end of the last pixel, steps/pixel.
+    uint16_t speed;
+    // Count of the last pixel.
+    int16_t last_count;
+    // Pixels accepted so far: the next entry begins with the pixel behind it.
+    uint32_t pixel;
 };
 
+// Expect the start of a line that follows no other.
 void line_check_reset(struct line_check *check);
 
-// Accept the next entry, or say why not: something about the pixel behind check->pixel. After a
-// refusal the check must be reset.
+// Accept the next entry, or return why not; the reason concerns the pixel behind check->pixel.
+// After a refusal the check must be reset.
 enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
                                  struct segment entry);

@@ -1,47 +1,58 @@
 // SPDX-License-Identifier: MIT
-// What happened at the newest pixel edges of a line: where the motor was, where it should have been,
-// and how far the clock's edge lay from its plan. The oldest record is overwritten. Main loop only.
+// What happened at the newest pixel edges of a line: the axis's position, the expected position,
+// and how far the clock's edge lay from its planned time. A new record overwrites the oldest one.
+// Main loop only.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-// Records kept, up to 20: what one read can carry. The build gives the smaller board fewer.
+// Records kept, up to 20: what one read request can carry. The build sets fewer for the smaller
+// board.
 #if !defined(RECORDS_KEPT)
 #define RECORDS_KEPT 20u
 #endif
 
 struct pixel_record {
-    uint16_t pixel; // low 16 bits of the number, 1 = end of the line's first pixel
-    int16_t edge_error_ticks; // clock edge minus planned edge
-    int32_t expected_steps;   // of the line, signed
+    // Low 16 bits of the pixel's number; 1: the end of the line's first pixel.
+    uint16_t pixel;
+    // Clock edge minus planned edge, ticks.
+    int16_t edge_error_ticks;
+    // Expected position at the edge: signed steps of the line.
+    int32_t expected_steps;
+    // Actual position at the edge: signed steps of the line.
     int32_t actual_steps;
 };
 
+// Records are kept in 8 bytes each; records_get() makes a struct pixel_record of them.
 struct records {
-    uint8_t next; // slot for the next record
+    // Slot for the next record.
+    uint8_t next;
+    // Records kept so far.
     uint8_t count;
-    uint16_t newest_pixel; // low 16 bits
+    // Low 16 bits of the newest record's pixel.
+    uint16_t newest_pixel;
     struct {
         int32_t actual_steps;
-        int16_t beyond_steps; // actual minus expected
+        // Actual minus expected position.
+        int16_t beyond_steps;
         int16_t edge_error_ticks;
     } kept[RECORDS_KEPT];
 };
 
-// A line begins: no records.
+// A line begins: discard all records.
 void records_reset(struct records *records);
 
-// The edge of this pixel, the next one of the line, was passed. expected_steps: low 16 bits, because
-// the two are nearly the same.
+// The axis passed the edge of this pixel, the next one of the line. expected_steps: the low 16 bits
+// are enough, because actual and expected position are nearly the same.
 void records_add(struct records *records,
                  uint16_t pixel,
                  int32_t actual_steps,
                  uint16_t expected_steps);
 
-// How far the clock's edge at the end of a pixel lay from its plan; nothing where that pixel's record
-// is no longer kept.
+// Note how far the clock's edge at the end of a pixel lay from its planned time. Does nothing when
+// that pixel's record is no longer kept.
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks);
 
-// Record `number` of records->count, 0 the oldest.
+// Record `number`, 0..count-1; 0 is the oldest.
 struct pixel_record records_get(const struct records *records, uint8_t number);

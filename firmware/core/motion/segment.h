@@ -1,37 +1,50 @@
 // SPDX-License-Identifier: MIT
-// How a line travels and waits: as runs and marks. A run is `repeat` pixels of `count` steps each.
-// An entry with repeat 0 is a mark, its count a mark word; a start mark is followed by one
-// parameter entry.
+// How a line is stored and sent: as segments and marks, 4 bytes each. A segment is `repeat` equal
+// pixels of `count` steps each. An entry with repeat 0 is a mark, and its count is the mark's word.
+// A start mark is followed by one parameter entry.
 //
-//     start   (word, 0) (backlash_steps, line_speed)    word: kind, flags below
-//     runs    (count, repeat) ...
-//     end     (LINE_MARK_END, 0)
+//     start      (word, 0) (backlash_steps, line_speed)    word: kind and flags, see below
+//     segments   (count, repeat) ...
+//     end        (LINE_MARK_END, 0)
 //
-// A seek is a line that ends early when the axis's home switch is as sought. Its runs speed up and
-// hold; those behind a down mark mirror the way up. From wherever it trips, it goes on with the
-// first run behind the mark whose count is below its speed: that of the last pixel in a plain line,
-// that at the end of the last pixel in a smooth one.
+// A seek is a line that ends early, when the axis's home switch closes or opens. Its segments
+// accelerate and then hold the speed; the segments behind the down mark mirror the acceleration.
+// When the switch trips, the seek finishes the current pixel and continues with the first segment
+// behind the down mark whose count is below the current speed. The current speed of a plain line is
+// the count of its last pixel; that of a smooth line is the speed at the end of its last pixel.
 //
 //     (1, 1) (2, 1) (4, 1) (8, 900)  (LINE_MARK_DOWN, 0)  (4, 1) (2, 1) (1, 1)
-//                   ^ trips here: one pixel of 4, then ---------^
+//                   ^ trips here: one pixel of 4, then ----------^
 #pragma once
 
 #include <stdint.h>
 
+// Bits of a mark's word that say which mark it is.
 #define LINE_MARK_KIND  0x000Fu
 #define LINE_MARK_START 0x0001u
 #define LINE_MARK_END   0x0002u
 #define LINE_MARK_DOWN  0x0003u
+// Flags of a start mark.
+//
+// Constant acceleration inside a pixel; without the flag, constant speed inside a pixel.
 #define LINE_START_SMOOTH                                                                \
     0x0010u // constant acceleration inside a pixel; else constant speed
+// Line zero is one pixel period after a pixel clock edge; without the flag, the line follows the
+// one before it without a gap.
 #define LINE_START_WAIT                                                                  \
     0x0020u // zero is one period after a pixel clock edge; else chained
-#define LINE_START_NEGATIVE 0x0040u // a smooth line that runs in negative direction
-#define LINE_START_SEEK     0x0080u // until the home switch closes,
-#define LINE_START_OPEN     0x0100u //   or, together with it, opens
-#define LINE_START_KNOWN    0x01D1u // bits of a start mark that have a meaning, less WAIT
+// A smooth line that moves in negative direction.
+#define LINE_START_NEGATIVE 0x0040u
+// A seek: the line moves until the home switch closes,
+#define LINE_START_SEEK 0x0080u
+// or, together with LINE_START_SEEK, until the home switch opens.
+#define LINE_START_OPEN 0x0100u
+// All bits of a start mark that have a meaning, LINE_START_WAIT excepted.
+#define LINE_START_KNOWN 0x01D1u
 
 struct segment {
-    int16_t count;   // steps in each pixel, signed for plain lines
-    uint16_t repeat; // pixels; 0 makes the entry a mark
+    // Steps in each pixel; signed in plain lines. Of a mark: its word.
+    int16_t count;
+    // Number of pixels; 0 makes the entry a mark.
+    uint16_t repeat;
 };

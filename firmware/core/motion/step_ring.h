@@ -1,59 +1,74 @@
 // SPDX-License-Identifier: MIT
-// The ring of timer-compare entries between the decoder (main loop, the one writer) and the step
-// interrupt (the one reader). No lock: an entry becomes visible by the single byte store of its
-// high half, and the slot after the newest entry always reads as empty.
+// The ring of timer-compare entries. The decoder in the main loop is the only writer, the step
+// interrupt the only reader, so that no lock is needed: an entry becomes visible by the single
+// store of its high byte, and the slot behind the newest entry always reads as empty.
 //
 //     high     low
 //     00..FC   any      one timer period; TOP = high:low (0..0xFCFF), length TOP + 1 ticks
-//     FD       count    signed: so many periods of run 0 (> 0) or run 1 (< 0), struct pulse_train
+//     FD       count    signed: so many periods of train 0 (> 0) or train 1 (< 0), struct pulse_train
 //     FE       command  enum step_command; takes no time, the next entry follows at once
-//     FF       any      empty: the writer has not been here yet
+//     FF       any      empty: the writer has not filled this slot yet
 //
-// A run is evenly spaced steps that the interrupt itself carries on from period to period, so that
-// constant speed costs the writer one entry for up to 127 steps.
+// A pulse train is a sequence of evenly spaced steps that the interrupt continues by itself from
+// period to period. At constant speed the writer therefore needs only one entry for up to 127
+// steps.
 //
-// The two halves are separate arrays on 256-byte boundaries, so that an 8-bit index finds both.
+// High and low bytes are two arrays on 256-byte boundaries, so that one 8-bit index finds both
+// bytes.
 #pragma once
 
 #include <stdint.h>
 
 #include "motion/step_codes.h" // STEP_HIGH_*, STEP_IDLE_TICKS
 
+// An 8-bit index wraps at this number of slots.
 #define STEP_RING_SLOTS 256u
 
-// Longest single period, ticks. Longer intervals are split by the writer.
+// Longest single period, ticks. The writer splits longer intervals.
 #define STEP_PERIOD_MAX_TICKS 0xFD00u
-// Entries that may stand in the ring: 256 less the empty sentinel, and three that were read last:
-// the ledger may look at them again.
+// Entries that may be in the ring: 256 less the empty one behind the newest, less three that were
+// read last, because the ledger may look at these again.
 #define STEP_RING_CAPACITY 252u
 
 enum step_command {
-    STEP_COMMAND_QUIET = 0,    // from the next period on: no STEP edge
-    STEP_COMMAND_PULSE = 1,    // from the next period on: a STEP edge in each
-    STEP_COMMAND_BEGIN = 2,    // a line begins: from here an empty ring is a fault
-    STEP_COMMAND_END = 3,      // the line is over; one idle period, then whatever comes
-    STEP_COMMAND_POSITIVE = 4, // direction output, at once
+    // From the next period on: no STEP edge.
+    STEP_COMMAND_QUIET = 0,
+    // From the next period on: one STEP edge in each period.
+    STEP_COMMAND_PULSE = 1,
+    // A line begins: from here on an empty ring is a fault.
+    STEP_COMMAND_BEGIN = 2,
+    // The line is over: one idle period, then whatever follows.
+    STEP_COMMAND_END = 3,
+    // Set the direction output at once.
+    STEP_COMMAND_POSITIVE = 4,
     STEP_COMMAND_NEGATIVE = 5,
 };
 
 // Intervals of base or base + 1 ticks, interleaved so that every step falls on the first whole tick
-// at or after its exact place (even.h): with T = base * n + remainder ticks for n steps
+// at or after its exact place (even.h). With T = base * n + remainder ticks for n steps:
 //
 //     sum >= 0: base + 1 now, sum += remainder - n        sum < 0: base now, sum += remainder
 //
-// Written by the main loop while no entry of the ring refers to it; then the interrupt's. Offsets
-// are known to the assembly handler.
+// The main loop writes a train while no entry of the ring refers to it; afterwards the train
+// belongs to the interrupt. The assembly handler knows the members' offsets.
 struct pulse_train {
+    // The fraction carried from step to step; its sign chooses the interval.
     volatile int16_t sum;
-    int16_t after_short; // remainder
-    int16_t after_long;  // remainder - n
-    uint8_t short_low;   // low byte of base - 1
-    uint8_t long_low;    //   of base
-    uint8_t top_high;    // high byte of both: a base that ends in FF carries no remainder
+    // Added to the sum behind a short interval: the remainder.
+    int16_t after_short;
+    // Added to the sum behind a long interval: the remainder - n.
+    int16_t after_long;
+    // Low byte of the short interval's TOP, base - 1.
+    uint8_t short_low;
+    // Low byte of the long interval's TOP, base.
+    uint8_t long_low;
+    // High byte of both: a train with a remainder has no base that ends in FF.
+    uint8_t top_high;
 };
 
+// Trains of an axis: one is being made while the other is being written.
 #define STEP_TRAINS 2u
-// Steps of a run in one entry.
+// Most steps of a train in one entry.
 #define STEP_TRAIN_ENTRY_MAX 127u
 
 struct step_ring {

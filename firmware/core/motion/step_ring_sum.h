@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Adds up the single periods of a ring. Every step of every line passes through this function, so
-// the AVR has it in assembly, 16 cycles a period. The C that the assembly stands for is beside it.
+// the AVR has it in assembly, 16 cycles a period; the C that the assembly stands for is beside it.
+// Main loop only.
 #pragma once
 
 #include "motion/step_ring.h" // struct step_ring
 
-// Adds from *slot on, up to `stop` or to the first entry that is not a single period, and moves
-// *slot there. Returns the sum of the periods' lengths, ticks.
+// Add the lengths of the single periods from *slot on, up to the slot `stop` or to the first entry
+// that is not a single period, whichever comes first. Moves *slot to the slot where the sum ends.
+// Returns the sum in ticks.
 #if defined(__AVR__)
 static inline uint32_t step_ring_sum(const struct step_ring *ring,
                                      uint8_t *slot,

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Walks through a piece step by step and keeps two promises at whole ticks: the last step falls
-// exactly on the end of the piece, and a step lies at or before the piece's pixel edge in ticks
-// if and only if it does in exact arithmetic.
+// Walks through a piece step by step and guarantees two things at whole ticks: the last step falls
+// exactly on the end of the piece, and a step falls at or before the piece's pixel edge in ticks if
+// and only if it does so in exact arithmetic. Main loop only.
+//
+// A step that needs care to keep these promises is called special: the last step before the edge,
+// the two behind it, and the last step of the piece.
 #pragma once
 
 #include <stdbool.h>
@@ -12,33 +15,41 @@
 #include "motion/line.h"  // struct piece
 
 struct walk {
+    // `curved` says which member is valid.
     union {
         struct curve curve;
         struct even even;
     } steps;
     bool curved;
-    bool at_edge;          // the step just returned is the last one before the pixel edge
-    int16_t skew_ticks;    // where the last step was put, minus exact_ticks
-    uint16_t until;        // steps to the next special one,
-    uint16_t last_special; //   which is this one of the piece
-    uint32_t exact_ticks;  // where the last step would fall without the promises
+    // The step just returned is the last one before the pixel edge.
+    bool at_edge;
+    // Where the last step was placed, minus exact_ticks.
+    int16_t skew_ticks;
+    // Steps up to and including the next special one.
+    uint16_t until;
+    // Number of that special step in the piece.
+    uint16_t last_special;
+    // Where the last step would fall without the two promises, ticks from the start of the piece.
+    uint32_t exact_ticks;
+    // The piece; the caller keeps it unchanged until the walk is over.
     const struct piece *piece;
 };
 
-// piece->steps must not be 0; the piece must stay as it is until the walk is over.
+// Begin a piece, whose `steps` must not be 0.
 void walk_start(struct walk *walk, const struct piece *piece);
 
-// Ticks from the last step (or the start of the piece) to the next. Call piece->steps times.
+// Ticks from the last step (or the start of the piece) to the next step. Call it piece->steps
+// times.
 uint32_t walk_next(struct walk *walk);
 
-// Steps that may be taken straight from walk->steps: none of them is special.
+// Number of steps that may be taken straight from walk->steps, because none of them is special.
 static inline uint16_t walk_burst(const struct walk *walk)
 {
     return (uint16_t)(walk->until - 1u);
 }
 
-// Even pieces: steps up to the next place that needs care, the end of the piece included when that
-// is where it lies.
+// Of an even piece: steps up to the next place that needs care. The end of the piece is included
+// where its last step needs no correction.
 static inline uint16_t walk_stretch(const struct walk *walk)
 {
     bool to_end = walk->last_special == walk->piece->steps && walk->skew_ticks == 0;
@@ -46,7 +57,7 @@ static inline uint16_t walk_stretch(const struct walk *walk)
     return to_end ? walk->until : walk_burst(walk);
 }
 
-// Steps of the piece taken so far, if nothing but its end needs care any more; else 0xFFFF.
+// Steps of the piece taken so far, if only the end of the piece still needs care; else 0xFFFF.
 static inline uint16_t walk_taken(const struct walk *walk)
 {
     uint16_t steps = walk->piece->steps;
@@ -55,10 +66,11 @@ static inline uint16_t walk_taken(const struct walk *walk)
                                        : (uint16_t)0xFFFF;
 }
 
-// Pass over that many of these steps; the ticks to the last of them.
+// Pass over `steps` steps of an even piece, at most walk_stretch(). Returns the ticks to the last
+// of them.
 uint32_t walk_skip_even(struct walk *walk, uint16_t steps);
 
-// `count` steps of together `ticks` were taken straight from walk->steps.
+// `count` steps, `ticks` long together, were taken straight from walk->steps.
 static inline void walk_skip(struct walk *walk, uint8_t count, uint32_t ticks)
 {
     walk->until = (uint16_t)(walk->until - count);

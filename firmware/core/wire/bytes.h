@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Big-endian words in a byte buffer, and the halves of what two registers hold.
+// Big-endian words in a byte buffer, and the two words of a 32-bit value.
 #pragma once
 
 #include <stdbool.h>
@@ -19,13 +19,14 @@ static inline uint16_t get_word(const uint8_t *bytes)
     return both.word;
 }
 
+// Write the word to bytes[0] (high) and bytes[1] (low).
 static inline void put_word(uint8_t *bytes, uint16_t word)
 {
     bytes[0] = (uint8_t)(word >> 8);
     bytes[1] = (uint8_t)word;
 }
 
-// The word of a 32-bit value that its lower or its upper register holds.
+// The lower word of a 32-bit value, or its upper word: what one of its two registers holds.
 static inline uint16_t half_word(uint32_t value, bool low)
 {
     return (uint16_t)(low ? value : value >> 16);
