@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Steps under constant acceleration: the anchors of spec 1.5 and the inequality that
+// Steps under constant acceleration: known anchors and the inequality that
 // defines a step's tick.
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pieces and expected positions of a line: the anchors of spec 1.4 and 1.8.
+// Pieces and expected positions of a line: the anchors of the worked example.
 #include <stdbool.h>
 #include <stdint.h>
 

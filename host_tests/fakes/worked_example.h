@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The worked example: the ramp of spec 1.4 to 1000 steps/pixel, two pixels at that speed,
+// The worked example: a ramp to 1000 steps/pixel, two pixels at that speed,
 // the ramp mirrored; with backlash a zero pixel before and after. Positions are the
-// anchors of spec 1.8.
+// anchors.
 #pragma once
 
 #include <stdbool.h>

@@ -4,6 +4,5 @@
 
 #include <stdint.h>
 
-// Checksum of `length` bytes; 0 over bytes that end with their own checksum. About 30 cycles a
-// byte.
+// Checksum of `length` bytes; 0 over bytes that end with their own checksum.
 uint16_t crc16(const uint8_t *bytes, uint16_t length);

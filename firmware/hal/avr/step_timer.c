@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The 16-bit timers in fast PWM mode 15 (spec 6.2): TOP is OCRnA, STEP is OCnB inverting.
+// The 16-bit timers in fast PWM mode 15: TOP is OCRnA, STEP is OCnB inverting.
 #include "hal/step_timer.h"
 
 #include <avr/interrupt.h>
