@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which features of build_features.def this image has: all of them on a board with flash for them; the
-// smaller board's default keeps everything that a printer's axis needs and leaves out what only
+// Which features of build_features.def this image has: all of them on a board with flash for them.
+// The smaller board's default keeps everything that a printer's axis needs and leaves out what only
 // other Modbus masters use. The build may set any of them to 0 or 1 (-DFEATURE_HOMING=0).
 #pragma once
 

@@ -28,19 +28,19 @@
 //     interrupts off in the main loop, or in a serial handler   21    21    21
 //     pixel clock capture, until it lets others in              13    14    13
 //     step handlers of the other axes                            -   141    47   47 each
-//     a run's period, from the flag's service to OCRnA          23    25    23
+//     a train's period, from the flag's service to OCRnA        23    25    23
 //                                                               --   ---   ---
 //                                                               57   201   104
 //
-// A single period takes 29 (31) cycles to OCRnA; so short ones are only made by runs (axis.c).
-// The other axes take up to 86 cycles where they begin a run. They do so some steps apart from each
-// other (TRAIN_STAGGER_STEPS), but lines of different rates can meet all the same. What is then late
-// by less than a period is an underrun, seen by the handler before the edge; what is late by a
-// whole one is seen by time_check.c.
+// A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
+// periods (decode.c). The other axes take up to 86 cycles where they begin a train. They begin
+// their trains some steps apart from each other (TRAIN_STAGGER_STEPS), but lines of different rates
+// can meet all the same. An interrupt that is then late by less than a period is an underrun, which
+// the handler sees before the edge; time_check.c sees one that is late by a whole period.
 //
-// Smooth lines have a limit of their own: in them a run of constant steps can follow single
+// Smooth lines have a limit of their own: in them a pulse train can follow single
 // periods, and the step interrupt needs longer to load its first interval than to go on with
-// single periods or with a run (TRAIN_ENTRY_MIN_TICKS in axis.c).
+// single periods or with a pulse train (TRAIN_ENTRY_MIN_TICKS in axis.c).
 // The capture interrupt tells apart the periods around an edge as long as no more than one began
 // since: a seek must be slower than its longest way, with every step interrupt in between. Edges
 // were placed wrong at 160 ticks on the Uno and 320 on the Mega, right at 200 and 400. A board of
@@ -48,8 +48,8 @@
 //
 // A reversal has the driver's set-up and hold times on both sides of its middle, and so many ticks
 // more: the direction output changes that long after the middle at most. One axis's commands take
-// 370 ticks on the Uno and 630 on the Mega; there four axes that turn at once take 1530, and a byte
-// on the serial line may come between (test_turns.py turns all of them at the limit).
+// 370 ticks on the Uno and 630 on the Mega; there four axes that reverse at once take 1530, and a
+// byte on the bus may come between (test_turns.py reverses all of them at the limit).
 #define CONFIG_BOARD_NAME                BOARD_NAME
 #define CONFIG_BOARD_ID                  BOARD_ID
 #define CONFIG_AXES                      BOARD_AXES

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the suites of seeks share: the board on its fake, a line that seeks, and where its steps lie.
+// What the suites of seeks share: the board on its fake, a line that seeks, and the places of its
+// steps.
 #pragma once
 
 #include <stdbool.h>

@@ -172,7 +172,8 @@ static uint32_t decoded_end_ticks(void)
     return bench.now_ticks + decode_ahead_ticks(&bench.axis);
 }
 
-// Two pixels, each a pulse train, decoded to their end: that stays where it is as the interrupt goes on.
+// Two pixels, each a pulse train, decoded to their end: the end stays where it is while the
+// interrupt continues.
 static void time_ahead_inside_a_train(void)
 {
     uint32_t end_ticks = 0;

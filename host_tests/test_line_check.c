@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every refusal and every warning, with the pixel it names; reversals and seeks: test_line_reversals.c.
+// Every refusal and every warning, with the pixel it names. Reversals and seeks are in
+// test_line_reversals.c.
 #include "fakes/worked_example.h"
 #include "line_checking.h"
 

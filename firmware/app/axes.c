@@ -7,8 +7,8 @@
 #include "hal/step_timer.h"  // step_timer_*
 #include "hal/switches.h"    // switch_capture_waiting
 
-// All axes cross a pixel edge at the same time. Beginning a run costs their step interrupts more
-// than going on with one: let them do so some steps apart.
+// All axes cross a pixel edge at the same time. To begin a pulse train costs a step interrupt more
+// than to continue one, so the axes begin their trains some steps apart.
 #define TRAIN_STAGGER_STEPS 2u
 
 static struct axis axes[CONFIG_AXES];

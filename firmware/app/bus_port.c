@@ -18,9 +18,9 @@ _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock
 // Received in place, reversed into the reply in place, sent from there.
 static struct frame bus_frame;
 
-// A request to this board alone is answered before the line is listened to again: what comes before
-// the silence that the reply waits for, behind the request, and what comes until the reply has left
-// belongs to nobody. What follows any other frame is the next one.
+// A request to this board alone is answered before the board receives again: bytes between the
+// request and the silence before the reply, and bytes until the reply has left, are discarded.
+// Bytes behind any other frame are the next frame.
 static enum phase {
     LISTENING,
     REQUESTED, // waits for silence
@@ -57,15 +57,15 @@ static void serve_request(void)
     reply_bytes = server_serve(&bus_frame, counters);
 }
 
-// Settings of the line count from here on.
+// The bus settings take effect from here on.
 static void resume_listening(void)
 {
     apply_bus_settings();
     phase = LISTENING;
 }
 
-// A frame that is over, if there is one. One to all is served at once: the next frame may follow it
-// without silence.
+// Take a complete frame, if there is one. A broadcast is served at once, because the next frame may
+// follow without silence.
 static void take_frame(void)
 {
     bool ended = uart_received(&bus_frame.received);

@@ -24,7 +24,8 @@
 
 static struct order last_order;
 
-// A command for axes is asked and done for each axis of the order, one for the board once (axis 0).
+// A command for axes is checked and carried out for each axis of the order, a command for the board
+// once (axis 0).
 typedef bool (*command_test)(uint8_t axis, const struct order *order);
 typedef void (*command_action)(uint8_t axis, const struct order *order);
 
@@ -221,7 +222,7 @@ static bool can_clear(uint8_t axis, const struct order *order)
             return false;
         }
     }
-    // An emergency stop may be latched that the main loop has not heard of yet.
+    // An emergency stop may be latched before the main loop has seen it.
     return !faults_any() || safety_allows();
 }
 
@@ -232,7 +233,7 @@ static void clear_fault(uint8_t axis, const struct order *order)
     if (!faults_any()) {
         return;
     }
-    // First: a stop that is pressed from here on is latched anew, and its fault follows.
+    // First of all: an emergency stop from here on is latched anew, and its fault follows.
     estop_release();
     if (faults_time_lost()) {
         restart_time();

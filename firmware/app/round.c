@@ -48,7 +48,7 @@ static void take_underruns(void)
     }
 }
 
-// The emergency stop halts an axis before this round has heard of it.
+// The emergency stop may have halted the axis before this round has seen it.
 static enum fault why_halted(const struct axis *axis)
 {
     if (estop_latched()) {
@@ -128,7 +128,7 @@ static void poll_inputs(void)
     seek_poll();
 }
 
-// What axis i leaves of the budget.
+// Decode for axis i. Returns what is left of the budget.
 static uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);

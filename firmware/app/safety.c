@@ -38,9 +38,9 @@ void safety_start(void)
     cpu_watchdog_start();
 }
 
-// One axis a round. One that came too late is off and makes no further beat: it is excused. One
-// whose interrupt does not come at all is not: its timer repeats the last period, STEP edge
-// included, and only a reset ends that.
+// Checks one axis a round. An axis whose interrupt came too late is halted and has no further
+// heartbeat; it does not keep the watchdog from being fed. An axis whose interrupt does not come at
+// all does: its timer repeats the last period, STEP edge included, and only a reset ends that.
 static void feed_watchdog(void)
 {
     uint8_t i = looked_at;
@@ -70,7 +70,7 @@ static bool bus_silent(void)
            (uint16_t)(clock_now_ms() - traffic_last_request_ms()) > limit_ms;
 }
 
-// Of the first axis that moves, or of axis 0.
+// Latch a fault of the first axis that moves, or of axis 0.
 static void latch_for_moving(enum fault code)
 {
     faults_latch(code, (uint8_t)(axes_first_moving() % CONFIG_AXES), 0);

@@ -52,7 +52,8 @@ const struct settings *settings_now(void);
 // Every word at its default; the record's head stays.
 void settings_set_defaults(void);
 
-// The address strap of the board: 0 keeps the address setting, else overrides it until the next reset.
+// Apply the address strap of the board: 0 keeps the address setting, any other value overrides it
+// until the next reset.
 void settings_override_address(uint8_t address);
 
 // All of them, the pixel frequency and the baud rate as a whole included.

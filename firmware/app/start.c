@@ -35,13 +35,13 @@ static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
                      axis->ledger.loaded_ticks);
 }
 
-// For a clock edge: an armed axis that needs none is STARTING already.
+// The axis waits for a clock edge; an armed axis that needs none is STARTING already.
 static bool waits_for_edge(uint8_t i)
 {
     return axes_get(i)->life.state == AXIS_ARMED;
 }
 
-// The same zero for every waiting axis, or they would not run in step.
+// One line zero for every waiting axis, so that the axes run in step.
 static uint32_t common_zero(uint32_t edge_ticks)
 {
     uint32_t zero = edge_ticks + reference_period()->whole_ticks;
@@ -54,14 +54,14 @@ static uint32_t common_zero(uint32_t edge_ticks)
     return zero;
 }
 
-// Armed, but `go` is still to come, or a driver needs its time.
+// Armed axes must wait for command `go`, or for a driver that was switched on lately.
 static bool held_back(void)
 {
     return token_now() != 0 || drivers_settling();
 }
 
-// Decoded as far ahead as memory allows. An edge before that is let pass: the slow first steps of
-// a line cost the most decoding, and time ahead of them is only to be had at rest.
+// A clock edge is ignored until every waiting axis has filled its ring: the slow first steps of a
+// line take the most decoding, and only an axis at rest has the time for it.
 static bool all_ready(void)
 {
     if (held_back()) {
@@ -117,7 +117,8 @@ static bool has_begun(const struct axis *axis)
     return axis->phase == DECODE_OUTSIDE || !axis->feed.merge;
 }
 
-// Those that wait for the clock have their place in time already.
+// A STARTING axis may be released. An axis that follows the clock has its line zero already, so
+// that nothing holds it back.
 static bool may_release(uint8_t i)
 {
     const struct axis *axis = axes_get(i);
@@ -137,7 +138,7 @@ bool start_near(void)
 }
 #endif
 
-// False when an idle period began meanwhile: the next attempt has a whole one.
+// Returns false when an idle period began meanwhile: the next attempt has a whole idle period.
 static bool release_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
@@ -176,7 +177,7 @@ void start_poll(void)
 {
     uint8_t i = 0;
 
-    // At once again: rounds as long as an idle period would meet its end every time.
+    // Try again at once: a round as long as an idle period would meet the period's end every time.
     while (i < CONFIG_AXES) {
         if (!may_release(i) || release_line(i)) {
             i++;

@@ -79,7 +79,8 @@ PLANTS = (
         (
             Change(
                 ESTOP,
-                "        if (!is_latched) {\n            pins_write_permit(true);\n        }\n    }",
+                "        if (!is_latched) {\n            pins_write_permit(true);\n"
+                "        }\n    }",
                 "    }\n    pins_write_permit(true);\n    if (is_latched) {\n"
                 "        pins_write_permit(false);\n    }",
             ),
@@ -160,7 +161,8 @@ PLANTS = (
             Change(
                 "firmware/app/commands.c",
                 "        return false;\n    }\n    commands_act(order);\n    last_order = *order;",
-                "        last_order = *order;\n        return false;\n    }\n    commands_act(order);\n    last_order = *order;",
+                "        last_order = *order;\n        return false;\n    }\n"
+                "    commands_act(order);\n    last_order = *order;",
             ),
         ),
     ),

@@ -14,7 +14,7 @@ void axis_init(struct axis *axis, const struct axis_parts *parts)
     ledger_reset(&axis->ledger, parts->ring, parts->first_period_ticks);
 }
 
-static APART struct segment segment_from_bytes(const uint8_t *bytes)
+static APART struct segment read_segment(const uint8_t *bytes)
 {
     return (struct segment){
         .count = (int16_t)(((uint16_t)bytes[0] << 8) | bytes[1]),
@@ -37,7 +37,7 @@ static bool check_block(struct axis *axis,
 
     for (uint8_t i = 0; i < count; i++) {
         enum line_error error =
-            line_check_entry(&check, limits, segment_from_bytes(&entries[4u * i]));
+            line_check_entry(&check, limits, read_segment(&entries[4u * i]));
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;
             axis->line_error_pixel = check.pixel + 1u;
@@ -94,7 +94,7 @@ enum block_result axis_queue_block(struct axis *axis,
         return BLOCK_REFUSED;
     }
     for (uint8_t i = 0; i < count; i++) {
-        (void)segment_queue_push(&axis->queue, segment_from_bytes(&entries[4u * i]));
+        (void)segment_queue_push(&axis->queue, read_segment(&entries[4u * i]));
     }
     axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
     axis->next_block++;

@@ -3,7 +3,7 @@
 
 #include "base/apart.h" // APART
 
-// No line that runs waits for its clock so long (machine_clock_patience_units()): it is over.
+// No running line survives so many missing edges (reference_overdue()): the line is over.
 #define MISSED_MAX 4u
 
 // The interval since the edge before, if it is off by more than a sixteenth of the pixel period.

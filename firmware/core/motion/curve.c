@@ -14,8 +14,8 @@
 #define COLD __attribute__((noinline))
 
 // A curve is flat for now if the interval changes by less than two ticks from step to step, that is
-// if gain_growth / 2 < difference: then it is well below four ticks for a sixteenth as many steps as the
-// interval has ticks. Below an eighth of a tick it is so for any batch.
+// if gain_growth / 2 < difference: then the change stays well below four ticks for a sixteenth as
+// many steps as the interval has ticks. Below an eighth of a tick it does so for any batch.
 static bool is_below(int32_t growth_high, int32_t slope_high)
 {
     return (growth_high < 0 ? -growth_high : growth_high) < slope_high;

@@ -6,20 +6,20 @@
 #define DECODE_ROOM 64u
 // And with fewer a round ends.
 #define DECODE_ROOM_LEFT 32u
-// A round of decoding must stay short: the serial line and line starts wait for it. Costs in units
+// A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
 // of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
 #define SLOW_STEP_COST   12u
-// Shorter stretches of evenly spaced steps are not worth a run,
+// Fewer evenly spaced steps are not worth a pulse train,
 #define TRAIN_MIN_STEPS 16u
-// unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
-// a single period in time, only behind another run.
+// unless their interval is short. Below this interval (ticks) the step interrupt cannot switch from
+// a single period to a pulse train in time, only from one train to another.
 #define TRAIN_ENTRY_MIN_TICKS 160u
-// The next run waits for one of the two to be free if the newer one is as long as this, time enough
-// for the main loop to come by. Else single periods follow it for the time being.
+// The next pulse train waits until one of the two is free if the newer train is at least this long:
+// that is time enough for the main loop to return. Otherwise single periods follow for the moment.
 #define TRAIN_WAIT_TICKS ((uint32_t)0x10000)
-// A seek is decoded no further ahead than this (8 ms, several rounds of the main loop): what stands
-// in the ring is made even if its switch trips.
+// A seek is decoded no further ahead than this (8 ms, several rounds of the main loop), because all
+// steps in the ring are made even if the switch trips.
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
 // Steps of a curve that are decoded and published together: at most, and while the ring runs low.
 // The ledger takes what was decoded together as a whole, so that much of the ring may lie idle.
@@ -83,7 +83,7 @@ static bool __attribute__((noinline)) next_piece(struct axis *axis,
     }
 }
 
-// Steps that must pass before the piece may become a run.
+// Steps that must pass before the piece may become a pulse train.
 static uint8_t to_stagger(const struct axis *axis)
 {
     uint16_t taken = walk_taken(&axis->walk);
@@ -91,7 +91,7 @@ static uint8_t to_stagger(const struct axis *axis)
     return taken >= axis->stagger ? 0 : (uint8_t)(axis->stagger - taken);
 }
 
-// The steps to come are a run for the interrupt to carry.
+// The next steps can be handed over as a pulse train.
 static bool train_due(const struct axis *axis)
 {
     const struct even *even = &axis->walk.steps.even;
@@ -103,7 +103,7 @@ static bool train_due(const struct axis *axis)
            to_stagger(axis) == 0 && feed_fits_train(&axis->feed, even);
 }
 
-// A run is due but none is free, and there is time to wait for one.
+// A train is due but none is free, and there is time to wait for one.
 static bool train_awaited(const struct axis *axis)
 {
     const struct feed *feed = &axis->feed;

@@ -269,8 +269,8 @@ static APART void pass_train(struct ledger *ledger,
     train->steps = 0;
 }
 
-// The last intervals of a run that is over, from the interrupt's sum backwards: the interval before
-// was the long one if and only if the sum is below what any short one leaves.
+// The last intervals of a train that is over, backwards from the interrupt's sum: the interval
+// before was the long one if and only if the sum is below what any short one leaves.
 static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_t loaded)
 {
     const struct pulse_train *carried = &feed->engine_trains[ledger->train];
@@ -296,7 +296,7 @@ static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_
     }
 }
 
-// Close the run when all of it was loaded, or when the rest was taken away.
+// Close the train when all of it was loaded, or when the rest was cut off.
 static void settle_train(struct ledger *ledger, struct feed *feed, bool cut)
 {
     struct feed_train *train = &feed->trains[ledger->train];
@@ -333,7 +333,7 @@ static inline void ledger_arrive(struct ledger *ledger,
     }
 }
 
-// A command, or an entry of a run.
+// A command, or an entry of a pulse train.
 static void take_special(struct ledger *ledger)
 {
     note_fresh(ledger);

@@ -8,8 +8,8 @@
 //        |                                |  QUEUED, READY                      FINISHED|
 //        |                                +------------------- DONE <-------------------+
 //        | SETTLED
-//      STOPPING <--- STOP --- (every state)      EMPTY, LOADING, LOADED, DONE --- REFUSE --> REFUSED
-//                                                ARMED, STARTING, RUNNING ------- FAIL ----> FAULT
+//      STOPPING <--- STOP --- (every state)     EMPTY, LOADING, LOADED, DONE -- REFUSE --> REFUSED
+//                                               ARMED, STARTING, RUNNING ------ FAIL ----> FAULT
 //
 // An event that is not drawn is either forbidden or leaves the state as it is; the table has both.
 // Main loop only.

@@ -21,8 +21,8 @@ static struct step_load idle_load(struct step_engine *engine, bool reverses)
         .top_ticks = STEP_IDLE_TICKS - 1u, .idle = true, .reverses = reverses};
 }
 
-// The run's next entry, if that is what comes. Looked for one period ahead, so that a run goes on
-// without a longer way to its first period.
+// Take the next entry if it is a pulse train's. The engine looks one period ahead, so that a train
+// continues without a longer path to its first period.
 static void take_train_entry(struct step_engine *engine, const struct step_ring *ring)
 {
     uint8_t tail = engine->tail;
@@ -35,7 +35,7 @@ static void take_train_entry(struct step_engine *engine, const struct step_ring 
     }
 }
 
-// left: of the run, not 0.
+// left: periods of the train, not 0.
 static struct step_load train_load(struct step_engine *engine,
                                    const struct step_ring *ring,
                                    int8_t left,

@@ -5,7 +5,7 @@
 //
 //     high     low
 //     00..FC   any      one timer period; TOP = high:low (0..0xFCFF), length TOP + 1 ticks
-//     FD       count    signed: so many periods of train 0 (> 0) or train 1 (< 0), struct pulse_train
+//     FD       count    signed: so many periods of train 0 (> 0) or 1 (< 0), struct pulse_train
 //     FE       command  enum step_command; takes no time, the next entry follows at once
 //     FF       any      empty: the writer has not filled this slot yet
 //
