@@ -31,7 +31,7 @@ from pixstep.profiles import generator
 from pixstep.simulation import campaign, demo
 from pixstep.simulation.edges import HEADER
 from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_CYCLES, SETTLE_PIXELS, Job
+from pixstep.simulation.simrun import BOOT_S, SETTLE_PIXELS, Job
 
 CLOCK_START_MS = 20
 UPLOAD_MS = 60  # for the requests before the first block of an axis, with a margin
@@ -163,7 +163,7 @@ class _Run:
 
     def prepare(self) -> None:
         """Boot, set, enable, upload; arm at the cycle that the job says."""
-        self.simulator.run(BOOT_CYCLES)
+        self.simulator.wait_s(BOOT_S)
         self.board.set_pixel_hz(self.job.pixel_hz)
         self.board.command("enable", self.axes)
         for axis in self.axes:
@@ -196,7 +196,8 @@ def arm_cycle(job: Job) -> int:
     """The cycle at which the host arms: halfway between pixel edges, when all is uploaded."""
     ticks_a_ms = job.period * job.pixel_hz / 1000
     entries = sum(len(queue_entries(line)) for line in job.lines.values())
-    ready = BOOT_CYCLES + (UPLOAD_MS * len(job.lines) + ENTRY_MS * entries) * ticks_a_ms
+    boot = Fraction(BOOT_S) * 1000 * ticks_a_ms
+    ready = boot + (UPLOAD_MS * len(job.lines) + ENTRY_MS * entries) * ticks_a_ms
     start = CLOCK_START_MS * ticks_a_ms
     return int(start + ((ready - start) // job.period + Fraction(3, 2)) * job.period)
 
