@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The e-stop's external interrupt: INT0 on the Uno (PD2), INT3 on the Mega (PD3), INT2 on the
-// ATmega1284P (PB2). GPIOR2 (the test pokes it): bits 1:0 the sense, bit 4: not enabled at first. The handler pulses ENABLE of axis 0.
+// ATmega1284P (PB2). GPIOR2 (the test pokes it): bits 1:0 the sense, bit 4: not enabled at first.
+// The handler pulses ENABLE of axis 0.
 //
 // With bit 4: RESULT[0] = INTF some time later, RESULT[1] = after a zero has been written to it,
 // RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these.
