@@ -33,25 +33,27 @@ enum { ON_TOGGLE = 0, ON_RESERVED = 1, ON_FALL = 2, ON_RISE = 3 };
 
 static const avr_io_addr_t shared[COMPARATOR_SHARED] = {PRR, ADCSRA, ADCSRB, ADMUX};
 
-// Ports of ADC7:0 and ADC15:8 by part, and how many of the first have a digital pin.
+// By simavr's name of the part (without a P): ports of ADC7:0 and ADC15:8, and how many of the
+// first have a digital pin.
 static const struct analog_pins {
     const char *mcu;
     char port[2];
     uint8_t first_pins;
 } parts[] = {
-    {"atmega328p", {'C', '\0'}, 6}, // ADC6 and ADC7 are analog only
+    {"atmega328", {'C', '\0'}, 6}, // ADC6 and ADC7 are analog only
     {"atmega2560", {'F', 'K'}, 8},
-    {"atmega1284p", {'A', '\0'}, 8},
+    {"atmega1284", {'A', '\0'}, 8},
 };
+static const struct analog_pins unknown = {"", {'\0', '\0'}, 0};
 
 static const struct analog_pins *pins_of(const struct comparator *c)
 {
-    for (size_t i = 1; i < sizeof parts / sizeof parts[0]; i++) {
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         if (strcmp(c->avr->mmcu, parts[i].mcu) == 0) {
             return &parts[i];
         }
     }
-    return &parts[0];
+    return &unknown;
 }
 
 bool comparator_captures(const struct comparator *c)
@@ -66,6 +68,9 @@ static const char *find_pin(struct comparator *c)
     unsigned upper = (c->avr->data[ADCSRB] & MUX5) != 0 ? 1 : 0;
     unsigned bit = c->avr->data[ADMUX] & MUX2_TO_0;
 
+    if (pins->port[0] == '\0') {
+        return "which pins this part's ADC has is not known";
+    }
     if (upper != 0 && pins->port[1] == '\0') {
         return "MUX5 is not on this part";
     }

@@ -184,6 +184,15 @@ static avr_extint_t *find_part(avr_t *avr)
     abort();
 }
 
+// simavr has the ATmega1284P's INT2 on PB3; by the data sheet it is on PB2.
+static void correct_pins(struct extint *e)
+{
+    if (strcmp(e->avr->mmcu, "atmega1284") == 0) {
+        e->line[2].port = 'B';
+        e->line[2].bit = 2;
+    }
+}
+
 void extint_attach(struct extint *e, avr_t *avr, const struct extint_hooks *hooks)
 {
     memset(e, 0, sizeof *e);
@@ -200,6 +209,7 @@ void extint_attach(struct extint *e, avr_t *avr, const struct extint_hooks *hook
         e->ports |= 1U << (unsigned)(e->line[i].port - 'A');
         access_take(avr, e->part->eint[i].isc[0].reg, NULL, write_control, e);
     }
+    correct_pins(e);
     access_take(avr, vector_of(e, 0)->enable.reg, NULL, write_control, e);
     access_take(avr, vector_of(e, 0)->raised.reg, read_flags, write_flags, e);
 }

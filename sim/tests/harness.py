@@ -10,8 +10,12 @@ import unittest
 from pathlib import Path
 
 SIM = os.environ.get("PIXSTEP_SIM", "pixstep-sim")
-BOARDS = ("uno", "mega", "m1284")
-IMAGES = {board: os.environ.get(f"PIXSTEP_{board.upper()}_IMAGES", ".") for board in BOARDS}
+# The folder of each board's images: PIXSTEP_<BOARD>_IMAGES.
+IMAGES = {
+    name.removeprefix("PIXSTEP_").removesuffix("_IMAGES").lower(): folder
+    for name, folder in os.environ.items()
+    if name.startswith("PIXSTEP_") and name.endswith("_IMAGES")
+}
 RESULT_ADDRESS = 0x600
 GPIOR2 = 0x4B
 

@@ -50,6 +50,10 @@ class CommandLine(unittest.TestCase):
             self.refused("--board", good, "--control", "--edges", "/nowhere/x"),
         )
         self.assertIn("unrecognized", self.refused("--borad", good))
+        self.assertIn(
+            "--board m1284: 20 MHz, but uno has 16 MHz: one run, one clock",
+            self.refused("--board", good, "--board", image("m1284", "echo"), "--control"),
+        )
 
 
 class Control(unittest.TestCase):
@@ -90,9 +94,9 @@ class Control(unittest.TestCase):
 
 
 class PixelClock(SimTest):
-    def clock(self, *options, commands=("run 32000000",)):
+    def clock(self, *options, commands=("run 32000000",), board="uno"):
         log = self.folder / "clock.csv"
-        with Session(image("uno", "echo"), options=["--clock-log", str(log), *options]) as sim:
+        with Session(image(board, "echo"), options=["--clock-log", str(log), *options]) as sim:
             for command in commands:
                 self.assertTrue(sim.ask(command).startswith("ok"), command)
         return [int(line) for line in log.read_text().split()[1:]]
@@ -103,6 +107,13 @@ class PixelClock(SimTest):
         expected = [int(80_000 + k * period) for k in range(len(edges))]
         self.assertEqual(edges, expected)
         self.assertEqual(len(edges), 60)
+
+    def test_exact_period_at_20_mhz(self):
+        options = ("--pixel-hz", "30000/1001", "--pixel-start-ms", "5")
+        edges = self.clock(*options, board="m1284")
+        period = Fraction(20_000_000 * 1001, 30_000)
+        self.assertEqual(edges, [int(100_000 + k * period) for k in range(len(edges))])
+        self.assertEqual(len(edges), 48)
 
     def test_ppm(self):
         edges = self.clock("--pixel-hz", "1000", "--pixel-ppm", "-100")

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The e-stop's external interrupt: INT0 on the Uno (PD2), INT3 on the Mega (PD3), INT2 on the
-// ATmega1284P (PB2). GPIOR2 (the test pokes it): bits 1:0 the sense, bit 4: not enabled at first.
-// The handler pulses ENABLE of axis 0.
-//
+// m1284 (PB2). GPIOR2 (the test pokes it): bits 1:0 the sense, bit 4: not enabled at first. The
+// handler pulses ENABLE of axis 0.
 // With bit 4: RESULT[0] = INTF some time later, RESULT[1] = after a zero has been written to it,
 // RESULT[2] = after a one; with a one in bit 5 the interrupt is enabled instead of these.
 
@@ -13,25 +12,22 @@
 
 #if defined(__AVR_ATmega2560__)
 #define LINE    3
-#define PORT    PORTD
-#define BIT     3
 #define VECTOR  INT3_vect
 #define ENABLE  "0x02, 1" // PORTA, bit 1
 #define SET_DDR (DDRA = (uint8_t)(1U << 1))
+#define PULL_UP (PORTD |= (uint8_t)(1U << 3))
 #elif defined(__AVR_ATmega1284P__)
 #define LINE    2
-#define PORT    PORTB
-#define BIT     2
 #define VECTOR  INT2_vect
 #define ENABLE  "0x08, 1" // PORTC, bit 1
 #define SET_DDR (DDRC = (uint8_t)(1U << 1))
+#define PULL_UP (PORTB |= (uint8_t)(1U << 2))
 #else
 #define LINE    0
-#define PORT    PORTD
-#define BIT     2
 #define VECTOR  INT0_vect
 #define ENABLE  "0x0B, 5" // PORTD, bit 5
 #define SET_DDR (DDRD = (uint8_t)(1U << 5))
+#define PULL_UP (PORTD |= (uint8_t)(1U << 2))
 #endif
 
 ISR(VECTOR, ISR_NAKED)
@@ -56,7 +52,7 @@ int main(void)
     uint8_t what = GPIOR2;
 
     SET_DDR;
-    PORT |= (uint8_t)(1U << BIT); // pulled up
+    PULL_UP;
     EICRA = (uint8_t)((what & 3U) << (2 * LINE));
     EIFR = 0xFF;
     sei();
