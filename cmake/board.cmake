@@ -42,9 +42,8 @@ function(pixstep_read_board name)
     set(BOARD_IS_SMALL ${small} PARENT_SCOPE)
     math(EXPR baud_clock_100 "${BOARD_CPU_HZ} / 800")
     set(BOARD_DEFINITIONS
-        "BOARD_FILE=<hal/boards/${name}.def>" "LEDGER_RECORDS=${BOARD_LEDGER_RECORDS}u"
-        "FEED_BLOCKS=${BOARD_FEED_BLOCKS}u" "SERVER_FILES=${BOARD_SERVER_FILES}"
-        "BAUD_CLOCK_100=${baud_clock_100}u"
+        "BOARD_FILE=<hal/boards/${name}.def>" "RECORDS_KEPT=${BOARD_RECORDS}u"
+        "FEED_BLOCKS=${BOARD_FEED_BLOCKS}u" "BAUD_CLOCK_100=${baud_clock_100}u"
         PARENT_SCOPE
     )
 endfunction()

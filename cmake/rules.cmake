@@ -33,3 +33,11 @@ rule(coverage "${PIXSTEP_PYTHON}" "${checks}/coverage.py" --check docs/TESTING.m
 set_tests_properties(
     rules.coverage PROPERTIES PROCESSORS 2 TIMEOUT 300 ENVIRONMENT "UNITY_DIR=${UNITY_DIR}"
 )
+
+# The modules: who uses whom, what of their state others can write, what flash and RAM each takes.
+# These ask the native build and the build of every board in firmware/hal/boards.
+rule(circles "${PIXSTEP_PYTHON}" "${checks}/circles.py" "${CMAKE_BINARY_DIR}")
+rule(writable "${PIXSTEP_PYTHON}" "${checks}/writable.py" "${CMAKE_BINARY_DIR}")
+rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check DESIGN.md)
+rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/TIMING.md)
+rule(figures "${PIXSTEP_PYTHON}" "${checks}/figures.py")

@@ -4,6 +4,7 @@
 #pragma once
 
 #include BOARD_FILE // the board's constants, BOARD_...; the build names the file
+#include "build_features.h" // FEATURE_*
 
 // Version, reported by function 17 and input register 1.
 #define CONFIG_VERSION_MAJOR 0
@@ -62,7 +63,11 @@
 #define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
-#define CONFIG_INDEX(axis) ((uint8_t)(CONFIG_AXES == 1 ? 0 : (axis)))
+#if CONFIG_AXES == 1
+#define CONFIG_INDEX(axis) ((void)(axis), (uint8_t)0)
+#else
+#define CONFIG_INDEX(axis) ((uint8_t)(axis))
+#endif
 
 #if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
 #error                                                                                   \

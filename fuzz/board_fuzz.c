@@ -9,16 +9,17 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "app/machine.h"
 #include "app/round.h"
 #include "app/serial.h"
 #include "app/settings.h"
+#include "app/traffic.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 #include "form.h"
 #include "promise.h"
 #include "script.h"
 #include "target.h"
+#include "wire/frame.h"
 
 // A slow main loop: most of the time goes into rounds.
 #define ROUND_TICKS    6000u
@@ -92,7 +93,7 @@ static void check_reply(const uint8_t *reply,
     promise(request != NULL, "a reply to nobody");
     form_check(request, reply, reply_count);
     if ((reply[1] & 0x80u) != 0) {
-        promise(memcmp(&machine.settings, before, sizeof *before) == 0,
+        promise(memcmp(bench_settings(), before, sizeof *before) == 0,
                 "settings changed by a request that failed");
     }
     replies++;
@@ -100,23 +101,23 @@ static void check_reply(const uint8_t *reply,
 
 static void check_board(void)
 {
-    promise(settings_possible(&machine.settings), "a setting is out of its range");
-    promise((machine.fault.mask & (1u << FAULT_internal)) == 0,
+    promise(settings_are_possible(), "a setting is out of its range");
+    promise((faults_record()->mask & (1u << FAULT_internal)) == 0,
             "promise broken at line %u",
-            (unsigned)machine.fault.argument);
+            (unsigned)faults_record()->argument);
 }
 
 // Until the board has had its say.
 static void silence(void)
 {
-    uint8_t address = (uint8_t)machine.settings.unit_address;
-    struct settings before = machine.settings;
+    uint8_t address = (uint8_t)bench_settings()->unit_address;
+    struct settings before = *settings_now();
     const uint8_t *reply = NULL;
 
     // A frame a round is looked at, and the shortest has four bytes. The reply waits as long as the
     // request has it, which may have changed that.
     pass(silence_ticks() + (2u + (uint32_t)count / 4u) * ROUND_TICKS);
-    pass(machine.settings.reply_delay_us * TICKS_PER_US + 2u * ROUND_TICKS);
+    pass(bench_settings()->reply_delay_us * TICKS_PER_US + 2u * ROUND_TICKS);
     uint16_t sent = fake_sent(&reply);
     if (sent != 0) {
         check_reply(reply, sent, &before, address);
@@ -155,7 +156,7 @@ static void gap(void)
 static void ask(uint8_t function, uint8_t second)
 {
     uint8_t request[8] = {
-        (uint8_t)machine.settings.unit_address, function, 0, second, 0, 0};
+        (uint8_t)bench_settings()->unit_address, function, 0, second, 0, 0};
 
     request[5] = function == READ_INPUT ? 1 : 0;
     uint16_t crc = script_crc(request, 6);
@@ -170,7 +171,7 @@ static void ask(uint8_t function, uint8_t second)
 static void probe(void)
 {
     silence();
-    if (serial_counters()->listen_only) {
+    if (traffic_counters()->listen_only) {
         ask(DIAGNOSE, RESTART);
     }
     unsigned before = replies;
@@ -203,7 +204,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct script_item item;
 
     bench_power_on();
-    serial_start(SCRIPT_ADDRESS);
+    settings_override_address(SCRIPT_ADDRESS);
+    serial_start();
     count = 0;
     while (script_next(&script, &item)) {
         play(&item);

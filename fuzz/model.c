@@ -6,6 +6,7 @@
 
 #include "promise.h"
 #include "wire/server.h"
+#include "wire/server_data.h"
 
 #define TAIL_BASE (0x10000u - MODEL_TAIL)
 
@@ -144,7 +145,7 @@ uint16_t data_holding(uint16_t address)
     return model_holding(&model, address);
 }
 
-enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t *words)
+enum modbus_exception data_write(uint16_t address, uint16_t count, uint8_t *words)
 {
     must_be_mapped(MODEL_WORDS, address, count);
     return (enum modbus_exception)model_write(&model, address, count, words);

@@ -20,6 +20,7 @@
 #include "target.h"
 #include "wire/frame.h"
 #include "wire/server.h"
+#include "wire/server_data.h"
 
 // The board's side of the line, as serial.c drives it; a copy of what it received beside it.
 struct line {

@@ -20,6 +20,6 @@ static inline void check_nothing_moves(void)
     bench_rounds(200);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_EQUAL_INT32(steps[i], fake_axes[i].steps);
-        TEST_ASSERT_EQUAL_INT32(steps[i], ledger_position(&machine.axes[i].ledger));
+        TEST_ASSERT_EQUAL_INT32(steps[i], ledger_position(&axes_get(i)->ledger));
     }
 }

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "app/serial.h"
+#include "app/traffic.h"
 #include "base/flash.h"
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
@@ -21,7 +22,8 @@ static const uint8_t *reply;
 void setUp(void)
 {
     bench_power_on();
-    serial_start(7);
+    settings_override_address(7);
+    serial_start();
     fake_pass(SILENCE_TICKS);
 }
 

@@ -11,6 +11,7 @@
 #include "wire/crc16.h"
 #include "wire/register_map.h"
 #include "wire/server.h"
+#include "wire/server_data.h"
 
 #define UNIT          1u
 #define INPUTS        126u
@@ -78,7 +79,7 @@ uint16_t data_holding(uint16_t address)
     return holdings[address - FIRST_HOLDING];
 }
 
-enum modbus_exception data_write(uint16_t address, uint16_t count, const uint8_t *words)
+enum modbus_exception data_write(uint16_t address, uint16_t count, uint8_t *words)
 {
     writes++;
     for (uint16_t i = 0; answer == MODBUS_OK && i < count; i++) {

@@ -7,6 +7,7 @@
 #include "fakes/axis_bench.h"
 #include "fakes/promise.h"
 #include "fakes/worked_example.h"
+#include "motion/decode.h"
 #include "unity.h"
 
 #define PLAIN_MARK   ((int16_t)(RUN_MARK_START | RUN_START_WAIT))
@@ -52,13 +53,13 @@ static void pass_edges(uint16_t backlash, uint32_t step_ticks, int32_t position)
 static void check_newest_record(uint16_t backlash)
 {
     const struct ledger *ledger = &bench.axis.ledger;
-    uint8_t newest = ledger->record_next == 0 ? LEDGER_RECORDS : ledger->record_next;
-    const struct pixel_record *record = &ledger->records[newest - 1u];
+    struct pixel_record record =
+        records_get(&ledger->records, (uint8_t)(ledger->records.count - 1u));
 
-    TEST_ASSERT_EQUAL_UINT16(ledger->pixel, record->pixel);
-    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record->pixel),
-                            record->expected_steps);
-    TEST_ASSERT_EQUAL_INT32(record->expected_steps, record->actual_steps);
+    TEST_ASSERT_EQUAL_UINT16(ledger->pixel, record.pixel);
+    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record.pixel),
+                            record.expected_steps);
+    TEST_ASSERT_EQUAL_INT32(record.expected_steps, record.actual_steps);
 }
 
 static void run_worked_example(uint16_t backlash)
@@ -86,11 +87,11 @@ static void run_worked_example(uint16_t backlash)
 static void check_worked_example(uint16_t backlash)
 {
     TEST_ASSERT_TRUE(bench_queue_worked_example(backlash));
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     run_worked_example(backlash);
     TEST_ASSERT_EQUAL_INT32(10836L + backlash, bench.steps);
     TEST_ASSERT_EQUAL_INT32(bench.steps, ledger_position(&bench.axis.ledger));
-    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
     TEST_ASSERT_EQUAL_UINT16(1, bench.axis.lines_done);
 }
 
@@ -116,7 +117,7 @@ static void backlash_only_after_a_reversal(void)
     TEST_ASSERT_TRUE(bench_queue_worked_example(250));
     run_worked_example(250);
     TEST_ASSERT_EQUAL_INT32(11086, bench.steps);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(bench_start_line());
     while (!bench_finish_line()) {
         (void)bench_period();
@@ -174,31 +175,32 @@ static void refused_line_stays_out(void)
 
     TEST_ASSERT_EQUAL(BLOCK_REFUSED,
                       axis_queue_block(&bench.axis, &bench.limits, 0, entries, 3));
-    TEST_ASSERT_EQUAL(AXIS_REFUSED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_REFUSED, bench.axis.life.state);
     TEST_ASSERT_EQUAL(LINE_oscillates, bench.axis.line_error);
     TEST_ASSERT_EQUAL_UINT32(1, bench.axis.line_error_pixel);
     TEST_ASSERT_EQUAL_UINT8(0, run_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_REFUSED, queue_block(0));
     TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
+    axis_stop(&bench.axis);
     axis_discard(&bench.axis, bench.engine.tail);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.life.state);
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
 }
 
 static void states_while_loading(void)
 {
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.life.state);
     (void)bench_queue(PLAIN_MARK, 0);
-    TEST_ASSERT_EQUAL(AXIS_LOADING, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADING, bench.axis.life.state);
     TEST_ASSERT_TRUE(axis_waits_for_edge(&bench.axis));
     (void)bench_queue(0, 0);
     (void)bench_queue(3, 2);
     TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
     (void)bench_queue(RUN_MARK_END, 0);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
-    TEST_ASSERT_EQUAL(AXIS_ARMED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, bench.axis.life.state);
 }
 
 static void run_out(void)
@@ -223,11 +225,12 @@ static void plain_line_with_reversals(void)
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(413, bench.steps);
-    TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.record_count);
+    TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.records.count);
     for (uint8_t i = 0; i < 8; i++) {
+        TEST_ASSERT_EQUAL_INT32(
+            positions[i], records_get(&bench.axis.ledger.records, i).expected_steps);
         TEST_ASSERT_EQUAL_INT32(positions[i],
-                                bench.axis.ledger.records[i].expected_steps);
-        TEST_ASSERT_EQUAL_INT32(positions[i], bench.axis.ledger.records[i].actual_steps);
+                                records_get(&bench.axis.ledger.records, i).actual_steps);
     }
 }
 
@@ -259,15 +262,15 @@ static void chained_lines(void)
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
     TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks + 9u * 16000uL, last_step_ticks);
     TEST_ASSERT_EQUAL_UINT16(3, bench.axis.lines_done);
-    TEST_ASSERT_EQUAL_INT32(-40, bench.axis.ledger.records[3].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(-40, records_get(&bench.axis.ledger.records, 3).actual_steps);
     TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
-    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
 }
 
 // Where the decoded time ends, as seen from the present period.
 static uint32_t decoded_end_ticks(void)
 {
-    return bench.now_ticks + axis_ahead_ticks(&bench.axis);
+    return bench.now_ticks + decode_ahead_ticks(&bench.axis);
 }
 
 // Two pixels, each a run, decoded to their end: that stays where it is as the interrupt goes on.
@@ -279,7 +282,7 @@ static void time_ahead_inside_a_run(void)
     bench_open(1000, 1);
     queue_plain(PLAIN_MARK, 100, 2); // every interval 160 ticks, so nothing is rounded
     TEST_ASSERT_TRUE(bench_start_line());
-    TEST_ASSERT_FALSE(bench.axis.in_line);
+    TEST_ASSERT_EQUAL(DECODE_OUTSIDE, bench.axis.phase);
     end_ticks = decoded_end_ticks();
     for (uint8_t i = 0; i < 200; i++) {
         (void)bench_period();
@@ -299,7 +302,8 @@ static void runs_longer_than_the_ring_has_room(void)
         (void)bench_period();
     }
     TEST_ASSERT_EQUAL_INT32(2L * 16383, bench.steps);
-    TEST_ASSERT_EQUAL_INT32(2L * 16383, bench.axis.ledger.records[1].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(2L * 16383,
+                            records_get(&bench.axis.ledger.records, 1).actual_steps);
 }
 
 static void waiting_line_is_not_chained(void)
@@ -310,7 +314,7 @@ static void waiting_line_is_not_chained(void)
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(bench_start_line());
     run_out();
     TEST_ASSERT_EQUAL_INT32(20, bench.steps);
@@ -323,10 +327,10 @@ static void queue_long_start(void)
     (void)bench_queue(PLAIN_MARK, 0);
     (void)bench_queue(0, 0);
     for (uint8_t i = 0; i < 95; i++) {
-        TEST_ASSERT_EQUAL(AXIS_LOADING, bench.axis.state);
+        TEST_ASSERT_EQUAL(AXIS_LOADING, bench.axis.life.state);
         (void)bench_queue((int16_t)(1 + (i & 1)), 1);
     }
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(bench_start_line());
 }
 
@@ -337,7 +341,7 @@ static void starving_halts_dry(void)
         (void)bench_period();
         TEST_ASSERT_FALSE(bench_finish_line());
     }
-    TEST_ASSERT_TRUE(bench.axis.dry);
+    TEST_ASSERT_EQUAL(DECODE_DRY, bench.axis.phase);
     // The last decoded step is the next interval's to carry: it was never made.
     TEST_ASSERT_EQUAL_INT32(141, bench.steps);
     TEST_ASSERT_EQUAL_INT32(141, ledger_position(&bench.axis.ledger));
@@ -368,7 +372,7 @@ static void refusal_in_a_running_line_lets_it_run_dry(void)
 {
     queue_long_start();
     TEST_ASSERT_EQUAL(BLOCK_REFUSED, bench_queue(20000, 1));
-    TEST_ASSERT_EQUAL(AXIS_RUNNING, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, bench.axis.life.state);
     TEST_ASSERT_EQUAL(LINE_out_of_range, bench.axis.line_error);
     TEST_ASSERT_EQUAL_UINT32(96, bench.axis.line_error_pixel);
 }
@@ -377,9 +381,10 @@ static void discard_forgets_an_armed_line(void)
 {
     queue_plain(PLAIN_MARK, 10, 3);
     TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
-    axis_decode(&bench.axis, &bench.period, true, 64);
+    decode_axis(&bench.axis, &bench.period, true, 64);
+    axis_stop(&bench.axis);
     axis_discard(&bench.axis, bench.engine.tail);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench.axis.life.state);
     for (uint8_t i = 0; i < 20; i++) {
         TEST_ASSERT_FALSE(bench_period().pulse);
     }
@@ -490,15 +495,15 @@ static void longest_single_period(void)
 static void next_line_is_not_dry(void)
 {
     queue_long_start();
-    while (!bench.axis.dry) {
+    while (bench.axis.phase != DECODE_DRY) {
         (void)bench_period();
     }
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
     run_out();
-    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.state);
+    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
     queue_plain(PLAIN_MARK, 1, 1);
     TEST_ASSERT_TRUE(bench_start_line());
-    TEST_ASSERT_FALSE(bench.axis.dry);
+    TEST_ASSERT_NOT_EQUAL(DECODE_DRY, bench.axis.phase);
     run_out();
 }
 

@@ -42,7 +42,7 @@ static enum modbus_exception write(uint8_t address, uint8_t count, uint16_t valu
 static void load(uint8_t axis)
 {
     bench_plain_line(axis, 10, 20);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[axis].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(axis)->life.state);
 }
 
 static void as_many_are_mapped_as_there_are(void)
@@ -94,7 +94,7 @@ static void axes_are_armed_and_disarmed(void)
     TEST_ASSERT_EQUAL(false, coil(ARMED));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 0));
     TEST_ASSERT_EQUAL(false, coil(ARMED + 1));
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[1].state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(1)->life.state);
 }
 
 static void running_axis_reads_armed_and_stops(void)
@@ -108,7 +108,7 @@ static void running_axis_reads_armed_and_stops(void)
     TEST_ASSERT_EQUAL(true, coil(ARMED));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 1, 0)); // not by disarming
     TEST_ASSERT_EQUAL(MODBUS_OK, write(STOP, 1, 0));              // nor by a 0
-    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL(false, coil(STOP));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(STOP, 1, 1));
     TEST_ASSERT_EQUAL(true, coil(STOP));
@@ -124,11 +124,11 @@ static void all_or_none_are_done(void)
     // Axis 1 has nothing to arm; the drivers come before.
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(DRIVER, 8, 0x7F));
     TEST_ASSERT_EQUAL(false, fake_axes[0].enabled);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_OK, write(DRIVER, 8, 0x5F));
     TEST_ASSERT_EQUAL(true, fake_axes[BENCH_LAST].enabled);
-    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[0].state);
-    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[BENCH_THIRD].state);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(BENCH_THIRD)->life.state);
 }
 
 // Each alone may seek, both at once may not: one switch is watched at a time.
@@ -142,11 +142,11 @@ static void two_seeks_at_once_are_refused(void)
         (void)bench_entry(i, RUN_MARK_DOWN, 0);
         (void)bench_entry(i, 1, 1);
         (void)bench_entry(i, RUN_MARK_END, 0);
-        TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[i].state);
+        TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(i)->life.state);
     }
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 2, 3));
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[1].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(1)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 1));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 1, 1));
 }
@@ -154,7 +154,7 @@ static void two_seeks_at_once_are_refused(void)
 static void fault_is_read_and_cleared(void)
 {
     TEST_ASSERT_EQUAL(false, coil(CLEAR));
-    machine_fault(FAULT_starved, 0, 0);
+    faults_latch(FAULT_starved, 0, 0);
     TEST_ASSERT_EQUAL(true, coil(CLEAR));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(CLEAR, 1, 0));
     TEST_ASSERT_EQUAL(true, coil(CLEAR));
@@ -177,7 +177,7 @@ static void permit_is_switched_and_read(void)
     TEST_ASSERT_EQUAL(true, coil(PERMIT));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(PERMIT, 1, 0));
     TEST_ASSERT_EQUAL(false, coil(PERMIT));
-    machine_fault(FAULT_starved, 0, 0);
+    faults_latch(FAULT_starved, 0, 0);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(PERMIT, 1, 1));
     TEST_ASSERT_EQUAL(false, coil(PERMIT));
 }
@@ -186,21 +186,20 @@ static void permit_is_switched_and_read(void)
 static void coils_have_no_token(void)
 {
     load(0);
-    machine.order[2] = 5;
-    TEST_ASSERT_EQUAL(true, machine_do(COMMAND_ARM, 1));
-    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    TEST_ASSERT_EQUAL(true, bench_give(1, COMMAND_ARM, 5));
+    TEST_ASSERT_EQUAL_UINT16(5, token_now());
     load(1);
     if (CONFIG_AXES == 4) {
         TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 2, 3));
     }
-    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
-    TEST_ASSERT_EQUAL_UINT16(5, machine.order[2]);
+    TEST_ASSERT_EQUAL_UINT16(5, token_now());
+    TEST_ASSERT_EQUAL_UINT16(5, commands_last()->argument);
     // The first one would not wait any longer.
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED + 1, 1, 1));
-    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    TEST_ASSERT_EQUAL_UINT16(5, token_now());
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED, 1, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, write(ARMED + 1, 1, 1));
-    TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+    TEST_ASSERT_EQUAL_UINT16(0, token_now());
 }
 
 int main(void)

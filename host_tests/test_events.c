@@ -28,7 +28,7 @@ static uint16_t word(uint16_t number, uint8_t which)
 
 static void nothing_at_first(void)
 {
-    machine.events.count = 0;
+    events_start();
     TEST_ASSERT_EQUAL_UINT16(CONFIG_EVENTS, bench_input(REG_INPUT_event_capacity));
     TEST_ASSERT_EQUAL_UINT16(0, data_input(REG_EVENT_BASE));
     for (uint16_t at = REG_EVENT_BASE; at < END; at++) {
@@ -59,10 +59,10 @@ static void the_reset_is_first(void)
 static void a_fault_once_until_it_is_cleared(void)
 {
     fake_pass(BENCH_TICKS_PER_MS * 70000uL);
-    machine.axes[1].ledger.pixel = 0x12344;
-    machine_fault(FAULT_starved, 1, 0xBEEF);
-    machine_fault(FAULT_starved, 1, 0xBEEF);
-    machine_fault(FAULT_wrong_token, 0, 7);
+    axes_get(1)->ledger.pixel = 0x12344;
+    faults_latch(FAULT_starved, 1, 0xBEEF);
+    faults_latch(FAULT_starved, 1, 0xBEEF);
+    faults_latch(FAULT_wrong_token, 0, 7);
     TEST_ASSERT_EQUAL_UINT16(3, data_input(REG_EVENT_BASE));
     TEST_ASSERT_EQUAL_UINT16(2, word(1, 0));
     TEST_ASSERT_EQUAL_UINT16(FAULT_starved, word(1, 1));
@@ -74,7 +74,7 @@ static void a_fault_once_until_it_is_cleared(void)
     TEST_ASSERT_UINT16_WITHIN(2, (uint16_t)70000uL, word(1, 7));
     TEST_ASSERT_EQUAL_UINT16(FAULT_wrong_token, word(2, 1));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
-    machine_fault(FAULT_starved, 1, 0);
+    faults_latch(FAULT_starved, 1, 0);
     TEST_ASSERT_EQUAL_UINT16(4, data_input(REG_EVENT_BASE));
 }
 

@@ -34,8 +34,8 @@ static void start_plain(uint8_t axis, int16_t count, uint16_t pixels)
 
 static void slow_pixels(void)
 {
-    machine.settings.pixel_hz_num[1] = BENCH_SLOW_HZ;
-    machine_apply_settings();
+    bench_settings()->pixel_hz_num[1] = BENCH_SLOW_HZ;
+    limits_apply_settings();
     fake_pixel_clock(5000, BENCH_SLOW_HZ, 1);
     bench_rounds(10);
 }
@@ -45,18 +45,17 @@ static void check_all_at_rest(void)
 {
     check_nothing_moves();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_NOT_EQUAL(AXIS_RUNNING, machine.axes[i].state);
-        TEST_ASSERT_NOT_EQUAL(AXIS_ARMED, machine.axes[i].state);
+        TEST_ASSERT_NOT_EQUAL(AXIS_RUNNING, axes_get(i)->life.state);
+        TEST_ASSERT_FALSE(lifecycle_armed(&axes_get(i)->life));
     }
 }
 
 static void check_fault(enum fault code, uint8_t axis)
 {
-    TEST_ASSERT_EQUAL(code, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(axis, machine.fault.axis);
-    TEST_ASSERT_EQUAL_HEX16(1u << (uint8_t)code, machine.fault.mask);
-    TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
-    TEST_ASSERT_EQUAL_UINT8(0, machine.clocked);
+    TEST_ASSERT_EQUAL(code, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(axis, faults_record()->axis);
+    TEST_ASSERT_EQUAL_HEX16(1u << (uint8_t)code, faults_record()->mask);
+    TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STARTING));
 }
 
 // With the clock's edges where they are, a line runs on them from the kept position.
@@ -69,11 +68,11 @@ static void check_new_line(uint8_t axis)
     bench_plain_line(axis, 8, 2);
     arm((uint16_t)(1u << axis));
     TEST_ASSERT_TRUE(bench_until(axis, AXIS_DONE));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     TEST_ASSERT_EQUAL_INT32(steps + 16, fake_axes[axis].steps);
-    TEST_ASSERT_EQUAL_INT32(steps + 16, ledger_position(&machine.axes[axis].ledger));
+    TEST_ASSERT_EQUAL_INT32(steps + 16, ledger_position(&axes_get(axis)->ledger));
     uint32_t since_first = fake_next_edge_ticks() - fake_axes[axis].first_step_ticks;
-    uint32_t pixel_ticks = machine.period.whole_ticks;
+    uint32_t pixel_ticks = reference_period()->whole_ticks;
     TEST_ASSERT_EQUAL_UINT32(pixel_ticks - pixel_ticks / 8u, since_first % pixel_ticks);
 }
 
@@ -84,11 +83,11 @@ static void check_recovery(uint8_t axis)
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE,
                       bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_EQUAL_HEX16(0, machine.fault.mask);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[axis].state);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_EQUAL_HEX16(0, faults_record()->mask);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(axis)->life.state);
     TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps,
-                            ledger_position(&machine.axes[axis].ledger));
+                            ledger_position(&axes_get(axis)->ledger));
     TEST_ASSERT_EQUAL(MODBUS_OK,
                       bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_DISCARD));
     check_new_line(axis);
@@ -115,7 +114,7 @@ static void decoder_late(void)
     fake_pass(155000uL);
     bench_rounds(1);
     check_fault(FAULT_decoder_late, 1);
-    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[1].state);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(1)->life.state);
     TEST_ASSERT_TRUE(fake_axes[1].steps > 0 && fake_axes[1].steps < 6240);
     check_recovery(1);
 }
@@ -130,11 +129,11 @@ static void underrun(void)
     fake_underrun(1);
     bench_rounds(1);
     check_fault(FAULT_underrun, 1);
-    TEST_ASSERT_EQUAL_UINT16(1, machine.axes[1].underruns);
-    TEST_ASSERT_TRUE(machine.time_lost);
-    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[0].state);
+    TEST_ASSERT_EQUAL_UINT16(1, axes_get(1)->underruns);
+    TEST_ASSERT_TRUE(faults_time_lost());
+    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(0)->life.state);
     check_recovery(1);
-    TEST_ASSERT_FALSE(machine.time_lost);
+    TEST_ASSERT_FALSE(faults_time_lost());
     check_new_line(0);
 }
 
@@ -147,11 +146,11 @@ static void restart_of_time_begins_every_ring_again(void)
     fake_underrun(BENCH_LAST);
     bench_rounds(1);
     check_fault(FAULT_underrun, BENCH_LAST);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[BENCH_THIRD].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_THIRD)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[i].state);
-        TEST_ASSERT_EQUAL_UINT8(0, axis_ring_fill(&machine.axes[i]));
+        TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(i)->life.state);
+        TEST_ASSERT_EQUAL_UINT8(0, axis_ring_fill(axes_get(i)));
     }
     check_new_line(0);
     check_new_line(BENCH_THIRD);
@@ -168,8 +167,8 @@ static void clock_edge_that_waits_does_not_survive_a_restart(void)
     TEST_ASSERT_TRUE(pixel_clock_waiting());
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
     bench_rounds(200);
-    uint32_t behind = machine.axes[0].ledger.loaded_ticks -
-                      machine.axes[CONFIG_PIXEL_CLOCK_AXIS].ledger.loaded_ticks;
+    uint32_t behind = axes_get(0)->ledger.loaded_ticks -
+                      axes_get(CONFIG_PIXEL_CLOCK_AXIS)->ledger.loaded_ticks;
     TEST_ASSERT_TRUE(behind + 0x40000u < 0x80000u);
     check_new_line(0);
 }
@@ -180,13 +179,13 @@ static void period_without_interrupt(void)
     slow_pixels();
     start_plain(BENCH_THIRD, 400, 20);
     bench_rounds(200);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     fake_missed_period(BENCH_THIRD);
     bench_rounds(1000);
     check_fault(FAULT_underrun, BENCH_THIRD);
-    TEST_ASSERT_TRUE(machine.time_lost);
+    TEST_ASSERT_TRUE(faults_time_lost());
     check_recovery(BENCH_THIRD);
-    TEST_ASSERT_FALSE(machine.time_lost);
+    TEST_ASSERT_FALSE(faults_time_lost());
 }
 
 static void underrun_at_rest(void)
@@ -194,7 +193,7 @@ static void underrun_at_rest(void)
     fake_underrun(BENCH_LAST);
     bench_rounds(1);
     check_fault(FAULT_underrun, BENCH_LAST);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[BENCH_LAST].state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(BENCH_LAST)->life.state);
     check_recovery(BENCH_LAST);
 }
 
@@ -217,7 +216,7 @@ static void pixel_clock_missing_when_armed(void)
     bench_plain_line(BENCH_THIRD, 10, 2);
     arm(BENCH_MASK_OF(BENCH_THIRD));
     bench_rounds(10);
-    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[BENCH_THIRD].state);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(BENCH_THIRD)->life.state);
     TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_FAULT));
     check_fault(FAULT_pixel_clock_missing, BENCH_THIRD);
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[BENCH_THIRD].steps);
@@ -231,8 +230,8 @@ static void clock_is_not_missed_by_nobody(void)
     bench_rounds(50);
     bench_clock_off();
     bench_rounds(200);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_FALSE(machine_clock_present());
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_FALSE(reference_present());
 }
 
 static void clock_edge_lost(void)
@@ -242,7 +241,7 @@ static void clock_edge_lost(void)
     fake_pass(35000u);
     bench_rounds(1);
     check_fault(FAULT_clock_edge_lost, 0);
-    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(0)->life.state);
     check_recovery(0);
 }
 
@@ -251,10 +250,10 @@ static void start_late(void)
     slow_pixels();
     bench_plain_line(0, 10, 3);
     arm(1);
-    for (uint8_t i = 0; i < 250 && machine.starting == 0; i++) {
+    for (uint8_t i = 0; i < 250 && bench_axes_in(AXIS_STARTING) == 0; i++) {
         bench_rounds(1);
     }
-    TEST_ASSERT_EQUAL_UINT8(1, machine.starting);
+    TEST_ASSERT_EQUAL_HEX8(1, bench_axes_in(AXIS_STARTING));
     fake_pass(175000uL);
     bench_rounds(1);
     check_fault(FAULT_start_late, 0);
@@ -268,7 +267,7 @@ static void broken_promise_stops_everything(void)
     bench_rounds(30);
     require_failed(1234);
     check_fault(FAULT_internal, 0);
-    TEST_ASSERT_EQUAL_UINT16(1234, machine.fault.argument);
+    TEST_ASSERT_EQUAL_UINT16(1234, faults_record()->argument);
     check_recovery(0);
 }
 
@@ -276,21 +275,21 @@ static void first_fault_stays(void)
 {
     start_plain(1, 10, 100);
     bench_rounds(50);
-    machine_fault(FAULT_starved, 1, 7);
-    machine_fault(FAULT_underrun, 0, 8);
-    TEST_ASSERT_EQUAL(FAULT_starved, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(1, machine.fault.axis);
-    TEST_ASSERT_EQUAL_UINT16(7, machine.fault.argument);
+    faults_latch(FAULT_starved, 1, 7);
+    faults_latch(FAULT_underrun, 0, 8);
+    TEST_ASSERT_EQUAL(FAULT_starved, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(1, faults_record()->axis);
+    TEST_ASSERT_EQUAL_UINT16(7, faults_record()->argument);
     TEST_ASSERT_EQUAL_HEX16((1u << FAULT_starved) | (1u << FAULT_underrun),
-                            machine.fault.mask);
-    TEST_ASSERT_EQUAL_UINT32(machine.axes[1].ledger.pixel + 1u, machine.fault.pixel);
+                            faults_record()->mask);
+    TEST_ASSERT_EQUAL_UINT32(axes_get(1)->ledger.pixel + 1u, faults_record()->pixel);
 }
 
 static void clear_waits_for_the_last_period(void)
 {
     start_plain(0, 10, 100);
     bench_rounds(50);
-    machine_fault(FAULT_starved, 0, 0);
+    faults_latch(FAULT_starved, 0, 0);
     TEST_ASSERT_TRUE(step_engine_going(step_timer_state(0)));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(0, COMMAND_CLEAR_FAULT));
     bench_rounds(10);
@@ -302,10 +301,10 @@ static void stop_does_not_hide_a_fault(void)
 {
     start_plain(0, 10, 100);
     bench_rounds(50);
-    machine_fault(FAULT_starved, 0, 0);
+    faults_latch(FAULT_starved, 0, 0);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
-    TEST_ASSERT_EQUAL(FAULT_starved, machine.fault.code);
-    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(FAULT_starved, faults_record()->code);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(0)->life.state);
     check_recovery(0);
 }
 

@@ -72,12 +72,12 @@ static void a_switch_that_changes_leaves_the_others_alone(void)
             TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
         }
     }
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static void filter_time_is_a_setting(void)
 {
-    machine.settings.input_filter_us = 20000;
+    bench_settings()->input_filter_us = 20000;
     fake_switch(0, SWITCH_HOME, CLOSED);
     bench_rounds((uint16_t)(19uL * BENCH_TICKS_PER_MS / BENCH_ROUND_TICKS));
     TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_inputs));
@@ -87,10 +87,10 @@ static void filter_time_is_a_setting(void)
 
 static void levels_can_be_inverted(void)
 {
-    machine.settings.inputs_inverted = 2;
+    bench_settings()->inputs_inverted = 2;
     bench_rounds(FILTER_ROUNDS);
     TEST_ASSERT_EQUAL_HEX16(0x6666u & ALL_SWITCHES, bench_input(REG_INPUT_inputs));
-    machine.settings.inputs_inverted = 1;
+    bench_settings()->inputs_inverted = 1;
     bench_rounds(FILTER_ROUNDS);
     TEST_ASSERT_EQUAL_HEX16(0x1111u & ALL_SWITCHES, bench_input(REG_INPUT_inputs));
 }
@@ -111,14 +111,14 @@ static void limit_stops(uint8_t axis, int16_t count, uint8_t which, enum fault f
     int32_t before = fake_axes[axis].steps;
     fake_switch(axis, which, CLOSED);
     bench_rounds(FILTER_ROUNDS + 10u);
-    TEST_ASSERT_EQUAL(fault, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(axis, machine.fault.axis);
-    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[axis].state);
+    TEST_ASSERT_EQUAL(fault, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(axis, faults_record()->axis);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(axis)->life.state);
     check_nothing_moves();
     int32_t after = fake_axes[axis].steps - before;
     TEST_ASSERT_TRUE(after * count > 0 && after * (count < 0 ? -1 : 1) <= STOP_STEPS);
     TEST_ASSERT_EQUAL_INT32(fake_axes[axis].steps,
-                            ledger_position(&machine.axes[axis].ledger));
+                            ledger_position(&axes_get(axis)->ledger));
 }
 
 static void limit_stops_what_moves_towards_it(void)
@@ -135,7 +135,7 @@ static void moving_away_is_allowed(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_DISCARD));
     run_line(1, -8);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static void moving_on_is_not(void)
@@ -145,7 +145,7 @@ static void moving_on_is_not(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_CLEAR_FAULT));
     run_line(1, 8);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_FAULT));
-    TEST_ASSERT_EQUAL(FAULT_limit_plus, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_limit_plus, faults_record()->code);
     check_nothing_moves();
     TEST_ASSERT_TRUE(fake_axes[1].steps - before <= 4);
 }
@@ -156,7 +156,7 @@ static void limit_of_an_axis_at_rest_is_no_fault(void)
     fake_switch(1, SWITCH_LIMIT_MINUS, CLOSED);
     run_line(0, 8);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 // 40 rounds, in each of which the axis's turn of every four sees another level.
@@ -195,11 +195,11 @@ static void zero_is_no_move_towards_a_limit(void)
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     fake_switch(1, SWITCH_LIMIT_MINUS, CLOSED);
     bench_rounds(FILTER_ROUNDS);
-    ledger_zero(&machine.axes[1].ledger, 500);
+    ledger_zero(&axes_get(1)->ledger, 500);
     bench_rounds(FILTER_ROUNDS);
     run_line(1, 8);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     TEST_ASSERT_EQUAL_INT32(1600, fake_axes[1].steps);
 }
 
@@ -214,7 +214,7 @@ static void reversal_towards_a_limit_is_stopped(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_END, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_FAULT));
-    TEST_ASSERT_EQUAL(FAULT_limit_plus, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_limit_plus, faults_record()->code);
     check_nothing_moves();
     TEST_ASSERT_TRUE(fake_axes[1].steps <= -60 + 4 && fake_axes[1].steps > -60);
 }

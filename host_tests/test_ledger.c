@@ -178,8 +178,8 @@ static void mark_waits_for_the_step_before_it(void)
     load_periods(1);
     follow();
     TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
-    TEST_ASSERT_EQUAL_INT32(2, ledger.records[0].expected_steps);
-    TEST_ASSERT_EQUAL_INT32(2, ledger.records[0].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(2, records_get(&ledger.records, 0).expected_steps);
+    TEST_ASSERT_EQUAL_INT32(2, records_get(&ledger.records, 0).actual_steps);
 }
 
 // A line of `pixels` pixels of two steps.
@@ -206,24 +206,26 @@ static void run_pixels(uint8_t pixels, bool negative)
 static void records_of_a_short_line(void)
 {
     run_pixels(4, true);
-    TEST_ASSERT_EQUAL_UINT8(4, ledger.record_count);
+    TEST_ASSERT_EQUAL_UINT8(4, ledger.records.count);
     for (uint8_t i = 0; i < 4; i++) {
-        TEST_ASSERT_EQUAL_UINT16(i + 1u, ledger.records[i].pixel);
-        TEST_ASSERT_EQUAL_INT32(-2 * (i + 1), ledger.records[i].expected_steps);
-        TEST_ASSERT_EQUAL_INT32(-2 * (i + 1), ledger.records[i].actual_steps);
+        TEST_ASSERT_EQUAL_UINT16(i + 1u, records_get(&ledger.records, i).pixel);
+        TEST_ASSERT_EQUAL_INT32(-2 * (i + 1),
+                                records_get(&ledger.records, i).expected_steps);
+        TEST_ASSERT_EQUAL_INT32(-2 * (i + 1),
+                                records_get(&ledger.records, i).actual_steps);
     }
 }
 
 static void records_wrap(void)
 {
-    run_pixels(LEDGER_RECORDS + 3u, false);
-    TEST_ASSERT_EQUAL_UINT8(LEDGER_RECORDS, ledger.record_count);
-    TEST_ASSERT_EQUAL_UINT8(3, ledger.record_next);
-    TEST_ASSERT_EQUAL_UINT32(LEDGER_RECORDS + 3u, ledger.pixel);
-    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS + 3u, ledger.records[2].pixel);
-    TEST_ASSERT_EQUAL_UINT16(4, ledger.records[3].pixel);
-    TEST_ASSERT_EQUAL_INT32(2L * (int32_t)(LEDGER_RECORDS + 3u),
-                            ledger.records[2].actual_steps);
+    run_pixels(RECORDS_KEPT + 3u, false);
+    TEST_ASSERT_EQUAL_UINT8(RECORDS_KEPT, ledger.records.count);
+    TEST_ASSERT_EQUAL_UINT8(3, ledger.records.next);
+    TEST_ASSERT_EQUAL_UINT32(RECORDS_KEPT + 3u, ledger.pixel);
+    struct pixel_record newest = records_get(&ledger.records, RECORDS_KEPT - 1u);
+    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT + 3u, newest.pixel);
+    TEST_ASSERT_EQUAL_UINT16(4, records_get(&ledger.records, 0).pixel);
+    TEST_ASSERT_EQUAL_INT32(2L * (int32_t)(RECORDS_KEPT + 3u), newest.actual_steps);
 }
 
 static void next_line_counts_from_its_start(void)
@@ -232,18 +234,19 @@ static void next_line_counts_from_its_start(void)
     run_pixels(2, false);
     TEST_ASSERT_EQUAL_INT32(10, ledger.position_steps);
     TEST_ASSERT_EQUAL_INT32(6, ledger.line_origin);
-    TEST_ASSERT_EQUAL_UINT8(2, ledger.record_count);
-    TEST_ASSERT_EQUAL_INT32(4, ledger.records[1].actual_steps);
+    TEST_ASSERT_EQUAL_UINT8(2, ledger.records.count);
+    TEST_ASSERT_EQUAL_INT32(4, records_get(&ledger.records, 1).actual_steps);
 }
 
 static void edge_error_finds_its_record(void)
 {
-    run_pixels(LEDGER_RECORDS + 3u, false);
+    run_pixels(RECORDS_KEPT + 3u, false);
     ledger_note_edge_error(&ledger, 5, -7);
     ledger_note_edge_error(&ledger, 3, 9);
-    TEST_ASSERT_EQUAL_INT16(-7, ledger.records[4].edge_error_ticks);
-    for (uint8_t i = 0; i < LEDGER_RECORDS; i++) {
-        TEST_ASSERT_TRUE(i == 4 || ledger.records[i].edge_error_ticks == 0);
+    // The oldest record is pixel 4's; pixel 3's is no longer kept.
+    TEST_ASSERT_EQUAL_INT16(-7, records_get(&ledger.records, 1).edge_error_ticks);
+    for (uint8_t i = 0; i < RECORDS_KEPT; i++) {
+        TEST_ASSERT_TRUE(i == 1 || records_get(&ledger.records, i).edge_error_ticks == 0);
     }
 }
 
@@ -252,7 +255,7 @@ static void restart_keeps_position_and_records(void)
     run_pixels(3, false);
     ledger_restart(&ledger, STEP_IDLE_TICKS);
     TEST_ASSERT_EQUAL_INT32(6, ledger.position_steps);
-    TEST_ASSERT_EQUAL_UINT8(3, ledger.record_count);
+    TEST_ASSERT_EQUAL_UINT8(3, ledger.records.count);
     TEST_ASSERT_EQUAL_UINT32(8192, ledger.loaded_ticks);
     TEST_ASSERT_EQUAL_UINT8(0, ledger.retired);
 }

@@ -24,18 +24,18 @@ static void arm(uint16_t mask)
 static void at_rest_after_power_on(void)
 {
     bench_rounds(100);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_FALSE(machine_moving_axis() != CONFIG_AXES);
-    TEST_ASSERT_TRUE(machine_clock_present());
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_FALSE(axes_first_moving() != CONFIG_AXES);
+    TEST_ASSERT_TRUE(reference_present());
     check_nothing_moves();
 }
 
 static void loaded_line_waits_for_arming(void)
 {
     bench_plain_line(0, 10, 3);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(0)->life.state);
     check_nothing_moves();
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(0)->life.state);
 }
 
 static void armed_line_runs_to_its_end(void)
@@ -43,14 +43,13 @@ static void armed_line_runs_to_its_end(void)
     bench_rounds(50);
     bench_plain_line(1, 10, 3);
     arm(2);
-    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[1].state);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(1)->life.state);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(30, fake_axes[1].steps);
-    TEST_ASSERT_EQUAL_INT32(30, ledger_position(&machine.axes[1].ledger));
-    TEST_ASSERT_EQUAL_UINT16(1, machine.axes[1].lines_done);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(0, machine.clocked);
+    TEST_ASSERT_EQUAL_INT32(30, ledger_position(&axes_get(1)->ledger));
+    TEST_ASSERT_EQUAL_UINT16(1, axes_get(1)->lines_done);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     check_nothing_moves();
 }
 
@@ -86,11 +85,11 @@ static void axes_share_a_zero_on_the_pixel_clock(void)
     arm(BENCH_ALL_AXES);
     TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_DONE));
     bench_rounds(20);
-    uint32_t zero_ticks = machine.axes[0].zero_ticks;
+    uint32_t zero_ticks = axes_get(0)->zero_ticks;
     TEST_ASSERT_EQUAL_UINT32(0,
                              (fake_next_edge_ticks() - zero_ticks) % BENCH_PIXEL_TICKS);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL_UINT32(zero_ticks, machine.axes[i].zero_ticks);
+        TEST_ASSERT_EQUAL_UINT32(zero_ticks, axes_get(i)->zero_ticks);
         TEST_ASSERT_EQUAL_INT32(4 * counts[i], fake_axes[i].steps);
         TEST_ASSERT_EQUAL_UINT32(
             zero_ticks,
@@ -103,15 +102,15 @@ static void axes_share_a_zero_on_the_pixel_clock(void)
 // With pixels that leave the time, zero is the very next place of the clock.
 static void start_is_one_period_after_an_edge(void)
 {
-    machine.settings.pixel_hz_num[1] = BENCH_SLOW_HZ;
-    machine_apply_settings();
+    bench_settings()->pixel_hz_num[1] = BENCH_SLOW_HZ;
+    limits_apply_settings();
     fake_pixel_clock(5000, BENCH_SLOW_HZ, 1);
     bench_plain_line(0, 10, 1);
     bench_rounds(10);
     arm(1);
     uint32_t edge_ticks = fake_next_edge_ticks();
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(edge_ticks + 160000uL, machine.axes[0].zero_ticks);
+    TEST_ASSERT_EQUAL_UINT32(edge_ticks + 160000uL, axes_get(0)->zero_ticks);
     TEST_ASSERT_EQUAL_UINT32(edge_ticks + 176000uL, fake_axes[0].first_step_ticks);
     TEST_ASSERT_EQUAL_UINT32(edge_ticks + 320000uL, fake_axes[0].last_step_ticks);
 }
@@ -121,9 +120,9 @@ static void clock_errors_are_zero_on_an_exact_clock(void)
     bench_plain_line(BENCH_LAST, 10, 12);
     arm(BENCH_MASK_OF(BENCH_LAST));
     TEST_ASSERT_TRUE(bench_until(BENCH_LAST, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT16(0, machine.watch.error_max_ticks);
-    TEST_ASSERT_TRUE(machine.watch.following);
-    TEST_ASSERT_TRUE(machine.watch.pixel >= 12);
+    TEST_ASSERT_EQUAL_UINT16(0, reference_watch()->error_max_ticks);
+    TEST_ASSERT_TRUE(reference_watch()->following);
+    TEST_ASSERT_TRUE(reference_watch()->pixel >= 12);
 }
 
 static void second_line_waits_for_its_own_arming(void)
@@ -138,7 +137,7 @@ static void second_line_waits_for_its_own_arming(void)
     arm(1);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(-10, fake_axes[0].steps);
-    TEST_ASSERT_EQUAL_UINT16(2, machine.axes[0].lines_done);
+    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->lines_done);
 }
 
 static void unclocked_line_starts_without_a_clock(void)
@@ -151,7 +150,7 @@ static void unclocked_line_starts_without_a_clock(void)
     arm(BENCH_MASK_OF(BENCH_THIRD));
     TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(-20, fake_axes[BENCH_THIRD].steps);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static void queue_backlash_line(uint16_t mark)
@@ -170,19 +169,19 @@ static void queue_backlash_line(uint16_t mark)
 static void check_policy(uint16_t policy, uint16_t first, uint16_t second)
 {
     setUp();
-    machine.settings.backlash_policy = policy;
-    machine.axes[0].direction_known = true;
+    bench_settings()->backlash_policy = policy;
+    axes_get(0)->direction_known = true;
     queue_backlash_line(RUN_MARK_START | RUN_START_WAIT);
     queue_backlash_line(RUN_MARK_START);
     arm(1);
-    TEST_ASSERT_EQUAL_UINT16(first, machine.axes[0].line.backlash_steps);
-    while (run_queue_fill(&machine.axes[0].queue) != 0) {
+    TEST_ASSERT_EQUAL_UINT16(first, axes_get(0)->line.backlash_steps);
+    while (run_queue_fill(&axes_get(0)->queue) != 0) {
         bench_rounds(1);
     }
-    TEST_ASSERT_EQUAL_UINT16(second, machine.axes[0].line.backlash_steps);
+    TEST_ASSERT_EQUAL_UINT16(second, axes_get(0)->line.backlash_steps);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT16(2, machine.axes[0].lines_done);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL_UINT16(2, axes_get(0)->lines_done);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static void backlash_is_taken_up_as_the_setting_says(void)
@@ -195,7 +194,7 @@ static void arming_is_all_or_nothing(void)
 {
     bench_plain_line(0, 10, 2);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(3, COMMAND_ARM));
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(0, COMMAND_ARM));
     check_nothing_moves();
 }
@@ -206,9 +205,9 @@ static void refused_line_never_starts(void)
     (void)bench_entry(0, 0, 0);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 5, 1));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_entry(0, 4, 1));
-    TEST_ASSERT_EQUAL(AXIS_REFUSED, machine.axes[0].state);
-    TEST_ASSERT_EQUAL(LINE_reverses_inside_pixel, machine.axes[0].line_error);
-    TEST_ASSERT_EQUAL_UINT32(2, machine.axes[0].line_error_pixel);
+    TEST_ASSERT_EQUAL(AXIS_REFUSED, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL(LINE_reverses_inside_pixel, axes_get(0)->line_error);
+    TEST_ASSERT_EQUAL_UINT32(2, axes_get(0)->line_error_pixel);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_entry(0, 5, 1));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ARM));
     check_nothing_moves();
@@ -226,11 +225,11 @@ static void disarmed_line_never_starts(void)
     arm(3);
     bench_rounds(1);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_DISARM));
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(0)->life.state);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
     TEST_ASSERT_EQUAL_INT32(20, fake_axes[1].steps);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static void running_line_is_not_discarded(void)
@@ -257,9 +256,9 @@ static void stop_stops_one_axis(void)
     TEST_ASSERT_INT32_WITHIN(2, steps, fake_axes[0].steps);
     TEST_ASSERT_TRUE(fake_axes[0].steps > 0 && fake_axes[0].steps < 300);
     TEST_ASSERT_EQUAL_INT32(300, fake_axes[1].steps);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[0].state);
-    TEST_ASSERT_EQUAL_INT32(fake_axes[0].steps, ledger_position(&machine.axes[0].ledger));
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL_INT32(fake_axes[0].steps, ledger_position(&axes_get(0)->ledger));
 }
 
 static void stopped_axis_runs_the_next_line(void)
@@ -275,7 +274,7 @@ static void stopped_axis_runs_the_next_line(void)
     arm(1);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(steps - 20, fake_axes[0].steps);
-    TEST_ASSERT_EQUAL_INT32(steps - 20, ledger_position(&machine.axes[0].ledger));
+    TEST_ASSERT_EQUAL_INT32(steps - 20, ledger_position(&axes_get(0)->ledger));
 }
 
 static void stop_forgets_an_armed_line(void)
@@ -285,7 +284,7 @@ static void stop_forgets_an_armed_line(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_STOP));
     check_nothing_moves();
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[0].steps);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(0)->life.state);
 }
 
 static void drivers_are_enabled_by_mask(void)
@@ -317,7 +316,7 @@ static void streamed_line_longer_than_the_queue(void)
     }
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(wanted, fake_axes[0].steps);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 int main(void)

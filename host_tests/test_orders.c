@@ -25,12 +25,12 @@ void tearDown(void)
 {
 }
 
-static void command(uint16_t mask, enum machine_command what)
+static void command(uint16_t mask, enum command what)
 {
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(mask, what));
 }
 
-static void refused(uint16_t mask, enum machine_command what)
+static void refused(uint16_t mask, enum command what)
 {
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(mask, what));
 }
@@ -59,22 +59,23 @@ static void check_usable(uint8_t axis)
     TEST_ASSERT_TRUE(bench_until(axis, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(steps + 30, fake_axes[axis].steps);
     check_nothing_moves();
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 // The second command comes while the timer still holds a pulsing period.
-static void check_twice(enum machine_command again)
+static void check_twice(enum command again)
 {
     run_line(1, SLOW_STEPS_PX);
     command(2, COMMAND_STOP);
     TEST_ASSERT_TRUE(step_engine_going(step_timer_state(1)));
     command(2, again);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[1].state);
+    TEST_ASSERT_EQUAL(AXIS_STOPPING, axes_get(1)->life.state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, bench_input(REG_AXIS_BASE + REG_AXIS_STRIDE));
     bench_rounds(300);
-    TEST_ASSERT_EQUAL_UINT8(0, machine.stopping);
+    TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STOPPING));
     TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, step_timer_state(1));
     check_nothing_moves();
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     check_usable(1);
 }
 
@@ -110,7 +111,7 @@ static void released_line_is_stopped_before_it_begins(void)
     command(2, COMMAND_ARM);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
     command(2, COMMAND_STOP);
-    TEST_ASSERT_EQUAL(AXIS_EMPTY, machine.axes[1].state);
+    TEST_ASSERT_EQUAL(AXIS_EMPTY, axes_get(1)->life.state);
     check_nothing_moves();
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[1].steps);
     check_usable(1);
@@ -122,9 +123,9 @@ static void stray_steps_are_a_fault(void)
     bench_rounds(20);
     fake_stray_steps(BENCH_THIRD);
     bench_rounds(40);
-    TEST_ASSERT_EQUAL(FAULT_stray_steps, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, machine.fault.axis);
-    TEST_ASSERT_TRUE(machine.time_lost);
+    TEST_ASSERT_EQUAL(FAULT_stray_steps, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, faults_record()->axis);
+    TEST_ASSERT_TRUE(faults_time_lost());
     int32_t steps = fake_axes[BENCH_THIRD].steps;
     bench_rounds(200);
     TEST_ASSERT_EQUAL_INT32(steps, fake_axes[BENCH_THIRD].steps);
@@ -153,8 +154,8 @@ static void loaded_line_survives_an_emergency_stop(void)
     bench_plain_line(BENCH_LAST, 10, 3);
     fake_estop(false);
     bench_rounds(20);
-    TEST_ASSERT_EQUAL(FAULT_estop, machine.fault.code);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[BENCH_LAST].state);
+    TEST_ASSERT_EQUAL(FAULT_estop, faults_record()->code);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_LAST)->life.state);
     TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, step_timer_state(BENCH_LAST));
     fake_estop(true);
     command(0, COMMAND_CLEAR_FAULT);
@@ -170,7 +171,7 @@ static void permit_stays_off_after_an_emergency_stop(void)
     // The main loop has not heard of it yet.
     refused(0, COMMAND_PERMIT_ON);
     TEST_ASSERT_FALSE(fake_permit);
-    TEST_ASSERT_FALSE(machine.permit);
+    TEST_ASSERT_FALSE(permit_is_on());
 }
 
 // A refused block changes nothing for an armed axis: a better one may follow.
@@ -181,17 +182,17 @@ static void refused_block_leaves_an_armed_axis(void)
     bench_plain_line(0, 10, 3);
     (void)bench_long_start(1);
     command(3, COMMAND_ARM);
-    uint16_t next = machine.axes[1].next_block;
+    uint16_t next = axes_get(1)->next_block;
     put_word(&words[0], next);
     put_word(&words[2], 1);
     put_word(&words[4], RUN_MARK_START); // inside a line
     put_word(&words[6], 0);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, data_write(REG_QUEUE_WINDOW, 4, words));
-    TEST_ASSERT_EQUAL(AXIS_ARMED, machine.axes[1].state);
-    TEST_ASSERT_EQUAL_UINT16(next, machine.axes[1].next_block);
+    TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(1)->life.state);
+    TEST_ASSERT_EQUAL_UINT16(next, axes_get(1)->next_block);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
-    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[0].state);
-    TEST_ASSERT_EQUAL_UINT32(machine.axes[0].zero_ticks, machine.axes[1].zero_ticks);
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, axes_get(0)->life.state);
+    TEST_ASSERT_EQUAL_UINT32(axes_get(0)->zero_ticks, axes_get(1)->zero_ticks);
 }
 
 // What fills the queue while the line before it ends can be armed.
@@ -204,28 +205,27 @@ static void second_line_longer_than_the_queue(void)
     while (bench_entry(0, (int16_t)(5 + i % 2u), 1) == MODBUS_OK) {
         i++;
     }
-    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, axes_get(0)->life.state);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_LOADED));
     command(1, COMMAND_ARM);
 }
 
-static void check_keyed(bool taken, enum machine_command what, uint16_t key)
+static void check_keyed(bool taken, enum command what, uint16_t key)
 {
-    machine.order[2] = key;
-    TEST_ASSERT_EQUAL(taken, machine_do(what, 0));
+    TEST_ASSERT_EQUAL(taken, bench_give(0, what, key));
 }
 
 static void storing_wants_its_key_and_a_machine_without_lines(void)
 {
-    check_keyed(false, COMMAND_STORE, MACHINE_KEY + 1u);
-    check_keyed(false, COMMAND_DEFAULTS, MACHINE_KEY + 1u);
+    check_keyed(false, COMMAND_STORE, COMMANDS_KEY + 1u);
+    check_keyed(false, COMMAND_DEFAULTS, COMMANDS_KEY + 1u);
     bench_plain_line(0, 10, 2);
-    check_keyed(false, COMMAND_STORE, MACHINE_KEY);
+    check_keyed(false, COMMAND_STORE, COMMANDS_KEY);
     TEST_ASSERT_FALSE(store_busy());
     command(1, COMMAND_DISCARD);
-    check_keyed(true, COMMAND_DEFAULTS, MACHINE_KEY);
-    check_keyed(true, COMMAND_STORE, MACHINE_KEY);
-    check_keyed(false, COMMAND_STORE, MACHINE_KEY); // one at a time
+    check_keyed(true, COMMAND_DEFAULTS, COMMANDS_KEY);
+    check_keyed(true, COMMAND_STORE, COMMANDS_KEY);
+    check_keyed(false, COMMAND_STORE, COMMANDS_KEY); // one at a time
     bench_rounds(200);
     TEST_ASSERT_FALSE(store_busy());
 }
@@ -233,45 +233,41 @@ static void storing_wants_its_key_and_a_machine_without_lines(void)
 static void disarming_forgets_the_token(void)
 {
     bench_plain_line(0, 10, 200);
-    machine.order[2] = 5;
-    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 1));
+    TEST_ASSERT_TRUE(bench_give(1, COMMAND_ARM, 5));
     command(1, COMMAND_DISARM);
-    TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+    TEST_ASSERT_EQUAL_UINT16(0, token_now());
     run_line(1, 10);
-    machine.order[2] = 6;
-    TEST_ASSERT_FALSE(machine_do(COMMAND_GO, 0));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_EQUAL(AXIS_RUNNING, machine.axes[1].state);
+    TEST_ASSERT_FALSE(bench_give(0, COMMAND_GO, 6));
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_EQUAL(AXIS_RUNNING, axes_get(1)->life.state);
 }
 
 static void token_stays_for_the_other_armed_axis(void)
 {
     bench_plain_line(0, 10, 200);
     bench_plain_line(1, 10, 200);
-    machine.order[2] = 5;
-    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 3));
+    TEST_ASSERT_TRUE(bench_give(3, COMMAND_ARM, 5));
     command(1, COMMAND_STOP);
-    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    TEST_ASSERT_EQUAL_UINT16(5, token_now());
     command(2, COMMAND_STOP);
-    TEST_ASSERT_EQUAL_UINT16(0, machine.token);
+    TEST_ASSERT_EQUAL_UINT16(0, token_now());
     bench_rounds(20);
     bench_plain_line(0, 10, 200);
-    machine.order[2] = 5;
-    TEST_ASSERT_TRUE(machine_do(COMMAND_ARM, 1));
+    TEST_ASSERT_TRUE(bench_give(1, COMMAND_ARM, 5));
     command(2, COMMAND_STOP);
-    TEST_ASSERT_EQUAL_UINT16(5, machine.token);
+    TEST_ASSERT_EQUAL_UINT16(5, token_now());
 }
 
 // A clock of another frequency than set stops what waits for it or runs by it.
 static void check_clock_off(uint32_t num, uint32_t den)
 {
     fake_pixel_clock(fake_now_ticks() + 5000u, num, den);
-    for (uint16_t i = 0; i < 400 && machine.fault.code == FAULT_none; i++) {
+    for (uint16_t i = 0; i < 400 && faults_record()->code == FAULT_none; i++) {
         bench_rounds(1);
     }
-    TEST_ASSERT_EQUAL(FAULT_pixel_clock_off, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, machine.fault.axis);
-    TEST_ASSERT_EQUAL(AXIS_FAULT, machine.axes[BENCH_THIRD].state);
+    TEST_ASSERT_EQUAL(FAULT_pixel_clock_off, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(BENCH_THIRD, faults_record()->axis);
+    TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(BENCH_THIRD)->life.state);
     check_nothing_moves();
 }
 
@@ -280,7 +276,7 @@ static void clock_twice_as_fast_while_running(void)
     run_line(BENCH_THIRD, 10);
     check_clock_off(2u * BENCH_PIXEL_HZ, 1);
     // In step with the clock before, the first interval would be half a period, 31.
-    TEST_ASSERT_UINT16_WITHIN(31, 31, machine.fault.argument);
+    TEST_ASSERT_UINT16_WITHIN(31, 31, faults_record()->argument);
 }
 
 static void clock_ten_percent_fast_while_running(void)
@@ -306,20 +302,20 @@ static void clock_five_percent_fast_is_followed(void)
     bench_plain_line(BENCH_THIRD, 10, 3);
     command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM);
     TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 // The first edge behind a rest stands alone, however far it is from the one before.
 static void clock_that_has_rested_may_start_a_line(void)
 {
-    machine.settings.bus_timeout_ms = 0;
+    bench_settings()->bus_timeout_ms = 0;
     check_usable(1);
     bench_clock_off();
     for (uint16_t i = 0; i < 3500; i++) {
         fake_pass(200000uL);
         round_poll();
     }
-    TEST_ASSERT_FALSE(machine_clock_present());
+    TEST_ASSERT_FALSE(reference_present());
     fake_pixel_clock(fake_now_ticks() + 5000u, BENCH_PIXEL_HZ, 1);
     check_usable(1);
 }
@@ -341,12 +337,12 @@ static void zero_pixels_at_a_fast_clock_begin(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, RUN_MARK_END, 0));
     command(1, COMMAND_ARM);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
-    for (uint16_t i = 0; i < 2000 && machine.axes[0].state == AXIS_RUNNING; i++) {
+    for (uint16_t i = 0; i < 2000 && axes_get(0)->life.state == AXIS_RUNNING; i++) {
         fake_pass(1000);
         round_poll();
     }
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_EQUAL(AXIS_DONE, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_EQUAL(AXIS_DONE, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL_INT32(3, fake_axes[0].steps);
 }
 

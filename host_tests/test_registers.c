@@ -69,7 +69,7 @@ static void board_describes_itself(void)
                              bench_input(REG_INPUT_min_interval_ticks));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
                              bench_input(REG_INPUT_smooth_min_interval_ticks));
-    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS, bench_input(REG_INPUT_record_capacity));
+    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_INPUT_record_capacity));
     TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
 }
 
@@ -90,16 +90,16 @@ static void check_inputs(bool mapped, uint16_t address, uint16_t count)
 
 static void mapped_inputs(void)
 {
-    // The areas of the board with four axes touch: a read may cross from one to the next.
+    // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_event_capacity + 1);
-    check_inputs(false, 0, REG_INPUT_event_capacity + 2);
+    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_features + 1);
+    check_inputs(false, 0, REG_INPUT_features + 2);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 8);
-    check_inputs(false, REG_INPUT_fault_mask_high, 9);
-    check_inputs(false, REG_INPUT_event_capacity + 1, 1);
+    check_inputs(true, REG_INPUT_fault_mask_high, 9);
+    check_inputs(false, REG_INPUT_fault_mask_high, 10);
+    check_inputs(false, REG_INPUT_features + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
@@ -136,17 +136,17 @@ static void settings_write_and_read_back(void)
                              bench_input_wide(REG_INPUT_pixel_period_ticks));
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_max_acceleration, 77));
     TEST_ASSERT_EQUAL_UINT16(77, data_holding(REG_HOLDING_max_acceleration));
-    TEST_ASSERT_EQUAL_UINT16(77, machine.limits.max_acceleration);
+    TEST_ASSERT_EQUAL_UINT16(77, limits_now()->max_acceleration);
 }
 
 // A finished line is the clock's reference no longer once the period may be another.
 static void new_settings_end_the_watch(void)
 {
-    clock_watch_follow(&machine.watch, &machine.period, 1000);
+    reference_follow(1000);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, write_hz(30, 0));
-    TEST_ASSERT_TRUE(machine.watch.following);
+    TEST_ASSERT_TRUE(reference_watch()->following);
     TEST_ASSERT_EQUAL(MODBUS_OK, write_hz(30000, 1001));
-    TEST_ASSERT_FALSE(machine.watch.following);
+    TEST_ASSERT_FALSE(reference_watch()->following);
 }
 
 static void impossible_settings_change_nothing(void)
@@ -168,9 +168,9 @@ static void impossible_settings_change_nothing(void)
 static void direction_times_limit_reversals(void)
 {
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_setup_us, 100));
-    TEST_ASSERT_TRUE(machine.limits.reversal_min_ticks >= BENCH_TICKS_PER_MS / 5u);
+    TEST_ASSERT_TRUE(limits_now()->reversal_min_ticks >= BENCH_TICKS_PER_MS / 5u);
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_hold_us, 1000));
-    TEST_ASSERT_TRUE(machine.limits.reversal_min_ticks >= 2u * BENCH_TICKS_PER_MS);
+    TEST_ASSERT_TRUE(limits_now()->reversal_min_ticks >= 2u * BENCH_TICKS_PER_MS);
 }
 
 // A queued line was checked against the settings it was queued under.
@@ -178,7 +178,7 @@ static void settings_are_busy_while_a_line_is_queued(void)
 {
     bench_plain_line(0, 10, 20);
     TEST_ASSERT_EQUAL(MODBUS_BUSY, write_hz(25, 1));
-    TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS, machine.period.whole_ticks);
+    TEST_ASSERT_EQUAL_UINT32(BENCH_PIXEL_TICKS, reference_period()->whole_ticks);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_DISCARD));
     TEST_ASSERT_EQUAL(MODBUS_OK, write_hz(25, 1));
 }
@@ -209,7 +209,7 @@ static void status_bits(void)
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     TEST_ASSERT_EQUAL_HEX16(5, bench_input(REG_INPUT_status));
     TEST_ASSERT_TRUE(data_running());
-    machine_fault(FAULT_starved, 0, 0);
+    faults_latch(FAULT_starved, 0, 0);
     TEST_ASSERT_EQUAL_HEX16(9, bench_input(REG_INPUT_status));
 }
 
@@ -217,8 +217,8 @@ static void fault_registers(void)
 {
     start_line(10, 50);
     bench_rounds(60);
-    machine.axes[0].ledger.pixel = 0x12344;
-    machine_fault(FAULT_underrun, 0, 0xBEEF);
+    axes_get(0)->ledger.pixel = 0x12344;
+    faults_latch(FAULT_underrun, 0, 0xBEEF);
     TEST_ASSERT_EQUAL_UINT16(FAULT_underrun, bench_input(REG_INPUT_fault_code));
     TEST_ASSERT_EQUAL_UINT16(0xBEEF, bench_input(REG_INPUT_fault_argument));
     TEST_ASSERT_EQUAL_UINT16(0, bench_input(REG_INPUT_fault_axis));
@@ -316,11 +316,11 @@ static void check_record(uint8_t number, uint16_t pixel, int32_t steps)
 
 static void records_oldest_first(void)
 {
-    start_line(-7, LEDGER_RECORDS + 3u);
+    start_line(-7, RECORDS_KEPT + 3u);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL_UINT32(LEDGER_RECORDS + 3u, bench_input_wide(REG_RECORD_BASE));
-    TEST_ASSERT_EQUAL_UINT16(LEDGER_RECORDS, bench_input(REG_RECORD_BASE + 2));
-    for (uint8_t i = 0; i < LEDGER_RECORDS; i++) {
+    TEST_ASSERT_EQUAL_UINT32(RECORDS_KEPT + 3u, bench_input_wide(REG_RECORD_BASE));
+    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_RECORD_BASE + 2));
+    for (uint8_t i = 0; i < RECORDS_KEPT; i++) {
         check_record(i, (uint16_t)(4u + i), -7 * (int32_t)(4 + i));
     }
 }
@@ -365,7 +365,7 @@ static void position_is_as_new_as_its_first_word(void)
     bench_rounds(100);
     fake_pass(3 * BENCH_PIXEL_TICKS / 10);
     (void)axis_input(0, REG_AXIS_position_steps);
-    int32_t position = ledger_position(&machine.axes[0].ledger);
+    int32_t position = ledger_position(&axes_get(0)->ledger);
     TEST_ASSERT_INT32_WITHIN(2, fake_axes[0].steps, position);
     fake_pass(5 * BENCH_PIXEL_TICKS / 10);
     // The second word belongs to the first.

@@ -7,6 +7,7 @@
 #include "fakes/board.h"
 #include "fakes/machine_bench.h"
 #include "hal/step_timer.h"
+#include "motion/decode.h"
 #include "unity.h"
 
 #define BUDGET      240u // steps of a round of several axes,
@@ -30,8 +31,8 @@ void tearDown(void)
 
 static void slow_pixels(void)
 {
-    machine.settings.pixel_hz_num[1] = BENCH_SLOW_HZ;
-    machine_apply_settings();
+    bench_settings()->pixel_hz_num[1] = BENCH_SLOW_HZ;
+    limits_apply_settings();
     fake_pixel_clock(5000, BENCH_SLOW_HZ, 1);
     bench_rounds(20);
 }
@@ -45,16 +46,16 @@ static void arm_all(void)
 {
     arm((1u << CONFIG_AXES) - 1u);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        heads[i] = machine.axes[i].feed.head;
+        heads[i] = axes_get(i)->feed.head;
     }
 }
 
 // Entries that axis i got since this was asked last.
 static uint8_t got(uint8_t i)
 {
-    uint8_t entries = (uint8_t)(machine.axes[i].feed.head - heads[i]);
+    uint8_t entries = (uint8_t)(axes_get(i)->feed.head - heads[i]);
 
-    heads[i] = machine.axes[i].feed.head;
+    heads[i] = axes_get(i)->feed.head;
     return entries;
 }
 
@@ -95,7 +96,7 @@ static void single_steps_keep_to_the_budget(void)
     }
     TEST_ASSERT_EQUAL_UINT16(BUDGET, most);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_TRUE(axis_ring_fill(&machine.axes[i]) >= ROOM_FOR);
+        TEST_ASSERT_TRUE(axis_ring_fill(axes_get(i)) >= ROOM_FOR);
     }
     TEST_ASSERT_EQUAL_UINT16(0, round_of(0, &served));
 }
@@ -108,7 +109,7 @@ static void one_axis_alone_has_the_whole_budget(void)
     slow_pixels();
     bench_plain_line(BENCH_THIRD, SINGLE_STEP, 20);
     arm(BENCH_MASK_OF(BENCH_THIRD));
-    heads[BENCH_THIRD] = machine.axes[BENCH_THIRD].feed.head;
+    heads[BENCH_THIRD] = axes_get(BENCH_THIRD)->feed.head;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         (void)got(i);
     }
@@ -203,21 +204,21 @@ static void a_start_keeps_rounds_shorter_still(void)
     }
     // The edge that starts it is seen late: 78 steps of the other axis later.
     fake_pass(fake_next_edge_ticks() + 40000u - fake_now_ticks());
-    TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
+    TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STARTING));
     (void)got(1);
     for (uint8_t i = 0; i < 6; i++) {
         round_poll();
         most = larger(most, got(1));
     }
-    TEST_ASSERT_EQUAL_UINT8(1, machine.starting);
+    TEST_ASSERT_EQUAL_HEX8(1, bench_axes_in(AXIS_STARTING));
     TEST_ASSERT_EQUAL_UINT16(STARTING, most);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static uint8_t behind(uint8_t i)
 {
-    return (uint8_t)(step_timer_tail(i) - machine.axes[i].ledger.retired);
+    return (uint8_t)(step_timer_tail(i) - axes_get(i)->ledger.retired);
 }
 
 // What is left behind by a round in which it is not the axis's turn.
@@ -229,14 +230,14 @@ static uint8_t left_behind(uint8_t entries)
     arm(2);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_RUNNING));
     bench_rounds(100);
-    while (machine.turn % 8u != 1) {
-        bench_rounds(1);
-    }
-    TEST_ASSERT_TRUE(machine_follow(1));
+    // The next rounds are no axis's turn.
+    round_start();
+    bench_rounds(1);
+    TEST_ASSERT_TRUE(axes_follow(1));
     while (behind(1) < entries) {
         fake_pass(256);
     }
-    machine.axes[1].in_line = false; // nothing more to decode
+    axes_get(1)->phase = DECODE_OUTSIDE; // nothing more to decode
     round_poll();
     return behind(1);
 }
@@ -266,24 +267,24 @@ static void no_axis_starts_before_every_ring_is_full(void)
     for (uint8_t i = 0; i < 8; i++) {
         round_poll();
     }
-    TEST_ASSERT_TRUE(axis_decoded(&machine.axes[0]));
+    TEST_ASSERT_TRUE(decode_is_ahead(axes_get(0)));
     fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
     arm(6);       // not the clock's axis, whose account would pass the edge
     round_poll(); // takes the edge
-    TEST_ASSERT_EQUAL_UINT8(0, machine.starting);
+    TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STARTING));
     for (uint8_t i = 0; i < 8; i++) {
         round_poll();
     }
     fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
     round_poll();
-    TEST_ASSERT_EQUAL_HEX8(7, machine.starting);
+    TEST_ASSERT_EQUAL_HEX8(7, bench_axes_in(AXIS_STARTING));
 }
 
 // More than one run must not begin at once: all axes cross a pixel's edge together.
 static void runs_begin_two_steps_apart(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL_UINT8(2u * i, machine.axes[i].stagger);
+        TEST_ASSERT_EQUAL_UINT8(2u * i, axes_get(i)->stagger);
     }
 }
 

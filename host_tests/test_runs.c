@@ -240,8 +240,8 @@ static void edge_inside_the_first_entry(void)
     (void)load();
     follow();
     TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
-    TEST_ASSERT_EQUAL_INT32(1, ledger.records[0].actual_steps);
-    TEST_ASSERT_EQUAL_INT32(1, ledger.records[0].expected_steps);
+    TEST_ASSERT_EQUAL_INT32(1, records_get(&ledger.records, 0).actual_steps);
+    TEST_ASSERT_EQUAL_INT32(1, records_get(&ledger.records, 0).expected_steps);
 }
 
 // An edge of the clock in the delay before a run, seen when two periods of the run have begun.
@@ -277,7 +277,7 @@ static void edge_seen_late_has_the_same_record(void)
     }
     check_account();
     TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
-    TEST_ASSERT_EQUAL_INT32(-1, ledger.records[0].actual_steps);
+    TEST_ASSERT_EQUAL_INT32(-1, records_get(&ledger.records, 0).actual_steps);
 }
 
 static void check_halt(void)

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/board.h"
 #include "app/drivers.h"
 #include "app/safety.h"
 #include "app/time_check.h"
@@ -25,9 +26,7 @@ void tearDown(void)
 {
 }
 
-static enum modbus_exception order(uint8_t mask,
-                                   enum machine_command command,
-                                   uint16_t argument)
+static enum modbus_exception order(uint8_t mask, enum command command, uint16_t argument)
 {
     uint8_t words[6] = {
         0, mask, 0, (uint8_t)command, (uint8_t)(argument >> 8), (uint8_t)argument};
@@ -66,7 +65,7 @@ static void estop_halts_latches_and_wants_a_clear(void)
     TEST_ASSERT_INT32_WITHIN(1, steps, fake_axes[0].steps);
     TEST_ASSERT_EQUAL_UINT16(FAULT_estop, fault());
     TEST_ASSERT_EQUAL_UINT16(1u << FAULT_estop, bench_input(REG_INPUT_fault_mask));
-    TEST_ASSERT_EQUAL_INT32(fake_axes[0].steps, ledger_position(&machine.axes[0].ledger));
+    TEST_ASSERT_EQUAL_INT32(fake_axes[0].steps, ledger_position(&axes_get(0)->ledger));
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(0, COMMAND_CLEAR_FAULT));
     fake_estop(true);
     bench_rounds(10);
@@ -82,7 +81,7 @@ static void estop_halts_latches_and_wants_a_clear(void)
 // Normally closed: the pin is low while all is well.
 static void estop_may_be_inverted(void)
 {
-    machine.settings.inputs_inverted = 4;
+    bench_settings()->inputs_inverted = 4;
     fake_estop(false);
     bench_rounds(3);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_CLEAR_FAULT));
@@ -99,7 +98,7 @@ static void estop_tripped_from_the_start(void)
 {
     fake_power_on();
     fake_estop(false);
-    machine_init();
+    board_start();
     time_check_start();
     safety_start();
     estop_release();
@@ -116,7 +115,7 @@ static void permit_needs_a_sound_machine(void)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_PERMIT_OFF));
     TEST_ASSERT_FALSE(fake_permit);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(0, COMMAND_PERMIT_ON));
-    machine_fault(FAULT_starved, 0, 0);
+    faults_latch(FAULT_starved, 0, 0);
     TEST_ASSERT_FALSE(fake_permit);
     TEST_ASSERT_EQUAL_HEX16(0, bench_input(REG_INPUT_outputs));
 }
@@ -132,7 +131,7 @@ static void a_stop_takes_the_permit_away(void)
 
 static void a_silent_bus_stops_what_moves(void)
 {
-    machine.settings.bus_timeout_ms = 400;
+    bench_settings()->bus_timeout_ms = 400;
     run_a_line();
     TEST_ASSERT_EQUAL_UINT16(FAULT_none, fault());
     pass_ms(400);
@@ -150,7 +149,7 @@ static void go_needs_the_token_and_somebody_who_waits(void)
     bench_plain_line(0, 10, 50);
     TEST_ASSERT_EQUAL(MODBUS_OK, order(1, COMMAND_ARM, TOKEN));
     pass_ms(40);
-    TEST_ASSERT_EQUAL_UINT8(AXIS_ARMED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL_UINT8(AXIS_ARMED, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_OK, order(0, COMMAND_GO, TOKEN));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
@@ -234,7 +233,7 @@ static void check_drivers(uint16_t on)
 
 static void arming_switches_the_driver_on_and_rest_off(void)
 {
-    machine.settings.idle_off_ms = 100;
+    bench_settings()->idle_off_ms = 100;
     bench_plain_line(0, 10, 5);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     check_drivers(0x1);
@@ -248,7 +247,7 @@ static void arming_switches_the_driver_on_and_rest_off(void)
 
 static void a_driver_that_rests_goes_off_to_the_millisecond(void)
 {
-    machine.settings.idle_off_ms = 100;
+    bench_settings()->idle_off_ms = 100;
     pass_ms(200);
     uint16_t enabled_ms = (uint16_t)(clock_now_ms() + 1u);
     while (clock_now_ms() != enabled_ms) {
@@ -269,7 +268,7 @@ static void a_driver_that_rests_goes_off_to_the_millisecond(void)
 
 static void a_driver_gets_its_time_before_the_first_step(void)
 {
-    machine.settings.enable_settle_ms = 200;
+    bench_settings()->enable_settle_ms = 200;
     pass_ms(1000); // that is not counted
     bench_plain_line(0, 10, 5);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));

@@ -59,7 +59,7 @@ static void start(uint8_t axis)
 // Rounds until `ticks` after line zero, then as many more ticks as are left.
 static void go_to(uint8_t axis, uint32_t ticks)
 {
-    uint32_t until = machine.axes[axis].zero_ticks + ticks;
+    uint32_t until = axes_get(axis)->zero_ticks + ticks;
 
     while ((int32_t)(until - fake_now_ticks()) > (int32_t)BENCH_ROUND_TICKS) {
         bench_rounds(1);
@@ -97,7 +97,7 @@ static void stops_at(uint8_t axis, int16_t sign, uint32_t ticks)
     TEST_ASSERT_EQUAL_UINT32(edge, bench_input_wide(REG_INPUT_trip_ticks));
     TEST_ASSERT_EQUAL_INT32(sign * steps_at(ticks),
                             (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static void edge_has_its_tick_and_position(void)
@@ -140,7 +140,7 @@ static void switch_already_closed_makes_no_step(void)
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
     bench_rounds(5);
     TEST_ASSERT_EQUAL_UINT16(TRIP_ALREADY, bench_input(REG_INPUT_trip_code));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     TEST_ASSERT_TRUE(fake_axes[0].steps < 200);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ZERO));
 }
@@ -162,7 +162,7 @@ static void opening_is_sought_too(void)
 
 static void inverted_switch_closes_high(void)
 {
-    machine.settings.inputs_inverted = 1;
+    bench_settings()->inputs_inverted = 1;
     fake_switch(0, SWITCH_HOME, CLOSED);
     bench_rounds(40);
     queue_seek(0, 0, 1, 200);
@@ -250,9 +250,9 @@ static void seek_without_its_end_is_not_armed(void)
     for (uint8_t i = 0; i < CONFIG_QUEUE_ENTRIES - 4u; i++) {
         entry(0, (int16_t)(1 + i % 2), 1);
     }
-    TEST_ASSERT_EQUAL(AXIS_LOADED, machine.axes[0].state);
+    TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(0)->life.state);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, bench_command(1, COMMAND_ARM));
-    TEST_ASSERT_EQUAL_UINT8(SEEK_NOBODY, machine.seek.axis);
+    TEST_ASSERT_EQUAL_UINT8(NO_AXIS, seek_now()->axis);
     entry(0, RUN_MARK_DOWN, 0);
     entry(0, RUN_MARK_END, 0);
     start(0);
@@ -267,7 +267,7 @@ static void first_step_comes_in_time_at_any_rate(void)
     entry(0, RUN_MARK_END, 0);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(1, COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
-    TEST_ASSERT_TRUE(machine.axes[0].feed.lead_in_ticks != 0);
+    TEST_ASSERT_TRUE(axes_get(0)->feed.lead_in_ticks != 0);
 }
 
 static void seek_of_an_axis_long_unaccounted_for_starts(void)
@@ -276,7 +276,7 @@ static void seek_of_an_axis_long_unaccounted_for_starts(void)
     fake_pass(1000000); // a round that long stands for many that looked after others
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(BENCH_MASK_OF(BENCH_THIRD), COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_RUNNING));
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
 }
 
 static void never_closing_is_a_fault(void)
@@ -285,10 +285,10 @@ static void never_closing_is_a_fault(void)
     start(1);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     bench_rounds(5);
-    TEST_ASSERT_EQUAL(FAULT_home_not_found, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(1, machine.fault.axis);
+    TEST_ASSERT_EQUAL(FAULT_home_not_found, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(1, faults_record()->axis);
     TEST_ASSERT_EQUAL_INT32(2 * RAMP_STEPS + 20 * TOP_STEPS, fake_axes[1].steps);
-    TEST_ASSERT_EQUAL_INT32(fake_axes[1].steps, ledger_position(&machine.axes[1].ledger));
+    TEST_ASSERT_EQUAL_INT32(fake_axes[1].steps, ledger_position(&axes_get(1)->ledger));
 }
 
 static void never_opening_is_another(void)
@@ -299,7 +299,7 @@ static void never_opening_is_another(void)
     start(1);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     bench_rounds(5);
-    TEST_ASSERT_EQUAL(FAULT_home_stuck, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_home_stuck, faults_record()->code);
 }
 
 static void stopped_seek_is_no_fault(void)
@@ -309,8 +309,8 @@ static void stopped_seek_is_no_fault(void)
     go_to(1, 100000);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_STOP));
     bench_rounds(50);
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
-    TEST_ASSERT_EQUAL_UINT8(SEEK_NOBODY, machine.seek.axis);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT8(NO_AXIS, seek_now()->axis);
 }
 
 static void zero_is_the_edge(void)
@@ -321,7 +321,7 @@ static void zero_is_the_edge(void)
         TEST_ASSERT_EQUAL(MODBUS_OK,
                           bench_command(BENCH_MASK_OF(BENCH_LAST), COMMAND_ZERO));
         TEST_ASSERT_EQUAL_INT32(fake_axes[BENCH_LAST].steps - steps_at(300000),
-                                ledger_position(&machine.axes[BENCH_LAST].ledger));
+                                ledger_position(&axes_get(BENCH_LAST)->ledger));
     }
 }
 
@@ -356,7 +356,7 @@ static void seek_does_not_follow_another_line_unasked(void)
 // seeks. Where that is one and the same, the account must not pass the older of both.
 static void check_trip(uint32_t ticks, int32_t steps)
 {
-    TEST_ASSERT_EQUAL(FAULT_none, machine.fault.code);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     TEST_ASSERT_EQUAL_UINT16(TRIP_CLOSED, bench_input(REG_INPUT_trip_code));
     TEST_ASSERT_EQUAL_UINT32(ticks, bench_input_wide(REG_INPUT_trip_ticks));
     TEST_ASSERT_EQUAL_INT32(steps,
@@ -367,8 +367,8 @@ static void check_trip(uint32_t ticks, int32_t steps)
 static void check_clock_edge_let_pass(void)
 {
     TEST_ASSERT_FALSE(pixel_clock_waiting());
-    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_units);
-    TEST_ASSERT_FALSE(machine.watch.known);
+    TEST_ASSERT_FALSE(reference_overdue());
+    TEST_ASSERT_FALSE(reference_watch()->known);
 }
 
 static void start_on_the_clocks_axis(void)
@@ -388,18 +388,18 @@ static void close_at(uint8_t axis, uint32_t ticks, uint32_t then_ticks)
     fake_pass(then_ticks);
     TEST_ASSERT_TRUE(pixel_clock_waiting());
     // What a command asks for now must wait.
-    TEST_ASSERT_FALSE(machine_follow(axis));
-    TEST_ASSERT_FALSE(machine_follow(CONFIG_SWITCH_CAPTURE_AXIS));
+    TEST_ASSERT_FALSE(axes_follow(axis));
+    TEST_ASSERT_FALSE(axes_follow(CONFIG_SWITCH_CAPTURE_AXIS));
 }
 
 static void seek_on_the_clocks_axis(uint32_t trip, uint32_t then_ticks)
 {
-    uint32_t zero = machine.axes[CONFIG_PIXEL_CLOCK_AXIS].zero_ticks;
+    uint32_t zero = axes_get(CONFIG_PIXEL_CLOCK_AXIS)->zero_ticks;
 
     close_at(CONFIG_PIXEL_CLOCK_AXIS, trip, then_ticks);
     round_poll();
     check_clock_edge_let_pass();
-    TEST_ASSERT_TRUE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
+    TEST_ASSERT_TRUE(axes_follow(CONFIG_PIXEL_CLOCK_AXIS));
     TEST_ASSERT_TRUE(bench_until(CONFIG_PIXEL_CLOCK_AXIS, AXIS_DONE));
     check_trip(trip, steps_at(trip - zero));
 }
@@ -421,7 +421,7 @@ static void clock_edge_between_two_looks_is_let_pass(void)
 {
     start_on_the_clocks_axis();
     uint32_t trip = fake_next_edge_ticks() + 500u;
-    uint32_t zero = machine.axes[CONFIG_PIXEL_CLOCK_AXIS].zero_ticks;
+    uint32_t zero = axes_get(CONFIG_PIXEL_CLOCK_AXIS)->zero_ticks;
     fake_pass(trip - fake_now_ticks());
     fake_switch(CONFIG_PIXEL_CLOCK_AXIS, SWITCH_HOME, CLOSED);
     fake_pass(1000);
@@ -437,10 +437,10 @@ static void clock_edge_that_waits_holds_up_its_own_axis_only(void)
     fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
     TEST_ASSERT_TRUE(pixel_clock_waiting());
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL(i != CONFIG_PIXEL_CLOCK_AXIS, machine_follow(i));
+        TEST_ASSERT_EQUAL(i != CONFIG_PIXEL_CLOCK_AXIS, axes_follow(i));
     }
     round_poll();
-    TEST_ASSERT_TRUE(machine_follow(CONFIG_PIXEL_CLOCK_AXIS));
+    TEST_ASSERT_TRUE(axes_follow(CONFIG_PIXEL_CLOCK_AXIS));
 }
 
 // Another axis seeks: both edges count.
@@ -453,17 +453,17 @@ static void clock_edge_beside_a_seek_of_another_axis_counts(void)
     uint32_t edge = fake_next_edge_ticks();
     close_at(BENCH_SECOND, edge, 3000);
     round_poll();
-    TEST_ASSERT_EQUAL_UINT32(fake_now_ticks() / 64u, machine.edge_seen_units);
-    TEST_ASSERT_TRUE(machine.watch.known);
+    TEST_ASSERT_FALSE(reference_overdue());
+    TEST_ASSERT_TRUE(reference_watch()->known);
     TEST_ASSERT_TRUE(bench_until(BENCH_SECOND, AXIS_DONE));
-    check_trip(edge, steps_at(edge - machine.axes[BENCH_SECOND].zero_ticks));
+    check_trip(edge, steps_at(edge - axes_get(BENCH_SECOND)->zero_ticks));
 }
 
 // A long interval is made of several periods, of which one carries the step.
 static void edge_inside_a_long_interval(void)
 {
-    machine.settings.pixel_hz_num[1] = BENCH_PIXEL_HZ / 100u;
-    machine_apply_settings();
+    bench_settings()->pixel_hz_num[1] = BENCH_PIXEL_HZ / 100u;
+    limits_apply_settings();
     bench_clock_off();
     queue_seek(0, 0, 1, 40);
     start(0);

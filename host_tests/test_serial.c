@@ -29,45 +29,45 @@ static void next_request_is_served(void)
 static void damaged_request_is_counted(void)
 {
     static const uint8_t request[] = {7, 4, 0, 3, 0, 1, 0x11, 0x22};
-    uint16_t errors = serial_counters()->crc_errors;
+    uint16_t errors = traffic_counters()->crc_errors;
 
     fake_receive(request, sizeof request);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
-    TEST_ASSERT_EQUAL_UINT16(errors + 1u, serial_counters()->crc_errors);
+    TEST_ASSERT_EQUAL_UINT16(errors + 1u, traffic_counters()->crc_errors);
     ask_axis_count(7);
     check_axis_count();
 }
 
 static void exception_is_counted(void)
 {
-    uint16_t exceptions = serial_counters()->exceptions;
+    uint16_t exceptions = traffic_counters()->exceptions;
 
     PUT(7, 4, 0x0F, 0, 0, 1);
     TEST_ASSERT_EQUAL_UINT16(5, answer());
     TEST_ASSERT_EQUAL_HEX8(0x84, reply[1]);
-    TEST_ASSERT_EQUAL_UINT16(exceptions + 1u, serial_counters()->exceptions);
+    TEST_ASSERT_EQUAL_UINT16(exceptions + 1u, traffic_counters()->exceptions);
 }
 
 static void overruns_are_counted(void)
 {
-    uint16_t overruns = serial_counters()->rx_overruns;
+    uint16_t overruns = traffic_counters()->rx_overruns;
 
     fake_overrun(3);
     serial_poll();
     fake_overrun(200);
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT16(overruns + 203u, serial_counters()->rx_overruns);
+    TEST_ASSERT_EQUAL_UINT16(overruns + 203u, traffic_counters()->rx_overruns);
 }
 
 static void broadcast_enables_without_a_reply(void)
 {
-    uint16_t no_replies = serial_counters()->no_replies;
+    uint16_t no_replies = traffic_counters()->no_replies;
 
     PUT(0, 16, 1, 0, 0, 2, 4, 0, 1, 0, COMMAND_ENABLE);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
     TEST_ASSERT_TRUE(fake_axes[0].enabled);
     TEST_ASSERT_FALSE(fake_axes[1].enabled);
-    TEST_ASSERT_EQUAL_UINT16(no_replies + 1u, serial_counters()->no_replies);
+    TEST_ASSERT_EQUAL_UINT16(no_replies + 1u, traffic_counters()->no_replies);
 }
 
 // 256 bytes, in parts: a copy of them would not fit the stack of the simulated board.

@@ -23,14 +23,14 @@ static void gaps_within_a_frame_are_tolerated(void)
 static void silence_within_a_frame_ends_it(void)
 {
     static const uint8_t request[] = {7, 4, 0, 3, 0, 1};
-    uint16_t errors = serial_counters()->crc_errors;
+    uint16_t errors = traffic_counters()->crc_errors;
 
     fake_receive(request, 3);
     serial_poll();
     fake_pass(SILENCE_TICKS + SLACK_TICKS);
     ask_axis_count(7); // the board looks only now
     check_axis_count();
-    TEST_ASSERT_EQUAL_UINT16(errors + 1u, serial_counters()->crc_errors);
+    TEST_ASSERT_EQUAL_UINT16(errors + 1u, traffic_counters()->crc_errors);
 }
 
 static void bytes_before_a_silence_and_after_are_no_frame(void)
@@ -63,10 +63,10 @@ static void frames_that_waited_are_all_served(void)
             fake_pass(SILENCE_TICKS + SLACK_TICKS);
         }
     }
-    uint16_t messages = serial_counters()->bus_messages;
+    uint16_t messages = traffic_counters()->bus_messages;
     rounds();
-    TEST_ASSERT_EQUAL_UINT16(messages + 4u, serial_counters()->bus_messages);
-    TEST_ASSERT_EQUAL_UINT16(43, machine.settings.dir_setup_us);
+    TEST_ASSERT_EQUAL_UINT16(messages + 4u, traffic_counters()->bus_messages);
+    TEST_ASSERT_EQUAL_UINT16(43, bench_settings()->dir_setup_us);
 }
 
 static void what_comes_beside_a_reply_is_dropped(void)
@@ -81,7 +81,7 @@ static void what_comes_beside_a_reply_is_dropped(void)
 
 static void what_follows_a_request_belongs_to_nobody(void)
 {
-    uint16_t messages = serial_counters()->bus_messages;
+    uint16_t messages = traffic_counters()->bus_messages;
 
     ask_axis_count(7);
     serial_poll();
@@ -95,8 +95,8 @@ static void what_follows_a_request_belongs_to_nobody(void)
     fake_pass(SILENCE_TICKS / 2u);
     serial_poll();
     what_comes_beside_a_reply_is_dropped();
-    TEST_ASSERT_NOT_EQUAL(99, machine.settings.dir_setup_us);
-    TEST_ASSERT_EQUAL_UINT16(messages + 1u, serial_counters()->bus_messages);
+    TEST_ASSERT_NOT_EQUAL(99, bench_settings()->dir_setup_us);
+    TEST_ASSERT_EQUAL_UINT16(messages + 1u, traffic_counters()->bus_messages);
     ask_axis_count(7);
     check_axis_count();
 }
@@ -104,14 +104,14 @@ static void what_follows_a_request_belongs_to_nobody(void)
 static void overlong_frame_is_dropped(void)
 {
     uint8_t bytes[20];
-    uint16_t errors = serial_counters()->crc_errors;
+    uint16_t errors = traffic_counters()->crc_errors;
 
     memset(bytes, 7, sizeof bytes);
     for (uint8_t i = 0; i < 20; i++) {
         fake_receive(bytes, sizeof bytes);
     }
     TEST_ASSERT_EQUAL_UINT16(0, answer());
-    TEST_ASSERT_EQUAL_UINT16(errors + 1u, serial_counters()->crc_errors);
+    TEST_ASSERT_EQUAL_UINT16(errors + 1u, traffic_counters()->crc_errors);
     ask_axis_count(7);
     check_axis_count();
 }

@@ -6,19 +6,19 @@
 
 static void foreign_request_has_no_reply(void)
 {
-    uint16_t errors = serial_counters()->crc_errors;
-    uint16_t messages = serial_counters()->bus_messages;
-    uint16_t ok = serial_counters()->frames_ok;
+    uint16_t errors = traffic_counters()->crc_errors;
+    uint16_t messages = traffic_counters()->bus_messages;
+    uint16_t ok = traffic_counters()->frames_ok;
 
     ask_axis_count(8);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
-    TEST_ASSERT_EQUAL_UINT16(errors, serial_counters()->crc_errors);
-    TEST_ASSERT_EQUAL_UINT16(messages + 1u, serial_counters()->bus_messages);
-    TEST_ASSERT_EQUAL_UINT16(ok, serial_counters()->frames_ok);
+    TEST_ASSERT_EQUAL_UINT16(errors, traffic_counters()->crc_errors);
+    TEST_ASSERT_EQUAL_UINT16(messages + 1u, traffic_counters()->bus_messages);
+    TEST_ASSERT_EQUAL_UINT16(ok, traffic_counters()->frames_ok);
     ask_axis_count(7);
     check_axis_count();
-    TEST_ASSERT_EQUAL_UINT16(messages + 2u, serial_counters()->bus_messages);
-    TEST_ASSERT_EQUAL_UINT16(ok + 1u, serial_counters()->frames_ok);
+    TEST_ASSERT_EQUAL_UINT16(messages + 2u, traffic_counters()->bus_messages);
+    TEST_ASSERT_EQUAL_UINT16(ok + 1u, traffic_counters()->frames_ok);
 }
 
 // Requests and replies of every length rule.
@@ -36,7 +36,7 @@ static void others_talk(void)
 
 static void request_behind_foreign_frames_is_served(void)
 {
-    uint16_t messages = serial_counters()->bus_messages;
+    uint16_t messages = traffic_counters()->bus_messages;
 
     others_talk();
     ask_axis_count(7);
@@ -44,12 +44,12 @@ static void request_behind_foreign_frames_is_served(void)
         serial_poll();
     }
     check_axis_count();
-    TEST_ASSERT_EQUAL_UINT16(messages + 9u, serial_counters()->bus_messages);
+    TEST_ASSERT_EQUAL_UINT16(messages + 9u, traffic_counters()->bus_messages);
 }
 
 static void foreign_reply_executes_nothing(void)
 {
-    uint16_t setup_us = machine.settings.dir_setup_us;
+    uint16_t setup_us = bench_settings()->dir_setup_us;
     uint8_t carrier[3 + 8 + 1] = {9, 3, 9, 7, 6, 0, 6, 0, 77};
     uint16_t crc = crc16(&carrier[3], 6);
 
@@ -57,7 +57,7 @@ static void foreign_reply_executes_nothing(void)
     carrier[10] = (uint8_t)(crc >> 8);
     put(carrier, sizeof carrier);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
-    TEST_ASSERT_EQUAL_UINT16(setup_us, machine.settings.dir_setup_us);
+    TEST_ASSERT_EQUAL_UINT16(setup_us, bench_settings()->dir_setup_us);
     ask_axis_count(7);
     check_axis_count();
 }
@@ -75,8 +75,8 @@ static void frame_of_unknown_length_is_over_with_silence(void)
 static void frame_behind_a_bad_one_is_served_at_once(void)
 {
     static const uint8_t noise[30] = {7, 16, 1, 0, 0, 2, 4};
-    uint16_t errors = serial_counters()->crc_errors;
-    uint16_t messages = serial_counters()->bus_messages;
+    uint16_t errors = traffic_counters()->crc_errors;
+    uint16_t messages = traffic_counters()->bus_messages;
 
     fake_receive(noise, sizeof noise);
     serial_poll();
@@ -84,13 +84,13 @@ static void frame_behind_a_bad_one_is_served_at_once(void)
     PUT(0, 16, 1, 0, 0, 2, 4, 0, 2, 0, COMMAND_ENABLE);
     ask_axis_count(7);
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT16(errors + 1u, serial_counters()->crc_errors);
+    TEST_ASSERT_EQUAL_UINT16(errors + 1u, traffic_counters()->crc_errors);
     serial_poll();
     TEST_ASSERT_TRUE(fake_axes[1].enabled);
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT16(messages + 2u, serial_counters()->bus_messages);
+    TEST_ASSERT_EQUAL_UINT16(messages + 2u, traffic_counters()->bus_messages);
     check_axis_count();
-    TEST_ASSERT_EQUAL_UINT16(errors + 1u, serial_counters()->crc_errors);
+    TEST_ASSERT_EQUAL_UINT16(errors + 1u, traffic_counters()->crc_errors);
 }
 
 int main(void)

@@ -8,7 +8,7 @@
 
 static void reply_delay_comes_on_top(void)
 {
-    machine.settings.reply_delay_us = 5000;
+    bench_settings()->reply_delay_us = 5000;
     ask_axis_count(7);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
     fake_pass((uint32_t)4 * MS_TICKS);
@@ -76,17 +76,17 @@ static void new_parity_of_all_counts_at_once(void)
 static void last_request_is_ours_or_everybodys(void)
 {
     fake_pass((uint32_t)100 * MS_TICKS);
-    uint16_t before = serial_last_request_ms();
+    uint16_t before = traffic_last_request_ms();
     ask_axis_count(8);
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT16(before, serial_last_request_ms());
+    TEST_ASSERT_EQUAL_UINT16(before, traffic_last_request_ms());
     PUT(0, 3, 0, 0, 0, 1);
     serial_poll();
-    TEST_ASSERT_EQUAL_UINT16(clock_now_ms(), serial_last_request_ms());
+    TEST_ASSERT_EQUAL_UINT16(clock_now_ms(), traffic_last_request_ms());
     fake_pass((uint32_t)100 * MS_TICKS);
     ask_axis_count(7);
     check_axis_count();
-    TEST_ASSERT_TRUE(serial_last_request_ms() >= 195);
+    TEST_ASSERT_TRUE(traffic_last_request_ms() >= 195);
 }
 
 int main(void)

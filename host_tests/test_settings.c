@@ -6,11 +6,12 @@
 #include "unity.h"
 #include "wire/register_map.h"
 
-static struct settings settings;
+// The store's view of them, which may be written.
+#define settings (*settings_record())
 
 void setUp(void)
 {
-    settings_defaults(&settings);
+    settings_set_defaults();
 }
 
 void tearDown(void)
@@ -28,7 +29,7 @@ static void defaults(void)
     TEST_ASSERT_EQUAL_UINT16(20, settings.dir_hold_us);
     TEST_ASSERT_EQUAL_UINT16(1000, settings.input_filter_us);
     TEST_ASSERT_EQUAL_UINT16(3000, settings.bus_timeout_ms);
-    TEST_ASSERT_TRUE(settings_possible(&settings));
+    TEST_ASSERT_TRUE(settings_are_possible());
 }
 
 // Words lie at their addresses.
@@ -49,7 +50,7 @@ static void check_value(uint16_t address, uint16_t word, bool possible)
 {
     setUp();
     settings.words[address] = word;
-    TEST_ASSERT_EQUAL(possible, settings_possible(&settings));
+    TEST_ASSERT_EQUAL(possible, settings_are_possible());
 }
 
 static void check_range(uint16_t address, uint16_t low, uint16_t high)
@@ -88,7 +89,7 @@ static void check_hz(bool possible, uint32_t num, uint32_t den)
     settings.pixel_hz_num[1] = (uint16_t)num;
     settings.pixel_hz_den[0] = (uint16_t)(den >> 16);
     settings.pixel_hz_den[1] = (uint16_t)den;
-    TEST_ASSERT_EQUAL(possible, settings_possible(&settings));
+    TEST_ASSERT_EQUAL(possible, settings_are_possible());
 }
 
 // Each of the four words for itself would be possible.

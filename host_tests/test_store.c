@@ -4,9 +4,9 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "app/machine.h"
 #include "app/store.h"
 #include "fakes/eeprom.h"
+#include "fakes/machine_bench.h"
 #include "unity.h"
 
 #define RECORD_BYTES ((uint8_t)sizeof(struct settings))
@@ -16,7 +16,6 @@
 void setUp(void)
 {
     fake_eeprom_reset();
-    machine = (struct machine){0};
     store_load();
 }
 
@@ -26,7 +25,7 @@ void tearDown(void)
 
 static void store_all(uint16_t acceleration)
 {
-    machine.settings.max_acceleration = acceleration;
+    bench_settings()->max_acceleration = acceleration;
     store_note_change();
     store_begin();
     for (uint16_t i = 0; i < 1000 && store_busy(); i++) {
@@ -37,15 +36,15 @@ static void store_all(uint16_t acceleration)
 
 static uint16_t found(void)
 {
-    memset(&machine.settings, 0xA5, sizeof machine.settings);
+    memset(bench_settings(), 0xA5, sizeof(struct settings));
     store_load();
-    return machine.settings.max_acceleration;
+    return bench_settings()->max_acceleration;
 }
 
 static void erased_memory_gives_defaults(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(1, machine.settings.unit_address);
-    TEST_ASSERT_EQUAL_UINT16(0, machine.settings.serial);
+    TEST_ASSERT_EQUAL_UINT16(1, bench_settings()->unit_address);
+    TEST_ASSERT_EQUAL_UINT16(0, bench_settings()->serial);
     TEST_ASSERT_EQUAL_HEX16(0, store_state());
 }
 
@@ -55,9 +54,9 @@ static void what_was_stored_comes_back(void)
     TEST_ASSERT_EQUAL_HEX16(1, store_state());
     TEST_ASSERT_EQUAL_UINT16(WRITES, fake_eeprom_writes);
     TEST_ASSERT_EQUAL_UINT16(77, found());
-    TEST_ASSERT_EQUAL_UINT16(1, machine.settings.serial);
+    TEST_ASSERT_EQUAL_UINT16(1, bench_settings()->serial);
     TEST_ASSERT_EQUAL_HEX16(1, store_state());
-    TEST_ASSERT_EQUAL_UINT16(20, machine.settings.dir_setup_us);
+    TEST_ASSERT_EQUAL_UINT16(20, bench_settings()->dir_setup_us);
 }
 
 static void state_tells_changes_and_work(void)
@@ -77,16 +76,16 @@ static void records_take_turns(void)
         store_all(i);
         TEST_ASSERT_EQUAL_UINT16((i & 1u) != 0 ? 0 : SLOT, fake_eeprom_last);
         TEST_ASSERT_EQUAL_UINT16(i, found());
-        TEST_ASSERT_EQUAL_UINT16(i, machine.settings.serial);
+        TEST_ASSERT_EQUAL_UINT16(i, bench_settings()->serial);
     }
 }
 
 static void numbers_wrap(void)
 {
-    machine.settings.serial = 0xFFFE;
+    bench_settings()->serial = 0xFFFE;
     store_all(1);
     store_all(2);
-    TEST_ASSERT_EQUAL_UINT16(0, machine.settings.serial);
+    TEST_ASSERT_EQUAL_UINT16(0, bench_settings()->serial);
     TEST_ASSERT_EQUAL_UINT16(2, found());
     store_all(3);
     TEST_ASSERT_EQUAL_UINT16(3, found());
@@ -100,7 +99,7 @@ static void cut(uint16_t writes, uint8_t undefined)
     setUp();
     store_all(1);
     store_all(2);
-    machine.settings.max_acceleration = 3;
+    bench_settings()->max_acceleration = 3;
     memcpy(before, fake_eeprom, sizeof before);
     fake_eeprom_writes = 0;
     store_begin();
@@ -113,7 +112,7 @@ static void cut(uint16_t writes, uint8_t undefined)
     uint16_t got = found();
     bool new = writes == WRITES && undefined == SETTINGS_VERSION;
     TEST_ASSERT_EQUAL_UINT16(new ? 3 : 2, got);
-    TEST_ASSERT_EQUAL_UINT16(20, machine.settings.dir_setup_us);
+    TEST_ASSERT_EQUAL_UINT16(20, bench_settings()->dir_setup_us);
 }
 
 static void a_cut_leaves_the_old_or_the_new_settings(void)
@@ -146,7 +145,7 @@ static void a_damaged_record_is_none(void)
 static void impossible_values_are_no_record(void)
 {
     store_all(1);
-    machine.settings.unit_address = 300;
+    bench_settings()->unit_address = 300;
     store_all(2);
     TEST_ASSERT_EQUAL_UINT16(1, found());
 }

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// When, to the cycle, does an instruction touch an I/O register? simavr calls the register's
-// callbacks with avr->cycle still at the instruction's first cycle.
+// Accesses of instructions to I/O registers: in which cycle an access happens, and which bits it
+// writes. simavr calls a register's callbacks while avr->cycle is still the instruction's first
+// cycle. These functions are only for such callbacks.
+//
+//   cycle of the instruction   1st               2nd
+//   IN, OUT, SBIC, SBIS        access
+//   LDS, STS, LD, ST, SBI, CBI                   access
+//
+// A write takes effect in the cycle after its access.
 #pragma once
 
 #include <stdbool.h>
@@ -10,7 +16,7 @@
 
 #include <sim_avr.h>
 
-// The instruction that runs now (avr->pc stays on it until it has ended).
+// The instruction that is being executed (avr->pc stays on it until it has ended).
 static inline uint16_t access_opcode(const avr_t *avr)
 {
     return (uint16_t)(avr->flash[avr->pc] | (avr->flash[avr->pc + 1U] << 8));
@@ -27,8 +33,8 @@ static inline uint64_t access_cycle(const avr_t *avr)
     return avr->cycle + ((in_or_out || skip_on_bit) ? 0U : 1U);
 }
 
-// The bits that the running instruction really writes: SBI and CBI one, all others eight (simavr
-// reads, changes and writes all eight for these too).
+// A mask of the bits that the running instruction writes: one for SBI and CBI, all eight for every
+// other instruction. (simavr reads, changes and writes all eight for SBI and CBI too.)
 static inline uint8_t access_bits_written(const avr_t *avr)
 {
     uint16_t opcode = access_opcode(avr);
@@ -36,8 +42,9 @@ static inline uint8_t access_bits_written(const avr_t *avr)
     return (uint8_t)(((opcode & 0xFD00U) == 0x9800U) ? 1U << (opcode & 7U) : 0xFFU);
 }
 
-// The value that a write really carries to a register of write-1-to-clear flags. The part's SBI
-// writes its one bit only and CBI writes none, while simavr reads, changes and writes all eight.
+// The flags that a write clears in a register of flags that are cleared by writing one to them.
+// `value` is what simavr would write. On the part, SBI writes its one bit only and CBI writes none;
+// simavr reads, changes and writes all eight.
 static inline uint8_t access_flags_written(const avr_t *avr, uint8_t value)
 {
     uint16_t opcode = access_opcode(avr);
@@ -48,7 +55,8 @@ static inline uint8_t access_flags_written(const avr_t *avr, uint8_t value)
     return ((opcode & 0xFF00U) == 0x9800U) ? 0 : value;
 }
 
-// Takes a register's callbacks over from simavr's own module; NULL leaves plain memory.
+// Replaces the callbacks of a register at this data address, which belonged to simavr's own module.
+// NULL: the register reads or is written as plain memory. `param` is passed to both callbacks.
 static inline void access_take(avr_t *avr,
                                avr_io_addr_t address,
                                avr_io_read_t read,

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// Putting a board together: the part, our models in it, the image.
+// Putting a board together: the part, our models in it, the image; and how the models reach each
+// other.
 
 #include "board.h"
 
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,13 +15,11 @@
 #include <sim_elf.h>
 
 #include "access.h"
-#include "board_run.h" // board_slice
 
-#define GTCCR      0x43U // data addresses, the same on both parts
-#define GTCCR_TSM  0x80U
-#define GTCCR_SYNC 0x01U // PSRSYNC: the prescaler of timers 0, 1, 3, 4, 5
-#define GPIOR1     0x4AU
-#define GTCCR_MASK 0x83U
+#define GPIOR2       0x4BU // data address, the same on all parts
+#define NOISE_EEPROM 0U
+#define NOISE_RAM    1U
+#define NOISE_PLACES 2U
 
 __attribute__((format(printf, 2, 3))) static void set_error(struct board *b,
                                                             const char *format,
@@ -33,11 +32,9 @@ __attribute__((format(printf, 2, 3))) static void set_error(struct board *b,
     va_end(arguments);
 }
 
-void board_refuse(void *board, const char *text)
+void board_refuse(struct board *b, const char *text)
 {
-    struct board *b = board;
-
-    if (b->error[0] == '\0') { // the first cause counts
+    if (b->error[0] == '\0') {
         set_error(b,
                   "board %d (%s): %s, at cycle %llu, program address 0x%lx",
                   b->index,
@@ -49,6 +46,13 @@ void board_refuse(void *board, const char *text)
     b->avr->state = cpu_Crashed;
 }
 
+// ---- what the parts report ----
+
+static void on_refused(void *board, const char *text)
+{
+    board_refuse(board, text);
+}
+
 static void on_flag(void *board, uint8_t vector, uint64_t cycle)
 {
     struct board *b = board;
@@ -58,39 +62,144 @@ static void on_flag(void *board, uint8_t vector, uint64_t cycle)
 
 static void on_byte(void *board, bool sent, uint8_t byte, uint64_t cycle)
 {
-    struct board *b = board;
+    const struct board *b = board;
 
     if (b->serial_log != NULL) {
         serial_log_add(b->serial_log, sent, byte, cycle);
     }
 }
 
-// TSM keeps PSRSYNC as written and with it the timers halted; without TSM the bit clears itself.
-static void write_gtccr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+static bool may_send(void *board)
 {
-    struct board *b = param;
-    bool tsm = (value & GTCCR_TSM) != 0;
-    uint64_t cycle = access_cycle(avr) + 1;
+    const struct board *b = board;
 
-    avr->data[address] = tsm ? (value & GTCCR_MASK) : 0;
-    for (int i = 0; i < b->timers; i++) {
-        timer16_hold(&b->timer[i], tsm && (value & GTCCR_SYNC) != 0, cycle);
+    return outputs_may_send(&b->outputs);
+}
+
+static void on_port_written(void *board, unsigned port, uint64_t cycle)
+{
+    struct board *b = board;
+
+    outputs_follow_port(&b->outputs, port, cycle);
+    inputs_follow_port(&b->inputs, port, cycle);
+}
+
+static void on_compare_output(void *board,
+                              struct timer16 *timer,
+                              int channel,
+                              uint64_t cycle)
+{
+    struct board *b = board;
+
+    outputs_follow_compare(&b->outputs, timer, channel, cycle);
+}
+
+static void on_comparator_changed(void *board, uint64_t cycle)
+{
+    struct board *b = board;
+
+    inputs_follow_comparator(&b->inputs, cycle);
+}
+
+static void on_watchdog_reset(void *board)
+{
+    struct board *b = board;
+
+    supply_ask(&b->supply, SUPPLY_REQUEST_WATCHDOG);
+}
+
+static void on_interrupt_served(void *board)
+{
+    struct board *b = board;
+
+    uart_follow_levels(&b->uart);
+    eeprom_served(&b->eeprom);
+}
+
+// ---- what the board executes, resets and the supply ----
+
+static void choose_run_state(struct board *b)
+{
+    enum run_state state = b->hang.main ? RUN_MAIN_HUNG : RUN_PROGRAM;
+
+    if (b->hang.all) {
+        state = RUN_ALL_HUNG;
     }
+    if (!b->supply.powered) {
+        state = RUN_UNPOWERED;
+    }
+    if (b->supply.request != SUPPLY_REQUEST_NONE) {
+        state = RUN_REQUESTED;
+    }
+    b->run_loop.state = state;
 }
 
-static void write_gpior1(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+static void on_power_failed(void *board)
 {
-    struct board *b = param;
+    struct board *b = board;
 
-    avr->data[address] = value;
-    irq_stats_section(&b->stats, value, access_cycle(avr) + 1);
-    b->stats.section_entries[b->stats.section]++;
+    eeprom_power_cut(&b->eeprom, b->avr->cycle);
 }
 
-// The WDR instruction asks simavr's modules who feels meant.
-static int on_watchdog_ioctl(avr_io_t *io, uint32_t request, void *param)
+static void restart_part(void *board, bool cold)
 {
-    struct board *b = io->avr->custom.data;
+    struct board *b = board;
+    uint64_t cycle = b->avr->cycle;
+
+    hang_end(&b->hang, b->avr, cold);
+    irq_stats_section(&b->stats, b->stats.section, cycle);
+    avr_reset(b->avr);
+    b->avr->cycle = cycle; // simavr may set it back; the boards' common time goes on
+    b->avr->state = cpu_Running;
+    choose_run_state(b);
+}
+
+static void on_requested(void *board)
+{
+    struct board *b = board;
+
+    run_loop_request(&b->run_loop);
+}
+
+static void fulfil_request(void *board)
+{
+    struct board *b = board;
+
+    supply_fulfil(&b->supply);
+    choose_run_state(b);
+}
+
+static struct board *board_of(avr_io_t *module)
+{
+    return (struct board *)((char *)module - offsetof(struct board, module));
+}
+
+// The models' part of a reset. Runs after simavr's own modules, at every reset of the part.
+static void reset_models(avr_io_t *io)
+{
+    struct board *b = board_of(io);
+
+    supply_reset(&b->supply);
+    uart_reset(&b->uart); // before its driver is let go: a frame on its way is cut
+    timers_reset(&b->timers);
+    comparator_reset(&b->comparator);
+    eeprom_reset(&b->eeprom);
+    watchdog_reset(&b->watchdog);
+    irq_stats_reset(&b->stats);
+    ports_reset(&b->ports);
+    extint_reset(&b->extint); // looks at the pins as they are now
+    b->avr->data[GPIOR2] = b->strap;
+    // The reset has emptied simavr's list of events.
+    run_loop_schedule(&b->run_loop);
+    pixel_input_schedule(&b->pixel_input);
+    mechanics_schedule(&b->mechanics);
+    schedule_restart(&b->schedule);
+}
+
+// The WDR instruction asks every module of simavr's part whether it is meant; -1: it is not.
+static int on_ioctl(avr_io_t *io, uint32_t request, void *param)
+{
+    struct board *b = board_of(io);
 
     (void)param;
     if (request != AVR_IOCTL_WATCHDOG_RESET) {
@@ -100,43 +209,96 @@ static int on_watchdog_ioctl(avr_io_t *io, uint32_t request, void *param)
     return 0;
 }
 
-static void attach_timers(struct board *b)
+// simavr puts new modules at the head of its list, and resets from there: ours must come last.
+static void append_module(struct board *b)
 {
-    b->timer_hooks = (struct timer16_hooks){.board = b,
-                                            .output = board_compare_output,
-                                            .flag = on_flag,
-                                            .refuse = board_refuse};
-    for (avr_io_t *io = b->avr->io_port; io != NULL; io = io->next) {
-        avr_timer_t *part = (avr_timer_t *)(void *)io;
+    avr_io_t **tail = &b->avr->io_port;
 
-        if (strcmp(io->kind, "timer") == 0 && timer16_is_16_bit(part) &&
-            b->timers < BOARD_TIMERS) {
-            timer16_attach(&b->timer[b->timers], b->avr, part, &b->timer_hooks);
-            board_find_icp(b, b->timers);
-            b->timers++;
-        }
+    while (*tail != NULL) {
+        tail = &(*tail)->next;
     }
+    b->module = (avr_io_t){
+        .kind = "pixstep", .avr = b->avr, .reset = reset_models, .ioctl = on_ioctl};
+    *tail = &b->module;
 }
 
-static void attach_safety(struct board *b)
+void board_seed(struct board *b, uint64_t seed)
 {
-    b->eeprom_hooks =
-        (struct eeprom_hooks){.board = b, .flag = on_flag, .refuse = board_refuse};
-    eeprom_attach(&b->eeprom, b->avr, &b->eeprom_hooks);
-    b->watchdog_hooks = (struct watchdog_hooks){.board = b,
-                                                .flag = on_flag,
-                                                .reset = board_want_watchdog,
-                                                .refuse = board_refuse};
-    watchdog_attach(&b->watchdog, b->avr, &b->watchdog_hooks);
-    b->watchdog.part->io.ioctl = on_watchdog_ioctl;
-    b->extint_hooks = (struct extint_hooks){
-        .board = b, .pin = board_pin_level, .flag = on_flag, .refuse = board_refuse};
-    extint_attach(&b->extint, b->avr, &b->extint_hooks);
+    unsigned place = NOISE_PLACES * (unsigned)b->index;
+
+    noise_seed(&b->eeprom.noise, seed, place + NOISE_EEPROM);
+    noise_seed(&b->supply.noise, seed, place + NOISE_RAM);
 }
 
-// The part's own init function, per kind of part; called first by ours.
-static void (*part_init[LINE_BOARDS])(avr_t *avr);
-static struct line *attach_line;
+// ---- putting it together ----
+
+static void make_wiring(struct board *b)
+{
+    struct peripheral_host host = {.board = b, .flag = on_flag, .refuse = on_refused};
+
+    b->wiring = (struct board_wiring){
+        .host = host,
+        .ports = {.board = b, .written = on_port_written},
+        .timers = {.host = host, .output = on_compare_output},
+        .comparator = {.host = host, .changed = on_comparator_changed},
+        .uart = {.host = host, .may_send = may_send, .byte = on_byte},
+        .watchdog = {.host = host, .reset = on_watchdog_reset},
+        .supply = {.board = b,
+                   .power_failed = on_power_failed,
+                   .restart = restart_part,
+                   .requested = on_requested},
+        .run_loop = {.board = b,
+                     .served = on_interrupt_served,
+                     .requested = fulfil_request},
+    };
+}
+
+static void connect_pins(struct board *b, const struct board_logs *logs)
+{
+    switches_init(&b->switches, b->kind, b->index);
+    b->switches.log = logs->switches;
+    b->inputs = (struct inputs){
+        .ports = &b->ports,
+        .timers = &b->timers,
+        .comparator = &b->comparator,
+        .extint = &b->extint,
+        .switches = &b->switches,
+        .wire_log = logs->wire,
+    };
+    b->outputs = (struct outputs){
+        .board = b->index,
+        .kind = b->kind,
+        .ports = &b->ports,
+        .timers = &b->timers,
+        .mechanics = &b->mechanics,
+        .uart = &b->uart,
+        .edges = logs->edges,
+    };
+}
+
+static void attach_models(struct board *b)
+{
+    avr_t *avr = b->avr;
+    const struct board_wiring *w = &b->wiring;
+
+    irq_stats_attach(&b->stats, avr);
+    timers_attach(&b->timers, avr, &w->timers);
+    comparator_attach(&b->comparator, avr, &b->ports, &w->comparator);
+    uart_attach(&b->uart, avr, b->bus, b->index, &w->uart);
+    eeprom_attach(&b->eeprom, avr, &w->host);
+    watchdog_attach(&b->watchdog, avr, &w->watchdog);
+    extint_attach(&b->extint, avr, &w->host, &b->ports);
+    supply_attach(&b->supply, avr, &b->stack, &w->supply);
+    ports_attach(&b->ports, avr, &w->ports);
+}
+
+static void attach_outside(struct board *b)
+{
+    pixel_input_attach(&b->pixel_input, b->avr, b->kind, &b->inputs);
+    mechanics_attach(&b->mechanics, b->avr, &b->wiring.host, &b->inputs, &b->switches);
+    schedule_attach(&b->schedule, b->avr, &b->inputs, &b->supply);
+    run_loop_attach(&b->run_loop, b->avr, &b->stats, &b->skips, &b->wiring.run_loop);
+}
 
 // Our models take over between the part's init and its first reset, in which simavr's timers would
 // connect themselves to their pins.
@@ -144,25 +306,10 @@ static void init_with_models(avr_t *avr)
 {
     struct board *b = avr->custom.data;
 
-    part_init[b->index](avr);
-    irq_stats_attach(&b->stats, avr);
-    attach_timers(b);
-    b->comparator_hooks = (struct comparator_hooks){.board = b,
-                                                    .pin = board_pin_level,
-                                                    .changed = board_follow_comparator,
-                                                    .refuse = board_refuse};
-    comparator_attach(&b->comparator, avr, &b->comparator_hooks);
-    b->uart_hooks = (struct uart_hooks){.board = b,
-                                        .refuse = board_refuse,
-                                        .may_send = board_may_send,
-                                        .flag = on_flag,
-                                        .byte = on_byte};
-    uart_attach(&b->uart, avr, attach_line, b->index, &b->uart_hooks);
-    attach_safety(b);
-    access_take(avr, GTCCR, NULL, write_gtccr, b);
-    access_take(avr, GPIOR1, NULL, write_gpior1, b);
-    board_watch_outputs(b);
-    board_append_reset_hook(b);
+    b->init_part(avr);
+    attach_models(b);
+    attach_outside(b);
+    append_module(b);
 }
 
 __attribute__((format(printf, 3, 0))) static void log_errors_only(avr_t *avr,
@@ -216,7 +363,7 @@ static bool make_part(struct board *b)
         set_error(b, "this libsimavr does not know the %s", b->kind->mcu);
         return false;
     }
-    part_init[b->index] = b->avr->init;
+    b->init_part = b->avr->init;
     b->avr->init = init_with_models;
     b->avr->custom.data = b;
     if (avr_init(b->avr) != 0) {
@@ -225,7 +372,6 @@ static bool make_part(struct board *b)
     }
     b->avr->frequency = b->kind->cpu_hz;
     b->avr->log = LOG_ERROR;
-    b->avr->run = board_slice;
     return true;
 }
 
@@ -233,28 +379,73 @@ bool board_open(struct board *b,
                 int index,
                 const char *kind_name,
                 const char *image_path,
-                struct line *line,
-                struct edges *edges)
+                struct bus *bus,
+                const struct board_logs *logs)
 {
     memset(b, 0, sizeof *b);
     b->index = index;
-    b->edges = edges;
+    b->bus = bus;
+    b->serial_log = logs->serial;
+    b->mechanics.log = logs->plant;
     b->strap = (uint8_t)((index == 0) ? 0 : index + 1);
     b->kind = board_kind_by_name(kind_name);
     if (b->kind == NULL) {
         set_error(b, "unknown board '%s': one of %s", kind_name, board_kind_names());
         return false;
     }
-    board_find_switches(b);
+    make_wiring(b);
+    connect_pins(b, logs);
     avr_global_logger_set(log_errors_only);
-    attach_line = line;
     if (!make_part(b) || !load_image(b, image_path)) {
         return false;
     }
     b->avr->frequency = b->kind->cpu_hz;
     stack_paint(&b->stack, b->avr);
-    line->uart[line->boards++] = &b->uart;
+    bus_connect(bus,
+                &(struct bus_listener){.receiver = &b->uart, .receive = uart_receive});
     return true;
+}
+
+// ---- from outside ----
+
+bool board_run(struct board *b, uint64_t cycle)
+{
+    bool going_on = run_loop_run(&b->run_loop, cycle);
+
+    if (b->avr->state == cpu_Crashed && b->error[0] == '\0') {
+        board_refuse(b, "the program crashed (invalid instruction or address)");
+    }
+    return going_on;
+}
+
+bool board_is_done(const struct board *b)
+{
+    return b->avr->state == cpu_Done;
+}
+
+void board_hang_main(struct board *b)
+{
+    b->hang.main = true;
+    choose_run_state(b);
+}
+
+void board_hang_interrupts(struct board *b)
+{
+    b->hang.all = true;
+    choose_run_state(b);
+}
+
+bool board_hang_axis(struct board *b, unsigned axis)
+{
+    const struct timer16 *timer = outputs_axis_timer(&b->outputs, axis);
+
+    return hang_vector(&b->hang, b->avr, timer->part->overflow.vector);
+}
+
+void board_end_hang(struct board *b)
+{
+    hang_end(&b->hang, b->avr, true);
+    choose_run_state(b);
 }
 
 void board_close(struct board *b)

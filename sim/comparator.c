@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "comparator.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "access.h"
 
-// Data addresses, the same on both parts.
+// Data addresses, the same on all parts.
 #define ACSR   0x50U
 #define PRR    0x64U
 #define ADCSRA 0x7AU
@@ -61,7 +59,8 @@ bool comparator_captures(const struct comparator *c)
     return (c->avr->data[ACSR] & ACIC) != 0;
 }
 
-// Puts the negative input into port and bit, or returns why it is not an ADC pin.
+// Sets port and bit to the negative input; returns why that is no pin with a digital input, or
+// NULL.
 static const char *find_pin(struct comparator *c)
 {
     const struct analog_pins *pins = pins_of(c);
@@ -82,7 +81,7 @@ static const char *find_pin(struct comparator *c)
     return NULL;
 }
 
-// Sets port and bit from the registers; returns what about them is not modelled, or NULL.
+// Sets port and bit from the registers. NULL, or what about the registers is not modelled.
 static const char *find_inputs(struct comparator *c)
 {
     const uint8_t *data = c->avr->data;
@@ -109,22 +108,14 @@ static const char *find_inputs(struct comparator *c)
     return find_pin(c);
 }
 
-static void refuse(const struct comparator *c, const char *what)
-{
-    char text[160];
-
-    (void)snprintf(text, sizeof text, "analog comparator: %s", what);
-    c->hooks->refuse(c->hooks->board, text);
-}
-
 static bool output_seen(const struct comparator *c, uint64_t cycle)
 {
     return (cycle >= c->output_cycle + COMPARATOR_ACO_CYCLES) ? c->output
                                                               : c->output_before;
 }
 
-// ACI of the last change, once that is due.
-static void take_flag(struct comparator *c, uint64_t cycle)
+// Sets ACI for the last change of the output, once ACO shows it.
+static void set_due_flag(struct comparator *c, uint64_t cycle)
 {
     if (c->flagged && cycle >= c->output_cycle + COMPARATOR_ACO_CYCLES) {
         c->flagged = false;
@@ -132,7 +123,7 @@ static void take_flag(struct comparator *c, uint64_t cycle)
     }
 }
 
-static bool wanted(const struct comparator *c, bool rises)
+static bool is_flagged_edge(const struct comparator *c, bool rises)
 {
     switch (c->avr->data[ACSR] & ACIS) {
     case ON_TOGGLE:
@@ -149,39 +140,37 @@ static bool wanted(const struct comparator *c, bool rises)
 static void set_output(struct comparator *c, bool output, uint64_t cycle)
 {
     if (c->output != output) {
-        take_flag(c, cycle);
+        set_due_flag(c, cycle);
         c->output_before = output_seen(c, cycle);
         c->output_cycle = cycle;
         c->output = output;
-        c->flagged = wanted(c, output);
+        c->flagged = is_flagged_edge(c, output);
     }
 }
 
-static void compare(struct comparator *c, uint64_t cycle)
+static void compare_pin(struct comparator *c, uint64_t cycle)
 {
-    bool low = c->port != '\0' && !c->hooks->pin(c->hooks->board, c->port, c->bit);
+    bool low = c->port != '\0' && !ports_level(c->ports, c->port, c->bit);
 
     set_output(c, low, cycle);
-    c->hooks->changed(c->hooks->board, cycle);
+    c->hooks->changed(c->hooks->host.board, cycle);
 }
 
 void comparator_follow(struct comparator *c, char port, uint64_t cycle)
 {
     if (c->port == port) {
-        compare(c, cycle);
+        compare_pin(c, cycle);
     }
 }
 
-static void registers_changed(struct comparator *c, uint64_t cycle)
+static void follow_registers(struct comparator *c, uint64_t cycle)
 {
     const char *wrong = find_inputs(c);
-    char text[128];
 
     if (wrong != NULL && comparator_captures(c)) {
-        (void)snprintf(text, sizeof text, "with ACIC = 1, %s", wrong);
-        refuse(c, text);
+        peripheral_refuse(&c->hooks->host, "analog comparator: with ACIC = 1, %s", wrong);
     }
-    compare(c, cycle);
+    compare_pin(c, cycle);
 }
 
 static uint8_t read_acsr(avr_t *avr, avr_io_addr_t address, void *param)
@@ -189,7 +178,7 @@ static uint8_t read_acsr(avr_t *avr, avr_io_addr_t address, void *param)
     struct comparator *c = param;
     uint64_t cycle = access_cycle(avr);
 
-    take_flag(c, cycle);
+    set_due_flag(c, cycle);
     return (uint8_t)((avr->data[address] & ~ACO) | (output_seen(c, cycle) ? ACO : 0U));
 }
 
@@ -198,19 +187,20 @@ static void write_acsr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     struct comparator *c = param;
     uint8_t flag;
 
-    take_flag(c, access_cycle(avr));
+    set_due_flag(c, access_cycle(avr));
     flag = (uint8_t)(avr->data[address] & ~value & ACI); // write one to clear
     avr->data[address] = (uint8_t)((value & ~(ACO | ACI)) | flag);
     if ((value & ACIE) != 0) {
-        refuse(c, "its interrupt (ACIE = 1) is not modelled");
+        peripheral_refuse(&c->hooks->host,
+                          "analog comparator: its interrupt (ACIE = 1) is not modelled");
     }
     if ((value & ACIC) != 0 && (value & ACIS) == ON_RESERVED) {
-        refuse(c, "ACIS1:0 = 1 is reserved");
+        peripheral_refuse(&c->hooks->host, "analog comparator: ACIS1:0 = 1 is reserved");
     }
-    registers_changed(c, access_cycle(avr) + 1);
+    follow_registers(c, access_cycle(avr) + 1);
 }
 
-// A register of the ADC: it keeps what simavr makes of it.
+// A register that the ADC shares: simavr's own callback goes on working.
 static void write_shared(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     struct comparator *c = param;
@@ -223,7 +213,7 @@ static void write_shared(avr_t *avr, avr_io_addr_t address, uint8_t value, void 
     if (c->before[i].write != NULL) {
         c->before[i].write(avr, address, value, c->before[i].param);
     }
-    registers_changed(c, access_cycle(avr) + 1);
+    follow_registers(c, access_cycle(avr) + 1);
 }
 
 void comparator_reset(struct comparator *c)
@@ -234,24 +224,20 @@ void comparator_reset(struct comparator *c)
     c->port = '\0';
 }
 
-// simavr's own comparator compares its own voltages: without its reset it never begins to.
-static void silence_simavr(avr_t *avr)
-{
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        if (strcmp(io->kind, "ac") == 0) {
-            io->reset = NULL;
-        }
-    }
-}
-
 void comparator_attach(struct comparator *c,
                        avr_t *avr,
+                       const struct ports *ports,
                        const struct comparator_hooks *hooks)
 {
+    avr_io_t *own = peripheral_next(avr->io_port, "ac");
+
     memset(c, 0, sizeof *c);
     c->avr = avr;
+    c->ports = ports;
     c->hooks = hooks;
-    silence_simavr(avr);
+    if (own != NULL) { // without its reset, simavr's comparator never starts
+        own->reset = NULL;
+    }
     for (int i = 0; i < COMPARATOR_SHARED; i++) {
         avr_io_addr_t io = (avr_io_addr_t)AVR_DATA_TO_IO(shared[i]);
 

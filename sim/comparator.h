@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The analog comparator as a source of timer 1's input capture, in the place of simavr's.
 //
@@ -25,7 +24,7 @@
 // Not modelled: the time that the comparator itself takes (some 0.5 us), the bandgap's start
 // (70 us at most, when the brown-out detector is off), its interrupt, and all other inputs. With
 // other inputs ACO reads 0 (a read while the set-up is not yet complete must be harmless);
-// capturing with them, or enabling the interrupt, is refused by name.
+// capturing with them, or enabling the interrupt, is refused.
 #pragma once
 
 #include <stdbool.h>
@@ -33,21 +32,22 @@
 
 #include <sim_avr.h>
 
+#include "peripheral.h"
+#include "ports.h"
+
 #define COMPARATOR_ACO_CYCLES 2
 #define COMPARATOR_SHARED     4 // registers
 
 struct comparator_hooks {
-    void *board;
-    // The level of a pin, as the program would read it.
-    bool (*pin)(void *board, char port, unsigned bit);
-    // The comparator's output, or whether it captures, may be another from this cycle on.
+    struct peripheral_host host;
+    // From this cycle on, the comparator's output may be another, or timer 1 may or may not capture
+    // it.
     void (*changed)(void *board, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
 };
 
 struct comparator {
     avr_t *avr;
+    const struct ports *ports;
     const struct comparator_hooks *hooks;
     struct {
         avr_io_write_t write; // simavr's own, for the registers that the ADC shares
@@ -57,17 +57,19 @@ struct comparator {
     bool output, output_before; // now, and until output_cycle
     uint64_t output_cycle;
     bool flagged; // the last change of the output sets ACI, once ACO shows it
-    char
-        port; // of the negative input, 0 while that is not an ADC pin against the bandgap
+    // The pin of the negative input; port is 0 while that is not an ADC pin against the bandgap.
+    char port;
     uint8_t bit;
 };
 
-// Puts the model in place of simavr's. Call once, between the part's init and its first reset.
+// Puts the model in place of simavr's. Call once, between the part's init and its first reset. The
+// model reads the level of its pin from `ports`.
 void comparator_attach(struct comparator *comparator,
                        avr_t *avr,
+                       const struct ports *ports,
                        const struct comparator_hooks *hooks);
 
-// Back to the state after a reset: on, AIN0 against AIN1, not capturing.
+// The part was reset: the comparator is on, compares AIN0 with AIN1 and captures nothing.
 void comparator_reset(struct comparator *comparator);
 
 // Pins of this port may have changed level at this cycle.

@@ -1,33 +1,25 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "contact.h"
 
 #define SEED_PLACES 64U // more than a bench has switches
 #define SEED_STEP   0x9E3779B97F4A7C15U
 
-// xorshift64*, as the pixel clock's jitter.
-static uint64_t next_random(struct contact *c)
-{
-    c->random ^= c->random >> 12;
-    c->random ^= c->random << 25;
-    c->random ^= c->random >> 27;
-    return c->random * 0x2545F4914F6CDD1DU;
-}
-
-// Seeds that differ in one bit make rows that have nothing in common (the finalizer of splitmix64).
+// Seeds that differ in one bit give sequences that have nothing in common (finalizer of
+// splitmix64).
 void contact_seed(struct contact *c, uint64_t seed, unsigned place)
 {
     uint64_t mixed = (seed * SEED_PLACES + place + 1U) * SEED_STEP;
 
     mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9U;
     mixed = (mixed ^ (mixed >> 27)) * 0x94D049BB133111EBU;
-    c->random = (mixed ^ (mixed >> 31)) | 1U; // never 0, where xorshift stays
+    c->random.state =
+        (mixed ^ (mixed >> 31)) | 1U; // never 0, which xorshift does not leave
 }
 
 void contact_settle(struct contact *c, bool closed)
 {
-    c->closed = c->told = closed;
+    c->closed = c->switch_closed = closed;
     c->change_first = c->change_last = 0;
     c->bounces = c->bounce_next = 0;
 }
@@ -39,13 +31,13 @@ bool contact_follow(struct contact *c,
 {
     unsigned at = c->change_last % CONTACT_CHANGES;
 
-    if (c->told == closed) {
+    if (c->switch_closed == closed) {
         return true;
     }
     if (c->change_last - c->change_first >= CONTACT_CHANGES) {
         return false;
     }
-    c->told = closed;
+    c->switch_closed = closed;
     c->change[at].due = cycle + s->delay_ticks;
     c->change[at].closed = closed;
     c->change_last++;
@@ -72,8 +64,8 @@ uint64_t contact_due(const struct contact *c)
     return (change < bounce) ? change : bounce;
 }
 
-// Puts a cycle in order among those already there; false if it is one of them.
-static bool insert(struct contact *c, uint64_t cycle)
+// Inserts a bounce in the order of cycles. False if there is one in this cycle already.
+static bool insert_bounce(struct contact *c, uint64_t cycle)
 {
     unsigned at = c->bounces;
 
@@ -97,7 +89,7 @@ static void plan_bounces(struct contact *c,
 {
     c->bounces = c->bounce_next = 0;
     while (c->bounces < s->bounce) {
-        (void)insert(c, cycle + 1U + next_random(c) % s->bounce_ticks);
+        (void)insert_bounce(c, cycle + 1U + noise_next(&c->random) % s->bounce_ticks);
     }
 }
 

@@ -1,67 +1,76 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// One switch's contact: it follows its switch so many cycles later, and bounces.
+// The contact of one switch: it follows the switch after a delay, and bounces. Times are in cycles
+// (ticks).
 //
 //   switch    ______/-----------------------------------
 //                   |<-- delay -->|<- bounce_ticks ->|
 //   contact   ____________________/-\__/--\_/-----------       bounce = 4
 //                                 ^ first edge    ^ last edge
 //
-// A change that is due while the contact still bounces from the one before ends that bouncing.
+// A change that is due while the contact still bounces from the change before ends that bouncing.
+//
+// A contact does nothing by itself: its owner asks when it is next due, and lets it move then.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "noise.h"
+
 #define CONTACT_NEVER       UINT64_MAX
-#define CONTACT_CHANGES     64 // under way at once; a power of two
 #define CONTACT_BOUNCE_MOST 64
+// Changes of the switch that the contact has not followed yet; a power of two.
+#define CONTACT_CHANGES 64
 
 struct contact_settings {
-    uint32_t delay_ticks;
-    uint32_t
-        bounce; // edges after the first of each change: even, to end in the right state
-    uint32_t bounce_ticks; // within which they fall, each in a cycle of its own
+    uint32_t delay_ticks; // from a change of the switch to the contact's first edge
+    // Edges after the first one of each change. Even, so that the contact ends in the right state.
+    uint32_t bounce;
+    uint32_t bounce_ticks; // the time in which they fall, each in a cycle of its own
 };
 
 struct contact {
-    bool closed; // now
-    bool told;   // what it has last been told to become
-    uint64_t random;
+    bool closed;        // now
+    bool switch_closed; // the state of its switch, which the contact will follow
+    struct noise random;
 
+    // A ring: changes of the switch, and when the contact's first edge of each is due.
     struct {
         uint64_t due;
         bool closed;
     } change[CONTACT_CHANGES];
     unsigned change_first, change_last;
 
-    uint64_t bounce_at[CONTACT_BOUNCE_MOST]; // of the change that was due last, in order
+    // The cycles of the bouncing of the change that was due last, in their order.
+    uint64_t bounce_at[CONTACT_BOUNCE_MOST];
     unsigned bounces, bounce_next;
 };
 
-// What a contact did.
+// One edge of a contact.
 struct contact_edge {
     uint64_t cycle;
     bool bounce; // not the first edge of its change
 };
 
-// At rest in this state, with nothing under way.
+// Puts the contact into this state, at rest.
 void contact_settle(struct contact *contact, bool closed);
 
-// Where its bouncing starts from: the same seed and place give the same cycles.
+// Seeds the random cycles of the bouncing: the same seed and place give the same cycles.
 void contact_seed(struct contact *contact, uint64_t seed, unsigned place);
 
-// Its switch is so at this cycle. False if too many changes are under way.
+// The switch has this state from this cycle on. False if more than CONTACT_CHANGES of its changes
+// still wait for their delay.
 bool contact_follow(struct contact *contact,
                     const struct contact_settings *settings,
                     bool closed,
                     uint64_t cycle);
 
-// When the contact next does something, CONTACT_NEVER if it is at rest.
+// The cycle of the contact's next edge, CONTACT_NEVER if it is at rest.
 uint64_t contact_due(const struct contact *contact);
 
-// Does it. False if the contact is as it was before (a change that bouncing had reached).
+// Makes the edge that is due next. False if the contact does not change (bouncing had already put
+// it into the new state).
 bool contact_move(struct contact *contact,
                   const struct contact_settings *settings,
                   struct contact_edge *edge);

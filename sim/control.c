@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "control.h"
 
@@ -9,21 +8,24 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "control_board.h"
+#include "control_bus.h"
 #include "control_words.h"
 #include "cpu_clock.h"
 #include "csv_file.h"
 #include "exchange.h"
+#include "plant_parse.h"
 #include "stats.h"
 
 #define TIMEOUT_MS 100U
 #define PPM_LIMIT  1e5
 
-static struct board_axis *axis_of(struct control *c)
+static const struct outputs_axis *find_outputs(struct control *c)
 {
     struct board *board;
     unsigned axis;
 
-    return control_board_axis(c, &board, &axis) ? &board->axis[axis] : NULL;
+    return control_board_axis(c, &board, &axis) ? &board->outputs.axis[axis] : NULL;
 }
 
 static void answer_stopped(const struct control *c)
@@ -85,7 +87,6 @@ static bool set_hz(struct control *c, const char *value)
     uint64_t num;
     uint64_t den = 1;
 
-    // The words of a command are the control's own to cut.
     if (slash != NULL) {
         *slash = '\0';
         if (!control_number(slash + 1, UINT32_MAX, &den)) {
@@ -129,7 +130,7 @@ static void do_clock(struct control *c)
 
 static void do_steps(struct control *c)
 {
-    const struct board_axis *axis = axis_of(c);
+    const struct outputs_axis *axis = find_outputs(c);
 
     if (axis != NULL) {
         control_answer("steps %" PRId64 " %" PRIu64, axis->steps_signed, c->bench->cycle);
@@ -138,7 +139,7 @@ static void do_steps(struct control *c)
 
 static void do_counts(struct control *c)
 {
-    const struct board_axis *axis = axis_of(c);
+    const struct outputs_axis *axis = find_outputs(c);
 
     if (axis != NULL) {
         control_answer("counts %" PRIu64, axis->steps_rising);
@@ -147,7 +148,7 @@ static void do_counts(struct control *c)
 
 static void do_last(struct control *c)
 {
-    const struct board_axis *axis = axis_of(c);
+    const struct outputs_axis *axis = find_outputs(c);
 
     if (axis != NULL) {
         control_answer("last %" PRIu64 " %" PRId64 " %" PRIu64 " %" PRIu64,
@@ -160,10 +161,13 @@ static void do_last(struct control *c)
 
 static void do_plant(struct control *c)
 {
-    const struct board_axis *axis = axis_of(c);
+    struct board *board;
+    unsigned axis;
 
-    if (axis != NULL) {
-        control_answer("plant %" PRId64 " %" PRId64, axis->plant.motor, axis->plant.load);
+    if (control_board_axis(c, &board, &axis)) {
+        const struct plant *plant = &board->mechanics.axis[axis].plant;
+
+        control_answer("plant %" PRId64 " %" PRId64, plant->motor, plant->load);
     }
 }
 
@@ -177,32 +181,41 @@ static void do_knobs(struct control *c)
     if (!control_board_axis(c, &board, &axis)) {
         return;
     }
-    settings = board->axis[axis].plant.settings;
-    settings.has_start = settings.has_seed = false; // only if named now
+    settings = board->mechanics.axis[axis].plant.settings;
+    settings.has_start = settings.has_seed = false; // unless the text names them
     if (plant_parse(&settings, c->word[3], error, sizeof error)) {
-        board_change_plant(board, axis, &settings);
+        mechanics_change_plant(&board->mechanics, axis, &settings);
         control_answer("ok");
     } else {
         control_answer("error knobs: %s", error);
     }
 }
 
+// The level that the pin of a switch reads.
+static bool switch_level(const struct board *b, unsigned axis, unsigned which)
+{
+    const struct board_pin *pin =
+        switches_pin(&b->switches, axis, (enum plant_switch)which);
+
+    return pin != NULL && ports_level(&b->ports, pin->port, pin->bit);
+}
+
 static void do_switches(struct control *c)
 {
     struct board *board;
     unsigned axis;
-    const struct board_switch *log;
+    const struct switch_state *state;
 
     if (!control_board_axis(c, &board, &axis)) {
         return;
     }
-    log = board->axis[axis].switches;
+    state = board->switches.state[axis];
     (void)fputs("switches", stdout);
     for (unsigned i = 0; i < PLANT_SWITCHES; i++) {
         (void)printf(
-            " %" PRIu64 " %d", log[i].cycle, board_switch_level(board, axis, i) ? 1 : 0);
+            " %" PRIu64 " %d", state[i].cycle, switch_level(board, axis, i) ? 1 : 0);
     }
-    control_answer(" %" PRIu64, log[PLANT_HOME].first_cycle);
+    control_answer(" %" PRIu64, state[PLANT_HOME].first_cycle);
 }
 
 static void do_stats(struct control *c)
@@ -226,9 +239,7 @@ static void do_flush(struct control *c)
     wire_log_flush(&c->bench->wire_log);
     plant_log_flush(&c->bench->plant_log);
     csv_flush(c->bench->switch_log);
-    if (c->bench->clock.log != NULL) {
-        (void)fflush(c->bench->clock.log);
-    }
+    csv_flush(c->bench->clock.log);
     for (int i = 0; i < c->bench->boards; i++) {
         if (!bench_save_eeprom(c->bench, i)) {
             control_answer(
@@ -262,9 +273,9 @@ static const struct command commands[] = {
     {NULL, 0, 0, NULL},
 };
 
-static void split(struct control *c, char *line)
+static void split_words(struct control *c, char *text)
 {
-    char *rest = line;
+    char *rest = text;
     char *word;
 
     c->words = 0;
@@ -275,7 +286,7 @@ static void split(struct control *c, char *line)
     }
 }
 
-static const struct command *find(const struct command *list, const char *name)
+static const struct command *find_command(const struct command *list, const char *name)
 {
     while (list->name != NULL && strcmp(list->name, name) != 0) {
         list++;
@@ -283,39 +294,39 @@ static const struct command *find(const struct command *list, const char *name)
     return (list->name != NULL) ? list : NULL;
 }
 
-static void obey(struct control *c)
+static void execute(struct control *c)
 {
-    const struct command *command = find(commands, c->word[0]);
+    const struct command *command = find_command(commands, c->word[0]);
 
     if (command == NULL) {
-        command = find(control_board_commands, c->word[0]);
+        command = find_command(control_board_commands, c->word[0]);
     }
     if (command == NULL) {
-        command = find(control_line_commands, c->word[0]);
+        command = find_command(control_bus_commands, c->word[0]);
     }
     if (command == NULL) {
         control_answer("error unknown command '%s'", c->word[0]);
     } else if (c->words < command->words_min || c->words > command->words_max) {
         control_answer("error %s: wrong number of words", command->name);
     } else {
-        command->run(c);
+        command->execute(c);
     }
 }
 
 int control_serve(struct bench *bench)
 {
     struct control c = {.bench = bench, .bytes = malloc(CONTROL_BYTES_MAX + 1)};
-    char *line = NULL;
+    char *text = NULL;
     size_t room = 0;
 
-    while (c.bytes != NULL && !c.quit && getline(&line, &room, stdin) >= 0) {
-        split(&c, line);
+    while (c.bytes != NULL && !c.quit && getline(&text, &room, stdin) >= 0) {
+        split_words(&c, text);
         if (c.words > 0) {
-            obey(&c);
+            execute(&c);
             (void)fflush(stdout);
         }
     }
-    free(line);
+    free(text);
     free(c.bytes);
     return 0;
 }

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
-//
-// The control protocol's commands for one board: its memories, pins, supply, resets and faults.
+
+#include "control_board.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "control_words.h"
 
 // ---- memories ----
 
@@ -26,11 +23,11 @@ static const struct symbol *find_symbol(const struct board *b, const char *name)
 }
 
 // SYMBOL or SYMBOL+OFFSET of this space. *left: bytes of the symbol from there on, 0 if unknown.
-static bool symbol_place(const struct board *b,
-                         char *text,
-                         enum symbol_space space,
-                         uint64_t *address,
-                         uint64_t *left)
+static bool find_symbol_place(const struct board *b,
+                              char *text,
+                              enum symbol_space space,
+                              uint64_t *address,
+                              uint64_t *left)
 {
     char *plus = strchr(text, '+');
     const struct symbol *symbol;
@@ -59,18 +56,18 @@ static bool symbol_place(const struct board *b,
 }
 
 // A number or a symbol's place, at most `last`.
-static bool place(const struct board *b,
-                  char *text,
-                  enum symbol_space space,
-                  uint64_t last,
-                  uint64_t *address,
-                  uint64_t *left)
+static bool read_place(const struct board *b,
+                       char *text,
+                       enum symbol_space space,
+                       uint64_t last,
+                       uint64_t *address,
+                       uint64_t *left)
 {
     *left = 0;
     if (text[0] >= '0' && text[0] <= '9') {
         return control_number(text, last, address);
     }
-    if (!symbol_place(b, text, space, address, left)) {
+    if (!find_symbol_place(b, text, space, address, left)) {
         return false;
     }
     if (*address > last) {
@@ -80,8 +77,8 @@ static bool place(const struct board *b,
     return true;
 }
 
-// So many bytes as the word says, or as the symbol has left.
-static bool length(
+// The number of bytes that the word gives, or the number that the symbol has left.
+static bool read_length(
     const struct control *c, int word, uint64_t left, uint64_t most, uint64_t *count)
 {
     if (c->words > word) {
@@ -95,7 +92,7 @@ static bool length(
     return true;
 }
 
-static bool fits(uint64_t address, size_t count, uint64_t bytes, const char *memory)
+static bool check_fits(uint64_t address, size_t count, uint64_t bytes, const char *memory)
 {
     if (address + count > bytes) {
         control_answer("error %zu bytes at %" PRIu64 " go beyond the %s's end",
@@ -114,8 +111,9 @@ static void do_peek(struct control *c)
     uint64_t left;
     uint64_t count;
 
-    if (b != NULL && place(b, c->word[2], SYMBOL_RAM, b->avr->ramend, &address, &left) &&
-        length(c, 3, left, b->avr->ramend + 1U - address, &count)) {
+    if (b != NULL &&
+        read_place(b, c->word[2], SYMBOL_RAM, b->avr->ramend, &address, &left) &&
+        read_length(c, 3, left, b->avr->ramend + 1U - address, &count)) {
         control_answer_hex("mem", &b->avr->data[address], (size_t)count);
         control_answer("%s", "");
     }
@@ -128,9 +126,10 @@ static void do_poke(struct control *c)
     uint64_t left;
     size_t count;
 
-    if (b != NULL && place(b, c->word[2], SYMBOL_RAM, b->avr->ramend, &address, &left) &&
+    if (b != NULL &&
+        read_place(b, c->word[2], SYMBOL_RAM, b->avr->ramend, &address, &left) &&
         control_bytes(c, c->word[3], &count) &&
-        fits(address, count, b->avr->ramend + 1U, "RAM")) {
+        check_fits(address, count, b->avr->ramend + 1U, "RAM")) {
         memcpy(&b->avr->data[address], c->bytes, count);
         control_answer("ok");
     }
@@ -155,8 +154,8 @@ static void read_eeprom(struct control *c, struct board *b)
     uint64_t left;
     uint64_t count;
 
-    if (place(b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
-        length(c, 4, left, b->eeprom.size - address, &count)) {
+    if (read_place(b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
+        read_length(c, 4, left, b->eeprom.size - address, &count)) {
         control_answer_hex("mem", &b->eeprom.bytes[address], (size_t)count);
         control_answer("%s", "");
     }
@@ -169,11 +168,11 @@ static void write_eeprom(struct control *c, struct board *b)
     size_t count;
 
     if (c->words < 5) {
-        control_answer("error eeprom write: ADDRESS HEX is wanted");
-    } else if (place(
+        control_answer("error eeprom write: expected ADDRESS HEX");
+    } else if (read_place(
                    b, c->word[3], SYMBOL_EEPROM, b->eeprom.size - 1U, &address, &left) &&
                control_bytes(c, c->word[4], &count) &&
-               fits(address, count, b->eeprom.size, "EEPROM")) {
+               check_fits(address, count, b->eeprom.size, "EEPROM")) {
         memcpy(&b->eeprom.bytes[address], c->bytes, count);
         control_answer("ok");
     }
@@ -211,39 +210,39 @@ static void do_eeprom(struct control *c)
 
 // ---- pins ----
 
-static void add_to_plan(struct board *b, const struct board_deed *deed)
+static void schedule_event(struct board *b, const struct scheduled_event *event)
 {
-    if (board_plan_add(b, deed)) {
+    if (schedule_add(&b->schedule, event)) {
         control_answer("ok");
     } else {
-        control_answer("error more than %d things are planned", BOARD_PLAN);
+        control_answer("error more than %d events are scheduled", SCHEDULE_EVENTS);
     }
 }
 
 static void do_pin(struct control *c)
 {
     struct board *b = control_board(c);
-    struct board_deed deed = {.want = BOARD_WANT_NONE};
+    struct scheduled_event event = {.request = SUPPLY_REQUEST_NONE};
     uint64_t bit;
     uint64_t level;
-    bool planned;
+    bool later;
 
     if (b == NULL || !control_number(c->word[3], 7, &bit) ||
         !control_number(c->word[4], 1, &level) ||
-        !control_at(c, 5, &planned, &deed.cycle)) {
+        !control_at(c, 5, &later, &event.cycle)) {
         return;
     }
     if (strlen(c->word[2]) != 1 || c->word[2][0] < 'A' || c->word[2][0] > 'L') {
         control_answer("error '%s' is not a port from A to L", c->word[2]);
         return;
     }
-    deed.port = c->word[2][0];
-    deed.bit = (uint8_t)bit;
-    deed.level = level != 0;
-    if (planned) {
-        add_to_plan(b, &deed);
+    event.port = c->word[2][0];
+    event.bit = (uint8_t)bit;
+    event.level = level != 0;
+    if (later) {
+        schedule_event(b, &event);
     } else {
-        board_drive_pin(b, deed.port, deed.bit, deed.level, deed.cycle);
+        inputs_drive(&b->inputs, event.port, event.bit, event.level, event.cycle);
         control_answer("ok");
     }
 }
@@ -253,54 +252,40 @@ static void do_permit(struct control *c)
     const struct board *b = control_board(c);
 
     if (b != NULL) {
+        const struct outputs_permit *permit = &b->outputs.permit;
+
         control_answer("permit %d %" PRIu64 " %" PRIu64 " %" PRIu64,
-                       b->permit.level ? 1 : 0,
-                       b->permit.changes,
-                       b->permit.cycle,
-                       b->permit.rise);
+                       permit->level ? 1 : 0,
+                       permit->changes,
+                       permit->cycle,
+                       permit->rise);
     }
 }
 
 // ---- supply and resets ----
 
-// Now, or at the cycle that the words from `first` on name.
-static void want(struct control *c,
-                 struct board *b,
-                 enum board_want what,
-                 int first,
-                 void (*now)(struct board *b, enum board_want what))
+// Performs the request now, or at the cycle that the words from `first` on name.
+static void request_supply(struct control *c,
+                           struct board *b,
+                           enum supply_request request,
+                           int first)
 {
-    struct board_deed deed = {.want = what};
-    bool planned;
+    struct scheduled_event event = {.request = request};
+    bool later;
 
-    if (!control_at(c, first, &planned, &deed.cycle)) {
+    if (!control_at(c, first, &later, &event.cycle)) {
         return;
     }
-    if (planned) {
-        add_to_plan(b, &deed);
-    } else if ((what == BOARD_WANT_ON) == b->powered) {
+    if (later) {
+        schedule_event(b, &event);
+    } else if (!supply_has_effect(&b->supply, request)) {
         control_answer("error %s: the board %s power",
                        c->word[0],
-                       b->powered ? "already has" : "has no");
+                       b->supply.powered ? "already has" : "has no");
     } else {
-        now(b, what);
+        supply_do(&b->supply, request);
         control_answer("ok %" PRIu64, b->avr->cycle);
     }
-}
-
-static void change_supply(struct board *b, enum board_want what)
-{
-    if (what != BOARD_WANT_ON) {
-        board_power_off(b);
-    }
-    if (what != BOARD_WANT_OFF) {
-        board_power_on(b);
-    }
-}
-
-static void reset_now(struct board *b, enum board_want what)
-{
-    board_reset(b, (what == BOARD_WANT_BROWN_OUT) ? BOARD_BROWN_OUT : BOARD_EXTERNAL);
 }
 
 static void do_power(struct control *c)
@@ -315,7 +300,7 @@ static void do_power(struct control *c)
         control_answer("error power '%s': on or off", c->word[2]);
         return;
     }
-    want(c, b, on ? BOARD_WANT_ON : BOARD_WANT_OFF, 3, change_supply);
+    request_supply(c, b, on ? SUPPLY_REQUEST_ON : SUPPLY_REQUEST_OFF, 3);
 }
 
 static void do_cycle(struct control *c)
@@ -323,7 +308,7 @@ static void do_cycle(struct control *c)
     struct board *b = control_board(c);
 
     if (b != NULL) {
-        want(c, b, BOARD_WANT_CYCLE, 2, change_supply);
+        request_supply(c, b, SUPPLY_REQUEST_CYCLE, 2);
     }
 }
 
@@ -339,12 +324,13 @@ static void do_reset(struct control *c)
         control_answer("error reset '%s': external or brownout", c->word[2]);
         return;
     }
-    want(c, b, brown_out ? BOARD_WANT_BROWN_OUT : BOARD_WANT_EXTERNAL, 3, reset_now);
+    request_supply(
+        c, b, brown_out ? SUPPLY_REQUEST_BROWN_OUT : SUPPLY_REQUEST_EXTERNAL, 3);
 }
 
 // ---- faults ----
 
-static bool hang_axis(struct board *b, const char *word)
+static bool make_axis_hang(struct board *b, const char *word)
 {
     uint64_t axis;
 
@@ -352,21 +338,21 @@ static bool hang_axis(struct board *b, const char *word)
         return false;
     }
     if (!board_hang_axis(b, (unsigned)axis)) {
-        control_answer("error hang: at most %d patches", BOARD_PATCHES);
+        control_answer("error hang: at most %d patches", HANG_PATCHES);
         return false;
     }
     return true;
 }
 
-static bool hang_at(struct board *b, char *word)
+static bool make_hang_at(struct board *b, char *word)
 {
     uint64_t address;
     uint64_t left;
 
-    if (!place(b, word, SYMBOL_FLASH, b->avr->flashend, &address, &left)) {
+    if (!read_place(b, word, SYMBOL_FLASH, b->avr->flashend, &address, &left)) {
         return false;
     }
-    if (!board_hang_at(b, (uint32_t)address)) {
+    if (!hang_at(&b->hang, b->avr, (uint32_t)address)) {
         control_answer("error hang: no instruction can be patched at 0x%" PRIx64,
                        address);
         return false;
@@ -384,11 +370,11 @@ static bool make_fault(struct control *c, struct board *b)
     } else if (strcmp(what, "interrupts") == 0) {
         board_hang_interrupts(b);
     } else if (strcmp(what, "off") == 0) {
-        board_end_hang(b, true);
+        board_end_hang(b);
     } else if (strcmp(what, "axis") == 0 && c->words > 3) {
-        return hang_axis(b, c->word[3]);
+        return make_axis_hang(b, c->word[3]);
     } else if (strcmp(what, "at") == 0 && c->words > 3) {
-        return hang_at(b, c->word[3]);
+        return make_hang_at(b, c->word[3]);
     } else {
         control_answer(
             "error hang '%s': main, interrupts, axis N, at ADDRESS|SYMBOL or off", what);
@@ -405,7 +391,7 @@ static void do_hang(struct control *c)
     if (b == NULL) {
         return;
     }
-    if (!b->powered) {
+    if (!b->supply.powered) {
         control_answer("error hang: the board has no power");
         return;
     }

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "control_words.h"
 
@@ -83,16 +82,16 @@ bool control_board_axis(struct control *c, struct board **board, unsigned *axis)
     return true;
 }
 
-bool control_at(struct control *c, int first, bool *planned, uint64_t *cycle)
+bool control_at(struct control *c, int first, bool *later, uint64_t *cycle)
 {
-    *planned = c->words > first;
+    *later = c->words > first;
     *cycle = c->bench->cycle;
-    if (!*planned) {
+    if (!*later) {
         return true;
     }
     if (c->words != first + 2 || strcmp(c->word[first], "at") != 0) {
         control_answer(
-            "error %s: 'at CYCLE' is wanted after '%s'", c->word[0], c->word[first - 1]);
+            "error %s: expected 'at CYCLE' after '%s'", c->word[0], c->word[first - 1]);
         return false;
     }
     if (!control_number(c->word[first + 1], UINT64_MAX / 2, cycle)) {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The CPU clock of a run. Time is counted in its cycles everywhere, also by what is outside of the
 // boards (pixel clock, serial bus, plants): all boards of one run have the same clock.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "csv_file.h"
+
+#define FILE_BUFFER (1U << 18)
 
 bool csv_open(FILE **csv, const char *path, const char *header)
 {
@@ -11,6 +12,7 @@ bool csv_open(FILE **csv, const char *path, const char *header)
     }
     *csv = fopen(path, "w");
     if (*csv != NULL) {
+        (void)setvbuf(*csv, NULL, _IOFBF, FILE_BUFFER);
         (void)fprintf(*csv, "%s\n", header);
     }
     return *csv != NULL;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// A file of rows behind a header, as the logs are. NULL stands for no log everywhere.
+// A log: a CSV file of rows behind a header. A log that was not asked for is NULL everywhere.
 #pragma once
 
 #include <stdbool.h>
 #include <stdio.h>
 
-// Opens the file (path NULL: no log, *csv is NULL) and writes the header's line. False with errno
-// set if it cannot be written.
+// Opens the file and writes the header's line. *csv is NULL if path is: no log. False with errno
+// set if the file cannot be written.
 bool csv_open(FILE **csv, const char *path, const char *header);
 
+// Writes what is buffered.
 void csv_flush(FILE *csv);
 
-// False if something could not be written. *csv is NULL afterwards.
+// Closes the file; *csv is NULL afterwards. False if something could not be written.
 bool csv_close(FILE **csv);

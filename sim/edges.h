@@ -1,50 +1,35 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// Collects every signal edge with its exact cycle. Boards run one after the other within a
-// quantum, so edges arrive out of order; at the quantum's end they are put in order and handed to
-// the writers.
+// Collects every edge with its exact cycle, and writes the edges in the order of their cycles to a
+// CSV file and to the file of waveforms.
 #pragma once
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
-enum edge_signal {
-    EDGE_STEP,
-    EDGE_DIR,
-    EDGE_ENABLE,
-    EDGE_PERMIT, // of the whole board: axis 0
-    EDGE_CLOCK,
-    EDGE_SIGNALS,
-};
-
-struct edge {
-    uint64_t cycle;
-    uint8_t board, axis, signal, level;
-};
-
-struct vcd;
+#include "edge.h"
+#include "row_queue.h"
+#include "vcd.h"
 
 struct edges {
-    struct edge *waiting;
-    size_t count, room;
-    FILE *csv;       // cycle,board,axis,signal,level; NULL for none
-    struct vcd *vcd; // NULL for none
+    struct row_queue waiting; // struct edge
+    FILE *csv;                // cycle,board,axis,signal,level; NULL for none
+    struct vcd *vcd;          // NULL for none
 };
 
-// Opens the CSV file (NULL: none). False with errno set if it cannot be written.
+// Opens the CSV file (NULL: none). False with errno set if it cannot be written. `vcd` is open, or
+// NULL for none, and stays its owner's to close.
 bool edges_open(struct edges *edges, const char *csv_path, struct vcd *vcd);
 
+// Adds an edge, which may be some cycles earlier than others.
 void edges_add(struct edges *edges, const struct edge *edge);
 
-// No edge up to and including this cycle can still come: writes them, in order of cycles.
+// No edge up to and including this cycle can still come: writes them, in the order of their cycles.
 void edges_settle(struct edges *edges, uint64_t cycle);
 
+// Makes the files complete up to the last settled cycle.
 void edges_flush(struct edges *edges);
 
-// Settles everything and closes the files. False if something could not be written.
+// Settles everything and closes the CSV file. False if something could not be written.
 bool edges_close(struct edges *edges);
-
-const char *edge_signal_name(unsigned signal);

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "eeprom.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "access.h"
@@ -21,46 +18,33 @@
 
 enum { MODE_BOTH = 0, MODE_ERASE = 1, MODE_WRITE = 2, MODE_RESERVED = 3 };
 
-static void refuse(const struct eeprom *e, const char *what)
-{
-    char text[160];
-
-    (void)snprintf(text, sizeof text, "EEPROM: %s", what);
-    e->hooks->refuse(e->hooks->board, text);
-}
-
 static void refuse_busy(const struct eeprom *e, const char *what)
 {
-    char text[128];
-
-    (void)snprintf(text,
-                   sizeof text,
-                   "%s while byte 0x%03x is being written",
-                   what,
-                   (unsigned)e->address);
-    refuse(e, text);
+    peripheral_refuse(e->host,
+                      "EEPROM: %s while byte 0x%03x is being written",
+                      what,
+                      (unsigned)e->address);
 }
 
-void eeprom_level(struct eeprom *e, uint64_t cycle)
+void eeprom_follow_level(struct eeprom *e, uint64_t cycle)
 {
     bool wanted = (e->avr->data[e->part->r_eecr] & EERIE) != 0 && !e->busy;
 
     if (!wanted) {
         e->part->ready.pending = 0;
     } else if (!e->part->ready.pending) {
-        e->hooks->flag(e->hooks->board, e->part->ready.vector, cycle);
-        (void)avr_raise_interrupt(e->avr, &e->part->ready);
+        peripheral_raise(e->host, e->avr, &e->part->ready, cycle);
     }
 }
 
 // ---- programming ----
 
-static uint64_t duration(const struct eeprom *e)
+static uint64_t write_cycles(const struct eeprom *e)
 {
     return (e->mode == MODE_BOTH) ? EEPROM_BOTH_CYCLES : EEPROM_HALF_CYCLES;
 }
 
-static uint8_t programmed(const struct eeprom *e)
+static uint8_t written_value(const struct eeprom *e)
 {
     switch (e->mode) {
     case MODE_ERASE:
@@ -72,27 +56,25 @@ static uint8_t programmed(const struct eeprom *e)
     }
 }
 
-static void sync(struct eeprom *e, uint64_t cycle)
+static void finish_write(struct eeprom *e, uint64_t cycle)
 {
     if (e->busy && e->due <= cycle) {
         e->busy = false;
-        e->bytes[e->address] = programmed(e);
-        eeprom_level(e, e->due);
+        e->bytes[e->address] = written_value(e);
+        eeprom_follow_level(e, e->due);
     }
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_write_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     (void)when;
-    sync(param, avr->cycle);
+    finish_write(param, avr->cycle);
     return 0;
 }
 
-static void schedule(struct eeprom *e)
+static void schedule_end(struct eeprom *e)
 {
-    uint64_t now = e->avr->cycle;
-
-    avr_cycle_timer_register(e->avr, (e->due > now) ? e->due - now : 0, on_due, e);
+    peripheral_schedule(e->avr, e->due, on_write_due, e);
 }
 
 static uint16_t address_of(const struct eeprom *e)
@@ -101,13 +83,14 @@ static uint16_t address_of(const struct eeprom *e)
                                                            << 8);
 }
 
-// In the order in which the cells change: an erase raises bits, a write then lowers them.
-static uint8_t partly(struct eeprom *e, uint64_t cycle)
+// The byte that an interrupted write leaves. The cells change in this order: an erase raises bits,
+// a write then lowers them.
+static uint8_t partly_written(struct eeprom *e, uint64_t cycle)
 {
     uint8_t random = noise_byte(&e->noise);
     uint8_t before = e->bytes[e->address];
     bool erasing = e->mode == MODE_ERASE ||
-                   (e->mode == MODE_BOTH && cycle - e->started < duration(e) / 2);
+                   (e->mode == MODE_BOTH && cycle - e->started < write_cycles(e) / 2);
 
     if (erasing) {
         return before | random;
@@ -118,13 +101,14 @@ static uint8_t partly(struct eeprom *e, uint64_t cycle)
 
 void eeprom_power_cut(struct eeprom *e, uint64_t cycle)
 {
-    sync(e, cycle);
+    finish_write(e, cycle);
     if (e->busy) {
         bool anything = (noise_byte(&e->noise) & 1U) != 0;
 
-        e->bytes[e->address] = anything ? noise_byte(&e->noise) : partly(e, cycle);
+        e->bytes[e->address] =
+            anything ? noise_byte(&e->noise) : partly_written(e, cycle);
         e->busy = false;
-        avr_cycle_timer_cancel(e->avr, on_due, e);
+        avr_cycle_timer_cancel(e->avr, on_write_due, e);
     }
 }
 
@@ -139,7 +123,7 @@ static void start_write(struct eeprom *e, uint64_t cycle)
         return;
     }
     if (mode == MODE_RESERVED) {
-        refuse(e, "EEPM1:0 = 3 is reserved");
+        peripheral_refuse(e->host, "EEPROM: EEPM1:0 = 3 is reserved");
         return;
     }
     e->busy = true;
@@ -147,9 +131,9 @@ static void start_write(struct eeprom *e, uint64_t cycle)
     e->address = address_of(e);
     e->value = e->avr->data[e->part->r_eedr];
     e->started = cycle + 1;
-    e->due = e->started + duration(e);
+    e->due = e->started + write_cycles(e);
     e->writes++;
-    schedule(e);
+    schedule_end(e);
     e->avr->cycle += HALT_AFTER_EEPE;
 }
 
@@ -163,10 +147,10 @@ static void start_read(struct eeprom *e)
     e->avr->cycle += HALT_AFTER_EERE;
 }
 
-static void strobe(struct eeprom *e, uint8_t bits, bool enabled, uint64_t cycle)
+static void start_access(struct eeprom *e, uint8_t bits, bool enabled, uint64_t cycle)
 {
     if ((bits & EEPE) != 0 && (bits & EERE) != 0) {
-        refuse(e, "EEPE and EERE set at once");
+        peripheral_refuse(e->host, "EEPROM: EEPE and EERE set at once");
     } else if ((bits & EEPE) != 0 && enabled) {
         start_write(e, cycle);
     } else if ((bits & EERE) != 0) {
@@ -181,7 +165,7 @@ static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     uint8_t touched = access_bits_written(avr);
     bool enabled = cycle <= e->enabled_until;
 
-    sync(e, cycle);
+    finish_write(e, cycle);
     if ((touched & EEMPE) != 0) {
         e->enabled_until = ((value & EEMPE) != 0) ? cycle + EEPROM_ENABLE_TICKS : 0;
     }
@@ -190,17 +174,17 @@ static void write_eecr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     }
     avr->data[address] =
         (uint8_t)((avr->data[address] & ~touched) | (value & touched)) & (EEPM | EERIE);
-    strobe(e, value & access_bits_written(avr), enabled, cycle);
-    eeprom_level(e, cycle + 1);
+    start_access(e, value & access_bits_written(avr), enabled, cycle);
+    eeprom_follow_level(e, cycle + 1);
 }
 
-// simavr keeps what this returns in place of the register.
+// simavr stores the value returned in the register.
 static uint8_t read_eecr(avr_t *avr, avr_io_addr_t address, void *param)
 {
     struct eeprom *e = param;
     uint64_t cycle = access_cycle(avr);
 
-    sync(e, cycle);
+    finish_write(e, cycle);
     return (uint8_t)((avr->data[address] & (EEPM | EERIE)) |
                      (cycle <= e->enabled_until ? EEMPE : 0U) | (e->busy ? EEPE : 0U));
 }
@@ -210,7 +194,7 @@ static void write_eear(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     struct eeprom *e = param;
     unsigned last = e->size - 1U;
 
-    sync(e, access_cycle(avr));
+    finish_write(e, access_cycle(avr));
     if (!e->busy) {
         avr->data[address] =
             (uint8_t)(value & ((address == e->part->r_eearh) ? last >> 8 : last));
@@ -221,14 +205,14 @@ static void write_eedr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
 {
     struct eeprom *e = param;
 
-    sync(e, access_cycle(avr));
+    finish_write(e, access_cycle(avr));
     if (e->busy) {
         refuse_busy(e, "EEDR written");
     }
     avr->data[address] = value;
 }
 
-// ---- life ----
+// ---- attaching and reset ----
 
 void eeprom_reset(struct eeprom *e)
 {
@@ -236,29 +220,18 @@ void eeprom_reset(struct eeprom *e)
     e->avr->data[e->part->r_eecr] = 0;
     if (e->busy) { // "unless the EEPROM is busy programming"
         e->avr->data[e->part->r_eecr] = (uint8_t)(e->mode << 4);
-        schedule(e);
+        schedule_end(e);
     }
 }
 
-static avr_eeprom_t *find_part(avr_t *avr)
+void eeprom_attach(struct eeprom *e, avr_t *avr, const struct peripheral_host *host)
 {
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        if (strcmp(io->kind, "eeprom") == 0) {
-            return (avr_eeprom_t *)(void *)io;
-        }
-    }
-    (void)fputs("pixstep-sim: simavr's part has no EEPROM\n", stderr);
-    abort();
-}
-
-void eeprom_attach(struct eeprom *e, avr_t *avr, const struct eeprom_hooks *hooks)
-{
-    avr_eeprom_t *part = find_part(avr);
+    avr_eeprom_t *part = peripheral_find(avr, "eeprom", "EEPROM");
 
     memset(e, 0, sizeof *e);
     e->avr = avr;
     e->part = part;
-    e->hooks = hooks;
+    e->host = host;
     e->size = (part->size < EEPROM_BYTES_MOST) ? part->size : EEPROM_BYTES_MOST;
     memset(e->bytes, (int)EEPROM_ERASED, sizeof e->bytes);
     access_take(avr, part->r_eecr, read_eecr, write_eecr, e);

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Model of the EEPROM in the place of simavr's, which (1.6) writes in no time, never shows EEPE,
 // lets EE_READY come once only, halts the CPU for no cycle and takes every address.
@@ -23,7 +22,7 @@
 //    completed provided that the power supply voltage is sufficient": it goes on through every
 //    reset, and a brown-out counts as sufficient (2.7 V; the EEPROM works from 1.8 V on). Only a
 //    power cut ends it: the byte is then anything.
-// Refused by name, because the data sheets tell programs to wait first and do not say what happens
+// Refused, because the data sheets tell programs to wait first and do not say what happens
 // otherwise: reading, starting a write or changing EEDR while one is in progress; EEPM1:0 = 3; EERE
 // and EEPE at once. Not modelled: the tolerance of the oscillator behind the times.
 #pragma once
@@ -37,6 +36,7 @@
 
 #include "cpu_clock.h"
 #include "noise.h"
+#include "peripheral.h"
 
 #define EEPROM_BYTES_MOST   4096
 #define EEPROM_ERASED       0xFFU
@@ -45,18 +45,10 @@
 #define EEPROM_EERIE        0x08U // in EECR
 #define EEPROM_ENABLE_TICKS 4U
 
-struct eeprom_hooks {
-    void *board;
-    // EE_READY's cause has come up at this cycle, just before the interrupt is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
-};
-
 struct eeprom {
     avr_t *avr;
     avr_eeprom_t *part; // register addresses and the vector, from simavr's description
-    const struct eeprom_hooks *hooks;
+    const struct peripheral_host *host;
     uint8_t bytes[EEPROM_BYTES_MOST];
     uint16_t size;
     struct noise noise; // of what a power cut leaves
@@ -66,33 +58,26 @@ struct eeprom {
     uint64_t started, due; // of the write in progress
     uint16_t address;
     uint8_t value, mode;
-    uint64_t writes; // begun so far
+    uint64_t writes; // begun by the program so far
 };
 
 // Puts the model in place of simavr's, erased. Call once, between the part's init and its first
 // reset.
-void eeprom_attach(struct eeprom *eeprom, avr_t *avr, const struct eeprom_hooks *hooks);
+void eeprom_attach(struct eeprom *eeprom, avr_t *avr, const struct peripheral_host *host);
 
-// The part was reset: a write in progress goes on.
+// The part was reset. A write in progress goes on.
 void eeprom_reset(struct eeprom *eeprom);
 
 // The power fails at this cycle: the byte being written is anything, the others are as they were.
 void eeprom_power_cut(struct eeprom *eeprom, uint64_t cycle);
 
-// EE_READY is a level: raises or takes back the interrupt as the registers stand.
-void eeprom_level(struct eeprom *eeprom, uint64_t cycle);
+// EE_READY is a level: raises or takes back the interrupt as the registers demand.
+void eeprom_follow_level(struct eeprom *eeprom, uint64_t cycle);
 
-// The same after every service of an interrupt.
-static inline void eeprom_levels(struct eeprom *eeprom)
+// The same, for a call after every service of an interrupt: cheap while EERIE is 0.
+static inline void eeprom_served(struct eeprom *eeprom)
 {
     if ((eeprom->avr->data[eeprom->part->r_eecr] & EEPROM_EERIE) != 0) {
-        eeprom_level(eeprom, eeprom->avr->cycle);
+        eeprom_follow_level(eeprom, eeprom->avr->cycle);
     }
 }
-
-// The content from a file, if there is one; bytes beyond its end are erased. False with a one-line
-// reason if it cannot be read or is too long.
-bool eeprom_load(struct eeprom *eeprom, const char *path, char *error, size_t room);
-
-// The content into a file, all of it or nothing. False with errno set.
-bool eeprom_save(const struct eeprom *eeprom, const char *path);

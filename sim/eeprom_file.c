@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
-//
-// An EEPROM's content in a file: its bytes, nothing else.
+
+#include "eeprom_file.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "eeprom.h"
-
 #define PATH_MOST 4096
 
-// False if the file goes on beyond the EEPROM's end.
+// False if the file is longer than the EEPROM.
 static bool read_bytes(struct eeprom *e, FILE *file)
 {
     uint8_t bytes[EEPROM_BYTES_MOST + 1];
@@ -26,7 +23,8 @@ static bool read_bytes(struct eeprom *e, FILE *file)
     return true;
 }
 
-// Better now than at the end of a long run. Sets errno if not.
+// Whether the file can be created, asked before a long run rather than at its end. Sets errno if it
+// cannot.
 static bool may_create(const char *path)
 {
     const char *slash = strrchr(path, '/');

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "exchange.h"
 
@@ -11,29 +10,29 @@ bool exchange(struct bench *bench,
               size_t room,
               size_t *received)
 {
-    struct line *line = &bench->line;
+    struct bus *bus = &bench->bus;
     uint64_t deadline;
     uint64_t end;
     int byte;
 
-    while (line_master_receive(line, bench->cycle, &end) >= 0) {
-        // what came before the request is not its answer
+    while (bus_master_receive(bus, bench->cycle, &end) >= 0) {
+        // what was received before the request is not its answer
     }
-    deadline = line_master_send(line, request, count, bench->cycle) + timeout_cycles;
+    deadline = bus_master_send(bus, request, count, bench->cycle) + timeout_cycles;
 
     *received = 0;
-    while (bench->cycle < deadline || line_busy(line, bench->cycle)) {
+    while (bench->cycle < deadline || bus_busy(bus, bench->cycle)) {
         uint64_t next = bench->cycle + bench_quantum(bench);
 
         if (!bench_run(bench,
                        (next < deadline || bench->cycle >= deadline) ? next : deadline)) {
             return false;
         }
-        while ((byte = line_master_receive(line, bench->cycle, &end)) >= 0) {
+        while ((byte = bus_master_receive(bus, bench->cycle, &end)) >= 0) {
             if (*received < room) {
                 answer[(*received)++] = (uint8_t)byte;
             }
-            deadline = end + LINE_SILENCE;
+            deadline = end + BUS_SILENCE;
         }
     }
     return true;

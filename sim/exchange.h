@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The Modbus master's side of the serial line: a request out, its answer back.
+// The Modbus master's side of the serial bus: a request out, its answer back.
 #pragma once
 
-#include "lockstep.h"
+#include "bench.h"
 
-// Sends the bytes and runs until 1750 us of silence after the answer, or until `timeout` cycles
-// after the request without one. True unless a board stopped; *received bytes are in answer
-// (which may be the same array as the request).
+// Sends the request as soon as the master's transmitter is free, and runs the bench until 1750 us
+// of silence follow the answer, or until no answer has begun within `timeout_cycles` after the
+// request. Bytes that were received before the request are dropped, and so are bytes of the answer
+// beyond `room`. *received bytes are then in `answer`, which may be the same array as `request`.
+// False if a board has stopped.
 bool exchange(struct bench *bench,
               const uint8_t *request,
               size_t count,

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "extint.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include <sim_regbit.h>
@@ -18,15 +15,15 @@ static avr_int_vector_t *vector_of(const struct extint *e, int line)
     return &e->part->eint[line].vector;
 }
 
-static unsigned sense(const struct extint *e, int line)
+static unsigned sense_bits(const struct extint *e, int line)
 {
     return avr_regbit_get(e->avr, e->part->eint[line].isc[0]) |
            (unsigned)(avr_regbit_get(e->avr, e->part->eint[line].isc[1]) << 1);
 }
 
-static bool wanted(const struct extint *e, int line, bool rises)
+static bool is_sensed(const struct extint *e, int line, bool rises)
 {
-    switch (sense(e, line)) {
+    switch (sense_bits(e, line)) {
     case ON_ANY:
         return true;
     case ON_FALL:
@@ -38,20 +35,19 @@ static bool wanted(const struct extint *e, int line, bool rises)
     }
 }
 
-static void set_flag(struct extint *e, int line, uint64_t cycle)
+static void raise_line(struct extint *e, int line, uint64_t cycle)
 {
-    e->hooks->flag(e->hooks->board, vector_of(e, line)->vector, cycle);
-    (void)avr_raise_interrupt(e->avr, vector_of(e, line));
+    peripheral_raise(e->host, e->avr, vector_of(e, line), cycle);
 }
 
-static void sync(struct extint *e, uint64_t cycle)
+static void raise_due(struct extint *e, uint64_t cycle)
 {
     for (int i = 0; i < e->lines; i++) {
         if (e->line[i].flag_due <= cycle) {
             uint64_t due = e->line[i].flag_due;
 
             e->line[i].flag_due = EXTINT_NEVER;
-            set_flag(e, i, due);
+            raise_line(e, i, due);
         }
     }
 }
@@ -66,36 +62,35 @@ static uint64_t next_due(const struct extint *e)
     return due;
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_flag_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct extint *e = param;
 
     (void)when;
-    sync(e, avr->cycle);
+    raise_due(e, avr->cycle);
     return (next_due(e) == EXTINT_NEVER) ? 0 : next_due(e);
 }
 
-static void schedule(struct extint *e)
+static void schedule_next(struct extint *e)
 {
     uint64_t due = next_due(e);
-    uint64_t now = e->avr->cycle;
 
     if (due != EXTINT_NEVER) {
-        avr_cycle_timer_register(e->avr, (due > now) ? due - now : 0, on_due, e);
+        peripheral_schedule(e->avr, due, on_flag_due, e);
     }
 }
 
 static void follow_line(struct extint *e, int line, uint64_t cycle)
 {
-    bool level = e->hooks->pin(e->hooks->board, e->line[line].port, e->line[line].bit);
+    bool level = ports_level(e->ports, e->line[line].port, e->line[line].bit);
 
     if (level == e->line[line].level) {
         return;
     }
     e->line[line].level = level;
-    if (wanted(e, line, level) && e->line[line].flag_due == EXTINT_NEVER) {
+    if (is_sensed(e, line, level) && e->line[line].flag_due == EXTINT_NEVER) {
         e->line[line].flag_due = cycle + EXTINT_SYNC_CYCLES;
-        schedule(e);
+        schedule_next(e);
     }
 }
 
@@ -110,23 +105,18 @@ void extint_pins_changed(struct extint *e, char port, uint64_t cycle)
 
 // ---- the program's view ----
 
-static void follow_enable(struct extint *e, int line, uint64_t cycle)
+static void follow_registers(struct extint *e, int line, uint64_t cycle)
 {
     avr_int_vector_t *vector = vector_of(e, line);
     bool enabled = avr_regbit_get(e->avr, vector->enable) != 0;
-    char text[80];
 
     if (!enabled) {
         vector->pending = 0;
-    } else if (sense(e, line) == ON_LOW) {
-        (void)snprintf(text,
-                       sizeof text,
-                       "INT%d: low level (ISC%d1:0 = 0) is not modelled",
-                       line,
-                       line);
-        e->hooks->refuse(e->hooks->board, text);
+    } else if (sense_bits(e, line) == ON_LOW) {
+        peripheral_refuse(
+            e->host, "INT%d: low level (ISC%d1:0 = 0) is not modelled", line, line);
     } else if (avr_regbit_get(e->avr, vector->raised) != 0 && !vector->pending) {
-        set_flag(e, line, cycle);
+        raise_line(e, line, cycle);
     }
 }
 
@@ -135,16 +125,16 @@ static void write_control(avr_t *avr, avr_io_addr_t address, uint8_t value, void
 {
     struct extint *e = param;
 
-    sync(e, access_cycle(avr));
+    raise_due(e, access_cycle(avr));
     avr->data[address] = value;
     for (int i = 0; i < e->lines; i++) {
-        follow_enable(e, i, access_cycle(avr) + 1);
+        follow_registers(e, i, access_cycle(avr) + 1);
     }
 }
 
 static uint8_t read_flags(avr_t *avr, avr_io_addr_t address, void *param)
 {
-    sync(param, access_cycle(avr));
+    raise_due(param, access_cycle(avr));
     return avr->data[address];
 }
 
@@ -153,7 +143,7 @@ static void write_flags(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     struct extint *e = param;
     uint8_t cleared = access_flags_written(avr, value);
 
-    sync(e, access_cycle(avr));
+    raise_due(e, access_cycle(avr));
     avr->data[address] &= (uint8_t)~cleared;
     for (int i = 0; i < e->lines; i++) {
         if ((cleared & (1U << vector_of(e, i)->raised.bit)) != 0) {
@@ -162,26 +152,14 @@ static void write_flags(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     }
 }
 
-// ---- life ----
+// ---- attaching and reset ----
 
 void extint_reset(struct extint *e)
 {
     for (int i = 0; i < e->lines; i++) {
         e->line[i].flag_due = EXTINT_NEVER;
-        e->line[i].level =
-            e->hooks->pin(e->hooks->board, e->line[i].port, e->line[i].bit);
+        e->line[i].level = ports_level(e->ports, e->line[i].port, e->line[i].bit);
     }
-}
-
-static avr_extint_t *find_part(avr_t *avr)
-{
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
-        if (strcmp(io->kind, "extint") == 0) {
-            return (avr_extint_t *)(void *)io;
-        }
-    }
-    (void)fputs("pixstep-sim: simavr's part has no external interrupts\n", stderr);
-    abort();
 }
 
 // simavr has the ATmega1284P's INT2 on PB3; by the data sheet it is on PB2.
@@ -193,12 +171,16 @@ static void correct_pins(struct extint *e)
     }
 }
 
-void extint_attach(struct extint *e, avr_t *avr, const struct extint_hooks *hooks)
+void extint_attach(struct extint *e,
+                   avr_t *avr,
+                   const struct peripheral_host *host,
+                   const struct ports *ports)
 {
     memset(e, 0, sizeof *e);
     e->avr = avr;
-    e->part = find_part(avr);
-    e->hooks = hooks;
+    e->part = peripheral_find(avr, "extint", "external interrupts");
+    e->host = host;
+    e->ports = ports;
     e->part->io.reset = NULL; // it never connects itself to the pins
     while (e->lines < EXTINT_COUNT && e->part->eint[e->lines].port_ioctl != 0) {
         int i = e->lines++;
@@ -206,7 +188,7 @@ void extint_attach(struct extint *e, avr_t *avr, const struct extint_hooks *hook
         e->line[i].port = (char)(e->part->eint[i].port_ioctl & 0x7FU);
         e->line[i].bit = e->part->eint[i].port_pin;
         e->line[i].flag_due = EXTINT_NEVER;
-        e->ports |= 1U << (unsigned)(e->line[i].port - 'A');
+        e->listening |= 1U << (unsigned)(e->line[i].port - 'A');
         access_take(avr, e->part->eint[i].isc[0].reg, NULL, write_control, e);
     }
     correct_pins(e);

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Model of the external interrupts INT0 and up in the place of simavr's, which (1.6) sets a flag of
 // EIFR that the program writes one to, does not raise a flag that waited when its interrupt is
@@ -16,7 +15,7 @@
 //  * TAKEN FROM the pin change interrupts' timing diagram, for want of one of its own: an edge
 //    exactly on a clock edge sets the flag three cycles later. Two edges within these three cycles
 //    are one request.
-// Refused by name: an enabled interrupt with ISCn1:0 = 0 (low level).
+// Refused: an enabled interrupt with ISCn1:0 = 0 (low level).
 #pragma once
 
 #include <stdbool.h>
@@ -25,45 +24,44 @@
 #include <avr_extint.h>
 #include <sim_avr.h>
 
+#include "peripheral.h"
+#include "ports.h"
+
 #define EXTINT_SYNC_CYCLES 3U
 #define EXTINT_NEVER       UINT64_MAX
-
-struct extint_hooks {
-    void *board;
-    // The level of a pin, as the program would read it.
-    bool (*pin)(void *board, char port, unsigned bit);
-    // A flag is set (or a waiting one enabled) at this cycle, just before it is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
-};
 
 struct extint {
     avr_t *avr;
     avr_extint_t *part; // register addresses and vectors, from simavr's description
-    const struct extint_hooks *hooks;
+    const struct peripheral_host *host;
+    const struct ports *ports;
     int lines;
-    uint32_t ports; // that have such pins: bit 0 for port A
-    struct {
+    uint32_t listening; // ports that have such pins: bit 0 for port A
+    struct {            // by number of the interrupt
         char port;
         uint8_t bit;
-        bool level;
-        uint64_t flag_due;
+        bool level;        // as seen last
+        uint64_t flag_due; // INTFn comes up; EXTINT_NEVER if no edge is under way
     } line[EXTINT_COUNT];
 };
 
-// Puts the model in place of simavr's. Call once, between the part's init and its first reset.
-void extint_attach(struct extint *extint, avr_t *avr, const struct extint_hooks *hooks);
+// Puts the model in place of simavr's. Call once, between the part's init and its first reset. The
+// model reads the levels of its pins from `ports`.
+void extint_attach(struct extint *extint,
+                   avr_t *avr,
+                   const struct peripheral_host *host,
+                   const struct ports *ports);
 
-// The part was reset: nothing enabled, nothing under way.
+// The part was reset: no interrupt is enabled and no flag is due. Call after ports_reset().
 void extint_reset(struct extint *extint);
 
-// Pins of this port may have changed level at this cycle.
+// Pins of this port, which has such pins, may have changed level at this cycle.
 void extint_pins_changed(struct extint *extint, char port, uint64_t cycle);
 
+// The same for any port.
 static inline void extint_follow(struct extint *extint, char port, uint64_t cycle)
 {
-    if ((extint->ports >> (unsigned)(port - 'A') & 1U) != 0) {
+    if ((extint->listening >> (unsigned)(port - 'A') & 1U) != 0) {
         extint_pins_changed(extint, port, cycle);
     }
 }

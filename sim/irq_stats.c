@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "irq_stats.h"
 
@@ -11,6 +10,10 @@
 #include <avr_timer.h>
 #include <avr_uart.h>
 #include <avr_watchdog.h>
+
+#include "access.h"
+
+#define GPIOR1 0x4AU // data address, the same on all parts
 
 static void name_vector(
     struct irq_stats *s, uint8_t vector, const char *unit, char which, const char *what)
@@ -97,13 +100,13 @@ static void on_pending(struct avr_irq_t *irq, uint32_t value, void *param)
     struct irq_stats *s = param;
     uint8_t vector = (uint8_t)(irq->irq >> 8);
 
-    // A model that knows the exact cycle has said so just before.
+    // A model that knows the exact cycle has reported the flag just before.
     if (value != 0 && vector < IRQ_VECTORS && !s->vector[vector].flagged) {
         irq_stats_flag(s, vector, s->avr->cycle);
     }
 }
 
-static void service(struct irq_stats *s, uint8_t vector)
+static void begin_handler(struct irq_stats *s, uint8_t vector)
 {
     struct irq_vector_stats *v = &s->vector[vector];
     uint64_t start = s->avr->cycle;
@@ -126,7 +129,7 @@ static void service(struct irq_stats *s, uint8_t vector)
     }
 }
 
-static void account(struct irq_vector_stats *v, uint32_t cycles)
+static void add_handler(struct irq_vector_stats *v, uint32_t cycles)
 {
     if (v->count == 0 || cycles < v->cycles_min) {
         v->cycles_min = cycles;
@@ -138,7 +141,7 @@ static void account(struct irq_vector_stats *v, uint32_t cycles)
     v->count++;
 }
 
-// RETI: takes 4 cycles (5 with a 22-bit program counter) and is at its first one now.
+// Called in the first cycle of RETI, which takes 4 cycles (5 with a 22-bit program counter).
 static void end_handler(struct irq_stats *s)
 {
     uint64_t end = s->avr->cycle + s->avr->address_size + 2U;
@@ -153,8 +156,8 @@ static void end_handler(struct irq_stats *s)
         return;
     }
     all = end - s->running[s->depth].start;
-    account(&s->vector[s->running[s->depth].vector],
-            (uint32_t)(all - s->running[s->depth].nested));
+    add_handler(&s->vector[s->running[s->depth].vector],
+                (uint32_t)(all - s->running[s->depth].nested));
     if (s->depth > 0) {
         s->running[s->depth - 1].nested += all;
     } else {
@@ -167,10 +170,19 @@ static void on_running(struct avr_irq_t *irq, uint32_t value, void *param)
     struct irq_stats *s = param;
 
     if (value != 0) {
-        service(s, (uint8_t)(irq->irq >> 8) & (IRQ_VECTORS - 1));
+        begin_handler(s, (uint8_t)(irq->irq >> 8) & (IRQ_VECTORS - 1));
     } else {
         end_handler(s);
     }
+}
+
+static void write_gpior1(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
+{
+    struct irq_stats *s = param;
+
+    avr->data[address] = value;
+    irq_stats_section(s, value, access_cycle(avr) + 1);
+    s->section_entries[s->section]++;
 }
 
 void irq_stats_attach(struct irq_stats *s, avr_t *avr)
@@ -179,10 +191,11 @@ void irq_stats_attach(struct irq_stats *s, avr_t *avr)
 
     s->avr = avr;
     name_vectors(s);
+    access_take(avr, GPIOR1, NULL, write_gpior1, s);
     for (int i = 0; i < table->vector_count; i++) {
         avr_int_vector_t *vector = table->vector[i];
 
-        // The vector's number in the IRQ's own number: how the notify knows whom it hears.
+        // The callback finds the vector's number in the number of simavr's IRQ.
         for (int j = 0; j < AVR_INT_IRQ_COUNT; j++) {
             vector->irq[j].irq = (uint32_t)vector->vector << 8 | (uint32_t)j;
         }
@@ -229,8 +242,9 @@ void irq_stats_section(struct irq_stats *s, unsigned section, uint64_t cycle)
     s->section_interrupts_since = s->interrupt_cycles;
 }
 
-// What waited for the end of start-up waited for no handler: latencies count from here.
-static void start(struct irq_stats *s)
+// The program's start-up is over. Flags that came up before are counted from here: they waited for
+// the start-up, not for a handler.
+static void end_start_up(struct irq_stats *s)
 {
     s->started = true;
     for (int i = 0; i < IRQ_VECTORS; i++) {
@@ -253,7 +267,7 @@ void irq_stats_i_bit(struct irq_stats *s, bool off)
         s->off_since = cycle;
         s->off_in_main = s->depth == 0;
     } else if (!s->started) {
-        start(s);
+        end_start_up(s);
     } else {
         note_longest(&s->off_max, cycle - s->off_since);
         if (s->off_in_main) {

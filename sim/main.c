@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// pixstep-sim: boards, serial line, pixel clock and mechanics, simulated to the cycle.
-// Exit status: 0 fine, 1 a board stopped on an error, 2 wrong use; with --unit the image's verdict.
+// pixstep-sim: boards, serial bus, pixel clock and mechanics, simulated to the cycle.
+// Exit status: 0 if all went well, 1 if a board stopped on an error or a file could not be written,
+// 2 if the command line is wrong; with --unit the image's verdict.
 
 #include <errno.h>
 #include <signal.h>
@@ -10,10 +10,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "bench.h"
 #include "control.h"
 #include "cpu_clock.h"
 #include "csv_file.h"
-#include "lockstep.h"
+#include "eeprom_file.h"
 #include "options.h"
 #include "pty.h"
 #include "stats.h"
@@ -48,33 +49,49 @@ static bool load_eeprom(struct board *b, const char *path)
     return true;
 }
 
+static void set_plants(struct board *b, const struct options *o)
+{
+    for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
+        struct plant_settings plant = o->plant[b->index][axis];
+
+        if (!plant.has_seed) {
+            plant.seed = o->clock.seed;
+            plant.has_seed = true;
+        }
+        mechanics_set_plant(&b->mechanics, axis, &plant);
+    }
+}
+
+static bool open_board(const struct options *o, int index)
+{
+    struct board *b = &bench.board[index];
+    const struct board_logs logs = {
+        .edges = &bench.edges,
+        .serial = (index == 0) ? &bench.serial_log : NULL,
+        .plant = &bench.plant_log,
+        .wire = (index == 0) ? &bench.wire_log : NULL,
+        .switches = bench.switch_log,
+    };
+
+    if (!board_open(
+            b, index, o->board_name[index], o->board_image[index], &bench.bus, &logs)) {
+        (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
+        return false;
+    }
+    bench.boards++;
+    board_seed(b, o->clock.seed);
+    if (!load_eeprom(b, o->eeprom_path[index])) {
+        return false;
+    }
+    set_plants(b, o);
+    return true;
+}
+
 static bool open_boards(const struct options *o)
 {
     for (int i = 0; i < o->boards; i++) {
-        struct board *b = &bench.board[i];
-
-        if (!board_open(
-                b, i, o->board_name[i], o->board_image[i], &bench.line, &bench.edges)) {
-            (void)fprintf(stderr, "pixstep-sim: %s\n", b->error);
+        if (!open_board(o, i)) {
             return false;
-        }
-        bench.boards++;
-        board_seed(b, o->clock.seed);
-        if (!load_eeprom(b, o->eeprom_path[i])) {
-            return false;
-        }
-        b->switch_log = bench.switch_log;
-        b->serial_log = (i == 0) ? &bench.serial_log : NULL;
-        b->wire_log = (i == 0) ? &bench.wire_log : NULL;
-        b->plant_log = &bench.plant_log;
-        for (unsigned axis = 0; axis < BOARD_AXES; axis++) {
-            struct plant_settings plant = o->plant[i][axis];
-
-            if (!plant.has_seed) {
-                plant.seed = o->clock.seed;
-                plant.has_seed = true;
-            }
-            board_set_plant(b, axis, &plant);
         }
     }
     return true;
@@ -88,8 +105,8 @@ static bool open_switch_log(const char *path)
 
 static bool open_outputs(const struct options *o)
 {
-    const char *names[LINE_BOARDS] = {0};
-    int axes[LINE_BOARDS] = {0};
+    const char *names[BUS_BOARDS] = {0};
+    int axes[BUS_BOARDS] = {0};
 
     for (int i = 0; i < o->boards; i++) {
         names[i] = o->board_name[i];
@@ -116,7 +133,7 @@ static bool open_outputs(const struct options *o)
     if (!wire_log_open(&bench.wire_log, o->wire_log_path)) {
         return cannot_write(o->wire_log_path);
     }
-    bench.line.log = &bench.wire_log;
+    bench.bus.log = &bench.wire_log;
     return open_switch_log(o->switch_log_path);
 }
 
@@ -141,7 +158,7 @@ static int run_ms(uint64_t ms)
     return alive ? 0 : 1;
 }
 
-static int run(const struct options *o)
+static int run_mode(const struct options *o)
 {
     switch (o->mode) {
     case MODE_CONTROL:
@@ -157,8 +174,8 @@ static int run(const struct options *o)
     }
 }
 
-// A file that could not be written makes a fine run fail.
-static void closed(bool fine, const char *path, int *status)
+// A run that went well fails if one of its files could not be written.
+static void check_closed(bool fine, const char *path, int *status)
 {
     if (!fine) {
         (void)cannot_write(path);
@@ -170,20 +187,20 @@ static int close_all(const struct options *o, int status)
 {
     const char *error = bench_error(&bench);
 
-    closed(edges_close(&bench.edges), o->edges_path, &status);
+    check_closed(edges_close(&bench.edges), o->edges_path, &status);
     if (bench.has_vcd) {
-        closed(vcd_close(&bench.vcd, bench.cycle), o->vcd_path, &status);
+        check_closed(vcd_close(&bench.vcd, bench.cycle), o->vcd_path, &status);
     }
-    closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
-    closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
-    closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
-    closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
+    check_closed(serial_log_close(&bench.serial_log), o->serial_log_path, &status);
+    check_closed(plant_log_close(&bench.plant_log), o->plant_log_path, &status);
+    check_closed(csv_close(&bench.switch_log), o->switch_log_path, &status);
+    check_closed(wire_log_close(&bench.wire_log), o->wire_log_path, &status);
     pixel_clock_close(&bench.clock);
     if (error != NULL) {
         (void)fprintf(stderr, "pixstep-sim: %s\n", error);
     }
     for (int i = 0; i < bench.boards; i++) {
-        closed(bench_save_eeprom(&bench, i), bench.eeprom_path[i], &status);
+        check_closed(bench_save_eeprom(&bench, i), bench.eeprom_path[i], &status);
         board_close(&bench.board[i]);
     }
     return status;
@@ -194,12 +211,12 @@ int main(int argc, char **argv)
     struct options options;
 
     options_read(&options, argc, argv);
-    line_init(&bench.line);
+    bus_init(&bench.bus);
     if (!open_outputs(&options) || !open_boards(&options)) {
         return 2;
     }
     (void)signal(SIGINT, on_signal);
     (void)signal(SIGTERM, on_signal);
     bench.wall_started_s = bench_wall_s();
-    return close_all(&options, run(&options));
+    return close_all(&options, run_mode(&options));
 }

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "options.h"
 
@@ -11,6 +10,7 @@
 #include <string.h>
 
 #include "cpu_clock.h"
+#include "plant_parse.h"
 
 #define DEFAULT_START_MS      10.0
 #define DEFAULT_UNIT_LIMIT_MS 600000U
@@ -20,13 +20,14 @@
 
 static const char manual[] =
     "usage: pixstep-sim --board NAME=IMAGE.elf [--board ...] [options] MODE\n"
-    "Runs one to four simulated boards, exact to the cycle, on one serial line and one "
+    "Runs one to four simulated boards, exact to the cycle, on one serial bus and one "
     "pixel clock.\n"
     "\n"
     "  --board NAME=IMAGE     a board (uno or mega) and its firmware; board i answers as "
     "unit i + 1\n"
-    "  --plant B.A:KNOBS      mechanics of board B's axis A; knobs joined by commas, any "
-    "of these\n"
+    "  --plant B.A:PARAMETERS mechanics of board B's axis A; parameters joined by "
+    "commas, "
+    "any of these\n"
     "                         (steps, or ticks of 62.5 ns):\n"
     "    play=N               between motor and load (0)\n"
     "    travel=MIN..MAX      limit switches closed at and beyond these (no switches)\n"
@@ -75,7 +76,7 @@ static const char manual[] =
     "(sim/control.h\n"
     "                         lists them: run, tx, peek, pin, power, reset, hang, eeprom "
     "and others)\n"
-    "  --pty                  the serial line as a pseudo terminal, in real time\n"
+    "  --pty                  the serial bus as a pseudo terminal, in real time\n"
     "  --run-ms N             so long, then statistics (JSON) on standard output\n"
     "  --unit                 a test image: its text, and GPIOR0 as exit status\n"
     "  --unit-limit-ms N      give a test image up after so long (default 600000)\n";
@@ -92,7 +93,10 @@ __attribute__((noreturn, format(printf, 1, 2))) static void fail(const char *for
     exit(2);
 }
 
-static uint64_t whole(const char *option, const char *text, uint64_t least, uint64_t most)
+static uint64_t read_whole(const char *option,
+                           const char *text,
+                           uint64_t least,
+                           uint64_t most)
 {
     char *end;
     unsigned long long value;
@@ -101,7 +105,7 @@ static uint64_t whole(const char *option, const char *text, uint64_t least, uint
     value = strtoull(text, &end, 10);
     if (text[0] < '0' || text[0] > '9' || *end != '\0' || errno != 0 || value < least ||
         value > most) {
-        fail("%s '%s': a whole number from %llu to %llu is wanted",
+        fail("%s '%s': expected a whole number from %llu to %llu",
              option,
              text,
              (unsigned long long)least,
@@ -110,13 +114,13 @@ static uint64_t whole(const char *option, const char *text, uint64_t least, uint
     return value;
 }
 
-static double real(const char *option, const char *text, double least, double most)
+static double read_real(const char *option, const char *text, double least, double most)
 {
     char *end;
     double value = strtod(text, &end);
 
     if (end == text || *end != '\0' || !(value >= least && value <= most)) {
-        fail("%s '%s': a number from %g to %g is wanted", option, text, least, most);
+        fail("%s '%s': expected a number from %g to %g", option, text, least, most);
     }
     return value;
 }
@@ -144,10 +148,10 @@ static void read_board(struct options *o, char *text)
     char *equals = strchr(text, '=');
 
     if (equals == NULL || equals == text || equals[1] == '\0') {
-        fail("--board '%s': NAME=IMAGE.elf is wanted", text);
+        fail("--board '%s': expected NAME=IMAGE.elf", text);
     }
-    if (o->boards == LINE_BOARDS) {
-        fail("--board: at most %d boards", LINE_BOARDS);
+    if (o->boards == BUS_BOARDS) {
+        fail("--board: at most %d boards", BUS_BOARDS);
     }
     *equals = '\0';
     check_kind(o, text);
@@ -163,9 +167,9 @@ static void read_hz(struct options *o, char *text)
     o->clock.hz_den = 1;
     if (slash != NULL) {
         *slash = '\0';
-        o->clock.hz_den = (uint32_t)whole("--pixel-hz", slash + 1, 1, UINT32_MAX);
+        o->clock.hz_den = (uint32_t)read_whole("--pixel-hz", slash + 1, 1, UINT32_MAX);
     }
-    o->clock.hz_num = (uint32_t)whole("--pixel-hz", text, 1, UINT32_MAX);
+    o->clock.hz_num = (uint32_t)read_whole("--pixel-hz", text, 1, UINT32_MAX);
     if (o->clock.hz_num / o->clock.hz_den > HZ_MOST) {
         fail(
             "--pixel-hz %u/%u: at most %u Hz", o->clock.hz_num, o->clock.hz_den, HZ_MOST);
@@ -176,12 +180,12 @@ static void read_plant(struct options *o, char *text)
 {
     char error[128];
     unsigned board = (unsigned)(unsigned char)text[0] - '0';
-    unsigned axis = (board < LINE_BOARDS && text[1] == '.')
+    unsigned axis = (board < BUS_BOARDS && text[1] == '.')
                         ? (unsigned)(unsigned char)text[2] - '0'
                         : BOARD_AXES;
 
     if (axis >= BOARD_AXES || text[3] != ':') {
-        fail("--plant '%s': BOARD.AXIS:KNOBS is wanted, as in 0.1:play=40", text);
+        fail("--plant '%s': expected BOARD.AXIS:PARAMETERS, as in 0.1:play=40", text);
     }
     if (!plant_parse(
             &o->plant[board][axis], text + strlen("0.0:"), error, sizeof error)) {
@@ -193,8 +197,8 @@ static void read_eeprom(struct options *o, const char *text)
 {
     unsigned board = (unsigned)(unsigned char)text[0] - '0';
 
-    if (board >= LINE_BOARDS || text[1] != '=' || text[2] == '\0') {
-        fail("--eeprom '%s': BOARD=FILE is wanted, as in 0=eeprom.bin", text);
+    if (board >= BUS_BOARDS || text[1] != '=' || text[2] == '\0') {
+        fail("--eeprom '%s': expected BOARD=FILE, as in 0=eeprom.bin", text);
     }
     o->eeprom_path[board] = text + 2;
 }
@@ -207,7 +211,8 @@ static void set_mode(struct options *o, enum run_mode mode)
     o->mode = mode;
 }
 
-// In groups, told apart by their first: the clock, output files, modes.
+// In groups, each of which begins where the one before ends: boards, the clock, output files,
+// modes.
 enum option_id {
     OPTION_BOARD = 1000,
     OPTION_PLANT,
@@ -257,29 +262,29 @@ static const struct option table[] = {
     {NULL, 0, NULL, 0},
 };
 
-static void take_clock(struct options *o, int id, char *value)
+static void read_clock_option(struct options *o, int id, char *value)
 {
     switch (id) {
     case OPTION_HZ:
         read_hz(o, value);
         break;
     case OPTION_PPM:
-        o->clock.ppm = real("--pixel-ppm", value, -PPM_MOST, PPM_MOST);
+        o->clock.ppm = read_real("--pixel-ppm", value, -PPM_MOST, PPM_MOST);
         break;
     case OPTION_JITTER:
         o->clock.jitter_ns =
-            (uint32_t)whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
+            (uint32_t)read_whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
         break;
     case OPTION_START:
-        o->clock.start_ms = real("--pixel-start-ms", value, 0.01, 1e9);
+        o->clock.start_ms = read_real("--pixel-start-ms", value, 0.01, 1e9);
         break;
     default:
-        o->clock.seed = whole("--seed", value, 0, UINT64_MAX);
+        o->clock.seed = read_whole("--seed", value, 0, UINT64_MAX);
         break;
     }
 }
 
-static void take_mode(struct options *o, int id, const char *value)
+static void read_mode_option(struct options *o, int id, const char *value)
 {
     switch (id) {
     case OPTION_CONTROL:
@@ -292,16 +297,16 @@ static void take_mode(struct options *o, int id, const char *value)
         set_mode(o, MODE_UNIT);
         break;
     case OPTION_UNIT_LIMIT:
-        o->unit_limit_ms = whole("--unit-limit-ms", value, 1, UINT32_MAX);
+        o->unit_limit_ms = read_whole("--unit-limit-ms", value, 1, UINT32_MAX);
         break;
     default:
         set_mode(o, MODE_RUN_MS);
-        o->run_ms = whole("--run-ms", value, 1, UINT32_MAX);
+        o->run_ms = read_whole("--run-ms", value, 1, UINT32_MAX);
         break;
     }
 }
 
-static void take_output(struct options *o, int id, const char *path)
+static void read_output_option(struct options *o, int id, const char *path)
 {
     switch (id) {
     case OPTION_EDGES:
@@ -328,7 +333,7 @@ static void take_output(struct options *o, int id, const char *path)
     }
 }
 
-static void take(struct options *o, int id, char *value)
+static void read_option(struct options *o, int id, char *value)
 {
     switch (id) {
     case OPTION_BOARD:
@@ -344,14 +349,14 @@ static void take(struct options *o, int id, char *value)
         (void)fputs(manual, stdout);
         exit(0);
     case '?':
-        exit(2); // getopt has said what is wrong
+        exit(2); // getopt has printed what is wrong
     default:
         if (id >= OPTION_CONTROL) {
-            take_mode(o, id, value);
+            read_mode_option(o, id, value);
         } else if (id >= OPTION_EDGES) {
-            take_output(o, id, value);
+            read_output_option(o, id, value);
         } else {
-            take_clock(o, id, value);
+            read_clock_option(o, id, value);
         }
         break;
     }
@@ -359,7 +364,7 @@ static void take(struct options *o, int id, char *value)
 
 static void check_eeproms(const struct options *o)
 {
-    for (int board = o->boards; board < LINE_BOARDS; board++) {
+    for (int board = o->boards; board < BUS_BOARDS; board++) {
         if (o->eeprom_path[board] != NULL) {
             fail("--eeprom %d: there is no such board", board);
         }
@@ -368,7 +373,7 @@ static void check_eeproms(const struct options *o)
 
 static void check_plants(const struct options *o)
 {
-    for (int board = 0; board < LINE_BOARDS; board++) {
+    for (int board = 0; board < BUS_BOARDS; board++) {
         int axes =
             (board < o->boards) ? board_kind_by_name(o->board_name[board])->axes : 0;
 
@@ -390,7 +395,7 @@ void options_read(struct options *o, int argc, char **argv)
     o->unit_limit_ms = DEFAULT_UNIT_LIMIT_MS;
     argv[0] = (char[]){"pixstep-sim"}; // for getopt's own messages
     while ((id = getopt_long(argc, argv, "", table, NULL)) != -1) {
-        take(o, id, optarg);
+        read_option(o, id, optarg);
     }
     if (optind < argc) {
         fail("'%s' is not an option (--help lists them)", argv[optind]);

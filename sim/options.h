@@ -1,31 +1,35 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The command line.
+// The command line: the boards of a run, their mechanics, the pixel clock, the output files and
+// what to do. --help describes every option.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "board_pins.h"
-#include "line.h"
+#include "bus.h"
 #include "pixel_clock.h"
 #include "plant.h"
 
+// What the program does with the boards.
 enum run_mode { MODE_NONE, MODE_CONTROL, MODE_PTY, MODE_RUN_MS, MODE_UNIT };
 
 struct options {
-    int boards;
-    char *board_name[LINE_BOARDS];
-    char *board_image[LINE_BOARDS];
-    const char *eeprom_path[LINE_BOARDS]; // NULL for none
-    struct plant_settings plant[LINE_BOARDS][BOARD_AXES];
+    int boards; // given so far; board i answers as unit i + 1
+    char *board_name[BUS_BOARDS];
+    char *board_image[BUS_BOARDS];
+    const char *eeprom_path[BUS_BOARDS]; // NULL for none
+    // Mechanics of each axis; `present` is false where none was given.
+    struct plant_settings plant[BUS_BOARDS][BOARD_AXES];
     struct pixel_clock_settings clock;
+    // Output files, NULL for none.
     const char *edges_path, *clock_log_path, *serial_log_path, *plant_log_path,
         *switch_log_path, *wire_log_path, *vcd_path;
     enum run_mode mode;
-    uint64_t run_ms, unit_limit_ms;
-    bool stats; // print the statistics at the end of --run-ms
+    uint64_t run_ms;        // with MODE_RUN_MS: simulated time
+    uint64_t unit_limit_ms; // with MODE_UNIT: simulated time at most
+    bool stats;             // print the statistics at the end of --run-ms
 };
 
 // Reads the command line. On an error prints one line and exits with status 2; --help prints the

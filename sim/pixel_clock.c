@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "pixel_clock.h"
 
@@ -8,20 +7,13 @@
 #include <string.h>
 
 #include "cpu_clock.h"
-#define HIGH_MAX_US 50U
-#define GAP_CYCLES  2U            // low at least so long, whatever the jitter
-#define PPM_SCALE 1000000000000LL // 1 ppm = 10^6 of it: the error to a millionth of a ppm
-#define PPM_UNITS 1e6
-#define NS_PER_US 1000
+#include "csv_file.h"
 
-// xorshift64*: reproducible everywhere, good enough for jitter.
-static uint64_t next_random(struct pixel_clock *c)
-{
-    c->random ^= c->random >> 12;
-    c->random ^= c->random << 25;
-    c->random ^= c->random >> 27;
-    return c->random * 0x2545F4914F6CDD1DU;
-}
+#define HIGH_MAX_US 50U
+#define GAP_CYCLES  2U // low at least between two pulses, whatever the jitter
+#define PPM_SCALE   1000000000000LL // the nominal frequency, in millionths of a ppm
+#define PPM_UNITS   1e6
+#define NS_PER_US   1000
 
 static int64_t jitter_cycles(struct pixel_clock *c)
 {
@@ -30,7 +22,7 @@ static int64_t jitter_cycles(struct pixel_clock *c)
     if (most == 0) {
         return 0;
     }
-    return (int64_t)(next_random(c) % (uint64_t)(2 * most + 1)) - most;
+    return (int64_t)(noise_next(&c->random) % (uint64_t)(2 * most + 1)) - most;
 }
 
 static void set_period(struct pixel_clock *c)
@@ -70,22 +62,15 @@ bool pixel_clock_open(struct pixel_clock *c,
     memset(c, 0, sizeof *c);
     c->settings = *settings;
     c->on = true;
-    c->random = settings->seed * 0x9E3779B97F4A7C15U + 1;
+    c->random.state = settings->seed * 0x9E3779B97F4A7C15U + 1;
     c->ideal = (uint64_t)llround(settings->start_ms * (double)cpu_clock_cycles_of_ms(1));
     if (settings->hz_num != 0) {
         set_period(c);
     }
-    if (log_path != NULL) {
-        c->log = fopen(log_path, "w");
-        if (c->log == NULL) {
-            return false;
-        }
-        (void)fputs("cycle\n", c->log);
-    }
-    return true;
+    return csv_open(&c->log, log_path, "cycle");
 }
 
-static void advance(struct pixel_clock *c)
+static void advance_ideal(struct pixel_clock *c)
 {
     pixel_wide sum = c->num + c->rest;
 
@@ -106,11 +91,11 @@ static void make_next(struct pixel_clock *c)
     c->next.fall = c->next.rise + high + 1;
     c->last_fall = c->next.fall;
     c->next_valid = true;
-    advance(c);
+    advance_ideal(c);
 }
 
-// True if the pulse reaches the line: it is neither switched off nor dropped.
-static bool emitted(struct pixel_clock *c)
+// True if the pulse reaches the boards: the clock is on and the pulse is not dropped.
+static bool is_emitted(struct pixel_clock *c)
 {
     if (c->drop > 0) {
         c->drop--;
@@ -132,7 +117,7 @@ bool pixel_clock_next(struct pixel_clock *c, uint64_t before, struct pixel_pulse
             return false;
         }
         c->next_valid = false;
-        if (emitted(c)) {
+        if (is_emitted(c)) {
             *pulse = c->next;
             if (c->log != NULL) {
                 (void)fprintf(c->log, "%" PRIu64 "\n", pulse->rise);
@@ -144,8 +129,5 @@ bool pixel_clock_next(struct pixel_clock *c, uint64_t before, struct pixel_pulse
 
 void pixel_clock_close(struct pixel_clock *c)
 {
-    if (c->log != NULL) {
-        (void)fclose(c->log);
-        c->log = NULL;
-    }
+    (void)csv_close(&c->log);
 }

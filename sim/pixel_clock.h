@@ -1,59 +1,69 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The pixel-clock source: an exact rational frequency, off by so many ppm, with jitter and
-// drop-outs. Pulses keep to an ideal time line without drift; each one's rising edge is rounded
-// down to a cycle and then displaced by its own jitter. High for a quarter of the period, 50 us
-// at most.
+// The source of the pixel clock: an exact rational frequency with an error in ppm, jitter and
+// dropped pulses. The pulses follow an ideal time line without drift; the rising edge of each is
+// rounded down to a cycle and then displaced by its own jitter. A pulse is high for a quarter of
+// the period, 50 us at most.
+//
+//   ideal     |           |           |           |        num / den cycles apart, exactly
+//   clock     /-\___________/-\______/-\__________/-\__    displaced by at most jitter_ns
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
+#include "noise.h"
+
 __extension__ typedef unsigned __int128 pixel_wide;
 
 struct pixel_clock_settings {
     uint32_t hz_num, hz_den; // 0: no clock at all
     double ppm;              // kept to a millionth of a ppm
-    uint32_t jitter_ns;      // each edge is off by at most this, evenly spread
+    uint32_t jitter_ns;      // each edge is displaced by at most this, evenly distributed
     double start_ms;         // of the first rising edge
-    uint64_t seed;
+    uint64_t seed;           // of the jitter
 };
 
 struct pixel_pulse {
-    uint64_t rise, fall; // cycles
+    uint64_t rise; // cycle of the edge that the firmware counts
+    uint64_t fall; // cycle of the other edge
 };
 
 struct pixel_clock {
     struct pixel_clock_settings settings;
-    FILE *log;           // one rising edge a line; NULL for none
-    uint64_t ideal;      // next pulse: whole cycles
+    FILE *log;           // the cycle of every rising edge; NULL for none
+    uint64_t ideal;      // of the next pulse without jitter: whole cycles
     pixel_wide rest;     // and the fraction, in units of 1 / den
     pixel_wide num, den; // the period is num / den cycles
-    uint64_t random, last_fall;
-    uint64_t drop; // so many pulses are still to be left out
-    bool on, next_valid;
+    struct noise random;
+    uint64_t last_fall;
+    uint64_t drop;   // number of pulses that are still to be dropped
+    bool on;         // off: pulses are left out, but the time line goes on
+    bool next_valid; // `next` holds the next pulse
     struct pixel_pulse next;
 };
 
-// Starts the source. log_path NULL: no log. False with errno set if the log cannot be written.
+// Starts the source, and its log unless log_path is NULL. False with errno set if the log cannot be
+// written.
 bool pixel_clock_open(struct pixel_clock *clock,
                       const struct pixel_clock_settings *settings,
                       const char *log_path);
 
-// The next pulse if it rises before this cycle; it is then over and done with (and in the log).
+// Takes the next pulse if it rises before this cycle, and logs it. False if there is none. Dropped
+// pulses, and those while the clock is off, are left out.
 bool pixel_clock_next(struct pixel_clock *clock,
                       uint64_t before,
                       struct pixel_pulse *pulse);
 
-// Another frequency error from the next pulse on.
+// Changes the frequency error, from the next pulse on.
 void pixel_clock_set_ppm(struct pixel_clock *clock, double ppm);
 
-// Another frequency: the next pulse rises one period behind this cycle.
+// Changes the frequency; the next pulse rises one period after this cycle.
 void pixel_clock_set_hz(struct pixel_clock *clock,
                         uint32_t hz_num,
                         uint32_t hz_den,
                         uint64_t cycle);
 
+// Closes the log.
 void pixel_clock_close(struct pixel_clock *clock);

@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "plant.h"
 
 #include <string.h>
+
+const char *plant_switch_name(enum plant_switch which)
+{
+    static const char *const names[PLANT_SWITCHES] = {"home", "minus", "plus"};
+
+    return names[which];
+}
 
 bool plant_has(const struct plant *p, enum plant_switch which)
 {
     return (which == PLANT_HOME) ? p->settings.has_home : p->settings.has_travel;
 }
 
-// The switch by the load's position; home's hysteresis makes it depend on what it was.
-static bool pressed(const struct plant *p, enum plant_switch which)
+// Whether the load presses a switch. Because of its hysteresis, home depends on its state so far.
+static bool is_pressed(const struct plant *p, enum plant_switch which)
 {
     const struct plant_settings *s = &p->settings;
 
@@ -35,11 +41,11 @@ static bool update_switches(struct plant *p)
 {
     bool changed = false;
 
-    p->pressed_home = pressed(p, PLANT_HOME);
+    p->pressed_home = is_pressed(p, PLANT_HOME);
     for (unsigned i = 0; i < PLANT_SWITCHES; i++) {
         enum plant_stuck stuck = p->settings.stuck[i];
         bool closed =
-            (i == PLANT_HOME) ? p->pressed_home : pressed(p, (enum plant_switch)i);
+            (i == PLANT_HOME) ? p->pressed_home : is_pressed(p, (enum plant_switch)i);
 
         closed = (stuck == STUCK_FREE) ? closed : stuck == STUCK_CLOSED;
         changed |= p->closed[i] != closed;
@@ -48,17 +54,17 @@ static bool update_switches(struct plant *p)
     return changed;
 }
 
-static void put(struct plant *p)
+static void put_at_start(struct plant *p)
 {
     p->motor = p->load = p->settings.start;
-    p->pressed_home = false; // within the hysteresis home is open
+    p->pressed_home = false; // within its hysteresis, home begins open
 }
 
 void plant_init(struct plant *p, const struct plant_settings *settings)
 {
     memset(p, 0, sizeof *p);
     p->settings = *settings;
-    put(p);
+    put_at_start(p);
     (void)update_switches(p);
 }
 
@@ -66,7 +72,7 @@ void plant_change(struct plant *p, const struct plant_settings *settings)
 {
     p->settings = *settings;
     if (settings->has_start) {
-        put(p);
+        put_at_start(p);
     }
     (void)update_switches(p);
 }
@@ -82,8 +88,9 @@ static bool at_hard_stop(const struct plant *p, int direction)
                            : p->load <= s->travel_min - s->over;
 }
 
-// The load sits within the play behind the motor: pushed up at its lower end, pulled down at its
-// upper. Starting point: play taken up in the positive direction.
+// The load sits within the play around the motor. The motor pushes it up when the gap is 0, and
+// pulls it down when the gap is as large as the play. At the start the play is taken up in the
+// positive direction.
 bool plant_step(struct plant *p, int direction)
 {
     int64_t gap = p->motor - p->load; // 0 while pushing up, -play while pulling down

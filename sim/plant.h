@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The mechanics of one axis: motor steps move a load through play, between hard stops, past limit
-// and home switches. Lengths in steps, times in ticks (cycles).
+// and home switches. Lengths are in steps, times in ticks (cycles).
 //
 //   hard stop   limit-            home (closed above it)             limit+   hard stop
 //   ----|----------|------------------|-----------------------------------|----------|----
@@ -12,7 +11,6 @@
 #pragma once
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 #include "contact.h"
@@ -22,9 +20,9 @@ enum plant_switch { PLANT_HOME, PLANT_LIMIT_MINUS, PLANT_LIMIT_PLUS, PLANT_SWITC
 enum plant_stuck { STUCK_FREE, STUCK_OPEN, STUCK_CLOSED };
 
 struct plant_settings {
-    bool present; // knobs were given for this axis: its switches drive their pins
-    bool has_travel, has_home; // it has these switches
-    bool has_start, has_seed;  // these were among the knobs
+    bool present; // the axis was given parameters: its switches drive their pins
+    bool has_travel, has_home; // the axis has these switches
+    bool has_start, has_seed;  // these were among the parameters
     bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
     struct contact_settings contact;
     enum plant_stuck stuck[PLANT_SWITCHES];
@@ -32,7 +30,7 @@ struct plant_settings {
     int64_t travel_min, travel_max; // limit switches close at and beyond these
     int64_t over; // from a limit to its hard stop; steps beyond it are lost
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    int64_t start; // where motor and load are at reset, or are put at run time
+    int64_t start; // motor and load are here at the start, or are put here later
     uint64_t seed; // of the bouncing
 };
 
@@ -40,26 +38,23 @@ struct plant {
     struct plant_settings settings;
     int64_t motor, load;
     int64_t lost_steps;
-    bool pressed_home;           // by its position, stuck or not
-    bool closed[PLANT_SWITCHES]; // as the contacts are to follow
+    bool pressed_home;           // by the load's position, whether it is stuck or not
+    bool closed[PLANT_SWITCHES]; // the states that the contacts follow
 };
 
-// Motor and load at `start`, play taken up in the positive direction.
+// Puts motor and load at `start`, the play taken up in the positive direction.
 void plant_init(struct plant *plant, const struct plant_settings *settings);
 
-// Other knobs at run time: motor and load stay, unless `start` is among the knobs.
+// Changes the parameters while the axis moves. Motor and load stay where they are, unless `start`
+// is among the parameters.
 void plant_change(struct plant *plant, const struct plant_settings *settings);
 
 // True if the axis has this switch.
 bool plant_has(const struct plant *plant, enum plant_switch which);
 
-// One motor step, +1 or -1. Returns true if a switch has changed.
+// Moves the motor by one step, +1 or -1. A step against a hard stop is lost: motor and load stay.
+// Returns true if a switch has changed.
 bool plant_step(struct plant *plant, int direction);
 
-// Reads "play=40,travel=-100..9000,..." (options.c's manual lists all) into the settings; knobs
-// that are not named stay, or get their defaults if none were ever given. On an error returns
-// false, with one line about it in `error`. Changes the text.
-bool plant_parse(struct plant_settings *settings,
-                 char *text,
-                 char *error,
-                 size_t error_size);
+// The switch's name in parameters and logs: "home", "minus" or "plus".
+const char *plant_switch_name(enum plant_switch which);

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
-//
-// The knobs of the mechanics, as text.
+
+#include "plant_parse.h"
 
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "plant.h"
-
 #define DEFAULT_OVER       100
 #define DEFAULT_HYSTERESIS 8
 #define TICKS_MOST         16000000U // a second, or nearly
 
-static bool number(const char *text, int64_t *value)
+static bool read_number(const char *text, int64_t *value)
 {
     char *end;
 
@@ -23,7 +20,7 @@ static bool number(const char *text, int64_t *value)
     return end != text && *end == '\0' && errno == 0;
 }
 
-static bool range(char *text, int64_t *low, int64_t *high)
+static bool read_range(char *text, int64_t *low, int64_t *high)
 {
     char *dots = strstr(text, "..");
 
@@ -31,86 +28,86 @@ static bool range(char *text, int64_t *low, int64_t *high)
         return false;
     }
     *dots = '\0';
-    return number(text, low) && number(dots + 2, high) && *low < *high;
+    return read_number(text, low) && read_number(dots + 2, high) && *low < *high;
 }
 
-static bool not_negative(const char *text, int64_t *value)
+static bool read_not_negative(const char *text, int64_t *value)
 {
-    return number(text, value) && *value >= 0;
+    return read_number(text, value) && *value >= 0;
 }
 
-static bool at_most(const char *text, uint32_t most, uint32_t *value)
+static bool read_at_most(const char *text, uint32_t most, uint32_t *value)
 {
     int64_t wide;
 
-    if (!not_negative(text, &wide) || wide > (int64_t)most) {
+    if (!read_not_negative(text, &wide) || wide > (int64_t)most) {
         return false;
     }
     *value = (uint32_t)wide;
     return true;
 }
 
-static bool play(struct plant_settings *s, char *value)
+static bool read_play(struct plant_settings *s, char *value)
 {
-    return not_negative(value, &s->play);
+    return read_not_negative(value, &s->play);
 }
 
-static bool travel(struct plant_settings *s, char *value)
+static bool read_travel(struct plant_settings *s, char *value)
 {
     s->has_travel = true;
-    return range(value, &s->travel_min, &s->travel_max);
+    return read_range(value, &s->travel_min, &s->travel_max);
 }
 
-static bool over(struct plant_settings *s, char *value)
+static bool read_over(struct plant_settings *s, char *value)
 {
-    return not_negative(value, &s->over);
+    return read_not_negative(value, &s->over);
 }
 
-static bool home(struct plant_settings *s, char *value)
+static bool read_home(struct plant_settings *s, char *value)
 {
     s->has_home = true;
-    return number(value, &s->home);
+    return read_number(value, &s->home);
 }
 
-static bool hysteresis(struct plant_settings *s, char *value)
+static bool read_hysteresis(struct plant_settings *s, char *value)
 {
-    return not_negative(value, &s->home_hysteresis);
+    return read_not_negative(value, &s->home_hysteresis);
 }
 
-static bool start(struct plant_settings *s, char *value)
+static bool read_start(struct plant_settings *s, char *value)
 {
     s->has_start = true;
-    return number(value, &s->start);
+    return read_number(value, &s->start);
 }
 
-static bool active(struct plant_settings *s, char *value)
+static bool read_active(struct plant_settings *s, char *value)
 {
     s->active_high = strcmp(value, "high") == 0;
     return s->active_high || strcmp(value, "low") == 0;
 }
 
-static bool delay(struct plant_settings *s, char *value)
+static bool read_delay(struct plant_settings *s, char *value)
 {
-    return at_most(value, TICKS_MOST, &s->contact.delay_ticks);
+    return read_at_most(value, TICKS_MOST, &s->contact.delay_ticks);
 }
 
-static bool bounce(struct plant_settings *s, char *value)
+static bool read_bounce(struct plant_settings *s, char *value)
 {
-    return at_most(value, CONTACT_BOUNCE_MOST, &s->contact.bounce) &&
+    return read_at_most(value, CONTACT_BOUNCE_MOST, &s->contact.bounce) &&
            s->contact.bounce % 2 == 0;
 }
 
-static bool bounce_ticks(struct plant_settings *s, char *value)
+static bool read_bounce_ticks(struct plant_settings *s, char *value)
 {
-    return at_most(value, TICKS_MOST, &s->contact.bounce_ticks);
+    return read_at_most(value, TICKS_MOST, &s->contact.bounce_ticks);
 }
 
-static bool seed(struct plant_settings *s, char *value)
+static bool read_seed(struct plant_settings *s, char *value)
 {
     int64_t wide;
 
     s->has_seed = true;
-    if (!not_negative(value, &wide)) {
+    if (!read_not_negative(value, &wide)) {
         return false;
     }
     s->seed = (uint64_t)wide;
@@ -118,7 +115,7 @@ static bool seed(struct plant_settings *s, char *value)
 }
 
 // The index of a word in a list, or `count`.
-static unsigned find(const char *word, const char *const list[], unsigned count)
+static unsigned find_word(const char *word, const char *const list[], unsigned count)
 {
     unsigned i = 0;
 
@@ -128,20 +125,22 @@ static unsigned find(const char *word, const char *const list[], unsigned count)
     return i;
 }
 
-static bool stick(struct plant_settings *s, char *word)
+static bool read_stuck_switch(struct plant_settings *s, char *word)
 {
-    static const char *const switches[] = {"home", "minus", "plus"};
     static const char *const states[] = {"free", "open", "closed"};
     char *colon = strchr(word, ':');
-    unsigned which;
+    unsigned which = 0;
     unsigned state;
 
     if (colon == NULL) {
         return false;
     }
     *colon = '\0';
-    which = find(word, switches, PLANT_SWITCHES);
-    state = find(colon + 1, states, STUCK_CLOSED + 1U);
+    while (which < PLANT_SWITCHES &&
+           strcmp(word, plant_switch_name((enum plant_switch)which)) != 0) {
+        which++;
+    }
+    state = find_word(colon + 1, states, STUCK_CLOSED + 1U);
     *colon = ':';
     if (which == PLANT_SWITCHES || state > STUCK_CLOSED) {
         return false;
@@ -150,8 +149,8 @@ static bool stick(struct plant_settings *s, char *word)
     return true;
 }
 
-// home:closed+plus:open, or none.
-static bool stuck(struct plant_settings *s, char *value)
+// "home:closed+plus:open", or "none".
+static bool read_stuck(struct plant_settings *s, char *value)
 {
     char *rest = value;
     char *word;
@@ -161,7 +160,7 @@ static bool stuck(struct plant_settings *s, char *value)
         return true;
     }
     while ((word = strsep(&rest, "+")) != NULL) {
-        if (!stick(s, word)) {
+        if (!read_stuck_switch(s, word)) {
             return false;
         }
     }
@@ -171,26 +170,26 @@ static bool stuck(struct plant_settings *s, char *value)
 static const struct {
     const char *name;
     bool (*read)(struct plant_settings *s, char *value);
-    const char *wanted;
-} knobs[] = {
-    {"play", play, "steps, 0 or more"},
-    {"travel", travel, "FIRST..LAST in steps"},
-    {"over", over, "steps, 0 or more"},
-    {"home", home, "a position in steps"},
-    {"hyst", hysteresis, "steps, 0 or more"},
-    {"start", start, "a position in steps"},
-    {"active", active, "low or high"},
-    {"delay", delay, "ticks, 0 to 16000000"},
-    {"bounce", bounce, "an even number of edges, 0 to 64"},
-    {"bounce_ticks", bounce_ticks, "ticks, 0 to 16000000"},
-    {"seed", seed, "a whole number, 0 or more"},
+    const char *expected;
+} parameters[] = {
+    {"play", read_play, "steps, 0 or more"},
+    {"travel", read_travel, "FIRST..LAST in steps"},
+    {"over", read_over, "steps, 0 or more"},
+    {"home", read_home, "a position in steps"},
+    {"hyst", read_hysteresis, "steps, 0 or more"},
+    {"start", read_start, "a position in steps"},
+    {"active", read_active, "low or high"},
+    {"delay", read_delay, "ticks, 0 to 16000000"},
+    {"bounce", read_bounce, "an even number of edges, 0 to 64"},
+    {"bounce_ticks", read_bounce_ticks, "ticks, 0 to 16000000"},
+    {"seed", read_seed, "a whole number, 0 or more"},
     {"stuck",
-     stuck,
+     read_stuck,
      "none, or home, minus, plus with :closed, :open, :free, joined by +"},
 };
-#define KNOBS (sizeof knobs / sizeof knobs[0])
+#define PARAMETERS (sizeof parameters / sizeof parameters[0])
 
-static bool knob(struct plant_settings *s, char *word, char *error, size_t size)
+static bool read_parameter(struct plant_settings *s, char *word, char *error, size_t size)
 {
     char *equals = strchr(word, '=');
     char value[64];
@@ -201,16 +200,17 @@ static bool knob(struct plant_settings *s, char *word, char *error, size_t size)
         return false;
     }
     *equals = '\0';
-    (void)snprintf(value, sizeof value, "%s", equals + 1); // the knobs cut it up
-    while (i < KNOBS && strcmp(word, knobs[i].name) != 0) {
+    (void)snprintf(value, sizeof value, "%s", equals + 1); // reading cuts the word up
+    while (i < PARAMETERS && strcmp(word, parameters[i].name) != 0) {
         i++;
     }
-    if (i == KNOBS) {
-        (void)snprintf(error, size, "there is no knob '%s'", word);
+    if (i == PARAMETERS) {
+        (void)snprintf(error, size, "there is no parameter '%s'", word);
         return false;
     }
-    if (strlen(equals + 1) >= sizeof value || !knobs[i].read(s, equals + 1)) {
-        (void)snprintf(error, size, "%s='%s': %s wanted", word, value, knobs[i].wanted);
+    if (strlen(equals + 1) >= sizeof value || !parameters[i].read(s, equals + 1)) {
+        (void)snprintf(
+            error, size, "%s='%s': expected %s", word, value, parameters[i].expected);
         return false;
     }
     return true;
@@ -223,7 +223,7 @@ static void set_defaults(struct plant_settings *s)
     s->home_hysteresis = DEFAULT_HYSTERESIS;
 }
 
-static bool fits_together(const struct plant_settings *s, char *error, size_t size)
+static bool is_consistent(const struct plant_settings *s, char *error, size_t size)
 {
     bool limit_stuck = s->stuck[PLANT_LIMIT_MINUS] != STUCK_FREE ||
                        s->stuck[PLANT_LIMIT_PLUS] != STUCK_FREE;
@@ -259,9 +259,9 @@ bool plant_parse(struct plant_settings *s, char *text, char *error, size_t error
         set_defaults(s);
     }
     while ((word = strsep(&rest, ",")) != NULL) {
-        if (!knob(s, word, error, error_size)) {
+        if (!read_parameter(s, word, error, error_size)) {
             return false;
         }
     }
-    return fits_together(s, error, error_size);
+    return is_consistent(s, error, error_size);
 }

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "pty.h"
 
@@ -12,9 +11,10 @@
 #include <unistd.h>
 
 #include "cpu_clock.h"
-#define SLICE_CYCLES                                                                     \
-    16000U // a millisecond or less: how finely bytes are passed on and time is kept
-#define CHUNK 256
+
+// A millisecond or less: bytes are passed on and time is kept in such steps.
+#define SLICE_CYCLES 16000U
+#define CHUNK        256
 
 static int open_pty(void)
 {
@@ -25,7 +25,7 @@ static int open_pty(void)
     if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0) {
         return -1;
     }
-    // Held open here too: otherwise reads fail as long as no client has it open.
+    // This program keeps the slave open: otherwise reads fail until a client opens it.
     slave = open(ptsname(master), O_RDWR | O_NOCTTY);
     if (slave < 0 || tcgetattr(slave, &raw) != 0) {
         return -1;
@@ -42,7 +42,7 @@ static void pass_in(struct bench *bench, int master)
     ssize_t count = read(master, bytes, sizeof bytes);
 
     if (count > 0) {
-        (void)line_master_send(&bench->line, bytes, (size_t)count, bench->cycle);
+        (void)bus_master_send(&bench->bus, bytes, (size_t)count, bench->cycle);
     }
 }
 
@@ -51,7 +51,7 @@ static void pass_out(struct bench *bench, int master)
     uint64_t end;
     int byte;
 
-    while ((byte = line_master_receive(&bench->line, bench->cycle, &end)) >= 0) {
+    while ((byte = bus_master_receive(&bench->bus, bench->cycle, &end)) >= 0) {
         uint8_t one = (uint8_t)byte;
 
         (void)!write(master, &one, 1); // a full terminal loses bytes, as a real one does

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The serial line as a pseudo terminal, paced to real time: any Modbus client can talk to the
+// The serial bus as a pseudo terminal, paced to real time: any Modbus client can talk to the
 // boards.
 #pragma once
 
-#include "lockstep.h"
+#include "bench.h"
 
-// Prints the terminal's name and serves it until a board stops or *stop becomes non-zero. Returns
-// the exit status.
+// Prints the terminal's name and serves it until a board stops (exit status 1) or *stop becomes
+// non-zero (0). Returns the exit status, 2 if there is no pseudo terminal.
 int pty_serve(struct bench *bench, const volatile int *stop);

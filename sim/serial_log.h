@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The log of the first board's serial port, so that a run can be played to another simulator:
+// The log of the first board's serial port, so that a run can be repeated in another simulator:
 //
 //   cycle,direction,byte
-//   rx   the receiver has the byte at this cycle, when its stop bit is decided; as the program will
-//        read it (an overrun or a broken frame shows as what arrived)
+//   rx   the receiver has the byte at this cycle, when it has decided the stop bit; the byte is as
+//        the program will read it, after an overrun or in a damaged frame too
 //   tx   the start bit of a byte that the board sends begins at this cycle
 //
-// Bytes are two hexadecimal digits. Frames that end in a disabled receiver are left out.
+// A byte is two hexadecimal digits. Frames that end while the receiver is disabled are left out.
 #pragma once
 
 #include <stdbool.h>
@@ -22,9 +21,11 @@ struct serial_log {
 // Opens the file (NULL: no log). False with errno set if it cannot be written.
 bool serial_log_open(struct serial_log *log, const char *path);
 
+// Adds one byte.
 void serial_log_add(struct serial_log *log, bool sent, uint8_t byte, uint64_t cycle);
 
+// Makes the file complete up to now.
 void serial_log_flush(struct serial_log *log);
 
-// False if something could not be written.
+// Closes the file. False if something could not be written.
 bool serial_log_close(struct serial_log *log);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// What simavr's skip instructions (SBRS, SBRC, SBIS, SBIC, CPSE) get wrong: they take ADIW and SBIW
-// with a constant of which K mod 16 is 12 or more for JMP or CALL, because those opcodes pass
-// simavr's mask for two words, and skip the word behind them too. The places where such a pair
-// stands in an image are found when it is loaded; there the run loop puts the skip right.
+// Corrects simavr's skip instructions (SBRS, SBRC, SBIS, SBIC, CPSE). They take ADIW and SBIW with
+// a constant K of which K mod 16 is 12 or more for a JMP or CALL, because those opcodes match
+// simavr's mask for instructions of two words, and then skip the following word too. Loading an
+// image finds the places of such pairs; the run loop corrects the skip there.
 #pragma once
 
 #include <stdbool.h>
@@ -17,13 +16,14 @@ struct skips {
     bool *wrong; // by flash word; NULL where the image has no such place
 };
 
-// False when there is no memory for it.
+// Finds the places in the flash. False if there is no memory for them.
 bool skips_find(struct skips *skips, const avr_t *avr);
 
+// Forgets the places.
 void skips_free(struct skips *skips);
 
-// Behind avr_run_one(): the program counter that it should have given. avr->pc is the
-// instruction's still.
+// Call with the result of avr_run_one(), while avr->pc is still that of the instruction: returns
+// the program counter that avr_run_one() should have returned, and corrects avr->cycle.
 static inline avr_flashaddr_t skips_mend(const struct skips *skips,
                                          avr_t *avr,
                                          avr_flashaddr_t next_pc)

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "stack.h"
 
 #include <string.h>
 
 #define PAINT 0xA5U
-// The firmware's canary, the lowest word of the stack's room, is written at reset.
+// The firmware writes its canary into the lowest word of the stack's room at reset.
 #define CANARY_BYTES 2U
 
 // The linker's name for the first address after .noinit.
 static const char end_symbol[] = "_end";
 
-static uint32_t room(const struct stack_watch *watch)
+static uint32_t room_bytes(const struct stack_watch *watch)
 {
     return (uint32_t)watch->top + 1U - watch->bottom;
 }
@@ -30,14 +29,14 @@ bool stack_find(struct stack_watch *watch,
         return false;
     }
     watch->bottom = (uint16_t)(end->address + CANARY_BYTES);
-    watch->free_least = room(watch);
+    watch->free_least = room_bytes(watch);
     return true;
 }
 
 void stack_paint(struct stack_watch *watch, avr_t *avr)
 {
     memset(watch->paint, (int)PAINT, sizeof watch->paint);
-    memcpy(&avr->data[watch->bottom], watch->paint, room(watch));
+    memcpy(&avr->data[watch->bottom], watch->paint, room_bytes(watch));
 }
 
 void stack_before_noise(struct stack_watch *watch, const avr_t *avr)
@@ -47,7 +46,7 @@ void stack_before_noise(struct stack_watch *watch, const avr_t *avr)
 
 void stack_after_noise(struct stack_watch *watch, const avr_t *avr)
 {
-    memcpy(watch->paint, &avr->data[watch->bottom], room(watch));
+    memcpy(watch->paint, &avr->data[watch->bottom], room_bytes(watch));
 }
 
 uint32_t stack_free_bytes(const struct stack_watch *watch, const avr_t *avr)
@@ -63,5 +62,5 @@ uint32_t stack_free_bytes(const struct stack_watch *watch, const avr_t *avr)
 
 uint32_t stack_used_bytes(const struct stack_watch *watch, const avr_t *avr)
 {
-    return room(watch) - stack_free_bytes(watch, avr);
+    return room_bytes(watch) - stack_free_bytes(watch, avr);
 }

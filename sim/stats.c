@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "stats.h"
 
@@ -8,7 +7,7 @@
 
 #include "cpu_clock.h"
 
-// The CPU time of this process so far, seconds.
+// CPU time of this process so far, in seconds.
 static double cpu_s(void)
 {
     struct timespec used;
@@ -67,8 +66,8 @@ static void write_axes(FILE *out, const struct board *b)
         (void)fprintf(out,
                       "%s{\"steps_rising\":%" PRIu64 ",\"steps_signed\":%" PRId64 "}",
                       (i == 0) ? "" : ",",
-                      b->axis[i].steps_rising,
-                      b->axis[i].steps_signed);
+                      b->outputs.axis[i].steps_rising,
+                      b->outputs.axis[i].steps_signed);
     }
 }
 
@@ -85,7 +84,7 @@ static void write_board(FILE *out, struct board *b)
     (void)fprintf(out,
                   "],\"sleep_cycles\":%" PRIu64 ",\"stack_free_bytes\":%u,"
                   "\"stack_used_bytes\":%u,\"axes\":[",
-                  b->sleep_cycles,
+                  b->run_loop.sleep_cycles,
                   stack_free_bytes(&b->stack, b->avr),
                   stack_used_bytes(&b->stack, b->avr));
     write_axes(out, b);
@@ -109,7 +108,7 @@ void stats_write(FILE *out, struct bench *bench)
                   wall_s,
                   cpu_s(),
                   (wall_s > 0.0) ? simulated_s / wall_s : 0.0,
-                  bench->line.corrupted_frames);
+                  bench->bus.corrupted_frames);
     for (int i = 0; i < bench->boards; i++) {
         if (i > 0) {
             (void)fputc(',', out);

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "symbols.h"
 
@@ -8,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+#include "grow.h"
 
 // Where the linker puts RAM and EEPROM in an AVR's ELF file.
 #define RAM_SPACE    0x800000U
@@ -43,23 +44,13 @@ static bool is_place(const GElf_Sym *symbol)
            (type == STT_NOTYPE || type == STT_OBJECT || type == STT_FUNC);
 }
 
-static bool grow(struct symbols *s)
+static void add_symbol(struct symbols *s, const char *name, const GElf_Sym *symbol)
 {
-    size_t room = (s->room == 0) ? FIRST_ROOM : 2 * s->room;
-    struct symbol *list = realloc(s->list, room * sizeof *list);
-
-    if (list != NULL) {
-        s->list = list;
-        s->room = room;
-    }
-    return list != NULL;
-}
-
-static void add(struct symbols *s, const char *name, const GElf_Sym *symbol)
-{
-    if (name == NULL || name[0] == '\0' || !is_place(symbol) ||
-        (s->count == s->room && !grow(s))) {
+    if (name == NULL || name[0] == '\0' || !is_place(symbol)) {
         return;
+    }
+    if (s->count == s->room) {
+        s->list = grow(s->list, &s->room, FIRST_ROOM, sizeof *s->list);
     }
     s->list[s->count] = (struct symbol){
         .name = strdup(name),
@@ -84,7 +75,7 @@ static void read_section(struct symbols *s, Elf *elf, Elf_Scn *section)
         GElf_Sym symbol;
 
         if (gelf_getsym(data, i, &symbol) != NULL) {
-            add(s, elf_strptr(elf, header.sh_link, symbol.st_name), &symbol);
+            add_symbol(s, elf_strptr(elf, header.sh_link, symbol.st_name), &symbol);
         }
     }
 }
@@ -114,11 +105,11 @@ static bool same_place(const struct symbol *a, const struct symbol *b)
     return a->space == b->space && a->address == b->address;
 }
 
-// With a suffix: names that go on after a dot count.
-static const struct symbol *find(const struct symbols *s,
-                                 const char *name,
-                                 bool with_suffix,
-                                 bool *several)
+// With a suffix: the names that continue with a dot after `name`.
+static const struct symbol *find_unique(const struct symbols *s,
+                                        const char *name,
+                                        bool with_suffix,
+                                        bool *several)
 {
     size_t length = strlen(name);
     const struct symbol *found = NULL;
@@ -146,8 +137,8 @@ const struct symbol *symbols_find(const struct symbols *s,
     const struct symbol *found;
 
     *several = false;
-    found = find(s, name, false, several);
-    return (found != NULL || *several) ? found : find(s, name, true, several);
+    found = find_unique(s, name, false, several);
+    return (found != NULL || *several) ? found : find_unique(s, name, true, several);
 }
 
 const char *symbol_space_name(enum symbol_space space)

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The counting half of the 16-bit timer model: what happens in which cycle.
 
 #include "timer16.h"
-
-#include <stdio.h>
 
 #include <sim_regbit.h>
 
@@ -25,16 +22,6 @@
 #define ICNC_BIT       0x80U
 
 enum { COM_PORT = 0, COM_TOGGLE = 1, COM_CLEAR = 2, COM_SET = 3 };
-
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param);
-
-static void refuse(const struct timer16 *t, const char *what)
-{
-    char text[200];
-
-    (void)snprintf(text, sizeof text, "timer %c: %s", t->name, what);
-    t->hooks->refuse(t->hooks->board, text);
-}
 
 unsigned timer16_com(const struct timer16 *t, int channel)
 {
@@ -56,16 +43,10 @@ uint16_t timer16_count(const struct timer16 *t, uint64_t cycle)
     return t->counting ? (uint16_t)(cycle - t->bottom) : t->frozen;
 }
 
-static uint64_t earliest(uint64_t a, uint64_t b)
-{
-    return (a < b) ? a : b;
-}
-
-static void set_flag(struct timer16 *t, avr_int_vector_t *vector, uint64_t cycle)
+static void raise_unless_set(struct timer16 *t, avr_int_vector_t *vector, uint64_t cycle)
 {
     if (vector->vector != 0 && avr_regbit_get(t->avr, vector->raised) == 0) {
-        t->hooks->flag(t->hooks->board, vector->vector, cycle);
-        (void)avr_raise_interrupt(t->avr, vector);
+        peripheral_raise(&t->hooks->host, t->avr, vector, cycle);
     }
 }
 
@@ -73,32 +54,33 @@ static void set_output(struct timer16 *t, int channel, bool level, uint64_t cycl
 {
     if (t->oc_level[channel] != level) {
         t->oc_level[channel] = level;
-        t->hooks->output(t->hooks->board, t, channel, cycle);
+        t->hooks->output(t->hooks->host.board, t, channel, cycle);
     }
 }
 
-static void happen_match(struct timer16 *t, int channel)
+static void apply_match(struct timer16 *t, int channel)
 {
     uint64_t cycle = t->match_due[channel];
     unsigned com = timer16_com(t, channel);
 
     t->match_due[channel] = TIMER16_NEVER;
-    set_flag(t, &t->part->comp[channel].interrupt, cycle);
+    raise_unless_set(t, &t->part->comp[channel].interrupt, cycle);
     if (com != COM_PORT && cycle != t->bottom_due) { // at BOTTOM, BOTTOM decides
         set_output(t, channel, com == COM_SET, cycle);
     }
 }
 
-static void happen_matches(struct timer16 *t, uint64_t cycle)
+static void apply_matches(struct timer16 *t, uint64_t cycle)
 {
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
         if (t->match_due[i] == cycle) {
-            happen_match(t, i);
+            apply_match(t, i);
         }
     }
 }
 
-// First cycle in which TCNT equals the compare register, not before `from`: effect one cycle later.
+// Finds the first cycle, not before `from`, in which TCNT equals the compare register. The effect
+// of the match comes one cycle later.
 static void plan_match(struct timer16 *t, int channel, uint64_t from)
 {
     uint64_t match = t->bottom + t->ocr[channel];
@@ -109,18 +91,14 @@ static void plan_match(struct timer16 *t, int channel, uint64_t from)
 
 static void check_top(const struct timer16 *t)
 {
-    char text[160];
-
     if (timer16_mode(t) == MODE_FAST_PWM_OCRA && t->ocr[0] < TOP_MIN) {
-        (void)snprintf(
-            text,
-            sizeof text,
-            "OCR%cA is %u at BOTTOM, mode 15 needs at least %d (to load it before the "
-            "start, write it in mode 0)",
-            t->name,
-            (unsigned)t->ocr[0],
-            TOP_MIN);
-        refuse(t, text);
+        peripheral_refuse(&t->hooks->host,
+                          "timer %c: OCR%cA is %u at BOTTOM, mode 15 needs at least %d "
+                          "(to load it before the start, write it in mode 0)",
+                          t->name,
+                          t->name,
+                          (unsigned)t->ocr[0],
+                          TOP_MIN);
     }
 }
 
@@ -135,7 +113,7 @@ static void load_buffers(struct timer16 *t, uint64_t cycle)
     check_top(t);
 }
 
-static void happen_bottom(struct timer16 *t)
+static void apply_bottom(struct timer16 *t)
 {
     t->bottom = t->bottom_due;
     if (timer16_mode(t) == MODE_FAST_PWM_OCRA) {
@@ -145,41 +123,41 @@ static void happen_bottom(struct timer16 *t)
         plan_match(t, i, t->bottom);
     }
     t->bottom_due = t->bottom + top_of(t) + 1U;
-    set_flag(t, &t->part->overflow, t->bottom);
+    raise_unless_set(t, &t->part->overflow, t->bottom);
 }
 
-static void happen_capture(struct timer16 *t)
+static void apply_capture(struct timer16 *t)
 {
     uint64_t cycle = t->capture_due;
 
     t->capture_due = TIMER16_NEVER;
     t->icr = timer16_count(t, cycle);
-    set_flag(t, &t->part->icr, cycle);
+    raise_unless_set(t, &t->part->icr, cycle);
 }
 
 static uint64_t next_match(const struct timer16 *t)
 {
-    uint64_t due = earliest(t->match_due[0], t->match_due[1]);
+    uint64_t due = peripheral_earlier(t->match_due[0], t->match_due[1]);
 
-    return earliest(due, t->match_due[2]);
+    return peripheral_earlier(due, t->match_due[2]);
 }
 
 void timer16_sync(struct timer16 *t, uint64_t cycle)
 {
     for (;;) {
         uint64_t match = next_match(t);
-        uint64_t count = earliest(match, t->bottom_due);
-        uint64_t due = earliest(count, t->capture_due);
+        uint64_t count = peripheral_earlier(match, t->bottom_due);
+        uint64_t due = peripheral_earlier(count, t->capture_due);
 
         if (due > cycle) {
             return;
         }
         if (due == match) {
-            happen_matches(t, due);
+            apply_matches(t, due);
         } else if (due == t->bottom_due) {
-            happen_bottom(t); // before a capture in the same cycle, which then reads 0
+            apply_bottom(t); // before a capture in the same cycle, which then reads 0
         } else {
-            happen_capture(t);
+            apply_capture(t);
         }
     }
 }
@@ -193,7 +171,7 @@ static bool match_matters(const struct timer16 *t, int channel)
 
 static uint64_t next_due(const struct timer16 *t)
 {
-    uint64_t due = earliest(t->bottom_due, t->capture_due);
+    uint64_t due = peripheral_earlier(t->bottom_due, t->capture_due);
 
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
         if (t->match_due[i] < due && match_matters(t, i)) {
@@ -203,7 +181,7 @@ static uint64_t next_due(const struct timer16 *t)
     return due;
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_effect_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct timer16 *t = param;
     uint64_t due;
@@ -224,10 +202,9 @@ void timer16_schedule(struct timer16 *t)
         return;
     }
     if (due == TIMER16_NEVER) {
-        avr_cycle_timer_cancel(t->avr, on_due, t);
+        avr_cycle_timer_cancel(t->avr, on_effect_due, t);
     } else {
-        avr_cycle_timer_register(
-            t->avr, (due > t->avr->cycle) ? due - t->avr->cycle : 0, on_due, t);
+        peripheral_schedule(t->avr, due, on_effect_due, t);
     }
 }
 
@@ -243,7 +220,9 @@ static void plan_all(struct timer16 *t, uint64_t from)
 void timer16_set_count(struct timer16 *t, uint16_t count, uint64_t cycle)
 {
     if (t->counting && timer16_mode(t) == MODE_FAST_PWM_OCRA && count >= t->ocr[0]) {
-        refuse(t, "TCNT written to TOP or above while counting");
+        peripheral_refuse(&t->hooks->host,
+                          "timer %c: TCNT written to TOP or above while counting",
+                          t->name);
     }
     t->frozen = count;
     t->blocked = !t->counting;
@@ -251,16 +230,16 @@ void timer16_set_count(struct timer16 *t, uint16_t count, uint64_t cycle)
     plan_all(t, cycle + 1); // a match in the clock after the write is blocked
 }
 
-// True if the timer may count as it is set up now; otherwise refuses by name.
+// True if the timer may count as it is set up now; otherwise refuses.
 static bool may_count(const struct timer16 *t)
 {
-    char text[160];
     unsigned mode = timer16_mode(t);
 
     if (mode != MODE_NORMAL && mode != MODE_FAST_PWM_OCRA) {
-        (void)snprintf(
-            text, sizeof text, "waveform mode %u is not modelled (0 and 15 are)", mode);
-        refuse(t, text);
+        peripheral_refuse(&t->hooks->host,
+                          "timer %c: waveform mode %u is not modelled (0 and 15 are)",
+                          t->name,
+                          mode);
         return false;
     }
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
@@ -268,14 +247,14 @@ static bool may_count(const struct timer16 *t)
         bool fine = com == COM_PORT || (mode == MODE_FAST_PWM_OCRA && com != COM_TOGGLE);
 
         if (!fine) {
-            (void)snprintf(text,
-                           sizeof text,
-                           "COM%c%c = %u in waveform mode %u is not modelled",
-                           t->name,
-                           'A' + i,
-                           com,
-                           mode);
-            refuse(t, text);
+            peripheral_refuse(
+                &t->hooks->host,
+                "timer %c: COM%c%c = %u in waveform mode %u is not modelled",
+                t->name,
+                t->name,
+                'A' + i,
+                com,
+                mode);
             return false;
         }
     }
@@ -303,14 +282,13 @@ static void start_or_stop(struct timer16 *t, uint64_t cycle)
 void timer16_control_changed(struct timer16 *t, uint64_t cycle)
 {
     unsigned clock = t->tccrb & CLOCK_BITS;
-    char text[160];
 
     if (clock != CLOCK_STOPPED && clock != CLOCK_UNSCALED) {
-        (void)snprintf(text,
-                       sizeof text,
-                       "clock select %u is not modelled (0 stopped and 1 unscaled are)",
-                       clock);
-        refuse(t, text);
+        peripheral_refuse(&t->hooks->host,
+                          "timer %c: clock select %u is not modelled (0 stopped and 1 "
+                          "unscaled are)",
+                          t->name,
+                          clock);
     }
     start_or_stop(t, cycle);
 }
@@ -330,8 +308,8 @@ void timer16_hold(struct timer16 *t, bool held, uint64_t cycle)
     }
 }
 
-// A level that the noise canceler has not seen for its whole time has never been: its edge's
-// capture is taken back. Returns the level before this change that did last.
+// The noise canceler ignores a level that has not lasted for its whole time: the capture of that
+// level's edge is cancelled. Returns the last level before this change that did last.
 static bool lasting_level(struct timer16 *t, uint64_t cycle, bool rising_wanted)
 {
     bool canceled = (t->tccrb & ICNC_BIT) != 0 &&
@@ -376,27 +354,4 @@ void timer16_reset(struct timer16 *t)
         t->oc_level[i] = false;
         t->match_due[i] = TIMER16_NEVER;
     }
-}
-
-bool timer16_is_16_bit(const avr_timer_t *part)
-{
-    return part->r_tcnth != 0;
-}
-
-void timer16_attach(struct timer16 *t,
-                    avr_t *avr,
-                    avr_timer_t *part,
-                    const struct timer16_hooks *hooks)
-{
-    t->avr = avr;
-    t->part = part;
-    t->hooks = hooks;
-    t->name = part->name;
-    t->icp_level = t->icp_lasting = false;
-    t->icp_cycle = 0;
-    // simavr's own input capture keeps quiet where ICRn is TOP: else each edge would interrupt
-    // twice.
-    part->mode.top = avr_timer_wgm_reg_icr;
-    timer16_reset(t);
-    timer16_take_registers(t);
 }

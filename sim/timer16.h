@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// Exact model of the AVR's 16-bit timers, in the place of simavr's. Counts are arithmetic, never
-// counted: TCNT(c) = c - bottom, so that every effect has its exact cycle however late simavr
-// gets to it (it delivers events at the ends of instructions).
+// Exact model of the AVR's 16-bit timers, in the place of simavr's. The model computes counts
+// instead of counting: TCNT(c) = c - bottom. Every effect therefore has its exact cycle, however
+// late simavr delivers it (simavr delivers events at the ends of instructions).
 //
 //   cycle     bottom             bottom+OCRnx   +1              bottom+TOP   next bottom
 //   TCNT      0       1     ...  OCRnx          OCRnx+1    ...  TOP          0
@@ -19,8 +18,8 @@
 //    and all 16-bit writes go through the timer's one TEMP.
 //  * a write to TCNTn blocks a compare match in the next timer clock, "even when the timer is
 //    stopped": then in the first clock that it counts.
-// Modelled: modes 0 and 15, prescaler 1 or stopped. Everything else is refused by name when the
-// timer would count with it; nothing is guessed.
+// Modelled: modes 0 and 15, prescaler 1 or stopped. Everything else is refused as soon as the timer
+// would count with it; nothing is guessed.
 #pragma once
 
 #include <stdbool.h>
@@ -28,6 +27,8 @@
 
 #include <avr_timer.h>
 #include <sim_avr.h>
+
+#include "peripheral.h"
 
 #define TIMER16_CHANNELS 3
 #define TIMER16_NEVER    UINT64_MAX
@@ -42,21 +43,16 @@
 
 struct timer16;
 
-// What the timer tells its board.
+// What a timer reports to its board.
 struct timer16_hooks {
-    void *board;
-    // OCnx (channel 0 = A) has a new level, or was (dis)connected, at this cycle.
+    struct peripheral_host host;
+    // OCnx (channel 0 = A) has a new level, or was connected or disconnected, at this cycle.
     void (*output)(void *board, struct timer16 *timer, int channel, uint64_t cycle);
-    // An interrupt flag was set (or a waiting one enabled) at this cycle, just before it is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
 };
 
 struct timer16 {
     avr_t *avr;
-    avr_timer_t
-        *part; // register addresses and vectors, from simavr's description of the part
+    avr_timer_t *part; // register addresses and vectors, from simavr's description
     const struct timer16_hooks *hooks;
     char name; // '1', '3', '4' or '5'
 
@@ -64,18 +60,20 @@ struct timer16 {
     uint16_t icr;
     uint16_t ocr[TIMER16_CHANNELS];        // what the comparator sees
     uint16_t ocr_buffer[TIMER16_CHANNELS]; // what the program sees
-    bool oc_level[TIMER16_CHANNELS]; // the compare output, whether or not it is connected
+    // Levels of the compare outputs, whether or not they are connected to their pins.
+    bool oc_level[TIMER16_CHANNELS];
 
     bool held;       // by GTCCR: counts only when released
     bool counting;   // clock selected and not held
     uint16_t frozen; // TCNT while not counting
-    bool blocked;    //   written: the match of the first clock to come is blocked
+    bool blocked;    // TCNT was written then: the first clock to come has no match
     uint64_t bottom; // cycle of TCNT = 0 while counting
-    bool icp_level;  // what the input capture's front end gets now, since icp_cycle
-    bool
-        icp_lasting; // and the last level before that which the noise canceler let through
+    // The level at the input capture's front end since icp_cycle, and the last level before it that
+    // the noise canceler let through.
+    bool icp_level, icp_lasting;
     uint64_t icp_cycle;
-    bool delivering; // inside the cycle timer's callback: the return value reschedules
+    // Within the callback of simavr's event, whose result schedules the next one.
+    bool delivering;
 
     // Cycles at which these take effect; TIMER16_NEVER when not due.
     uint64_t match_due[TIMER16_CHANNELS];
@@ -83,7 +81,7 @@ struct timer16 {
     uint64_t capture_due;
 };
 
-// True for a timer of the part that has 16 bits.
+// The timer has 16 bits.
 bool timer16_is_16_bit(const avr_timer_t *part);
 
 // Puts the model in place of simavr's timer. Call once, between the part's init and its first
@@ -93,13 +91,13 @@ void timer16_attach(struct timer16 *timer,
                     avr_timer_t *part,
                     const struct timer16_hooks *hooks);
 
-// Back to the state after a reset (registers 0, stopped).
+// The part was reset: all registers are 0 and the timer is stopped.
 void timer16_reset(struct timer16 *timer);
 
 // Everything that takes effect up to and including this cycle happens now, in order.
 void timer16_sync(struct timer16 *timer, uint64_t cycle);
 
-// Tells simavr when the timer next needs attention. After anything that may make an event sooner.
+// Schedules the next effect with simavr. Call after anything that may make an effect come sooner.
 void timer16_schedule(struct timer16 *timer);
 
 // GTCCR: from this cycle on all timers stand still (held) or count again.
@@ -110,10 +108,10 @@ void timer16_hold(struct timer16 *timer, bool held, uint64_t cycle);
 // TIMER16_ICP_SYNC_CYCLES.
 void timer16_icp(struct timer16 *timer, bool level, uint64_t cycle);
 
-// COMnx1:0 (0 = the pin follows PORT).
+// The bits COMnx1:0 of a channel (0: the pin follows PORT).
 unsigned timer16_com(const struct timer16 *timer, int channel);
 
-// Waveform mode number, WGMn3:0.
+// The number of the waveform mode, WGMn3:0.
 unsigned timer16_mode(const struct timer16 *timer);
 
 // ---- between timer16.c (counting) and timer16_registers.c (the program's view) ----
@@ -121,14 +119,12 @@ unsigned timer16_mode(const struct timer16 *timer);
 // TCNT in this cycle; the timer must have been synced to it.
 uint16_t timer16_count(const struct timer16 *timer, uint64_t cycle);
 
-// Puts the counter at `count` in this cycle and computes the matches anew.
+// Sets TCNT to `count` in this cycle.
 void timer16_set_count(struct timer16 *timer, uint16_t count, uint64_t cycle);
 
-// The control registers changed: from this cycle on they rule.
+// The control registers have changed and are valid from this cycle on.
 void timer16_control_changed(struct timer16 *timer, uint64_t cycle);
 
-// A compare register changed outside PWM modes (no buffer): from this cycle on it is compared.
+// A compare register has changed outside PWM modes (without a buffer); it is compared from this
+// cycle on.
 void timer16_compare_changed(struct timer16 *timer, int channel, uint64_t cycle);
-
-// Installs the register callbacks.
-void timer16_take_registers(struct timer16 *timer);

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The program's view of a 16-bit timer: 16-bit access through TEMP, the flags, the control
 // registers.
@@ -10,7 +9,7 @@
 
 #include "timer16.h"
 
-#include <stdio.h>
+#include <stddef.h>
 
 #include <sim_regbit.h>
 
@@ -43,11 +42,11 @@ static int channel_of(const struct timer16 *t, avr_io_addr_t address)
     return 0;
 }
 
-// Tells the board about every output whose connection may have changed.
-static void outputs_changed(struct timer16 *t, uint64_t cycle)
+// Reports every output whose connection may have changed.
+static void report_outputs(struct timer16 *t, uint64_t cycle)
 {
     for (int i = 0; i < TIMER16_CHANNELS; i++) {
-        t->hooks->output(t->hooks->board, t, i, cycle);
+        t->hooks->output(t->hooks->host.board, t, i, cycle);
     }
 }
 
@@ -60,7 +59,7 @@ static void write_tccra(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     avr->data[address] = value;
     t->tccra = value;
     timer16_control_changed(t, cycle);
-    outputs_changed(t, cycle);
+    report_outputs(t, cycle);
 }
 
 static void write_tccrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
@@ -77,13 +76,11 @@ static void write_tccrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
 static void write_tccrc(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     struct timer16 *t = param;
-    char text[80];
 
     avr->data[address] = 0; // reads as zero
     if ((value & FORCE_COMPARE_BITS) != 0) {
-        (void)snprintf(
-            text, sizeof text, "timer %c: force compare is not modelled", t->name);
-        t->hooks->refuse(t->hooks->board, text);
+        peripheral_refuse(
+            &t->hooks->host, "timer %c: force compare is not modelled", t->name);
     }
 }
 
@@ -194,8 +191,8 @@ static void write_tifr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *p
     }
 }
 
-// simavr raises an interrupt only when it is enabled at that moment: a flag that waited is raised
-// here, and one that is disabled while waiting is taken back (its flag stays).
+// simavr raises an interrupt only if it is enabled when its flag comes up. Here an interrupt whose
+// flag waited is raised, and one that is disabled while it waits is withdrawn (its flag stays).
 static void write_timsk(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     struct timer16 *t = param;
@@ -211,14 +208,13 @@ static void write_timsk(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
         if ((value & (1U << vector->enable.bit)) == 0) {
             vector->pending = 0;
         } else if (avr_regbit_get(avr, vector->raised) != 0 && !vector->pending) {
-            t->hooks->flag(t->hooks->board, vector->vector, access_cycle(avr) + 1);
-            (void)avr_raise_interrupt(avr, vector);
+            peripheral_raise(&t->hooks->host, avr, vector, access_cycle(avr) + 1);
         }
     }
-    timer16_schedule(t); // a match may matter now
+    timer16_schedule(t); // a match may have an effect now
 }
 
-void timer16_take_registers(struct timer16 *t)
+static void take_registers(struct timer16 *t)
 {
     avr_t *avr = t->avr;
     const avr_timer_t *part = t->part;
@@ -239,4 +235,27 @@ void timer16_take_registers(struct timer16 *t)
     }
     access_take(avr, part->overflow.raised.reg, read_tifr, write_tifr, t);
     access_take(avr, part->overflow.enable.reg, NULL, write_timsk, t);
+}
+
+bool timer16_is_16_bit(const avr_timer_t *part)
+{
+    return part->r_tcnth != 0;
+}
+
+void timer16_attach(struct timer16 *t,
+                    avr_t *avr,
+                    avr_timer_t *part,
+                    const struct timer16_hooks *hooks)
+{
+    t->avr = avr;
+    t->part = part;
+    t->hooks = hooks;
+    t->name = part->name;
+    t->icp_level = t->icp_lasting = false;
+    t->icp_cycle = 0;
+    // Where ICRn is TOP, simavr's own input capture does nothing: otherwise each edge would
+    // interrupt twice.
+    part->mode.top = avr_timer_wgm_reg_icr;
+    timer16_reset(t);
+    take_registers(t);
 }

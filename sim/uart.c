@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "uart.h"
 
 #include <sim_regbit.h>
 
-#include "line.h"
 #include "uart_bits.h"
-
-// A receiver that samples in the middle of bits loses step beyond about 4.5 % over 11 bits.
-#define SPEED_TOLERANCE_PER_MILLE 45
 
 uint32_t uart_bit_cycles(const struct uart *u)
 {
@@ -40,27 +35,29 @@ bool uart_can_send(const struct uart *u)
 
 // ---- interrupts ----
 
-static void level(struct uart *u, avr_int_vector_t *vector, bool cause, uint64_t cycle)
+static void follow_level(struct uart *u,
+                         avr_int_vector_t *vector,
+                         bool cause,
+                         uint64_t cycle)
 {
     bool enabled = avr_regbit_get(u->avr, vector->enable) != 0;
 
     if (!cause || !enabled) {
         vector->pending = 0;
     } else if (!vector->pending) {
-        u->hooks->flag(u->hooks->board, vector->vector, cycle);
-        (void)avr_raise_interrupt(u->avr, vector);
+        peripheral_raise(&u->hooks->host, u->avr, vector, cycle);
     }
 }
 
-static void levels_at(struct uart *u, uint64_t cycle)
+static void follow_levels_at(struct uart *u, uint64_t cycle)
 {
-    level(u, &u->part->rxc, u->fifo_count > 0, cycle);
-    level(u, &u->part->udrc, !u->waiting, cycle);
+    follow_level(u, &u->part->rxc, u->fifo_count > 0, cycle);
+    follow_level(u, &u->part->udrc, !u->waiting, cycle);
 }
 
-void uart_levels(struct uart *u)
+void uart_follow_levels(struct uart *u)
 {
-    levels_at(u, u->avr->cycle);
+    follow_levels_at(u, u->avr->cycle);
 }
 
 // ---- transmitter ----
@@ -68,7 +65,7 @@ void uart_levels(struct uart *u)
 void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 {
     uint32_t bit = uart_bit_cycles(u);
-    struct line_frame frame = {
+    struct bus_frame frame = {
         .start = cycle,
         .end = cycle + (uint64_t)bit * uart_frame_bits(u),
         .bit_cycles_x1000 = bit * 1000,
@@ -79,13 +76,13 @@ void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle)
 
     u->shifting = true;
     u->shift_end = frame.end;
-    u->hooks->byte(u->hooks->board, true, data, cycle);
+    u->hooks->byte(u->hooks->host.board, true, data, cycle);
     u->outgoing =
-        u->hooks->may_send(u->hooks->board) ? line_start(u->line, &frame) : NULL;
+        u->hooks->may_send(u->hooks->host.board) ? bus_start(u->bus, &frame) : NULL;
 }
 
-// The frame on its way has ended: the waiting one follows at once, or transmission is complete.
-static void happen_sent(struct uart *u)
+// The frame on its way out has ended. The waiting one follows at once, or transmission is complete.
+static void end_sent_frame(struct uart *u)
 {
     uint64_t end = u->shift_end;
 
@@ -94,10 +91,9 @@ static void happen_sent(struct uart *u)
     if (u->waiting) {
         u->waiting = false;
         uart_start_frame(u, u->waiting_data, end);
-        levels_at(u, end);
+        follow_levels_at(u, end);
     } else if ((u->avr->data[u->part->r_ucsra] & TXC) == 0) {
-        u->hooks->flag(u->hooks->board, u->part->txc.vector, end);
-        (void)avr_raise_interrupt(u->avr, &u->part->txc);
+        peripheral_raise(&u->hooks->host, u->avr, &u->part->txc, end);
     }
 }
 
@@ -120,28 +116,26 @@ static uint32_t decided_cycles(const struct uart *u)
     return double_speed ? uart_bit_cycles(u) / 8 * 6 : uart_bit_cycles(u) / 16 * 10;
 }
 
-static uint64_t frame_begun_at(const struct uart *u, const struct line_frame *frame)
+static uint64_t frame_begun_at(const struct uart *u, const struct bus_frame *frame)
 {
     return frame->start + decided_cycles(u);
 }
 
-static uint64_t frame_heard_at(const struct uart *u, const struct line_frame *frame)
+static uint64_t frame_received_at(const struct uart *u, const struct bus_frame *frame)
 {
     return frame->start + uart_bits_before_stop(u) * (uint64_t)uart_bit_cycles(u) +
            decided_cycles(u);
 }
 
-static bool speed_fits(const struct uart *u, const struct line_frame *frame)
+static bool speed_fits(const struct uart *u, const struct bus_frame *frame)
 {
-    uint32_t mine = uart_bit_cycles(u) * 1000;
     uint32_t theirs = frame->bit_cycles_x1000;
-    uint32_t off = (mine > theirs) ? mine - theirs : theirs - mine;
 
-    return off <= theirs / 1000 * SPEED_TOLERANCE_PER_MILLE;
+    return bus_speeds_fit(uart_bit_cycles(u) * 1000, theirs, theirs);
 }
 
-// A new start bit: the character that waits in the shift register is run over.
-static void run_over(struct uart *u)
+// A new start bit overwrites the character that waits in the shift register.
+static void overrun_shift_register(struct uart *u)
 {
     if (u->fifo_count == UART_FIFO) {
         u->overrun = true;
@@ -149,39 +143,39 @@ static void run_over(struct uart *u)
     }
 }
 
-static void receive(struct uart *u, const struct line_frame *frame, uint64_t cycle)
+static void receive(struct uart *u, const struct bus_frame *frame, uint64_t cycle)
 {
-    struct uart_char heard = {.data = frame->data, .errors = 0};
+    struct uart_char character = {.data = frame->data, .errors = 0};
     unsigned other = frame->format ^ (uart_ucsrc(u) & FORMAT);
 
     if ((uart_ucsrb(u) & RXEN) == 0) {
         return;
     }
     if (frame->corrupted || !speed_fits(u, frame) || (other & UCSZ) != 0) {
-        heard.data = (uint8_t)~frame->data;
-        heard.errors = FE;
+        character.data = (uint8_t)~frame->data;
+        character.errors = FE;
     } else if (other != 0) {
-        heard.errors = UPE;
+        character.errors = UPE;
     }
-    run_over(u); // by a start bit that fell into another frame
-    u->fifo[u->fifo_count++] = heard;
-    u->hooks->byte(u->hooks->board, false, heard.data, cycle);
+    overrun_shift_register(u); // by a start bit that fell into another frame
+    u->fifo[u->fifo_count++] = character;
+    u->hooks->byte(u->hooks->host.board, false, character.data, cycle);
 }
 
-static void happen_begun(struct uart *u)
+static void begin_received_frame(struct uart *u)
 {
     u->incoming_begun++;
     if ((uart_ucsrb(u) & RXEN) != 0) {
-        run_over(u);
+        overrun_shift_register(u);
     }
 }
 
-static void happen_heard(struct uart *u, uint64_t cycle)
+static void end_received_frame(struct uart *u, uint64_t cycle)
 {
-    const struct line_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
+    const struct bus_frame *frame = u->incoming[u->incoming_first++ % UART_INCOMING];
 
     receive(u, frame, cycle);
-    levels_at(u, cycle);
+    follow_levels_at(u, cycle);
 }
 
 // ---- time ----
@@ -191,11 +185,11 @@ static uint64_t sent_due(const struct uart *u)
     return u->shifting ? u->shift_end : UINT64_MAX;
 }
 
-static uint64_t heard_due(const struct uart *u)
+static uint64_t received_due(const struct uart *u)
 {
     return (u->incoming_first == u->incoming_last)
                ? UINT64_MAX
-               : frame_heard_at(u, u->incoming[u->incoming_first % UART_INCOMING]);
+               : frame_received_at(u, u->incoming[u->incoming_first % UART_INCOMING]);
 }
 
 static uint64_t begun_due(const struct uart *u)
@@ -205,36 +199,32 @@ static uint64_t begun_due(const struct uart *u)
                : frame_begun_at(u, u->incoming[u->incoming_begun % UART_INCOMING]);
 }
 
-static uint64_t earlier(uint64_t a, uint64_t b)
-{
-    return (a < b) ? a : b;
-}
-
 static uint64_t next_due(const struct uart *u)
 {
-    return earlier(sent_due(u), earlier(begun_due(u), heard_due(u)));
+    return peripheral_earlier(sent_due(u),
+                              peripheral_earlier(begun_due(u), received_due(u)));
 }
 
 void uart_sync(struct uart *u, uint64_t cycle)
 {
     for (uint64_t due = next_due(u); due <= cycle; due = next_due(u)) {
         if (due == sent_due(u)) {
-            happen_sent(u);
+            end_sent_frame(u);
         } else if (due == begun_due(u)) {
-            happen_begun(u);
+            begin_received_frame(u);
         } else {
-            happen_heard(u, due);
+            end_received_frame(u, due);
         }
     }
 }
 
-// A start bit wakes nobody: what it does waits for the next look.
+// A start bit has no visible effect of its own: the next sync takes it into account.
 static uint64_t next_wake(const struct uart *u)
 {
-    return earlier(sent_due(u), heard_due(u));
+    return peripheral_earlier(sent_due(u), received_due(u));
 }
 
-static avr_cycle_count_t on_due(avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t on_frame_due(avr_t *avr, avr_cycle_count_t when, void *param)
 {
     struct uart *u = param;
     uint64_t due;
@@ -250,15 +240,16 @@ void uart_schedule(struct uart *u)
     uint64_t due = next_wake(u);
 
     if (due == UINT64_MAX) {
-        avr_cycle_timer_cancel(u->avr, on_due, u);
+        avr_cycle_timer_cancel(u->avr, on_frame_due, u);
     } else {
-        avr_cycle_timer_register(
-            u->avr, (due > u->avr->cycle) ? due - u->avr->cycle : 0, on_due, u);
+        peripheral_schedule(u->avr, due, on_frame_due, u);
     }
 }
 
-void uart_hear(struct uart *u, struct line_frame *frame)
+void uart_receive(void *uart, struct bus_frame *frame)
 {
+    struct uart *u = uart;
+
     if (u->incoming_last - u->incoming_first < UART_INCOMING) {
         u->incoming[u->incoming_last++ % UART_INCOMING] = frame;
         uart_schedule(u);

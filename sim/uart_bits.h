@@ -1,50 +1,27 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// Bits of the UART's registers, and what uart.c (time) and uart_registers.c (the program's view)
-// share.
+// Bits of the registers of UART 0.
 #pragma once
 
-#include "uart.h"
-
 // Bits of UCSR0A.
-#define RXC  0x80U
-#define TXC  0x40U
-#define UDRE 0x20U
-#define FE   0x10U
-#define DOR  0x08U
-#define UPE  0x04U
-#define U2X  0x02U
-#define MPCM 0x01U
+#define RXC  0x80U // a received character waits in UDR0
+#define TXC  0x40U // the last frame is out and UDR0 is empty
+#define UDRE 0x20U // UDR0 takes another character to send
+#define FE   0x10U // the waiting character had no stop bit
+#define DOR  0x08U // a character was lost before the waiting one
+#define UPE  0x04U // the waiting character had the wrong parity
+#define U2X  0x02U // 8 samples a bit instead of 16
+#define MPCM 0x01U // multi-processor mode
 // Bits of UCSR0B.
-#define RXCIE 0x80U
-#define TXCIE 0x40U
-#define UDRIE 0x20U
-#define RXEN  0x10U
-#define TXEN  0x08U
-#define UCSZ2 0x04U
+#define RXCIE 0x80U // interrupt while RXC0
+#define TXCIE 0x40U // interrupt on TXC0
+#define UDRIE 0x20U // interrupt while UDRE0
+#define RXEN  0x10U // receiver on
+#define TXEN  0x08U // transmitter on
+#define UCSZ2 0x04U // 9 data bits
 // Bits of UCSR0C.
-#define UMSEL  0xC0U
-#define UPM    0x30U
-#define USBS   0x08U
-#define UCSZ   0x06U
+#define UMSEL  0xC0U        // synchronous modes
+#define UPM    0x30U        // parity: 0 none, 2 even, 3 odd
+#define USBS   0x08U        // two stop bits
+#define UCSZ   0x06U        // 5 data bits plus this field
 #define FORMAT (UPM | UCSZ) // what sender and receiver must agree on
-
-static inline uint8_t uart_ucsrb(const struct uart *u)
-{
-    return u->avr->data[u->part->r_ucsrb];
-}
-
-static inline uint8_t uart_ucsrc(const struct uart *u)
-{
-    return u->avr->data[u->part->r_ucsrc];
-}
-
-// Everything that takes effect up to and including this cycle happens now, in order.
-void uart_sync(struct uart *u, uint64_t cycle);
-
-// Tells simavr when the UART next needs attention.
-void uart_schedule(struct uart *u);
-
-// A frame leaves now; the transmitter was idle.
-void uart_start_frame(struct uart *u, uint8_t data, uint64_t cycle);

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // The program's view of UART 0: its registers.
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "access.h"
@@ -18,12 +15,12 @@ static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *pa
     (void)address;
     uart_sync(u, access_cycle(avr));
     if ((uart_ucsrb(u) & TXEN) == 0 || u->waiting) {
-        return; // the part ignores it: transmitter off, or UDRE0 not set
+        return; // the part ignores it: the transmitter is off, or UDRE0 is not set
     }
     if (u->shifting) {
         u->waiting = true;
         u->waiting_data = value;
-        uart_levels(u);
+        uart_follow_levels(u);
         return;
     }
     uart_start_frame(u, value, access_cycle(avr) + 1);
@@ -41,7 +38,7 @@ static uint8_t read_udr(avr_t *avr, avr_io_addr_t address, void *param)
         u->fifo_count--;
         memmove(&u->fifo[0], &u->fifo[1], (size_t)u->fifo_count * sizeof u->fifo[0]);
         u->overrun = false;
-        uart_levels(u);
+        uart_follow_levels(u);
     }
     return u->rx_last;
 }
@@ -64,7 +61,8 @@ static void write_ucsra(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     struct uart *u = param;
 
     if ((value & MPCM) != 0) {
-        u->hooks->refuse(u->hooks->board, "UART 0: multi-processor mode is not modelled");
+        peripheral_refuse(&u->hooks->host,
+                          "UART 0: multi-processor mode is not modelled");
     }
     uart_sync(u, access_cycle(avr));
     if ((value & TXC) != 0) {
@@ -80,13 +78,13 @@ static void write_ucsrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
 
     avr->data[address] = value;
     if ((value & UCSZ2) != 0) {
-        u->hooks->refuse(u->hooks->board, "UART 0: 9 data bits are not modelled");
+        peripheral_refuse(&u->hooks->host, "UART 0: 9 data bits are not modelled");
     }
     if ((value & RXEN) == 0) {
         u->fifo_count = 0; // "disabling the receiver will flush the receive buffer"
         u->overrun = false;
     }
-    uart_levels(u);
+    uart_follow_levels(u);
     if ((value & TXCIE) == 0) {
         u->part->txc.pending = 0;
     } else if ((avr->data[u->part->r_ucsra] & TXC) != 0) {
@@ -99,7 +97,7 @@ static void write_ucsrc(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     struct uart *u = param;
 
     if ((value & UMSEL) != 0) {
-        u->hooks->refuse(u->hooks->board, "UART 0: synchronous modes are not modelled");
+        peripheral_refuse(&u->hooks->host, "UART 0: synchronous modes are not modelled");
     }
     avr->data[address] = value;
     uart_schedule(u);
@@ -125,31 +123,31 @@ void uart_reset(struct uart *u)
     uart_schedule(u);
 }
 
-static avr_uart_t *find_part(avr_t *avr)
+static avr_uart_t *find_uart_0(avr_t *avr)
 {
-    for (avr_io_t *io = avr->io_port; io != NULL; io = io->next) {
+    for (avr_io_t *io = peripheral_next(avr->io_port, "uart"); io != NULL;
+         io = peripheral_next(io->next, "uart")) {
         avr_uart_t *part = (avr_uart_t *)(void *)io;
 
-        if (strcmp(io->kind, "uart") == 0 && part->name == '0') {
+        if (part->name == '0') {
             return part;
         }
     }
-    (void)fputs("pixstep-sim: simavr's part has no UART 0\n", stderr);
-    abort();
+    peripheral_missing("UART 0");
 }
 
 void uart_attach(struct uart *u,
                  avr_t *avr,
-                 struct line *line,
+                 struct bus *bus,
                  int index,
                  const struct uart_hooks *hooks)
 {
-    avr_uart_t *part = find_part(avr);
+    avr_uart_t *part = find_uart_0(avr);
 
     u->avr = avr;
     u->part = part;
     u->hooks = hooks;
-    u->line = line;
+    u->bus = bus;
     u->index = index;
     u->incoming_first = u->incoming_begun = u->incoming_last = 0;
     access_take(avr, part->r_udr, read_udr, write_udr, u);

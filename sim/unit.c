@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "unit.h"
 
 #include "cpu_clock.h"
+
 #define GPIOR0       0x3EU // data address, the same on all boards
 #define SLICE_CYCLES 16000U
 
@@ -12,7 +12,7 @@ static void print_text(struct bench *bench, uint64_t up_to)
     uint64_t end;
     int byte;
 
-    while ((byte = line_master_receive(&bench->line, up_to, &end)) >= 0) {
+    while ((byte = bus_master_receive(&bench->bus, up_to, &end)) >= 0) {
         (void)putchar(byte);
     }
 }
@@ -26,7 +26,7 @@ int unit_run(struct bench *bench, uint64_t limit_ms)
         alive = bench_run(bench, bench->cycle + SLICE_CYCLES);
         print_text(bench, bench->cycle);
     }
-    print_text(bench, UINT64_MAX); // a frame that the end cut short counts
+    print_text(bench, UINT64_MAX); // with a frame that the end has cut short
     if (board->uart.waiting) {
         (void)putchar(board->uart.waiting_data);
     }

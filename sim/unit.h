@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// Runs a test image to its end: its UART text to standard output, its verdict (GPIOR0) as the exit
-// status. An image that does not come to an end (sleep with interrupts off) has failed.
+// Runs a test image to its end, which is a sleep with interrupts off. The image's text from its
+// UART goes to standard output; its verdict in GPIOR0 becomes the exit status. An image that does
+// not end has failed.
 #pragma once
 
-#include "lockstep.h"
+#include "bench.h"
 
-#define UNIT_NO_VERDICT 99 // exit status of a run without an end
+#define UNIT_NO_VERDICT 99 // exit status if the image does not end
 
-// At most limit_ms of simulated time. Returns the exit status.
+// Runs the first board for at most limit_ms of simulated time. Returns the exit status.
 int unit_run(struct bench *bench, uint64_t limit_ms);

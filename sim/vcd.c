@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "vcd.h"
 
@@ -7,6 +6,7 @@
 #include <string.h>
 
 #include "cpu_clock.h"
+
 #define UNITS_A_SECOND 10000000000U // of 100 ps
 #define FIRST_ID       '!' // identifiers are printable characters; 53 are needed at most
 
@@ -69,7 +69,7 @@ bool vcd_open(struct vcd *v,
     return true;
 }
 
-static void stamp(struct vcd *v, uint64_t cycle)
+static void write_time(struct vcd *v, uint64_t cycle)
 {
     if (cycle != v->cycle) {
         v->cycle = cycle;
@@ -82,7 +82,7 @@ void vcd_edge(struct vcd *v, const struct edge *edge)
     char id = (edge->signal == EDGE_CLOCK) ? v->clock_id
                                            : v->id[edge->board][edge->axis][edge->signal];
 
-    stamp(v, edge->cycle);
+    write_time(v, edge->cycle);
     (void)fprintf(v->file, "%c%c\n", edge->level != 0 ? '1' : '0', id);
 }
 
@@ -95,7 +95,7 @@ bool vcd_close(struct vcd *v, uint64_t end_cycle)
 {
     bool fine;
 
-    stamp(v, end_cycle);
+    write_time(v, end_cycle);
     fine = ferror(v->file) == 0;
     return fclose(v->file) == 0 && fine;
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
 // Model of the watchdog timer in the place of simavr's, which (1.6) does not set WDE by the timed
 // sequence's first write, never resets while WDIE is set, cannot clear WDIF by writing one to it,
-// takes reserved prescalers and begins its count anew with every change of the prescaler.
+// accepts reserved prescalers and restarts its count with every change of the prescaler.
 //
 //   wdr           wdr                       time-out: WDIF and the interrupt, or a reset
 //    |<-  less  ->|<----- 16 ms << WDP ----->|
@@ -21,7 +20,7 @@
 //    until WDRF is cleared and the sequence turns it off. Any other reset turns it off too, unless
 //    WDRF is still set then.
 //  * "a change in the WDP bits can result in a time-out when switching to a shorter time-out
-//    period": the count goes on; WDR, a start and a time-out begin it anew.
+//    period": the count goes on; WDR, a start and a time-out restart it.
 // Not modelled: the oscillator's tolerance and phase (a count begins with the cycle after WDR), the
 // fuse WDTON (unprogrammed, as on Arduino boards), the start-up time after a reset (none).
 #pragma once
@@ -33,25 +32,23 @@
 #include <sim_avr.h>
 
 #include "cpu_clock.h"
-#define WATCHDOG_SHORTEST_CYCLES                                                         \
-    cpu_clock_cycles_of_ms(16U) // WDP = 0: 2048 cycles of 128 kHz
-#define WATCHDOG_CHANGE_TICKS 4U
+#include "peripheral.h"
+
+// WDP = 0: 2048 cycles of 128 kHz.
+#define WATCHDOG_SHORTEST_CYCLES cpu_clock_cycles_of_ms(16U)
+#define WATCHDOG_CHANGE_TICKS    4U
 
 struct watchdog_hooks {
-    void *board;
-    // WDIF is set at this cycle, just before the interrupt is raised.
-    void (*flag)(void *board, uint8_t vector, uint64_t cycle);
-    // The part is to be reset as soon as the running instruction has ended.
+    struct peripheral_host host;
+    // The part must be reset as soon as the running instruction has ended.
     void (*reset)(void *board);
-    // The firmware asks for what is not modelled: stop the run with this text.
-    void (*refuse)(void *board, const char *text);
 };
 
 struct watchdog {
     avr_t *avr;
     avr_watchdog_t *part; // register addresses and the vector, from simavr's description
     const struct watchdog_hooks *hooks;
-    uint64_t since;        // the count began in this cycle
+    uint64_t since;        // the cycle in which the count began
     uint64_t change_until; // WDE and WDP may be changed up to this cycle
 };
 
@@ -60,8 +57,8 @@ void watchdog_attach(struct watchdog *watchdog,
                      avr_t *avr,
                      const struct watchdog_hooks *hooks);
 
-// The part was reset; MCUSR already says why.
+// The part was reset; MCUSR must already hold the cause.
 void watchdog_reset(struct watchdog *watchdog);
 
-// The WDR instruction runs now.
+// The program executes WDR now.
 void watchdog_restart(struct watchdog *watchdog);

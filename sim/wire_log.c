@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 
 #include "wire_log.h"
 
 #include <inttypes.h>
 
 #include "csv_file.h"
-#include "line.h"
-#include "uart_bits.h"
 
 #define LEVELS_MOST 12 // start, eight data bits, parity, stop, and the text's end
-#define ODD         0x10U
 
 bool wire_log_open(struct wire_log *log, const char *path)
 {
@@ -25,11 +21,11 @@ void wire_log_pin(
     }
 }
 
-// One character a bit, in the order of the line.
-static void draw(const struct line_frame *frame, char levels[LEVELS_MOST])
+// One character a bit, in the order in which the bits are sent.
+static void write_levels(const struct bus_frame *frame, char levels[LEVELS_MOST])
 {
-    unsigned data_bits = 5U + ((frame->format & UCSZ) >> 1);
-    unsigned parity = (frame->format & ODD) != 0 ? 1 : 0;
+    unsigned data_bits = 5U + ((frame->format & BUS_FORMAT_DATA_BITS) >> 1);
+    unsigned parity = (frame->format & BUS_FORMAT_ODD_PARITY) != 0 ? 1 : 0;
     unsigned at = 0;
 
     levels[at++] = '0';
@@ -39,19 +35,19 @@ static void draw(const struct line_frame *frame, char levels[LEVELS_MOST])
         parity ^= bit;
         levels[at++] = (char)('0' + bit);
     }
-    if ((frame->format & UPM) != 0) {
+    if ((frame->format & BUS_FORMAT_PARITY) != 0) {
         levels[at++] = (char)('0' + parity);
     }
     levels[at++] = '1';
     levels[at] = '\0';
 }
 
-void wire_log_frame(struct wire_log *log, const struct line_frame *frame)
+void wire_log_frame(struct wire_log *log, const struct bus_frame *frame)
 {
     char levels[LEVELS_MOST];
 
     if (log->csv != NULL) {
-        draw(frame, levels);
+        write_levels(frame, levels);
         (void)fprintf(log->csv,
                       "%" PRIu64 ",RXD,%s,%" PRIu32 "\n",
                       frame->start,

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
-// This file is MIT; the program it is linked into is GPL-3.0 as a whole, because of libsimavr.
 //
-// The log of all that reaches the first board from outside, so that another simulator can be given
-// the same wires (sim/crosscheck):
+// The log of everything that reaches the first board from outside, so that another simulator can be
+// given the same signals (sim/crosscheck):
 //
 //   cycle,wire,levels,bit_cycles_x1000
 //   160000,B0,1,0                  pin PB0 is driven to this level from this cycle on
 //   800000,RXD,01000001011,138888  a frame begins: its levels from the start bit to the stop bit,
-//                                  and how long each lasts, in thousandths of a cycle
+//                                  and the length of each, in thousandths of a cycle
 //
-// Rows come in the order in which the simulator knows of them: a frame before its cycle. A frame
+// Rows come in the order in which the simulator learns of them, a frame before its cycle. A frame
 // that meets another one is logged as it was sent.
 #pragma once
 
@@ -17,7 +16,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-struct line_frame;
+#include "bus_frame.h"
 
 struct wire_log {
     FILE *csv; // NULL for none
@@ -26,12 +25,15 @@ struct wire_log {
 // Opens the file (NULL: no log). False with errno set if it cannot be written.
 bool wire_log_open(struct wire_log *log, const char *path);
 
+// A pin is driven to this level.
 void wire_log_pin(
     struct wire_log *log, char port, unsigned bit, bool level, uint64_t cycle);
 
-void wire_log_frame(struct wire_log *log, const struct line_frame *frame);
+// A frame starts on the bus.
+void wire_log_frame(struct wire_log *log, const struct bus_frame *frame);
 
+// Makes the file complete up to now.
 void wire_log_flush(struct wire_log *log);
 
-// False if something could not be written.
+// Closes the file. False if something could not be written.
 bool wire_log_close(struct wire_log *log);

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "app/bits.h"
 
-#include "app/machine.h"       // machine_do, machine.asking
+#include "app/axes.h"          // axes_get
+#include "app/commands.h"      // commands_*
+#include "app/faults.h"        // faults_any
 #include "base/flash.h"        // IN_FLASH
 #include "wire/register_map.h" // REG_INPUT_*
-#include "wire/server.h"       // data_*
+#include "wire/server_data.h"  // data_*
+
+#if FEATURE_BITS
 
 // Coils, as bits of a word: three groups of four, one for each axis, then two single ones.
 #define FIRST_ARMED 0x0010u
@@ -16,6 +20,7 @@
 #define OUTPUTS_PERMIT                                                                   \
     0x0100u // bit of input register `outputs`; the drivers are the lowest
 
+#define GROUPS         5u
 #define GROUP_OF(coil) ((coil) < 12u ? (coil) / 4u : (coil) - 9u)
 
 // What 0 and 1 command in each group.
@@ -47,18 +52,20 @@ bool data_bits_mapped(uint16_t address, uint16_t count, uint8_t which)
 static uint16_t all_coils(void)
 {
     uint16_t outputs = data_input(REG_INPUT_outputs);
-    uint16_t bits = (uint16_t)((outputs & ALL_AXES) | machine.stopping * FIRST_STOP);
+    uint16_t bits = outputs & ALL_AXES;
 
     if ((outputs & OUTPUTS_PERMIT) != 0) {
         bits |= PERMIT;
     }
-    if (machine.fault.code != FAULT_none) {
+    if (faults_any()) {
         bits |= CLEAR_FAULT;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine_axis(i)->state == AXIS_ARMED ||
-            machine_axis(i)->state == AXIS_RUNNING) {
+        const struct lifecycle *life = &axes_get(i)->life;
+        if (lifecycle_moving(life)) {
             bits |= (uint16_t)(FIRST_ARMED << i);
+        } else if (life->state == AXIS_STOPPING) {
+            bits |= (uint16_t)(FIRST_STOP << i);
         }
     }
     return bits;
@@ -73,38 +80,58 @@ bool data_bit(uint16_t address, uint8_t which)
     return ((uint16_t)(word >> (address & 15u)) & 1u) != 0;
 }
 
-// False where one is not possible; those before it are done, or asked about.
-static bool command_all(uint8_t coil, uint8_t count, uint16_t values)
+// One order for each command that the coils ask for, with the axes that it is for.
+struct wishes {
+    uint8_t masks[GROUPS]
+                 [2]; // of the coils written 0 and 1; not 0 for a coil without an axis
+};
+
+static void collect(struct wishes *wishes, uint8_t coil, uint8_t count, uint16_t values)
 {
-    do {
-        uint8_t which = (uint8_t)(2u * GROUP_OF(coil) + (values & 1u));
+    for (; count != 0; count--) {
         uint8_t axis = CONFIG_AXES == 1 ? 0 : coil % 4u;
 
-        if (!machine_do((enum machine_command)flash_char(&commands[which]),
-                        axis_bit(axis))) {
-            return false;
-        }
+        wishes->masks[GROUP_OF(coil)][values & 1u] |= axis_bit(axis);
         values >>= 1;
         coil++;
-    } while (--count != 0);
+    }
+}
+
+// False when one of the orders is not possible. act: carry them out.
+static bool each_order(const struct wishes *wishes, bool act)
+{
+    for (uint8_t i = 0; i < 2u * GROUPS; i++) {
+        const struct order order = {
+            .mask = wishes->masks[i / 2u][i % 2u],
+            .command = (uint16_t)flash_char(&commands[i]),
+        };
+        if (order.mask == 0) {
+            continue;
+        }
+        if (act) {
+            commands_act(&order);
+        } else if (!commands_possible(&order)) {
+            return false;
+        }
+    }
     return true;
 }
 
+// An axis that is armed here waits for no token.
 enum modbus_exception data_write_coils(uint16_t address,
                                        uint16_t count,
                                        const uint8_t *bits)
 {
     // Behind the bits lies at least the checksum.
     uint16_t values = (uint16_t)(bits[0] | (uint16_t)bits[1] << 8);
+    struct wishes wishes = {0};
 
-    uint16_t argument = machine.order[2];
-    machine.order[2] = 0; // an axis armed here waits for no token
-    machine.asking = MACHINE_ASKS;
-    bool possible = command_all((uint8_t)address, (uint8_t)count, values);
-    machine.asking = 0;
-    if (possible && command_all((uint8_t)address, (uint8_t)count, values)) {
-        return MODBUS_OK;
+    collect(&wishes, (uint8_t)address, (uint8_t)count, values);
+    if (!each_order(&wishes, false)) {
+        return MODBUS_DEVICE_FAILURE;
     }
-    machine.order[2] = argument;
-    return MODBUS_DEVICE_FAILURE;
+    (void)each_order(&wishes, true);
+    return MODBUS_OK;
 }
+
+#endif

@@ -1,174 +1,184 @@
 // SPDX-License-Identifier: MIT
-// What the host may ask of the machine, each for a mask of axes: all of them or none.
-#include "app/drivers.h" // drivers_write
-#include "app/machine.h"
-#include "app/safety.h" // safety_allows
-#include "app/start.h"  // start_now
-#include "app/store.h"  // store_*
-#include "app/time_check.h"
+#include "app/commands.h"
+
+#include <stddef.h> // NULL
+
+#include "app/axes.h"        // axes_*
+#include "app/clock_edges.h" // clock_edges_await
+#include "app/drivers.h"     // drivers_write
+#include "app/faults.h"      // faults_*
+#include "app/limits.h"      // limits_*
+#include "app/permit.h"      // permit_set
+#include "app/reference.h"   // reference_*
+#include "app/safety.h"      // safety_allows
+#include "app/seek.h"        // seek_*
+#include "app/settings.h"    // settings_*
+#include "app/start.h"       // start_now
+#include "app/store.h"       // store_*
+#include "app/time_check.h"  // time_check_start
+#include "app/token.h"       // token_*
 #include "base/flash.h"      // IN_FLASH
-#include "hal/clock.h"       // clock_now_units
 #include "hal/estop.h"       // estop_release
 #include "hal/pixel_clock.h" // pixel_clock_drop
 #include "hal/step_timer.h"  // step_timer_*
 
-typedef bool (*axis_test)(const struct axis *axis);
-typedef void (*axis_action)(uint8_t axis);
+static struct order last;
 
-static bool for_axes(uint8_t mask, axis_test possible, axis_action action)
+// A command for axes is asked and done for each axis of the order, one for the board once (axis 0).
+typedef bool (*test)(uint8_t axis, const struct order *order);
+typedef void (*action)(uint8_t axis, const struct order *order);
+
+static uint8_t state_of(uint8_t i)
 {
-    if (mask == 0 || (mask >> CONFIG_AXES) != 0) {
-        return false;
-    }
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if ((mask & axis_bit(i)) != 0 && !possible(machine_axis(i))) {
-            return false;
-        }
-    }
-    for (uint8_t i = 0; machine.asking == 0 && i < CONFIG_AXES; i++) {
-        if ((mask & axis_bit(i)) != 0) {
-            action(i);
-        }
-    }
-    return true;
+    return axes_get(i)->life.state;
 }
 
-static bool always(const struct axis *axis)
+static bool named(const struct order *order, uint8_t i)
+{
+    return ((uint8_t)order->mask & axis_bit(i)) != 0;
+}
+
+static bool always(uint8_t axis, const struct order *order)
 {
     (void)axis;
+    (void)order;
     return true;
 }
 
-static bool armable(const struct axis *axis)
+// One token at a time: another would start, or hold back, what is armed already.
+static bool token_fits(const struct order *order)
 {
-    return axis->state == AXIS_LOADED && machine.fault.code == FAULT_none;
+    return !FEATURE_TOKENS || CONFIG_AXES == 1 || !axes_any_armed() ||
+           order->argument == token_now();
+}
+
+#if FEATURE_HOMING
+static bool seeks(uint8_t i)
+{
+    bool opening = false;
+
+    return axis_seeks(axes_get(i), &opening);
 }
 
 // One switch is watched at a time; a seek is in memory whole, or it could not slow down at once.
-static bool seeks_fit(uint8_t mask)
+static bool seek_fits(uint8_t i, const struct order *order)
 {
-    bool opening = false;
-    bool taken = machine.seek.axis != SEEK_NOBODY ||
-                 (CONFIG_AXES > 1 && machine.asking == MACHINE_ASKED_SEEK);
-
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if ((mask & axis_bit(i)) != 0 && axis_seeks(machine_axis(i), &opening)) {
-            if (taken || machine_axis(i)->whole_lines == 0) {
-                return false;
-            }
-            taken = true;
-            if (CONFIG_AXES > 1 && machine.asking != 0) {
-                machine.asking = MACHINE_ASKED_SEEK;
-            }
+    if (!seeks(i)) {
+        return true;
+    }
+    for (uint8_t other = 0; CONFIG_AXES > 1 && other < i; other++) {
+        if (named(order, other) && seeks(other)) {
+            return false;
         }
     }
+    return seek_now()->axis == NO_AXIS && axes_get(i)->whole_lines != 0;
+}
+#else
+static bool seek_fits(uint8_t i, const struct order *order)
+{
+    (void)i;
+    (void)order;
     return true;
 }
+#endif
 
-static void arm(uint8_t i)
+static bool can_arm(uint8_t i, const struct order *order)
 {
-    struct axis *axis = machine_axis(i);
-    bool clocked = axis_waits_for_edge(axis);
-    bool opening = false;
+    return state_of(i) == AXIS_LOADED && !faults_any() && token_fits(order) &&
+           seek_fits(i, order);
+}
+
+static void arm(uint8_t i, const struct order *order)
+{
+    struct axis *axis = axes_get(i);
 
     drivers_write(i, true);
+#if FEATURE_HOMING
+    bool opening = false;
     if (axis_seeks(axis, &opening)) {
         seek_begin(i, opening);
     }
-    if (!axis_arm(axis, &machine.period, machine.settings.backlash_policy == 0)) {
-        return;
+#endif
+    token_set(order->argument);
+    // Before the axis is one of those that need the clock.
+    if (axis_waits_for_edge(axis)) {
+        clock_edges_await();
     }
-    if (clocked) {
-        // Patience for the pixel clock begins now, unless edges are being seen.
-        if (machine.clocked == 0 && !machine_clock_present()) {
-            machine.edge_seen_units = clock_now_units();
-        }
-        machine.clocked = (uint8_t)(machine.clocked | axis_bit(i));
-    } else {
+    if (axis_arm(axis, reference_period(), settings_now()->backlash_policy == 0) &&
+        !axis->clocked) {
         start_now(i);
     }
 }
 
-// One token at a time: another would start, or hold back, what is armed already.
-static bool token_fits(void)
+// Some axis waits for a token: this one, or a wrong one, which is a fault.
+static bool can_go(uint8_t axis, const struct order *order)
 {
-    bool fits = true;
-
-    for (uint8_t i = 0; CONFIG_AXES > 1 && i < CONFIG_AXES; i++) {
-        fits = fits && (machine_axis(i)->state != AXIS_ARMED ||
-                        machine.order[2] == machine.token);
-    }
-    return fits;
+    (void)axis;
+    (void)order;
+    return token_now() != 0 && axes_first_moving() != NO_AXIS;
 }
 
-static bool arm_all(uint8_t mask)
+// Armed axes start on the next clock edge. Their patience with the clock begins now.
+static void go(uint8_t axis, const struct order *order)
 {
-    if (!token_fits() || !seeks_fit(mask) || !for_axes(mask, armable, arm)) {
-        return false;
+    (void)axis;
+    if (order->argument != token_now()) {
+        faults_latch(FAULT_wrong_token, axes_first_moving(), order->argument);
+        return;
     }
-    if (machine.asking == 0) {
-        machine.token = machine.order[2];
-    }
-    return true;
+    token_set(0);
+    reference_await_edge();
 }
 
-// With the token that the armed axes wait for they start on the next clock edge.
-static bool go(void)
+static bool does_not_run(uint8_t i, const struct order *order)
 {
-    uint16_t token = machine.order[2];
-    uint8_t axis = machine_moving_axis();
-
-    if (machine.token == 0 || axis == CONFIG_AXES) {
-        return false;
-    }
-    if (token != machine.token) {
-        machine_fault(FAULT_wrong_token, axis, token);
-        return true;
-    }
-    machine.token = 0;
-    // Patience for the pixel clock begins now.
-    machine.edge_seen_units = clock_now_units();
-    return true;
+    (void)order;
+    return state_of(i) != AXIS_RUNNING && state_of(i) != AXIS_FAULT;
 }
 
-static bool resting(const struct axis *axis)
+static void discard(uint8_t i, const struct order *order)
 {
-    return axis->state != AXIS_RUNNING && axis->state != AXIS_FAULT;
-}
-
-static uint8_t number_of(const struct axis *axis)
-{
-    return CONFIG_INDEX(axis - machine.axes);
+    (void)order;
+    axes_stop(i);
 }
 
 // Stopping an axis also drops PERMIT, so that a laser cannot burn in one place.
-static void stop(uint8_t i)
+static void stop(uint8_t i, const struct order *order)
 {
-    machine_permit(false);
-    if (machine_axis(i)->state != AXIS_FAULT) {
-        machine_discard(i);
+    (void)order;
+    permit_set(false);
+    if (state_of(i) != AXIS_FAULT) {
+        axes_stop(i);
     }
 }
 
-// An armed axis begins by itself, and one that was stopped may have its last step before it.
-static bool still(const struct axis *axis)
+// An armed axis begins by itself, and one that is stopping may have its last step before it.
+static bool is_still(uint8_t i, const struct order *order)
 {
-    return resting(axis) && axis->state != AXIS_ARMED &&
-           (machine.stopping & axis_bit(number_of(axis))) == 0;
+    return does_not_run(i, order) && !lifecycle_armed(&axes_get(i)->life) &&
+           state_of(i) != AXIS_STOPPING;
 }
 
-static bool zeroable(const struct axis *axis)
+static bool can_zero(uint8_t i, const struct order *order)
 {
-    return still(axis) && seek_can_zero(number_of(axis));
+    return is_still(i, order) && seek_can_zero(i);
 }
 
-static void enable(uint8_t i)
+static void zero(uint8_t i, const struct order *order)
 {
+    (void)order;
+    seek_zero(i);
+}
+
+static void enable(uint8_t i, const struct order *order)
+{
+    (void)order;
     drivers_write(i, true);
 }
 
-static void disable(uint8_t i)
+static void disable(uint8_t i, const struct order *order)
 {
+    (void)order;
     drivers_write(i, false);
 }
 
@@ -176,17 +186,18 @@ static void disable(uint8_t i)
 static void restart_time(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        machine_account(i);
+        axes_account(i);
     }
     time_check_start();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        axis_discard(machine_axis(i), 0);
-        ledger_restart(&machine_axis(i)->ledger, STEP_IDLE_TICKS);
+        struct axis *axis = axes_get(i);
+        axis_stop(axis);
+        axis_discard(axis, 0);
+        ledger_restart(&axis->ledger, STEP_IDLE_TICKS);
     }
     // A clock edge that waits is of the time before.
     (void)pixel_clock_drop();
-    clock_watch_rest(&machine.watch);
-    machine.time_lost = false;
+    reference_rest();
 }
 
 // The emergency stop has halted every engine, those of queued lines too: these keep their lines.
@@ -194,125 +205,171 @@ static void revive(uint8_t i)
 {
     uint8_t slot = 0;
 
-    if (machine_axis(i)->state == AXIS_FAULT) {
-        machine_discard(i);
-    } else if ((machine.stopping & axis_bit(i)) == 0) {
+    if (state_of(i) == AXIS_FAULT) {
+        axes_stop(i);
+    } else if (state_of(i) != AXIS_STOPPING) {
         (void)step_timer_settle(i, &slot);
     }
 }
 
-static bool clear_fault(void)
+static bool can_clear(uint8_t axis, const struct order *order)
 {
+    (void)axis;
+    (void)order;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (step_engine_going(step_timer_state(i))) {
             return false;
         }
     }
     // An emergency stop may be latched that the main loop has not heard of yet.
-    if (machine.fault.code == FAULT_none) {
-        return true;
-    }
-    if (!safety_allows()) {
-        return false;
-    }
-    if (machine.asking != 0) {
-        return true;
+    return !faults_any() || safety_allows();
+}
+
+static void clear(uint8_t axis, const struct order *order)
+{
+    (void)axis;
+    (void)order;
+    if (!faults_any()) {
+        return;
     }
     // First: a stop that is pressed from here on is latched anew, and its fault follows.
     estop_release();
-    if (machine.time_lost) {
+    if (faults_time_lost()) {
         restart_time();
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         revive(i);
     }
-    machine.fault = (struct fault_record){.code = FAULT_none};
-    return true;
+    faults_clear();
 }
 
-// What needs its key.
-static bool keyed(void)
+// What needs its key, and nothing queued: lines were checked against the settings of their time.
+static bool has_key(uint8_t axis, const struct order *order)
 {
-    return machine.order[2] == MACHINE_KEY && !machine_queued() && !store_busy();
+    (void)axis;
+    return order->argument == COMMANDS_KEY && !axes_any_queued() && !store_busy();
 }
 
-static bool store(void)
+#if FEATURE_STORE
+static void store(uint8_t axis, const struct order *order)
 {
-    if (!keyed()) {
-        return false;
-    }
+    (void)axis;
+    (void)order;
     store_begin();
-    return true;
 }
+#endif
 
-static bool default_settings(void)
+static void set_defaults(uint8_t axis, const struct order *order)
 {
-    if (!keyed()) {
-        return false;
-    }
-    settings_defaults(&machine.settings);
+    (void)axis;
+    (void)order;
+    settings_set_defaults();
     store_note_change();
-    machine_apply_settings();
-    return true;
+    limits_apply_settings();
 }
 
-static bool permit(bool on)
+static bool can_permit(uint8_t axis, const struct order *order)
 {
-    if (on && (machine.fault.code != FAULT_none || estop_latched())) {
+    (void)axis;
+    (void)order;
+    return !faults_any() && !estop_latched();
+}
+
+static void set_permit(uint8_t axis, const struct order *order)
+{
+    (void)axis;
+    permit_set(order->command == COMMAND_PERMIT_ON);
+}
+
+static void do_nothing(uint8_t axis, const struct order *order)
+{
+    (void)axis;
+    (void)order;
+}
+
+// The first commands in each of these ranges are for axes, the others for the board.
+struct row {
+    test possible;
+    action act;
+    bool for_axes;
+};
+
+static const struct row commands[] IN_FLASH = {
+    [COMMAND_NONE] = {always, do_nothing, false},
+    [COMMAND_ARM] = {can_arm, arm, true},
+    [COMMAND_DISARM] = {does_not_run, discard, true},
+    [COMMAND_STOP] = {always, stop, true},
+    [COMMAND_CLEAR_FAULT] = {can_clear, clear, false},
+    [COMMAND_DISCARD] = {does_not_run, discard, true},
+    [COMMAND_ENABLE] = {always, enable, true},
+    [COMMAND_DISABLE] = {is_still, disable, true},
+    [COMMAND_ZERO] = {can_zero, zero, true},
+    [COMMAND_PERMIT_ON] = {can_permit, set_permit, false},
+    [COMMAND_PERMIT_OFF] = {always, set_permit, false},
+#if FEATURE_STORE
+    [COMMAND_STORE] = {has_key, store, false},
+#endif
+    [COMMAND_DEFAULTS] = {has_key, set_defaults, false},
+    [COMMAND_GO] = {can_go, go, false},
+};
+
+static struct row row_of(const struct order *order)
+{
+    struct row row;
+
+    flash_copy(&row, &commands[order->command], sizeof row);
+    return row;
+}
+
+// Disarm and stop go to all boards at once, whatever axes each of them has.
+static bool names_axes(const struct order *order)
+{
+    bool others = order->command == COMMAND_DISARM || order->command == COMMAND_STOP;
+
+    return ((uint8_t)order->mask & ALL_AXES) != 0 &&
+           (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
+}
+
+bool commands_possible(const struct order *order)
+{
+    struct row row = row_of(order);
+
+    if (row.possible == NULL) {
         return false;
     }
-    if (machine.asking == 0) {
-        machine_permit(on);
+    if (!row.for_axes) {
+        return row.possible(0, order);
     }
+    bool possible = names_axes(order);
+
+    for (uint8_t i = 0; possible && i < CONFIG_AXES; i++) {
+        possible = !named(order, i) || row.possible(i, order);
+    }
+    return possible;
+}
+
+void commands_act(const struct order *order)
+{
+    struct row row = row_of(order);
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (row.for_axes ? named(order, i) : i == 0) {
+            row.act(i, order);
+        }
+    }
+}
+
+const struct order *commands_last(void)
+{
+    return &last;
+}
+
+bool commands_give(const struct order *order)
+{
+    if (!commands_possible(order)) {
+        return false;
+    }
+    commands_act(order);
+    last = *order;
     return true;
-}
-
-// Commands for axes, each for itself.
-struct axis_command {
-    axis_test possible;
-    axis_action act;
-};
-
-static const struct axis_command axis_commands[] IN_FLASH = {
-    [COMMAND_DISARM] = {resting, machine_discard},
-    [COMMAND_STOP] = {always, stop},
-    [COMMAND_DISCARD] = {resting, machine_discard},
-    [COMMAND_ENABLE] = {always, enable},
-    [COMMAND_DISABLE] = {still, disable},
-    [COMMAND_ZERO] = {zeroable, seek_zero},
-};
-
-static bool command_axes(enum machine_command command, uint8_t mask)
-{
-    struct axis_command found;
-
-    // Disarm and stop go to all boards at once, whatever axes each of them has.
-    if (command <= COMMAND_STOP) {
-        mask &= ALL_AXES;
-    }
-    flash_copy(&found, &axis_commands[command], sizeof found);
-    return for_axes(mask, found.possible, found.act);
-}
-
-bool machine_do(enum machine_command command, uint8_t mask)
-{
-    switch ((uint8_t)command) {
-    case COMMAND_NONE:
-        return true;
-    case COMMAND_ARM:
-        return arm_all(mask);
-    case COMMAND_CLEAR_FAULT:
-        return clear_fault();
-    case COMMAND_STORE:
-        return store();
-    case COMMAND_DEFAULTS:
-        return default_settings();
-    case COMMAND_PERMIT_ON:
-    case COMMAND_PERMIT_OFF:
-        return permit(command == COMMAND_PERMIT_ON);
-    case COMMAND_GO:
-        return go();
-    default: // for axes, each for itself
-        return command_axes(command, mask);
-    }
 }

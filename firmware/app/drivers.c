@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/drivers.h"
 
-#include "app/machine.h"    // machine_axis
+#include "app/axes.h"       // axes_get
+#include "app/settings.h"   // settings_now
 #include "hal/clock.h"      // clock_now_ms
 #include "hal/step_timer.h" // step_timer_enable
 
@@ -9,38 +10,63 @@
 // rounds ago.
 #define LAST_STEP_MS 15u
 
+static struct {
+    uint8_t on; // bit n: that of axis n
+#if FEATURE_DRIVER_TIMING
+    bool settling;                  // one was switched on lately
+    uint16_t switched_ms;           // when that was
+    uint16_t moved_ms[CONFIG_AXES]; // when each axis was last seen moving or switched on
+#endif
+} drivers;
+
+void drivers_start(void)
+{
+    drivers.on = 0;
+#if FEATURE_DRIVER_TIMING
+    drivers.settling = false;
+#endif
+}
+
+uint8_t drivers_on(void)
+{
+    return drivers.on;
+}
+
 bool drivers_is_on(uint8_t axis)
 {
-    return (machine.drivers.on & axis_bit(axis)) != 0;
+    return (drivers.on & axis_bit(axis)) != 0;
 }
 
 void drivers_write(uint8_t axis, bool on)
 {
+#if FEATURE_DRIVER_TIMING
     if (on && !drivers_is_on(axis)) {
-        machine.drivers.switched_ms = clock_now_ms();
-        machine.drivers.moved_ms[CONFIG_INDEX(axis)] = machine.drivers.switched_ms;
-        machine.drivers.settling = true;
+        drivers.switched_ms = clock_now_ms();
+        drivers.moved_ms[CONFIG_INDEX(axis)] = drivers.switched_ms;
+        drivers.settling = true;
     }
-    machine.drivers.on = (uint8_t)(on ? machine.drivers.on | axis_bit(axis)
-                                      : machine.drivers.on & ~axis_bit(axis));
+#endif
+    drivers.on =
+        (uint8_t)(on ? drivers.on | axis_bit(axis) : drivers.on & ~axis_bit(axis));
     step_timer_enable(axis, on);
 }
 
+#if FEATURE_DRIVER_TIMING
+
 bool drivers_settling(void)
 {
-    machine.drivers.settling = machine.drivers.settling &&
-                               (uint16_t)(clock_now_ms() - machine.drivers.switched_ms) <=
-                                   machine.settings.enable_settle_ms;
-    return machine.drivers.settling;
+    drivers.settling =
+        drivers.settling && (uint16_t)(clock_now_ms() - drivers.switched_ms) <=
+                                settings_now()->enable_settle_ms;
+    return drivers.settling;
 }
 
 void drivers_poll(uint8_t axis)
 {
-    uint16_t idle_ms = machine.settings.idle_off_ms;
-    uint16_t *moved_ms = &machine.drivers.moved_ms[CONFIG_INDEX(axis)];
-    uint8_t state = machine_axis(axis)->state;
+    uint16_t idle_ms = settings_now()->idle_off_ms;
+    uint16_t *moved_ms = &drivers.moved_ms[CONFIG_INDEX(axis)];
 
-    if (state == AXIS_ARMED || state == AXIS_RUNNING ||
+    if (lifecycle_moving(&axes_get(axis)->life) ||
         step_engine_going(step_timer_state(axis))) {
         *moved_ms = clock_now_ms();
     } else if (idle_ms != 0 && drivers_is_on(axis) &&
@@ -48,3 +74,5 @@ void drivers_poll(uint8_t axis)
         drivers_write(axis, false);
     }
 }
+
+#endif

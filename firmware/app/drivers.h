@@ -6,19 +6,32 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "config.h" // CONFIG_AXES
+#include "config.h" // FEATURE_DRIVER_TIMING
 
-struct drivers {
-    uint8_t on;                     // bit n: that of axis n
-    bool settling;                  // one was switched on lately
-    uint16_t switched_ms;           // when that was
-    uint16_t moved_ms[CONFIG_AXES]; // when each axis was last seen moving or switched on
-};
+// All off; the pins are already so (hal/pins.h).
+void drivers_start(void);
 
 void drivers_write(uint8_t axis, bool on);
 bool drivers_is_on(uint8_t axis);
+uint8_t drivers_on(void); // bit n: that of axis n
+
+#if FEATURE_DRIVER_TIMING
 
 // A driver was switched on less than settings.enable_settle_ms ago: no line may begin yet.
 bool drivers_settling(void);
 
 void drivers_poll(uint8_t axis);
+
+#else
+
+static inline bool drivers_settling(void)
+{
+    return false;
+}
+
+static inline void drivers_poll(uint8_t axis)
+{
+    (void)axis;
+}
+
+#endif

@@ -1,23 +1,38 @@
 // SPDX-License-Identifier: MIT
 #include "app/events.h"
 
-#if CONFIG_EVENTS != 0
+#if FEATURE_EVENTS
 
-#include "app/machine.h" // machine.events
-#include "hal/clock.h"   // clock_now_units
+#include "hal/clock.h" // clock_now_units
+
+struct event {
+    uint16_t code;
+    uint8_t axis;
+    uint16_t argument;
+    uint32_t pixel;
+    uint32_t time_ms; // since reset; wraps after some hours (4.7 at 16 MHz)
+};
+
+static struct {
+    struct event ring[CONFIG_EVENTS];
+    uint16_t count; // since reset
+} events;
+
+void events_start(void)
+{
+    events.count = 0;
+}
 
 void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel)
 {
-    struct events *events = &machine.events;
-
-    events->ring[events->count % CONFIG_EVENTS] = (struct event){
+    events.ring[events.count % CONFIG_EVENTS] = (struct event){
         .code = code,
         .axis = axis,
         .argument = argument,
         .pixel = pixel,
         .time_ms = clock_ms_of_units(clock_now_units()),
     };
-    events->count++;
+    events.count++;
 }
 
 static uint16_t event_word(const struct event *event, uint16_t number, uint8_t word)
@@ -44,22 +59,20 @@ static uint16_t event_word(const struct event *event, uint16_t number, uint8_t w
 
 uint16_t events_word(uint16_t address)
 {
-    const struct events *events = &machine.events;
     uint16_t offset = (uint16_t)(address - REG_EVENT_BASE);
 
     if (offset < REG_EVENT_HEADER) {
-        return events->count;
+        return events.count;
     }
     offset = (uint16_t)(offset - REG_EVENT_HEADER);
     // Oldest first.
-    uint16_t kept = events->count < CONFIG_EVENTS ? events->count : CONFIG_EVENTS;
-    uint16_t index =
-        (uint16_t)(events->count - kept + offset / (uint16_t)REG_EVENT_WORDS);
+    uint16_t kept = events.count < CONFIG_EVENTS ? events.count : CONFIG_EVENTS;
+    uint16_t index = (uint16_t)(events.count - kept + offset / (uint16_t)REG_EVENT_WORDS);
 
-    return index >= events->count ? 0
-                                  : event_word(&events->ring[index % CONFIG_EVENTS],
-                                               (uint16_t)(index + 1u),
-                                               (uint8_t)(offset % REG_EVENT_WORDS));
+    return index >= events.count ? 0
+                                 : event_word(&events.ring[index % CONFIG_EVENTS],
+                                              (uint16_t)(index + 1u),
+                                              (uint8_t)(offset % REG_EVENT_WORDS));
 }
 
 #endif

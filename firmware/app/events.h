@@ -11,26 +11,19 @@
 
 #define EVENT_RESET 0x0100u // code of a reset, plus its cause; else the fault's
 
-#if CONFIG_EVENTS != 0
+#if FEATURE_EVENTS
 
-struct event {
-    uint16_t code;
-    uint8_t axis;
-    uint16_t argument;
-    uint32_t pixel;
-    uint32_t time_ms; // since reset; wraps after some hours (4.7 at 16 MHz)
-};
-
-struct events {
-    struct event ring[CONFIG_EVENTS];
-    uint16_t count; // since reset
-};
+void events_start(void);
 
 void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel);
 
 uint16_t events_word(uint16_t address);
 
 #else
+
+static inline void events_start(void)
+{
+}
 
 static inline void events_note(uint16_t code,
                                uint8_t axis,

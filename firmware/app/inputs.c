@@ -1,21 +1,47 @@
 // SPDX-License-Identifier: MIT
 #include "app/inputs.h"
 
-#include "app/machine.h"  // machine
+#include "app/axes.h"     // axes_get
+#include "app/faults.h"   // faults_latch
+#include "app/settings.h" // settings_now
 #include "hal/clock.h"    // clock_now_units
 #include "hal/switches.h" // switches_read
 
 #define LIMITS (SWITCH_LIMIT_MINUS | SWITCH_LIMIT_PLUS)
 
+#define SWITCHES 3u
+
+// One axis's look at its switches. Bits as in hal/switches.h, set for closed or tripped.
+struct look {
+    uint8_t state;                // filtered
+    uint8_t seen;                 // at the last look
+    uint16_t since_units[SWITCHES]; // when each changed, low 16 bits; home first
+    uint16_t position;            // low 16 bits, at the last look with a limit tripped
+};
+
+static struct look looks[CONFIG_AXES];
+
+static struct look *look_of(uint8_t axis)
+{
+    return &looks[CONFIG_INDEX(axis)];
+}
+
+void inputs_start(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        looks[i] = (struct look){0};
+    }
+}
+
 bool inputs_home_inverted(void)
 {
-    return (machine.settings.inputs_inverted & 1u) != 0;
+    return (settings_now()->inputs_inverted & 1u) != 0;
 }
 
 static uint8_t tripped_levels(void)
 {
     uint8_t home = inputs_home_inverted() ? SWITCH_HOME : 0;
-    uint8_t limits = (machine.settings.inputs_inverted & 2u) != 0 ? LIMITS : 0;
+    uint8_t limits = (settings_now()->inputs_inverted & 2u) != 0 ? LIMITS : 0;
 
     return (uint8_t)(home | limits);
 }
@@ -23,7 +49,7 @@ static uint8_t tripped_levels(void)
 static bool lasted(uint16_t now_units, uint16_t since_units)
 {
     return (uint16_t)(now_units - since_units) >
-           clock_units_of_us(machine.settings.input_filter_us);
+           clock_units_of_us(settings_now()->input_filter_us);
 }
 
 bool inputs_lasted(uint16_t since_units)
@@ -33,7 +59,7 @@ bool inputs_lasted(uint16_t since_units)
 
 // Each switch for itself: one that chatters must not hide another. The switches whose filtered
 // state has just changed.
-static uint8_t filter(struct inputs *inputs, uint8_t now)
+static uint8_t filter(struct look *inputs, uint8_t now)
 {
     uint16_t now_units = (uint16_t)clock_now_units();
     uint8_t moved = now ^ inputs->seen;
@@ -58,27 +84,27 @@ static uint8_t filter(struct inputs *inputs, uint8_t now)
 // is noted at rest too: after a stop a last step may follow, and a zero moves it.
 static void watch_limits(uint8_t i, bool first_look)
 {
-    struct axis *axis = machine_axis(i);
-    struct inputs *inputs = machine_inputs(i);
+    struct axis *axis = axes_get(i);
+    struct look *inputs = look_of(i);
 
-    (void)machine_follow(i);
+    (void)axes_follow(i);
     uint16_t position = (uint16_t)ledger_position(&axis->ledger);
     int16_t moved = (int16_t)(position - inputs->position);
 
     inputs->position = position;
-    if (first_look || axis->state != AXIS_RUNNING) {
+    if (first_look || axis->life.state != AXIS_RUNNING) {
         return;
     }
     if (moved > 0 && (inputs->state & SWITCH_LIMIT_PLUS) != 0) {
-        machine_fault(FAULT_limit_plus, i, 0);
+        faults_latch(FAULT_limit_plus, i, 0);
     } else if (moved < 0 && (inputs->state & SWITCH_LIMIT_MINUS) != 0) {
-        machine_fault(FAULT_limit_minus, i, 0);
+        faults_latch(FAULT_limit_minus, i, 0);
     }
 }
 
 void inputs_poll(uint8_t axis)
 {
-    struct inputs *inputs = machine_inputs(axis);
+    struct look *inputs = look_of(axis);
     uint8_t now = (uint8_t)((switches_read(axis) ^ tripped_levels()) ^ SWITCH_ALL);
     bool changed = (filter(inputs, now) & LIMITS) != 0;
 
@@ -89,12 +115,12 @@ void inputs_poll(uint8_t axis)
 
 bool inputs_home_closed(uint8_t axis)
 {
-    return (machine_inputs(axis)->state & SWITCH_HOME) != 0;
+    return (look_of(axis)->state & SWITCH_HOME) != 0;
 }
 
 bool inputs_settled(uint8_t axis)
 {
-    const struct inputs *inputs = machine_inputs(axis);
+    const struct look *inputs = look_of(axis);
 
     return ((inputs->seen ^ inputs->state) & SWITCH_HOME) == 0 &&
            inputs_lasted(inputs->since_units[0]);
@@ -105,7 +131,7 @@ uint16_t inputs_all(void)
     uint16_t all = 0;
 
     for (uint8_t i = CONFIG_AXES; i-- != 0;) {
-        all = (uint16_t)(all << 4 | machine_inputs(i)->state);
+        all = (uint16_t)(all << 4 | look_of(i)->state);
     }
     return all;
 }

@@ -6,15 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define INPUTS_SWITCHES 3u
-
-// One axis's look at its switches. Bits as in hal/switches.h, set for closed or tripped.
-struct inputs {
-    uint8_t state;                         // filtered
-    uint8_t seen;                          // at the last look
-    uint16_t since_units[INPUTS_SWITCHES]; // when each changed, low 16 bits; home first
-    uint16_t position; // low 16 bits, at the last look with a limit tripped
-};
+// Every switch open until the filter has seen otherwise.
+void inputs_start(void);
 
 // One look at an axis's switches; a limit that is passed latches a fault.
 void inputs_poll(uint8_t axis);
@@ -22,7 +15,7 @@ void inputs_poll(uint8_t axis);
 // The home switch is closed, and was for as long as the filter asks for; or is open.
 bool inputs_home_closed(uint8_t axis);
 
-// The filter's time has passed since then, low 16 bits in the clock's units.
+// The filter's time has passed since then, low 16 bits in units of 4 us.
 bool inputs_lasted(uint16_t since_units);
 
 // The home switch is closed when its pin is high.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "app/machine.h"    // machine_init
+#include "app/board.h"      // board_start
 #include "app/round.h"      // round_poll
 #include "app/safety.h"     // safety_start
 #include "app/serial.h"     // serial_*
+#include "app/settings.h"   // settings_override_address
 #include "app/time_check.h" // time_check_start
 #include "hal/clock.h"      // clock_start
 #include "hal/cpu.h"        // cpu_*
@@ -12,8 +13,9 @@ int main(void)
 {
     cpu_start();
     pins_start();
-    machine_init();
-    serial_start(cpu_address_strap());
+    board_start();
+    settings_override_address(cpu_address_strap());
+    serial_start();
     // Last: from here on both must be served, the step interrupt in every idle period.
     clock_start();
     time_check_start();

@@ -5,10 +5,17 @@
 
 #include <stddef.h> // offsetof
 
+#include "app/axes.h"          // axes_*
+#include "app/drivers.h"       // drivers_on
+#include "app/faults.h"        // faults_record
 #include "app/inputs.h"        // inputs_all
-#include "app/machine.h"       // machine
-#include "app/serial.h"        // serial_counters
+#include "app/limits.h"        // limits_now
+#include "app/permit.h"        // permit_is_on
+#include "app/reference.h"     // reference_*
+#include "app/seek.h"          // seek_now
+#include "app/settings.h"      // settings_now
 #include "app/store.h"         // store_state
+#include "app/traffic.h"       // traffic_counters
 #include "base/flash.h"        // IN_FLASH
 #include "hal/cpu.h"           // cpu_reset_cause
 #include "hal/estop.h"         // estop_tripped
@@ -19,25 +26,26 @@
 
 uint16_t report_status(void)
 {
-    uint16_t bits = machine_clock_present() ? REPORT_CLOCK : 0;
+    uint16_t bits = reference_present() ? REPORT_CLOCK : 0;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine_axis(i)->state == AXIS_ARMED) {
+        const struct lifecycle *life = &axes_get(i)->life;
+        if (lifecycle_armed(life)) {
             bits |= REPORT_ARMED;
-        } else if (machine_axis(i)->state == AXIS_RUNNING) {
+        } else if (life->state == AXIS_RUNNING) {
             bits |= REPORT_RUNNING;
         }
     }
-    if (machine.fault.code != FAULT_none) {
+    if (faults_any()) {
         bits |= REPORT_FAULT;
     }
     if (estop_tripped()) {
         bits |= REPORT_ESTOP;
     }
-    if (serial_counters()->listen_only) {
+    if (traffic_counters()->listen_only) {
         bits |= REPORT_LISTEN_ONLY;
     }
-    return machine.permit ? (uint16_t)(bits | REPORT_PERMIT) : bits;
+    return permit_is_on() ? (uint16_t)(bits | REPORT_PERMIT) : bits;
 }
 
 static uint16_t status(uint8_t axis, bool low)
@@ -65,7 +73,7 @@ static uint16_t outputs(uint8_t axis, bool low)
 {
     (void)axis;
     (void)low;
-    return (uint16_t)(machine.drivers.on | (machine.permit ? OUTPUTS_PERMIT : 0));
+    return (uint16_t)(drivers_on() | (permit_is_on() ? OUTPUTS_PERMIT : 0));
 }
 
 static uint16_t settings_state(uint8_t axis, bool low)
@@ -78,67 +86,94 @@ static uint16_t settings_state(uint8_t axis, bool low)
 static uint16_t queue_free(uint8_t axis, bool low)
 {
     (void)low;
-    return run_queue_free(&machine_axis(axis)->queue);
+    return run_queue_free(&axes_get(axis)->queue);
 }
 
 static uint16_t ring_fill(uint8_t axis, bool low)
 {
     (void)low;
-    return axis_ring_fill(machine_axis(axis));
+    return axis_ring_fill(axes_get(axis));
 }
 
 // Now, as the first of the two words is read; the second belongs to it.
 static uint16_t position_steps(uint8_t axis, bool low)
 {
     if (!low) {
-        (void)machine_follow(axis);
+        (void)axes_follow(axis);
     }
-    return half_word((uint32_t)ledger_position(&machine_axis(axis)->ledger), low);
+    return half_word((uint32_t)ledger_position(&axes_get(axis)->ledger), low);
 }
 
 static uint16_t expected_steps(uint8_t axis, bool low)
 {
-    const struct ledger *ledger = &machine_axis(axis)->ledger;
-    uint8_t newest = ledger->record_next == 0 ? LEDGER_RECORDS : ledger->record_next;
+    const struct records *records = &axes_get(axis)->ledger.records;
 
-    return ledger->record_count == 0
-               ? 0
-               : half_word((uint32_t)ledger->records[newest - 1u].expected_steps, low);
+    if (records->count == 0) {
+        return 0;
+    }
+    struct pixel_record newest = records_get(records, (uint8_t)(records->count - 1u));
+
+    return half_word((uint32_t)newest.expected_steps, low);
 }
 
-enum source_kind {
-    SOURCE_CONSTANT,
-    SOURCE_COUNTER, // by its place in the server's
-    SOURCE_BYTE,
-    SOURCE_WORD,
-    SOURCE_HIGH, // words of 32 bits
-    SOURCE_LOW,
-    SOURCE_CALL_HIGH,
-    SOURCE_CALL_LOW,
+static uint16_t axis_state(uint8_t axis, bool low)
+{
+    (void)low;
+    return lifecycle_shown(&axes_get(axis)->life);
+}
+
+// Whose object a register shows a member of.
+enum owner {
+    OWNER_FAULTS,
+    OWNER_WATCH,
+    OWNER_PERIOD,
+    OWNER_SEEK,
+    OWNER_SETTINGS,
+    OWNER_TRAFFIC,
+    OWNER_AXIS,
 };
 
-// Of an axis's register: in or for axis 0.
+// Owners take the lowest bits of a kind.
+#define OWNER_MASK 0x07u
+
+enum width {
+    WIDTH_BYTE = 0x08,
+    WIDTH_WORD = 0x10,
+    WIDTH_HIGH = 0x18, // words of 32 bits
+    WIDTH_LOW = 0x20,
+};
+
+enum call {
+    KIND_CONSTANT,
+    KIND_CALL_HIGH,
+    KIND_CALL_LOW,
+};
+
+// A member: kind is its width and its owner, value its place in the owner's object.
 struct source {
     union {
-        const void *at;
-        uint16_t constant;
+        uint16_t value;
         uint16_t (*call)(uint8_t axis, bool low);
     };
-    uint8_t kind;
+    uint8_t kind; // enum call, or enum width + enum owner
 };
 
-#define CONSTANT(value) {.constant = (value), .kind = SOURCE_CONSTANT}
-#define COUNTER(name)                                                                    \
-    {.constant = offsetof(struct server_counters, name), .kind = SOURCE_COUNTER}
-#define BYTE(variable) {.at = &(variable), .kind = SOURCE_BYTE}
-#define WORD(variable) {.at = &(variable), .kind = SOURCE_WORD}
-#define CALL(function) {.call = (function), .kind = SOURCE_CALL_LOW}
-#define LONG(first, variable)                                                            \
-    [first] = {.at = &(variable), .kind = SOURCE_HIGH},                                  \
-    [(first) + 1] = {.at = &(variable), .kind = SOURCE_LOW}
+#define CONSTANT(number) {.value = (number), .kind = KIND_CONSTANT}
+#define CALL(function)   {.call = (function), .kind = KIND_CALL_LOW}
+#define MEMBER(width, owner, place)                                                      \
+    {.value = (uint16_t)(place), .kind = (width) + (owner)}
+#define LONG(first, owner, place)                                                        \
+    [first] = MEMBER(WIDTH_HIGH, owner, place),                                          \
+    [(first) + 1] = MEMBER(WIDTH_LOW, owner, place)
 #define CALL_LONG(first, function)                                                       \
-    [first] = {.call = (function), .kind = SOURCE_CALL_HIGH},                            \
-    [(first) + 1] = {.call = (function), .kind = SOURCE_CALL_LOW}
+    [first] = {.call = (function), .kind = KIND_CALL_HIGH},                              \
+    [(first) + 1] = {.call = (function), .kind = KIND_CALL_LOW}
+#define IN_FAULTS(member) offsetof(struct fault_record, member)
+#define IN_WATCH(member)  offsetof(struct clock_watch, member)
+#define IN_SEEK(member)   offsetof(struct seek, member)
+#define IN_AXIS(member)   offsetof(struct axis, member)
+#define COUNTER(name)                                                                    \
+    MEMBER(WIDTH_WORD, OWNER_TRAFFIC, offsetof(struct server_counters, name))
 
 static const struct source board[] IN_FLASH = {
     [REG_INPUT_map_version] = CONSTANT(REG_MAP_VERSION),
@@ -147,90 +182,120 @@ static const struct source board[] IN_FLASH = {
     [REG_INPUT_board_id] = CONSTANT(CONFIG_BOARD_ID),
     [REG_INPUT_axis_count] = CONSTANT(CONFIG_AXES),
     [REG_INPUT_status] = CALL(status),
-    [REG_INPUT_fault_code] = BYTE(machine.fault.code),
-    [REG_INPUT_fault_argument] = WORD(machine.fault.argument),
-    [REG_INPUT_fault_axis] = BYTE(machine.fault.axis),
-    LONG(REG_INPUT_fault_pixel, machine.fault.pixel),
-    [REG_INPUT_fault_mask] = {.at = &machine.fault.mask, .kind = SOURCE_LOW},
+    [REG_INPUT_fault_code] = MEMBER(WIDTH_BYTE, OWNER_FAULTS, IN_FAULTS(code)),
+    [REG_INPUT_fault_argument] = MEMBER(WIDTH_WORD, OWNER_FAULTS, IN_FAULTS(argument)),
+    [REG_INPUT_fault_axis] = MEMBER(WIDTH_BYTE, OWNER_FAULTS, IN_FAULTS(axis)),
+    LONG(REG_INPUT_fault_pixel, OWNER_FAULTS, IN_FAULTS(pixel)),
+    [REG_INPUT_fault_mask] = MEMBER(WIDTH_LOW, OWNER_FAULTS, IN_FAULTS(mask)),
     [REG_INPUT_reset_cause] = CALL(reset_cause),
-    LONG(REG_INPUT_pixel_edges, machine.watch.edges),
-    [REG_INPUT_edge_error_ticks] = WORD(machine.watch.error_ticks),
-    [REG_INPUT_edge_error_max_ticks] = WORD(machine.watch.error_max_ticks),
+    LONG(REG_INPUT_pixel_edges, OWNER_WATCH, IN_WATCH(edges)),
+#if FEATURE_CLOCK_STATISTICS
+    [REG_INPUT_edge_error_ticks] = MEMBER(WIDTH_WORD, OWNER_WATCH, IN_WATCH(error_ticks)),
+    [REG_INPUT_edge_error_max_ticks] =
+        MEMBER(WIDTH_WORD, OWNER_WATCH, IN_WATCH(error_max_ticks)),
+#endif
     [REG_INPUT_frames_ok] = COUNTER(frames_ok),
     [REG_INPUT_crc_errors] = COUNTER(crc_errors),
     [REG_INPUT_exceptions] = COUNTER(exceptions),
     [REG_INPUT_rx_overruns] = COUNTER(rx_overruns),
-    LONG(REG_INPUT_pixel_period_ticks, machine.period.whole_ticks),
+    LONG(REG_INPUT_pixel_period_ticks,
+         OWNER_PERIOD,
+         offsetof(struct pixel_period, whole_ticks)),
     [REG_INPUT_min_interval_ticks] = CONSTANT(CONFIG_MIN_INTERVAL_TICKS),
     [REG_INPUT_smooth_min_interval_ticks] = CONSTANT(CONFIG_SMOOTH_MIN_INTERVAL_TICKS),
-    [REG_INPUT_record_capacity] = CONSTANT(LEDGER_RECORDS),
+    [REG_INPUT_record_capacity] = CONSTANT(RECORDS_KEPT),
     [REG_INPUT_inputs] = CALL(inputs),
-    [REG_INPUT_trip_code] = BYTE(machine.seek.trip_code),
-    [REG_INPUT_trip_axis] = BYTE(machine.seek.trip_axis),
-    LONG(REG_INPUT_trip_position_steps, machine.seek.position_steps),
-    LONG(REG_INPUT_trip_ticks, machine.seek.ticks),
+#if FEATURE_HOMING
+    [REG_INPUT_trip_code] = MEMBER(WIDTH_BYTE, OWNER_SEEK, IN_SEEK(trip_code)),
+    [REG_INPUT_trip_axis] = MEMBER(WIDTH_BYTE, OWNER_SEEK, IN_SEEK(trip_axis)),
+    LONG(REG_INPUT_trip_position_steps, OWNER_SEEK, IN_SEEK(position_steps)),
+    LONG(REG_INPUT_trip_ticks, OWNER_SEEK, IN_SEEK(ticks)),
+#else
+    [REG_INPUT_trip_ticks + 1] = CONSTANT(0),
+#endif
 };
 
 static const struct source axes[] IN_FLASH = {
-    [REG_AXIS_axis_state] = BYTE(machine.axes[0].state),
+    [REG_AXIS_axis_state] = CALL(axis_state),
     [REG_AXIS_queue_free] = CALL(queue_free),
-    [REG_AXIS_next_block] = WORD(machine.axes[0].next_block),
-    [REG_AXIS_line_error] = BYTE(machine.axes[0].line_error),
-    LONG(REG_AXIS_line_error_pixel, machine.axes[0].line_error_pixel),
+    [REG_AXIS_next_block] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(next_block)),
+    [REG_AXIS_line_error] = MEMBER(WIDTH_BYTE, OWNER_AXIS, IN_AXIS(line_error)),
+    LONG(REG_AXIS_line_error_pixel, OWNER_AXIS, IN_AXIS(line_error_pixel)),
     CALL_LONG(REG_AXIS_position_steps, position_steps),
     CALL_LONG(REG_AXIS_expected_steps, expected_steps),
-    LONG(REG_AXIS_pixel, machine.axes[0].ledger.pixel),
-    [REG_AXIS_lines_done] = WORD(machine.axes[0].lines_done),
-    [REG_AXIS_underruns] = WORD(machine.axes[0].underruns),
-    [REG_AXIS_line_warning] = BYTE(machine.axes[0].line_warning),
+    LONG(REG_AXIS_pixel, OWNER_AXIS, IN_AXIS(ledger.pixel)),
+    [REG_AXIS_lines_done] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(lines_done)),
+    [REG_AXIS_underruns] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(underruns)),
+    [REG_AXIS_line_warning] = MEMBER(WIDTH_BYTE, OWNER_AXIS, IN_AXIS(line_warning)),
     [REG_AXIS_ring_fill] = CALL(ring_fill),
 };
 
 #define MORE_BASE REG_INPUT_fault_mask_high
 static const struct source more[] IN_FLASH = {
-    [REG_INPUT_fault_mask_high - MORE_BASE] = {.at = &machine.fault.mask,
-                                               .kind = SOURCE_HIGH},
+    [REG_INPUT_fault_mask_high - MORE_BASE] =
+        MEMBER(WIDTH_HIGH, OWNER_FAULTS, IN_FAULTS(mask)),
     [REG_INPUT_outputs - MORE_BASE] = CALL(outputs),
     [REG_INPUT_settings_state - MORE_BASE] = CALL(settings_state),
-    [REG_INPUT_settings_serial - MORE_BASE] = WORD(machine.settings.serial),
+    [REG_INPUT_settings_serial - MORE_BASE] =
+        MEMBER(WIDTH_WORD, OWNER_SETTINGS, offsetof(struct settings, serial)),
     [REG_INPUT_bus_messages - MORE_BASE] = COUNTER(bus_messages),
     [REG_INPUT_no_replies - MORE_BASE] = COUNTER(no_replies),
     [REG_INPUT_busy_replies - MORE_BASE] = COUNTER(busy_replies),
-    [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(CONFIG_EVENTS),
+    [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(FEATURE_EVENTS ? CONFIG_EVENTS : 0),
+    [REG_INPUT_features - MORE_BASE] = CONSTANT(FEATURES_BITS),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 _Static_assert(COUNT(board) == REG_AXIS_BASE, "the first area ends where the axes begin");
 _Static_assert(COUNT(axes) == REG_AXIS_STRIDE, "an axis's registers follow each other");
 
-static const void *place(const struct source *source, uint8_t axis)
+static const void *object_of(enum owner owner, uint8_t axis)
 {
-    return (const uint8_t *)source->at + CONFIG_INDEX(axis) * sizeof(struct axis);
+    switch (owner) {
+    case OWNER_FAULTS:
+        return faults_record();
+    case OWNER_WATCH:
+        return reference_watch();
+    case OWNER_PERIOD:
+        return reference_period();
+    case OWNER_SEEK:
+        return seek_now();
+    case OWNER_SETTINGS:
+        return settings_now();
+    case OWNER_TRAFFIC:
+        return traffic_counters();
+    case OWNER_AXIS:
+    default:
+        return axes_get(axis);
+    }
+}
+
+static uint16_t member(const struct source *source, uint8_t axis)
+{
+    uint8_t width = source->kind & (uint8_t)~OWNER_MASK;
+    enum owner owner = (enum owner)(source->kind & OWNER_MASK);
+    const void *at = (const uint8_t *)object_of(owner, axis) + source->value;
+
+    switch (width) {
+    case WIDTH_BYTE:
+        return *(const uint8_t *)at;
+    case WIDTH_WORD:
+        return *(const uint16_t *)at;
+    default:
+        return half_word(*(const uint32_t *)at, width == WIDTH_LOW);
+    }
 }
 
 static uint16_t word_of(const struct source *entry, uint8_t axis)
 {
-    struct source source = {.kind = SOURCE_CONSTANT};
+    struct source source = {.kind = KIND_CONSTANT};
 
     flash_copy(&source, entry, sizeof source);
-    switch ((enum source_kind)source.kind) {
-    case SOURCE_COUNTER:
-        return *(const uint16_t *)((const uint8_t *)serial_counters() + source.constant);
-    case SOURCE_BYTE:
-        return *(const uint8_t *)place(&source, axis);
-    case SOURCE_WORD:
-        return *(const uint16_t *)place(&source, axis);
-    case SOURCE_HIGH:
-    case SOURCE_LOW:
-        return half_word(*(const uint32_t *)place(&source, axis),
-                         source.kind == SOURCE_LOW);
-    case SOURCE_CALL_HIGH:
-    case SOURCE_CALL_LOW:
-        return source.call(axis, source.kind == SOURCE_CALL_LOW);
-    case SOURCE_CONSTANT:
-    default:
-        return source.constant;
+    if (source.kind == KIND_CONSTANT) {
+        return source.value;
     }
+    return source.kind <= KIND_CALL_LOW ? source.call(axis, source.kind == KIND_CALL_LOW)
+                                        : member(&source, axis);
 }
 
 uint16_t report_word(uint16_t address)

@@ -3,5 +3,8 @@
 // interrupts, watch, start, decode for the axis nearest to starving.
 #pragma once
 
+// The first axis is the first whose turn it is.
+void round_start(void);
+
 // One round: short, never waits. Call again and again.
 void round_poll(void);

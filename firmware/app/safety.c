@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "app/safety.h"
 
+#include "app/axes.h"       // axes_first_moving
 #include "app/events.h"     // events_note
-#include "app/machine.h"    // machine_fault
-#include "app/serial.h"     // serial_last_request_ms
+#include "app/faults.h"     // faults_latch
+#include "app/settings.h"   // settings_now
+#include "app/traffic.h"    // traffic_last_request_ms
 #include "hal/clock.h"      // clock_now_ms
 #include "hal/cpu.h"        // cpu_*
 #include "hal/estop.h"      // estop_*
@@ -15,10 +17,11 @@
 
 static uint8_t beats[CONFIG_AXES]; // of each step interrupt, at the last look
 static uint8_t alive;              // axes that moved on since the watchdog was fed
+static uint8_t looked_at;          // the axis whose turn it is
 
 static bool estop_inverted(void)
 {
-    return (machine.settings.inputs_inverted & ESTOP_INVERTED) != 0;
+    return (settings_now()->inputs_inverted & ESTOP_INVERTED) != 0;
 }
 
 void safety_start(void)
@@ -30,7 +33,7 @@ void safety_start(void)
     estop_start(estop_inverted());
     // A supply that comes up slowly is a brown-out too.
     if ((cause & RESET_POWER_ON) == 0 && (cause & RESET_UNEXPECTED) != 0) {
-        machine_fault(FAULT_reset, 0, cause);
+        faults_latch(FAULT_reset, 0, cause);
     }
     cpu_watchdog_start();
 }
@@ -40,8 +43,10 @@ void safety_start(void)
 // included, and only a reset ends that.
 static void feed_watchdog(void)
 {
-    uint8_t i = machine.turn % CONFIG_AXES;
+    uint8_t i = looked_at;
     uint8_t beat = step_timer_beat(i);
+
+    looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
 
     if (beat == beats[CONFIG_INDEX(i)] && step_timer_state(i) != STEP_ENGINE_HALTED) {
         return;
@@ -58,24 +63,24 @@ static void feed_watchdog(void)
 
 static bool bus_silent(void)
 {
-    uint16_t limit_ms = machine.settings.bus_timeout_ms;
+    uint16_t limit_ms = settings_now()->bus_timeout_ms;
 
     return limit_ms != 0 &&
-           (uint16_t)(clock_now_ms() - serial_last_request_ms()) > limit_ms;
+           (uint16_t)(clock_now_ms() - traffic_last_request_ms()) > limit_ms;
 }
 
 // Of the first axis that moves, or of axis 0.
 static void fault_of_all(enum fault code)
 {
-    machine_fault(code, (uint8_t)(machine_moving_axis() % CONFIG_AXES), 0);
+    faults_latch(code, (uint8_t)(axes_first_moving() % CONFIG_AXES), 0);
 }
 
 static void fault_silence(void)
 {
-    uint8_t moving = machine_moving_axis();
+    uint8_t moving = axes_first_moving();
 
-    if (moving != CONFIG_AXES) {
-        machine_fault(FAULT_bus_silent, moving, machine.settings.bus_timeout_ms);
+    if (moving != NO_AXIS) {
+        faults_latch(FAULT_bus_silent, moving, settings_now()->bus_timeout_ms);
     }
 }
 

@@ -1,51 +1,69 @@
 // SPDX-License-Identifier: MIT
 #include "app/seek.h"
 
-#include "app/inputs.h" // inputs_*
-#include "app/machine.h"
+#include "app/axes.h"       // axes_*
+#include "app/faults.h"     // faults_*
+#include "app/inputs.h"     // inputs_*
+#include "app/reference.h"  // reference_*
+#include "base/apart.h"     // APART
 #include "hal/clock.h"      // clock_now_units
 #include "hal/step_timer.h" // STEP_TIMER_EDGE_TICKS
 #include "hal/switches.h"   // switch_capture_*
 
+#if FEATURE_HOMING
+
+static struct seek seek;
+
+void seek_start(void)
+{
+    seek = (struct seek){.axis = NO_AXIS};
+    switch_capture_stop();
+}
+
+const struct seek *seek_now(void)
+{
+    return &seek;
+}
+
 // The axis that seeks.
 static uint8_t seeker(void)
 {
-    return CONFIG_AXES == 1 ? 0 : machine.seek.axis;
+    return CONFIG_AXES == 1 ? 0 : seek.axis;
 }
 
 void seek_begin(uint8_t axis, bool opening)
 {
-    machine.seek = (struct seek){
+    seek = (struct seek){
         .axis = axis,
         .opening = opening,
         .trip_axis = axis,
         .trip_code = TRIP_NONE,
     };
     if (CONFIG_AXES == 1) {
-        clock_watch_rest(&machine.watch); // the clock's edges are not seen meanwhile
+        reference_rest(); // the clock's edges are not seen meanwhile
     }
     switch_capture_start(axis, opening != inputs_home_inverted());
 }
 
 // Where the axis was at the edge. Both axes are followed exactly as far as when it was captured, so
 // that the edge lies in one of the last three periods.
-static void note_edge(struct seek *seek, const struct switch_capture *capture)
+static void note_edge(const struct switch_capture *capture)
 {
-    struct axis *clock = machine_axis(CONFIG_SWITCH_CAPTURE_AXIS);
-    struct axis *axis = machine_axis(seeker());
+    struct axis *clock = axes_get(CONFIG_SWITCH_CAPTURE_AXIS);
+    struct axis *axis = axes_get(seeker());
 
     ledger_follow(&clock->ledger, &clock->feed, &capture->edge.sample);
     if (CONFIG_AXES > 1 && axis != clock) {
         ledger_follow(&axis->ledger, &axis->feed, &capture->seeker);
     }
-    seek->ticks = ledger_period_start(&clock->ledger, &clock->feed, capture->edge.back) +
-                  capture->edge.ticks - SWITCH_CAPTURE_DELAY_TICKS;
+    seek.ticks = ledger_period_start(&clock->ledger, &clock->feed, capture->edge.back) +
+                 capture->edge.ticks - SWITCH_CAPTURE_DELAY_TICKS;
     uint8_t after = ledger_steps_after(
-        &axis->ledger, &axis->feed, seek->ticks, (uint8_t)STEP_TIMER_EDGE_TICKS);
-    seek->position_steps = ledger_position(&axis->ledger) +
-                           (axis->ledger.negative ? after : -(int16_t)after);
-    seek->captured_units = (uint16_t)clock_now_units();
-    seek->captured = true;
+        &axis->ledger, &axis->feed, seek.ticks, (uint8_t)STEP_TIMER_EDGE_TICKS);
+    seek.position_steps = ledger_position(&axis->ledger) +
+                          (axis->ledger.negative ? after : -(int16_t)after);
+    seek.captured_units = (uint16_t)clock_now_units();
+    seek.captured = true;
 }
 
 // A clock edge that waits may have an older sample of the seeking axis than the switch's: it cannot
@@ -53,20 +71,21 @@ static void note_edge(struct seek *seek, const struct switch_capture *capture)
 static void drop_clock_edge(void)
 {
     if (pixel_clock_drop()) {
-        machine_edge_dropped();
+        reference_edge_dropped();
     }
 }
 
 // No command has had the axes accounted for since.
 static bool is_new(const struct switch_capture *capture)
 {
-    return !ledger_has_passed(&machine_axis(CONFIG_SWITCH_CAPTURE_AXIS)->ledger,
+    return !ledger_has_passed(&axes_get(CONFIG_SWITCH_CAPTURE_AXIS)->ledger,
                               &capture->edge.sample) &&
            (CONFIG_AXES == 1 ||
-            !ledger_has_passed(&machine_axis(seeker())->ledger, &capture->seeker));
+            !ledger_has_passed(&axes_get(seeker())->ledger, &capture->seeker));
 }
 
-static void take_edge(struct seek *seek)
+// Not inline: what a capture takes of the stack would lie below the decoder of steps.
+static APART void take_edge(void)
 {
     struct switch_capture capture;
 
@@ -77,90 +96,95 @@ static void take_edge(struct seek *seek)
     if (CONFIG_AXES > 1 && seeker() == CONFIG_PIXEL_CLOCK_AXIS) {
         drop_clock_edge();
     }
-    if (seek->captured) {
+    if (seek.captured) {
         // A switch that bounces has more edges: the first one counts.
-        seek->captured_units = (uint16_t)clock_now_units();
-    } else if (seek->trip_code == TRIP_NONE && is_new(&capture)) {
-        note_edge(seek, &capture);
+        seek.captured_units = (uint16_t)clock_now_units();
+    } else if (seek.trip_code == TRIP_NONE && is_new(&capture)) {
+        note_edge(&capture);
     }
 }
 
-static void look(struct seek *seek)
+static void look(void)
 {
-    if (inputs_home_closed(seeker()) != seek->opening) {
-        seek->trip_code = TRIP_ALREADY;
-        if (seek->captured) {
-            seek->trip_code = seek->opening ? TRIP_OPENED : TRIP_CLOSED;
+    if (inputs_home_closed(seeker()) != seek.opening) {
+        seek.trip_code = TRIP_ALREADY;
+        if (seek.captured) {
+            seek.trip_code = seek.opening ? TRIP_OPENED : TRIP_CLOSED;
         }
-        line_trip(&machine_axis(seeker())->line);
-    } else if (seek->captured && inputs_lasted(seek->captured_units) &&
+        line_trip(&axes_get(seeker())->line);
+    } else if (seek.captured && inputs_lasted(seek.captured_units) &&
                inputs_settled(seeker())) {
-        seek->captured = false; // a disturbance: the switch is as it was
+        seek.captured = false; // a disturbance: the switch is as it was
     }
 }
 
-static void end_seek(struct seek *seek)
+// Nothing of the seek is left: it was stopped, or its line discarded.
+static bool at_rest(uint8_t state)
+{
+    return state == AXIS_EMPTY || state == AXIS_STOPPING;
+}
+
+static void end_seek(void)
 {
     uint8_t axis = seeker();
 
-    seek->axis = SEEK_NOBODY;
+    seek.axis = NO_AXIS;
     switch_capture_stop();
-    if (seek->trip_code == TRIP_NONE && machine.fault.code == FAULT_none &&
-        machine_axis(axis)->state != AXIS_EMPTY) {
-        machine_fault(seek->opening ? FAULT_home_stuck : FAULT_home_not_found, axis, 0);
+    if (seek.trip_code == TRIP_NONE && !faults_any() &&
+        !at_rest(axes_get(axis)->life.state)) {
+        faults_latch(seek.opening ? FAULT_home_stuck : FAULT_home_not_found, axis, 0);
     }
 }
 
 void seek_poll(void)
 {
-    struct seek *seek = &machine.seek;
-
-    if (seek->axis == SEEK_NOBODY) {
+    if (seek.axis == NO_AXIS) {
         return;
     }
     uint8_t axis = seeker();
-    uint8_t state = machine_axis(axis)->state;
+    const struct lifecycle *life = &axes_get(axis)->life;
 
-    if (state == AXIS_EMPTY || state == AXIS_FAULT) {
-        end_seek(seek);
+    if (at_rest(life->state) || life->state == AXIS_FAULT) {
+        end_seek();
         return;
     }
+    bool moving = lifecycle_moving(life);
+
     // In this order: what is read after an edge was taken is not older than it.
-    take_edge(seek);
+    take_edge();
     inputs_poll(axis);
-    if (seek->trip_code == TRIP_NONE) {
-        look(seek);
+    if (seek.trip_code == TRIP_NONE) {
+        look();
     }
     // How far it has come decides what is decoded next.
-    (void)machine_follow(axis);
-    if (state != AXIS_ARMED && state != AXIS_RUNNING) {
-        end_seek(seek);
+    (void)axes_follow(axis);
+    if (!moving) {
+        end_seek();
     }
 }
 
 bool seek_has_clock_input(void)
 {
-    return CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS &&
-           machine.seek.axis != SEEK_NOBODY;
+    return CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS && seek.axis != NO_AXIS;
 }
 
 bool seek_edge_waits(uint8_t axis)
 {
-    return machine.seek.axis == axis && switch_capture_waiting();
+    return seek.axis == axis && switch_capture_waiting();
 }
 
 bool seek_can_zero(uint8_t axis)
 {
-    const struct seek *seek = &machine.seek;
-
-    return seek->axis == SEEK_NOBODY && seek->trip_axis == axis &&
-           (seek->trip_code == TRIP_CLOSED || seek->trip_code == TRIP_OPENED);
+    return seek.axis == NO_AXIS && seek.trip_axis == axis &&
+           (seek.trip_code == TRIP_CLOSED || seek.trip_code == TRIP_OPENED);
 }
 
 void seek_zero(uint8_t axis)
 {
     // At rest every step has been taken note of. A look now could be newer than a pixel clock edge
     // that was captured and waits.
-    ledger_zero(&machine_axis(axis)->ledger, machine.seek.position_steps);
-    machine.seek.position_steps = 0;
+    ledger_zero(&axes_get(axis)->ledger, seek.position_steps);
+    seek.position_steps = 0;
 }
+
+#endif

@@ -4,7 +4,10 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "config.h" // CONFIG_*, FEATURE_HOMING
 
 enum trip_code {
     TRIP_NONE = 0,
@@ -13,10 +16,8 @@ enum trip_code {
     TRIP_ALREADY = 3, // as sought from the start: no edge
 };
 
-#define SEEK_NOBODY 0xFFu
-
 struct seek {
-    uint8_t axis; // that seeks now, SEEK_NOBODY if none
+    uint8_t axis; // that seeks now, NO_AXIS if none
     bool opening;
     bool captured;           // an edge, not confirmed yet
     uint8_t trip_axis;       // of the last seek
@@ -25,6 +26,12 @@ struct seek {
     uint32_t ticks;          // of the edge
     int32_t position_steps;  // at the edge
 };
+
+#if FEATURE_HOMING
+
+void seek_start(void);
+
+const struct seek *seek_now(void);
 
 // The axis's front line is a seek and is about to be armed.
 void seek_begin(uint8_t axis, bool opening);
@@ -40,3 +47,37 @@ bool seek_edge_waits(uint8_t axis);
 // The captured edge becomes the axis's position 0. False without one.
 bool seek_can_zero(uint8_t axis);
 void seek_zero(uint8_t axis);
+
+#else
+
+static inline void seek_start(void)
+{
+}
+
+static inline const struct seek *seek_now(void)
+{
+    return NULL;
+}
+
+static inline void seek_poll(void)
+{
+}
+
+static inline bool seek_has_clock_input(void)
+{
+    return false;
+}
+
+static inline bool seek_edge_waits(uint8_t axis)
+{
+    (void)axis;
+    return false;
+}
+
+static inline bool seek_can_zero(uint8_t axis)
+{
+    (void)axis;
+    return false;
+}
+
+#endif

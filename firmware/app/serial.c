@@ -3,20 +3,19 @@
 
 #include <stdbool.h>
 
-#include "app/machine.h" // machine.settings
-#include "config.h"      // CONFIG_TIMER_HZ
-#include "hal/clock.h"   // clock_now_units
-#include "hal/uart.h"    // uart_*
-#include "wire/baud.h"   // baud_*
-#include "wire/frame.h"  // struct frame
+#include "app/settings.h" // settings_*
+#include "app/traffic.h"  // traffic_*
+#include "config.h"       // CONFIG_TIMER_HZ
+#include "hal/clock.h"    // clock_now_units
+#include "hal/uart.h"     // uart_*
+#include "wire/baud.h"    // baud_*
+#include "wire/frame.h"   // struct frame
 
 _Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the line receives into the frame");
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock");
 
 // Received in place, turned into the reply in place, sent from there.
 static struct frame frame;
-static struct server_counters counters;
-static uint16_t last_request_ms;
 
 // A request to this board alone is answered before the line is listened to again: what comes before
 // the silence that the reply waits for, behind the request, and what comes until the reply has left
@@ -32,40 +31,29 @@ static uint16_t since_units; // the reply's delay runs
 
 static void set_line(void)
 {
-    baud_counts divisor = baud_divisor(machine.settings.baud_100);
+    baud_counts divisor = baud_divisor(settings_now()->baud_100);
 
     uart_set(
-        divisor, (enum uart_parity)machine.settings.parity, baud_silence_counts(divisor));
+        divisor, (enum uart_parity)settings_now()->parity, baud_silence_counts(divisor));
 }
 
-void serial_start(uint8_t address)
+void serial_start(void)
 {
-    if (address != 0) {
-        machine.settings.unit_address = address;
-    }
     frame_reset(&frame);
     uart_start(frame.bytes);
     set_line();
     phase = LISTENING;
 }
 
-const struct server_counters *serial_counters(void)
-{
-    return &counters;
-}
-
-uint16_t serial_last_request_ms(void)
-{
-    return last_request_ms;
-}
-
 static void serve(void)
 {
-    // Nobody obeys in listen-only mode: the bus is silent for what moves.
-    if (!counters.listen_only) {
-        last_request_ms = clock_now_ms();
+    struct server_counters *counters = traffic_counters();
+
+    // In listen-only mode no request is executed: the bus is silent for what moves.
+    if (!counters->listen_only) {
+        traffic_note_request();
     }
-    reply_bytes = server_serve(&frame, &counters);
+    reply_bytes = server_serve(&frame, counters);
 }
 
 // Settings of the line count from here on.
@@ -81,15 +69,16 @@ static void take_frame(void)
 {
     bool ended = uart_received(&frame.received);
     enum frame_status status =
-        frame_look(&frame, ended, (uint8_t)machine.settings.unit_address);
+        frame_look(&frame, ended, (uint8_t)settings_now()->unit_address);
     uint16_t length = frame.length;
-    uint16_t *counter = &counters.bus_messages;
+    struct server_counters *counters = traffic_counters();
+    uint16_t *counter = &counters->bus_messages;
 
     if (status == FRAME_PARTIAL) {
         return;
     }
     if (status == FRAME_BAD) {
-        counter = &counters.crc_errors;
+        counter = &counters->crc_errors;
     }
     (*counter)++;
     if (status == FRAME_READY) {
@@ -120,7 +109,7 @@ static void send(void)
 {
     uint16_t waited_units = (uint16_t)((uint16_t)clock_now_units() - since_units);
 
-    if (waited_units >= clock_units_of_us(machine.settings.reply_delay_us)) {
+    if (waited_units >= clock_units_of_us(settings_now()->reply_delay_us)) {
         uart_send(frame_seal(&frame, reply_bytes));
         phase = SENDING;
     }
@@ -128,7 +117,7 @@ static void send(void)
 
 void serial_poll(void)
 {
-    counters.rx_overruns = (uint16_t)(counters.rx_overruns + uart_take_overruns());
+    traffic_count_overruns(uart_take_overruns());
     if (phase == SENDING && !uart_sending()) {
         listen();
     }

@@ -7,6 +7,7 @@
 #include "config.h"              // CONFIG_TIMER_HZ
 #include "motion/pixel_period.h" // pixel_period_set
 #include "wire/baud.h"           // baud_possible
+#include "wire/bytes.h"          // get_word, put_word
 
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
@@ -40,17 +41,36 @@ _Static_assert(sizeof limits / sizeof limits[0] == SETTINGS_WORDS, "one for each
 #include "wire/registers.def"
 #undef HOLDING
 
-void settings_defaults(struct settings *settings)
+static struct settings now;
+
+const struct settings *settings_now(void)
+{
+    return &now;
+}
+
+struct settings *settings_record(void)
+{
+    return &now;
+}
+
+void settings_set_defaults(void)
 {
     for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
-        settings->words[i] = flash_word(&limits[i].initial);
+        now.words[i] = flash_word(&limits[i].initial);
     }
 }
 
-static bool in_range(const struct settings *settings)
+void settings_override_address(uint8_t address)
+{
+    if (address != 0) {
+        now.unit_address = address;
+    }
+}
+
+static bool in_range(void)
 {
     for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
-        uint16_t word = settings->words[i];
+        uint16_t word = now.words[i];
         if (word < flash_word(&limits[i].min) || word > flash_word(&limits[i].max)) {
             return false;
         }
@@ -58,13 +78,25 @@ static bool in_range(const struct settings *settings)
     return true;
 }
 
-bool settings_possible(const struct settings *settings)
+bool settings_are_possible(void)
 {
     struct pixel_period period;
 
-    return in_range(settings) && baud_possible(settings->baud_100) &&
+    return in_range() && baud_possible(now.baud_100) &&
            pixel_period_set(&period,
                             CONFIG_TIMER_HZ,
-                            settings_u32(settings->pixel_hz_num),
-                            settings_u32(settings->pixel_hz_den));
+                            settings_u32(now.pixel_hz_num),
+                            settings_u32(now.pixel_hz_den));
+}
+
+void settings_exchange(uint8_t first, uint8_t count, uint8_t *words)
+{
+    for (; count != 0; count--) {
+        uint16_t word = now.words[first];
+
+        now.words[first] = get_word(words);
+        put_word(words, word);
+        words += 2;
+        first++;
+    }
 }

@@ -47,11 +47,23 @@ struct settings {
 #undef COUNT_u16
 #undef COUNT_u32
 
-// Every word at its default; the record's head stays.
-void settings_defaults(struct settings *settings);
+const struct settings *settings_now(void);
 
-// All of it, the pixel frequency and the baud rate as a whole included.
-bool settings_possible(const struct settings *settings);
+// Every word at its default; the record's head stays.
+void settings_set_defaults(void);
+
+// The address strap of the board: 0 keeps the address setting, else overrides it until the next reset.
+void settings_override_address(uint8_t address);
+
+// All of them, the pixel frequency and the baud rate as a whole included.
+bool settings_are_possible(void);
+
+// `count` words from the first on change places with these, big-endian. What is possible then is
+// the caller's question; a second call takes the exchange back.
+void settings_exchange(uint8_t first, uint8_t count, uint8_t *words);
+
+// The record as it is stored: for store.c alone.
+struct settings *settings_record(void);
 
 static inline uint32_t settings_u32(const uint16_t *words)
 {

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "app/start.h"
 
+#include "app/axes.h"       // axes_*
 #include "app/drivers.h"    // drivers_settling
-#include "app/machine.h"    // machine
+#include "app/faults.h"     // faults_latch
+#include "app/reference.h"  // reference_*
+#include "app/settings.h"   // settings_now
+#include "app/token.h"      // token_now
 #include "app/witness.h"    // witness_excuse
-#include "hal/step_timer.h" // step_timer_release
+#include "hal/step_timer.h" // step_timer_publish
+#include "motion/decode.h"  // decode_is_ahead
 
 // Room that line zero leaves the main loop to come by and release the line: a reply being built
 // takes a good two milliseconds.
@@ -18,7 +23,7 @@
 static int32_t release_min_ticks(void)
 {
     int32_t setup_ticks =
-        (int32_t)machine.settings.dir_setup_us * (int32_t)(CONFIG_TIMER_HZ / 1000000uL);
+        (int32_t)settings_now()->dir_setup_us * (int32_t)(CONFIG_TIMER_HZ / 1000000uL);
 
     return 2 * (setup_ticks + COMMANDS_TICKS);
 }
@@ -30,22 +35,20 @@ static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
                      axis->ledger.loaded_ticks);
 }
 
+// For a clock edge: an armed axis that needs none is STARTING already.
 static bool waits(uint8_t i)
 {
-    uint8_t bit = axis_bit(i);
-
-    return machine_axis(i)->state == AXIS_ARMED && (machine.clocked & bit) != 0 &&
-           (machine.starting & bit) == 0;
+    return axes_get(i)->life.state == AXIS_ARMED;
 }
 
 // The same zero for every waiting axis, or they would not run in step.
 static uint32_t common_zero(uint32_t edge_ticks)
 {
-    uint32_t zero = edge_ticks + machine.period.whole_ticks;
+    uint32_t zero = edge_ticks + reference_period()->whole_ticks;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        while (waits(i) && ticks_to_start(machine_axis(i), zero) < START_MIN_TICKS) {
-            zero += machine.period.whole_ticks;
+        while (waits(i) && ticks_to_start(axes_get(i), zero) < START_MIN_TICKS) {
+            zero += reference_period()->whole_ticks;
         }
     }
     return zero;
@@ -54,7 +57,7 @@ static uint32_t common_zero(uint32_t edge_ticks)
 // Armed, but `go` is still to come, or a driver needs its time.
 static bool held_back(void)
 {
-    return machine.token != 0 || drivers_settling();
+    return token_now() != 0 || drivers_settling();
 }
 
 // Decoded as far ahead as memory allows. An edge before that is let pass: the slow first steps of
@@ -65,7 +68,7 @@ static bool all_ready(void)
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits(i) && !axis_decoded(machine_axis(i))) {
+        if (waits(i) && !decode_is_ahead(axes_get(i))) {
             return false;
         }
     }
@@ -75,8 +78,8 @@ static bool all_ready(void)
 bool start_clocked_axis_runs(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (machine_axis(i)->state == AXIS_RUNNING &&
-            (machine.clocked & axis_bit(i)) != 0) {
+        const struct axis *axis = axes_get(i);
+        if (axis->life.state == AXIS_RUNNING && axis->clocked) {
             return true;
         }
     }
@@ -93,35 +96,33 @@ void start_on_edge(uint32_t edge_ticks)
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (waits(i)) {
-            machine_axis(i)->zero_ticks = zero;
-            machine.starting = (uint8_t)(machine.starting | axis_bit(i));
+            axis_place(axes_get(i), zero);
             any = true;
         }
     }
     // One line is the clock's reference; a later start does not take that away from it.
     if (any && (CONFIG_AXES == 1 || !start_clocked_axis_runs())) {
-        clock_watch_follow(&machine.watch, &machine.period, zero);
+        reference_follow(zero);
     }
 }
 
 void start_now(uint8_t axis)
 {
-    machine.starting = (uint8_t)(machine.starting | axis_bit(axis));
+    axis_place(axes_get(axis), 0);
 }
 
 // The line's first interval can be merged into the delay only as long as that is not released.
 static bool begun(const struct axis *axis)
 {
-    return !axis->in_line || !axis->feed.merge;
+    return axis->phase == DECODE_OUTSIDE || !axis->feed.merge;
 }
 
 // Those that wait for the clock have their place in time already.
 static bool may_release(uint8_t i)
 {
-    uint8_t bit = axis_bit(i);
+    const struct axis *axis = axes_get(i);
 
-    return (machine.starting & bit) != 0 &&
-           ((machine.clocked & bit) != 0 || !held_back());
+    return axis->life.state == AXIS_STARTING && (axis->clocked || !held_back());
 }
 
 #if CONFIG_AXES > 1
@@ -139,12 +140,12 @@ bool start_near(void)
 // False when an idle period began meanwhile: the next attempt has a whole one.
 static bool release(uint8_t i)
 {
-    struct axis *axis = machine_axis(i);
+    struct axis *axis = axes_get(i);
 
-    if (!machine_follow(i) || !begun(axis)) {
+    if (!axes_follow(i) || !begun(axis)) {
         return true;
     }
-    if ((machine.clocked & axis_bit(i)) == 0) {
+    if (!axis->clocked) {
         axis->zero_ticks = axis->ledger.loaded_ticks + STEP_TIMER_EDGE_TICKS -
                            axis->feed.lead_in_ticks + 2u * (uint32_t)START_MIN_TICKS;
     }
@@ -154,20 +155,20 @@ static bool release(uint8_t i)
         return true;
     }
     if (delay < release_min_ticks()) {
-        machine_fault(FAULT_start_late, i, 0);
+        faults_latch(FAULT_start_late, i, 0);
         return true;
     }
-    if (!step_timer_release(i, &axis->feed, (uint32_t)delay, axis->ledger.idle_seen)) {
+    feed_fill_front(&axis->feed, (uint32_t)delay);
+    if (!step_timer_publish(i, axis->feed.held_slot, axis->ledger.idle_seen)) {
         return false;
     }
-    if (axis->state != AXIS_ARMED) {
+    feed_front_released(&axis->feed, (uint32_t)delay);
+    if (axis_released(axis)) {
+        witness_excuse(i);
+    } else {
         // A promise was broken on the way: a fault, and nothing may run.
         step_timer_halt(i);
-        return true;
     }
-    machine.starting = (uint8_t)(machine.starting & ~axis_bit(i));
-    axis->state = AXIS_RUNNING;
-    witness_excuse(i);
     return true;
 }
 
@@ -176,7 +177,7 @@ void start_poll(void)
     uint8_t i = 0;
 
     // At once again: rounds as long as an idle period would meet its end every time.
-    while (machine.starting != 0 && i < CONFIG_AXES) {
+    while (i < CONFIG_AXES) {
         if (!may_release(i) || release(i)) {
             i++;
         }

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "app/store.h"
 
-#include "app/machine.h" // machine.settings
-#include "app/settings.h"
-#include "hal/eeprom.h" // eeprom_*
-#include "wire/crc16.h" // crc16
+#include "app/settings.h" // settings_*
+#include "config.h"       // FEATURE_STORE
+#include "hal/eeprom.h"   // eeprom_*
+#include "wire/crc16.h"   // crc16
+
+#if FEATURE_STORE
 
 #define SLOTS        2u
 #define SLOT_STRIDE  64u
 #define NO_SLOT      0xFFu
 #define IDLE         0xFFu
-#define RECORD       ((uint8_t *)&machine.settings)
 #define RECORD_BYTES ((uint8_t)sizeof(struct settings))
 _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot");
 
@@ -30,12 +31,14 @@ static uint16_t place(uint8_t which, uint8_t byte)
 
 static bool load(uint8_t which)
 {
+    struct settings *record = settings_record();
+    uint8_t *bytes = (uint8_t *)record;
+
     for (uint8_t i = 0; i < RECORD_BYTES; i++) {
-        RECORD[i] = eeprom_read(place(which, i));
+        bytes[i] = eeprom_read(place(which, i));
     }
-    return machine.settings.version == SETTINGS_VERSION &&
-           machine.settings.bytes == RECORD_BYTES && crc16(RECORD, RECORD_BYTES) == 0 &&
-           settings_possible(&machine.settings);
+    return record->version == SETTINGS_VERSION && record->bytes == RECORD_BYTES &&
+           crc16(bytes, RECORD_BYTES) == 0 && settings_are_possible();
 }
 
 void store_load(void)
@@ -49,24 +52,26 @@ void store_load(void)
     }
     for (uint8_t i = 0; i < SLOTS; i++) {
         if (load(i) &&
-            (newest == NO_SLOT || (int16_t)(machine.settings.serial - serial) > 0)) {
+            (newest == NO_SLOT || (int16_t)(settings_now()->serial - serial) > 0)) {
             newest = i;
-            serial = machine.settings.serial;
+            serial = settings_now()->serial;
         }
     }
     if (newest == NO_SLOT || !load(newest)) {
-        settings_defaults(&machine.settings);
-        machine.settings.serial = 0;
+        settings_set_defaults();
+        settings_record()->serial = 0;
         flags = 0;
     }
 }
 
 void store_begin(void)
 {
-    machine.settings.version = SETTINGS_VERSION;
-    machine.settings.bytes = RECORD_BYTES;
-    machine.settings.serial++;
-    machine.settings.checksum = crc16(RECORD, RECORD_BYTES - sizeof(uint16_t));
+    struct settings *record = settings_record();
+
+    record->version = SETTINGS_VERSION;
+    record->bytes = RECORD_BYTES;
+    record->serial++;
+    record->checksum = crc16((const uint8_t *)record, RECORD_BYTES - sizeof(uint16_t));
     to_write = 0;
 }
 
@@ -90,7 +95,9 @@ void store_poll(void)
     }
     uint8_t byte = to_write == RECORD_BYTES ? 0 : to_write;
 
-    eeprom_write(place(older, byte), to_write == 0 ? SETTINGS_ERASED : RECORD[byte]);
+    eeprom_write(place(older, byte),
+                 to_write == 0 ? SETTINGS_ERASED
+                               : ((const uint8_t *)settings_now())[byte]);
     to_write++;
 }
 
@@ -103,3 +110,5 @@ void store_note_change(void)
 {
     flags |= STATE_CHANGED;
 }
+
+#endif

@@ -12,10 +12,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-// machine.settings from the newest whole record whose values are possible, else the defaults.
+#include "app/settings.h" // settings_set_defaults
+#include "config.h"       // FEATURE_STORE
+
+#if FEATURE_STORE
+
+// The settings from the newest whole record whose values are possible, else the defaults.
 void store_load(void);
 
-// Begin to store machine.settings, which must not change until it is done.
+// Begin to store the settings, which must not change until it is done.
 void store_begin(void);
 bool store_busy(void);
 
@@ -27,3 +32,30 @@ uint16_t store_state(void);
 
 // The settings are others than what is stored.
 void store_note_change(void);
+
+#else
+
+static inline void store_load(void)
+{
+    settings_set_defaults();
+}
+
+static inline bool store_busy(void)
+{
+    return false;
+}
+
+static inline void store_poll(void)
+{
+}
+
+static inline uint16_t store_state(void)
+{
+    return 0;
+}
+
+static inline void store_note_change(void)
+{
+}
+
+#endif

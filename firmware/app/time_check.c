@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/time_check.h"
 
-#include "app/machine.h"    // machine_follow
+#include "app/axes.h"       // axes_*
+#include "app/faults.h"     // faults_latch_underrun
 #include "hal/clock.h"      // clock_now_units
 #include "hal/step_timer.h" // step_timer_start
 
@@ -9,8 +10,7 @@
 #define CHECK_EVERY_UNITS 1024u
 
 static uint32_t started_units;
-static uint16_t
-    checked_units; // a multiple of CHECK_EVERY_UNITS, which says whose turn it is
+static uint16_t checked_units; // a multiple of CHECK_EVERY_UNITS, which says whose turn it is
 
 void time_check_start(void)
 {
@@ -25,11 +25,11 @@ void time_check_start(void)
 //     now        ^ in here        ^ never from here on: its interrupt would have loaded another
 bool time_check_lags(uint8_t i)
 {
-    struct axis *axis = machine_axis(i);
+    struct axis *axis = axes_get(i);
     // Rounded so that it is never ahead of the time at which the axis is followed.
     uint32_t now_ticks = (clock_now_units() - started_units - 1u) * CLOCK_UNIT_TICKS;
 
-    if (!machine_follow(i)) {
+    if (!axes_follow(i)) {
         return false;
     }
     uint32_t running_end = ledger_period_start(&axis->ledger, &axis->feed, 0);
@@ -44,7 +44,7 @@ void time_check_poll(void)
     checked_units = (uint16_t)(checked_units + CHECK_EVERY_UNITS);
     uint8_t i = (uint8_t)(checked_units / CHECK_EVERY_UNITS) % CONFIG_AXES;
 
-    if (machine_axis(i)->state == AXIS_RUNNING && time_check_lags(i)) {
-        machine_underrun(i);
+    if (axes_get(i)->life.state == AXIS_RUNNING && time_check_lags(i)) {
+        faults_latch_underrun(i);
     }
 }

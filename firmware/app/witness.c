@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/witness.h"
 
-#include "app/machine.h"    // machine_fault
+#include "app/faults.h"     // faults_latch_stray
+#include "config.h"         // CONFIG_AXES
 #include "hal/step_timer.h" // step_timer_*
 
 // The last edge of a line may come up to STEP_TIMER_EDGE_TICKS after the axis is seen at rest: an
@@ -28,7 +29,6 @@ void witness_poll(uint8_t i)
         (*looks)++;
     } else if (pulsed) {
         step_timer_silence(i);
-        machine.time_lost = true;
-        machine_fault(FAULT_stray_steps, i, 0);
+        faults_latch_stray(i);
     }
 }

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/ledger.h" // struct engine_sample
+#include "motion/step_engine.h" // struct engine_sample
 
 // Ticks from an edge at the pin to the counter value captured for it: two synchroniser stages and
 // the edge detector.

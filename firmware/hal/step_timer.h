@@ -7,9 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/feed.h"        // struct feed
-#include "motion/ledger.h"      // struct engine_sample
-#include "motion/step_engine.h" // enum step_engine_state
+#include "motion/step_engine.h" // struct engine_sample, enum step_engine_state
+#include "motion/step_ring.h"   // struct step_ring, struct step_run
 
 // From the start of a period to its STEP edge, ticks.
 #define STEP_TIMER_EDGE_TICKS (CONFIG_PULSE_LOW_TICKS + 1u)
@@ -29,12 +28,9 @@ enum step_engine_state step_timer_state(uint8_t axis);
 // Changes from interrupt to interrupt, or nearly always: every 4.1 ms at the latest there is one.
 uint8_t step_timer_beat(uint8_t axis);
 
-// Publish the held front of a line, unless an idle period was loaded since idle_count: then false
-// and nothing done.
-bool step_timer_release(uint8_t axis,
-                        struct feed *feed,
-                        uint32_t delay_ticks,
-                        uint16_t idle_count);
+// Let the interrupt see the command that stands in this slot of the ring, and what follows it, unless
+// an idle period was loaded since idle_count: then false, and nothing done.
+bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count);
 
 // The one way to rest, from every state and however often: of axis `which` nothing more of what
 // stands in the ring is taken, at most the period that the timer holds already makes a STEP edge,

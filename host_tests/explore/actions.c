@@ -2,6 +2,11 @@
 // What the host, or a hand at the emergency stop, may do.
 #include <string.h>
 
+#include "app/drivers.h"
+#include "app/permit.h"
+#include "app/reference.h"
+#include "app/seek.h"
+#include "app/token.h"
 #include "explore/board.h"
 #include "explore/judge.h"
 #include "explore/part.h"
@@ -9,9 +14,7 @@
 #include "explore/scene.h"
 
 // Everything that a refused order must leave as it was, byte by byte.
-#define OUTPUT_BYTES 5u
-#define OBSERVED_BYTES                                                                   \
-    (sizeof machine + sizeof step_engines + sizeof step_rings + OUTPUT_BYTES)
+#define OBSERVED_BYTES 4096u // room; observe() says how many they are
 
 // Twice, allocated before the first state is saved: what was observed is not part of a state.
 static uint8_t *observed;
@@ -27,16 +30,37 @@ static uint8_t *note(uint8_t *seen, const void *object, size_t bytes)
     return &seen[bytes];
 }
 
-static void observe(uint8_t *seen)
+static uint8_t *note_modules(uint8_t *seen)
+{
+    uint16_t token = token_now();
+    uint8_t drivers = drivers_on();
+    uint8_t permit = permit_is_on();
+
+    seen = note(seen, axes_get(0), sizeof(struct axis));
+    seen = note(seen, faults_record(), sizeof(struct fault_record));
+    seen = note(seen, settings_now(), sizeof(struct settings));
+    seen = note(seen, reference_watch(), sizeof(struct clock_watch));
+    seen = note(seen, reference_period(), sizeof(struct pixel_period));
+    seen = note(seen, limits_now(), sizeof(struct line_limits));
+    seen = note(seen, seek_now(), sizeof(struct seek));
+    seen = note(seen, commands_last(), sizeof(struct order));
+    seen = note(seen, &token, sizeof token);
+    seen = note(seen, &drivers, sizeof drivers);
+    return note(seen, &permit, sizeof permit);
+}
+
+// Bytes noted.
+static size_t observe(uint8_t *to)
 {
     uint8_t permit = part_permit_high();
+    uint8_t *seen = note_modules(to);
 
-    seen = note(seen, &machine, sizeof machine);
     seen = note(seen, step_engines, sizeof step_engines);
     seen = note(seen, step_rings, sizeof step_rings);
     seen = note(seen, &part.buffer_top, sizeof part.buffer_top);
     seen = note(seen, &part.buffer_edge, sizeof part.buffer_edge);
-    (void)note(seen, &permit, sizeof permit);
+    seen = note(seen, &permit, sizeof permit);
+    return (size_t)(seen - to);
 }
 
 enum kind {
@@ -90,9 +114,10 @@ const char *board_action(uint8_t action)
 
 static void check_refusal(void)
 {
-    observe(&observed[OBSERVED_BYTES]);
+    size_t bytes = observe(&observed[OBSERVED_BYTES]);
+
     if (!program_task()->disturbed &&
-        memcmp(observed, &observed[OBSERVED_BYTES], OBSERVED_BYTES) != 0) {
+        memcmp(observed, &observed[OBSERVED_BYTES], bytes) != 0) {
         judge_broken(JUDGE_REFUSED);
     }
 }
@@ -108,7 +133,7 @@ static void order(const struct action *action)
     if (action->command == COMMAND_PERMIT_ON && !board_stopped()) {
         judged.permit_given = true;
     }
-    observe(observed);
+    (void)observe(observed);
     if (scene_order(action->command, action->argument)) {
         if (action->command == COMMAND_STOP || action->command == COMMAND_PERMIT_OFF) {
             judged.permit_given = false;

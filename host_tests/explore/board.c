@@ -4,6 +4,7 @@
 #include <avr/io.h>
 #include <stddef.h>
 
+#include "app/board.h"
 #include "app/round.h"
 #include "app/safety.h"
 #include "app/time_check.h"
@@ -14,15 +15,15 @@
 #include "hal/pins.h"
 #include "wire/bytes.h"
 #include "wire/register_map.h"
-#include "wire/server.h"
+#include "wire/server_data.h"
 
 #define PASS_MAX 200u // periods until what is awaited has come
 #define TRIES    4u   // to clear a fault
 
 void scene_pixel_hz(uint16_t hz)
 {
-    machine.settings.pixel_hz_num[1] = hz;
-    machine_apply_settings();
+    settings_record()->pixel_hz_num[1] = hz;
+    limits_apply_settings();
 }
 
 void board_power_on(void)
@@ -31,8 +32,9 @@ void board_power_on(void)
     part_share(step_engines, sizeof step_engines);
     part_share(step_rings, sizeof step_rings);
     pins_start();
-    machine_init();
-    machine.settings.enable_settle_ms = 0;
+    board_start();
+    settings_record()->enable_settle_ms = 0;
+    settings_record()->bus_timeout_ms = 0;
     scene_pixel_hz(100);
     time_check_start();
     part_sei();
@@ -106,17 +108,18 @@ bool scene_pass_until(bool (*there)(void))
 
 bool board_held(void)
 {
-    return scene_axis()->state == AXIS_ARMED || scene_axis()->state == AXIS_LOADED;
+    return lifecycle_armed(&scene_axis()->life) ||
+           scene_axis()->life.state == AXIS_LOADED;
 }
 
 bool board_moving(void)
 {
-    return scene_axis()->state == AXIS_ARMED || scene_axis()->state == AXIS_RUNNING;
+    return lifecycle_moving(&scene_axis()->life);
 }
 
 bool board_finished(void)
 {
-    return scene_axis()->state == AXIS_DONE;
+    return scene_axis()->life.state == AXIS_DONE;
 }
 
 bool board_stopped(void)
@@ -124,7 +127,7 @@ bool board_stopped(void)
     bool deaf = *part_deaf;
 
     *part_deaf = true;
-    bool stopped = machine.fault.code != FAULT_none || estop_latched();
+    bool stopped = faults_record()->code != FAULT_none || estop_latched();
     *part_deaf = deaf;
     return stopped;
 }
@@ -136,12 +139,13 @@ bool board_halted(void)
 
 bool board_promise_broken(void)
 {
-    return (machine.fault.mask & (1uL << FAULT_internal | 1uL << FAULT_stray_steps)) != 0;
+    return (faults_record()->mask & (1uL << FAULT_internal | 1uL << FAULT_stray_steps)) !=
+           0;
 }
 
 bool board_estop_recorded(void)
 {
-    return (machine.fault.mask & 1uL << FAULT_estop) != 0;
+    return (faults_record()->mask & 1uL << FAULT_estop) != 0;
 }
 
 bool board_excused(const volatile void *address)
@@ -207,8 +211,8 @@ void board_describe(FILE *report)
         scene_engine()->tail,
         scene_engine()->left,
         scene_engine()->cut,
-        scene_axis()->state,
-        machine.fault.code);
+        scene_axis()->life.state,
+        faults_record()->code);
     (void)fprintf(
         report,
         "  position %ld, edges made %ld; OCR1A %u, OCR1B %u, TIMSK1 %02X, TIFR1 %02X\n",

@@ -35,7 +35,7 @@ struct part_state {
     bool interrupts_on;
     uint8_t depth;      // handlers entered and not left
     bool in_fast;       // in the part of the step handler that looks whether it is late
-    bool in_command;    // in the part that obeys a command
+    bool in_command;    // in the part that executes a command
     bool edge_waits;    // a STEP edge that the handler may still prevent
     uint8_t effect;     // side effect of the last write, due before anything else
     uint8_t kept_flags; // TIFR1 before that write
@@ -55,7 +55,7 @@ void part_cli(void);
 void part_sei(void);
 unsigned char part_interrupts_on(void);
 
-// The step handler obeys a command, with interrupts on.
+// The step handler executes a command, with interrupts on.
 void part_command_begins(void);
 void part_command_ends(void);
 

@@ -12,7 +12,7 @@
 
 static bool running(void)
 {
-    return scene_axis()->state == AXIS_RUNNING;
+    return scene_axis()->life.state == AXIS_RUNNING;
 }
 
 static bool in_delay(void)
@@ -57,29 +57,30 @@ static bool reverses(void)
 static bool line_ended(void)
 {
     return running() && scene_engine()->state == STEP_ENGINE_IDLE &&
-           !scene_axis()->in_line && scene_axis()->feed.head == scene_engine()->tail;
+           scene_axis()->phase == DECODE_OUTSIDE &&
+           scene_axis()->feed.head == scene_engine()->tail;
 }
 
 static bool before_end(void)
 {
-    return in_delay() && !scene_axis()->in_line &&
+    return in_delay() && scene_axis()->phase == DECODE_OUTSIDE &&
            (uint8_t)(scene_axis()->feed.head - scene_engine()->tail) == 1;
 }
 
 static bool starving(void)
 {
-    return in_delay() && scene_axis()->dry &&
+    return in_delay() && scene_axis()->phase == DECODE_DRY &&
            scene_axis()->feed.head == scene_engine()->tail;
 }
 
 static bool failed(void)
 {
-    return scene_axis()->state == AXIS_FAULT;
+    return scene_axis()->life.state == AXIS_FAULT;
 }
 
 static bool finished(void)
 {
-    return scene_axis()->state == AXIS_DONE;
+    return scene_axis()->life.state == AXIS_DONE;
 }
 
 static bool load_and_arm(void)

@@ -5,7 +5,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/machine.h"        // machine
+#include "app/axes.h"           // axes_get
+#include "app/commands.h"       // enum command
+#include "app/faults.h"         // faults_record
+#include "app/limits.h"         // limits_apply_settings
+#include "app/settings.h"       // settings_now
 #include "motion/run.h"         // struct run
 #include "motion/step_engine.h" // struct step_engine
 #include "motion/step_ring.h"   // struct step_ring
@@ -15,7 +19,7 @@ extern struct step_ring step_rings[CONFIG_AXES];
 
 static inline struct axis *scene_axis(void)
 {
-    return &machine.axes[0];
+    return axes_get(0);
 }
 
 static inline const struct step_engine *scene_engine(void)

@@ -36,7 +36,7 @@ static bool is_late(void)
     return (TIFR1 & _BV(TOV1)) != 0;
 }
 
-// macro take_run
+// macro take_train
 static void take_run(uint8_t tail)
 {
     int8_t left = (int8_t)ring->low[tail];
@@ -58,7 +58,7 @@ static void refill(void)
     }
 }
 
-// macros run_period, run_interval, run_leave
+// macros train_period, train_interval, train_leave
 static void run_period(int8_t left)
 {
     struct step_run *run = &engine->runs[left < 0];
@@ -104,8 +104,8 @@ static void halt(void)
     give_way();
 }
 
-// macro halt_if_told
-static void halt_if_told(void)
+// macro halt_if_requested
+static void halt_if_requested(void)
 {
     if (engine->stop) {
         engine->cut = engine->left;
@@ -115,8 +115,8 @@ static void halt_if_told(void)
     }
 }
 
-// step_isr_obey, macro call_c_nested
-static void obey(void)
+// step_isr_execute, macro call_c_nested
+static void execute(void)
 {
     uint8_t mask = TIMSK1;
 
@@ -127,7 +127,7 @@ static void obey(void)
     part_cli();
     part_command_ends();
     TIMSK1 = mask;
-    halt_if_told();
+    halt_if_requested();
     loaded();
 }
 
@@ -135,7 +135,7 @@ static void obey(void)
 static void command(uint8_t high)
 {
     if (high == STEP_HIGH_COMMAND) {
-        obey();
+        execute();
     } else if (engine->state == STEP_ENGINE_IN_LINE) {
         halt();
     } else {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Contracts of the hal that the step engine has no part in, answered in the simplest way. Time
 // passes by a millisecond a round.
-#include "app/serial.h"
 #include "explore/scene.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"
@@ -87,16 +86,4 @@ bool switch_capture_take(struct switch_capture *capture)
 {
     (void)capture;
     return false;
-}
-
-uint16_t serial_last_request_ms(void)
-{
-    return clock_now_ms();
-}
-
-const struct server_counters *serial_counters(void)
-{
-    static const struct server_counters none;
-
-    return &none;
 }

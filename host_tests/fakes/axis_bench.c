@@ -2,6 +2,7 @@
 #include "fakes/axis_bench.h"
 
 #include "fakes/worked_example.h" // worked_entry
+#include "motion/decode.h"        // decode_*
 
 #define TIMER_HZ 16000000uL
 #define BUDGET   64u
@@ -20,8 +21,14 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
         .reversal_min_ticks = 1664,
     };
     step_engine_reset(&bench.engine, &bench.ring);
-    axis_init(&bench.axis, &bench.ring, bench.slots, BENCH_SLOTS, STEP_IDLE_TICKS);
-    bench.axis.feed.carried = bench.engine.runs;
+    const struct axis_parts parts = {
+        .ring = &bench.ring,
+        .carried = bench.engine.runs,
+        .slots = bench.slots,
+        .slot_count = BENCH_SLOTS,
+        .first_period_ticks = STEP_IDLE_TICKS,
+    };
+    axis_init(&bench.axis, &parts);
 }
 
 enum block_result bench_queue(int16_t count, uint16_t repeat)
@@ -56,13 +63,13 @@ bool bench_start_line(void)
     if (!axis_arm(axis, &bench.period, bench.always_take_up)) {
         return false;
     }
-    while (!axis_decoded(axis)) {
-        axis_decode(axis, &bench.period, bench.always_take_up, BUDGET);
+    while (!decode_is_ahead(axis)) {
+        decode_axis(axis, &bench.period, bench.always_take_up, BUDGET);
     }
     bench.zero_ticks = bench.now_ticks + BENCH_DELAY_TICKS;
     feed_release(&axis->feed, axis->feed.lead_in_ticks + BENCH_DELAY_TICKS);
-    axis->state = AXIS_RUNNING;
-    return true;
+    axis_place(axis, bench.zero_ticks);
+    return axis_released(axis);
 }
 
 // The ledger takes blocks that follow each other without a look at the marks.
@@ -87,7 +94,7 @@ struct step_load bench_period(void)
 {
     struct step_load load;
 
-    axis_decode(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
+    decode_axis(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
     check_blocks(&bench.axis.feed);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);
@@ -103,8 +110,8 @@ bool bench_finish_line(void)
 {
     struct axis *axis = &bench.axis;
 
-    if (axis->state != AXIS_RUNNING || axis->in_line || axis_ring_fill(axis) != 0 ||
-        bench.engine.state != STEP_ENGINE_IDLE) {
+    if (axis->life.state != AXIS_RUNNING || axis->phase != DECODE_OUTSIDE ||
+        axis_ring_fill(axis) != 0 || bench.engine.state != STEP_ENGINE_IDLE) {
         return false;
     }
     axis_line_finished(axis);

@@ -3,9 +3,14 @@
 
 #include <string.h>
 
+#include "app/board.h"
+#include "app/drivers.h"
+#include "app/events.h"
+#include "app/inputs.h"
 #include "app/round.h"
 #include "app/safety.h"
 #include "app/time_check.h"
+#include "app/traffic.h"
 #include "fakes/board.h"
 #include "fakes/eeprom.h"
 #include "wire/bytes.h"
@@ -25,17 +30,55 @@ void bench_clock_off(void)
     fake_pixel_clock(0, 0, 0);
 }
 
+// What a reset leaves at 0 on the board.
+static void forget(void)
+{
+    drivers_start();
+    events_start();
+    faults_start();
+    inputs_start();
+    permit_set(false);
+    round_start();
+    token_set(0);
+    traffic_start();
+}
+
 void bench_power_on(void)
 {
-    memset(&machine, 0, sizeof machine);
     fake_power_on();
     fake_eeprom_reset();
-    machine_init();
-    machine.settings.pixel_hz_num[1] = BENCH_PIXEL_HZ;
-    machine_apply_settings();
+    forget();
+    board_start();
+    bench_settings()->pixel_hz_num[1] = BENCH_PIXEL_HZ;
+    limits_apply_settings();
     time_check_start();
     safety_start();
     bench_clock_on();
+}
+
+// The tests stand in the place of a host that wrote the setting: no check, no effect on the rest.
+struct settings *bench_settings(void)
+{
+    return settings_record();
+}
+
+bool bench_give(uint8_t mask, enum command command, uint16_t argument)
+{
+    const struct order order = {mask, (uint16_t)command, argument};
+
+    return commands_give(&order);
+}
+
+uint8_t bench_axes_in(enum axis_state state)
+{
+    uint8_t mask = 0;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (axes_get(i)->life.state == (uint8_t)state) {
+            mask = (uint8_t)(mask | axis_bit(i));
+        }
+    }
+    return mask;
 }
 
 void bench_rounds(uint16_t rounds)
@@ -49,7 +92,7 @@ void bench_rounds(uint16_t rounds)
 bool bench_until(uint8_t axis, enum axis_state state)
 {
     for (uint16_t i = 0; i < BENCH_ROUNDS_MAX; i++) {
-        if (machine.axes[axis].state == (uint8_t)state) {
+        if (axes_get(axis)->life.state == (uint8_t)state) {
             return true;
         }
         bench_rounds(1);
@@ -61,7 +104,7 @@ enum modbus_exception bench_entry(uint8_t axis, int16_t count, uint16_t repeat)
 {
     uint8_t words[8];
 
-    put_word(&words[0], machine.axes[axis].next_block);
+    put_word(&words[0], axes_get(axis)->next_block);
     put_word(&words[2], axis);
     put_word(&words[4], (uint16_t)count);
     put_word(&words[6], repeat);
@@ -94,7 +137,7 @@ int32_t bench_long_start(uint8_t axis)
     return steps;
 }
 
-enum modbus_exception bench_command(uint16_t mask, enum machine_command command)
+enum modbus_exception bench_command(uint16_t mask, enum command command)
 {
     uint8_t words[4];
 

@@ -6,9 +6,17 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/machine.h" // machine
-#include "config.h"      // CONFIG_AXES
-#include "wire/server.h" // enum modbus_exception
+#include "app/axes.h"         // axes_get
+#include "app/commands.h"     // enum command
+#include "app/faults.h"       // faults_*
+#include "app/limits.h"       // limits_*
+#include "app/permit.h"       // permit_is_on
+#include "app/reference.h"    // reference_*
+#include "app/seek.h"         // seek_*
+#include "app/settings.h"     // settings_now
+#include "app/token.h"        // token_now
+#include "config.h"           // CONFIG_AXES
+#include "wire/server_data.h" // enum modbus_exception
 
 // A round of the main loop in ticks.
 #define BENCH_ROUND_TICKS 1500u
@@ -17,9 +25,9 @@
 #define BENCH_ROUNDS_MAX 30000u
 
 // Pixel frequency of the bench, 1000 Hz at 16 MHz: a pixel has the same ticks on every board.
-#define BENCH_PIXEL_TICKS 16000u
 #define BENCH_PIXEL_HZ    ((uint16_t)(CONFIG_TIMER_HZ / BENCH_PIXEL_TICKS))
 #define BENCH_SLOW_HZ     (BENCH_PIXEL_HZ / 10u)
+#define BENCH_PIXEL_TICKS 16000u
 
 // Axes that a suite takes on every board: of two, the first stands in for the second (where the
 // suite wants another than the pixel clock's) and for the third, the second for the last.
@@ -33,6 +41,15 @@
 
 // Power on, settings for BENCH_PIXEL_HZ, the pixel clock running since tick 5000.
 void bench_power_on(void);
+
+// The settings, to be changed without a host; limits_apply_settings() may have to follow.
+struct settings *bench_settings(void);
+
+// An order in one call.
+bool bench_give(uint8_t mask, enum command command, uint16_t argument);
+
+// Mask of the axes in this state.
+uint8_t bench_axes_in(enum axis_state state);
 
 void bench_clock_on(void);
 void bench_clock_off(void);
@@ -53,7 +70,7 @@ void bench_plain_line(uint8_t axis, int16_t count, uint16_t pixels);
 int32_t bench_long_start(uint8_t axis);
 
 // Axis mask and command in one write.
-enum modbus_exception bench_command(uint16_t mask, enum machine_command command);
+enum modbus_exception bench_command(uint16_t mask, enum command command);
 
 uint16_t bench_input(uint16_t address);
 uint32_t bench_input_wide(uint16_t address);

@@ -150,15 +150,12 @@ enum step_engine_state step_timer_state(uint8_t axis)
     return (enum step_engine_state)timers[axis].engine.state;
 }
 
-bool step_timer_release(uint8_t axis,
-                        struct feed *feed,
-                        uint32_t delay_ticks,
-                        uint16_t idle_count)
+bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
 {
     if (timers[axis].engine.idle_count != idle_count) {
         return false;
     }
-    feed_release(feed, delay_ticks);
+    rings[axis].high[slot] = STEP_HIGH_COMMAND;
     return true;
 }
 

@@ -81,8 +81,8 @@ class Planned(SimTest):
         with Session(image("uno", "echo")) as sim:
             sim.run(1_000)
             self.assertIn("is over, it is 1000", sim.ask("pin 0 D 2 0 at 999"))
-            self.assertIn("'at CYCLE' is wanted", sim.ask("pin 0 D 2 0 in 999"))
-            self.assertIn("'at CYCLE' is wanted", sim.ask("pin 0 D 2 0 at"))
+            self.assertIn("expected 'at CYCLE'", sim.ask("pin 0 D 2 0 in 999"))
+            self.assertIn("expected 'at CYCLE'", sim.ask("pin 0 D 2 0 at"))
             for _ in range(256):
                 self.assertEqual(sim.ask("pin 0 C 3 1 at 5000"), "ok")
             self.assertIn("more than 256", sim.ask("pin 0 C 3 1 at 5000"))

@@ -372,18 +372,18 @@ class Knobs(PlantTest):
     def test_errors_change_nothing(self):
         sim = self.session(f"{KNOBS},delay=70")
         for knobs, text in (
-            ("ploy=1", "there is no knob 'ploy'"),
+            ("ploy=1", "there is no parameter 'ploy'"),
             ("delay", "cannot make sense of 'delay'"),
-            ("delay=16000001", "delay='16000001': ticks, 0 to 16000000 wanted"),
-            ("delay=-1", "delay='-1': ticks"),
-            ("delay=5,bounce=3,bounce_ticks=9", "bounce='3': an even number of edges"),
-            ("bounce=66,bounce_ticks=99", "bounce='66': an even number of edges"),
+            ("delay=16000001", "delay='16000001': expected ticks, 0 to 16000000"),
+            ("delay=-1", "delay='-1': expected ticks"),
+            ("delay=5,bounce=3,bounce_ticks=9", "bounce='3': expected an even number of edges"),
+            ("bounce=66,bounce_ticks=99", "bounce='66': expected an even number of edges"),
             ("bounce=4", "bounce=4: bounce_ticks must be at least as many, not 0"),
-            ("stuck=home", "stuck='home': none, or home, minus, plus"),
-            ("stuck=home:ajar", "stuck='home:ajar': none"),
-            ("stuck=hame:open", "stuck='hame:open': none"),
-            ("travel=5..5", "travel='5..5': FIRST..LAST"),
-            ("home=99999999999999999999", "home='99999999999999999999': a position"),
+            ("stuck=home", "stuck='home': expected none, or home, minus, plus"),
+            ("stuck=home:ajar", "stuck='home:ajar': expected none"),
+            ("stuck=hame:open", "stuck='hame:open': expected none"),
+            ("travel=5..5", "travel='5..5': expected FIRST..LAST"),
+            ("home=99999999999999999999", "home='99999999999999999999': expected a position"),
         ):
             with self.subTest(knobs=knobs):
                 answer = sim.ask(f"knobs 0 0 {knobs}")

@@ -30,7 +30,8 @@ RELOCATION = re.compile(
     re.MULTILINE,
 )
 STACK_POINTER = {"0x3d", "0x3e"}
-COMPUTED_FRAME = re.compile(r"(?:sub|sbc|movw?|pop) r2[89]\b")  # Y, a copy of the stack pointer
+# Y, a copy of the stack pointer; r1 is 0, the high byte of a frame below 256 bytes.
+COMPUTED_FRAME = re.compile(r"(?:sub|sbc|movw?|pop) r2[89]\b(?!, r1$)")
 CALLS = {"call", "rcall"}
 INDIRECT = {"icall", "eicall", "ijmp", "eijmp"}
 ENDS = {"ret", "reti", "jmp", "rjmp", "ijmp", "eijmp"}
@@ -40,6 +41,10 @@ ENDS = {"ret", "reti", "jmp", "rjmp", "ijmp", "eijmp"}
 SHARED_PROLOGUE = "__prologue_saves__"
 SHARED_PROLOGUE_PUSHES = 18
 FRAME_SIZE = {"r26": 1, "r27": 256}
+
+# Its counterpart returns from the function. The compiler may leave a jump behind it that nothing
+# reaches, to a place beyond the function's end.
+SHARED_EPILOGUE = "__epilogue_restores__"
 
 # Stands for every table in flash.
 DATA = "(data)"
@@ -103,6 +108,7 @@ class Reader:
         self.functions: dict[str, Function] = {}
         self.current: Function | None = None
         self.last_operation = "ret"
+        self.returned = False  # the last instruction went to the shared epilogue
         self.address = 0
         self.pointer_copied = False  # Y holds a copy of the stack pointer, its frame not yet taken
         self.constants: dict[str, int] = {}  # what ldi last put into a register of FRAME_SIZE
@@ -120,6 +126,10 @@ class Reader:
         function = self.functions[name]
         self.address = int(step["address"], 16)
         rest = (step["rest"] or "").strip()
+        if self.returned and step["op"] == "rjmp":
+            self.returned = False
+            return
+        self.returned = step["op"] in ENDS and f"<{SHARED_EPILOGUE}" in rest
         if STEP_REGISTER.search(rest.split(";")[0]):
             function.step_registers = True
         self.note_flow(function, step["op"], rest)
@@ -175,7 +185,7 @@ class Reader:
                 function.unbounded = "sets the stack pointer from " + rest[6:9].strip()
             self.pointer_copied = False if rest[:4] == "0x3d" else self.pointer_copied
         elif self.pointer_copied:
-            if COMPUTED_FRAME.match(f"{operation} {rest}") and function.name not in HELPERS:
+            if COMPUTED_FRAME.match(f"{operation} {rest}".rstrip()) and function.name not in HELPERS:
                 function.unbounded = "takes a frame of computed size"
             function.frame += frame_part(operation, rest)
 

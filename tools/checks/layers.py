@@ -16,8 +16,7 @@ HOSTED = {"*"}
 
 # What the step interrupt and the main loop hand each other: the contracts are written in it.
 STEP_TYPES = {
-    "firmware/core/motion/feed.h",
-    "firmware/core/motion/ledger.h",
+    "firmware/core/motion/step_codes.h",
     "firmware/core/motion/step_engine.h",
     "firmware/core/motion/step_ring.h",
 }
@@ -25,17 +24,20 @@ STEP_TYPES = {
 # Folder: (folders whose headers it may include, besides its own; system headers it may include).
 # The longest matching folder decides. A single header may stand where a folder would be too much.
 LAYERS: dict[str, tuple[set[str], set[str]]] = {
-    "firmware/core": ({"firmware/core"}, FREESTANDING),
+    "firmware/core": ({"firmware/core", "firmware/build_features.h"}, FREESTANDING),
     "firmware/core/base": ({"firmware/core/motion/line_errors.def"}, FREESTANDING),
-    "firmware/core/motion": ({"firmware/core/base"}, FREESTANDING),
-    "firmware/core/wire": ({"firmware/core/base"}, FREESTANDING),
+    "firmware/core/motion": (
+        {"firmware/core/base", "firmware/build_features.h"},
+        FREESTANDING,
+    ),
+    "firmware/core/wire": ({"firmware/core/base", "firmware/build_features.h"}, FREESTANDING),
     "firmware/hal": ({"firmware/config.h", *STEP_TYPES}, FREESTANDING),
     "firmware/hal/boards": (set(), set()),
     "firmware/hal/avr": (
         {"firmware/config.h", "firmware/hal", "firmware/core/base", *STEP_TYPES},
         FREESTANDING | AVR,
     ),
-    "firmware/app": ({"firmware/config.h", "firmware/core", "firmware/hal"}, FREESTANDING),
+    "firmware/app": ({"firmware/config.h", "firmware/build_features.h", "firmware/core", "firmware/hal"}, FREESTANDING),
     # Its fakes stand behind the hal's contracts, for the axes that the image has.
     "host_tests": (
         {"firmware/config.h", "firmware/core", "firmware/hal", "firmware/app", "unity"},
@@ -166,7 +168,7 @@ def main() -> None:
     graph: dict[str, list[str]] = {}
     for file in repository_files():
         path = file.relative_to(ROOT).as_posix()
-        if file.suffix in {".c", ".h", ".def", ".S"} and layer_of(path):
+        if file.suffix in {".c", ".h", ".def", ".S", ".inc"} and layer_of(path):
             found, graph[path] = check_file(file)
             problems += found
     finish("layers", f"{len(graph)} C files", problems + find_circles(graph))

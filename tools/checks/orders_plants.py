@@ -62,8 +62,8 @@ OWN = (
         (
             Change(
                 STEP_ISR,
-                "    sts \\edge_high, r24\n    sts \\edge_low, r24\n    ldi r24, hi8(4096 - 1)",
-                "    ldi r24, hi8(4096 - 1)",
+                "    sts \\edge_high, r24\n    sts \\edge_low, r24\n",
+                "",
             ),
         ),
     ),

@@ -42,7 +42,7 @@ EEPROM = "eeprom.c"
 WATCHDOG = "watchdog.c"
 EXTINT = "extint.c"
 COMPARATOR = "comparator.c"
-RUN = "board_run.c"
+RUN = "run_loop.c"
 STATS = "irq_stats.c"
 
 PLANTS = (
@@ -75,8 +75,8 @@ PLANTS = (
     Plant(
         "a period of TOP cycles",
         TIMER,
-        "t->bottom_due = t->bottom + top_of(t) + 1U;\n    set_flag",
-        "t->bottom_due = t->bottom + top_of(t);\n    set_flag",
+        "t->bottom_due = t->bottom + top_of(t) + 1U;\n    raise_unless_set",
+        "t->bottom_due = t->bottom + top_of(t);\n    raise_unless_set",
     ),
     Plant(
         "a capture in the cycle of BOTTOM that reads TOP + 1",
@@ -151,7 +151,7 @@ PLANTS = (
         "&& !t->held;",
         ";",
     ),
-    # The serial line
+    # The serial bus
     Plant("RXC in the middle of the stop bit", UART, "/ 8 * 6 :", "/ 8 * 4 :"),
     Plant("a frame without its parity bit", UART, "!= 0 ? 1 : 0;", "!= 0 ? 0 : 0;"),
     Plant(
@@ -163,14 +163,14 @@ PLANTS = (
     Plant(
         "an overrun at the end of the frame, not at its start bit",
         UART,
-        "    if ((uart_ucsrb(u) & RXEN) != 0) {\n        run_over(u);\n    }\n",
+        "    if ((uart_ucsrb(u) & RXEN) != 0) {\n        overrun_shift_register(u);\n    }\n",
         "",
     ),
     Plant(
         "a parity error shows as a frame error",
         UART,
-        "heard.errors = UPE;",
-        "heard.errors = FE;",
+        "character.errors = UPE;",
+        "character.errors = FE;",
     ),
     Plant(
         "a wrong rate is not noticed",
@@ -193,8 +193,8 @@ PLANTS = (
     Plant(
         "DOR that a read of UDR does not end",
         UART_REGISTERS,
-        "        u->overrun = false;\n        uart_levels(u);",
-        "        uart_levels(u);",
+        "        u->overrun = false;\n        uart_follow_levels(u);",
+        "        uart_follow_levels(u);",
     ),
     Plant(
         "a receiver that stays full when it is switched off",
@@ -243,8 +243,8 @@ PLANTS = (
     Plant(
         "a watchdog of half the time",
         WATCHDOG,
-        "<< prescaler(w));",
-        "<< prescaler(w)) / 2;",
+        "<< prescaler_bits(w));",
+        "<< prescaler_bits(w)) / 2;",
     ),
     Plant(
         "WDR that restarts nothing",
@@ -280,8 +280,8 @@ PLANTS = (
     Plant(
         "a comparator that is inverted",
         COMPARATOR,
-        "bool low = c->port != '\\0' && !c->hooks",
-        "bool low = c->port != '\\0' && c->hooks",
+        "bool low = c->port != '\\0' && !ports_level",
+        "bool low = c->port != '\\0' && ports_level",
     ),
     Plant(
         "ACI on the wrong edge",
@@ -321,7 +321,7 @@ PLANTS = (
     Plant(
         "a skip over ADIW that passes two words",
         RUN,
-        "skips_mend(&b->skips, avr, avr_run_one(avr));",
+        "skips_mend(loop->skips, avr, avr_run_one(avr));",
         "avr_run_one(avr);",
     ),
 )

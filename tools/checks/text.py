@@ -9,7 +9,7 @@ from pathlib import Path
 from common import ROOT, finish, repository_files
 
 LINE_MAX = 100
-SOURCES = {".c", ".h", ".S", ".def", ".py", ".cmake", ".cjs", ".mjs", ".js"}
+SOURCES = {".c", ".h", ".S", ".inc", ".def", ".py", ".cmake", ".cjs", ".mjs", ".js"}
 SCRIPTS_WITHOUT_SUFFIX = {"tools", ".ci"}
 LICENCE = "SPDX-License-Identifier: MIT"
 

@@ -16,7 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/machine.h"
 #include "app/round.h"
 #include "app/serial.h"
 #include "config.h"
@@ -121,7 +120,7 @@ static void do_pop(const char *words)
         return;
     }
     (void)fputs("runs", stdout);
-    while (run_queue_pop(&machine.axes[axis].queue, &entry)) {
+    while (run_queue_pop(&axes_get((uint8_t)axis)->queue, &entry)) {
         (void)printf(" %d,%u", entry.count, entry.repeat);
     }
     (void)putchar('\n');
@@ -132,7 +131,8 @@ int main(void)
     static char line[LINE_MAX];
 
     bench_power_on();
-    serial_start(ADDRESS);
+    settings_override_address(ADDRESS);
+    serial_start();
     while (fgets(line, sizeof line, stdin) != NULL && strncmp(line, "quit", 4) != 0) {
         if (strncmp(line, "tx ", 3) == 0) {
             do_tx(line + 3);

@@ -14,6 +14,7 @@
 
 #include "base/require.h"
 #include "motion/axis.h"
+#include "motion/decode.h"
 
 #define QUEUE_SLOTS   128u
 #define DECODE_BUDGET 64u
@@ -102,18 +103,18 @@ static void print_pixels(struct plan *plan, struct pixel_grid *grid, uint64_t *e
 
     while (plan->pixels_printed != ledger->pixel) {
         uint32_t behind = ledger->pixel - plan->pixels_printed; // 1: the newest record
-        uint32_t slot = (ledger->record_next + LEDGER_RECORDS - behind) % LEDGER_RECORDS;
-        const struct pixel_record *record = &ledger->records[slot];
+        struct pixel_record record =
+            records_get(&ledger->records, (uint8_t)(ledger->records.count - behind));
 
         *edge += pixel_grid_advance(grid);
         plan->pixels_printed++;
-        if (record->actual_steps != record->expected_steps) {
+        if (record.actual_steps != record.expected_steps) {
             fail("internal: expected and actual position differ");
         }
         printf("%u,%llu,%d\n",
                (unsigned)plan->pixels_printed,
                (unsigned long long)*edge,
-               (int)record->expected_steps);
+               (int)record.expected_steps);
     }
 }
 
@@ -146,8 +147,8 @@ static void release(struct plan *plan)
 
     plan->zero_ticks = plan->now_ticks + DELAY_TICKS;
     feed_release(feed, feed->lead_in_ticks + DELAY_TICKS);
-    plan->axis.state = AXIS_RUNNING;
-    plan->released = true;
+    axis_place(&plan->axis, (uint32_t)plan->zero_ticks);
+    plan->released = axis_released(&plan->axis);
 }
 
 // Decode, then let the interrupt's stand-in take one period; print what became known.
@@ -156,9 +157,11 @@ static void run_line(struct plan *plan,
                      uint64_t *edge,
                      bool last)
 {
-    while (plan->axis.in_line || plan->axis.ledger.retired != plan->axis.feed.head) {
-        axis_decode(&plan->axis, &plan->period, true, DECODE_BUDGET);
-        if (plan->axis.dry && !last && axis_ring_fill(&plan->axis) < 128u) {
+    while (plan->axis.phase != DECODE_OUTSIDE ||
+           plan->axis.ledger.retired != plan->axis.feed.head) {
+        decode_axis(&plan->axis, &plan->period, true, DECODE_BUDGET);
+        if (plan->axis.phase == DECODE_DRY && !last &&
+            axis_ring_fill(&plan->axis) < 128u) {
             return;
         }
         if (!plan->released) {
@@ -249,17 +252,17 @@ static void plan_line(struct plan *plan)
     puts(options->pixels ? "pixel,tick,expected_steps" : "step,tick");
     queue_entry(plan, word, 0);
     queue_entry(plan, options->backlash_steps, options->line_speed);
-    plan->axis.state = AXIS_LOADED;
+    (void)lifecycle_report(&plan->axis.life, LIFECYCLE_READY);
     while (read_run(&count, &repeat)) {
         queue_entry(plan, count, repeat);
-        if (!plan->axis.in_line) {
-            plan->axis.state = AXIS_LOADED;
+        if (plan->axis.phase == DECODE_OUTSIDE) {
+            (void)lifecycle_report(&plan->axis.life, LIFECYCLE_READY);
             (void)axis_arm(&plan->axis, &plan->period, true);
         }
         run_line(plan, &grid, &edge, false);
     }
     queue_entry(plan, (int32_t)RUN_MARK_END, 0);
-    if (plan->axis.in_line) {
+    if (plan->axis.phase != DECODE_OUTSIDE) {
         run_line(plan, &grid, &edge, true);
     }
 }
@@ -386,8 +389,14 @@ int main(int argc, char **argv)
         .reversal_min_ticks = reversal_ticks(&plan.options),
     };
     step_engine_reset(&plan.engine, &plan.ring);
-    axis_init(&plan.axis, &plan.ring, plan.slots, QUEUE_SLOTS, STEP_IDLE_TICKS);
-    plan.axis.feed.carried = plan.engine.runs;
+    const struct axis_parts parts = {
+        .ring = &plan.ring,
+        .carried = plan.engine.runs,
+        .slots = plan.slots,
+        .slot_count = QUEUE_SLOTS,
+        .first_period_ticks = STEP_IDLE_TICKS,
+    };
+    axis_init(&plan.axis, &parts);
     plan.axis.feed.turn_ticks = plan.limits.reversal_min_ticks / 2u;
     plan.now_ticks = STEP_IDLE_TICKS;
     plan_line(&plan);

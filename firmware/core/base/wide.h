@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Two's complement numbers of 40 bits, for a processor to which 64 are much dearer.
+// Two's complement numbers of 40 bits, for a processor on which 64 bits cost much more.
 #pragma once
 
+#include <stddef.h> // offsetof
 #include <stdint.h>
 
-#include "base/multiply.h"
+#include "base/multiply.h"    // multiply_u32_u16
+#include "base/wide_layout.h" // WIDE_LOW
 
 // high * 256 + low
 struct wide {
     int32_t high;
     uint8_t low;
 };
+_Static_assert(offsetof(struct wide, low) == WIDE_LOW, "known to the assembly");
 
 static inline struct wide wide_from(int64_t value)
 {
@@ -29,7 +32,7 @@ static inline int64_t wide_to(struct wide value)
 
 #if defined(__AVR__)
 
-// Modulo 2^40, as below.
+// Modulo 2^40, like the C below. 5 cycles, and what it takes to move the operands.
 static inline struct wide wide_add(struct wide a, struct wide b)
 {
     __asm__("add %0, %2\n\t"
@@ -54,12 +57,12 @@ static inline struct wide wide_sub(struct wide a, struct wide b)
     return a;
 }
 
-// 70 cycles. wide.S.
+// Modulo 2^40, too. 51 cycles with the call (53 on the ATmega2560). wide.S.
 struct wide wide_times(struct wide a, uint16_t factor);
 
 #else
 
-// Everything is taken modulo 2^40 on purpose, hence the unsigned detours.
+// Everything is modulo 2^40 on purpose, hence the detours by unsigned types.
 static inline struct wide wide_add(struct wide a, struct wide b)
 {
     uint16_t low = (uint16_t)((uint16_t)a.low + b.low);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One axis from queued runs to ring entries, and back from consumed entries to positions. Knows no
-// hardware: the application hands in samples of what the step interrupt did. Main loop only.
+// One axis: its queue, its lines, its state. decode.h turns its lines into ring entries, its ledger
+// turns consumed entries into positions. Knows no hardware: the application hands in samples of what
+// the step interrupt did. Main loop only.
 #pragma once
 
 #include <stdbool.h>
@@ -8,41 +9,42 @@
 
 #include "motion/feed.h"
 #include "motion/ledger.h"
+#include "motion/lifecycle.h"
 #include "motion/line.h"
 #include "motion/line_check.h"
 #include "motion/run_queue.h"
-#include "motion/step_engine.h" // enum step_engine_state
 #include "motion/walk.h"
-
-enum axis_state {
-    AXIS_EMPTY = 0,   // nothing queued
-    AXIS_LOADING = 1, // a line is on its way
-    AXIS_LOADED = 2,  // a whole line, or as much as the memory holds, can be armed
-    AXIS_ARMED = 3,   // decoded ahead; waits for line zero
-    AXIS_RUNNING = 4,
-    AXIS_DONE = 5,    // the last line ended where it should; nothing queued
-    AXIS_REFUSED = 6, // a run was refused; discard to recover
-    AXIS_FAULT = 7,
-};
 
 enum block_result {
     BLOCK_TAKEN,
     BLOCK_REPEATED, // the block before: acknowledged, not queued again
     BLOCK_WRONG,    // out of order
-    BLOCK_FULL,     // no room for all of it; repeat later
+    BLOCK_FULL,     // no room for all of it, or the axis is stopping; repeat later
     BLOCK_REFUSED,  // a run is not possible; line_error says why
 };
 
+// What the decoder does next with the line in work.
+//
+//     OUTSIDE --> PIECE --> STEPS --> PIECE --> ... --> OUTSIDE
+//                  ^ |       | ^
+//                  | v       v |
+//                  DRY   AWAITS_RUN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
+enum decode_phase {
+    DECODE_OUTSIDE,    // no line is in work
+    DECODE_PIECE,      // the next piece is due
+    DECODE_DRY,        //   but the queue was empty when it was needed
+    DECODE_STEPS,      // inside a piece with steps
+    DECODE_AWAITS_RUN, //   whose steps are a run, but the interrupt still needs both of them
+    DECODE_EDGE_INSIDE, // a pixel edge follows what the feed still has to write; then steps
+    DECODE_EDGE_BEHIND, // the same; then the next piece
+};
+
 struct axis {
-    uint8_t state;   // enum axis_state
-    bool in_line;    // the decoder is inside a line
-    bool walking;    //   and inside a piece with steps
-    bool dry;        //   but the queue was empty when it needed a run
-    bool awaits_run; // a run is due, but the interrupt still needs both of them
-    bool edge_due;   // a pixel edge follows what the feed still has to write
+    struct lifecycle life;
+    uint8_t phase; // enum decode_phase
+    bool clocked;  // the line that was armed waits for, and follows, the pixel clock
     bool direction_known;
-    uint8_t
-        stagger; // steps of an even piece before it is handed over as a run (machine.c)
+    uint8_t stagger; // steps of an even piece before it is handed over as a run (axes.c)
     uint8_t whole_lines; // lines queued from start to end mark
     uint8_t line_error;  // enum line_error of the last refusal
     uint8_t line_warning;
@@ -61,11 +63,18 @@ struct axis {
     struct ledger ledger;
 };
 
-void axis_init(struct axis *axis,
-               struct step_ring *ring,
-               struct run *slots,
-               uint8_t slot_count,
-               uint16_t first_period_ticks);
+// What an axis is made of; all of it must last as long as the axis.
+struct axis_parts {
+    struct step_ring *ring;
+    struct step_run *carried; // STEP_RUNS runs of the step interrupt, or NULL: no runs
+    struct run *slots;
+    uint8_t slot_count; // a power of two, 2..128
+    uint8_t stagger;    // steps of an even piece before it is handed over as a run
+    uint16_t first_period_ticks; // see ledger_reset()
+};
+
+// A new axis: EMPTY, at position 0.
+void axis_init(struct axis *axis, const struct axis_parts *parts);
 
 // A block of `count` entries, each 4 bytes big-endian (count, repeat): all taken or none.
 enum block_result axis_queue_block(struct axis *axis,
@@ -83,24 +92,29 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
 bool axis_waits_for_edge(const struct axis *axis);
 bool axis_seeks(const struct axis *axis, bool *opening);
 
-// The last step of its line was made: done, or loaded if more is queued.
+// The line has its place in time, and its release is near.
+void axis_place(struct axis *axis, uint32_t zero_ticks);
+
+// The step interrupt was given the line: RUNNING. False when a fault came between.
+bool axis_released(struct axis *axis);
+
+// The last period of its line was loaded: done, or loaded if more is queued.
 void axis_line_finished(struct axis *axis);
 
-// Back to loaded is not possible once runs were decoded: forget every queued line.
+// Decode no further, from every state: STOPPING. axis_discard() must follow when the timer is idle.
+void axis_stop(struct axis *axis);
+
+// A fault was latched: an axis that moves decodes no further.
+void axis_fail(struct axis *axis);
+
+// After axis_stop(), once the timer is idle: forget every queued line. ring_slot is where the step
+// interrupt reads next.
 void axis_discard(struct axis *axis, uint8_t ring_slot);
 
-// Decode up to `budget` steps or periods into the ring, as far as there is space. Returns what is
-// left of the budget: slow steps take more of it.
-uint8_t axis_decode(struct axis *axis,
-                    const struct pixel_period *period,
-                    bool always_take_up,
-                    uint8_t budget);
-
-// True when axis_decode() has nothing it could do now.
-bool axis_decoded(const struct axis *axis);
-
-// Time decoded ahead of the interrupt, ticks; inside a run up to a tick a step too much.
-uint32_t axis_ahead_ticks(const struct axis *axis);
+// A line follows the one that was decoded to its end without a gap, or the line is over.
+void axis_line_decoded(struct axis *axis,
+                       const struct pixel_period *period,
+                       bool always_take_up);
 
 // Entries waiting in the ring for the interrupt.
 static inline uint8_t axis_ring_fill(const struct axis *axis)

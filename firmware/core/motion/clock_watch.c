@@ -6,6 +6,26 @@
 // No line that runs waits for its clock so long (machine_clock_patience_units()): it is over.
 #define MISSED_MAX 4u
 
+// The interval since the edge before, if it is off by more than a sixteenth of the pixel period.
+static void compare_interval(struct clock_watch *watch,
+                             uint32_t period_ticks,
+                             uint32_t edge_ticks)
+{
+    uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
+    uint32_t off_ticks = interval_ticks - period_ticks;
+
+    if ((int32_t)off_ticks < 0) {
+        off_ticks = -off_ticks;
+    }
+    watch->odd = watch->known && off_ticks > period_ticks / 16u
+                     ? (uint16_t)(interval_ticks >> 8 | 1u)
+                     : 0;
+    watch->edge_ticks = edge_ticks;
+    watch->known = true;
+}
+
+#if FEATURE_CLOCK_STATISTICS
+
 void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks)
@@ -31,24 +51,6 @@ static APART void plan_next(struct clock_watch *watch)
 {
     watch->next_ticks += pixel_grid_advance(&watch->grid);
     watch->pixel++;
-}
-
-// The interval since the edge before, if it is off by more than a sixteenth of the pixel period.
-static void compare_interval(struct clock_watch *watch,
-                             uint32_t period_ticks,
-                             uint32_t edge_ticks)
-{
-    uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
-    uint32_t off_ticks = interval_ticks - period_ticks;
-
-    if ((int32_t)off_ticks < 0) {
-        off_ticks = -off_ticks;
-    }
-    watch->odd = watch->known && off_ticks > period_ticks / 16u
-                     ? (uint16_t)(interval_ticks >> 8 | 1u)
-                     : 0;
-    watch->edge_ticks = edge_ticks;
-    watch->known = true;
 }
 
 bool clock_watch_edge(struct clock_watch *watch,
@@ -86,3 +88,27 @@ bool clock_watch_edge(struct clock_watch *watch,
     plan_next(watch);
     return true;
 }
+
+#else
+
+void clock_watch_follow(struct clock_watch *watch,
+                        const struct pixel_period *period,
+                        uint32_t zero_ticks)
+{
+    (void)period;
+    (void)zero_ticks;
+    watch->following = true;
+}
+
+bool clock_watch_edge(struct clock_watch *watch,
+                      const struct pixel_period *period,
+                      uint32_t edge_ticks,
+                      uint32_t *pixel)
+{
+    (void)pixel;
+    watch->edges++;
+    compare_interval(watch, period->whole_ticks, edge_ticks);
+    return false;
+}
+
+#endif

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "build_features.h"      // FEATURE_CLOCK_STATISTICS
 #include "motion/pixel_period.h" // struct pixel_grid
 
 struct clock_watch {
@@ -14,12 +15,14 @@ struct clock_watch {
     uint32_t edges;      // seen since reset
     uint32_t edge_ticks; // place of the newest one
     uint16_t odd; // its distance from the one before, in 256 ticks; 0: as it should be
+#if FEATURE_CLOCK_STATISTICS
     uint32_t zero_ticks; // of that line
     uint32_t next_ticks; // planned place of the next edge
     uint32_t pixel;      // number of that edge in the line, 0 = line zero
     int16_t error_ticks; // of the last edge
     uint16_t error_max_ticks;
     struct pixel_grid grid;
+#endif
 };
 
 // A line begins at zero_ticks. When the period changes, following must end.

@@ -6,6 +6,7 @@
 #include "base/multiply.h" // multiply_*
 #include "motion/curve_flat_layout.h"
 #include "motion/step_ring.h" // struct step_ring
+#include "build_features.h" // FEATURE_NARROW_CURVES
 
 // How far the steps' loop got. It ends early where the high byte of q - 1 changes.
 struct progress {
@@ -38,7 +39,7 @@ static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
     if (slope >= (loose ? WIDE_LOOSE_MAX : WIDE_MAX)) {
         return CURVE_FLAT_NOT;
     }
-    return slope < (loose ? NARROW_LOOSE_MAX : NARROW_MAX) &&
+    return FEATURE_NARROW_CURVES && slope < (loose ? NARROW_LOOSE_MAX : NARROW_MAX) &&
                    speed <= (loose ? NARROW_LOOSE_SPEED_MAX : NARROW_SPEED_MAX)
                ? CURVE_FLAT_NARROW
                : CURVE_FLAT_WIDE;
@@ -122,8 +123,7 @@ _Static_assert(offsetof(struct curve_flat, residual) == CURVE_FLAT_RESIDUAL &&
                    offsetof(struct curve_flat, bend) == CURVE_FLAT_BEND &&
                    offsetof(struct curve_flat, turn) == CURVE_FLAT_TURN &&
                    offsetof(struct curve_flat, twice_half) == CURVE_FLAT_TWICE_HALF &&
-                   offsetof(struct curve_flat, top) == CURVE_FLAT_TOP &&
-                   offsetof(struct wide, low) == CURVE_FLAT_WIDE_LOW,
+                   offsetof(struct curve_flat, top) == CURVE_FLAT_TOP,
                "known to curve_flat_steps.S");
 _Static_assert(sizeof(struct progress) == 4 && offsetof(struct progress, left) == 2,
                "known to curve_flat_steps.S");
@@ -142,7 +142,7 @@ static inline struct progress steps(struct curve_flat *flat,
                                     uint8_t slot,
                                     uint8_t count)
 {
-    return narrow ? curve_flat_narrow(flat, &lows[slot], count)
+    return FEATURE_NARROW_CURVES && narrow ? curve_flat_narrow(flat, &lows[slot], count)
                   : curve_flat_wide(flat, &lows[slot], count);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where curve_flat_steps.S finds the members of struct curve_flat; checked in curve_flat.c. Plain
-// numbers: read by the assembler too.
+// Where curve_flat_steps.S finds the members of struct curve_flat; checked in curve_flat.c. The
+// assembler reads this file, too: plain numbers only.
 #pragma once
 
 #define CURVE_FLAT_RESIDUAL   0
@@ -10,6 +10,3 @@
 #define CURVE_FLAT_TURN       20
 #define CURVE_FLAT_TWICE_HALF 24
 #define CURVE_FLAT_TOP        26
-
-// struct wide: the upper four bytes, then the lowest.
-#define CURVE_FLAT_WIDE_LOW 4

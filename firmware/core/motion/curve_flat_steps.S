@@ -1,19 +1,36 @@
 ; SPDX-License-Identifier: MIT
-; The steps of a curve whose interval hardly changes: the assembly half of curve_flat.c. What the
-; numbers mean is said in curve_flat.h, what is done to them in curve_flat.c, steps().
+; The steps of a curve whose interval hardly changes: the assembly half of curve_flat.c. The C that
+; this file stands for is steps() there; curve_flat.h explains the numbers:
 ;
 ;     struct progress curve_flat_narrow(struct curve_flat *flat, volatile uint8_t *low,
 ;                                       uint8_t count)
 ;     struct progress curve_flat_wide(the same)
 ;
-; Everything that changes is in registers. r2..r6 are left alone: they are the step interrupt's. An
-; interrupt may come between any two instructions.
+; Both are one macro, flat_steps. The narrow function computes modulo 2^32 and has room for
+; everything that changes in registers. The wide one computes modulo 2^40 and keeps bend, 2h and the
+; count of long steps in memory.
 ;
-; Cycles of a step:                                     narrow  wide
+;                narrow                wide
+;     r0         low byte of q - 1     the same
+;     r1         long steps so far     scratch
+;     value      r8..r11               r7..r11              the residual, after a guess the value
+;     gain       r12..r15              r12..r16
+;     difference r16..r19              r17..r21
+;     bend       r20..r23              in *flat
+;     turn       r24..r26, sign        r22..r25, sign       the sign is its top byte
+;     sign       r27                   r26                  of h: 0 or 0xFF
+;     2h         r28, r29              in *flat
+;     left       r7                    r27                  steps still to make
+;     Y          (holds 2h)            flat
+;     Z          next entry's low byte: the slot in r30 wraps, r31 stays
+;     T          set: some q had a low byte of 0, by a carry (progress.carried)
 ;
+; Cycles of a step:
+;
+;                                                         narrow  wide
 ;     value = residual + gain                                4     5
 ;     negative?                                              1     1
-;     below difference? (upper 16 bits will nearly always do)3     3
+;     below difference? (the upper 16 bits nearly always do) 3     3
 ;     low byte into the ring                                 3     3
 ;     gain += bend                                           4    15
 ;     difference += turn                                     4     5
@@ -21,505 +38,309 @@
 ;                                                           --    --
 ;     a step of q ticks                                     22    35
 ;     difference += 2h, value += difference, gain += turn,
-;     one tick more, less the comparison                    15    25
+;     one tick more, less the comparison                    15    29
 ;                                                           --    --
-;     a step of q + 1 ticks                                 37    60
-;     q moves by one, besides: about                        45    65
+;     a step of q + 1 ticks                                 37    64
+;     q + 1 for q, besides                                  39    90
+;     q - 1 for q, besides                                  57   109
+;
+; The paths through a step:
+;
+;     step: value = residual + gain
+;       |
+;       +-- value >= 0 --> compare: value < difference?
+;       |                    +-- yes --> short: a step of q ticks --> next step
+;       |                    +-- no ---> shorten: q - 1 for q --> compare again, or leave
+;       |
+;       +-- value < 0 ---> lengthen: value += difference, which is that of q + 1
+;                            +-- value >= 0 --> long: a step of q + 1 ticks --> next step
+;                            +-- value < 0 ---> move_up: q + 1 for q --> lengthen again, or leave
+;
+; It leaves when q - 1 has another high byte: the step is then undone.
+#include "base/asm.inc" // macros
 #include "motion/curve_flat_layout.h"
 
-#define LOW CURVE_FLAT_WIDE_LOW
+#define TOP        r0 /* low byte of q - 1 */
+#define LONG_STEPS r1 /* narrow: steps of q + 1 ticks */
+#define SCRATCH    r1 /* wide */
 
     .section .bss.curve_flat_extra, "aw", @nobits
-; Ticks that steps of q + 1 and moves of q have added: progress.extra_ticks. Nothing is kept here
-; from one call to the next.
-extra:
+; Ticks that steps of q + 1 and moves of q have added: progress.extra_ticks. Only valid during a
+; call.
+extra_ticks:
     .zero 2
 
-.macro add4 a0, a1, a2, a3, b0, b1, b2, b3
-    add \a0, \b0
-    adc \a1, \b1
-    adc \a2, \b2
-    adc \a3, \b3
+; extra_ticks op left. `step` (inc or dec) is what a carry does to the upper byte.
+.macro extra_op kind, op, step, left, lent
+    .ifc \kind, narrow
+    push \lent
+    extra_scratch_op \op, \step, \left, \lent
+    pop \lent
+    .else
+    extra_scratch_op \op, \step, \left, SCRATCH
+    .endif
 .endm
 
-.macro sub4 a0, a1, a2, a3, b0, b1, b2, b3
-    sub \a0, \b0
-    sbc \a1, \b1
-    sbc \a2, \b2
-    sbc \a3, \b3
+.macro extra_scratch_op op, step, left, scratch
+    lds \scratch, extra_ticks
+    \op \scratch, \left
+    sts extra_ticks, \scratch
+    brcc .Lkept\@
+    lds \scratch, extra_ticks + 1
+    \step \scratch
+    sts extra_ticks + 1, \scratch
+.Lkept\@:
 .endm
 
-.macro add5 a0, a1, a2, a3, a4, b0, b1, b2, b3, b4
-    add4 \a0, \a1, \a2, \a3, \b0, \b1, \b2, \b3
-    adc \a4, \b4
+; register op one byte of 2h, which is a register or in memory.
+.macro half_byte_op op, register, byte, half
+    .ifc \half, memory
+    ldd SCRATCH, Y + CURVE_FLAT_TWICE_HALF + \byte
+    \op \register, SCRATCH
+    .else
+    \op \register, \half
+    .endif
 .endm
 
-.macro sub5 a0, a1, a2, a3, a4, b0, b1, b2, b3, b4
-    sub4 \a0, \a1, \a2, \a3, \b0, \b1, \b2, \b3
-    sbc \a4, \b4
-.endm
-
-.macro load4 a0, a1, a2, a3, at
-    ldd \a0, Y + \at + LOW
-    ldd \a1, Y + \at + 0
-    ldd \a2, Y + \at + 1
-    ldd \a3, Y + \at + 2
-.endm
-
-.macro store4 a0, a1, a2, a3, at
-    std Y + \at + LOW, \a0
-    std Y + \at + 0, \a1
-    std Y + \at + 1, \a2
-    std Y + \at + 2, \a3
-.endm
-
-; What the caller wants unchanged. 52 cycles each with the call and the return.
-.macro save_registers
-    .irp reg, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29
-    push r\reg
+; number op 2h.
+.macro half_op first, further, half_low, half_high, sign, number:vararg
+    .set .Lbyte, 0
+    .irp register, \number
+    .if .Lbyte == 0
+    half_byte_op \first, \register, 0, \half_low
+    .elseif .Lbyte == 1
+    half_byte_op \further, \register, 1, \half_high
+    .else
+    \further \register, \sign
+    .endif
+    .set .Lbyte, .Lbyte + 1
     .endr
 .endm
 
-.macro restore_registers
-    .irp reg, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7
-    pop r\reg
+; bend op turn, where bend is in memory.
+.macro bend_memory_op first, further, memory, turn:vararg
+    .set .Lat, CURVE_FLAT_BEND + WIDE_LOW
+    .irp byte, \turn
+    ldd SCRATCH, Y + .Lat
+    .if .Lat == CURVE_FLAT_BEND + WIDE_LOW
+    \first SCRATCH, \byte
+    std Y + .Lat, SCRATCH
+    .set .Lat, CURVE_FLAT_BEND
+    .else
+    \further SCRATCH, \byte
+    std Y + .Lat, SCRATCH
+    .set .Lat, .Lat + 1
+    .endif
     .endr
 .endm
 
-; ---------------------------------------------------------------------------------------------
-; Modulo 2^32
-; ---------------------------------------------------------------------------------------------
-#define TOP   r0                 /* low byte of q - 1 */
-#define LONGS r1                 /* steps of q + 1 ticks */
-#define LEFT  r7                 /* steps still to make */
-#define V0    r8                 /* residual, then value */
-#define V1    r9
-#define V2    r10
-#define V3    r11
-#define G0    r12                /* gain */
-#define G1    r13
-#define G2    r14
-#define G3    r15
-#define D0    r16                /* difference */
-#define D1    r17
-#define D2    r18
-#define D3    r19
-#define B0    r20                /* bend */
-#define B1    r21
-#define B2    r22
-#define B3    r23
-#define T0    r24                /* turn; its fourth byte is the sign of h */
-#define T1    r25
-#define T2    r26
-#define SIGN  r27
-#define H0    r28                /* 2h; its further bytes are the sign */
-#define H1    r29
-#define VALUE V0, V1, V2, V3
-#define GAIN  G0, G1, G2, G3
-#define DIFF  D0, D1, D2, D3
-#define BEND  B0, B1, B2, B3
-#define TURN  T0, T1, T2, SIGN
-#define TWICE_HALF H0, H1, SIGN, SIGN
-
-; On to the next step.
-.macro narrow_next
-    add4 GAIN, BEND                     ; 4  gain += bend
-    add4 DIFF, TURN                     ; 4  difference += turn
-    dec LEFT                            ; 1
-    brne narrow_step                    ; 2
+; bend op turn.
+.macro bend_op kind, first, further, bend_and_turn:vararg
+    .ifc \kind, narrow
+    number_op \first, \further, \bend_and_turn
+    .else
+    bend_memory_op \first, \further, \bend_and_turn
+    .endif
 .endm
 
-    .section .text.curve_flat_steps, "ax", @progbits
-    .global curve_flat_narrow
-    .type curve_flat_narrow, @function
-curve_flat_narrow:
-    save_registers
-    push r25
+; kind: narrow or wide. Numbers are lists of registers (base/asm.inc); `upper` ones are the upper 16
+; bits. turn_bytes is turn as it is in memory, turn_top the last of these; all of turn has the sign
+; on top. bend, half_low and half_high may be `memory`. lent: what the narrow function saves and
+; uses where it needs a scratch register.
+.macro flat_steps kind, left, sign, value, value_upper, gain, difference, difference_upper, turn, \
+    turn_bytes, turn_top, bend, half_low, half_high, lent
+function curve_flat_\kind
+    save_registers 7                    ; 26
+    .ifc \kind, narrow
+    push r25                            ;    flat, because Y will hold 2h
     push r24
-    movw r28, r24
-    movw r30, r22
-    mov LEFT, r20
-    sts extra, r1
-    sts extra + 1, r1
-    load4 VALUE, CURVE_FLAT_RESIDUAL
-    load4 GAIN, CURVE_FLAT_GAIN
-    load4 DIFF, CURVE_FLAT_DIFFERENCE
-    load4 BEND, CURVE_FLAT_BEND
-    ldd T0, Y + CURVE_FLAT_TURN
-    ldd T1, Y + CURVE_FLAT_TURN + 1
-    ldd T2, Y + CURVE_FLAT_TURN + 2
-    ldd SIGN, Y + CURVE_FLAT_TURN + 3
+    .endif
+    movw r28, r24                       ;    Y: flat
+    movw r30, r22                       ;    Z: low
+    mov \left, r20
+    sts extra_ticks, r1
+    sts extra_ticks + 1, r1
+    load_wide CURVE_FLAT_RESIDUAL, \value
+    load_wide CURVE_FLAT_GAIN, \gain
+    load_wide CURVE_FLAT_DIFFERENCE, \difference
+    .ifc \kind, narrow
+    load_wide CURVE_FLAT_BEND, \bend
+    load_plain CURVE_FLAT_TURN, \turn
     ldd TOP, Y + CURVE_FLAT_TOP
-    ldd LONGS, Y + CURVE_FLAT_TWICE_HALF
-    ldd H1, Y + CURVE_FLAT_TWICE_HALF + 1
-    mov H0, LONGS
-    clr LONGS
-    clt                                 ;    nothing carried
+    ldd r1, Y + CURVE_FLAT_TWICE_HALF
+    ldd \half_high, Y + CURVE_FLAT_TWICE_HALF + 1
+    mov \half_low, r1
+    clr LONG_STEPS
+    .else
+    load_plain CURVE_FLAT_TURN, \turn_bytes
+    ldd TOP, Y + CURVE_FLAT_TOP
+    clr \sign                           ;    h has the sign of turn
+    sbrc \turn_top, 7
+    com \sign
+    .endif
+    clt                                 ;    no carry so far
 
-narrow_step:
-    add4 VALUE, GAIN                    ; 4  value = residual + gain
-    brmi narrow_long                    ; 1  (2 when taken)
-    cp V2, D2                           ; 1
-    cpc V3, D3                          ; 1
-    brsh narrow_compare                 ; 1
-narrow_short:
+\kind\()_step:
+    add_number \value, \gain            ; 4 or 5  value = residual + gain
+    brmi \kind\()_lengthen              ; 1  (2 when taken)
+    compare_number \value_upper, \difference_upper ; 2
+    brsh \kind\()_compare               ; 1
+\kind\()_short:
     st Z, TOP                           ; 2
     inc r30                             ; 1
-    narrow_next                         ; 11
-    rjmp narrow_done
-narrow_compare:                         ;    value >= difference, all the bits?
-    cp V0, D0
-    cpc V1, D1
-    cpc V2, D2
-    cpc V3, D3
-    brlo narrow_short
-    rjmp narrow_down
+    .ifc \kind, narrow
+    add_number \gain, \bend             ; 4  gain += bend
+    .else
+    wide_op add, adc, SCRATCH, CURVE_FLAT_BEND, \gain ; 15
+    .endif
+    add_number \difference, \turn       ; 4 or 5  difference += turn
+    dec \left                           ; 1
+    brne \kind\()_step                  ; 2
+    rjmp \kind\()_done
+\kind\()_compare:                       ;    value >= difference, all the bits?
+    compare_number \value, \difference
+    brlo \kind\()_short
+    rjmp \kind\()_shorten
 
-narrow_long:                            ;    q is too short
-    add4 DIFF, TWICE_HALF               ; 4  difference += 2h
-    add4 VALUE, DIFF                    ; 4  value += difference
-    brcc narrow_up                      ; 1  and so is q + 1
-    add4 GAIN, TURN                     ; 4  gain += turn
-    inc LONGS                           ; 1
+\kind\()_lengthen:                      ;    q is too short
+    half_op add, adc, \half_low, \half_high, \sign, \difference ; 4 or 9  difference += 2h
+    add_number \value, \difference      ; 4 or 5  value += difference
+    brcc \kind\()_move_up               ; 1  and so is q + 1
+    add_number \gain, \turn             ; 4 or 5  gain += turn
+    .ifc \kind, narrow
+    inc LONG_STEPS                      ; 1
+    .else
+    lds SCRATCH, extra_ticks            ; 2  extra_ticks++
+    inc SCRATCH                         ; 1
+    sts extra_ticks, SCRATCH            ; 2
+    breq \kind\()_extra_carry           ; 1
+\kind\()_long:
+    .endif
     inc TOP                             ; 1
-    breq narrow_carried                 ; 1
-narrow_put:
+    breq \kind\()_top_carry             ; 1
+\kind\()_long_store:
     st Z, TOP                           ; 2
     dec TOP                             ; 1
     inc r30                             ; 1
-    narrow_next                         ; 11
-    rjmp narrow_done
-narrow_carried:
+    .ifc \kind, narrow
+    add_number \gain, \bend             ; 4  gain += bend
+    .else
+    wide_op add, adc, SCRATCH, CURVE_FLAT_BEND, \gain ; 15
+    .endif
+    add_number \difference, \turn       ; 4 or 5  difference += turn
+    dec \left                           ; 1
+    .ifc \kind, narrow
+    brne \kind\()_step                  ; 2
+    rjmp \kind\()_done
+    .else
+    brne 1f                             ; 2
+    rjmp \kind\()_done
+1:  rjmp \kind\()_step                  ; 2  out of a branch's reach
+
+\kind\()_extra_carry:
+    lds SCRATCH, extra_ticks + 1
+    inc SCRATCH
+    sts extra_ticks + 1, SCRATCH
+    rjmp \kind\()_long
+    .endif
+\kind\()_top_carry:
     set
-    rjmp narrow_put
+    rjmp \kind\()_long_store
 
-narrow_up:                              ;    q + 1 for q: difference has grown, value is q + 1's
-    add4 GAIN, DIFF                     ;    gain += difference
-    add4 BEND, TURN                     ;    bend += 2*turn + 2h
-    add T0, H0                          ;    turn += 2h
-    adc T1, H1
-    adc T2, SIGN
-    add4 BEND, TURN
-    push D0
-    lds D0, extra                       ;    extra += left
-    add D0, LEFT
-    sts extra, D0
-    brcc 1f
-    lds D0, extra + 1
-    inc D0
-    sts extra + 1, D0
-1:  pop D0
+    ; q + 1 for q. difference has grown already, and value is that of q + 1.
+\kind\()_move_up:
+    add_number \gain, \difference       ;    gain += difference
+    bend_op \kind, add, adc, \bend, \turn ; bend += 2*turn + 2h
+    half_op add, adc, \half_low, \half_high, \sign, \turn_bytes ; turn += 2h
+    bend_op \kind, add, adc, \bend, \turn
+    extra_op \kind, add, inc, \left, \lent ; extra_ticks += left
     inc TOP
-    brne narrow_long
-    sub4 VALUE, GAIN
-    ldi SIGN, 1                         ;    q - 1 has the next high byte
-    rjmp narrow_leave
+    .ifc \kind, narrow
+    brne \kind\()_lengthen
+    sub_number \value, \gain            ;    the step is not made
+    ldi \sign, 1                        ;    q - 1 has the next high byte
+    rjmp \kind\()_leave
+    .else
+    breq 2f
+    rjmp \kind\()_lengthen
+2:  ldi \sign, 1                        ;    q - 1 has the next high byte
+    rjmp \kind\()_undo
+    .endif
 
-narrow_down:                            ;    q - 1 for q: value is that of q
-    sub4 VALUE, DIFF                    ;    value -= difference
-    sub4 GAIN, DIFF                     ;    gain -= difference
-    sub4 DIFF, TWICE_HALF               ;    difference -= 2h
-    sub4 BEND, TURN                     ;    bend -= 2*turn - 2h
-    sub T0, H0                          ;    turn -= 2h
-    sbc T1, H1
-    sbc T2, SIGN
-    sub4 BEND, TURN
-    push D0
-    lds D0, extra                       ;    extra -= left
-    sub D0, LEFT
-    sts extra, D0
-    brcc 1f
-    lds D0, extra + 1
-    dec D0
-    sts extra + 1, D0
-1:  pop D0
+    ; q - 1 for q. value is that of q.
+\kind\()_shorten:
+    sub_number \value, \difference      ;    value -= difference
+    sub_number \gain, \difference       ;    gain -= difference
+    half_op sub, sbc, \half_low, \half_high, \sign, \difference ; difference -= 2h
+    bend_op \kind, sub, sbc, \bend, \turn ; bend -= 2*turn - 2h
+    half_op sub, sbc, \half_low, \half_high, \sign, \turn_bytes ; turn -= 2h
+    bend_op \kind, sub, sbc, \bend, \turn
+    extra_op \kind, sub, dec, \left, \lent ; extra_ticks -= left
     tst TOP
-    breq narrow_lower
+    breq 3f
     dec TOP
-    rjmp narrow_compare
-narrow_lower:
-    dec TOP
-    sub4 VALUE, GAIN
-    ldi SIGN, 0xFF                      ;    q - 1 has the high byte before
-    rjmp narrow_leave
+    rjmp \kind\()_compare
+3:  dec TOP
+    .ifc \kind, narrow
+    sub_number \value, \gain            ;    the step is not made
+    ldi \sign, 0xFF                     ;    q - 1 has the high byte before
+    rjmp \kind\()_leave
+    .else
+    ldi \sign, 0xFF                     ;    q - 1 has the high byte before
+\kind\()_undo:
+    sub_number \value, \gain            ;    the step is not made
+    rjmp \kind\()_leave
+    .endif
 
-narrow_done:
-    ldi SIGN, 0
-narrow_leave:
+    ; `sign` now holds what is added to the high byte of q - 1.
+\kind\()_done:
+    ldi \sign, 0
+\kind\()_leave:
+    .ifc \kind, narrow
     pop r28                             ;    flat
     pop r29
-    store4 VALUE, CURVE_FLAT_RESIDUAL
-    store4 GAIN, CURVE_FLAT_GAIN
-    store4 DIFF, CURVE_FLAT_DIFFERENCE
-    store4 BEND, CURVE_FLAT_BEND
-    std Y + CURVE_FLAT_TURN, T0
-    std Y + CURVE_FLAT_TURN + 1, T1
-    std Y + CURVE_FLAT_TURN + 2, T2
+    .endif
+    store_wide CURVE_FLAT_RESIDUAL, \value
+    store_wide CURVE_FLAT_GAIN, \gain
+    store_wide CURVE_FLAT_DIFFERENCE, \difference
+    .ifc \kind, narrow
+    store_wide CURVE_FLAT_BEND, \bend
+    .endif
+    store_plain CURVE_FLAT_TURN, \turn_bytes
     std Y + CURVE_FLAT_TOP, TOP
     ldd TOP, Y + CURVE_FLAT_TOP + 1
-    add TOP, SIGN
+    add TOP, \sign
     std Y + CURVE_FLAT_TOP + 1, TOP
-    lds r22, extra
-    lds r23, extra + 1
-    add r22, LONGS
+    lds r22, extra_ticks                ;    progress.extra_ticks
+    lds r23, extra_ticks + 1
+    .ifc \kind, narrow
+    add r22, LONG_STEPS
     clr r1
     adc r23, r1
-    mov r24, LEFT
+    mov r24, \left                      ;    progress.left
     rjmp flat_return
-    .size curve_flat_narrow, . - curve_flat_narrow
-
-#undef TOP
-#undef LEFT
-#undef V0
-#undef V1
-#undef V2
-#undef V3
-#undef G0
-#undef G1
-#undef G2
-#undef G3
-#undef D0
-#undef D1
-#undef D2
-#undef D3
-#undef T0
-#undef T1
-#undef T2
-#undef SIGN
-#undef VALUE
-#undef GAIN
-#undef DIFF
-#undef TURN
-
-; ---------------------------------------------------------------------------------------------
-; Modulo 2^40: bend and 2h stay in memory
-; ---------------------------------------------------------------------------------------------
-#define TOP   r0                 /* low byte of q - 1 */
-#define SOME  r1                 /* for a moment */
-#define V0    r7                 /* residual, then value */
-#define V1    r8
-#define V2    r9
-#define V3    r10
-#define V4    r11
-#define G0    r12                /* gain */
-#define G1    r13
-#define G2    r14
-#define G3    r15
-#define G4    r16
-#define D0    r17                /* difference */
-#define D1    r18
-#define D2    r19
-#define D3    r20
-#define D4    r21
-#define T0    r22                /* turn */
-#define T1    r23
-#define T2    r24
-#define T3    r25
-#define SIGN  r26                /* of h, and the fifth byte of turn */
-#define LEFT  r27                /* steps still to make */
-#define VALUE V0, V1, V2, V3, V4
-#define GAIN  G0, G1, G2, G3, G4
-#define DIFF  D0, D1, D2, D3, D4
-#define TURN  T0, T1, T2, T3, SIGN
-
-; On to the next step.
-.macro wide_next
-    ldd SOME, Y + CURVE_FLAT_BEND + LOW ; 2  gain += bend
-    add G0, SOME                        ; 1
-    ldd SOME, Y + CURVE_FLAT_BEND       ; 2
-    adc G1, SOME                        ; 1
-    ldd SOME, Y + CURVE_FLAT_BEND + 1   ; 2
-    adc G2, SOME                        ; 1
-    ldd SOME, Y + CURVE_FLAT_BEND + 2   ; 2
-    adc G3, SOME                        ; 1
-    ldd SOME, Y + CURVE_FLAT_BEND + 3   ; 2
-    adc G4, SOME                        ; 1
-    add5 DIFF, TURN                     ; 5  difference += turn
-    dec LEFT                            ; 1
-.endm
-
-; difference op 2h
-.macro wide_difference op, op_carry
-    ldd SOME, Y + CURVE_FLAT_TWICE_HALF ; 2
-    \op D0, SOME                        ; 1
-    ldd SOME, Y + CURVE_FLAT_TWICE_HALF + 1 ; 2
-    \op_carry D1, SOME                  ; 1
-    \op_carry D2, SIGN                  ; 1
-    \op_carry D3, SIGN                  ; 1
-    \op_carry D4, SIGN                  ; 1
-.endm
-
-; bend op turn
-.macro wide_bend op, op_carry
-    ldd SOME, Y + CURVE_FLAT_BEND + LOW
-    \op SOME, T0
-    std Y + CURVE_FLAT_BEND + LOW, SOME
-    ldd SOME, Y + CURVE_FLAT_BEND
-    \op_carry SOME, T1
-    std Y + CURVE_FLAT_BEND, SOME
-    ldd SOME, Y + CURVE_FLAT_BEND + 1
-    \op_carry SOME, T2
-    std Y + CURVE_FLAT_BEND + 1, SOME
-    ldd SOME, Y + CURVE_FLAT_BEND + 2
-    \op_carry SOME, T3
-    std Y + CURVE_FLAT_BEND + 2, SOME
-    ldd SOME, Y + CURVE_FLAT_BEND + 3
-    \op_carry SOME, SIGN
-    std Y + CURVE_FLAT_BEND + 3, SOME
-.endm
-
-; turn op 2h
-.macro wide_turn op, op_carry
-    ldd SOME, Y + CURVE_FLAT_TWICE_HALF
-    \op T0, SOME
-    ldd SOME, Y + CURVE_FLAT_TWICE_HALF + 1
-    \op_carry T1, SOME
-    \op_carry T2, SIGN
-    \op_carry T3, SIGN
-.endm
-
-    .global curve_flat_wide
-    .type curve_flat_wide, @function
-curve_flat_wide:
-    save_registers
-    movw r28, r24
-    movw r30, r22
-    mov LEFT, r20
-    sts extra, r1
-    sts extra + 1, r1
-    load4 V0, V1, V2, V3, CURVE_FLAT_RESIDUAL
-    ldd V4, Y + CURVE_FLAT_RESIDUAL + 3
-    load4 G0, G1, G2, G3, CURVE_FLAT_GAIN
-    ldd G4, Y + CURVE_FLAT_GAIN + 3
-    load4 D0, D1, D2, D3, CURVE_FLAT_DIFFERENCE
-    ldd D4, Y + CURVE_FLAT_DIFFERENCE + 3
-    ldd T0, Y + CURVE_FLAT_TURN
-    ldd T1, Y + CURVE_FLAT_TURN + 1
-    ldd T2, Y + CURVE_FLAT_TURN + 2
-    ldd T3, Y + CURVE_FLAT_TURN + 3
-    ldd TOP, Y + CURVE_FLAT_TOP
-    clr SIGN
-    sbrc T3, 7
-    com SIGN
-    clt                                 ;    nothing carried
-
-wide_step:
-    add5 VALUE, GAIN                    ; 5  value = residual + gain
-    brmi wide_long                      ; 1  (2 when taken)
-    cp V3, D3                           ; 1
-    cpc V4, D4                          ; 1
-    brsh wide_compare                   ; 1
-wide_short:
-    st Z, TOP                           ; 2
-    inc r30                             ; 1
-    wide_next                           ; 21
-    brne wide_step                      ; 2
-    rjmp wide_done
-wide_compare:                           ;    value >= difference, all the bits?
-    cp V0, D0
-    cpc V1, D1
-    cpc V2, D2
-    cpc V3, D3
-    cpc V4, D4
-    brlo wide_short
-    rjmp wide_down
-
-wide_long:                              ;    q is too short
-    wide_difference add, adc            ; 9  difference += 2h
-    add5 VALUE, DIFF                    ; 5  value += difference
-    brcc wide_up                        ; 1  and so is q + 1
-    add5 GAIN, TURN                     ; 5  gain += turn
-    lds SOME, extra                     ; 2  extra++
-    inc SOME                            ; 1
-    sts extra, SOME                     ; 2
-    breq wide_extra                     ; 1
-wide_put:
-    inc TOP                             ; 1
-    breq wide_carried                   ; 1
-wide_carry:
-    st Z, TOP                           ; 2
-    dec TOP                             ; 1
-    inc r30                             ; 1
-    wide_next                           ; 21
-    brne 1f                             ; 2
-    rjmp wide_done
-1:  rjmp wide_step                      ; 2
-
-wide_extra:
-    lds SOME, extra + 1
-    inc SOME
-    sts extra + 1, SOME
-    rjmp wide_put
-wide_carried:
-    set
-    rjmp wide_carry
-
-wide_up:                                ;    q + 1 for q: difference has grown, value is q + 1's
-    add5 GAIN, DIFF                     ;    gain += difference
-    wide_bend add, adc                  ;    bend += 2*turn + 2h
-    wide_turn add, adc                  ;    turn += 2h
-    wide_bend add, adc
-    lds SOME, extra                     ;    extra += left
-    add SOME, LEFT
-    sts extra, SOME
-    brcc 1f
-    lds SOME, extra + 1
-    inc SOME
-    sts extra + 1, SOME
-1:  inc TOP
-    breq 2f
-    rjmp wide_long
-2:  ldi SIGN, 1                         ;    q - 1 has the next high byte
-    rjmp wide_back
-
-wide_down:                              ;    q - 1 for q: value is that of q
-    sub5 VALUE, DIFF                    ;    value -= difference
-    sub5 GAIN, DIFF                     ;    gain -= difference
-    wide_difference sub, sbc            ;    difference -= 2h
-    wide_bend sub, sbc                  ;    bend -= 2*turn - 2h
-    wide_turn sub, sbc                  ;    turn -= 2h
-    wide_bend sub, sbc
-    lds SOME, extra                     ;    extra -= left
-    sub SOME, LEFT
-    sts extra, SOME
-    brcc 1f
-    lds SOME, extra + 1
-    dec SOME
-    sts extra + 1, SOME
-1:  tst TOP
-    breq 2f
-    dec TOP
-    rjmp wide_compare
-2:  dec TOP
-    ldi SIGN, 0xFF                      ;    q - 1 has the high byte before
-wide_back:
-    sub5 VALUE, GAIN                    ;    the step is not made
-    rjmp wide_leave
-
-wide_done:
-    ldi SIGN, 0
-wide_leave:
-    store4 V0, V1, V2, V3, CURVE_FLAT_RESIDUAL
-    std Y + CURVE_FLAT_RESIDUAL + 3, V4
-    store4 G0, G1, G2, G3, CURVE_FLAT_GAIN
-    std Y + CURVE_FLAT_GAIN + 3, G4
-    store4 D0, D1, D2, D3, CURVE_FLAT_DIFFERENCE
-    std Y + CURVE_FLAT_DIFFERENCE + 3, D4
-    std Y + CURVE_FLAT_TURN, T0
-    std Y + CURVE_FLAT_TURN + 1, T1
-    std Y + CURVE_FLAT_TURN + 2, T2
-    std Y + CURVE_FLAT_TURN + 3, T3
-    std Y + CURVE_FLAT_TOP, TOP
-    ldd TOP, Y + CURVE_FLAT_TOP + 1
-    add TOP, SIGN
-    std Y + CURVE_FLAT_TOP + 1, TOP
-    lds r22, extra
-    lds r23, extra + 1
-    mov r24, LEFT
+    .else
+    mov r24, \left                      ;    progress.left
     clr r1
 flat_return:
-    clr r25
+    clr r25                             ;    progress.carried
     bld r25, 0
-    restore_registers
+    restore_registers 7                 ; 26
     ret
-    .size curve_flat_wide, . - curve_flat_wide
+    .endif
+end_function curve_flat_\kind
+.endm
+
+; One section each: the linker drops the narrow one where no image uses it.
+    .section .text.curve_flat_narrow, "ax", @progbits
+    flat_steps narrow, left=r7, sign=r27, value="r8, r9, r10, r11", \
+        value_upper="r10, r11", gain="r12, r13, r14, r15", \
+        difference="r16, r17, r18, r19", difference_upper="r18, r19", \
+        turn="r24, r25, r26, r27", turn_bytes="r24, r25, r26", \
+        bend="r20, r21, r22, r23", half_low=r28, half_high=r29, lent=r16
+    .section .text.curve_flat_wide, "ax", @progbits
+    flat_steps wide, left=r27, sign=r26, value="r7, r8, r9, r10, r11", \
+        value_upper="r10, r11", gain="r12, r13, r14, r15, r16", \
+        difference="r17, r18, r19, r20, r21", difference_upper="r20, r21", \
+        turn="r22, r23, r24, r25, r26", turn_bytes="r22, r23, r24, r25", turn_top=r25, \
+        bend=memory, half_low=memory, half_high=memory

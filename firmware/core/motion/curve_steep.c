@@ -40,8 +40,7 @@ _Static_assert(offsetof(struct curve_steep, at.residual) == CURVE_STEEP_RESIDUAL
                    offsetof(struct curve_steep, change) == CURVE_STEEP_CHANGE &&
                    offsetof(struct curve_steep, good) == CURVE_STEEP_GOOD &&
                    offsetof(struct curve_steep, tops) == CURVE_STEEP_SUM &&
-                   offsetof(struct curve_steep, first_high) == CURVE_STEEP_FIRST_HIGH &&
-                   offsetof(struct wide, low) == CURVE_STEEP_WIDE_LOW,
+                   offsetof(struct curve_steep, first_high) == CURVE_STEEP_FIRST_HIGH,
                "known to curve_steep_fit.S and curve_steep_steps.S");
 
 // curve_steep_fit.S.

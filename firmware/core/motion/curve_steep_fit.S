@@ -1,197 +1,144 @@
 ; SPDX-License-Identifier: MIT
-; Arithmetic of steep curves: the assembly half of curve_steep.c, where its C stands.
+; Arithmetic of steep curves: the assembly half of curve_steep.c. The C that this file stands for
+; has the same names there; curve_steep.h explains the numbers:
 ;
 ;     uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks)
 ;     uint16_t curve_steep_root(uint32_t value)
 ;
-; r2..r6 are left alone: they are the step interrupt's. An interrupt may come between any two
-; instructions.
+; curve_steep_fit() evaluates a guess modulo 2^48 and divides what is left by the last difference:
+; the quotient is by how many ticks the guess misses. It then evaluates the corrected guess, until
+; the quotient is 0.
+;
+;     r0, r1       products, scratch              r24..r26  ticks
+;     r8..r13      value                          r27       0
+;     r14..r18     sum, then difference           r28, r29  Y: steep
+;     r19..r23     bend; then the quotient,       r30, r31  h
+;                  the bit, and the divisor's     T         the value is negative
+;                  sixth byte
+;
+; Cycles of curve_steep_fit(), besides 92 (ATmega2560: 94) for the call and the
+; registers:
+;
+;     an evaluation                    145; 3 more where h < 0, 17 more from 2^16 ticks on
+;     its quotient, 0                  25: the guess is right
+;     its quotient, positive           29, and 36 or 42 for each bit
+;     its quotient, negative           33, and 36 or 42 for each bit
+;
+; A right guess: 262 (ATmega2560: 264). curve_steep_root(): 365 to 429 (ATmega2560: 367 to 431).
+#include "base/asm.inc" // macros
 #include "motion/curve_steep_layout.h"
 
-#define LOW CURVE_STEEP_WIDE_LOW
-
-#define V0    r8                 /* value, modulo 2^48 */
-#define V1    r9
-#define V2    r10
-#define V3    r11
-#define V4    r12
-#define V5    r13
-#define D0    r14                /* sum, then difference and its multiples */
-#define D1    r15
-#define D2    r16
-#define D3    r17
-#define D4    r18
-#define E0    r19                /* bend */
-#define E1    r20
-#define E2    r21
-#define E3    r22
-#define E4    r23
-#define N0    r24                /* ticks */
-#define N1    r25
-#define N2    r26
-#define ZERO  r27
-#define Q0    r19                /* quotient, when bend is done with */
-#define Q1    r20
-#define Q2    r21
-#define BITS  r22
-#define D5    r23                /* upper byte of a multiple of the difference */
-#define A0    r30                /* h */
-#define A1    r31
-
-; V[at..] += r1:r0, with the carry up to V5
-.macro add_product a, b, others:vararg
-    add \a, r0
-    adc \b, r1
-    .irp reg, \others
-    adc \reg, ZERO
-    .endr
-.endm
+#define V0       r8 /* value, modulo 2^48 */
+#define V1       r9
+#define V2       r10
+#define V3       r11
+#define V4       r12
+#define V5       r13
+#define D0       r14 /* sum, then difference and its multiples */
+#define D1       r15
+#define D2       r16
+#define D3       r17
+#define D4       r18
+#define E0       r19 /* bend */
+#define E1       r20
+#define E2       r21
+#define E3       r22
+#define E4       r23
+#define N0       r24 /* ticks */
+#define N1       r25
+#define N2       r26
+#define ZERO     r27
+#define Q0       r19 /* quotient, when bend is done with */
+#define Q1       r20
+#define Q2       r21
+#define BITS     r22
+#define D5       r23 /* upper byte of a multiple of the difference */
+#define H0       r30 /* h */
+#define H1       r31
+#define VALUE    V0, V1, V2, V3, V4, V5
+#define SUM      D0, D1, D2, D3, D4
+#define MULTIPLE D0, D1, D2, D3, D4, D5
+#define BEND     E0, E1, E2, E3, E4
+#define TICKS    N0, N1, N2
+#define QUOTIENT Q0, Q1, Q2
 
     .section .text.curve_steep_fit, "ax", @progbits
-    .global curve_steep_fit
-    .type curve_steep_fit, @function
-curve_steep_fit:
-    .irp reg, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 28, 29
-    push r\reg                          ; 24
-    .endr
+function curve_steep_fit
+    save_registers 8                    ; 24
     movw r28, r24                       ; 1
     movw N0, r20                        ; 2
     mov N2, r22
     clr ZERO                            ; 1
 fit_evaluate:
-    ldd A0, Y + CURVE_STEEP_HALF        ; 4
-    ldd A1, Y + CURVE_STEEP_HALF + 1
+    load_plain CURVE_STEEP_HALF, H0, H1 ; 4
 
-    ; bend = h * (ticks - 1) = h * ticks - h                      50
-    mul A0, N0
+    ; bend = h * (ticks - 1) = h * ticks - h                      38 (41)
+    mul H0, N0
     mov E0, r0
     mov E1, r1
-    mul A0, N2
+    mul H0, N2
     mov E2, r0
     mov E3, r1
     clr E4
-    mul A0, N1
-    add E1, r0
-    adc E2, r1
-    adc E3, ZERO
-    mul A1, N0
-    add_product E1, E2, E3, E4
-    mul A1, N1
-    add_product E2, E3, E4
-    mul A1, N2
-    add E3, r0
-    adc E4, r1
+    add_product H0, N1, ZERO, E1, E2, E3
+    add_product H1, N0, ZERO, E1, E2, E3, E4
+    add_product H1, N1, ZERO, E2, E3, E4
+    add_product H1, N2, ZERO, E3, E4
     clr r0
-    sbrs A1, 7
+    sbrs H1, 7
     rjmp 1f
     com r0                              ;    the sign of h
-    sub E2, N0                          ;    h was taken as 2^16 too much
-    sbc E3, N1
-    sbc E4, N2
-1:  sub E0, A0
-    sbc E1, A1
-    sbc E2, r0
-    sbc E3, r0
-    sbc E4, r0
+    sub_number E2, E3, E4, TICKS        ;    h was taken as 2^16 too much
+1:  sub_number BEND, H0, H1, r0, r0, r0
 
-    ; sum = slope + bend                                          16
-    ldd D0, Y + CURVE_STEEP_SLOPE + LOW
-    ldd D1, Y + CURVE_STEEP_SLOPE
-    ldd D2, Y + CURVE_STEEP_SLOPE + 1
-    ldd D3, Y + CURVE_STEEP_SLOPE + 2
-    ldd D4, Y + CURVE_STEEP_SLOPE + 3
-    add D0, E0
-    adc D1, E1
-    adc D2, E2
-    adc D3, E3
-    adc D4, E4
-    ; value = sum * ticks                                         50, 24 more for long intervals
+    ; sum = slope + bend                                          15
+    load_wide CURVE_STEEP_SLOPE, SUM
+    add_number SUM, BEND
+    ; value = sum * ticks                                         49, 17 more for long intervals
     mul D0, N0
     movw V0, r0
     mul D2, N0
     movw V2, r0
     mul D4, N0
     movw V4, r0
-    mul D1, N0
-    add_product V1, V2, V3, V4, V5
-    mul D3, N0
-    add_product V3, V4, V5
-    mul D0, N1
-    add_product V1, V2, V3, V4, V5
-    mul D1, N1
-    add_product V2, V3, V4, V5
-    mul D2, N1
-    add_product V3, V4, V5
-    mul D3, N1
-    add V4, r0
-    adc V5, r1
-    mul D4, N1
-    add V5, r0
+    add_product D1, N0, ZERO, V1, V2, V3, V4, V5
+    add_product D3, N0, ZERO, V3, V4, V5
+    add_product D0, N1, ZERO, V1, V2, V3, V4, V5
+    add_product D1, N1, ZERO, V2, V3, V4, V5
+    add_product D2, N1, ZERO, V3, V4, V5
+    add_product D3, N1, ZERO, V4, V5
+    add_product D4, N1, ZERO, V5
     tst N2
     breq 1f
-    mul D0, N2
-    add_product V2, V3, V4, V5
-    mul D1, N2
-    add_product V3, V4, V5
-    mul D2, N2
-    add V4, r0
-    adc V5, r1
-    mul D3, N2
-    add V5, r0
+    add_product D0, N2, ZERO, V2, V3, V4, V5
+    add_product D1, N2, ZERO, V3, V4, V5
+    add_product D2, N2, ZERO, V4, V5
+    add_product D3, N2, ZERO, V5
 1:
     ; value += residual                                           16
-    ldd r0, Y + CURVE_STEEP_RESIDUAL + LOW
-    add V0, r0
-    ldd r0, Y + CURVE_STEEP_RESIDUAL
-    adc V1, r0
-    ldd r0, Y + CURVE_STEEP_RESIDUAL + 1
-    adc V2, r0
-    ldd r0, Y + CURVE_STEEP_RESIDUAL + 2
-    adc V3, r0
-    ldd r0, Y + CURVE_STEEP_RESIDUAL + 3
-    adc V4, r0
+    wide_op add, adc, r0, CURVE_STEEP_RESIDUAL, V0, V1, V2, V3, V4
     adc V5, ZERO
     ; value -= T * T                                              18
-    ldd r0, Y + CURVE_STEEP_STEP
-    sub V0, r0
-    ldd r0, Y + CURVE_STEEP_STEP + 1
-    sbc V1, r0
-    ldd r0, Y + CURVE_STEEP_STEP + 2
-    sbc V2, r0
-    ldd r0, Y + CURVE_STEEP_STEP + 3
-    sbc V3, r0
-    ldd r0, Y + CURVE_STEEP_STEP + 4
-    sbc V4, r0
-    ldd r0, Y + CURVE_STEEP_STEP + 5
-    sbc V5, r0
-    ; difference = sum + bend                                     6
-    add D0, E0
-    adc D1, E1
-    adc D2, E2
-    adc D3, E3
-    adc D4, E4
+    plain_op sub, sbc, r0, CURVE_STEEP_STEP, VALUE
+    ; difference = sum + bend                                     5
+    add_number SUM, BEND
 
     ; quotient = value / difference, rounded down: by how many ticks the guess misses
     clt
     sbrs V5, 7
     rjmp 1f
     set                                 ;    -1 - value, and the quotient is one more
-    .irp reg, 8, 9, 10, 11, 12, 13
-    com r\reg
+    .irp byte, VALUE
+    com \byte
     .endr
 1:  clr Q0
     clr Q1
     clr Q2
     clr BITS
     clr D5
-fit_multiple:                           ;    19 a bit
-    cp V0, D0
-    cpc V1, D1
-    cpc V2, D2
-    cpc V3, D3
-    cpc V4, D4
-    cpc V5, D5
-    brlo fit_below
+fit_double:                             ; 16 a bit
+    compare_number VALUE, MULTIPLE
+    brlo fit_next_bit
     lsl D0
     rol D1
     rol D2
@@ -199,8 +146,8 @@ fit_multiple:                           ;    19 a bit
     rol D4
     rol D5
     inc BITS
-    rjmp fit_multiple
-fit_bit:                                ;    20 or 27 a bit
+    rjmp fit_double
+fit_halve:                              ;    20 or 26 a bit
     lsr D5
     ror D4
     ror D3
@@ -210,75 +157,44 @@ fit_bit:                                ;    20 or 27 a bit
     lsl Q0
     rol Q1
     rol Q2
-    cp V0, D0
-    cpc V1, D1
-    cpc V2, D2
-    cpc V3, D3
-    cpc V4, D4
-    cpc V5, D5
-    brlo fit_below
-    sub V0, D0
-    sbc V1, D1
-    sbc V2, D2
-    sbc V3, D3
-    sbc V4, D4
-    sbc V5, D5
+    compare_number VALUE, MULTIPLE
+    brlo fit_next_bit
+    sub_number VALUE, MULTIPLE
     inc Q0
-fit_below:
+fit_next_bit:
     subi BITS, 1
-    brcc fit_bit
-    brts fit_longer
+    brcc fit_halve
+    brts fit_increase
     mov r0, Q0
     or r0, Q1
     or r0, Q2
     breq fit_done
-    sub N0, Q0
-    sbc N1, Q1
-    sbc N2, Q2
+    sub_number TICKS, QUOTIENT
     rjmp fit_evaluate
-fit_longer:
+fit_increase:
     sec
-    adc N0, Q0
-    adc N1, Q1
-    adc N2, Q2
+    number_op adc, adc, TICKS, QUOTIENT
     rjmp fit_evaluate
 
 fit_done:
-    lsl A0                              ; 10 slope = difference + 2h
-    rol A1
+    lsl H0                              ; 8  slope = difference + 2h
+    rol H1
     sbc r0, r0
-    add D0, A0
-    adc D1, A1
-    adc D2, r0
-    adc D3, r0
-    adc D4, r0
-    std Y + CURVE_STEEP_SLOPE + LOW, D0 ; 20
-    std Y + CURVE_STEEP_SLOPE, D1
-    std Y + CURVE_STEEP_SLOPE + 1, D2
-    std Y + CURVE_STEEP_SLOPE + 2, D3
-    std Y + CURVE_STEEP_SLOPE + 3, D4
-    std Y + CURVE_STEEP_RESIDUAL + LOW, V0
-    std Y + CURVE_STEEP_RESIDUAL, V1
-    std Y + CURVE_STEEP_RESIDUAL + 1, V2
-    std Y + CURVE_STEEP_RESIDUAL + 2, V3
-    std Y + CURVE_STEEP_RESIDUAL + 3, V4
-    movw r22, N0                        ; 3  ticks
+    add_number SUM, H0, H1, r0, r0, r0
+    store_wide CURVE_STEEP_SLOPE, SUM   ; 20
+    store_wide CURVE_STEEP_RESIDUAL, V0, V1, V2, V3, V4
+    movw r22, N0                        ; 3  the result: ticks
     mov r24, N2
     clr r25
     clr r1                              ; 1
-    .irp reg, 29, 28, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8
-    pop r\reg                           ; 24
-    .endr
-    ret                                 ; 5
-
-    .size curve_steep_fit, . - curve_steep_fit
+    restore_registers 8                 ; 24
+    ret                                 ; 4
+end_function curve_steep_fit
 
 ; Digit by digit: two bits of the value at a time go into a remainder, and 4 * root + 1 is taken
 ; from it if it can be.
     .section .text.curve_steep_root, "ax", @progbits
-    .global curve_steep_root
-    .type curve_steep_root, @function
-curve_steep_root:
+function curve_steep_root
     clr r18                             ;    remainder, 3 bytes
     clr r19
     clr r20
@@ -307,7 +223,7 @@ root_pair:
     lsl r26                             ; 6  root = 2 * root + 1
     rol r27
     rol r21
-    subi r26, 0xFD
+    subi r26, lo8(-3)
     rjmp 2f
 1:  lsl r26                             ; 4  root = 2 * root
     rol r27
@@ -328,4 +244,4 @@ root_pair:
     ror r26
     movw r24, r26
     ret
-    .size curve_steep_root, . - curve_steep_root
+end_function curve_steep_root

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where curve_steep_fit.S finds the members of struct curve_steep; checked in curve_steep.c. Plain
-// numbers: read by the assembler too.
+// Where the assembly (curve_steep_*.S) finds the members of struct curve_steep; checked in
+// curve_steep.c. The assembler reads this file, too: plain numbers only.
 #pragma once
 
 #define CURVE_STEEP_RESIDUAL   0
@@ -13,10 +13,7 @@
 #define CURVE_STEEP_SUM        28
 #define CURVE_STEEP_FIRST_HIGH 31
 
-// struct wide: the upper four bytes, then the lowest.
-#define CURVE_STEEP_WIDE_LOW 4
-
-// A batch goes on while the guesses miss by no more than so many ticks,
+// A batch goes on while a guess misses by no more than this many ticks,
 #define CURVE_STEEP_MISS_MAX 12
-// and the last difference is below so many times 2^32.
+// and while the last difference is below this many times 2^32.
 #define CURVE_STEEP_LIMIT 0x15

@@ -29,11 +29,7 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
 
 void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks)
 {
-    for (uint8_t i = 0; i < ledger->record_count; i++) {
-        if (ledger->records[i].pixel == (uint16_t)pixel) {
-            ledger->records[i].edge_error_ticks = error_ticks;
-        }
-    }
+    records_note_error(&ledger->records, (uint16_t)pixel, error_ticks);
 }
 
 static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
@@ -138,33 +134,20 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static APART void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
+static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
 {
-    struct pixel_record *record = &ledger->records[ledger->record_next];
-
     ledger->pixel++;
-    record->pixel = (uint16_t)ledger->pixel;
-    record->edge_error_ticks = 0;
-    record->actual_steps = position_at(ledger, mark) - ledger->line_origin;
-    // The two are nearly the same, so 16 bits say which number was meant.
-    record->expected_steps =
-        record->actual_steps +
-        (int16_t)(uint16_t)(mark->position - (uint16_t)record->actual_steps);
-    ledger->record_next = (uint8_t)(ledger->record_next + 1u);
-    if (ledger->record_next == LEDGER_RECORDS) {
-        ledger->record_next = 0;
-    }
-    if (ledger->record_count < LEDGER_RECORDS) {
-        ledger->record_count++;
-    }
+    records_add(&ledger->records,
+                (uint16_t)ledger->pixel,
+                position_at(ledger, mark) - ledger->line_origin,
+                mark->position);
 }
 
 static void begin_line(struct ledger *ledger, const struct feed_mark *mark)
 {
     ledger->line_origin = position_at(ledger, mark);
     ledger->pixel = 0;
-    ledger->record_next = 0;
-    ledger->record_count = 0;
+    records_reset(&ledger->records);
 }
 
 static void pass_marks(struct ledger *ledger, struct feed *feed)

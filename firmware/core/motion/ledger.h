@@ -8,20 +8,8 @@
 #include <stdint.h>
 
 #include "motion/feed.h"        // marks, runs
+#include "motion/records.h"     // struct records
 #include "motion/step_engine.h" // struct engine_sample
-
-// Pixels whose records are kept, oldest overwritten; up to 20, what one read can carry. The build
-// gives the smaller board fewer.
-#if !defined(LEDGER_RECORDS)
-#define LEDGER_RECORDS 20u
-#endif
-
-struct pixel_record {
-    uint16_t pixel; // low 16 bits of the number, 1 = end of the line's first pixel
-    int16_t edge_error_ticks; // clock edge minus planned edge
-    int32_t expected_steps;   // of the line, signed
-    int32_t actual_steps;
-};
 
 #define LEDGER_NO_RUN 0xFFu
 
@@ -47,10 +35,8 @@ struct ledger {
     int32_t position_steps; // since reset, signed, with the periods not loaded yet
     int32_t line_origin;    // position where the line began
     uint32_t pixel;         // edges passed in the line
-    uint8_t record_next;    // slot for the next record
-    uint8_t record_count;
     // Last, so that what stands before it lies within reach of a pointer's displacement (63 bytes).
-    struct pixel_record records[LEDGER_RECORDS];
+    struct records records;
 };
 
 // first_period_ticks: length of the two periods that are settled when the timers start (the

@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line.h"
 
-#include "base/apart.h"    // APART
-#include "base/divide.h"   // divide_u32_u16
-#include "base/multiply.h" // multiply_u32_u16
+#include "base/apart.h"     // APART
+#include "base/divide.h"    // divide_u32_u16
+#include "base/multiply.h"  // multiply_u32_u16
+#include "build_features.h" // FEATURE_*
+
+// Still ahead of the pixel clock.
+static inline bool is_shifted(const struct line *line)
+{
+    return FEATURE_BACKLASH && line->shifted;
+}
 
 void line_begin(struct line *line,
                 const struct pixel_period *period,
@@ -91,7 +98,7 @@ static APART uint16_t steps_at_edge(const struct line *line, uint16_t steps)
 
 static uint32_t pixel_ticks(struct line *line)
 {
-    return line->shifted ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks;
+    return is_shifted(line) ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks;
 }
 
 static uint16_t run_steps(const struct line *line)
@@ -116,7 +123,7 @@ static enum line_status pixel_piece(struct line *line, struct piece *piece)
         .curved = line->smooth && steps != line->speed,
         .negative = line->smooth ? line->negative : line->run.count < 0,
     };
-    place_edge(line, piece, line->shifted ? steps_at_edge(line, steps) : steps);
+    place_edge(line, piece, is_shifted(line) ? steps_at_edge(line, steps) : steps);
     count_steps(line, piece);
     line->speed = line->smooth ? (uint16_t)(2u * steps - line->speed) : steps;
     line->run.repeat--;
@@ -128,6 +135,9 @@ static bool run_serves(struct line *line)
 {
     if (line->run.repeat == 0) {
         return false;
+    }
+    if (!FEATURE_HOMING) {
+        return true;
     }
     if (line->leaving_out && line->down && run_steps(line) < line->speed) {
         line->leaving_out = false;
@@ -143,7 +153,7 @@ static enum line_status take_run(struct line *line)
             return LINE_DRY;
         }
         if (line->run.repeat == 0) {
-            if (line->run.count != (int16_t)RUN_MARK_DOWN) {
+            if (!FEATURE_HOMING || line->run.count != (int16_t)RUN_MARK_DOWN) {
                 return line->smooth && line->speed != 0 ? LINE_DRY : LINE_OVER;
             }
             line->down = true;
@@ -159,14 +169,14 @@ void line_trip(struct line *line)
 
 enum line_status line_next(struct line *line, struct piece *piece)
 {
-    if (line->shifted && !line->fresh && line->speed == line->line_speed) {
+    if (is_shifted(line) && !line->fresh && line->speed == line->line_speed) {
         take_up_piece(line, piece);
         return LINE_PIECE;
     }
     enum line_status status = take_run(line);
     if (status == LINE_PIECE && line->fresh) {
         line->fresh = false;
-        if (line->shifted) {
+        if (is_shifted(line)) {
             if (delay_piece(line, piece)) {
                 return LINE_PIECE;
             }

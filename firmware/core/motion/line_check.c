@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/line_check.h"
 
-#include "base/apart.h"    // APART
-#include "base/multiply.h" // multiply_u32_u16
+#include "base/apart.h"     // APART
+#include "base/multiply.h"  // multiply_u32_u16
+#include "build_features.h" // FEATURE_*
 
 // The curve decoder multiplies speeds by piece lengths in 40 bits and takes 2 * count.
 #define COUNT_MAX 16383
@@ -10,6 +11,17 @@
 void line_check_reset(struct line_check *check)
 {
     *check = (struct line_check){.phase = LINE_CHECK_OUTSIDE};
+}
+
+// A seek whose down mark is still to come.
+static inline bool is_seek(const struct line_check *check)
+{
+    return FEATURE_HOMING && check->seek;
+}
+
+static inline bool has_backlash(const struct line_check *check)
+{
+    return FEATURE_BACKLASH && check->backlash_steps != 0;
 }
 
 // A seek does not wait for the clock.
@@ -28,6 +40,9 @@ static enum line_error start(struct line_check *check, struct run entry)
         (word & (uint16_t)~(RUN_START_KNOWN | RUN_START_WAIT)) != 0 ||
         !seek_shape(word)) {
         return LINE_malformed;
+    }
+    if (!FEATURE_HOMING && (word & RUN_START_SEEK) != 0) {
+        return LINE_not_built;
     }
     // A seek is started by itself.
     bool chained = (word & (RUN_START_WAIT | RUN_START_SEEK)) == 0;
@@ -55,7 +70,10 @@ static enum line_error parameter(struct line_check *check, struct run entry)
     if (check->backlash_steps == 0) {
         return LINE_none;
     }
-    if (!check->smooth || check->seek) {
+    if (!FEATURE_BACKLASH) {
+        return LINE_not_built;
+    }
+    if (!check->smooth || is_seek(check)) {
         return LINE_backlash_plain;
     }
     if (check->line_speed > 2 * COUNT_MAX) {
@@ -93,7 +111,7 @@ static uint16_t steps_of(struct run entry)
 // The edge of a seek's switch is placed by the capture interrupt, which needs the longer intervals.
 static uint16_t shortest(const struct line_check *check, const struct line_limits *limits)
 {
-    if (check->one_way) {
+    if (FEATURE_HOMING && check->one_way) {
         return limits->seek_min_interval_ticks;
     }
     return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
@@ -157,7 +175,7 @@ static enum line_error turn(const struct line_check *check,
     if (direction == 0 || check->direction == 0 || direction == check->direction) {
         return LINE_none;
     }
-    if (check->one_way) {
+    if (FEATURE_HOMING && check->one_way) {
         return LINE_seek_reverses;
     }
     if (lacks_ramp(check, limits, entry)) {
@@ -228,7 +246,7 @@ static enum line_error APART smooth_speed(struct line_check *check,
     if (too_fast(top, shortest(check, limits), limits->pixel_ticks)) {
         return LINE_too_fast;
     }
-    if (check->backlash_steps != 0) {
+    if (has_backlash(check)) {
         if (check->pixel == 0 && entry.count != 0) {
             return LINE_backlash_no_room;
         }
@@ -271,7 +289,7 @@ static enum line_error smooth_run(struct line_check *check,
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
     }
-    if (check->pixel == 0 && entry.count == 0 && check->backlash_steps == 0) {
+    if (check->pixel == 0 && entry.count == 0 && !has_backlash(check)) {
         warn(check, LINE_idle_pixel);
     }
     return error;
@@ -280,17 +298,17 @@ static enum line_error smooth_run(struct line_check *check,
 // The end mark, or the down mark of a seek.
 static enum line_error mark(struct line_check *check, struct run entry)
 {
-    if (check->seek && (uint16_t)entry.count == RUN_MARK_DOWN) {
+    if (is_seek(check) && (uint16_t)entry.count == RUN_MARK_DOWN) {
         check->seek = false;
         return LINE_none;
     }
-    if (check->seek || (uint16_t)entry.count != RUN_MARK_END) {
+    if (is_seek(check) || (uint16_t)entry.count != RUN_MARK_END) {
         return LINE_malformed;
     }
     if (check->smooth && check->speed != 0) {
         return LINE_ends_moving;
     }
-    if (check->backlash_steps != 0 && !check->reached) {
+    if (has_backlash(check) && !check->reached) {
         return LINE_speed_not_reached;
     }
     check->phase = LINE_CHECK_OUTSIDE;

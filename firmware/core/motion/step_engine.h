@@ -7,13 +7,18 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/step_ring.h" // struct step_ring
+#include "motion/step_codes.h" // STEP_STATE_*
+#include "motion/step_ring.h"  // struct step_ring
 
 enum step_engine_state {
-    STEP_ENGINE_IDLE = 0,    // no line; an empty ring means another idle period
-    STEP_ENGINE_IN_LINE = 1, // an empty ring means: too late, halt
-    STEP_ENGINE_HALTED = 2,  // the ring is not read; the timer makes idle periods
-    STEP_ENGINE_HALTING = 3, // the same, but the period that the timer holds still comes
+    // No line: an empty ring means another idle period.
+    STEP_ENGINE_IDLE = STEP_STATE_IDLE,
+    // An empty ring means: too late, halt.
+    STEP_ENGINE_IN_LINE = STEP_STATE_IN_LINE,
+    // The ring is not read; the timer makes idle periods.
+    STEP_ENGINE_HALTED = STEP_STATE_HALTED,
+    // The same, but the period that the timer holds still comes.
+    STEP_ENGINE_HALTING = STEP_STATE_HALTING,
 };
 
 //            BEGIN               END

@@ -17,18 +17,15 @@
 
 #include <stdint.h>
 
-#define STEP_RING_SLOTS   256u
-#define STEP_HIGH_RUN     0xFDu
-#define STEP_HIGH_COMMAND 0xFEu
-#define STEP_HIGH_EMPTY   0xFFu
+#include "motion/step_codes.h" // STEP_HIGH_*, STEP_IDLE_TICKS
+
+#define STEP_RING_SLOTS 256u
 
 // Longest single period, ticks. Longer intervals are split by the writer.
 #define STEP_PERIOD_MAX_TICKS 0xFD00u
 // Entries that may stand in the ring: 256 less the empty sentinel, and three that were read last:
 // the ledger may look at them again.
 #define STEP_RING_CAPACITY 252u
-// Length of the period that an axis without entries repeats, ticks (256 us at 16 MHz).
-#define STEP_IDLE_TICKS 4096u
 
 enum step_command {
     STEP_COMMAND_QUIET = 0,    // from the next period on: no STEP edge

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Adds up single periods of a ring. Every step of every line passes here, so the AVR has it in
-// assembly, 15 cycles a period; the C it stands for is beside it.
+// Adds up the single periods of a ring. Every step of every line passes through this function, so
+// the AVR has it in assembly, 16 cycles a period. The C that the assembly stands for is beside it.
 #pragma once
 
 #include "motion/step_ring.h" // struct step_ring
 
-// From *slot on, up to `stop` or to the first entry that is no single period; *slot is then there.
-// Returns the sum of the periods' lengths, ticks.
+// Adds from *slot on, up to `stop` or to the first entry that is not a single period, and moves
+// *slot there. Returns the sum of the periods' lengths, ticks.
 #if defined(__AVR__)
 static inline uint32_t step_ring_sum(const struct step_ring *ring,
                                      uint8_t *slot,
@@ -16,7 +16,7 @@ static inline uint32_t step_ring_sum(const struct step_ring *ring,
     const volatile uint8_t *high = &ring->high[first];
     uint32_t sum = 0;
 
-    // Z walks through the page of the high bytes; the page below it has the low bytes.
+    // Z walks through the page of the high bytes; the page below it holds the low bytes.
     __asm__ volatile("rjmp 2f\n"
                      "1: ld __tmp_reg__, Z\n\t"
                      "ldi r26, %[run]\n\t"

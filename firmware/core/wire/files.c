@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "wire/files.h"
 
+#include "build_features.h"    // FEATURE_FILES
 #include "wire/bytes.h"        // get_word, put_word
 #include "wire/register_map.h" // REG_*
+
+#if FEATURE_FILES
 
 #define COUNT_AT      2u // number of bytes of all requests, or of all replies
 #define FIRST_AT      3u
@@ -122,3 +125,5 @@ enum modbus_exception files_read(struct frame *frame)
     frame->reply = (uint8_t)(to - bytes);
     return MODBUS_OK;
 }
+
+#endif

@@ -4,7 +4,8 @@
 // 0x0300 + n), file 3 the settings (holding register n).
 #pragma once
 
-#include "wire/server.h" // enum modbus_exception
+#include "wire/frame.h"       // struct frame
+#include "wire/server_data.h" // enum modbus_exception
 
 // The request in the frame becomes its reply. Its length is right.
 enum modbus_exception files_read(struct frame *frame);

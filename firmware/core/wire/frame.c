@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "wire/frame.h"
 
-#include "base/apart.h" // APART
-#include "base/flash.h" // IN_FLASH
-#include "wire/crc16.h" // crc16
+#include "base/apart.h"     // APART
+#include "base/flash.h"     // IN_FLASH
+#include "build_features.h" // FEATURE_*
+#include "wire/crc16.h"     // crc16
 
 #define FRAME_MIN_BYTES 4u
 #define FUNCTIONS       25u // those with a place in the table
@@ -19,31 +20,33 @@
 #define RULE_COUNT(rule) (((rule) & 0x30u) != 0)
 #define RULE_BYTES(rule) ((rule) & 0x0Fu)
 
-#define SERVED (RULE_SERVED)
-#define TO_ALL (RULE_SERVED | RULE_BROADCAST)
+#define SERVED      (RULE_SERVED)
+#define TO_ALL      (RULE_SERVED | RULE_BROADCAST)
+#define IF(feature) ((feature) ? RULE_SERVED : 0u)
 
 // Every function that has a place in the standard.
 static const char requests[FUNCTIONS] IN_FLASH = {
-    [1] = (char)(SERVED | FIXED(8u)),
-    [2] = (char)(SERVED | FIXED(8u)),
+    [1] = (char)(IF(FEATURE_BITS) | FIXED(8u)),
+    [2] = (char)(IF(FEATURE_BITS) | FIXED(8u)),
     [3] = (char)(SERVED | FIXED(8u)),
     [4] = (char)(SERVED | FIXED(8u)),
-    [5] = (char)(TO_ALL | FIXED(8u)),
+    [5] = (char)(IF(FEATURE_BITS) | RULE_BROADCAST | FIXED(8u)),
     [6] = (char)(TO_ALL | FIXED(8u)),
     [7] = (char)FIXED(4u),
-    [8] = (char)(SERVED | FIXED(8u)),
+    [8] = (char)(IF(FEATURE_DIAGNOSIS) | FIXED(8u)),
     [11] =
         (char)(RULE_BROADCAST | FIXED(4u)), // not served; its reply is as long as theirs
     [12] = (char)FIXED(4u),
-    [15] = (char)(TO_ALL | COUNTED(9u, 6u)),
+    [15] = (char)(IF(FEATURE_BITS) | RULE_BROADCAST | COUNTED(9u, 6u)),
     [16] = (char)(TO_ALL | COUNTED(9u, 6u)),
-    [17] = (char)(SERVED | FIXED(4u)),
-    [20] = (char)((SERVER_FILES ? SERVED : 0u) | COUNTED(5u, 2u)),
+    [17] = (char)(IF(FEATURE_DIAGNOSIS) | FIXED(4u)),
+    [20] = (char)(IF(FEATURE_FILES) | COUNTED(5u, 2u)),
     [21] = (char)COUNTED(5u, 2u),
-    [22] = (char)(TO_ALL | FIXED(10u)),
-    [23] = (char)(SERVED | COUNTED(13u, 10u)),
+    [22] = (char)(IF(FEATURE_DIAGNOSIS) | RULE_BROADCAST | FIXED(10u)),
+    [23] = (char)(IF(FEATURE_DIAGNOSIS) | COUNTED(13u, 10u)),
     [24] = (char)FIXED(6u),
 };
+
 void frame_reset(struct frame *frame)
 {
     frame->tried = 0;
@@ -52,7 +55,7 @@ void frame_reset(struct frame *frame)
 uint8_t frame_rule(uint8_t function)
 {
     if (function == IDENTIFICATION) {
-        return SERVED | FIXED(7u);
+        return IF(FEATURE_DIAGNOSIS) | FIXED(7u);
     }
     return function < FUNCTIONS ? (uint8_t)flash_char(&requests[function]) : 0;
 }

@@ -13,11 +13,6 @@
 // stop must not be lost.
 #define FRAME_ROOM_BYTES (FRAME_MAX_BYTES + 16u)
 
-// Function 20, reading files, is served: 1 or, where flash is short, 0.
-#ifndef SERVER_FILES
-#define SERVER_FILES 1
-#endif
-
 enum frame_status {
     FRAME_PARTIAL, // nothing yet
     FRAME_READY, // for us or, address 0, for all: bytes[0..length-3] hold address and PDU

@@ -2,9 +2,11 @@
 #include "wire/server.h"
 
 #include "base/apart.h"        // APART
+#include "build_features.h"    // FEATURE_*
 #include "wire/bytes.h"        // get_word, put_word
 #include "wire/files.h"        // files_read
 #include "wire/register_map.h" // REG_INPUT_status
+#include "wire/server_data.h"  // data_*
 
 #define READ_MAX_BITS   2000u
 #define READ_MAX_WORDS  125u
@@ -49,18 +51,20 @@ enum diagnosis {
 #define IDENTITY_MAX    64u
 #define IDENTITY_AT     128u // in the frame, beside the reply that is made of it
 
+// Words, by the function that reads them; else bits.
+#define ARE_WORDS(data) (!FEATURE_BITS || (data) >= READ_HOLDING)
+
 // Data by the function that reads it. Quantity, then address.
 static APART enum modbus_exception check(uint16_t address, uint16_t count, uint8_t data)
 {
     bool mapped = false;
 
-    if ((uint16_t)(count - 1u) >=
-        (data >= READ_HOLDING ? READ_MAX_WORDS : READ_MAX_BITS)) {
+    if ((uint16_t)(count - 1u) >= (ARE_WORDS(data) ? READ_MAX_WORDS : READ_MAX_BITS)) {
         return MODBUS_ILLEGAL_VALUE;
     }
     if (data == READ_INPUT) {
         mapped = data_input_mapped(address, count);
-    } else if (data == READ_HOLDING) {
+    } else if (!FEATURE_BITS || data == READ_HOLDING) {
         mapped = data_holding_mapped(address, count);
     } else {
         mapped = data_bits_mapped(address, count, data);
@@ -83,7 +87,7 @@ static APART enum modbus_exception read(struct frame *frame,
         return exception;
     }
     do {
-        if (data >= READ_HOLDING) {
+        if (ARE_WORDS(data)) {
             put_word(to,
                      data == READ_INPUT ? data_input(address) : data_holding(address));
             to += 2;
@@ -107,7 +111,7 @@ static APART enum modbus_exception read(struct frame *frame,
 // `from`: the data in the request. As many of them as fit a frame is what the standard allows.
 static APART enum modbus_exception write(uint16_t address,
                                          uint16_t count,
-                                         const uint8_t *from,
+                                         uint8_t *from,
                                          uint8_t data)
 {
     enum modbus_exception exception = check(address, count, data);
@@ -115,10 +119,11 @@ static APART enum modbus_exception write(uint16_t address,
     if (exception != MODBUS_OK) {
         return exception;
     }
-    return data == READ_COILS ? data_write_coils(address, count, from)
-                              : data_write(address, count, from);
+    return FEATURE_BITS && data == READ_COILS ? data_write_coils(address, count, from)
+                                              : data_write(address, count, from);
 }
 
+#if FEATURE_DIAGNOSIS
 // The new word in the place of the checksum: of a request to all nothing behind it is ours.
 static enum modbus_exception mask_word(uint8_t *bytes, uint16_t address)
 {
@@ -149,12 +154,14 @@ static enum modbus_exception write_and_read(struct frame *frame,
     return exception != MODBUS_OK ? exception : read(frame, address, count, READ_HOLDING);
 }
 
+#endif
+
 static enum modbus_exception write_many(struct frame *frame,
                                         uint16_t address,
                                         uint16_t count)
 {
     uint8_t *bytes = frame->bytes;
-    bool words = bytes[1] == WRITE_WORDS;
+    bool words = !FEATURE_BITS || bytes[1] == WRITE_WORDS;
     uint8_t byte_count = bytes[6];
 
     frame->reply = REPLY_TO_WRITE;
@@ -166,6 +173,7 @@ static enum modbus_exception write_many(struct frame *frame,
     return write(address, count, &bytes[7], words ? READ_HOLDING : READ_COILS);
 }
 
+#if FEATURE_DIAGNOSIS
 static bool known_diagnosis(uint8_t which)
 {
     return which <= LAST_COUNTER && which != INPUT_DELIMITER &&
@@ -276,13 +284,18 @@ static enum modbus_exception read_device(struct frame *frame)
     return MODBUS_OK;
 }
 
-static enum modbus_exception write_coil(const uint8_t *bytes, uint16_t address)
+#endif
+
+#if FEATURE_BITS
+static enum modbus_exception write_coil(uint8_t *bytes, uint16_t address)
 {
     if (bytes[5] != 0 || (uint8_t)(bytes[4] + 1u) > 1u) {
         return MODBUS_ILLEGAL_VALUE;
     }
     return write(address, 1, &bytes[4], READ_COILS);
 }
+
+#endif
 
 // The functions of data: where they begin and how many, or a value.
 static enum modbus_exception serve_data(struct frame *frame)
@@ -292,17 +305,21 @@ static enum modbus_exception serve_data(struct frame *frame)
     uint16_t second = get_word(&bytes[4]);
 
     switch (bytes[1]) {
+#if FEATURE_BITS
     case WRITE_COIL:
         return write_coil(bytes, first);
+#endif
     case WRITE_WORD:
         return write(first, 1, &bytes[4], READ_HOLDING);
     case WRITE_COILS:
     case WRITE_WORDS:
         return write_many(frame, first, second);
+#if FEATURE_DIAGNOSIS
     case MASK_WORD:
         return mask_word(bytes, first);
     case WRITE_AND_READ:
         return write_and_read(frame, first, second);
+#endif
     default:
         return read(frame, first, second, bytes[1]);
     }
@@ -312,15 +329,20 @@ static enum modbus_exception serve_function(struct frame *frame,
                                             struct server_counters *counters)
 {
     switch (frame->bytes[1]) {
+#if FEATURE_DIAGNOSIS
     case DIAGNOSE:
         return diagnose(frame, counters);
     case IDENTIFY:
         return identify(frame);
-    case READ_FILES:
-        return SERVER_FILES ? files_read(frame) : MODBUS_ILLEGAL_FUNCTION;
     case READ_DEVICE:
         return read_device(frame);
+#endif
+#if FEATURE_FILES
+    case READ_FILES:
+        return files_read(frame);
+#endif
     default:
+        (void)counters;
         return serve_data(frame);
     }
 }
@@ -333,7 +355,8 @@ static enum modbus_exception serve_checked(struct frame *frame,
     if ((rule & RULE_SERVED) == 0) {
         return MODBUS_ILLEGAL_FUNCTION;
     }
-    if (frame->length != frame_length_by(frame, rule) && frame->bytes[1] != DIAGNOSE) {
+    if (frame->length != frame_length_by(frame, rule) &&
+        !(FEATURE_DIAGNOSIS && frame->bytes[1] == DIAGNOSE)) {
         return MODBUS_ILLEGAL_VALUE;
     }
     frame->reply = (uint8_t)(frame->length - 2u);
@@ -342,7 +365,8 @@ static enum modbus_exception serve_checked(struct frame *frame,
 
 static bool is_restart(const uint8_t *bytes)
 {
-    return bytes[1] == DIAGNOSE && bytes[2] == 0 && bytes[3] == RESTART;
+    return FEATURE_DIAGNOSIS && bytes[1] == DIAGNOSE && bytes[2] == 0 &&
+           bytes[3] == RESTART;
 }
 
 uint8_t server_serve(struct frame *frame, struct server_counters *counters)

@@ -1,16 +1,17 @@
 ; SPDX-License-Identifier: MIT
-; The step interrupt: timer overflow of each axis, at the start of every period. It loads the next
-; period into the double-buffered OCRnA and has this whole period to do so. The STEP edges
-; themselves are made by OCRnB; nothing here moves them.
+; The step interrupt: the timer overflow of each axis, at the start of every period. The interrupt
+; loads the next period into the double-buffered OCRnA and has the whole current period to do so.
+; OCRnB makes the STEP edges themselves; nothing here moves an edge.
 ;
-; The C it stands for is step_engine_next(); this does its frequent cases and leaves commands to C:
+; The C that this file stands for is step_engine_next(). This file does its frequent cases and
+; leaves commands to C:
 ;
-;     if (left > 0) {                              a run, carried on here
+;     if (left > 0) {                              a period of pulse train 0
 ;         OCRnA = run.sum >= 0 ? long : short;
-;         if (TIFRn & TOVn) late();                the next period began meanwhile
+;         if (TIFRn & TOVn) late();                the next period has begun meanwhile
 ;         run.sum += run.sum >= 0 ? run.after_long : run.after_short;
-;         if (--left == 0) take the ring's next entry if it is a run;
-;     } else if (left < 0) {                       the other run, counted upwards
+;         if (--left == 0) take the ring's next entry if it is a pulse train;
+;     } else if (left < 0) {                       a period of pulse train 1, counted upwards
 ;         ...
 ;     } else if (ring->high[tail] < STEP_HIGH_RUN) {  a single period
 ;         OCRnA = ring->high[tail] << 8 | ring->low[tail];
@@ -18,15 +19,37 @@
 ;         tail++;
 ;     } else ...
 ;
-; r2..r6 belong to these handlers: no other code uses them (cmake/avr.cmake), so nothing is pushed.
-; Nothing lives in them from one interrupt to the next.
+; Registers. r2..r6 belong to these handlers: no other code uses them (cmake/avr.cmake), so nothing
+; is pushed. They hold nothing from one interrupt to the next.
 ;
-;     r2 SREG of the interrupted program, r3 left / r24 of the interrupted program,
-;     r4:r5 sum / Z of the interrupted program, r6 scratch
+;                pulse train               single period, and what is rare
+;     r2         SREG of the interrupted program
+;     r3         left                      r24 of the interrupted program
+;     r4, r5     sum                       Z of the interrupted program
+;     r6         scratch                   -
+;     r24        -                         the entry's high byte, then scratch
+;     Z          -                         the ring's slot at `tail`
+;
+; The paths:
+;
+;     overflow
+;       |
+;       +-- left > 0 -----> train_period 0 --+-- not the last one --------------------> reti
+;       +-- left < 0 -----> train_period 1 --+-- the last one --> refill: take the next
+;       |                                                         train, if there is one --> reti
+;       +-- left == 0 ----> entry: the ring's slot at `tail`
+;                             |
+;                             +-- single period: load it ----------------------------> reti
+;                             +-- pulse train: take it --> its first period, as above
+;                             +-- command: execute it in C, the other interrupts on --> reti
+;                             +-- empty: in a line halt, else count an idle period ---> reti
+;
+;     Each path looks at TOVn after it has written OCRnA. Set: the next period has begun already
+;     and would repeat the current one, so too_late takes the pin from the timer before the edge.
 ;
 ; Cycles, ATmega328P (ATmega2560):
 ;
-;                                     run 0     run 1     single period
+;                                     train 0   train 1   single period
 ;     interrupt response              4 (5)     4 (5)     4 (5)
 ;     rjmp in the vector table        2         2         2
 ;     save SREG, read left            3         3         3
@@ -42,45 +65,31 @@
 ;                                     43-44     43-44     41
 ;                                    (45-46)   (45-46)   (43)
 ;
-; TEMP, the high byte that a write of OCRnAL takes along, holds run_high while a run is carried: a
-; run's two intervals differ in their low byte only, and whoever else reads or writes a 16-bit
-; register of this timer stores run_high there again (OCRnAH).
+; TEMP, the high byte that a write of OCRnAL takes along, holds run_high during a pulse train: a
+; train's two intervals differ in their low byte only. Whoever else reads or writes a 16-bit
+; register of this timer then stores run_high in TEMP again, by way of OCRnAH.
+;
+; Bits are named after timer 1. They have the same places in every 16-bit timer.
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
 #include "hal/avr/board.h"    // BOARD_FILE
-#include "hal/avr/step_isr.h" // layout
+#include "hal/avr/step_isr.h" // layout, STEP_*, QUIET_TICKS
 
-; Save what a C function may change beyond what the handler has saved, call it, restore.
+; Save what a C function may change beyond what the handler has saved, call the function, restore.
 .macro call_c function
-    push r0
-    push r1
-    push r18
-    push r19
-    push r20
-    push r21
-    push r22
-    push r23
-    push r25
-    push r26
-    push r27
+    .irp register, r0, r1, r18, r19, r20, r21, r22, r23, r25, r26, r27
+    push \register
+    .endr
     clr r1
     call \function
-    pop r27
-    pop r26
-    pop r25
-    pop r23
-    pop r22
-    pop r21
-    pop r20
-    pop r19
-    pop r18
-    pop r1
-    pop r0
+    .irp register, r27, r26, r25, r23, r22, r21, r20, r19, r18, r1, r0
+    pop \register
+    .endr
 .endm
 
-; The rare cases take some hundred cycles: the other axes are served meanwhile, this timer's own
-; interrupts are not.
+; The same for what takes some hundred cycles. Meanwhile the interrupts of the other axes are
+; served, those of this timer are not. `mask` is TIMSKn.
 .macro call_c_nested function, mask
     push r2
     push r3
@@ -101,8 +110,8 @@
     pop r2
 .endm
 
-; After a halt the overflow interrupt gives way to the compare A interrupt of the same instant,
-; whose handler does not look at the ring (step_timer.c): the writer may still be adding to it.
+; After a halt the overflow interrupt gives way to the compare A interrupt of the same instant. Its
+; handler does not look at the ring (step_timer.c), to which the writer may still be adding.
 .macro give_way mask
     lds r24, \mask
     andi r24, ~(1 << TOIE1)
@@ -110,25 +119,25 @@
     sts \mask, r24
 .endm
 
-; Halted while a command was taken, whether by an empty ring or from outside: the rest of a run
-; that was taken since is cut off (step_engine_halt() in step_engine.h). Interrupts are off, and
-; stay so until the handler is left.
-.macro halt_if_told engine, mask
+; A halt was requested while C took a command, whether by an empty ring or from outside: cut off
+; the rest of a pulse train that C has taken since (step_engine_halt() in step_engine.h). Interrupts
+; are off, and stay off until the handler returns.
+.macro halt_if_requested engine, mask
     lds r24, \engine + STEP_ISR_STOP
     and r24, r24
-    breq .Lgoes\@
+    breq .Lgoes_on\@
     lds r24, \engine + STEP_ISR_LEFT
     sts \engine + STEP_ISR_CUT, r24
     ldi r24, 0
     sts \engine + STEP_ISR_LEFT, r24
-    ldi r24, 3
+    ldi r24, STEP_STATE_HALTING
     sts \engine + STEP_ISR_STATE, r24
     give_way \mask
-.Lgoes\@:
+.Lgoes_on\@:
 .endm
 
-; One interval of a run, then the sum behind it. r5: high byte of the run's sum.
-.macro run_interval axis, run, low, after, top_low, flags, flag
+; One interval of a pulse train, then the sum behind it. r5: high byte of the sum.
+.macro train_interval axis, run, low, after, top_low, flags, flag
     lds r6, \run + \low
     sts \top_low, r6
     sbic \flags, \flag
@@ -142,8 +151,8 @@
     sts \run + STEP_ISR_SUM + 1, r5
 .endm
 
-; Count the period off and leave; look for what comes next after the last one. count: dec or inc.
-.macro run_leave axis, engine, count
+; Count the period and return; behind the last one look for the next train. count: dec or inc.
+.macro train_leave axis, engine, count
     \count r3
     sts \engine + STEP_ISR_LEFT, r3
     breq .Llast\@
@@ -153,25 +162,27 @@
     rjmp .Lrefill\axis
 .endm
 
-.macro run_period axis, engine, run, count, top_low, flags, flag
+; A period of the pulse train `run` (struct step_run).
+.macro train_period axis, engine, run, count, top_low, flags, flag
     lds r5, \run + STEP_ISR_SUM + 1
     and r5, r5
     brmi .Lshort\@
-    run_interval \axis, \run, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag
-    run_leave \axis, \engine, \count
+    train_interval \axis, \run, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag
+    train_leave \axis, \engine, \count
 .Lshort\@:
-    run_interval \axis, \run, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag
-    run_leave \axis, \engine, \count
+    train_interval \axis, \run, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag
+    train_leave \axis, \engine, \count
 .endm
 
-; r24 and Z make room for the ring's next entry: Z there, r24 its high byte, flags as against a run.
+; Save r24 and Z, then find the ring's next entry: Z is its slot, r24 its high byte. The flags
+; compare this byte with STEP_HIGH_RUN.
 .macro find_entry axis, engine
     mov r3, r24
     movw r4, r30
     lds r30, \engine + STEP_ISR_TAIL
     ldi r31, hi8(step_rings + \axis * STEP_ISR_RING_SIZE + STEP_ISR_HIGH_OFFSET)
     ld r24, Z
-    cpi r24, 0xFD
+    cpi r24, STEP_HIGH_RUN
 .endm
 
 .macro restore_r24_z
@@ -179,8 +190,8 @@
     mov r24, r3
 .endm
 
-; The entry at Z is a run's: what follows is carried here.
-.macro take_run engine, top_high
+; The entry at Z is a pulse train's: begin the train and load the high byte of its intervals.
+.macro take_train engine, top_high
     dec r31
     ld r24, Z
     sts \engine + STEP_ISR_LEFT, r24
@@ -195,15 +206,14 @@
     sts \top_high, r24
 .endm
 
-; An idle period into the registers. First of all no edge in it: the running period may be the
-; shortest one.
+; Load an idle period. First of all disable its edge: the current period may be the shortest one.
 .macro load_idle top_low, top_high, edge_low, edge_high
-    ldi r24, 0xFF
+    ldi r24, hi8(QUIET_TICKS)           ; its low byte is the same
     sts \edge_high, r24
     sts \edge_low, r24
-    ldi r24, hi8(4096 - 1)
+    ldi r24, hi8(STEP_IDLE_TICKS - 1)
     sts \top_high, r24
-    ldi r24, lo8(4096 - 1)
+    ldi r24, lo8(STEP_IDLE_TICKS - 1)
     sts \top_low, r24
 .endm
 
@@ -244,16 +254,16 @@ step_isr_entry_\axis:
     and r3, r3
     brmi .Lsecond\axis
     breq step_isr_entry_\axis
-    run_period \axis, \engine, \engine + STEP_ISR_RUNS, dec, \top_low, \flags, \flag
+    train_period \axis, \engine, \engine + STEP_ISR_RUNS, dec, \top_low, \flags, \flag
 .Lsecond\axis:
-    run_period \axis, \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \
+    train_period \axis, \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \
         \top_low, \flags, \flag
 
-    ; Looked for one period ahead, so that one run follows another without a longer way.
+    ; One period ahead, so that one pulse train follows another without a longer path.
 .Lrefill\axis:
     find_entry \axis, \engine
     brne .Lout\axis
-    take_run \engine, \top_high
+    take_train \engine, \top_high
 .Lout\axis:
     restore_r24_z
     out SREG, r2
@@ -261,16 +271,16 @@ step_isr_entry_\axis:
 
 .Lrare\axis:
     brne .Lcommand\axis
-    take_run \engine, \top_high
+    take_train \engine, \top_high
     restore_r24_z
     rjmp .Lagain\axis
 
 .Lcommand\axis:
-    cpi r24, 0xFE
-    breq step_isr_obey_\axis
-    ; Empty. In a line that is a fault; else one more idle period, already in the registers.
+    cpi r24, STEP_HIGH_COMMAND
+    breq step_isr_execute_\axis
+    ; Empty. In a line that is a fault; else one more idle period, which the registers hold already.
     lds r24, \engine + STEP_ISR_STATE
-    cpi r24, 1
+    cpi r24, STEP_STATE_IN_LINE
     breq .Lhalt\axis
     count_idle \engine
 .Lloaded\axis:
@@ -278,12 +288,11 @@ step_isr_entry_\axis:
     rjmp .Lout\axis
     rjmp .Llate_entry\axis
 
-    ; No edge in the next period: first of all, the interval may be the shortest one.
 .Lhalt\axis:
     load_idle \top_low, \top_high, \edge_low, \edge_high
     sbic \flags, \flag
     rjmp .Llate_entry\axis
-    ldi r24, 2
+    ldi r24, STEP_STATE_HALTED
     sts \engine + STEP_ISR_STATE, r24
     ldi r24, 0
     sts \engine + STEP_ISR_PULSE, r24
@@ -294,15 +303,16 @@ step_isr_entry_\axis:
     give_way \mask
     rjmp .Lout\axis
 
-    .type step_isr_obey_\axis, @function
-step_isr_obey_\axis:
+    .type step_isr_execute_\axis, @function
+step_isr_execute_\axis:
     call_c_nested step_isr_command_\axis, \mask
-    halt_if_told \engine, \mask
+    halt_if_requested \engine, \mask
     rjmp .Lloaded\axis
 
 .Llate_entry\axis:
     restore_r24_z
-    ; The period that should be another one has begun: no edge in it.
+    ; The current period has begun again, in place of the next one: take the pin from the timer, so
+    ; that it makes no edge.
 .Llate\axis:
     .type step_isr_too_late_\axis, @function
 step_isr_too_late_\axis:
@@ -320,9 +330,9 @@ step_isr_too_late_\axis:
     reti
 .endm
 
-; Compare A, at the end of every period of a halted axis: the next one is an idle one. First of all
-; no edge in it, 13 cycles behind the flag's service, because the period that runs may be the
-; shortest. 42 cycles (44) in all. LOAD_IDLE in step_timer.c is the same in C.
+; Compare A, at the end of every period of a halted axis: the next period is an idle one, and its
+; edge is disabled 13 cycles behind the flag's service. 42 cycles (44) in all. LOAD_IDLE in
+; step_timer.c is the same in C.
 .macro halted_handler engine, vector, top_low, top_high, edge_low, edge_high, flags, flag
     .global \vector
     .type \vector, @function
@@ -332,7 +342,7 @@ step_isr_too_late_\axis:
     load_idle \top_low, \top_high, \edge_low, \edge_high
     ldi r24, 1 << \flag
     out \flags, r24
-    ldi r24, 2
+    ldi r24, STEP_STATE_HALTED
     sts \engine + STEP_ISR_STATE, r24
     movw r4, r30
     count_idle \engine
@@ -341,7 +351,8 @@ step_isr_too_late_\axis:
     reti
 .endm
 
-; Near the vector table: the linker makes its jumps short ones (-mrelax), a cycle less.
+; This section lies near the vector table, so that the linker can shorten the table's jumps
+; (-mrelax) by a cycle each.
 .section .lowtext, "ax", @progbits
 #define HANDLER(axis, timer)                                                             \
     step_handler axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TIMER##timer##_OVF_vect, \

@@ -2,7 +2,12 @@
 // What the step interrupt's assembly and C halves share. Included by both.
 #pragma once
 
-#include "config.h" // CONFIG_AXES
+#include "base/literal.h"      // UNSIGNED
+#include "config.h"            // CONFIG_AXES
+#include "motion/step_codes.h" // STEP_HIGH_*, STEP_IDLE_TICKS, STEP_STATE_*
+
+// In OCRnB: above every TOP, so that the timer finds no match and STEP stays low.
+#define QUIET_TICKS UNSIGNED(0xFFFF)
 
 // Layout of struct step_engine, of its runs and of the rings, checked in step_timer.c.
 #define STEP_ISR_ENGINE_SIZE 28

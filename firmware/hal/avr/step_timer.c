@@ -11,9 +11,6 @@
 #include "hal/avr/pins.h"     // pins_write_direction
 #include "hal/avr/step_isr.h" // what the assembly half needs
 
-// Above every TOP: no match, STEP stays low.
-#define QUIET_TICKS 0xFFFFu
-
 #define KNOWN(expression, value)                                                         \
     _Static_assert((expression) == (value), "known to step_isr.S")
 KNOWN(sizeof(struct step_engine), STEP_ISR_ENGINE_SIZE);
@@ -35,12 +32,6 @@ KNOWN(offsetof(struct step_run, long_low), STEP_ISR_LONG_LOW);
 KNOWN(offsetof(struct step_run, top_high), STEP_ISR_TOP_HIGH);
 KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
 KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
-KNOWN(STEP_ENGINE_IN_LINE, 1);
-KNOWN(STEP_ENGINE_HALTED, 2);
-KNOWN(STEP_ENGINE_HALTING, 3);
-KNOWN(STEP_IDLE_TICKS, 4096);
-KNOWN(STEP_HIGH_RUN, 0xFD);
-KNOWN(STEP_HIGH_COMMAND, 0xFE);
 
 struct step_engine step_engines[CONFIG_AXES];
 // On a 256-byte boundary: the linker puts this section first in RAM.
@@ -233,25 +224,18 @@ uint8_t step_timer_beat(uint8_t axis)
     return (uint8_t)(engine->tail + (uint8_t)engine->left + (uint8_t)engine->idle_count);
 }
 
-bool step_timer_release(uint8_t axis,
-                        struct feed *feed,
-                        uint32_t delay_ticks,
-                        uint16_t idle_count)
+bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
 {
-    bool released = false;
+    bool published = false;
 
-    feed_fill_front(feed, delay_ticks);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         if (step_engines[CONFIG_INDEX(axis)].idle_count == idle_count) {
-            feed_publish_front(feed);
-            released = true;
+            step_rings[CONFIG_INDEX(axis)].high[slot] = STEP_HIGH_COMMAND;
+            published = true;
         }
     }
-    if (released) {
-        feed_front_released(feed, delay_ticks);
-    }
-    return released;
+    return published;
 }
 
 // The overflow interrupt takes over again from the one of a halted axis.

@@ -13,17 +13,20 @@
 #define PERMIT_PORT PORTE
 #define PERMIT_DDR  DDRE
 #define PERMIT_BIT  3
-#define RECEIVED    USART0_RX_vect
 #elif defined(__AVR_ATmega1284P__)
 #define PERMIT_PORT PORTD
 #define PERMIT_DDR  DDRD
 #define PERMIT_BIT  7
-#define RECEIVED    USART0_RX_vect
 #else
 #define PERMIT_PORT PORTD
 #define PERMIT_DDR  DDRD
 #define PERMIT_BIT  6
-#define RECEIVED    USART_RX_vect
+#endif
+
+#if defined(USART0_RX_vect)
+#define RECEIVED USART0_RX_vect
+#else
+#define RECEIVED USART_RX_vect
 #endif
 
 ISR(RECEIVED, ISR_NAKED)

@@ -126,7 +126,7 @@ def _read(path: Path) -> Board:
         flash_bytes=number("FLASH_BYTES"),
         ram_bytes=number("RAM_BYTES"),
         queue_entries=number("QUEUE_ENTRIES"),
-        serves_files=bool(number("SERVER_FILES")),
+        serves_files=bool(number("ALL_FEATURES")),
         min_interval_ticks=number("MIN_INTERVAL_TICKS"),
         smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
         seek_min_interval_ticks=number("SEEK_MIN_INTERVAL_TICKS"),

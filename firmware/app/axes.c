@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include "app/axes.h"
+
+#include "app/token.h"       // token_set
+#include "hal/cpu.h"         // cpu_section
+#include "hal/pixel_clock.h" // pixel_clock_waiting
+#include "hal/step_timer.h"  // step_timer_*
+#include "hal/switches.h"    // switch_capture_waiting
+
+// All axes cross a pixel edge at the same time. Beginning a run costs their step interrupts more
+// than going on with one: let them do so some steps apart.
+#define RUN_STAGGER_STEPS 2u
+
+static struct axis axes[CONFIG_AXES];
+static struct run slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
+
+void axes_start(void)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        const struct axis_parts parts = {
+            .ring = step_timer_ring(i),
+            .carried = step_timer_runs(i),
+            .slots = slots[i],
+            .slot_count = CONFIG_QUEUE_ENTRIES,
+            .stagger = (uint8_t)(RUN_STAGGER_STEPS * i),
+            .first_period_ticks = STEP_IDLE_TICKS,
+        };
+        axis_init(axes_get(i), &parts);
+    }
+}
+
+struct axis *axes_get(uint8_t axis)
+{
+    return &axes[CONFIG_INDEX(axis)];
+}
+
+uint8_t axes_first_moving(void)
+{
+    uint8_t i = 0;
+
+    while (i < CONFIG_AXES && !lifecycle_moving(&axes[i].life)) {
+        i++;
+    }
+    return i;
+}
+
+bool axes_any_armed(void)
+{
+    uint8_t i = 0;
+
+    while (i < CONFIG_AXES && !lifecycle_armed(&axes[i].life)) {
+        i++;
+    }
+    return i < CONFIG_AXES;
+}
+
+bool axes_any_starting(void)
+{
+    uint8_t i = 0;
+
+    while (i < CONFIG_AXES && axes[i].life.state != AXIS_STARTING) {
+        i++;
+    }
+    return i < CONFIG_AXES;
+}
+
+bool axes_any_queued(void)
+{
+    bool queued = axes_first_moving() != NO_AXIS;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        queued = queued || run_queue_fill(&axes[i].queue) != 0;
+    }
+    return queued;
+}
+
+// An edge was captured with a sample of this axis, which comes before any newer one.
+static bool capture_waits(uint8_t i)
+{
+    return (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||
+           switch_capture_waiting();
+}
+
+static bool follow(uint8_t i, bool all)
+{
+    struct axis *axis = axes_get(i);
+    struct engine_sample sample = step_timer_sample(i);
+
+    if (capture_waits(i)) {
+        return false;
+    }
+    if (all || ledger_due(&axis->ledger, &axis->feed, &sample)) {
+        cpu_section(CPU_SECTION_LEDGER);
+        if (all) {
+            ledger_follow(&axis->ledger, &axis->feed, &sample);
+        } else {
+            ledger_follow_blocks(&axis->ledger, &axis->feed, &sample);
+        }
+        cpu_section(CPU_SECTION_ROUND);
+    }
+    return true;
+}
+
+void axes_follow_due(uint8_t axis)
+{
+    (void)follow(axis, false);
+}
+
+bool axes_follow(uint8_t axis)
+{
+    return follow(axis, true);
+}
+
+void axes_account(uint8_t axis)
+{
+    struct axis *rested = axes_get(axis);
+    struct engine_sample sample = step_timer_sample(axis);
+
+    ledger_follow(&rested->ledger, &rested->feed, &sample);
+}
+
+void axes_stop(uint8_t i)
+{
+    struct axis *axis = axes_get(i);
+    uint8_t slot = 0;
+
+    axis_stop(axis);
+    if (CONFIG_AXES == 1 || !axes_any_armed()) {
+        token_set(0);
+    }
+    if (!step_engine_going(step_timer_state(i))) {
+        axes_account(i);
+        if (step_timer_settle(i, &slot)) {
+            axis_discard(axis, slot);
+            return;
+        }
+    }
+    step_timer_halt(i);
+}

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "app/faults.h"
+
+#include "app/axes.h"       // axes_get
+#include "app/events.h"     // events_note
+#include "app/permit.h"     // permit_set
+#include "app/token.h"      // token_set
+#include "base/require.h"   // require_failed
+#include "hal/step_timer.h" // step_timer_halt
+
+static struct fault_record record;
+static bool time_lost;
+
+void faults_start(void)
+{
+    faults_clear();
+    record.mask = 0;
+}
+
+static void halt_axis(uint8_t i)
+{
+    struct axis *axis = axes_get(i);
+
+    if (lifecycle_moving(&axis->life)) {
+        step_timer_halt(i);
+    }
+    axis_fail(axis);
+}
+
+// First the outputs: the record takes its time.
+void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
+{
+    permit_set(false);
+    token_set(0);
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        halt_axis(i);
+    }
+    uint32_t pixel = axes_get(axis)->ledger.pixel + 1u;
+
+    if (record.code == FAULT_none) {
+        record.code = (uint8_t)code;
+        record.axis = axis;
+        record.argument = argument;
+        record.pixel = pixel;
+    }
+    if ((record.mask >> (uint8_t)code & 1u) == 0) {
+        events_note((uint16_t)code, axis, argument, pixel);
+    }
+    record.mask |= (uint32_t)1 << (uint8_t)code;
+}
+
+void faults_latch_underrun(uint8_t axis)
+{
+    struct axis *late = axes_get(axis);
+
+    late->underruns++;
+    time_lost = true;
+    faults_latch(FAULT_underrun, axis, late->underruns);
+}
+
+void faults_latch_stray(uint8_t axis)
+{
+    time_lost = true;
+    faults_latch(FAULT_stray_steps, axis, 0);
+}
+
+void require_failed(uint16_t line)
+{
+    faults_latch(FAULT_internal, 0, line);
+}
+
+const struct fault_record *faults_record(void)
+{
+    return &record;
+}
+
+bool faults_time_lost(void)
+{
+    return time_lost;
+}
+
+void faults_clear(void)
+{
+    record = (struct fault_record){.code = FAULT_none};
+    time_lost = false;
+}

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+// A number that is unsigned in C, in headers that the assembler reads, too: it knows no suffixes.
+#pragma once
+
+#if defined(__ASSEMBLER__)
+#define UNSIGNED(number) number
+#else
+#define UNSIGNED(number) number##u
+#endif

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: MIT
+#include "motion/decode.h"
+
+// Entries that must be free for a round of decoding to begin: a few steps at a time would cost more
+// in getting there than in decoding.
+#define DECODE_ROOM 64u
+// And with fewer a round ends.
+#define DECODE_ROOM_LEFT 32u
+// A round of decoding must stay short: the serial line and line starts wait for it. Costs in units
+// of a step of a flat curve, about 60 cycles.
+#define STEEP_STEP_SHIFT 1u
+#define SLOW_STEP_COST   12u
+// Shorter stretches of evenly spaced steps are not worth a run,
+#define RUN_MIN_STEPS 16u
+// unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
+// a single period in time, only behind another run.
+#define RUN_ENTRY_MIN_TICKS 160u
+// The next run waits for one of the two to be free if the newer one is as long as this, time enough
+// for the main loop to come by. Else single periods follow it for the time being.
+#define RUN_WAIT_TICKS ((uint32_t)0x10000)
+// A seek is decoded no further ahead than this (8 ms, several rounds of the main loop): what stands
+// in the ring is made even if its switch trips.
+#define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
+// Steps of a curve that are decoded and published together: at most, and while the ring runs low.
+// The ledger takes what was decoded together as a whole, so that much of the ring may lie idle.
+#define CURVE_BATCH     (FEED_BLOCKS > 0 ? 60u : 120u)
+#define CURVE_BATCH_LOW 16u
+
+static void begin_piece(struct axis *axis)
+{
+    const struct piece *piece = &axis->piece;
+
+    if (piece->steps == 0) {
+        feed_quiet(&axis->feed, piece->ticks);
+        axis->phase = piece->has_edge ? DECODE_EDGE_BEHIND : DECODE_PIECE;
+        return;
+    }
+    if (piece->has_edge && piece->edge_steps == 0) {
+        feed_mark_here(&axis->feed, false, piece->edge_position);
+    }
+    walk_start(&axis->walk, piece);
+    axis->phase = DECODE_STEPS;
+}
+
+uint32_t decode_ahead_ticks(const struct axis *axis)
+{
+    uint32_t ahead = axis->feed.written_ticks - axis->ledger.taken_ticks;
+
+    if (axis->ledger.run != LEDGER_NO_RUN) {
+        ahead -= (uint32_t)ledger_run_loaded(&axis->ledger) *
+                 feed_run_base(&axis->feed, axis->ledger.run);
+    }
+    return ahead;
+}
+
+// The piece in work is the last for now.
+static bool no_more_pieces(const struct axis *axis)
+{
+    return feed_marks_full(&axis->feed) ||
+           (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
+}
+
+// False when nothing can be decoded now. Not inline: its registers would lie on the stack below the
+// decoder of steps.
+static bool __attribute__((noinline)) next_piece(struct axis *axis,
+                                                 const struct pixel_period *period,
+                                                 bool always_take_up)
+{
+    if (no_more_pieces(axis)) {
+        return false;
+    }
+    switch (line_next(&axis->line, &axis->piece)) {
+    case LINE_PIECE:
+        begin_piece(axis);
+        return true;
+    case LINE_OVER:
+        axis_line_decoded(axis, period, always_take_up);
+        return true;
+    case LINE_DRY:
+    default:
+        axis->phase = DECODE_DRY;
+        return false;
+    }
+}
+
+// Steps that must pass before the piece may become a run.
+static uint8_t to_stagger(const struct axis *axis)
+{
+    uint16_t taken = walk_taken(&axis->walk);
+
+    return taken >= axis->stagger ? 0 : (uint8_t)(axis->stagger - taken);
+}
+
+// The steps to come are a run for the interrupt to carry.
+static bool run_due(const struct axis *axis)
+{
+    const struct even *even = &axis->walk.steps.even;
+    uint16_t steps = walk_stretch(&axis->walk);
+
+    return !axis->walk.curved && feed_steady(&axis->feed, axis->piece.negative) &&
+           steps != 0 &&
+           (steps >= RUN_MIN_STEPS || even->base_ticks < RUN_ENTRY_MIN_TICKS) &&
+           to_stagger(axis) == 0 && feed_can_carry(&axis->feed, even);
+}
+
+// A run is due but none is free, and there is time to wait for one.
+static bool run_awaited(const struct axis *axis)
+{
+    const struct feed *feed = &axis->feed;
+
+    return !feed_run_free(feed) && run_due(axis) &&
+           (axis->walk.steps.even.base_ticks < RUN_ENTRY_MIN_TICKS ||
+            feed->runs[feed->newest_run].ticks >= RUN_WAIT_TICKS);
+}
+
+bool decode_is_ahead(const struct axis *axis)
+{
+    uint8_t phase = axis->phase;
+
+    if (phase == DECODE_OUTSIDE || phase == DECODE_DRY ||
+        feed_space(&axis->feed, axis->ledger.retired) < DECODE_ROOM) {
+        return true;
+    }
+    if (phase == DECODE_AWAITS_RUN) {
+        return !feed_run_free(&axis->feed);
+    }
+    return phase == DECODE_PIECE && !feed_busy(&axis->feed) && no_more_pieces(axis);
+}
+
+// Behind a step: its pixel edge, more steps or the next piece.
+static void pass_step(struct axis *axis)
+{
+    bool over = walk_done(&axis->walk);
+
+    if (axis->walk.at_edge) {
+        axis->phase = over ? DECODE_EDGE_BEHIND : DECODE_EDGE_INSIDE;
+    } else {
+        axis->phase = over ? DECODE_PIECE : DECODE_STEPS;
+    }
+}
+
+// Hand as many of the steps to come as the ring has room for to the interrupt.
+static void decode_run(struct axis *axis)
+{
+    uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
+    uint16_t fit = (uint16_t)((room + 1u) * STEP_RUN_ENTRY_MAX);
+    uint16_t steps = walk_stretch(&axis->walk);
+    struct even even = axis->walk.steps.even;
+
+    if (steps > fit) {
+        steps = fit;
+    }
+    feed_run(&axis->feed, &even, steps, walk_skip_even(&axis->walk, steps));
+    pass_step(axis);
+}
+
+// Ordinary steps, evenly spaced: a whole burst with everything in registers.
+static uint32_t burst_even(struct axis *axis, uint8_t count)
+{
+    struct step_ring *ring = axis->feed.ring;
+    struct even even = axis->walk.steps.even;
+    uint8_t slot = axis->feed.head;
+    uint32_t sum = 0;
+
+    for (; count != 0; count--) {
+        uint32_t ticks = even_next(&even);
+        sum += ticks;
+        slot = feed_burst_put(ring, slot, (uint16_t)ticks);
+    }
+    axis->walk.steps.even.sum = even.sum;
+    feed_note_block(&axis->feed, axis->feed.head, (uint8_t)(slot - axis->feed.head), sum);
+    axis->feed.head = slot;
+    return sum;
+}
+
+// Ordinary steps of a curve, up to `count`, as long as the decoder's fast path finds them. They
+// become visible all at once: the sentinel behind them, then the first one's high byte.
+static uint32_t burst_curve(struct axis *axis, uint8_t *count)
+{
+    struct step_ring *ring = axis->feed.ring;
+    uint8_t slot = axis->feed.head;
+    uint8_t fill = axis_ring_fill(axis);
+    uint8_t most = fill < CURVE_BATCH_LOW ? CURVE_BATCH_LOW : fill;
+    struct curve_made made;
+
+    if (most > CURVE_BATCH) {
+        most = CURVE_BATCH;
+    }
+    curve_burst(
+        &axis->walk.steps.curve, ring, slot, *count < most ? *count : most, &made);
+    *count = made.steps;
+    if (made.steps == 0) {
+        return 0;
+    }
+    axis->feed.head = (uint8_t)(slot + made.steps);
+    ring->high[axis->feed.head] = STEP_HIGH_EMPTY;
+    ring->high[slot] = made.first_high;
+    feed_note_block(&axis->feed, slot, made.steps, made.ticks);
+    return made.ticks;
+}
+
+// The cost of a step is 2 to this power.
+static uint8_t cost_shift(const struct axis *axis)
+{
+    return axis->walk.curved && axis->walk.steps.curve.kind == CURVE_FLAT_NOT
+               ? STEEP_STEP_SHIFT
+               : 0;
+}
+
+// Ordinary steps that budget, space and the walk allow.
+static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift)
+{
+    uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
+    uint16_t steps = walk_burst(&axis->walk);
+    uint8_t count = (uint8_t)(budget >> shift);
+
+    if (count == 0) {
+        count = 1;
+    }
+    if (room < count) {
+        count = room;
+    }
+    if (steps < count) {
+        count = (uint8_t)steps;
+    }
+    return count;
+}
+
+// As many of them as can be had; what they cost.
+static uint8_t decode_burst(struct axis *axis, uint8_t budget)
+{
+    uint8_t shift = cost_shift(axis);
+    uint8_t count = burst_size(axis, budget, shift);
+    uint32_t ticks = 0;
+
+    if (count == 0 || !feed_plain(&axis->feed, axis->piece.negative)) {
+        return 0;
+    }
+    if (axis->walk.curved) {
+        ticks = burst_curve(axis, &count);
+    } else if (axis->walk.steps.even.base_ticks < STEP_PERIOD_MAX_TICKS) {
+        uint8_t stagger = to_stagger(axis);
+        if (stagger != 0 && stagger < count) {
+            count = stagger;
+        }
+        ticks = burst_even(axis, count);
+    } else {
+        return 0;
+    }
+    walk_skip(&axis->walk, count, ticks);
+    return (uint8_t)(count << shift);
+}
+
+// One step, special or ordinary. Returns what it cost of a round's budget: long intervals of a
+// curve come from the decoder's slow path.
+static uint8_t decode_step(struct axis *axis)
+{
+    uint32_t ticks = walk_next(&axis->walk);
+
+    feed_step(&axis->feed, ticks, axis->piece.negative);
+    pass_step(axis);
+    return axis->walk.curved ? SLOW_STEP_COST : 1u;
+}
+
+// What the steps cost of a round's budget; 0: they must wait.
+static uint8_t decode_steps(struct axis *axis, uint8_t budget)
+{
+    if (run_awaited(axis)) {
+        axis->phase = DECODE_AWAITS_RUN;
+        return 0;
+    }
+    axis->phase = DECODE_STEPS;
+    if (run_due(axis) && feed_run_free(&axis->feed)) {
+        decode_run(axis);
+        return SLOW_STEP_COST;
+    }
+    uint8_t cost = decode_burst(axis, budget);
+
+    return cost != 0 ? cost : decode_step(axis);
+}
+
+static void mark_edge(struct axis *axis)
+{
+    feed_mark_here(&axis->feed, false, axis->piece.edge_position);
+    axis->phase = axis->phase == DECODE_EDGE_INSIDE ? DECODE_STEPS : DECODE_PIECE;
+    feed_make_room(&axis->feed);
+}
+
+uint8_t decode_axis(struct axis *axis,
+                    const struct pixel_period *period,
+                    bool always_take_up,
+                    uint8_t budget)
+{
+    while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
+           feed_space(&axis->feed, axis->ledger.retired) >= DECODE_ROOM_LEFT) {
+        uint8_t cost = 1;
+        if (feed_busy(&axis->feed)) {
+            feed_pump(&axis->feed);
+        } else if (axis->phase >= DECODE_EDGE_INSIDE) {
+            mark_edge(axis);
+        } else if (axis->phase >= DECODE_STEPS) {
+            cost = decode_steps(axis, budget);
+            if (cost == 0) {
+                break;
+            }
+        } else if (!next_piece(axis, period, always_take_up)) {
+            break;
+        }
+        budget = budget > cost ? (uint8_t)(budget - cost) : 0;
+    }
+    return budget;
+}

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "motion/records.h"
+
+void records_reset(struct records *records)
+{
+    records->next = 0;
+    records->count = 0;
+}
+
+void records_add(struct records *records,
+                 uint16_t pixel,
+                 int32_t actual_steps,
+                 uint16_t expected_steps)
+{
+    uint8_t slot = records->next;
+
+    records->newest_pixel = pixel;
+    records->kept[slot].actual_steps = actual_steps;
+    records->kept[slot].beyond_steps =
+        (int16_t)(uint16_t)((uint16_t)actual_steps - expected_steps);
+    records->kept[slot].edge_error_ticks = 0;
+    records->next = slot == RECORDS_KEPT - 1u ? 0 : (uint8_t)(slot + 1u);
+    if (records->count < RECORDS_KEPT) {
+        records->count++;
+    }
+}
+
+// The slot so many records before the next one, 1..RECORDS_KEPT.
+static uint8_t slot_before_next(const struct records *records, uint8_t back)
+{
+    uint8_t next = records->next;
+
+    if (next < back) {
+        next = (uint8_t)(next + RECORDS_KEPT);
+    }
+    return (uint8_t)(next - back);
+}
+
+void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+{
+    uint16_t behind = (uint16_t)(records->newest_pixel - pixel);
+
+    if (behind < records->count) {
+        uint8_t slot = slot_before_next(records, (uint8_t)(behind + 1u));
+        records->kept[slot].edge_error_ticks = error_ticks;
+    }
+}
+
+struct pixel_record records_get(const struct records *records, uint8_t number)
+{
+    uint8_t back = (uint8_t)(records->count - number);
+    uint8_t slot = slot_before_next(records, back);
+    int32_t actual_steps = records->kept[slot].actual_steps;
+
+    return (struct pixel_record){
+        .pixel = (uint16_t)(records->newest_pixel - back + 1u),
+        .edge_error_ticks = records->kept[slot].edge_error_ticks,
+        .expected_steps = actual_steps - records->kept[slot].beyond_steps,
+        .actual_steps = actual_steps,
+    };
+}

@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: MIT
+// The cycle tables at the heads of the assembly files, to the cycle. Only the AVR has them.
+#include <stdint.h>
+
+#include "unity.h"
+
+#ifdef __AVR__
+#include <avr/io.h>
+
+#include "base/divide.h"
+#include "base/multiply.h"
+#include "base/wide.h"
+#include "motion/curve_flat.h"
+#include "motion/curve_steep.h"
+#include "motion/step_ring.h"
+#include "motion/step_ring_sum.h"
+
+// curve_flat.c and curve_steep.c have these for themselves. What the first two return is not
+// looked at here.
+void curve_flat_narrow(struct curve_flat *flat, volatile uint8_t *low, uint8_t count);
+void curve_flat_wide(struct curve_flat *flat, volatile uint8_t *low, uint8_t count);
+uint8_t curve_steep_steps(struct curve_steep *steep,
+                          volatile uint8_t *low,
+                          uint8_t count);
+uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks);
+uint16_t curve_steep_root(uint32_t value);
+
+// The ATmega2560's `call` and `ret` together.
+#define CALL_AND_RETURN 10u
+// A part with up to 128 KB of flash takes so many less, where a routine calls another.
+#if defined(__AVR_3_BYTE_PC__)
+#define INNER_CALL_LESS 0u
+#else
+#define INNER_CALL_LESS 2u
+#endif
+// Of a step: the low byte of q - 1 stays far from a carry.
+#define TOP 0x0140u
+
+typedef uint32_t product_function(uint32_t a, uint16_t b);
+typedef uint16_t divide_function(uint32_t value, uint16_t divisor);
+typedef struct quotient quotient_function(uint16_t high, uint16_t low, uint16_t divisor);
+typedef struct wide wide_function(struct wide a, uint16_t factor);
+typedef uint16_t root_function(uint32_t value);
+typedef uint32_t fit_function(struct curve_steep *steep, uint32_t ticks);
+typedef void flat_function(struct curve_flat *flat, volatile uint8_t *low, uint8_t count);
+
+static struct step_ring ring;
+static volatile uint32_t result;
+
+// What a measurement costs itself is measured with this: it returns at once.
+__attribute__((naked)) static void nothing(void)
+{
+    __asm__ volatile("ret");
+}
+
+static uint16_t now(void)
+{
+    return TCNT1;
+}
+
+// Timer 1 free running at the CPU clock: mode 15 with the highest TOP, which the simulator counts
+// exactly.
+void setUp(void)
+{
+    OCR1A = 0xFFFFu;
+    TCCR1A = (uint8_t)((1u << WGM11) | (1u << WGM10));
+    TCCR1B = (uint8_t)((1u << WGM13) | (1u << WGM12) | (1u << CS10));
+}
+
+#define MEASURING __attribute__((noinline, noclone)) static uint16_t
+
+MEASURING time_product(product_function *function, uint32_t a, uint16_t b)
+{
+    uint16_t start = now();
+
+    result = function(a, b);
+    return (uint16_t)(now() - start);
+}
+
+MEASURING time_divide(divide_function *function, uint32_t value, uint16_t divisor)
+{
+    uint16_t start = now();
+
+    result = function(value, divisor);
+    return (uint16_t)(now() - start);
+}
+
+MEASURING
+time_quotient(quotient_function *function, uint16_t high, uint16_t low, uint16_t divisor)
+{
+    uint16_t start = now();
+
+    result = function(high, low, divisor).rest;
+    return (uint16_t)(now() - start);
+}
+
+MEASURING time_wide(wide_function *function, struct wide a, uint16_t factor)
+{
+    uint16_t start = now();
+
+    result = (uint32_t)function(a, factor).high;
+    return (uint16_t)(now() - start);
+}
+
+MEASURING time_root(root_function *function, uint32_t value)
+{
+    uint16_t start = now();
+
+    result = function(value);
+    return (uint16_t)(now() - start);
+}
+
+MEASURING time_fit(fit_function *function, struct curve_steep *steep, uint32_t ticks)
+{
+    uint16_t start = now();
+
+    result = function(steep, ticks);
+    return (uint16_t)(now() - start);
+}
+
+MEASURING time_flat(flat_function *function, struct curve_flat flat, uint8_t count)
+{
+    uint16_t start = now();
+
+    function(&flat, ring.low, count);
+    return (uint16_t)(now() - start);
+}
+
+MEASURING time_steep(struct curve_steep steep, uint8_t count)
+{
+    uint16_t start = now();
+
+    (void)curve_steep_steps(&steep, ring.low, count);
+    return (uint16_t)(now() - start);
+}
+
+MEASURING time_sum(uint8_t count)
+{
+    uint8_t slot = 0;
+    uint16_t start = now();
+
+    result = step_ring_sum(&ring, &slot, count);
+    return (uint16_t)(now() - start);
+}
+
+static uint16_t product_cycles(product_function *function, uint32_t a, uint16_t b)
+{
+    uint16_t own = time_product((product_function *)nothing, a, b);
+
+    return (uint16_t)(time_product(function, a, b) - own + CALL_AND_RETURN);
+}
+
+static uint16_t quotient_cycles(uint16_t high, uint16_t low, uint16_t divisor)
+{
+    uint16_t own = time_quotient((quotient_function *)nothing, high, low, divisor);
+
+    return (uint16_t)(time_quotient(divide_with_rest, high, low, divisor) - own +
+                      CALL_AND_RETURN);
+}
+
+static uint16_t root_cycles(uint32_t value)
+{
+    uint16_t own = time_root((root_function *)nothing, value);
+
+    return (uint16_t)(time_root(curve_steep_root, value) - own + CALL_AND_RETURN);
+}
+
+static uint16_t divide_cycles(uint32_t value, uint16_t divisor)
+{
+    uint16_t own = time_divide((divide_function *)nothing, value, divisor);
+
+    return (uint16_t)(time_divide(divide_u32_u16, value, divisor) - own +
+                      CALL_AND_RETURN);
+}
+
+static void products(void)
+{
+    struct wide a = wide_from(0x123456789A);
+    uint16_t own = time_wide((wide_function *)nothing, a, 0xABCD);
+    uint16_t cycles = (uint16_t)(time_wide(wide_times, a, 0xABCD) - own);
+
+    TEST_ASSERT_EQUAL_UINT16(53, cycles + CALL_AND_RETURN);
+    TEST_ASSERT_EQUAL_UINT16(40, product_cycles(multiply_u32_u16, 0x12345678uL, 0xABCD));
+}
+
+// No bit of the quotient set, then all of them.
+static void quotients(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(202, quotient_cycles(0, 0, 1));
+    TEST_ASSERT_EQUAL_UINT16(234, quotient_cycles(0x3FFF, 0xC000, 0x4000));
+    TEST_ASSERT_EQUAL_UINT16(212u - INNER_CALL_LESS, divide_cycles(0, 1));
+    TEST_ASSERT_EQUAL_UINT16(244u - INNER_CALL_LESS, divide_cycles(0x3FFFC000uL, 0x4000));
+}
+
+static void roots(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(367, root_cycles(0));
+    TEST_ASSERT_EQUAL_UINT16(431, root_cycles(0xFFFFFFFFuL));
+}
+
+// The residual is 0, and a guess of `ticks` is right.
+static struct curve_steep steep_at(uint32_t difference, uint32_t ticks, int16_t half)
+{
+    uint64_t step = (uint64_t)difference * ticks;
+    int32_t slope = (int32_t)difference - half * ((int32_t)ticks - 1);
+
+    return (struct curve_steep){
+        .at = {.slope = wide_from_int32(slope),
+               .step_low = (uint16_t)step,
+               .step = (uint32_t)(step >> 16),
+               .half = half},
+        .last_ticks = ticks,
+        .good = true,
+    };
+}
+
+// With a right guess.
+#define FIT (94u + 145u + 25u)
+
+static uint16_t fit_cycles(uint32_t ticks, uint32_t guess, int16_t half)
+{
+    struct curve_steep steep = steep_at(0x10000uL, ticks, half);
+    uint16_t own = time_fit((fit_function *)nothing, &steep, guess);
+    uint16_t cycles = time_fit(curve_steep_fit, &steep, guess);
+
+    TEST_ASSERT_EQUAL_UINT32(ticks, result);
+    return (uint16_t)(cycles - own + CALL_AND_RETURN);
+}
+
+static void fits(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(FIT, fit_cycles(1000, 1000, 0));
+    TEST_ASSERT_EQUAL_UINT16(FIT + 3, fit_cycles(1000, 1000, -5));
+    TEST_ASSERT_EQUAL_UINT16(FIT + 17, fit_cycles(100000uL, 100000uL, 0));
+    TEST_ASSERT_EQUAL_UINT16(FIT + 145 + 29 + 42, fit_cycles(1000, 1001, 0));
+    TEST_ASSERT_EQUAL_UINT16(FIT + 145 + 33, fit_cycles(1000, 999, 0));
+    TEST_ASSERT_EQUAL_UINT16(FIT + 145 + 29 + 3 * 42, fit_cycles(1000, 1007, 0));
+}
+
+// What one more step costs: the sums of ticks carry nowhere.
+static uint16_t steep_step_cycles(int32_t change, uint8_t count)
+{
+    struct curve_steep steep = steep_at(0x2000000uL, 1000, 0);
+
+    steep.change = change;
+    return (uint16_t)(time_steep(steep, (uint8_t)(count + 1u)) -
+                      time_steep(steep, count));
+}
+
+static uint16_t steep_miss_cycles(int32_t miss)
+{
+    struct curve_steep right = steep_at(0x2000000uL, 1000, 0);
+    struct curve_steep wrong = right;
+
+    wrong.change = miss;
+    return (uint16_t)(time_steep(wrong, 1) - time_steep(right, 1));
+}
+
+static void steep_steps(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(129, steep_step_cycles(0, 2));
+    TEST_ASSERT_EQUAL_UINT16(43, steep_miss_cycles(-1));
+    TEST_ASSERT_EQUAL_UINT16(43 + 15, steep_miss_cycles(-2));
+    TEST_ASSERT_EQUAL_UINT16(57, steep_miss_cycles(1));
+    TEST_ASSERT_EQUAL_UINT16(57 + 20, steep_miss_cycles(2));
+}
+
+// Numbers for the path that a step takes: in units of the upper 16 bits of the width, with h = 0.
+static struct curve_flat flat_at(flat_function *function,
+                                 int32_t gain,
+                                 int32_t difference)
+{
+    int32_t unit = function == curve_flat_narrow ? 0x100 : 0x10000;
+
+    return (struct curve_flat){.gain = {.high = gain * unit},
+                               .difference = {.high = difference * unit},
+                               .top = TOP};
+}
+
+// 0 <= value < difference, in every step.
+static struct curve_flat short_steps(flat_function *function)
+{
+    return flat_at(function, 0, 64);
+}
+
+// value < 0 <= value + difference, in every step.
+static struct curve_flat long_steps(flat_function *function)
+{
+    return flat_at(function, -64, 64);
+}
+
+static uint16_t flat_step_cycles(flat_function *function, struct curve_flat flat)
+{
+    return (uint16_t)(time_flat(function, flat, 3) - time_flat(function, flat, 2));
+}
+
+static void flat_steps(void)
+{
+    struct curve_flat narrow = short_steps(curve_flat_narrow);
+    struct curve_flat wide = short_steps(curve_flat_wide);
+
+    TEST_ASSERT_EQUAL_UINT16(22, flat_step_cycles(curve_flat_narrow, narrow));
+    TEST_ASSERT_EQUAL_UINT16(35, flat_step_cycles(curve_flat_wide, wide));
+    narrow = long_steps(curve_flat_narrow);
+    wide = long_steps(curve_flat_wide);
+    TEST_ASSERT_EQUAL_UINT16(37, flat_step_cycles(curve_flat_narrow, narrow));
+    TEST_ASSERT_EQUAL_UINT16(64, flat_step_cycles(curve_flat_wide, wide));
+}
+
+// value + difference is still negative: q + 1 for q, then a long step.
+static uint16_t move_up_cycles(flat_function *function)
+{
+    return (uint16_t)(time_flat(function, flat_at(function, -96, 64), 1) -
+                      time_flat(function, long_steps(function), 1));
+}
+
+// value is not below difference: q - 1 for q, then a short step.
+static uint16_t move_down_cycles(flat_function *function)
+{
+    return (uint16_t)(time_flat(function, flat_at(function, 96, 64), 1) -
+                      time_flat(function, short_steps(function), 1));
+}
+
+static void flat_moves(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(39, move_up_cycles(curve_flat_narrow));
+    TEST_ASSERT_EQUAL_UINT16(57, move_down_cycles(curve_flat_narrow));
+    TEST_ASSERT_EQUAL_UINT16(90, move_up_cycles(curve_flat_wide));
+    TEST_ASSERT_EQUAL_UINT16(109, move_down_cycles(curve_flat_wide));
+}
+
+static void ring_sum(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(16 * 10, time_sum(12) - time_sum(2));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(products);
+    RUN_TEST(quotients);
+    RUN_TEST(roots);
+    RUN_TEST(fits);
+    RUN_TEST(steep_steps);
+    RUN_TEST(flat_steps);
+    RUN_TEST(flat_moves);
+    RUN_TEST(ring_sum);
+    return UNITY_END();
+}
+
+#else
+
+void setUp(void)
+{
+}
+
+static void only_on_the_avr(void)
+{
+    TEST_IGNORE();
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(only_on_the_avr);
+    return UNITY_END();
+}
+
+#endif
+
+void tearDown(void)
+{
+}

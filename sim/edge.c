@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+
+#include "edge.h"
+
+const char *edge_signal_name(unsigned signal)
+{
+    static const char *const names[EDGE_SIGNALS] = {
+        "STEP", "DIR", "ENABLE", "PERMIT", "CLOCK"};
+
+    return names[signal];
+}
