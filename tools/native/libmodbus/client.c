@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The conformance list by libmodbus, on a serial port or pseudo terminal:
 //
-//     pixstep-libmodbus PORT BOARD ID AXES     the board's name, number and axes
+//     pixstep-libmodbus PORT BOARD ID AXES HZ     its name, number, axes, ticks a second
 //
 // A line a case on standard output: its name (as in hostile/clients/cases.py), a tab, "ok" or what
 // is wrong. Cases that libmodbus has no way to ask for are not in its list.
@@ -36,6 +36,7 @@ static modbus_t *client;
 static const char *board;
 static int board_id;
 static int board_axes;
+static int tick_hz;
 static char complaint[160];
 
 __attribute__((format(printf, 1, 2))) static bool wrong(const char *format, ...)
@@ -251,7 +252,7 @@ static bool period_is(long wanted)
 
 static bool pair_read(void)
 {
-    return period_is(533333);
+    return period_is(tick_hz / 30);
 }
 
 static bool pair_written(void)
@@ -259,7 +260,7 @@ static bool pair_written(void)
     if (!write_pair(PIXEL_HZ, 0, 50)) {
         return false;
     }
-    bool followed = period_is(320000);
+    bool followed = period_is(tick_hz / 50);
 
     return write_pair(PIXEL_HZ, 0, 30) && followed;
 }
@@ -429,13 +430,14 @@ static void run_list(void)
 
 int main(int argc, char **argv)
 {
-    if (argc != 5) {
-        (void)fputs("usage: pixstep-libmodbus PORT BOARD ID AXES\n", stderr);
+    if (argc != 6) {
+        (void)fputs("usage: pixstep-libmodbus PORT BOARD ID AXES HZ\n", stderr);
         return 2;
     }
     board = argv[2];
     board_id = atoi(argv[3]);
     board_axes = atoi(argv[4]);
+    tick_hz = atoi(argv[5]);
     // A pseudo terminal has no parity.
     client = modbus_new_rtu(argv[1], 115200, 'N', 8, 1);
     if (client == NULL || modbus_set_slave(client, UNIT) != 0 ||

@@ -58,6 +58,7 @@ class Board:
     serves_files: bool  # function 20, read file record
     min_interval_ticks: int  # of plain lines
     smooth_min_interval_ticks: int
+    seek_min_interval_ticks: int
     programmer: Programmer
     timers: dict[int, int]
     pins: tuple[Pin, ...]
@@ -128,6 +129,7 @@ def _read(path: Path) -> Board:
         serves_files=bool(number("ALL_FEATURES")),
         min_interval_ticks=number("MIN_INTERVAL_TICKS"),
         smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
+        seek_min_interval_ticks=number("SEEK_MIN_INTERVAL_TICKS"),
         programmer=Programmer(
             text("AVRDUDE_PART"), text("AVRDUDE_PROGRAMMER"), number("AVRDUDE_BAUD")
         ),

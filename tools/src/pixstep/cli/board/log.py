@@ -92,7 +92,7 @@ def records_command(line, unit, axes, output, follow):
 @follow_option
 @json_option
 def events_command(line, unit, follow, as_json):
-    """Print faults and resets with their times (Mega only).
+    """Print faults and resets with their times (not of an Uno).
 
     Times are since the board's last reset.
     """

@@ -4,6 +4,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pixstep.board import boards
+
 OK = "ok"
 NOT_OFFERED = "-"  # the client has no way to ask for it
 FAIL = "FAIL"
@@ -104,8 +106,10 @@ QUEUE = 0x1000
 DRIVER_0 = 0
 PERMIT = 13
 
-PERIOD_30_HZ = 533_333  # whole ticks
-PERIOD_50_HZ = 320_000
+
+def period_ticks(board: str, hz: int) -> int:
+    """Return the whole ticks of a board's pixel period."""
+    return boards.load(board).tick_hz // hz
 
 
 def block(number: int) -> list[int]:
