@@ -6,7 +6,7 @@
 
 #include "app/store.h"
 #include "fakes/eeprom.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "unity.h"
 
 #define RECORD_BYTES ((uint8_t)sizeof(struct settings))
