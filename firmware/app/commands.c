@@ -159,6 +159,7 @@ static bool is_still(uint8_t i, const struct order *order)
            state_of(i) != AXIS_STOPPING;
 }
 
+#if FEATURE_HOMING
 static bool can_zero(uint8_t i, const struct order *order)
 {
     return is_still(i, order) && seek_can_zero(i);
@@ -169,6 +170,7 @@ static void zero(uint8_t i, const struct order *order)
     (void)order;
     seek_zero(i);
 }
+#endif
 
 static void enable(uint8_t i, const struct order *order)
 {
@@ -303,7 +305,9 @@ static const struct row commands[] IN_FLASH = {
     [COMMAND_DISCARD] = {does_not_run, discard, true},
     [COMMAND_ENABLE] = {always, enable, true},
     [COMMAND_DISABLE] = {is_still, disable, true},
+#if FEATURE_HOMING
     [COMMAND_ZERO] = {can_zero, zero, true},
+#endif
     [COMMAND_PERMIT_ON] = {can_permit, set_permit, false},
     [COMMAND_PERMIT_OFF] = {always, set_permit, false},
 #if FEATURE_STORE
