@@ -289,9 +289,8 @@ static void do_nothing(uint8_t axis, const struct order *order)
     (void)order;
 }
 
-// The first commands in each of these ranges are for axes, the others for the board.
 struct row {
-    test possible;
+    test possible; // NULL: this image was built without the command
     action act;
     bool for_axes;
 };
@@ -317,14 +316,6 @@ static const struct row commands[] IN_FLASH = {
     [COMMAND_GO] = {can_go, go, false},
 };
 
-static struct row row_of(const struct order *order)
-{
-    struct row row;
-
-    flash_copy(&row, &commands[order->command], sizeof row);
-    return row;
-}
-
 // Disarm and stop go to all boards at once, whatever axes each of them has.
 static bool names_axes(const struct order *order)
 {
@@ -334,33 +325,41 @@ static bool names_axes(const struct order *order)
            (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
 }
 
+// Ask, or act, for each axis of the order; a command for the board has axis 0 alone. False when it is
+// not possible for one of them.
+static bool each_axis(const struct order *order, bool act)
+{
+    struct row row;
+    uint8_t mask = 1;
+
+    flash_copy(&row, &commands[order->command], sizeof row);
+    if (row.for_axes) {
+        mask = (uint8_t)order->mask;
+        if (!names_axes(order)) {
+            return false;
+        }
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if ((mask & axis_bit(i)) == 0) {
+            continue;
+        }
+        if (act) {
+            row.act(i, order);
+        } else if (row.possible == NULL || !row.possible(i, order)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool commands_possible(const struct order *order)
 {
-    struct row row = row_of(order);
-
-    if (row.possible == NULL) {
-        return false;
-    }
-    if (!row.for_axes) {
-        return row.possible(0, order);
-    }
-    bool possible = names_axes(order);
-
-    for (uint8_t i = 0; possible && i < CONFIG_AXES; i++) {
-        possible = !named(order, i) || row.possible(i, order);
-    }
-    return possible;
+    return each_axis(order, false);
 }
 
 void commands_act(const struct order *order)
 {
-    struct row row = row_of(order);
-
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (row.for_axes ? named(order, i) : i == 0) {
-            row.act(i, order);
-        }
-    }
+    (void)each_axis(order, true);
 }
 
 const struct order *commands_last(void)

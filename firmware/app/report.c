@@ -111,9 +111,8 @@ static uint16_t expected_steps(uint8_t axis, bool low)
     if (records->count == 0) {
         return 0;
     }
-    struct pixel_record newest = records_get(records, (uint8_t)(records->count - 1u));
-
-    return half_word((uint32_t)newest.expected_steps, low);
+    // Words 1 and 2.
+    return records_word(records, (uint8_t)(records->count - 1u), low ? 2 : 1);
 }
 
 static uint16_t axis_state(uint8_t axis, bool low)
@@ -175,7 +174,7 @@ struct source {
 #define COUNTER(name)                                                                    \
     MEMBER(WIDTH_WORD, OWNER_TRAFFIC, offsetof(struct server_counters, name))
 
-static const struct source board[] IN_FLASH = {
+static const struct source board_registers[] IN_FLASH = {
     [REG_INPUT_map_version] = CONSTANT(REG_MAP_VERSION),
     [REG_INPUT_firmware_version] =
         CONSTANT(CONFIG_VERSION_MAJOR * 256u + CONFIG_VERSION_MINOR),
@@ -215,7 +214,7 @@ static const struct source board[] IN_FLASH = {
 #endif
 };
 
-static const struct source axes[] IN_FLASH = {
+static const struct source axis_registers[] IN_FLASH = {
     [REG_AXIS_axis_state] = CALL(axis_state),
     [REG_AXIS_queue_free] = CALL(queue_free),
     [REG_AXIS_next_block] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(next_block)),
@@ -231,7 +230,7 @@ static const struct source axes[] IN_FLASH = {
 };
 
 #define MORE_BASE REG_INPUT_fault_mask_high
-static const struct source more[] IN_FLASH = {
+static const struct source more_registers[] IN_FLASH = {
     [REG_INPUT_fault_mask_high - MORE_BASE] =
         MEMBER(WIDTH_HIGH, OWNER_FAULTS, IN_FAULTS(mask)),
     [REG_INPUT_outputs - MORE_BASE] = CALL(outputs),
@@ -246,8 +245,8 @@ static const struct source more[] IN_FLASH = {
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
-_Static_assert(COUNT(board) == REG_AXIS_BASE, "the first area ends where the axes begin");
-_Static_assert(COUNT(axes) == REG_AXIS_STRIDE, "an axis's registers follow each other");
+_Static_assert(COUNT(board_registers) == REG_AXIS_BASE, "the first area ends where the axes begin");
+_Static_assert(COUNT(axis_registers) == REG_AXIS_STRIDE, "an axis's registers follow each other");
 
 static const void *object_of(enum owner owner, uint8_t axis)
 {
@@ -301,13 +300,13 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
 uint16_t report_word(uint16_t address)
 {
     if (address >= MORE_BASE) {
-        return word_of(&more[address - MORE_BASE], 0);
+        return word_of(&more_registers[address - MORE_BASE], 0);
     }
     if (address < REG_AXIS_BASE) {
-        return word_of(&board[address], 0);
+        return word_of(&board_registers[address], 0);
     }
     uint8_t offset = (uint8_t)(address - REG_AXIS_BASE);
 
-    return word_of(&axes[offset % REG_AXIS_STRIDE],
+    return word_of(&axis_registers[offset % REG_AXIS_STRIDE],
                    CONFIG_INDEX(offset / REG_AXIS_STRIDE));
 }

@@ -26,13 +26,13 @@ struct limits {
 #define LIMITS_u16(min, max, initial) {(min), (max), (initial)},
 #define LIMITS_u32(min, max, initial)                                                    \
     {0, HIGH(max), HIGH(initial)}, {0, LOW(max), LOW(initial)},
-static const struct limits limits[] IN_FLASH = {
+static const struct limits word_limits[] IN_FLASH = {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     LIMITS_##type(min, max, initial)
 #include "wire/registers.def"
 #undef HOLDING
 };
-_Static_assert(sizeof limits / sizeof limits[0] == SETTINGS_WORDS, "one for each word");
+_Static_assert(sizeof word_limits / sizeof word_limits[0] == SETTINGS_WORDS, "one for each word");
 
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     _Static_assert(offsetof(struct settings, name) ==                                    \
@@ -56,7 +56,7 @@ struct settings *settings_record(void)
 void settings_set_defaults(void)
 {
     for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
-        now.words[i] = flash_word(&limits[i].initial);
+        now.words[i] = flash_word(&word_limits[i].initial);
     }
 }
 
@@ -71,7 +71,7 @@ static bool in_range(void)
 {
     for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
         uint16_t word = now.words[i];
-        if (word < flash_word(&limits[i].min) || word > flash_word(&limits[i].max)) {
+        if (word < flash_word(&word_limits[i].min) || word > flash_word(&word_limits[i].max)) {
             return false;
         }
     }

@@ -22,7 +22,8 @@ ENGINE = "firmware/core/motion/step_engine.c"
 ENGINE_H = "firmware/core/motion/step_engine.h"
 TIMER = "firmware/hal/avr/step_timer.c"
 ESTOP = "firmware/hal/avr/estop.c"
-MACHINE = "firmware/app/machine.c"
+AXES = "firmware/app/axes.c"
+COMMANDS = "firmware/app/commands.c"
 ASSEMBLY = "host_tests/explore/step_isr.c"
 
 RUNAWAY = "runaway"
@@ -70,7 +71,7 @@ PLANTS = (
                 "if (step_engine_going((enum step_engine_state)engine->state)) {",
                 "if (false) {",
             ),
-            Change(MACHINE, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
+            Change(AXES, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
         ),
     ),
     Plant(
@@ -142,9 +143,9 @@ PLANTS = (
         PERMIT,
         (
             Change(
-                "firmware/app/commands.c",
-                "    machine_permit(false);\n    if (machine_axis(i)->state != AXIS_FAULT) {",
-                "    if (machine_axis(i)->state != AXIS_FAULT) {",
+                COMMANDS,
+                "    permit_set(false);\n    if (state_of(i) != AXIS_FAULT) {",
+                "    if (state_of(i) != AXIS_FAULT) {",
             ),
         ),
     ),
@@ -156,7 +157,14 @@ PLANTS = (
     Plant(
         "a refused order that is kept",
         REFUSED,
-        (Change("firmware/app/data.c", "        machine.order[2] = argument;\n", ""),),
+        (
+            Change(
+                COMMANDS,
+                "    if (!commands_possible(order)) {\n        return false;",
+                "    last.argument = order->argument;\n"
+                "    if (!commands_possible(order)) {\n        return false;",
+            ),
+        ),
     ),
     Plant(
         "a settled axis whose interrupt stays off",
@@ -187,7 +195,7 @@ PLANTS = (
                 "    ring->high[next] = STEP_HIGH_EMPTY;",
             ),
         ),
-        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
+        ("firmware/core/motion/feed.c", "firmware/core/motion/decode.c"),
         limits=("--actions", "2", "--periods", "2", "--from", "about to starve"),
     ),
 )

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import explore_plants
 from common import ROOT, finish
-from explore_plants import MACHINE, Change, Plant
+from explore_plants import AXES, Change, Plant
 from planting import compile_words, link_words, swapped
 
 BUILD = ROOT / "build" / "uno"
@@ -72,9 +72,9 @@ OWN = (
         "",
         (
             Change(
-                MACHINE,
-                "    machine.stopping |= bit;\n    step_timer_halt(i);",
-                "    machine.stopping |= bit;",
+                AXES,
+                "            return;\n        }\n    }\n    step_timer_halt(i);",
+                "            return;\n        }\n    }",
             ),
         ),
     ),

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The conformance list by libmodbus, on a serial port or pseudo terminal:
 //
-//     pixstep-libmodbus PORT BOARD ID AXES TICK_HZ
-//
-// the board's name, number, axes and timer ticks a second.
+//     pixstep-libmodbus PORT BOARD ID AXES HZ     its name, number, axes, ticks a second
 //
 // First a line with the board's register `features`, then a line a case on standard output: its name
 // (as in hostile/clients/cases.py), a tab, "ok", "exception 01" if the board does not serve the
@@ -41,7 +39,7 @@ static modbus_t *client;
 static const char *board;
 static int board_id;
 static int board_axes;
-static long tick_hz;
+static int tick_hz;
 static char complaint[160];
 
 __attribute__((format(printf, 1, 2))) static bool wrong(const char *format, ...)
@@ -448,13 +446,13 @@ static bool run_list(void)
 int main(int argc, char **argv)
 {
     if (argc != 6) {
-        (void)fputs("usage: pixstep-libmodbus PORT BOARD ID AXES TICK_HZ\n", stderr);
+        (void)fputs("usage: pixstep-libmodbus PORT BOARD ID AXES HZ\n", stderr);
         return 2;
     }
     board = argv[2];
     board_id = atoi(argv[3]);
     board_axes = atoi(argv[4]);
-    tick_hz = atol(argv[5]);
+    tick_hz = atoi(argv[5]);
     // A pseudo terminal has no parity.
     client = modbus_new_rtu(argv[1], 115200, 'N', 8, 1);
     if (client == NULL || modbus_set_slave(client, UNIT) != 0 ||

@@ -57,6 +57,7 @@ class Board:
     queue_entries: int
     min_interval_ticks: int  # of plain lines
     smooth_min_interval_ticks: int
+    seek_min_interval_ticks: int
     programmer: Programmer
     timers: dict[int, int]
     pins: tuple[Pin, ...]
@@ -126,6 +127,7 @@ def _read(path: Path) -> Board:
         queue_entries=number("QUEUE_ENTRIES"),
         min_interval_ticks=number("MIN_INTERVAL_TICKS"),
         smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
+        seek_min_interval_ticks=number("SEEK_MIN_INTERVAL_TICKS"),
         programmer=Programmer(
             text("AVRDUDE_PART"), text("AVRDUDE_PROGRAMMER"), number("AVRDUDE_BAUD")
         ),

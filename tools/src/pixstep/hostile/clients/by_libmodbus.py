@@ -13,8 +13,8 @@ _ILLEGAL_FUNCTION = "exception 01"
 def run(port: str, board: str) -> dict[str, str]:
     """Return the result of every case; those that are not in the program's list are not offered."""
     known = boards.load(board)
-    words = [natives.program("pixstep-libmodbus"), port, board, known.id, known.axes, known.tick_hz]
-    done = natives.run(words)
+    program = natives.program("pixstep-libmodbus")
+    done = natives.run([program, port, board, known.id, known.axes, known.tick_hz])
     if done.returncode:
         raise UserError(f"pixstep-libmodbus: {done.stderr.strip()}")
     found = dict(line.split("\t", 1) for line in done.stdout.splitlines())

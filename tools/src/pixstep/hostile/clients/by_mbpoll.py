@@ -154,13 +154,13 @@ class _List:
                 raise _error(text, f"no {wanted!r}: ")
 
     def c_32_bit_pair_read(self) -> None:
-        same(self.poll.read(f"{INPUT}:int", cases.PERIOD), [cases.period(self.board, 30)])
+        same(self.poll.read(f"{INPUT}:int", cases.PERIOD), [cases.period_ticks(self.board, 30)])
 
     def c_32_bit_pair_written(self) -> None:
         self.poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 50)
         found = self.poll.read(f"{INPUT}:int", cases.PERIOD)
         self.poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 30)
-        same(found, [cases.period(self.board, 50)])
+        same(found, [cases.period_ticks(self.board, 50)])
 
     def c_exception_03(self) -> None:
         self.poll.refused(3, HOLDING, cases.DIR_SETUP, 0)

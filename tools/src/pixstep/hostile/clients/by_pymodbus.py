@@ -187,13 +187,13 @@ class _List:
 
     def c_32_bit_pair_read(self) -> None:
         high, low = self.inputs(cases.PERIOD, 2)
-        same(high << 16 | low, cases.period(self.board, 30))
+        same(high << 16 | low, cases.period_ticks(self.board, 30))
 
     def c_32_bit_pair_written(self) -> None:
         self.good(self.write(cases.PIXEL_HZ, 0, 50))
         high, low = self.inputs(cases.PERIOD, 2)
         self.good(self.write(cases.PIXEL_HZ, 0, 30))
-        same(high << 16 | low, cases.period(self.board, 50))
+        same(high << 16 | low, cases.period_ticks(self.board, 50))
 
     def c_exception_01(self) -> None:
         self.refused(self.client.read_exception_status(**self.unit), 1)

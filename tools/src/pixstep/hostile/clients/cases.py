@@ -139,9 +139,8 @@ DRIVER_0 = 0
 PERMIT = 13
 
 
-
-def period(board: str, hz: int) -> int:
-    """Return the pixel period of a board, whole ticks."""
+def period_ticks(board: str, hz: int) -> int:
+    """Return the whole ticks of a board's pixel period."""
     return boards.load(board).tick_hz // hz
 
 
