@@ -33,11 +33,6 @@ static uint8_t state_of(uint8_t i)
     return axes_get(i)->life.state;
 }
 
-static bool named(const struct order *order, uint8_t i)
-{
-    return ((uint8_t)order->mask & axis_bit(i)) != 0;
-}
-
 static bool always(uint8_t axis, const struct order *order)
 {
     (void)axis;
@@ -53,6 +48,11 @@ static bool token_fits(const struct order *order)
 }
 
 #if FEATURE_HOMING
+static bool named(const struct order *order, uint8_t i)
+{
+    return ((uint8_t)order->mask & axis_bit(i)) != 0;
+}
+
 static bool seeks(uint8_t i)
 {
     bool opening = false;
