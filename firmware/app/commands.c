@@ -33,11 +33,6 @@ static uint8_t state_of(uint8_t i)
     return axes_get(i)->life.state;
 }
 
-static bool names_axis(const struct order *order, uint8_t i)
-{
-    return ((uint8_t)order->mask & axis_bit(i)) != 0;
-}
-
 static bool always_possible(uint8_t axis, const struct order *order)
 {
     (void)axis;
@@ -53,6 +48,11 @@ static bool token_fits(const struct order *order)
 }
 
 #if FEATURE_HOMING
+static bool names_axis(const struct order *order, uint8_t i)
+{
+    return ((uint8_t)order->mask & axis_bit(i)) != 0;
+}
+
 static bool front_is_seek(uint8_t i)
 {
     bool opening = false;
@@ -159,6 +159,7 @@ static bool is_still(uint8_t i, const struct order *order)
            state_of(i) != AXIS_STOPPING;
 }
 
+#if FEATURE_HOMING
 static bool can_zero(uint8_t i, const struct order *order)
 {
     return is_still(i, order) && seek_can_zero(i);
@@ -169,6 +170,7 @@ static void zero_axis(uint8_t i, const struct order *order)
     (void)order;
     seek_zero(i);
 }
+#endif
 
 static void enable_driver(uint8_t i, const struct order *order)
 {
@@ -302,7 +304,9 @@ static const struct command_row command_table[] IN_FLASH = {
     [COMMAND_DISCARD] = {does_not_run, discard_axis, true},
     [COMMAND_ENABLE] = {always_possible, enable_driver, true},
     [COMMAND_DISABLE] = {is_still, disable_driver, true},
+#if FEATURE_HOMING
     [COMMAND_ZERO] = {can_zero, zero_axis, true},
+#endif
     [COMMAND_PERMIT_ON] = {can_permit, set_permit, false},
     [COMMAND_PERMIT_OFF] = {always_possible, set_permit, false},
 #if FEATURE_STORE

@@ -3,8 +3,10 @@
 //
 //     pixstep-libmodbus PORT BOARD ID AXES HZ     its name, number, axes, ticks a second
 //
-// A line a case on standard output: its name (as in hostile/clients/cases.py), a tab, "ok" or what
-// is wrong. Cases that libmodbus has no way to ask for are not in its list.
+// First a line with the board's register `features`, then a line a case on standard output: its name
+// (as in hostile/clients/cases.py), a tab, "ok", "exception 01" if the board does not serve the
+// function that the case wants, or what is wrong. Cases that libmodbus has no way to ask for are not
+// in its list.
 #include <errno.h>
 #include <modbus.h>
 #include <stdarg.h>
@@ -18,6 +20,7 @@
 #define OUTPUTS     0x0061
 #define STATUS      0x0004
 #define PERIOD      0x0014
+#define FEATURES    0x0068
 #define RECORDS     0x0100
 #define SETTINGS    18
 #define PIXEL_HZ    2
@@ -418,14 +421,26 @@ static const struct {
     {"1969 bits", bits_1969},
 };
 
-static void run_list(void)
+static bool run_list(void)
 {
-    for (size_t i = 0; i < sizeof list / sizeof list[0]; i++) {
-        bool fine = list[i].check();
+    int features = input(FEATURES);
 
-        (void)printf("%s\t%s\n", list[i].name, fine ? "ok" : complaint);
+    if (features < 0) {
+        (void)fprintf(stderr, "register features: %s\n", modbus_strerror(errno));
+        return false;
+    }
+    (void)printf("features\t%d\n", features);
+    for (size_t i = 0; i < sizeof list / sizeof list[0]; i++) {
+        errno = 0;
+        bool fine = list[i].check();
+        bool served = errno != EMBXILFUN;
+
+        (void)printf("%s\t%s\n",
+                     list[i].name,
+                     fine ? "ok" : served ? complaint : "exception 01");
         (void)fflush(stdout);
     }
+    return true;
 }
 
 int main(int argc, char **argv)
@@ -446,8 +461,8 @@ int main(int argc, char **argv)
         return 2;
     }
     (void)modbus_set_response_timeout(client, 3, 0);
-    run_list();
+    bool ran = run_list();
     modbus_close(client);
     modbus_free(client);
-    return 0;
+    return ran ? 0 : 2;
 }

@@ -24,6 +24,7 @@ _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
 _STOP_TRIES = 3
+_HELD_S = 0.02  # more than any period that a timer holds behind a stop
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
 
@@ -70,6 +71,8 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
     A request whose reply was lost is repeated, and the repetition refused because the axes are
     armed already: that is no error.
     """
+    if token:
+        board.require("tokens")
     try:
         board.command("arm", axes, token)
     except ExceptionReplyError as error:
@@ -97,6 +100,8 @@ def start_together(group: list[Lines], world: World) -> int:
     Raises BoardError then, and if a board is still armed long after the broadcast: it has not
     heard it.
     """
+    for lines in group:
+        lines.board.require("tokens")
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
     try:
@@ -194,6 +199,8 @@ def stop_axes(board: Board, axes: list[int]) -> None:
 def rests(board: Board, axes: list[int], world: World) -> dict[int, Rest]:
     """Look twice at some axes, a little after the last step of a stop; return what each does."""
     end = world.now_s() + _LAST_STEP_S
+    if not board.has("bits"):
+        world.wait(_HELD_S)
     while (stopping := _stopping(board, axes)) and world.now_s() < end:
         world.wait(_POLL_S)
     before = positions(board, axes)
@@ -264,7 +271,12 @@ def _known_still(board: Board, axes: list[int]) -> bool:
 
 
 def _stopping(board: Board, axes: list[int]) -> set[int]:
-    """Return those of some axes whose timer still holds the period that a stop has cut short."""
+    """Return those of some axes whose timer still holds the period that a stop has cut short.
+
+    A board without coils does not say so: none is returned.
+    """
+    if not board.has("bits"):
+        return set()
     coils = board.read_coils(regs.COIL_STOP, max(axes) + 1)
     return {axis for axis in axes if coils[axis]}
 

@@ -37,8 +37,8 @@ class Variable:
 # What tests may read and write, by the first word of a path such as "axes[0].ledger.loaded_ticks".
 VARIABLES = {
     "axes": Variable("axes", "struct axis", "motion/axis.h"),
-    "fault": Variable("record", "struct fault_record", "app/faults.h"),
-    "limits": Variable("limits", "struct line_limits", "motion/line_check.h"),
+    "fault": Variable("first_fault", "struct fault_record", "app/faults.h"),
+    "limits": Variable("current_limits", "struct line_limits", "motion/line_check.h"),
     "engine": Variable("step_engines", "struct step_engine", "motion/step_engine.h"),
 }
 _PATH = re.compile(r"(?P<variable>[a-z_]+)(?:\[(?P<index>\d+)\])?\.(?P<member>.+)")
