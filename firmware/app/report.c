@@ -34,6 +34,8 @@ uint16_t report_status(void)
             bits |= REPORT_ARMED;
         } else if (life->state == AXIS_RUNNING) {
             bits |= REPORT_RUNNING;
+        } else if (life->state == AXIS_STOPPING) {
+            bits |= (uint16_t)(REPORT_STOPPING << i);
         }
     }
     if (faults_any()) {

@@ -437,7 +437,9 @@ static bool run_list(void)
 
         (void)printf("%s\t%s\n",
                      list[i].name,
-                     fine ? "ok" : served ? complaint : "exception 01");
+                     fine     ? "ok"
+                     : served ? complaint
+                              : "exception 01");
         (void)fflush(stdout);
     }
     return true;

@@ -58,9 +58,7 @@ def place(board: str, path: str) -> Place:
     """Return where a member of a variable lies, "axes[0].ledger.loaded_ticks"."""
     match = _PATH.fullmatch(path)
     variable = VARIABLES[match["variable"]]
-    source = _PROBE.format(
-        header=variable.header, struct=variable.struct, member=match["member"]
-    )
+    source = _PROBE.format(header=variable.header, struct=variable.struct, member=match["member"])
     offset, size = _words(board, source)
     index = int(match["index"] or 0)
     stride = _size_of(board, variable) if index else 0
