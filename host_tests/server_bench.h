@@ -84,6 +84,7 @@ enum modbus_exception data_write(uint16_t address, uint16_t count, uint8_t *word
     writes++;
     for (uint16_t i = 0; answer == MODBUS_OK && i < count; i++) {
         holdings[address - FIRST_HOLDING + i] = get_word(&words[2u * i]);
+        put_word(&words[2u * i], 0xDEADu); // any value, as the contract says
     }
     return answer;
 }

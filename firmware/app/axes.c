@@ -78,7 +78,7 @@ bool axes_any_queued(void)
 static bool capture_waits(uint8_t i)
 {
     return (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||
-           switch_capture_waiting();
+           (FEATURE_HOMING && switch_capture_waiting());
 }
 
 static bool follow_axis(uint8_t i, bool all)

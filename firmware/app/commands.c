@@ -34,11 +34,6 @@ static uint8_t state_of(uint8_t i)
     return axes_get(i)->life.state;
 }
 
-static bool names_axis(const struct order *order, uint8_t i)
-{
-    return ((uint8_t)order->mask & axis_bit(i)) != 0;
-}
-
 static bool always_possible(uint8_t axis, const struct order *order)
 {
     (void)axis;
@@ -54,6 +49,11 @@ static bool token_fits(const struct order *order)
 }
 
 #if FEATURE_HOMING
+static bool names_axis(const struct order *order, uint8_t i)
+{
+    return ((uint8_t)order->mask & axis_bit(i)) != 0;
+}
+
 static bool front_is_seek(uint8_t i)
 {
     bool opening = false;
@@ -160,6 +160,7 @@ static bool is_still(uint8_t i, const struct order *order)
            state_of(i) != AXIS_STOPPING;
 }
 
+#if FEATURE_HOMING
 static bool can_zero(uint8_t i, const struct order *order)
 {
     return is_still(i, order) && seek_can_zero(i);
@@ -170,6 +171,7 @@ static void zero_axis(uint8_t i, const struct order *order)
     (void)order;
     seek_zero(i);
 }
+#endif
 
 static void enable_driver(uint8_t i, const struct order *order)
 {
@@ -288,9 +290,8 @@ static void do_nothing(uint8_t axis, const struct order *order)
     (void)order;
 }
 
-// The first commands in each of these ranges are for axes, the others for the board.
 struct command_row {
-    command_test possible;
+    command_test possible; // NULL: this image was built without the command
     command_action act;
     bool for_axes;
 };
@@ -304,7 +305,9 @@ static const struct command_row command_table[] IN_FLASH = {
     [COMMAND_DISCARD] = {does_not_run, discard_axis, true},
     [COMMAND_ENABLE] = {always_possible, enable_driver, true},
     [COMMAND_DISABLE] = {is_still, disable_driver, true},
+#if FEATURE_HOMING
     [COMMAND_ZERO] = {can_zero, zero_axis, true},
+#endif
     [COMMAND_PERMIT_ON] = {can_permit, set_permit, false},
     [COMMAND_PERMIT_OFF] = {always_possible, set_permit, false},
 #if FEATURE_STORE
@@ -313,14 +316,6 @@ static const struct command_row command_table[] IN_FLASH = {
     [COMMAND_DEFAULTS] = {has_key, set_defaults, false},
     [COMMAND_GO] = {can_go, take_go, false},
 };
-
-static struct command_row row_of(const struct order *order)
-{
-    struct command_row row;
-
-    flash_copy(&row, &command_table[order->command], sizeof row);
-    return row;
-}
 
 // Disarm and stop go to all boards at once, whatever axes each of them has.
 static bool names_axes(const struct order *order)
@@ -331,33 +326,41 @@ static bool names_axes(const struct order *order)
            (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
 }
 
+// Ask, or act, for each axis of the order; a command for the board has axis 0 alone. False when it is
+// not possible for one of them.
+static bool each_axis(const struct order *order, bool act)
+{
+    struct command_row row;
+    uint8_t mask = 1;
+
+    flash_copy(&row, &command_table[order->command], sizeof row);
+    if (row.for_axes) {
+        mask = (uint8_t)order->mask;
+        if (!names_axes(order)) {
+            return false;
+        }
+    }
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if ((mask & axis_bit(i)) == 0) {
+            continue;
+        }
+        if (act) {
+            row.act(i, order);
+        } else if (row.possible == NULL || !row.possible(i, order)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool commands_possible(const struct order *order)
 {
-    struct command_row row = row_of(order);
-
-    if (row.possible == NULL) {
-        return false;
-    }
-    if (!row.for_axes) {
-        return row.possible(0, order);
-    }
-    bool possible = names_axes(order);
-
-    for (uint8_t i = 0; possible && i < CONFIG_AXES; i++) {
-        possible = !names_axis(order, i) || row.possible(i, order);
-    }
-    return possible;
+    return each_axis(order, false);
 }
 
 void commands_act(const struct order *order)
 {
-    struct command_row row = row_of(order);
-
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (row.for_axes ? names_axis(order, i) : i == 0) {
-            row.act(i, order);
-        }
-    }
+    (void)each_axis(order, true);
 }
 
 const struct order *commands_last(void)

@@ -13,23 +13,7 @@
 #include "wire/register_map.h" // REG_*
 #include "wire/server_data.h"  // data_*
 
-static APART uint16_t record_word(const struct pixel_record *record, uint8_t word)
-{
-    switch (word) {
-    case 0:
-        return record->pixel;
-    case 1:
-    case 2:
-        return half_word((uint32_t)record->expected_steps, word == 2);
-    case 3:
-    case 4:
-        return half_word((uint32_t)record->actual_steps, word == 4);
-    default:
-        return (uint16_t)record->edge_error_ticks;
-    }
-}
-
-static APART uint16_t record_register(const struct ledger *ledger, uint8_t offset)
+static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
     uint8_t count = ledger->records.count;
 
@@ -49,9 +33,7 @@ static APART uint16_t record_register(const struct ledger *ledger, uint8_t offse
     if (number >= count) {
         return 0;
     }
-    struct pixel_record record = records_get(&ledger->records, number);
-
-    return record_word(&record, word);
+    return records_word(&ledger->records, number, word);
 }
 
 // The input registers that there are, in order.

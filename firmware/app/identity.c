@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Who this board is: function 17 and function 43/14 of the server.
+// Who this board is: in the image for the host, on the bus by function 17 and function 43/14.
 #include "app/report.h"       // report_status
 #include "base/flash.h"       // IN_FLASH
 #include "config.h"           // CONFIG_*, FEATURE_DIAGNOSIS
 #include "wire/server_data.h" // data_*
 
+#define TEXT_OF(value)             #value
+#define VERSION_TEXT(major, minor) TEXT_OF(major) "." TEXT_OF(minor)
+
+// In every image, whatever its features: the host flashes no file without this text.
+__attribute__((used)) static const char identity[] IN_FLASH =
+    "pixstep " CONFIG_BOARD_NAME
+    " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);
+
 #if FEATURE_DIAGNOSIS
 
 uint8_t data_identity(uint8_t *text, uint8_t room)
 {
-#define TEXT_OF(value)             #value
-#define VERSION_TEXT(major, minor) TEXT_OF(major) "." TEXT_OF(minor)
-    static const char identity[] IN_FLASH =
-        "pixstep " CONFIG_BOARD_NAME
-        " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);
     uint8_t length = (uint8_t)(sizeof identity - 1u);
 
     if (length > room) {

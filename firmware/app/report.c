@@ -34,6 +34,8 @@ uint16_t report_status(void)
             bits |= REPORT_ARMED;
         } else if (life->state == AXIS_RUNNING) {
             bits |= REPORT_RUNNING;
+        } else if (life->state == AXIS_STOPPING) {
+            bits |= (uint16_t)(REPORT_STOPPING << i);
         }
     }
     if (faults_any()) {
@@ -111,9 +113,8 @@ static uint16_t expected_steps(uint8_t axis, bool low)
     if (records->count == 0) {
         return 0;
     }
-    struct pixel_record newest = records_get(records, (uint8_t)(records->count - 1u));
-
-    return half_word((uint32_t)newest.expected_steps, low);
+    // Words 1 and 2.
+    return records_word(records, (uint8_t)(records->count - 1u), low ? 2 : 1);
 }
 
 static uint16_t axis_state(uint8_t axis, bool low)

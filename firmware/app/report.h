@@ -14,6 +14,7 @@
 #define REPORT_ESTOP       0x0010u
 #define REPORT_PERMIT      0x0020u
 #define REPORT_LISTEN_ONLY 0x0040u
+#define REPORT_STOPPING    0x0100u // axis 0, and the next bits the next axes
 
 // Input register at this address. The first word of a 32-bit value samples the value where it may
 // change between the two reads.

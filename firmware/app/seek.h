@@ -92,10 +92,4 @@ static inline bool seek_edge_waits(uint8_t axis)
     return false;
 }
 
-static inline bool seek_can_zero(uint8_t axis)
-{
-    (void)axis;
-    return false;
-}
-
 #endif

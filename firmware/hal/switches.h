@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Home and limit switches, and the exact time of one home switch's edge: the analog comparator
 // compares the switch's pin with 1.1 V and drives the input capture of timer 1, which belongs to
-// axis CONFIG_SWITCH_CAPTURE_AXIS. Main loop only.
+// axis CONFIG_SWITCH_CAPTURE_AXIS. Without FEATURE_HOMING nothing is captured. Main loop only.
 #pragma once
 
 #include <stdbool.h>

@@ -37,7 +37,10 @@ LAYERS: dict[str, tuple[set[str], set[str]]] = {
         {"firmware/config.h", "firmware/hal", "firmware/core/base", *STEP_TYPES},
         FREESTANDING | AVR,
     ),
-    "firmware/app": ({"firmware/config.h", "firmware/build_features.h", "firmware/core", "firmware/hal"}, FREESTANDING),
+    "firmware/app": (
+        {"firmware/config.h", "firmware/build_features.h", "firmware/core", "firmware/hal"},
+        FREESTANDING,
+    ),
     # Its fakes stand behind the hal's contracts, for the axes that the image has.
     "host_tests": (
         {"firmware/config.h", "firmware/core", "firmware/hal", "firmware/app", "unity"},

@@ -13,6 +13,10 @@ EEPROM_AT = 0x810000
 # Of the sections at addresses below RAM only this one is in the flash; the others describe it.
 FLASH_SECTION = ".text"
 
+# The object that the linker has made of all objects that are optimised as one program.
+WHOLE_PROGRAM = "whole program"
+LTO_OBJECT = re.compile(r"\.ltrans\d*(?:\.ltrans)?\.o$")
+
 MEMORY_MAP = "Linker script and memory map"
 GAPS = "gaps"
 STUBS = "linker stubs"
@@ -39,15 +43,7 @@ class Bytes:
         self.ram += ram
 
 
-@dataclass
-class Image:
-    """The bytes of each object of an image by the object's name in the map, and of all of it."""
-
-    objects: dict[str, Bytes] = field(default_factory=dict)
-    total: Bytes = field(default_factory=Bytes)
-
-
-@dataclass
+@dataclass(frozen=True)
 class Section:
     """An output section: whether its bytes are in flash, in RAM or in both."""
 
@@ -57,6 +53,24 @@ class Section:
     def bytes(self, size: int) -> tuple[int, int]:
         """Flash and RAM that so many bytes of the section take."""
         return size * self.in_flash, size * self.in_ram
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of the image that the program optimised as a whole takes."""
+
+    at: int
+    size: int
+    section: Section
+
+
+@dataclass
+class Image:
+    """The bytes of each object of an image by the object's name in the map, and of all of it."""
+
+    objects: dict[str, Bytes] = field(default_factory=dict)
+    total: Bytes = field(default_factory=Bytes)
+    whole: list[Part] = field(default_factory=list)  # of WHOLE_PROGRAM
 
 
 def unwrapped(text: str) -> Iterator[str]:
@@ -84,6 +98,8 @@ def owner_of(text: str) -> str:
     """Name of an object in the map: a source's object file, or the library it comes from."""
     if not text or text == STUBS:
         return text or GAPS
+    if LTO_OBJECT.search(text):
+        return WHOLE_PROGRAM
     archive = re.search(r"([^/]+)\(([^)]+)\)$", text)
     if archive is None:
         return Path(text).name
@@ -102,9 +118,12 @@ def read_map(text: str) -> Image:
         elif line[:1] == ".":
             section = Section(False, False)
         elif part and int(part["size"], 16):
-            taken = section.bytes(int(part["size"], 16))
+            size, owner = int(part["size"], 16), owner_of(part["owner"].strip())
+            taken = section.bytes(size)
             if any(taken):
-                image.objects.setdefault(owner_of(part["owner"].strip()), Bytes()).add(*taken)
+                image.objects.setdefault(owner, Bytes()).add(*taken)
+            if any(taken) and owner == WHOLE_PROGRAM:
+                image.whole.append(Part(int(part["at"], 16), size, section))
     check_sum(image)
     return image
 

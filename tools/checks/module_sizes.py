@@ -5,7 +5,8 @@
     module_sizes.py --check FILE     the same, and fails if one exceeds its line in FILE
     module_sizes.py --write FILE     the same, and rewrites the table in FILE between its markers
 
-Flash may exceed the line by FLASH_SLACK_BYTES, RAM may not. The sizes come from the linker's map.
+Flash may exceed the line by FLASH_SLACK_BYTES, RAM may not. The sizes come from the linker's map, those of
+modules that are optimised as one program from the image's symbols (whole_program.py).
 Another compiler version makes different code: the rule then prints so and compares nothing.
 """
 
@@ -14,9 +15,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import whole_program
 from common import ROOT, board_names, build_folder, finish, repository_files
-from map_file import GAPS, STUBS, Bytes, Image, MapError, read_map
-from modules import module_of, short
+from map_file import GAPS, STUBS, WHOLE_PROGRAM, Bytes, Image, MapError, read_map
+from modules import ModuleError, module_of, objects, short
 
 from pixstep import docs
 from pixstep.errors import UserError
@@ -73,6 +75,36 @@ def by_module(image: Image, sources: dict[str, str]) -> dict[str, Bytes]:
     return found
 
 
+def of_whole_program(image: Image, elf: Path, build: Path, root: Path) -> dict[str, Bytes]:
+    """Bytes of each module in what the linker optimised as one program; none if it did not."""
+    if not image.whole:
+        return {}
+    made = [
+        (short(module_of(source, root)), whole_program.read_symbols(path))
+        for source, path in objects(build, root=root)
+    ]
+    symbols = whole_program.read_symbols(elf)
+    return whole_program.by_module(image.whole, symbols, whole_program.owners(made))
+
+
+def board_sizes(board: str, sources: dict[str, str], root: Path) -> tuple[dict[str, Bytes], str]:
+    """Bytes of each module of a board's image, and the compiler's version."""
+    build = build_folder(board, root)
+    elf = build / "firmware" / f"pixstep-{board}.elf"
+    try:
+        image = read_map(elf.with_suffix(".map").read_text(encoding="utf-8"))
+        found = by_module(image, sources)
+        for module, taken in of_whole_program(image, elf, build, root).items():
+            found.setdefault(module, Bytes()).add(taken.flash, taken.ram)
+        if image.whole:
+            del found[WHOLE_PROGRAM]
+        return found, compiler_of(elf)
+    except OSError as error:
+        raise MapError(f"{error.filename}: {error.strerror}: build it first") from None
+    except (MapError, ModuleError) as error:
+        raise MapError(f"{elf.with_suffix('.map')}: {error}") from None
+
+
 def compiler_of(elf: Path) -> str:
     """The compiler's words about itself in an image."""
     found = COMPILER.search(elf.read_bytes())
@@ -87,15 +119,9 @@ def measure(boards: list[str], root: Path = ROOT) -> Record:
     sizes: Sizes = {}
     compilers = set()
     for board in boards:
-        elf = build_folder(board, root) / "firmware" / f"pixstep-{board}.elf"
-        try:
-            image = read_map(elf.with_suffix(".map").read_text(encoding="utf-8"))
-            compilers.add(compiler_of(elf))
-        except OSError as error:
-            raise MapError(f"{error.filename}: {error.strerror}: build it first") from None
-        except MapError as error:
-            raise MapError(f"{elf.with_suffix('.map')}: {error}") from None
-        for module, taken in by_module(image, sources).items():
+        found, compiler = board_sizes(board, sources, root)
+        compilers.add(compiler)
+        for module, taken in found.items():
             sizes.setdefault(module, {})[board] = taken
     if len(compilers) != 1:
         raise MapError(f"the images have several compilers: {', '.join(sorted(compilers))}")

@@ -20,13 +20,18 @@ from avr_stack import Image, ImageError
 from common import finish
 
 
+# What is to be left over, in bytes of flash and of RAM at the worst stack; printed, no limits.
+GOALS = {"uno": (2500, 300), "mega": (None, 1800)}
+
+
 @dataclass(frozen=True)
 class Limits:
-    """What a board has, in bytes, and how much RAM must be left over in the worst case."""
+    """What a board has, in bytes, and how much of both must be left over in the worst case."""
 
     flash: int
     ram: int
     reserve: int
+    flash_reserve: int
 
 
 def limits_of(board: str) -> Limits:
@@ -36,6 +41,7 @@ def limits_of(board: str) -> Limits:
         flash=number("FLASH_BYTES") - number("BOOT_BYTES"),
         ram=number("RAM_BYTES"),
         reserve=number("STACK_RESERVE_BYTES"),
+        flash_reserve=int(boards.load(board).constants.get("FLASH_RESERVE_BYTES", "0"), 0),
     )
 
 
@@ -131,14 +137,33 @@ def measure(board: str, elf: Path) -> Size:
 def over_limits(board: str, size: Size) -> list[str]:
     """Problems of one image."""
     limits, found = limits_of(board), []
-    if size.flash > limits.flash:
-        found.append(f"{board}: {size.flash} bytes of flash, at most {limits.flash}")
+    most = limits.flash - limits.flash_reserve
+    if size.flash > most:
+        found.append(f"{board}: {size.flash} bytes of flash, at most {most}")
     if size.free < limits.reserve:
         found.append(
             f"{board}: {size.free} bytes of RAM left with the worst stack, at least "
             f"{limits.reserve} ({' > '.join(size.stack_path)})"
         )
     return found
+
+
+def text(board: str, size: Size) -> str:
+    """The numbers of one image as a line, what is left with its limit and its goal."""
+    limits = limits_of(board)
+    flash_goal, ram_goal = GOALS.get(board, (None, None))
+    flash = left(limits.flash - size.flash, limits.flash_reserve, flash_goal)
+    ram = left(size.free, limits.reserve, ram_goal)
+    return (
+        f"{board}: flash {size.flash}, left {flash}; static RAM {size.static_ram}, "
+        f"worst stack {size.worst_stack}, left {ram}"
+    )
+
+
+def left(now: int, limit: int, goal: int | None) -> str:
+    """Bytes left over, beside the least and the goal."""
+    wanted = f", goal {goal}" if goal is not None else ""
+    return f"{now} bytes (at least {limit}{wanted})"
 
 
 def main() -> None:
@@ -158,10 +183,7 @@ def main() -> None:
         print(json.dumps({board: asdict(size) for board, size in sizes.items()}, indent=2))
         sys.exit(1 if problems else 0)
     for board, size in sizes.items():
-        print(
-            f"{board}: flash {size.flash}, static RAM {size.static_ram}, "
-            f"worst stack {size.worst_stack}, left {size.free} bytes"
-        )
+        print(text(board, size))
     finish("sizes", f"{len(sizes)} images", problems)
 
 

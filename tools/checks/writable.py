@@ -15,6 +15,9 @@ from modules import ModuleError, Symbols, build_symbols
 # nm's letters of what lies in RAM: zeroed, initialised, common; also the small ones of other parts.
 IN_RAM = set("BDCGS")
 
+# The compiler's marks of an object that can be optimised with others: no variables.
+LTO_MARK = "__gnu_lto"
+
 SHARED = {
     "step_engines": "the step interrupt (assembly) and the main loop share it",
     "step_rings": "the step interrupt (assembly) and the main loop share it",
@@ -24,7 +27,10 @@ SHARED = {
 def writable(found: list[Symbols]) -> dict[str, str]:
     """Source by name of the variables that others can write."""
     return {
-        name: one.source for one in found for name, kind in one.defined.items() if kind in IN_RAM
+        name: one.source
+        for one in found
+        for name, kind in one.defined.items()
+        if kind in IN_RAM and not name.startswith(LTO_MARK)
     }
 
 

@@ -303,7 +303,7 @@ static void set_decode(struct options *options, const char *text)
 
 static void usage(void)
 {
-    fail("use: pixstep-plan --hz N/D --decode smooth|plain [--timer-hz F] [--backlash B"
+    fail("use: pixstep-plan --hz N/D --timer-hz F --decode smooth|plain [--backlash B"
          " --line-speed V]\n     [--min-interval T] [--negative] [--pixels] < runs");
 }
 
@@ -355,11 +355,11 @@ static void parse(struct options *options, int argc, char **argv)
     };
     int option;
 
-    *options = (struct options){.timer_hz = 16000000u, .min_interval_ticks = 64u};
+    *options = (struct options){.min_interval_ticks = 64u};
     while ((option = getopt_long(argc, argv, "", names, NULL)) != -1) {
         set_option(options, option);
     }
-    if (options->hz_num == 0 || optind != argc) {
+    if (options->hz_num == 0 || options->timer_hz == 0 || optind != argc) {
         usage();
     }
 }

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
-from pixstep.board import boards
+from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.hostile.wire import crc16
 
@@ -101,6 +101,7 @@ class FakeBoard(FakeServer):
         self.values = {
             "map_version": 3, "firmware_version": 0x0001, "record_capacity": 10, "reset_cause": 1,
             "min_interval_ticks": 266, "smooth_min_interval_ticks": 266, "event_capacity": 4,
+            "features": (1 << len(features.table())) - 1,
         }  # fmt: skip
         self.inputs_bits = 0
         self.estop = self.clock = self.permit = False
@@ -123,6 +124,16 @@ class FakeBoard(FakeServer):
     def setting(self, name):
         item = MAP.holding(name)
         return item.decode([self.holdings[item.address + n] for n in range(item.words)])
+
+    def without(self, *names):
+        """Take features away, and what goes with them."""
+        for name in names:
+            self.values["features"] &= ~(1 << features.named(name).bit)
+        if "events" in names:
+            self.values["event_capacity"] = 0
+
+    def has(self, name):
+        return bool(self.values["features"] >> features.named(name).bit & 1)
 
     def latch(self, name, argument=0, axis=0, pixel=0):
         """Stop everything with a fault."""

@@ -8,12 +8,18 @@ from pixstep.hostile.wire import seal
 ILLEGAL, ADDRESS, VALUE, FAILURE, BUSY = 1, 2, 3, 4, 6
 
 
+# The feature that a function belongs to; the others are always served.
+SERVED_BY = dict.fromkeys((1, 2, 5, 15), "bits") | dict.fromkeys((8, 17, 22, 23, 43), "diagnosis")
+
+
 class RefusalError(Exception):
     """A Modbus exception; its argument is the code."""
 
 
 class FakeServer:
-    """Answers frames; the board behind it has `read`, `write`, `read_bits` and `write_coils`."""
+    """Answers frames; the board behind it has `read`, `write`, `read_bits`, `write_coils` and
+    `has`, which says whether it was built with a feature.
+    """
 
     def answer(self, unit, pdu):
         """Return the reply frame, None for another's request or a broadcast."""
@@ -35,6 +41,8 @@ class FakeServer:
             first, count = struct.unpack(">HH", data)
             words = self.read(function == 4, first, count)
             return struct.pack(f">BB{count}H", function, 2 * count, *words)
+        if function in SERVED_BY and not self.has(SERVED_BY[function]):
+            raise RefusalError(ILLEGAL)
         if function in (1, 2):
             first, count = struct.unpack(">HH", data)
             bits = self.read_bits(function == 1, first, count)

@@ -44,15 +44,15 @@ class FaultBench(Bench):
 
     def latched(self):
         """Code of the fault that the firmware has latched, read without its help."""
-        return self.memory.read("machine", "struct machine", "fault.code")
+        return self.memory.read("fault.code")
 
     def poke(self, member, value):
-        """Write a member of the firmware's `machine`."""
-        self.memory.write("machine", "struct machine", member, value)
+        """Write a member of one of the firmware's variables, "limits.min_interval_ticks"."""
+        self.memory.write(member, value)
 
-    def machine(self, member):
-        """Read a member of the firmware's `machine`."""
-        return self.memory.read("machine", "struct machine", member)
+    def peek(self, member):
+        """Read a member of one of the firmware's variables."""
+        return self.memory.read(member)
 
     @contextlib.contextmanager
     def main_loop_held(self):

@@ -103,6 +103,13 @@ def test_info_of_a_board_without_the_optional_function(one):
     assert one.json("info")["boards"][0]["identification"] == {}
 
 
+def test_info_of_a_board_without_diagnosis(one):
+    one.board.without("diagnosis", "bits")
+    (found,) = one.json("info")["boards"]
+    assert found["server_id"] == "pixstep mega 0.1" and found["identification"] == {}
+    assert "homing" in found["features"] and "bits" not in found["features"]
+
+
 def test_info_names_the_fault(one):
     one.board.latch("limit_plus", 7, 2, 99)
     text = one.json("info")["boards"][0]["fault"]

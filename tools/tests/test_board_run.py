@@ -7,6 +7,7 @@ import pytest
 
 from console import put
 from pixstep import natives
+from test_board_stop import BROADCAST
 
 # Commands
 
@@ -24,7 +25,7 @@ def test_commands_and_their_masks(one):
 def test_stop_is_a_broadcast_that_every_kind_of_board_understands(two):
     assert "stop sent to all boards" in two.out("stop", "--no-look")
     mega, uno = (board.commands for board in two.boards)
-    assert mega == [("stop", mask, 0) for mask in (0b0001, 0b0010, 0b1100)]
+    assert mega == [("stop", mask, 0) for mask in BROADCAST]
     assert ("stop", 0b0001, 0) in uno
     assert "--axis needs --unit" in two.err("stop", "--axis", 0, status=2)
     two.out("stop", "--unit", 1, "--axis", 2)
@@ -243,8 +244,10 @@ def test_events(one):
 
 
 def test_a_board_without_an_event_log(two):
-    two.boards[1].values["event_capacity"] = 0
-    assert "board 2 (uno) has no event log" in two.err("log", "events", "--unit", 2, status=2)
+    two.boards[1].without("events")
+    assert "board 2: its image is built without events (bit 4 of register features" in two.err(
+        "log", "events", "--unit", 2, status=2
+    )
 
 
 def test_watch(two):

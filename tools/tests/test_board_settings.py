@@ -125,11 +125,11 @@ def test_export_and_import(one, tmp_path):
         ('board = "uno"\n[settings]\nparity = 2\n', ": board = 'uno': board 1 is a mega"),
         (
             "board = 7\n[settings]\nparity = 2\n",
-            ":1: board = 7: 'uno', 'mega' or 'm1284' is wanted",
+            ":1: board = 7: 'uno', 'mega'",
         ),
         (
             "board = []\n[settings]\nparity = 2\n",
-            ":1: board = []: 'uno', 'mega' or 'm1284' is wanted",
+            ":1: board = []: 'uno', 'mega'",
         ),
         ("map_version = true\n[settings]\nparity = 2\n", ":1: settings of register map True"),
         ("count = 2\n[settings]\nparity = 1\n", ": cut off: 1 of 2 settings"),

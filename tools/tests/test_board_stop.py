@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board stop`: one stop is sent, and what rests is asked for."""
 
+from itertools import pairwise
+
 from console import put
+from pixstep.board import registers as regs
 from pixstep.hostile.wire import seal
 
-# Boards have 1, 2 or 4 axes: a frame for what every board has, one for what larger ones add.
-BROADCAST = [0b0001, 0b0010, 0b1100]
+# A frame for what every board has, one for what each larger kind of board adds.
+BROADCAST = [(1 << more) - (1 << axes) for axes, more in pairwise((0, *regs.AXIS_COUNTS))]
 
 
 def stops(board):

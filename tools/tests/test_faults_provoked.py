@@ -13,10 +13,13 @@ from pixstep.board.client import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
 
+STARTING = 8  # enum axis_state
+
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES
 LONG = Line((40,) * 60, PLAIN)
 HZ = Fraction(100)
+STARTING = 8  # enum axis_state
 START, SEEK, OPEN, DOWN, END = 0x01, 0x80, 0x100, (3, 0), (2, 0)
 
 
@@ -62,7 +65,7 @@ def test_decoder_late(board, rate, axes):
         bench.arm()
         bench.run_into_fault()
         bench.assert_fault(
-            "decoder_late", bench.machine("fault.axis"), pixel=range(1, line.pixels + 1)
+            "decoder_late", bench.peek("fault.axis"), pixel=range(1, line.pixels + 1)
         )
         assert 0 < bench.count() < line.total_steps
 
@@ -104,7 +107,7 @@ def test_start_late(board):
     with FaultBench(board, hz=30) as bench:
         bench.load(LONG)
         bench.arm()
-        bench.until_true(lambda: bench.machine("starting") == 1)
+        bench.until_true(lambda: bench.peek("axes[0].life.state") == STARTING)
         bench.sim.wait_s(0.024)  # of the 33 between the clock's edge and line zero
         with bench.main_loop_held():
             bench.sim.wait_s(0.010)
@@ -120,7 +123,7 @@ def test_internal(board):
     with FaultBench(board) as bench:
         bench.load(LONG)
         bench.arm()
-        bench.until_true(lambda: bench.machine("starting") == 1)
+        bench.until_true(lambda: bench.peek("axes[0].life.state") == STARTING)
         bench.poke("axes[0].feed.held", 0)
         bench.run_into_fault()
         bench.assert_fault("internal", pixel=1, argument=promise("feed.c", "feed->held"))

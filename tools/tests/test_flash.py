@@ -134,7 +134,7 @@ def test_flash_asks_the_board(invoke, tmp_path, avrdude, board):
     assert called.read_text().split()[-1] == f"flash:w:{path}:i"
     board[1].holdings[0] = 9
     assert "board 9" not in invoke(*words, "--unit", 9).stderr
-    assert "no reply to identify" in invoke(*words, status=1).stderr
+    assert "no reply to read" in invoke(*words, status=1).stderr
     assert invoke(*words, "--no-ask").stdout == ""
 
 

@@ -6,7 +6,7 @@ import pytest
 from homebench import assert_repeats, repeat
 
 pytestmark = pytest.mark.usefixtures("simulator")
-COUNT = 60
+COUNT = 25
 
 
 @pytest.mark.parametrize("axis", range(2))

@@ -80,8 +80,9 @@ def permitted(board, request, estop_at):
 
 def ms_unit(board):
     """Return how many seconds a board's millisecond takes (clock_now_ms)."""
-    units_256_s = 256 * 64 / boards.load(board).tick_hz
-    return units_256_s if board in ("uno", "mega") else units_256_s * 256 / 209
+    tick_hz = boards.load(board).tick_hz
+    units_256 = 256 * 64 / tick_hz
+    return units_256 if tick_hz == 16_000_000 else units_256 * 256 / (1000 * (1 << 22) // tick_hz)
 
 
 @pytest.mark.provokes("bus_silent")

@@ -9,7 +9,7 @@ from same_edges import Made
 
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.simrun import BOOT_CYCLES, Job
+from pixstep.simulation.simrun import BOOT_S, Job
 
 CSV = """\
 cycle,board,axis,signal,level
@@ -74,6 +74,25 @@ def test_what_software_or_the_order_of_a_cycle_may_move_is_no_difference():
     assert same_edges.shift(made(), made(swapped)) == 4
 
 
+def later(cycles, text=CSV):
+    """Return an edge list with every edge so much later."""
+    head, *rows = text.splitlines()
+    moved = [f"{int(row.split(',')[0]) + cycles},{row.partition(',')[2]}" for row in rows]
+    return "\n".join([head, *moved, ""])
+
+
+def test_a_run_at_another_pixel_edge_is_told_apart_from_a_difference():
+    period = JOB.period  # 533,333 and a third
+
+    def moved(text):
+        return same_edges.moved_pixels(made(), made(text), period)
+
+    assert [moved(later(1_066_667)), moved(later(533_333))] == [2, 1]
+    assert moved(later(533_300)) == 0
+    assert moved(later(533_333).replace(",0,1,STEP,0", ",0,1,STEP,1", 1)) == 0
+    assert moved(later(533_333, CSV.replace("3000", "3001"))) == 0
+
+
 def test_differences_are_counted_and_the_first_is_named(capsys):
     doctored = iter([CSV, CSV.replace("3000", "3001"), CSV.replace("3032", "3033")])
     outcome = same_edges.compare([JOB] * 3, lambda _: made(), lambda _: made(next(doctored)))
@@ -103,7 +122,7 @@ def test_lines_are_armed_halfway_between_pixel_edges_when_all_is_uploaded():
     ticks_a_ms = JOB.period * JOB.pixel_hz / 1000
     pixels = (cycle - same_edges.CLOCK_START_MS * ticks_a_ms) / JOB.period
     assert abs(pixels % 1 - Fraction(1, 2)) < Fraction(1, 1000)
-    assert cycle > BOOT_CYCLES + same_edges.UPLOAD_MS * ticks_a_ms
+    assert cycle > BOOT_S * 1000 * ticks_a_ms + same_edges.UPLOAD_MS * ticks_a_ms
 
 
 def test_every_axis_and_every_axis_at_once_are_run():

@@ -15,8 +15,13 @@ from pixstep.simulation.edges import read_edges
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES
 HZ = Fraction(100)
-FASTEST_SEEK = {"uno": 600, "mega": 400, "m1284": 600}  # steps/px
 START, WAIT, SEEK, END, DOWN = 0x01, 0x20, 0x80, (2, 0), (3, 0)
+
+
+def fastest_seek(board):
+    """Return the fastest even speed of a seek, steps/pixel."""
+    table = boards.load(board)
+    return table.tick_hz // int(HZ) // table.seek_min_interval_ticks // 2 * 2
 
 
 def queue(bench, axis, runs, flags=0):
@@ -68,7 +73,7 @@ def test_position_is_exact_when_a_clock_edge_comes_as_a_run_is_cut_off():
 @pytest.mark.parametrize("flags", [0, SEEK])
 @pytest.mark.parametrize("board", BOARDS)
 def test_a_line_without_the_clock_begins_at_any_rate(board, flags):
-    count = FASTEST_SEEK[board] if flags else 600
+    count = fastest_seek(board) if flags else 600
     for phase in range(6):
         with Bench(board, hz=HZ) as bench:
             queue(bench, 0, [(count, 20), *([DOWN] if flags else [])], flags)
@@ -86,7 +91,7 @@ def test_a_line_without_the_clock_begins_at_any_rate(board, flags):
 )
 def test_the_fastest_seek_places_its_edge(tmp_path, board, axes):
     """Each step interrupt may come between the edge and the look at where it fell."""
-    count, path = FASTEST_SEEK[board], tmp_path / "edges.csv"
+    count, path = fastest_seek(board), tmp_path / "edges.csv"
     offsets = set()
     for trial in range(16):
         knobs = f"0.{axes[0]}:home={4321 + 7 * trial},delay={trial * 137},over=1000000"

@@ -46,16 +46,42 @@ void records_note_error(struct records *records, uint16_t pixel, int16_t error_t
     }
 }
 
+static uint8_t slot_of(const struct records *records, uint8_t number)
+{
+    return slot_before_next(records, (uint8_t)(records->count - number));
+}
+
+static uint16_t pixel_of(const struct records *records, uint8_t number)
+{
+    return (uint16_t)(records->newest_pixel - records->count + 1u + number);
+}
+
 struct pixel_record records_get(const struct records *records, uint8_t number)
 {
-    uint8_t back = (uint8_t)(records->count - number);
-    uint8_t slot = slot_before_next(records, back);
+    uint8_t slot = slot_of(records, number);
     int32_t actual_steps = records->kept[slot].actual_steps;
 
     return (struct pixel_record){
-        .pixel = (uint16_t)(records->newest_pixel - back + 1u),
+        .pixel = pixel_of(records, number),
         .edge_error_ticks = records->kept[slot].edge_error_ticks,
         .expected_steps = actual_steps - records->kept[slot].beyond_steps,
         .actual_steps = actual_steps,
     };
+}
+
+uint16_t records_word(const struct records *records, uint8_t number, uint8_t word)
+{
+    uint8_t slot = slot_of(records, number);
+    int32_t steps = records->kept[slot].actual_steps;
+
+    if (word == 0) {
+        return pixel_of(records, number);
+    }
+    if (word == 5) {
+        return (uint16_t)records->kept[slot].edge_error_ticks;
+    }
+    if (word <= 2) {
+        steps -= records->kept[slot].beyond_steps;
+    }
+    return (word & 1u) != 0 ? (uint16_t)((uint32_t)steps >> 16) : (uint16_t)steps;
 }

@@ -56,3 +56,7 @@ void records_note_error(struct records *records, uint16_t pixel, int16_t error_t
 
 // Record `number`, 0..count-1; 0 is the oldest.
 struct pixel_record records_get(const struct records *records, uint8_t number);
+
+// The same, word by word as the registers show it: pixel, expected (high, low), actual (high, low),
+// error of the clock's edge.
+uint16_t records_word(const struct records *records, uint8_t number, uint8_t word);

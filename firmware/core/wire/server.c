@@ -313,7 +313,9 @@ static enum modbus_exception serve_data(struct frame *frame)
         return write_coil(bytes, first);
 #endif
     case WRITE_WORD:
-        return write_data(first, 1, &bytes[4], READ_HOLDING);
+        // From the place of the checksum: the reply repeats the word as it came.
+        put_word(&bytes[6], second);
+        return write_data(first, 1, &bytes[6], READ_HOLDING);
     case WRITE_COILS:
     case WRITE_WORDS:
         return write_many(frame, first, second);

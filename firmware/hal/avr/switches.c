@@ -46,6 +46,8 @@ uint8_t switches_read(uint8_t axis)
 #include BOARD_FILE
 #undef WANT_HOME
 
+#if FEATURE_HOMING
+
 #if CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS
 // The one timer's capture serves the switch or the pixel clock.
 bool switch_capture_take(struct switch_capture *capture)
@@ -136,3 +138,5 @@ void switch_capture_stop(void)
 {
     choose_input(0, (uint8_t)_BV(ACBG), true);
 }
+
+#endif

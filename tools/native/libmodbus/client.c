@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The conformance list by libmodbus, on a serial port or pseudo terminal:
 //
-//     pixstep-libmodbus PORT BOARD ID AXES     the board's name, number and axes
+//     pixstep-libmodbus PORT BOARD ID AXES HZ     its name, number, axes, ticks a second
 //
-// A line a case on standard output: its name (as in hostile/clients/cases.py), a tab, "ok" or what
-// is wrong. Cases that libmodbus has no way to ask for are not in its list.
+// First a line with the board's register `features`, then a line a case on standard output: its name
+// (as in hostile/clients/cases.py), a tab, "ok", "exception 01" if the board does not serve the
+// function that the case wants, or what is wrong. Cases that libmodbus has no way to ask for are not
+// in its list.
 #include <errno.h>
 #include <modbus.h>
 #include <stdarg.h>
@@ -18,6 +20,7 @@
 #define OUTPUTS     0x0061
 #define STATUS      0x0004
 #define PERIOD      0x0014
+#define FEATURES    0x0068
 #define RECORDS     0x0100
 #define SETTINGS    18
 #define PIXEL_HZ    2
@@ -36,6 +39,7 @@ static modbus_t *client;
 static const char *board;
 static int board_id;
 static int board_axes;
+static int tick_hz;
 static char complaint[160];
 
 __attribute__((format(printf, 1, 2))) static bool wrong(const char *format, ...)
@@ -251,7 +255,7 @@ static bool period_is(long wanted)
 
 static bool pair_read(void)
 {
-    return period_is(533333);
+    return period_is(tick_hz / 30);
 }
 
 static bool pair_written(void)
@@ -259,7 +263,7 @@ static bool pair_written(void)
     if (!write_pair(PIXEL_HZ, 0, 50)) {
         return false;
     }
-    bool followed = period_is(320000);
+    bool followed = period_is(tick_hz / 50);
 
     return write_pair(PIXEL_HZ, 0, 30) && followed;
 }
@@ -417,25 +421,40 @@ static const struct {
     {"1969 bits", bits_1969},
 };
 
-static void run_list(void)
+static bool run_list(void)
 {
-    for (size_t i = 0; i < sizeof list / sizeof list[0]; i++) {
-        bool fine = list[i].check();
+    int features = input(FEATURES);
 
-        (void)printf("%s\t%s\n", list[i].name, fine ? "ok" : complaint);
+    if (features < 0) {
+        (void)fprintf(stderr, "register features: %s\n", modbus_strerror(errno));
+        return false;
+    }
+    (void)printf("features\t%d\n", features);
+    for (size_t i = 0; i < sizeof list / sizeof list[0]; i++) {
+        errno = 0;
+        bool fine = list[i].check();
+        bool served = errno != EMBXILFUN;
+
+        (void)printf("%s\t%s\n",
+                     list[i].name,
+                     fine     ? "ok"
+                     : served ? complaint
+                              : "exception 01");
         (void)fflush(stdout);
     }
+    return true;
 }
 
 int main(int argc, char **argv)
 {
-    if (argc != 5) {
-        (void)fputs("usage: pixstep-libmodbus PORT BOARD ID AXES\n", stderr);
+    if (argc != 6) {
+        (void)fputs("usage: pixstep-libmodbus PORT BOARD ID AXES HZ\n", stderr);
         return 2;
     }
     board = argv[2];
     board_id = atoi(argv[3]);
     board_axes = atoi(argv[4]);
+    tick_hz = atoi(argv[5]);
     // A pseudo terminal has no parity.
     client = modbus_new_rtu(argv[1], 115200, 'N', 8, 1);
     if (client == NULL || modbus_set_slave(client, UNIT) != 0 ||
@@ -444,8 +463,8 @@ int main(int argc, char **argv)
         return 2;
     }
     (void)modbus_set_response_timeout(client, 3, 0);
-    run_list();
+    bool ran = run_list();
     modbus_close(client);
     modbus_free(client);
-    return 0;
+    return ran ? 0 : 2;
 }

@@ -55,9 +55,9 @@ class Board:
     flash_bytes: int
     ram_bytes: int
     queue_entries: int
-    serves_files: bool  # function 20, read file record
     min_interval_ticks: int  # of plain lines
     smooth_min_interval_ticks: int
+    seek_min_interval_ticks: int
     programmer: Programmer
     timers: dict[int, int]
     pins: tuple[Pin, ...]
@@ -125,9 +125,9 @@ def _read(path: Path) -> Board:
         flash_bytes=number("FLASH_BYTES"),
         ram_bytes=number("RAM_BYTES"),
         queue_entries=number("QUEUE_ENTRIES"),
-        serves_files=bool(number("ALL_FEATURES")),
         min_interval_ticks=number("MIN_INTERVAL_TICKS"),
         smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
+        seek_min_interval_ticks=number("SEEK_MIN_INTERVAL_TICKS"),
         programmer=Programmer(
             text("AVRDUDE_PART"), text("AVRDUDE_PROGRAMMER"), number("AVRDUDE_BAUD")
         ),

@@ -14,6 +14,7 @@ from pixstep.board.errors import (
     LineLostError,
     LineRefusedByBoardError,
     MapVersionError,
+    MissingFeatureError,
     NoReplyError,
 )
 from pixstep.board.state import (
@@ -40,6 +41,7 @@ __all__ = [
     "LineLostError",
     "LineRefusedByBoardError",
     "MapVersionError",
+    "MissingFeatureError",
     "NoReplyError",
     "Record",
     "Switches",

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from pymodbus.client import ModbusSerialClient
 
-from pixstep.board import boards
+from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.board.errors import (
     BUSY,
@@ -64,11 +64,28 @@ class Board(Wire):
         self.map = regs.register_map()
         self._record_capacity = 0
         self._identity: Identity | None = None
+        self._features: frozenset[str] | None = None
 
     def input(self, name: str) -> int:
         """Return a board-wide input register by name."""
         register = self.map.input(name)
         return register.decode(self.read_inputs(register.address, register.words))
+
+    def features(self) -> frozenset[str]:
+        """Return the names of what the board's image was built with (asked once)."""
+        if self._features is None:
+            self._features = features.names(self.input(features.REGISTER))
+        return self._features
+
+    def has(self, feature: str) -> bool:
+        """Return whether the board's image was built with a feature."""
+        return feature in self.features()
+
+    def require(self, *wanted: str) -> None:
+        """Raise MissingFeatureError for the first of some features that the board has not."""
+        for feature in wanted:
+            if not self.has(feature):
+                raise features.missing(self.unit, feature)
 
     def pixel_period_s(self) -> float:
         """Return the pixel period that the board measures, in seconds."""

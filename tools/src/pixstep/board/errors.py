@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a board can fail to do; each ends a command with exit status 1 and its own text."""
 
-IMPOSSIBLE, BUSY = 4, 6
+ILLEGAL_FUNCTION, IMPOSSIBLE, BUSY = 1, 4, 6
 EXCEPTIONS = {
     1: "illegal function",
     2: "illegal address",
@@ -58,6 +58,18 @@ class BusyError(ExceptionReplyError):
 
     def __init__(self, unit: int, code: int, reason: str) -> None:
         BoardError.__init__(self, f"board {unit}: busy: {reason}", code)
+
+
+class MissingFeatureError(BoardError):
+    """The board's image was built without what was asked for; `feature` is its name."""
+
+    def __init__(self, unit: int, feature: str, bit: int, meaning: str) -> None:
+        super().__init__(
+            f"board {unit}: its image is built without {feature} (bit {bit} of register features "
+            f"is 0): {meaning}",
+            ILLEGAL_FUNCTION,
+        )
+        self.unit, self.feature = unit, feature
 
 
 class MapVersionError(BoardError):

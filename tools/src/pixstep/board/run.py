@@ -70,6 +70,8 @@ def arm(board: Board, axes: list[int], token: int = 0) -> None:
     A request whose reply was lost is repeated, and the repetition refused because the axes are
     armed already: that is no error.
     """
+    if token:
+        board.require("tokens")
     try:
         board.command("arm", axes, token)
     except ExceptionReplyError as error:
@@ -97,6 +99,8 @@ def start_together(group: list[Lines], world: World) -> int:
     Raises BoardError then, and if a board is still armed long after the broadcast: it has not
     heard it.
     """
+    for lines in group:
+        lines.board.require("tokens")
     token = secrets.randbelow(0xFFFF) + 1
     armed: list[Lines] = []
     try:
@@ -265,8 +269,8 @@ def _known_still(board: Board, axes: list[int]) -> bool:
 
 def _stopping(board: Board, axes: list[int]) -> set[int]:
     """Return those of some axes whose timer still holds the period that a stop has cut short."""
-    coils = board.read_coils(regs.COIL_STOP, max(axes) + 1)
-    return {axis for axis in axes if coils[axis]}
+    status = board.input("status")
+    return {axis for axis in axes if status >> (regs.STATUS_STOPPING + axis) & 1}
 
 
 def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:

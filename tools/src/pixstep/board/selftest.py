@@ -89,7 +89,7 @@ class SelfTest(AtMachine):
 
     def identity(self) -> Result:
         """Which board it is."""
-        text = self.board.identify().text
+        text = f"pixstep {self.who.board} {self.who.firmware}"
         known = self.who.board in regs.BOARD_IDS.values()
         return Result("identity", OK if known else FAILED, f"{text}, {self.who.axis_count} axes")
 

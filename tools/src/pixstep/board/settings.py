@@ -110,7 +110,11 @@ def follow(board: Board, new: dict[str, int], changed: set[str]) -> None:
 
 
 def store(board: Board, world: World) -> int:
-    """Store the settings in the board's EEPROM; return the number of the record."""
+    """Store the settings in the board's EEPROM; return the number of the record.
+
+    Raises MissingFeatureError, and nothing is sent, for a board that cannot.
+    """
+    board.require("store")
     before = board.input("settings_serial")
     board.store()
     end = world.now_s() + _STORE_LIMIT_S

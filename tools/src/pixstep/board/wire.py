@@ -9,7 +9,13 @@ from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ConnectionException, ModbusException
 from pymodbus.pdu.other_message import ReportDeviceIdResponse
 
-from pixstep.board.errors import ExceptionReplyError, LineLostError, NoReplyError
+from pixstep.board import features
+from pixstep.board.errors import (
+    ILLEGAL_FUNCTION,
+    ExceptionReplyError,
+    LineLostError,
+    NoReplyError,
+)
 from pixstep.board.transport import WriteTimeoutError
 from pixstep.errors import UserError
 
@@ -81,56 +87,66 @@ class Wire:
 
     def mask_write(self, address: int, keep: int, put: int) -> None:
         """Make a holding register (old AND keep) OR (put AND NOT keep) (function 22)."""
-        self._ask(
-            "mask write", self.modbus.mask_write_register, address=address, and_mask=keep,
-            or_mask=put,
-        )  # fmt: skip
+        with self._needs("diagnosis"):
+            self._ask(
+                "mask write", self.modbus.mask_write_register, address=address, and_mask=keep,
+                or_mask=put,
+            )  # fmt: skip
 
     def write_and_read(
         self, write_address: int, words: list[int], address: int, count: int
     ) -> list[int]:
         """Write holding registers, then read some, in one request (function 23)."""
-        reply = self._ask(
-            "write and read", self.modbus.readwrite_registers, read_address=address,
-            read_count=count, write_address=write_address, values=words,
-        )  # fmt: skip
-        return list(reply.registers)
+        with self._needs("diagnosis"):
+            reply = self._ask(
+                "write and read", self.modbus.readwrite_registers, read_address=address,
+                read_count=count, write_address=write_address, values=words,
+            )  # fmt: skip
+            return list(reply.registers)
 
     def read_coils(self, address: int, count: int) -> list[bool]:
         """Return `count` coils (function 01)."""
-        reply = self._ask("read of coils", self.modbus.read_coils, address, count=count)
-        return list(reply.bits[:count])
+        with self._needs("bits"):
+            reply = self._ask("read of coils", self.modbus.read_coils, address, count=count)
+            return list(reply.bits[:count])
 
     def read_discretes(self, address: int, count: int) -> list[bool]:
         """Return `count` discrete inputs (function 02)."""
-        reply = self._ask("read of inputs", self.modbus.read_discrete_inputs, address, count=count)
-        return list(reply.bits[:count])
+        with self._needs("bits"):
+            reply = self._ask(
+                "read of inputs", self.modbus.read_discrete_inputs, address, count=count
+            )
+            return list(reply.bits[:count])
 
     def write_coil(self, address: int, value: bool) -> None:
         """Write one coil (function 05)."""
-        self._ask("write of a coil", self.modbus.write_coil, address, value)
+        with self._needs("bits"):
+            self._ask("write of a coil", self.modbus.write_coil, address, value)
 
     def write_coils(self, address: int, values: list[bool]) -> None:
         """Write coils in one all-or-nothing request (function 15)."""
-        self._ask("write of coils", self.modbus.write_coils, address, values)
+        with self._needs("bits"):
+            self._ask("write of coils", self.modbus.write_coils, address, values)
 
     def identify(self) -> ServerId:
         """Return the answer to function 17, report server id."""
-        self.modbus.register(_ServerIdReply)
-        data = self._ask("identify", self.modbus.report_device_id).identifier
-        if len(data) < _ID_BYTES:
-            raise NoReplyError(self.unit, "identify", heard=len(data))
-        return ServerId(data[0], data[1] != 0, data[2:].decode("ascii", errors="replace"))
+        with self._needs("diagnosis"):
+            self.modbus.register(_ServerIdReply)
+            data = self._ask("identify", self.modbus.report_device_id).identifier
+            if len(data) < _ID_BYTES:
+                raise NoReplyError(self.unit, "identify", heard=len(data))
+            return ServerId(data[0], data[1] != 0, data[2:].decode("ascii", errors="replace"))
 
     def identification(self, code: int = 2) -> dict[str, str]:
         """Return the objects of function 43/14 by name; code 1 basic, 2 regular, 3 extended."""
         found: dict[int, bytes] = {}
         first = 0
         while True:
-            reply = self._ask(
-                "identification", self.modbus.read_device_information, read_code=code,
-                object_id=first,
-            )  # fmt: skip
+            with self._needs("diagnosis"):
+                reply = self._ask(
+                    "identification", self.modbus.read_device_information, read_code=code,
+                    object_id=first,
+                )  # fmt: skip
             found |= reply.information
             if not reply.more_follows or reply.next_object_id <= first:
                 break
@@ -150,7 +166,8 @@ class Wire:
 
     def clear_counters(self) -> None:
         """Set the line's counters to 0 (function 08, sub-function 10)."""
-        self._ask("clear counters", self.modbus.diag_clear_counters)
+        with self._needs("diagnosis"):
+            self._ask("clear counters", self.modbus.diag_clear_counters)
 
     def listen_only(self) -> None:
         """Make the unit silent until it is restarted (function 08, sub-function 4); no reply."""
@@ -181,14 +198,15 @@ class Wire:
 
     def _diagnosis(self, what: str, method, *arguments) -> int:
         """Return the data word of a diagnostic answer; the library has several shapes for it."""
-        message = self._ask(what, method, *arguments).message
-        if isinstance(message, (list, tuple)):
-            message = message[0] if message else None
-        if isinstance(message, bytes):
-            return int.from_bytes(message[:2], "big")
-        if not isinstance(message, int):
-            raise NoReplyError(self.unit, what, heard=getattr(self.modbus, "heard", 0))
-        return message
+        with self._needs("diagnosis"):
+            message = self._ask(what, method, *arguments).message
+            if isinstance(message, (list, tuple)):
+                message = message[0] if message else None
+            if isinstance(message, bytes):
+                return int.from_bytes(message[:2], "big")
+            if not isinstance(message, int):
+                raise NoReplyError(self.unit, what, heard=getattr(self.modbus, "heard", 0))
+            return message
 
     def _send(self, method, *arguments, unit: int | None = None) -> None:
         """Send one request to which no reply comes, to this unit if no other is given."""
@@ -212,6 +230,16 @@ class Wire:
                 self.unit, f"{what}{where}", getattr(reply, "exception_code", 0)
             )
         return reply
+
+    @contextlib.contextmanager
+    def _needs(self, feature: str) -> Iterator[None]:
+        """Raise MissingFeatureError for a function that the board does not serve."""
+        try:
+            yield
+        except ExceptionReplyError as error:
+            if error.code != ILLEGAL_FUNCTION:
+                raise
+            raise features.missing(self.unit, feature) from None
 
     @contextlib.contextmanager
     def _line_kept(self) -> Iterator[None]:

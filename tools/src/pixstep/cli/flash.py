@@ -58,7 +58,8 @@ def _ask(image: Image, options: PortOptions, unit: int) -> None:
     """Compare what the board says of itself with the image."""
     found = connection.open_port(options, lambda text: say((text,)))
     try:
-        text = found.board(unit).identify().text
+        who = found.board(unit).who()
+        text = f"pixstep {who.board} {who.firmware}"
     finally:
         found.close()
     wanted = f"pixstep {image.board} {image.version}"

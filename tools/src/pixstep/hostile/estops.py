@@ -30,9 +30,8 @@ from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_S
 
 # Confirmation of the input, what keeps its interrupt waiting, and halting the axes one by one.
-BOUND_CYCLES = (
-    2400  # 150 us at 16 MHz; seen: 750 on the Uno, 1734 on the Mega where four axes turn at once
-)
+# 150 us at 16 MHz; seen: 750 on the Uno, 1734 on the Mega where four axes turn at once.
+BOUND_CYCLES = 2400
 PIXEL_HZ = Fraction(100)
 _LINE_PX = 30
 _SETTLE_S = 0.01

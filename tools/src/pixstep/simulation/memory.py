@@ -10,35 +10,80 @@ import re
 import shlex
 import subprocess
 import tempfile
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from pixstep import natives
 
-_SOURCE = "app/machine.c"  # its options are those of the struct's own file
+_SOURCE = "app/axes.c"  # every source of core and app is built with its options
 _PROBE = """
 #include <stddef.h>
-#include "app/machine.h"
+#include "{header}"
 const size_t probe[] = {{
     offsetof({struct}, {member}), sizeof((({struct} *)0)->{member})}};
 """
 
 
+@dataclass(frozen=True)
+class Variable:
+    """A static variable of the firmware: its symbol, its type and the header of that type."""
+
+    symbol: str
+    struct: str
+    header: str
+
+
+# What tests may read and write, by the first word of a path such as "axes[0].ledger.loaded_ticks".
+VARIABLES = {
+    "axes": Variable("axes", "struct axis", "motion/axis.h"),
+    "fault": Variable("first_fault", "struct fault_record", "app/faults.h"),
+    "limits": Variable("current_limits", "struct line_limits", "motion/line_check.h"),
+    "engine": Variable("step_engines", "struct step_engine", "motion/step_engine.h"),
+}
+_PATH = re.compile(r"(?P<variable>[a-z_]+)(?:\[(?P<index>\d+)\])?\.(?P<member>.+)")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a member lies: bytes behind its variable's symbol, and its size."""
+
+    symbol: str
+    offset: int
+    size: int
+
+
 @cache
-def member(board: str, struct: str, name: str) -> tuple[int, int]:
-    """Return offset and size of a member, "axes[0].zero_ticks", in bytes."""
+def place(board: str, path: str) -> Place:
+    """Return where a member of a variable lies, "axes[0].ledger.loaded_ticks"."""
+    match = _PATH.fullmatch(path)
+    variable = VARIABLES[match["variable"]]
+    source = _PROBE.format(header=variable.header, struct=variable.struct, member=match["member"])
+    offset, size = _words(board, source)
+    index = int(match["index"] or 0)
+    stride = _size_of(board, variable) if index else 0
+    return Place(variable.symbol, index * stride + offset, size)
+
+
+def _size_of(board: str, variable: Variable) -> int:
+    """Return the size of the variable's struct, in bytes."""
+    text = f'#include "{variable.header}"\nconst unsigned probe = sizeof({variable.struct});\n'
+    (size,) = _words(board, text)
+    return size
+
+
+def _words(board: str, source: str) -> list[int]:
+    """Compile constants of 16 bits as the image's sources are, and return them."""
     with tempfile.TemporaryDirectory() as folder:
         probe = Path(folder) / "probe.c"
-        probe.write_text(_PROBE.format(struct=struct, member=name))
+        probe.write_text(source)
         text = subprocess.run(
-            [*_options(board), "-S", "-o", "-", str(probe)],
+            [*_options(board), "-fno-lto", "-S", "-o", "-", str(probe)],
             capture_output=True,
             check=True,
             text=True,
         ).stdout
-    low = [int(word) for word in re.findall(r"^\s*\.word\s+(\d+)$", text, re.MULTILINE)]
-    offset, size = low
-    return offset, size
+    return [int(word) for word in re.findall(r"^\s*\.word\s+(\d+)$", text, re.MULTILINE)]
 
 
 @cache
@@ -57,14 +102,23 @@ class Memory:
     def __init__(self, simulator, board: str) -> None:
         self._simulator, self._board = simulator, board
 
-    def read(self, variable: str, struct: str, name: str) -> int:
+    def place(self, path: str) -> Place:
+        """Return where a member lies."""
+        return place(self._board, path)
+
+    def address(self, path: str) -> int:
+        """Return the address of a member in RAM."""
+        found = self.place(path)
+        return self._simulator.symbol(0, found.symbol).address + found.offset
+
+    def read(self, path: str) -> int:
         """Return a member as a number."""
-        offset, size = member(self._board, struct, name)
-        answer = self._simulator.command(f"peek 0 {variable}+{offset} {size}")
+        found = self.place(path)
+        answer = self._simulator.command(f"peek 0 {found.symbol}+{found.offset} {found.size}")
         return int.from_bytes(bytes.fromhex(answer.split()[1]), "little")
 
-    def write(self, variable: str, struct: str, name: str, value: int) -> None:
+    def write(self, path: str, value: int) -> None:
         """Set a member."""
-        offset, size = member(self._board, struct, name)
-        data = (value % (1 << 8 * size)).to_bytes(size, "little")
-        self._simulator.command(f"poke 0 {variable}+{offset} {data.hex()}")
+        found = self.place(path)
+        data = (value % (1 << 8 * found.size)).to_bytes(found.size, "little")
+        self._simulator.command(f"poke 0 {found.symbol}+{found.offset} {data.hex()}")

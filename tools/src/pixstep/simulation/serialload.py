@@ -52,7 +52,7 @@ class SerialLoad:
         kinds: list[Callable[[], object]] = [
             lambda: board.read_inputs(regs.RECORD_BASE, min(records, _MAX_READ)),
             board.inputs,
-            board.identify,
+            board.identify if board.has("diagnosis") else board.who,
             lambda: board.read_holdings(0, 6),
             lambda: board.modbus.write_register(setup.address, setup_us, device_id=board.unit),
             lambda: board.write(setup.address, [setup_us]),

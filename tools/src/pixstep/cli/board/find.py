@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep board scan` and `info`: which boards there are, what they say of themselves."""
+"""`pixstep board scan`, `info`, `features`: which boards there are, what they say of themselves."""
 
 import click
 from rich.console import Console
 
 from pixstep import progress
-from pixstep.board import meanings, scan, settings
+from pixstep.board import features, meanings, scan, settings
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
@@ -80,6 +80,33 @@ def info_command(line, units, as_json):
         _print_info(console, item)
 
 
+@click.command("features")
+@line_options
+@units_option
+@json_option
+def features_command(line, units, as_json):
+    """Show what boards' images were built with.
+
+    A command that needs what a board's image lacks is refused, and names it.
+    """
+    with boards(line, units) as (_found, known):
+        told = [
+            {"unit": item.board.unit, "board": item.who.board, "features": _features(item)}
+            for item in known
+        ]
+    if as_json:
+        show_json({"boards": told})
+        return
+    table = new_table("feature", *(f"{item['unit']} {item['board']}" for item in told), "what")
+    for column in table.columns:
+        column.justify = "left"
+    rows = zip(*(item["features"] for item in told), strict=True)
+    for row in rows:
+        has = ("yes" if one["has"] else "no" for one in row)
+        table.add_row(row[0]["name"], *has, row[0]["meaning"])
+    Console(highlight=False, width=max(Console().width, 120)).print(table, markup=False)
+
+
 def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
     """Return the rates and parities to try in turn."""
     if bauds is None:
@@ -150,8 +177,9 @@ def _info(known: Known) -> dict:
         "board": who.board,
         "firmware": who.firmware,
         "map_version": who.map_version,
-        "server_id": board.identify().text,
+        "server_id": server_id(known),
         "identification": _identification(known),
+        "features": [item.name for item in features.table() if board.has(item.name)],
         "status": meanings.words(names("status"), state["status"]),
         "reset_cause": meanings.words(names("reset_cause"), state["reset_cause"]),
         "fault": board.fault_text(),
@@ -183,8 +211,26 @@ def _info(known: Known) -> dict:
     }
 
 
+def server_id(known: Known) -> str:
+    """Return the answer to function 17; of a board without it the same from its registers."""
+    if known.board.has("diagnosis"):
+        return known.board.identify().text
+    return f"pixstep {known.who.board} {known.who.firmware}"
+
+
+def _features(known: Known) -> list[dict]:
+    """Return all features, and whether the board has each."""
+    return [
+        {"name": item.name, "bit": item.bit, "has": known.board.has(item.name)}
+        | {"meaning": item.meaning}
+        for item in features.table()
+    ]
+
+
 def _identification(known: Known) -> dict[str, str]:
     """Return the objects of function 43/14; none if the board does not have it."""
+    if not known.board.has("diagnosis"):
+        return {}
     try:
         return known.board.identification()
     except BoardError:
@@ -225,4 +271,4 @@ def _settings_text(stored: dict) -> str:
     return f"{text}; those in force differ from it" if stored["differ"] else text
 
 
-COMMANDS = (scan_command, info_command)
+COMMANDS = (scan_command, info_command, features_command)

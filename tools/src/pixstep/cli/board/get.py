@@ -4,7 +4,8 @@
 import click
 from rich.console import Console
 
-from pixstep.board import values
+from pixstep.board import features, values
+from pixstep.board.client import Board
 from pixstep.board.values import SETTING, Reading
 from pixstep.cli.board.group import boards, json_option, line_options, show_json, units_option
 from pixstep.simulation.report import new_table
@@ -23,6 +24,8 @@ def get_command(names, line, units, as_json):
     """
     values.select(names, max(values.regs.AXIS_COUNTS))  # an unknown name before the port is opened
     with boards(line, units) as (_found, known):
+        for item in known:
+            _require(item.board, names)
         told = [
             (item, values.read(item.board, values.select(names, item.who.axis_count)))
             for item in known
@@ -38,6 +41,13 @@ def get_command(names, line, units, as_json):
         if len(told) > 1:
             click.echo(f"board {item.board.unit}:")
         _print(readings, full=not names)
+
+
+def _require(board: Board, names: tuple[str, ...]) -> None:
+    """Refuse a register asked for by its name that says nothing on this board."""
+    needed = {features.OF_REGISTERS[name] for name in names if name in features.OF_REGISTERS}
+    if needed:
+        board.require(*sorted(needed))
 
 
 def _print(readings: list[Reading], *, full: bool) -> None:

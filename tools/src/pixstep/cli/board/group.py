@@ -11,7 +11,12 @@ import click
 
 from pixstep import progress, signals
 from pixstep.board import connection, run, scan, settings
-from pixstep.board.client import Board, BoardError, LineRefusedByBoardError
+from pixstep.board.client import (
+    Board,
+    BoardError,
+    LineRefusedByBoardError,
+    MissingFeatureError,
+)
 from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
 from pixstep.board.port import PARITIES
@@ -46,7 +51,8 @@ def complain(error: Exception) -> None:
 class BoardGroup(click.Group):
     """Turns a BoardError into one line and an exit status.
 
-    1, or 2 for a line that is refused, or that of the signal that ended the command.
+    1, or 2 for a line that is refused and for what the board's image was built without, or that of
+    the signal that ended the command.
     """
 
     def invoke(self, ctx: click.Context) -> object:
@@ -58,7 +64,8 @@ class BoardGroup(click.Group):
             return ctx.exit(error.status)
         except BoardError as error:
             complain(error)
-            return ctx.exit(2 if isinstance(error, LineRefusedByBoardError) else 1)
+            refused = isinstance(error, (LineRefusedByBoardError, MissingFeatureError))
+            return ctx.exit(2 if refused else 1)
 
 
 @click.group("board", cls=BoardGroup)

@@ -32,6 +32,7 @@ def home_command(line, unit, as_json, **options):
     """
     with one_board(line, unit) as (found, known):
         known.axes((options["axis"],))
+        known.board.require("homing")
         pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
         refuse_period(pixel_hz, known.board.tick_hz())
         plan = make_plan(options, pixel_hz)

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, signals
-from pixstep.board import logs
+from pixstep.board import features, logs
 from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
 from pixstep.cli.board.group import (
@@ -20,7 +20,6 @@ from pixstep.cli.board.group import (
     one_board,
     unit_option,
 )
-from pixstep.errors import UserError
 
 _MOST_WAIT_S = 0.5
 _MOVES = ("armed", "running")
@@ -64,6 +63,7 @@ def records_command(line, unit, axes, output, follow):
     end, and is exit status 1.
     """
     with one_board(line, unit) as (found, known), _rows_to(output) as put:
+        _note_statistics(known)
         put(logs.HEADER)
         followed = [AxisLog(known.board, axis) for axis in known.axes(axes)]
         wait_s = _wait_s(known)
@@ -92,14 +92,14 @@ def records_command(line, unit, axes, output, follow):
 @follow_option
 @json_option
 def events_command(line, unit, follow, as_json):
-    """Print faults and resets with their times (Mega only).
+    """Print faults and resets with their times.
 
-    Times are since the board's last reset.
+    Times are since the board's last reset. Refused for a board without an event log (`pixstep board
+    features`).
     """
     with one_board(line, unit) as (found, known), signals.until_ctrl_c():
+        known.board.require("events")
         total, events = known.board.events()
-        if not known.board.input("event_capacity"):
-            raise UserError(f"board {unit} ({known.who.board}) has no event log")
         _say_lost(total, events)
         seen = _print(events, 0, as_json=as_json)
         while follow:
@@ -125,6 +125,13 @@ def _wait_s(known: Known) -> float:
     """Return how long to wait between looks so that no record is overwritten unread."""
     period_s = known.board.pixel_period_s()
     return min(_MOST_WAIT_S, period_s * known.board.record_capacity() / 3)
+
+
+def _note_statistics(known: Known) -> None:
+    """Say that a column of the records says nothing, if the board does not measure it."""
+    if not known.board.has("clock_statistics"):
+        note = features.missing(known.board.unit, "clock_statistics")
+        click.echo(f"note: edge_error_ticks is always 0: {note}", err=True)
 
 
 def _missed_text(missed: dict[int, int]) -> str:

@@ -3,7 +3,7 @@
 
 import click
 
-from pixstep.board import meanings, settings, values
+from pixstep.board import features, meanings, settings, values
 from pixstep.board.client import Board
 from pixstep.board.settings import Change
 from pixstep.board.world import World
@@ -39,6 +39,8 @@ def set_command(assigned, line, units, store, as_json):
 def _set(board: Board, wanted: dict[str, int], world: World, *, store: bool) -> dict:
     """Set one board; return what changed as plain data, the changes themselves as `changes`."""
     unit = board.unit
+    needed = {features.OF_REGISTERS[name] for name in wanted if name in features.OF_REGISTERS}
+    board.require(*sorted(needed | ({"store"} if store else set())))
     old = settings.read(board)
     found = settings.changes(old, wanted)
     settings.write(board, old, found)

@@ -77,6 +77,8 @@ def import_command(file, line, units, skip, store, dry_run, as_json):
             )
         for item in known if _BOARD not in skip else ():
             read.refuse_other(item.who)
+        for item in known if store and not dry_run else ():
+            item.board.require("store")
         for item in known:
             old = settings.read(item.board)
             change = settings.changes(old, wanted)
@@ -115,6 +117,8 @@ def defaults_command(line, units, store):
     with boards(line, units) as (found, known):
         if len(known) > 1:
             raise UserError("one board at a time: by default all have address 1")
+        if store:
+            known[0].board.require("store")
         _defaults(known[0].board)
         click.echo(f"default settings are in force; the board is now unit {known[0].board.unit}")
         if store:

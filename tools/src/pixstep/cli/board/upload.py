@@ -65,6 +65,8 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as
     lines = dict(enumerate(read_lines(csv, decode, backlash, options), axis))
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
+        if options["backlash_policy"]:
+            known.board.require("backlash")
         if options["pixel_hz"]:
             refuse_period(options["pixel_hz"], known.board.tick_hz())
         _check(known, lines, options["pixel_hz"], force=force)
@@ -96,6 +98,8 @@ def _check(known: Known, lines: dict[int, Line], hz: Fraction | None, *, force: 
     """
     if force:
         return
+    if any(item.backlash for item in lines.values()):
+        known.board.require("backlash")
     limits = uploading.limits(known.board, hz)
     for item in lines.values():
         say(

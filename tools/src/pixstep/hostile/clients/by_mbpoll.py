@@ -7,10 +7,10 @@ import re
 import shutil
 import subprocess
 
-from pixstep.board import boards
+from pixstep.board import boards, features
 from pixstep.errors import UserError
 from pixstep.hostile.clients import cases
-from pixstep.hostile.clients.cases import ConformanceError, same
+from pixstep.hostile.clients.cases import AnsweredError, ConformanceError, same
 
 _LIMIT_S = 20
 _VALUE = re.compile(r"^\[(\d+)\]:\s+(-?\w+)", re.M)
@@ -27,7 +27,8 @@ def run(port: str, board: str) -> dict[str, str]:
     """Return the result of every case."""
     if shutil.which("mbpoll") is None:
         raise UserError("mbpoll is missing: tools/setup installs it")
-    return cases.run_list(_List(_Poll(port), board))
+    poll = _Poll(port)
+    return cases.run_list(_List(poll, board), features.names(poll.read(INPUT, cases.FEATURES)[0]))
 
 
 class _Poll:
@@ -65,14 +66,14 @@ class _Poll:
         text = self.call("-t", kind, "-B", "-r", str(address), "-c", str(count))
         found = [int(value, 0) & 0xFFFFFFFF for _, value in _VALUE.findall(text)]
         if len(found) != count:
-            raise ConformanceError(_last(text))
+            raise _error(text)
         return found
 
     def write(self, kind: str, address: int, *values: int) -> None:
         """Write values."""
         text = self.call("-t", kind, "-B", "-r", str(address), values=values)
         if f"Written {len(values)} reference" not in text:
-            raise ConformanceError(_last(text))
+            raise _error(text)
 
     def refused(self, code: int, kind: str, address: int, *values: int, count: int = 1) -> None:
         """The call must end with this exception."""
@@ -80,7 +81,16 @@ class _Poll:
         options += () if values else ("-c", str(count))
         text = self.call(*options, values=values)
         if _EXCEPTIONS[code] not in text:
-            raise ConformanceError(_last(text))
+            raise _error(text)
+
+
+def _error(text: str, about: str = "") -> ConformanceError:
+    """Return the error for what mbpoll printed, with the exception that it names."""
+    words = f"{about}{_last(text)}"
+    for code, name in _EXCEPTIONS.items():
+        if name in text:
+            return AnsweredError(code, words)
+    return ConformanceError(words)
 
 
 def _last(text: str) -> str:
@@ -141,16 +151,16 @@ class _List:
         text = self.poll.call("-u")
         for wanted in (f"pixstep {self.board}", "Status: Off"):
             if wanted.lower() not in text.lower():
-                raise ConformanceError(f"no {wanted!r}: {_last(text)}")
+                raise _error(text, f"no {wanted!r}: ")
 
     def c_32_bit_pair_read(self) -> None:
-        same(self.poll.read(f"{INPUT}:int", cases.PERIOD), [cases.PERIOD_30_HZ])
+        same(self.poll.read(f"{INPUT}:int", cases.PERIOD), [cases.period_ticks(self.board, 30)])
 
     def c_32_bit_pair_written(self) -> None:
         self.poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 50)
         found = self.poll.read(f"{INPUT}:int", cases.PERIOD)
         self.poll.write(f"{HOLDING}:int", cases.PIXEL_HZ, 30)
-        same(found, [cases.PERIOD_50_HZ])
+        same(found, [cases.period_ticks(self.board, 50)])
 
     def c_exception_03(self) -> None:
         self.poll.refused(3, HOLDING, cases.DIR_SETUP, 0)

@@ -7,9 +7,9 @@ from pymodbus.client import ModbusSerialClient
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.file_message import FileRecord
 
-from pixstep.board import boards
+from pixstep.board import boards, features
 from pixstep.hostile.clients import cases
-from pixstep.hostile.clients.cases import ConformanceError, same
+from pixstep.hostile.clients.cases import AnsweredError, ConformanceError, same
 
 _TIMEOUT_S = 3.0
 
@@ -32,7 +32,8 @@ def run(port: str, board: str) -> dict[str, str]:
     if not client.connect():
         raise ConformanceError(f"{port}: cannot be opened")
     try:
-        return cases.run_list(_List(client, board))
+        checks = _List(client, board)
+        return cases.run_list(checks, features.names(checks.inputs(cases.FEATURES)[0]))
     finally:
         client.close()
 
@@ -49,14 +50,15 @@ class _List:
     def good(self, reply: ModbusPDU) -> ModbusPDU:
         """Return a reply that must not be an exception."""
         if reply.isError():
-            raise ConformanceError(f"exception {reply.exception_code}")
+            raise AnsweredError(reply.exception_code)
         return reply
 
     def refused(self, reply: ModbusPDU, code: int) -> None:
         """The reply must be this exception."""
         if not reply.isError():
             raise ConformanceError("no exception")
-        same(reply.exception_code, code)
+        if reply.exception_code != code:
+            raise AnsweredError(reply.exception_code, f"{reply.exception_code}, not {code}")
 
     def raw(self, function: int, *words: int, data: bytes = b"") -> ModbusPDU:
         """Send a request made by hand."""
@@ -180,21 +182,18 @@ class _List:
         # pymodbus counts the record's length in bytes and asks for half as many words.
         record = FileRecord(file_number=3, record_number=cases.DIR_SETUP, record_length=4)
         reply = self.client.read_file_record([record], **self.unit)
-        if not boards.load(self.board).serves_files:
-            self.refused(reply, 1)
-            return
         data = self.good(reply).records[0].record_data
         same(data, struct.pack(">2H", cases.DIR_DEFAULT, cases.DIR_DEFAULT))
 
     def c_32_bit_pair_read(self) -> None:
         high, low = self.inputs(cases.PERIOD, 2)
-        same(high << 16 | low, cases.PERIOD_30_HZ)
+        same(high << 16 | low, cases.period_ticks(self.board, 30))
 
     def c_32_bit_pair_written(self) -> None:
         self.good(self.write(cases.PIXEL_HZ, 0, 50))
         high, low = self.inputs(cases.PERIOD, 2)
         self.good(self.write(cases.PIXEL_HZ, 0, 30))
-        same(high << 16 | low, cases.PERIOD_50_HZ)
+        same(high << 16 | low, cases.period_ticks(self.board, 50))
 
     def c_exception_01(self) -> None:
         self.refused(self.client.read_exception_status(**self.unit), 1)

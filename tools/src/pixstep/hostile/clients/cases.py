@@ -4,13 +4,32 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pixstep.board import boards
+
 OK = "ok"
+REFUSED = "01"  # the board's image is without the feature, and says so by exception 01
 NOT_OFFERED = "-"  # the client has no way to ask for it
 FAIL = "FAIL"
 
 
 class ConformanceError(Exception):
     """The board did not do as a case wants."""
+
+
+class AnsweredError(ConformanceError):
+    """The board answered with an exception that the case does not want; `code` is its number."""
+
+    def __init__(self, code: int, text: str = "") -> None:
+        super().__init__(text or f"exception {code}")
+        self.code = code
+
+
+# The feature that a function belongs to (firmware/build_features.def); all others are in every image.
+FEATURE_OF = (
+    dict.fromkeys(("01", "02", "05", "15"), "bits")
+    | dict.fromkeys(("08", "17", "22", "23", "43/14"), "diagnosis")
+    | {"20": "files"}
+)
 
 
 @dataclass(frozen=True)
@@ -21,25 +40,39 @@ class Case:
     function: str
     about: str
 
+    @property
+    def feature(self) -> str:
+        """The feature that a board needs for it, empty if none."""
+        return FEATURE_OF.get(self.function, "")
+
+    def is_served(self, has: frozenset[str]) -> bool:
+        """Whether a board with these features serves it; else it must refuse it."""
+        return not self.feature or self.feature in has
+
     def of(self, checks: object) -> Callable[[], None] | None:
         """Return the method for this case, `c_` and its name with underscores; None if none is."""
         word = self.name.lower().replace(" ", "_").replace("-", "_")
         return getattr(checks, f"c_{word}", None)
 
 
-def run_list(checks: object) -> dict[str, str]:
-    """Return the result of every case; what goes wrong in one is that one's."""
-    return {case.name: _result(case.of(checks)) for case in CASES}
+def run_list(checks: object, has: frozenset[str]) -> dict[str, str]:
+    """Return the result of every case; what goes wrong in one is that one's.
+
+    `has` is what the board says that it has: without its feature a case must end with exception 01.
+    """
+    return {case.name: _result(case.of(checks), case.is_served(has)) for case in CASES}
 
 
-def _result(check: Callable[[], None] | None) -> str:
+def _result(check: Callable[[], None] | None, served: bool) -> str:
     if check is None:
         return NOT_OFFERED
     try:
         check()
     except Exception as error:
+        if not served and getattr(error, "code", 0) == 1:
+            return REFUSED
         return f"{FAIL}: {error or type(error).__name__}"
-    return OK
+    return OK if served else f"{FAIL}: served without its feature"
 
 
 def same(found: object, wanted: object) -> None:
@@ -63,7 +96,7 @@ CASES = (
     Case("mask write", "22", "(value AND and-mask) OR (or-mask AND NOT and-mask)"),
     Case("write and read", "23", "two settings written, four read, the new values among them"),
     Case("device identification", "43/14", "vendor, product code, revision"),
-    Case("file record", "20", "settings as file 3; exception 01 where the flash is short (uno)"),
+    Case("file record", "20", "settings as file 3"),
     Case("32-bit pair read", "04", "pixel period, high word first"),
     Case("32-bit pair written", "16", "pixel frequency, high word first, and the period follows"),
     Case("exception 01", "07", "a function that is not served"),
@@ -88,6 +121,7 @@ UNIT = 1
 # Input registers.
 OUTPUTS = 0x0061
 STATUS = 0x0004
+FEATURES = 0x0068
 PERIOD = 0x0014
 RECORDS = 0x0100
 
@@ -104,8 +138,10 @@ QUEUE = 0x1000
 DRIVER_0 = 0
 PERMIT = 13
 
-PERIOD_30_HZ = 533_333  # whole ticks
-PERIOD_50_HZ = 320_000
+
+def period_ticks(board: str, hz: int) -> int:
+    """Return the whole ticks of a board's pixel period."""
+    return boards.load(board).tick_hz // hz
 
 
 def block(number: int) -> list[int]:

@@ -27,7 +27,6 @@ from pixstep.hostile.orders.actions import (
 from pixstep.hostile.orders.guard import Guard
 from pixstep.hostile.orders.trials import Place, Trial
 
-BOARD = "mega"
 DISTURBANCES = ("repeated", "skipped", "refused", "malformed", "late", "setting", "coil", "nothing")
 _SPREAD_CYCLES = 16  # between the timers of the axes, which start two cycles after each other
 _TOKEN = 77

@@ -10,7 +10,7 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.hostile.orders import actions, frames, state
 from pixstep.hostile.orders.state import Edges, State
-from pixstep.simulation.memory import Memory, member
+from pixstep.simulation.memory import Memory
 from pixstep.simulation.simctl import Permit, SimOptions, Simulator, SimulatorError
 from pixstep.simulation.simrun import BOOT_S
 
@@ -19,7 +19,6 @@ BITS = 11  # of a byte on the line, even parity
 SILENCE_US = 1750  # that a reply waits for, and the simulator behind it
 REPLY_S = 0.025  # the reply begins within so long, whatever the board does
 IDLE_TICKS = 4096  # a period of an axis at rest
-_MACHINE = "struct machine"
 _STRETCH_CYCLES = 8192  # between two looks for a step
 
 
@@ -54,8 +53,6 @@ class World:
         self.sim = Simulator(self._options)
         try:
             self.memory = Memory(self.sim, self.name)
-            self._engine_bytes = self.sim.symbol(0, "step_engines").size // self.axes
-            self._idle_offset = member(self.name, "struct step_engine", "idle_count")[0]
             self.start()
         except BaseException:
             self.sim.kill()
@@ -121,22 +118,22 @@ class World:
         The ledger holds the end of the newest period that was loaded. Idle periods loaded since it
         was last brought up to date are counted in.
         """
-        ledger = f"axes[{axis}].ledger"
-        loaded = self.memory.read("machine", _MACHINE, f"{ledger}.loaded_ticks")
-        seen = self.memory.read("machine", _MACHINE, f"{ledger}.idle_seen")
-        place = self._engine_bytes * axis + self._idle_offset
-        idle = int.from_bytes(self.sim.peek(0, f"step_engines+{place}", 2), "little")
+        loaded = self.memory.read(f"axes[{axis}].ledger.loaded_ticks")
+        seen = self.memory.read(f"axes[{axis}].ledger.idle_seen")
+        idle = self.memory.read(f"engine[{axis}].idle_count")
         return (loaded + (idle - seen) % (1 << 16) * IDLE_TICKS - self.cycle) % (1 << 32)
 
     def time_words(self, axis: int) -> list[tuple[int, int, int]]:
         """Return address, size and unit (ticks) of every word that counts an idle axis's time."""
-        machine = self.sim.symbol(0, "machine").address
-        engine = self.sim.symbol(0, "step_engines").address + self._engine_bytes * axis
-        words = [(engine + self._idle_offset, 2, IDLE_TICKS)]
-        for name, unit in (("idle_seen", IDLE_TICKS), ("loaded_ticks", 1)):
-            offset, size = member(self.name, _MACHINE, f"axes[{axis}].ledger.{name}")
-            words.append((machine + offset, size, unit))
-        return words
+        units = {
+            f"engine[{axis}].idle_count": IDLE_TICKS,
+            f"axes[{axis}].ledger.idle_seen": IDLE_TICKS,
+            f"axes[{axis}].ledger.loaded_ticks": 1,
+        }
+        return [
+            (self.memory.address(path), self.memory.place(path).size, unit)
+            for path, unit in units.items()
+        ]
 
     def add(self, address: int, size: int, amount: int) -> None:
         """Add to a number in RAM, modulo its size."""
