@@ -10,7 +10,8 @@
 
 // In every image, whatever its features: the host flashes no file without this text.
 __attribute__((used)) static const char identity[] IN_FLASH =
-    "pixstep " CONFIG_BOARD_NAME " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);
+    "pixstep " CONFIG_BOARD_NAME
+    " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);
 
 #if FEATURE_DIAGNOSIS
 

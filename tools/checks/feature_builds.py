@@ -157,7 +157,9 @@ class Maker:
         made = folder / "image.elf"
         words = [others.get(word, word) for word in self.build.link]
         words[words.index("-o") + 1] = str(made)
-        objects = [self.build.folder / others.get(one.made, one.made) for one in self.build.compilations]
+        objects = [
+            self.build.folder / others.get(one.made, one.made) for one in self.build.compilations
+        ]
         sums = "".join(hashlib.sha256(path.read_bytes()).hexdigest() for path in objects)
         self.once(made, sums, [*words, LARGE_FLASH])
         return made

@@ -35,7 +35,9 @@ WORKERS = 2
 ROW = re.compile(r'^FEATURE\((?P<bit>\d+), (?P<name>\w+), "(?P<meaning>[^"]*)"\)$', re.MULTILINE)
 COMPILER_LINE = re.compile(r"^Compiler of the features: avr-gcc (?P<version>.+)\.$", re.MULTILINE)
 TABLE_ROW = re.compile(r"^\| `(?P<name>\w+)` \| (?P<cells>.+) \|$", re.MULTILINE)
-CELL = re.compile(r"(?P<default>on|off), (?P<flash>-?\d+) / (?P<ram>-?\d+)(?P<over>, does not fit)?")
+CELL = re.compile(
+    r"(?P<default>on|off), (?P<flash>-?\d+) / (?P<ram>-?\d+)(?P<over>, does not fit)?"
+)
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,9 @@ def parse(text: str) -> tuple[Costs, str]:
     """The costs in a document and the version of their compiler."""
     part = re.search(rf"begin generated: {TABLE} -->\n(.*?)<!-- end", text, re.DOTALL)
     compiler = COMPILER_LINE.search(part[1]) if part else None
-    head = re.search(r"^\| feature \| what it is \| (.+) \|$", part[1], re.MULTILINE) if part else None
+    head = (
+        re.search(r"^\| feature \| what it is \| (.+) \|$", part[1], re.MULTILINE) if part else None
+    )
     if not (part and compiler and head):
         raise MapError(f"no table between the markers of {TABLE!r}")
     boards = [words.partition(":")[0] for words in head[1].split(" | ")]
@@ -168,7 +172,9 @@ def parse(text: str) -> tuple[Costs, str]:
 
 def differences(now: Costs, lines: Costs) -> list[str]:
     """Where the table says otherwise."""
-    found = [f"the table has {name}: there is no such feature" for name in lines.keys() - now.keys()]
+    found = [
+        f"the table has {name}: there is no such feature" for name in lines.keys() - now.keys()
+    ]
     for name, boards in now.items():
         for board, one in boards.items():
             line = lines.get(name, {}).get(board)

@@ -245,7 +245,9 @@ def test_events(one):
 
 def test_a_board_without_an_event_log(two):
     two.boards[1].without("events")
-    assert "board 2: its image is built without events (bit 4 of register features" in two.err("log", "events", "--unit", 2, status=2)
+    assert "board 2: its image is built without events (bit 4 of register features" in two.err(
+        "log", "events", "--unit", 2, status=2
+    )
 
 
 def test_watch(two):

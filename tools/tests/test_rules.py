@@ -83,7 +83,9 @@ def test_a_contract_and_the_source_that_keeps_it_are_one_module(tree):
 
 
 def test_the_compilers_marks_are_no_variables():
-    found = [modules.Symbols("a.c", {"__gnu_lto_v1": "C", "__gnu_lto_slim": "C", "own": "B"}, set())]
+    found = [
+        modules.Symbols("a.c", {"__gnu_lto_v1": "C", "__gnu_lto_slim": "C", "own": "B"}, set())
+    ]
     assert writable.writable(found) == {"own": "a.c"}
 
 

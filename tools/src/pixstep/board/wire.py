@@ -113,7 +113,9 @@ class Wire:
     def read_discretes(self, address: int, count: int) -> list[bool]:
         """Return `count` discrete inputs (function 02)."""
         with self._needs("bits"):
-            reply = self._ask("read of inputs", self.modbus.read_discrete_inputs, address, count=count)
+            reply = self._ask(
+                "read of inputs", self.modbus.read_discrete_inputs, address, count=count
+            )
             return list(reply.bits[:count])
 
     def write_coil(self, address: int, value: bool) -> None:
