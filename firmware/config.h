@@ -3,7 +3,7 @@
 // in core/wire/registers.def instead.
 #pragma once
 
-#include BOARD_FILE // the board's constants, BOARD_...; the build names the file
+#include BOARD_FILE         // the board's constants, BOARD_...; the build names the file
 #include "build_features.h" // FEATURE_*
 
 // Version, reported by function 17 and input register 1.
@@ -34,13 +34,13 @@
 //
 // A single period takes 29 (31) cycles to OCRnA; so short ones are only made by runs (axis.c).
 // The other axes take up to 86 cycles where they begin a run. They do so some steps apart from each
-// other (RUN_STAGGER_STEPS), but lines of different rates can meet all the same. What is then late
+// other (TRAIN_STAGGER_STEPS), but lines of different rates can meet all the same. What is then late
 // by less than a period is an underrun, seen by the handler before the edge; what is late by a
 // whole one is seen by time_check.c.
 //
 // Smooth lines have a limit of their own: in them a run of constant steps can follow single
 // periods, and the step interrupt needs longer to load its first interval than to go on with
-// single periods or with a run (RUN_ENTRY_MIN_TICKS in axis.c).
+// single periods or with a run (TRAIN_ENTRY_MIN_TICKS in axis.c).
 // The capture interrupt tells apart the periods around an edge as long as no more than one began
 // since: a seek must be slower than its longest way, with every step interrupt in between. Edges
 // were placed wrong at 160 ticks on the Uno and 320 on the Mega, right at 200 and 400. A board of
@@ -60,7 +60,7 @@
 #define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
-#define CONFIG_TURN_MARGIN_TICKS         ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
+#define CONFIG_REVERSAL_MARGIN_TICKS     ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
 #if CONFIG_AXES == 1

@@ -9,12 +9,12 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "app/bus_port.h"
 #include "app/round.h"
-#include "app/serial.h"
 #include "app/settings.h"
 #include "app/traffic.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "form.h"
 #include "promise.h"
 #include "script.h"
@@ -53,7 +53,7 @@ static void pass(uint32_t ticks)
     for (uint32_t passed = 0; passed < ticks; passed += ROUND_TICKS) {
         fake_pass(ROUND_TICKS);
         round_poll();
-        serial_poll();
+        bus_port_poll();
     }
 }
 
@@ -136,7 +136,7 @@ static void send(const uint8_t *bytes, size_t number)
         }
         fake_receive(&bytes[i], 1);
         fake_pass(character_ticks());
-        serial_poll();
+        bus_port_poll();
         last_byte_ticks = fake_now_ticks();
     }
 }
@@ -205,7 +205,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
     bench_power_on();
     settings_override_address(SCRIPT_ADDRESS);
-    serial_start();
+    bus_port_start();
     count = 0;
     while (script_next(&script, &item)) {
         play(&item);

@@ -7,9 +7,9 @@
 #include "motion/line_check.h"
 #include "unity.h"
 
-#define SMOOTH ((uint16_t)(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT))
-#define PLAIN  ((uint16_t)(RUN_MARK_START | RUN_START_WAIT))
-#define SEEK   ((uint16_t)(RUN_MARK_START | RUN_START_SEEK))
+#define SMOOTH ((uint16_t)(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_WAIT))
+#define PLAIN  ((uint16_t)(LINE_MARK_START | LINE_START_WAIT))
+#define SEEK   ((uint16_t)(LINE_MARK_START | LINE_START_SEEK))
 
 static struct line_check check;
 static struct line_limits limits;
@@ -35,7 +35,7 @@ static inline enum line_error entry(int16_t count, uint16_t repeat)
     uint32_t pixel = check.pixel + 1u;
     uint8_t warning = check.warning;
     enum line_error error =
-        line_check_entry(&check, &limits, (struct run){count, repeat});
+        line_check_entry(&check, &limits, (struct segment){count, repeat});
 
     if (check.warning != warning) {
         warning_pixel = pixel;
@@ -75,6 +75,6 @@ static inline void begin_plain(void)
 
 static inline void ends(void)
 {
-    taken(RUN_MARK_END, 0);
+    taken(LINE_MARK_END, 0);
     TEST_ASSERT_EQUAL(LINE_CHECK_OUTSIDE, check.phase);
 }

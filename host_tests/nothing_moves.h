@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "unity.h"
 
 static inline void check_nothing_moves(void)

@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: MIT
-// One axis from blocks to STEP edges: the worked example complete, and the queue's rules.
+// One axis from blocks to STEP edges: the rules of its queue, chained and streamed lines.
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "fakes/axis_bench.h"
 #include "fakes/promise.h"
-#include "fakes/worked_example.h"
 #include "motion/decode.h"
 #include "unity.h"
 
-#define PLAIN_MARK   ((int16_t)(RUN_MARK_START | RUN_START_WAIT))
-#define CHAINED_MARK ((int16_t)RUN_MARK_START)
-
-// Pixel edges of the line, from its zero: what the virtual interrupt's steps are counted
-// against.
-static struct pixel_grid grid;
-static uint32_t edge_ticks;
-static uint16_t edge; // number of that edge
-static int32_t steps_at_zero;
+#define PLAIN_MARK   ((int16_t)(LINE_MARK_START | LINE_START_WAIT))
+#define CHAINED_MARK ((int16_t)LINE_MARK_START)
 
 void setUp(void)
 {
@@ -30,99 +22,6 @@ void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
     TEST_ASSERT_FALSE(bench.edge_between_blocks);
-}
-
-static void watch_edges(void)
-{
-    pixel_grid_start(&grid, &bench.period);
-    edge_ticks = bench.zero_ticks + pixel_grid_advance(&grid);
-    edge = 1;
-    steps_at_zero = bench.steps;
-}
-
-// A step comes: the edges before it saw the position up to here.
-static void pass_edges(uint16_t backlash, uint32_t step_ticks, int32_t position)
-{
-    while ((int32_t)(step_ticks - edge_ticks) > 0) {
-        TEST_ASSERT_EQUAL_INT32(worked_position(backlash, edge), position);
-        edge_ticks += pixel_grid_advance(&grid);
-        edge++;
-    }
-}
-
-static void check_newest_record(uint16_t backlash)
-{
-    const struct ledger *ledger = &bench.axis.ledger;
-    struct pixel_record record =
-        records_get(&ledger->records, (uint8_t)(ledger->records.count - 1u));
-
-    TEST_ASSERT_EQUAL_UINT16(ledger->pixel, record.pixel);
-    TEST_ASSERT_EQUAL_INT32(worked_position(backlash, record.pixel),
-                            record.expected_steps);
-    TEST_ASSERT_EQUAL_INT32(record.expected_steps, record.actual_steps);
-}
-
-static void run_worked_example(uint16_t backlash)
-{
-    uint32_t pixel = 0;
-
-    TEST_ASSERT_TRUE(bench_start_line());
-    watch_edges();
-    while (!bench_finish_line()) {
-        uint32_t start_ticks = bench.now_ticks;
-        int32_t position = bench.steps - steps_at_zero;
-        if (bench_period().pulse) {
-            pass_edges(backlash, start_ticks, position);
-        }
-        if (bench.axis.ledger.pixel != pixel) {
-            pixel = bench.axis.ledger.pixel;
-            check_newest_record(backlash);
-        }
-    }
-    // The last step stands on the last edge but for the trailing zero pixel.
-    TEST_ASSERT_EQUAL_UINT16(worked_pixels(backlash) - (backlash != 0 ? 1u : 0u), edge);
-    TEST_ASSERT_EQUAL_UINT32(worked_pixels(backlash), pixel);
-}
-
-static void check_worked_example(uint16_t backlash)
-{
-    TEST_ASSERT_TRUE(bench_queue_worked_example(backlash));
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
-    run_worked_example(backlash);
-    TEST_ASSERT_EQUAL_INT32(10836L + backlash, bench.steps);
-    TEST_ASSERT_EQUAL_INT32(bench.steps, ledger_position(&bench.axis.ledger));
-    TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
-    TEST_ASSERT_EQUAL_UINT16(1, bench.axis.lines_done);
-}
-
-static void worked_example(void)
-{
-    check_worked_example(0);
-}
-
-static void worked_example_with_backlash_of_a_quarter(void)
-{
-    check_worked_example(250);
-}
-
-static void worked_example_with_backlash_of_a_pixel(void)
-{
-    check_worked_example(1000);
-}
-
-static void backlash_only_after_a_reversal(void)
-{
-    bench.always_take_up = false;
-    TEST_ASSERT_TRUE(bench_queue_worked_example(250));
-    TEST_ASSERT_TRUE(bench_queue_worked_example(250));
-    run_worked_example(250);
-    TEST_ASSERT_EQUAL_INT32(11086, bench.steps);
-    TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
-    TEST_ASSERT_TRUE(bench_start_line());
-    while (!bench_finish_line()) {
-        (void)bench_period();
-    }
-    TEST_ASSERT_EQUAL_INT32(11086 + 10836, bench.steps);
 }
 
 static enum block_result queue_block(uint16_t block)
@@ -139,7 +38,7 @@ static void block_numbers(void)
     TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(1));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
     TEST_ASSERT_EQUAL(BLOCK_REPEATED, queue_block(0));
-    TEST_ASSERT_EQUAL_UINT8(4, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT8(4, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(2));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(1));
     TEST_ASSERT_EQUAL_UINT16(2, bench.axis.next_block);
@@ -163,8 +62,8 @@ static void full_queue_takes_all_or_nothing(void)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(1, 1));
     TEST_ASSERT_EQUAL(BLOCK_FULL, queue_block(bench.axis.next_block));
-    TEST_ASSERT_EQUAL_UINT8(1, run_queue_free(&bench.axis.queue));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL_UINT8(1, segment_queue_free(&bench.axis.queue));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_EQUAL(BLOCK_FULL, bench_queue(PLAIN_MARK, 0));
 }
 
@@ -178,7 +77,7 @@ static void refused_line_stays_out(void)
     TEST_ASSERT_EQUAL(AXIS_REFUSED, bench.axis.life.state);
     TEST_ASSERT_EQUAL(LINE_oscillates, bench.axis.line_error);
     TEST_ASSERT_EQUAL_UINT32(1, bench.axis.line_error_pixel);
-    TEST_ASSERT_EQUAL_UINT8(0, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT8(0, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_REFUSED, queue_block(0));
     TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
     axis_stop(&bench.axis);
@@ -197,13 +96,13 @@ static void states_while_loading(void)
     (void)bench_queue(0, 0);
     (void)bench_queue(3, 2);
     TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
-    (void)bench_queue(RUN_MARK_END, 0);
+    (void)bench_queue(LINE_MARK_END, 0);
     TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(axis_arm(&bench.axis, &bench.period, true));
     TEST_ASSERT_EQUAL(AXIS_ARMED, bench.axis.life.state);
 }
 
-static void run_out(void)
+static void run_to_the_end(void)
 {
     while (!bench_finish_line()) {
         (void)bench_period();
@@ -221,9 +120,9 @@ static void plain_line_with_reversals(void)
     for (uint8_t i = 0; i < 8; i++) {
         TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
     }
-    (void)bench_queue(RUN_MARK_END, 0);
+    (void)bench_queue(LINE_MARK_END, 0);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(413, bench.steps);
     TEST_ASSERT_EQUAL_UINT8(8, bench.axis.ledger.records.count);
     for (uint8_t i = 0; i < 8; i++) {
@@ -239,7 +138,7 @@ static void queue_plain(int16_t mark, int16_t count, uint16_t pixels)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(mark, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(count, pixels));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
 }
 
 // The chained line's zero is the end of the one before: no gap in the step times.
@@ -273,8 +172,8 @@ static uint32_t decoded_end_ticks(void)
     return bench.now_ticks + decode_ahead_ticks(&bench.axis);
 }
 
-// Two pixels, each a run, decoded to their end: that stays where it is as the interrupt goes on.
-static void time_ahead_inside_a_run(void)
+// Two pixels, each a pulse train, decoded to their end: that stays where it is as the interrupt goes on.
+static void time_ahead_inside_a_train(void)
 {
     uint32_t end_ticks = 0;
     uint8_t inside = 0;
@@ -287,13 +186,13 @@ static void time_ahead_inside_a_run(void)
     for (uint8_t i = 0; i < 200; i++) {
         (void)bench_period();
         TEST_ASSERT_EQUAL_UINT32(end_ticks, decoded_end_ticks());
-        inside = (uint8_t)(inside + (bench.axis.ledger.run != LEDGER_NO_RUN ? 1 : 0));
+        inside = (uint8_t)(inside + (bench.axis.ledger.train != LEDGER_NO_TRAIN ? 1 : 0));
     }
     TEST_ASSERT_GREATER_THAN_UINT8(150, inside);
 }
 
 // 129 entries a pixel: the second does not fit behind the first and is handed over in parts.
-static void runs_longer_than_the_ring_has_room(void)
+static void trains_longer_than_the_ring_has_room(void)
 {
     bench_open(8, 1);
     queue_plain(PLAIN_MARK, 16383, 2);
@@ -312,11 +211,11 @@ static void waiting_line_is_not_chained(void)
     queue_plain(PLAIN_MARK, 10, 1);
     queue_plain(PLAIN_MARK, 10, 1);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(10, bench.steps);
     TEST_ASSERT_EQUAL(AXIS_LOADED, bench.axis.life.state);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(20, bench.steps);
 }
 
@@ -354,12 +253,12 @@ static void streamed_line_goes_on(void)
 
     queue_long_start();
     while (!bench_finish_line()) {
-        if (queued < 400 && run_queue_free(&bench.axis.queue) > 20) {
+        if (queued < 400 && segment_queue_free(&bench.axis.queue) > 20) {
             TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(3, 1));
             queued++;
             wanted += 3;
         } else if (queued == 400) {
-            TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+            TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
             queued++;
         }
         (void)bench_period();
@@ -390,7 +289,7 @@ static void discard_forgets_an_armed_line(void)
     }
     queue_plain(PLAIN_MARK, 4, 2);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(8, bench.steps);
     TEST_ASSERT_EQUAL_INT32(8, ledger_position(&bench.axis.ledger));
 }
@@ -405,12 +304,12 @@ static void slow_steps_behind_a_dip(void)
     uint32_t last_ticks = 0;
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN,
-                      bench_queue(PLAIN_MARK | (int16_t)RUN_START_SMOOTH, 0));
+                      bench_queue(PLAIN_MARK | (int16_t)LINE_START_SMOOTH, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(8, 32));
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
         TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
     }
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_TRUE(bench_start_line());
     while (!bench_finish_line()) {
         uint32_t start_ticks = bench.now_ticks;
@@ -430,7 +329,7 @@ static void slow_steps_behind_a_dip(void)
 
 static void warning_is_reported(void)
 {
-    (void)bench_queue(PLAIN_MARK | (int16_t)RUN_START_SMOOTH, 0);
+    (void)bench_queue(PLAIN_MARK | (int16_t)LINE_START_SMOOTH, 0);
     (void)bench_queue(0, 0);
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(1, 4));
     TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
@@ -440,22 +339,22 @@ static void warning_is_reported(void)
 static void block_of_several_entries(void)
 {
     static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
-    struct run run;
+    struct segment segment;
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN,
                       axis_queue_block(&bench.axis, &bench.limits, 0, block, 4));
-    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 0, &run));
-    TEST_ASSERT_EQUAL_INT16(0x21, run.count);
-    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 2, &run));
-    TEST_ASSERT_EQUAL_INT16(5, run.count);
-    TEST_ASSERT_EQUAL_UINT16(3, run.repeat);
-    TEST_ASSERT_TRUE(run_queue_peek(&bench.axis.queue, 3, &run));
-    TEST_ASSERT_EQUAL_INT16(7, run.count);
-    TEST_ASSERT_EQUAL_UINT16(0x102, run.repeat);
+    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 0, &segment));
+    TEST_ASSERT_EQUAL_INT16(0x21, segment.count);
+    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 2, &segment));
+    TEST_ASSERT_EQUAL_INT16(5, segment.count);
+    TEST_ASSERT_EQUAL_UINT16(3, segment.repeat);
+    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 3, &segment));
+    TEST_ASSERT_EQUAL_INT16(7, segment.count);
+    TEST_ASSERT_EQUAL_UINT16(0x102, segment.repeat);
 }
 
-// Periods that are written one by one before a pixel's run begins.
-static uint8_t singles_before_the_run(uint8_t stagger)
+// Periods that are written one by one before a pixel's segment begins.
+static uint8_t singles_before_the_train(uint8_t stagger)
 {
     uint8_t singles = 0;
 
@@ -463,29 +362,29 @@ static uint8_t singles_before_the_run(uint8_t stagger)
     bench.axis.stagger = stagger;
     queue_plain(PLAIN_MARK, 100, 1);
     TEST_ASSERT_TRUE(bench_start_line());
-    for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_RUN; slot++) {
+    for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_TRAIN; slot++) {
         TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
         singles = (uint8_t)(singles + (bench.ring.high[slot] != STEP_HIGH_COMMAND));
     }
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(100, bench.steps);
     return singles;
 }
 
-static void runs_of_several_axes_begin_some_steps_apart(void)
+static void trains_of_several_axes_begin_some_steps_apart(void)
 {
-    uint8_t first = singles_before_the_run(0);
+    uint8_t first = singles_before_the_train(0);
 
-    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_run(6));
+    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6));
 }
 
-// Intervals of 64768 and 64769 ticks: the longer ones would read as a run.
+// Intervals of 64768 and 64769 ticks: the longer ones would read as a segment.
 static void longest_single_period(void)
 {
     bench_open(16000000, 20uL * 64768u + 10u);
     queue_plain(PLAIN_MARK, 20, 4);
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(80, bench.steps);
     TEST_ASSERT_EQUAL_INT32(80, ledger_position(&bench.axis.ledger));
     TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
@@ -498,13 +397,13 @@ static void next_line_is_not_dry(void)
     while (bench.axis.phase != DECODE_DRY) {
         (void)bench_period();
     }
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
-    run_out();
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
+    run_to_the_end();
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
     queue_plain(PLAIN_MARK, 1, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     TEST_ASSERT_NOT_EQUAL(DECODE_DRY, bench.axis.phase);
-    run_out();
+    run_to_the_end();
 }
 
 // Of the line that is to follow only its mark has come: it is begun when it can be.
@@ -514,24 +413,20 @@ static void chained_line_that_is_only_a_mark_yet(void)
     queue_plain(PLAIN_MARK, 10, 3);
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(CHAINED_MARK, 0));
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(30, bench.steps);
-    TEST_ASSERT_EQUAL_UINT8(1, run_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT8(1, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(10, 2));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_TRUE(bench_start_line());
-    run_out();
+    run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(50, bench.steps);
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(worked_example);
-    RUN_TEST(worked_example_with_backlash_of_a_quarter);
-    RUN_TEST(worked_example_with_backlash_of_a_pixel);
-    RUN_TEST(backlash_only_after_a_reversal);
     RUN_TEST(block_numbers);
     RUN_TEST(block_numbers_wrap);
     RUN_TEST(full_queue_takes_all_or_nothing);
@@ -539,8 +434,8 @@ int main(void)
     RUN_TEST(states_while_loading);
     RUN_TEST(plain_line_with_reversals);
     RUN_TEST(chained_lines);
-    RUN_TEST(time_ahead_inside_a_run);
-    RUN_TEST(runs_longer_than_the_ring_has_room);
+    RUN_TEST(time_ahead_inside_a_train);
+    RUN_TEST(trains_longer_than_the_ring_has_room);
     RUN_TEST(waiting_line_is_not_chained);
     RUN_TEST(starving_halts_dry);
     RUN_TEST(streamed_line_goes_on);
@@ -549,7 +444,7 @@ int main(void)
     RUN_TEST(slow_steps_behind_a_dip);
     RUN_TEST(warning_is_reported);
     RUN_TEST(block_of_several_entries);
-    RUN_TEST(runs_of_several_axes_begin_some_steps_apart);
+    RUN_TEST(trains_of_several_axes_begin_some_steps_apart);
     RUN_TEST(longest_single_period);
     RUN_TEST(next_line_is_not_dry);
     RUN_TEST(chained_line_that_is_only_a_mark_yet);

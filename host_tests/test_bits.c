@@ -5,7 +5,7 @@
 
 #include "app/bits.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/switches.h"
 #include "unity.h"
 #include "wire/register_map.h"
@@ -135,13 +135,13 @@ static void all_or_none_are_done(void)
 static void two_seeks_at_once_are_refused(void)
 {
     for (uint8_t i = 0; i < 2; i++) {
-        (void)bench_entry(i, RUN_MARK_START | RUN_START_SEEK, 0);
+        (void)bench_entry(i, LINE_MARK_START | LINE_START_SEEK, 0);
         (void)bench_entry(i, 0, 0);
         (void)bench_entry(i, 1, 1);
         (void)bench_entry(i, 2, 20);
-        (void)bench_entry(i, RUN_MARK_DOWN, 0);
+        (void)bench_entry(i, LINE_MARK_DOWN, 0);
         (void)bench_entry(i, 1, 1);
-        (void)bench_entry(i, RUN_MARK_END, 0);
+        (void)bench_entry(i, LINE_MARK_END, 0);
         TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(i)->life.state);
     }
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, write(ARMED, 2, 3));

@@ -156,14 +156,14 @@ static void slow(void)
 }
 
 static struct pixel_period period;
-static struct run slots[16];
-static struct run_queue queue;
+static struct segment slots[16];
+static struct segment_queue queue;
 static struct line line;
 static struct walk walk;
 
 static void push(int16_t count, uint16_t repeat)
 {
-    (void)run_queue_push(&queue, (struct run){.count = count, .repeat = repeat});
+    (void)segment_queue_push(&queue, (struct segment){.count = count, .repeat = repeat});
 }
 
 // The worked example's kind of ramp. Backlash is taken up behind the ramp: two grids and an edge
@@ -174,8 +174,8 @@ static void check_new_pieces(uint16_t backlash, uint16_t budget)
     struct piece piece;
 
     (void)pixel_period_set(&period, 16000000uL, 30, 1);
-    run_queue_init(&queue, slots, 16);
-    push(RUN_MARK_START | RUN_START_SMOOTH, 0);
+    segment_queue_init(&queue, slots, 16);
+    push(LINE_MARK_START | LINE_START_SMOOTH, 0);
     push((int16_t)backlash, 912);
     push(0, 1);
     for (uint8_t i = 0; i < COUNTS; i++) {

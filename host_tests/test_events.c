@@ -4,7 +4,7 @@
 
 #include "app/events.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "unity.h"
 #include "wire/register_map.h"
 

@@ -5,7 +5,7 @@
 
 #include "base/require.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/pixel_clock.h"
 #include "hal/step_timer.h"
 #include "nothing_moves.h"
@@ -108,7 +108,7 @@ static void starved(void)
 static void decoder_late(void)
 {
     slow_pixels();
-    // 512.8 ticks a step: no run (feed_can_carry), so the ring holds less than a pixel.
+    // 512.8 ticks a step: no run (feed_fits_train), so the ring holds less than a pixel.
     start_plain(1, 312, 20);
     bench_rounds(100);
     fake_pass(155000uL);

@@ -18,20 +18,20 @@
 static struct step_ring ring;
 static struct step_engine engine;
 static struct feed feed;
-static uint32_t now_ticks;             // start of the period that is loaded next
-static uint32_t before_ticks;          // start of the period loaded last,
-static bool before_pulse;              //   and whether it pulses
-static uint32_t edge_ticks[STEPS_MAX]; // STEP edges, from the first period on
-static uint32_t turn_ticks[STEPS_MAX]; // direction changes
+static uint32_t now_ticks;                 // start of the period that is loaded next
+static uint32_t before_ticks;              // start of the period loaded last,
+static bool before_pulse;                  //   and whether it pulses
+static uint32_t edge_ticks[STEPS_MAX];     // STEP edges, from the first period on
+static uint32_t reversal_ticks[STEPS_MAX]; // direction changes
 static uint8_t edges;
-static uint8_t turns;
+static uint8_t reversals;
 
 void setUp(void)
 {
     chance_seed(0x5EED0004uL);
     promise_broken = 0;
     feed.negative = false;
-    feed.turn_ticks = 0;
+    feed.reversal_ticks = 0;
     engine.negative = false;
     step_engine_reset(&engine, &ring);
     feed_reset(&feed, &ring, 0);
@@ -39,7 +39,7 @@ void setUp(void)
     before_ticks = 0;
     before_pulse = false;
     edges = 0;
-    turns = 0;
+    reversals = 0;
 }
 
 void tearDown(void)
@@ -54,10 +54,10 @@ static uint32_t load_period(void)
     struct step_load load = step_engine_next(&engine, &ring);
     uint32_t length_ticks = (uint32_t)load.top_ticks + 1u;
 
-    if (load.turned) {
+    if (load.reverses) {
         TEST_ASSERT_FALSE(before_pulse);
-        turn_ticks[turns] = before_ticks;
-        turns++;
+        reversal_ticks[reversals] = before_ticks;
+        reversals++;
     }
     if (load.pulse) {
         edge_ticks[edges] = now_ticks;
@@ -115,7 +115,7 @@ static void steps_fall_where_they_should(void)
     for (uint8_t i = 0; i < 5; i++) {
         TEST_ASSERT_EQUAL_UINT32(zero + 500uL * (i + 1u), edge_ticks[i]);
     }
-    TEST_ASSERT_EQUAL_UINT8(0, turns);
+    TEST_ASSERT_EQUAL_UINT8(0, reversals);
     TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, engine.state);
 }
 
@@ -224,7 +224,7 @@ static void longest_interval_that_is_one_period(void)
     TEST_ASSERT_TRUE(entries_of(0xFD00) < entries_of(0xFD01));
 }
 
-static void check_turn(uint32_t interval)
+static void check_reversal_between(uint32_t interval)
 {
     setUp();
     feed_hold(&feed);
@@ -234,35 +234,35 @@ static void check_turn(uint32_t interval)
     step(2000, true);
     consume();
     TEST_ASSERT_EQUAL_UINT8(2, edges);
-    TEST_ASSERT_EQUAL_UINT8(1, turns);
+    TEST_ASSERT_EQUAL_UINT8(1, reversals);
     TEST_ASSERT_EQUAL_UINT32(interval, edge_ticks[1] - edge_ticks[0]);
-    TEST_ASSERT_TRUE(turn_ticks[0] - edge_ticks[0] >= 832u);
-    TEST_ASSERT_TRUE(edge_ticks[1] - turn_ticks[0] >= 832u);
+    TEST_ASSERT_TRUE(reversal_ticks[0] - edge_ticks[0] >= 832u);
+    TEST_ASSERT_TRUE(edge_ticks[1] - reversal_ticks[0] >= 832u);
     if (interval <= STEP_PERIOD_MAX_TICKS) {
-        TEST_ASSERT_EQUAL_UINT32(edge_ticks[0] + interval / 2u, turn_ticks[0]);
+        TEST_ASSERT_EQUAL_UINT32(edge_ticks[0] + interval / 2u, reversal_ticks[0]);
     }
 }
 
 static void direction_changes_inside_the_interval(void)
 {
-    check_turn(1664);
-    check_turn(1665);
-    check_turn(40000uL);
-    check_turn(STEP_PERIOD_MAX_TICKS);
-    check_turn(STEP_PERIOD_MAX_TICKS + 1uL);
-    check_turn(100000uL);
-    check_turn(1000000uL);
+    check_reversal_between(1664);
+    check_reversal_between(1665);
+    check_reversal_between(40000uL);
+    check_reversal_between(STEP_PERIOD_MAX_TICKS);
+    check_reversal_between(STEP_PERIOD_MAX_TICKS + 1uL);
+    check_reversal_between(100000uL);
+    check_reversal_between(1000000uL);
 }
 
 // Zero pixels fill the marks between two steps that go opposite ways: the direction has its hold
 // and set-up time on both sides, whether their time is written early or not.
-static void check_turn_behind_zero_pixels(uint16_t needed_ticks, bool written_early)
+static void check_reversal_behind_zero_pixels(uint16_t needed_ticks, bool written_early)
 {
     const uint32_t pixel_ticks = 3200;
     uint32_t interval = 0;
 
     setUp();
-    feed.turn_ticks = needed_ticks;
+    feed.reversal_ticks = needed_ticks;
     feed_hold(&feed);
     step(2000, false);
     (void)release();
@@ -279,30 +279,30 @@ static void check_turn_behind_zero_pixels(uint16_t needed_ticks, bool written_ea
     interval += pixel_ticks;
     step(2000, true);
     consume();
-    TEST_ASSERT_EQUAL_UINT8(1, turns);
+    TEST_ASSERT_EQUAL_UINT8(1, reversals);
     TEST_ASSERT_EQUAL_UINT32(interval, edge_ticks[1] - edge_ticks[0]);
-    TEST_ASSERT_TRUE(turn_ticks[0] - edge_ticks[0] >= needed_ticks);
-    TEST_ASSERT_TRUE(edge_ticks[1] - turn_ticks[0] >= needed_ticks);
+    TEST_ASSERT_TRUE(reversal_ticks[0] - edge_ticks[0] >= needed_ticks);
+    TEST_ASSERT_TRUE(edge_ticks[1] - reversal_ticks[0] >= needed_ticks);
 }
 
-static void zero_pixels_leave_a_turn_its_time(void)
+static void zero_pixels_leave_a_reversal_its_time(void)
 {
-    check_turn_behind_zero_pixels(832, true);
-    check_turn_behind_zero_pixels(2120, true);
-    check_turn_behind_zero_pixels(10000, true);
-    check_turn_behind_zero_pixels(12000, false);
+    check_reversal_behind_zero_pixels(832, true);
+    check_reversal_behind_zero_pixels(2120, true);
+    check_reversal_behind_zero_pixels(10000, true);
+    check_reversal_behind_zero_pixels(12000, false);
 }
 
-static void first_step_turns_during_the_delay(void)
+static void first_step_reverses_during_the_delay(void)
 {
     feed_hold(&feed);
     step(1000, true);
     step(1000, true);
     uint32_t zero = release();
     consume();
-    TEST_ASSERT_EQUAL_UINT8(1, turns);
+    TEST_ASSERT_EQUAL_UINT8(1, reversals);
     TEST_ASSERT_EQUAL_UINT32(zero + 1000u, edge_ticks[0]);
-    TEST_ASSERT_TRUE(turn_ticks[0] <= zero);
+    TEST_ASSERT_TRUE(reversal_ticks[0] <= zero);
     TEST_ASSERT_TRUE(engine.negative);
 }
 
@@ -343,7 +343,7 @@ static void next_line_pulses_again(void)
         TEST_ASSERT_EQUAL_UINT8(i + 1, edges);
         TEST_ASSERT_EQUAL_UINT32(zero + 700u, edge_ticks[i]);
     }
-    TEST_ASSERT_EQUAL_UINT8(2, turns);
+    TEST_ASSERT_EQUAL_UINT8(2, reversals);
 }
 
 static void missing_end_halts(void)
@@ -402,7 +402,7 @@ static void no_call_writes_more_than_a_burst(void)
     for (uint8_t i = 0; i < 40; i++) {
         step_in_bursts(chance_between(1664, 200000uL), (chance() & 1u) != 0);
         edges = 0;
-        turns = 0;
+        reversals = 0;
         consume_behind();
     }
 }
@@ -417,7 +417,7 @@ static uint32_t random_interval(void)
 static void random_line(void)
 {
     static uint32_t places[STEPS_MAX];
-    uint8_t wanted_turns = 0;
+    uint8_t wanted_reversals = 0;
     bool negative = false;
 
     feed_hold(&feed);
@@ -425,9 +425,9 @@ static void random_line(void)
     places[0] = release() + 1664u;
     for (uint8_t i = 1; i < STEPS_MAX; i++) {
         uint32_t interval = random_interval();
-        bool turn = (chance() & 3u) == 0;
-        negative = negative != turn;
-        wanted_turns = (uint8_t)(wanted_turns + turn);
+        bool reverses = (chance() & 3u) == 0;
+        negative = negative != reverses;
+        wanted_reversals = (uint8_t)(wanted_reversals + reverses);
         step(interval, negative);
         consume_behind();
         places[i] = places[i - 1u] + interval;
@@ -436,7 +436,7 @@ static void random_line(void)
     consume();
     TEST_ASSERT_EQUAL_UINT8(STEPS_MAX, edges);
     TEST_ASSERT_EQUAL_UINT32_ARRAY(places, edge_ticks, STEPS_MAX);
-    TEST_ASSERT_EQUAL_UINT8(wanted_turns, turns);
+    TEST_ASSERT_EQUAL_UINT8(wanted_reversals, reversals);
     TEST_ASSERT_EQUAL(negative, engine.negative);
 }
 
@@ -451,8 +451,8 @@ int main(void)
     RUN_TEST(long_intervals_are_cut);
     RUN_TEST(longest_interval_that_is_one_period);
     RUN_TEST(direction_changes_inside_the_interval);
-    RUN_TEST(zero_pixels_leave_a_turn_its_time);
-    RUN_TEST(first_step_turns_during_the_delay);
+    RUN_TEST(zero_pixels_leave_a_reversal_its_time);
+    RUN_TEST(first_step_reverses_during_the_delay);
     RUN_TEST(end_gives_the_last_step_a_period);
     RUN_TEST(end_after_quiet_time_keeps_it);
     RUN_TEST(next_line_pulses_again);

@@ -3,7 +3,7 @@
 #include <stdint.h>
 
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/switches.h"
 #include "nothing_moves.h"
 #include "unity.h"
@@ -207,11 +207,11 @@ static void reversal_towards_a_limit_is_stopped(void)
 {
     fake_switch(1, SWITCH_LIMIT_PLUS, CLOSED);
     bench_rounds(FILTER_ROUNDS);
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_START | RUN_START_WAIT, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, LINE_MARK_START | LINE_START_WAIT, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 0, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, -3, 20));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 3, 20));
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, LINE_MARK_END, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(2, COMMAND_ARM));
     TEST_ASSERT_TRUE(bench_until(1, AXIS_FAULT));
     TEST_ASSERT_EQUAL(FAULT_limit_plus, faults_record()->code);

@@ -10,8 +10,8 @@
 #define SLOTS    64u
 #define TIMER_HZ 16000000uL
 
-static struct run slots[SLOTS];
-static struct run_queue queue;
+static struct segment slots[SLOTS];
+static struct segment_queue queue;
 static struct pixel_period period;
 static struct line line;
 static struct piece piece;
@@ -21,7 +21,7 @@ static uint16_t edges;
 
 void setUp(void)
 {
-    run_queue_init(&queue, slots, SLOTS);
+    segment_queue_init(&queue, slots, SLOTS);
     (void)pixel_period_set(&period, TIMER_HZ, 30, 1);
     at_ticks = 0;
     steps = 0;
@@ -34,12 +34,12 @@ void tearDown(void)
 
 static void queue_entry(int16_t count, uint16_t repeat)
 {
-    TEST_ASSERT_TRUE(run_queue_push(&queue, (struct run){count, repeat}));
+    TEST_ASSERT_TRUE(segment_queue_push(&queue, (struct segment){count, repeat}));
 }
 
 static void queue_worked_example(uint16_t backlash)
 {
-    struct run entry;
+    struct segment entry;
 
     for (uint8_t i = 0; worked_entry(backlash, i, &entry); i++) {
         queue_entry(entry.count, entry.repeat);
@@ -206,24 +206,24 @@ static void check_negative_pixel(uint16_t start_speed, int32_t position)
 
 static void negative_smooth_line(void)
 {
-    queue_entry(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0);
+    queue_entry(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_NEGATIVE, 0);
     queue_entry(0, 0);
     queue_entry(4, 2);
-    queue_entry(RUN_MARK_END, 0);
+    queue_entry(LINE_MARK_END, 0);
     line_begin(&line, &period, &queue, true);
     check_negative_pixel(0, -4);
     check_negative_pixel(8, -8);
     TEST_ASSERT_FALSE(take());
 }
 
-static void plain_line_turns(void)
+static void plain_line_reverses(void)
 {
-    queue_entry(RUN_MARK_START, 0);
+    queue_entry(LINE_MARK_START, 0);
     queue_entry(0, 0);
     queue_entry(3, 1);
     queue_entry(0, 1);
     queue_entry(-5, 2);
-    queue_entry(RUN_MARK_END, 0);
+    queue_entry(LINE_MARK_END, 0);
     line_begin(&line, &period, &queue, true);
     static const int32_t positions[] = {3, 3, -2, -7};
     for (uint8_t i = 0; i < 4; i++) {
@@ -237,7 +237,7 @@ static void plain_line_turns(void)
 
 static void dry_queue_goes_on_when_refilled(void)
 {
-    queue_entry(RUN_MARK_START, 0);
+    queue_entry(LINE_MARK_START, 0);
     queue_entry(0, 0);
     queue_entry(3, 1);
     line_begin(&line, &period, &queue, true);
@@ -254,17 +254,17 @@ static void queue_seek(int16_t sign)
 {
     static const int16_t up[] = {1, 2, 4};
 
-    queue_entry(RUN_MARK_START | RUN_START_SEEK, 0);
+    queue_entry(LINE_MARK_START | LINE_START_SEEK, 0);
     queue_entry(0, 0);
     for (uint8_t i = 0; i < 3; i++) {
         queue_entry((int16_t)(sign * up[i]), 1);
     }
     queue_entry((int16_t)(sign * 8), 100);
-    queue_entry(RUN_MARK_DOWN, 0);
+    queue_entry(LINE_MARK_DOWN, 0);
     for (uint8_t i = 3; i-- != 0;) {
         queue_entry((int16_t)(sign * up[i]), 1);
     }
-    queue_entry(RUN_MARK_END, 0);
+    queue_entry(LINE_MARK_END, 0);
     line_begin(&line, &period, &queue, true);
 }
 
@@ -334,17 +334,17 @@ static void queue_smooth_seek(void)
 {
     static const int16_t up[] = {4, 12, 20};
 
-    queue_entry(RUN_MARK_START | RUN_START_SEEK | RUN_START_SMOOTH, 0);
+    queue_entry(LINE_MARK_START | LINE_START_SEEK | LINE_START_SMOOTH, 0);
     queue_entry(0, 0);
     for (uint8_t i = 0; i < 3; i++) {
         queue_entry(up[i], 1);
     }
     queue_entry(24, 100);
-    queue_entry(RUN_MARK_DOWN, 0);
+    queue_entry(LINE_MARK_DOWN, 0);
     for (uint8_t i = 3; i-- != 0;) {
         queue_entry(up[i], 1);
     }
-    queue_entry(RUN_MARK_END, 0);
+    queue_entry(LINE_MARK_END, 0);
     line_begin(&line, &period, &queue, true);
 }
 
@@ -375,15 +375,15 @@ static void smooth_seek_stops_from_any_pixel(void)
 // Its speeds cannot be followed: it runs dry, which is a fault, before the first wrong step.
 static void smooth_seek_that_is_not_mirrored_runs_dry(void)
 {
-    queue_entry(RUN_MARK_START | RUN_START_SEEK | RUN_START_SMOOTH, 0);
+    queue_entry(LINE_MARK_START | LINE_START_SEEK | LINE_START_SMOOTH, 0);
     queue_entry(0, 0);
     queue_entry(4, 1);
     queue_entry(12, 1);
     queue_entry(16, 100);
-    queue_entry(RUN_MARK_DOWN, 0);
+    queue_entry(LINE_MARK_DOWN, 0);
     queue_entry(15, 1); // 16 to 14
     queue_entry(7, 1);  // 14 to 0
-    queue_entry(RUN_MARK_END, 0);
+    queue_entry(LINE_MARK_END, 0);
     line_begin(&line, &period, &queue, true);
     TEST_ASSERT_TRUE(take());
     line_trip(&line); // at speed 8
@@ -396,7 +396,7 @@ static void smooth_seek_that_is_not_mirrored_runs_dry(void)
 // A pixel that would end below speed 0 is no pixel: dry before a wrong step is made.
 static void smooth_pixel_too_slow_for_its_speed_runs_dry(void)
 {
-    queue_entry(RUN_MARK_START | RUN_START_SMOOTH, 0);
+    queue_entry(LINE_MARK_START | LINE_START_SMOOTH, 0);
     queue_entry(0, 0);
     queue_entry(12, 1); // 0 to 24
     queue_entry(11, 1); // 24 to -2
@@ -419,7 +419,7 @@ int main(void)
     RUN_TEST(no_take_up_leaves_the_zero_pixel_idle);
     RUN_TEST(every_backlash_ends_on_the_clock);
     RUN_TEST(negative_smooth_line);
-    RUN_TEST(plain_line_turns);
+    RUN_TEST(plain_line_reverses);
     RUN_TEST(dry_queue_goes_on_when_refilled);
     RUN_TEST(seek_that_never_trips_runs_to_its_end);
     RUN_TEST(tripped_seek_slows_down_from_top_speed);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Every refusal and every warning, with the pixel it names; reversals and seeks: test_line_turns.c.
+// Every refusal and every warning, with the pixel it names; reversals and seeks: test_line_reversals.c.
 #include "fakes/worked_example.h"
 #include "line_checking.h"
 
 static void worked_example_is_fine(void)
 {
     static const uint16_t backlashes[] = {0, 250, 1000};
-    struct run run;
+    struct segment segment;
 
     for (uint8_t b = 0; b < 3; b++) {
-        for (uint8_t i = 0; worked_entry(backlashes[b], i, &run); i++) {
-            taken(run.count, run.repeat);
+        for (uint8_t i = 0; worked_entry(backlashes[b], i, &segment); i++) {
+            taken(segment.count, segment.repeat);
         }
         TEST_ASSERT_EQUAL(LINE_CHECK_OUTSIDE, check.phase);
         TEST_ASSERT_EQUAL(LINE_none, check.warning);
@@ -43,7 +43,7 @@ static void end_speed_not_zero(void)
 {
     begin_smooth();
     taken(4, 1);
-    refused(LINE_ends_moving, 2, RUN_MARK_END, 0);
+    refused(LINE_ends_moving, 2, LINE_MARK_END, 0);
 }
 
 static void equal_counts_from_rest_oscillate(void)
@@ -59,7 +59,7 @@ static void equal_counts_one_by_one_oscillate(void)
     refused(LINE_oscillates, 2, 10, 1);
 }
 
-static void equal_counts_across_runs_oscillate(void)
+static void equal_counts_across_segments_oscillate(void)
 {
     begin_smooth();
     taken(5, 1);
@@ -141,7 +141,7 @@ static void line_speed_not_reached(void)
     taken(6, 1);
     taken(2, 1);
     taken(0, 1);
-    refused(LINE_speed_not_reached, 6, RUN_MARK_END, 0);
+    refused(LINE_speed_not_reached, 6, LINE_MARK_END, 0);
 }
 
 static void line_speed_exceeded(void)
@@ -215,26 +215,26 @@ static void start_mark_missing(void)
 {
     refused(LINE_malformed, 1, 4, 1);
     setUp();
-    refused(LINE_malformed, 1, RUN_MARK_END, 0);
+    refused(LINE_malformed, 1, LINE_MARK_END, 0);
     setUp();
-    refused(LINE_malformed, 1, RUN_MARK_START, 1);
+    refused(LINE_malformed, 1, LINE_MARK_START, 1);
 }
 
 static void unknown_flags(void)
 {
-    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | 0x200), 0);
+    refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x200), 0);
     setUp();
-    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | 0x8000u), 0);
+    refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | 0x8000u), 0);
 }
 
 static void mark_inside_a_line(void)
 {
     begin_smooth();
     taken(5, 1);
-    refused(LINE_malformed, 2, RUN_MARK_START, 0);
+    refused(LINE_malformed, 2, LINE_MARK_START, 0);
     setUp();
     begin_plain();
-    refused(LINE_malformed, 1, RUN_MARK_END | RUN_START_SMOOTH, 0);
+    refused(LINE_malformed, 1, LINE_MARK_END | LINE_START_SMOOTH, 0);
 }
 
 static void out_of_range(void)
@@ -281,7 +281,7 @@ int main(void)
     RUN_TEST(end_speed_not_zero);
     RUN_TEST(equal_counts_from_rest_oscillate);
     RUN_TEST(equal_counts_one_by_one_oscillate);
-    RUN_TEST(equal_counts_across_runs_oscillate);
+    RUN_TEST(equal_counts_across_segments_oscillate);
     RUN_TEST(repaired_with_half_a_count);
     RUN_TEST(repaired_with_two_counts);
     RUN_TEST(odd_constant_speed_ripples);

@@ -5,7 +5,7 @@
 #include "app/round.h"
 #include "app/store.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/step_timer.h"
 #include "nothing_moves.h"
 #include "unity.h"
@@ -185,7 +185,7 @@ static void refused_block_leaves_an_armed_axis(void)
     uint16_t next = axes_get(1)->next_block;
     put_word(&words[0], next);
     put_word(&words[2], 1);
-    put_word(&words[4], RUN_MARK_START); // inside a line
+    put_word(&words[4], LINE_MARK_START); // inside a line
     put_word(&words[6], 0);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, data_write(REG_QUEUE_WINDOW, 4, words));
     TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(1)->life.state);
@@ -200,7 +200,7 @@ static void second_line_longer_than_the_queue(void)
 {
     run_line(0, 10);
     uint16_t i = 0;
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, RUN_MARK_START | RUN_START_WAIT, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, LINE_MARK_START | LINE_START_WAIT, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 0, 0));
     while (bench_entry(0, (int16_t)(5 + i % 2u), 1) == MODBUS_OK) {
         i++;
@@ -330,11 +330,11 @@ static void zero_pixels_at_a_fast_clock_begin(void)
     put_word(&words[2 * 3], 1);
     TEST_ASSERT_EQUAL(MODBUS_OK, data_write(REG_HOLDING_pixel_hz_num, 4, words));
     bench_clock_off();
-    (void)bench_entry(0, RUN_MARK_START, 0);
+    (void)bench_entry(0, LINE_MARK_START, 0);
     (void)bench_entry(0, 0, 0);
     (void)bench_entry(0, 0, 200);
     (void)bench_entry(0, 1, 3);
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, LINE_MARK_END, 0));
     command(1, COMMAND_ARM);
     TEST_ASSERT_TRUE(bench_until(0, AXIS_RUNNING));
     for (uint16_t i = 0; i < 2000 && axes_get(0)->life.state == AXIS_RUNNING; i++) {

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "unity.h"
 #include "wire/bytes.h"
 #include "wire/register_map.h"
@@ -240,7 +240,7 @@ static void queue_registers(void)
 
 static void refusal_registers(void)
 {
-    (void)bench_entry(BENCH_THIRD, RUN_MARK_START | RUN_START_WAIT, 0);
+    (void)bench_entry(BENCH_THIRD, LINE_MARK_START | LINE_START_WAIT, 0);
     (void)bench_entry(BENCH_THIRD, 0, 0);
     (void)bench_entry(BENCH_THIRD, 1, 0xFFFF);
     (void)bench_entry(BENCH_THIRD, 1, 0x1000);

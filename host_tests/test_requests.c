@@ -9,8 +9,8 @@
 #include "app/drivers.h"
 #include "app/store.h"
 #include "fakes/board.h"
+#include "fakes/board_bench.h"
 #include "fakes/chance.h"
-#include "fakes/machine_bench.h"
 #include "hal/step_timer.h"
 #include "unity.h"
 #include "wire/bytes.h"
@@ -165,7 +165,7 @@ static void queue_line(void)
 {
     uint8_t axis = (uint8_t)chance_between(0, CONFIG_AXES - 1u);
     uint16_t start =
-        (uint16_t)(RUN_MARK_START | (chance_between(0, 1) ? RUN_START_WAIT : 0));
+        (uint16_t)(LINE_MARK_START | (chance_between(0, 1) ? LINE_START_WAIT : 0));
 
     if (chance_between(0, 9) == 0) {
         (void)bench_entry(axis, 20000, 1); // refused: the axis is, too
@@ -176,7 +176,7 @@ static void queue_line(void)
     (void)bench_entry(
         axis, (int16_t)chance_between(1, 30), (uint16_t)chance_between(1, 9));
     if (chance_between(0, 3) != 0) {
-        (void)bench_entry(axis, RUN_MARK_END, 0);
+        (void)bench_entry(axis, LINE_MARK_END, 0);
     }
 }
 

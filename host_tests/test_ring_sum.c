@@ -17,7 +17,7 @@ void setUp(void)
     chance_seed(0x5EED0004uL);
     for (uint16_t i = 0; i < STEP_RING_SLOTS; i++) {
         ring.low[i] = (uint8_t)chance();
-        ring.high[i] = (uint8_t)chance_between(0, STEP_HIGH_RUN - 1u);
+        ring.high[i] = (uint8_t)chance_between(0, STEP_HIGH_TRAIN - 1u);
     }
 }
 
@@ -67,14 +67,14 @@ static void longest_periods(void)
 {
     for (uint16_t i = 0; i < STEP_RING_SLOTS; i++) {
         ring.low[i] = 0xFF;
-        ring.high[i] = STEP_HIGH_RUN - 1u;
+        ring.high[i] = STEP_HIGH_TRAIN - 1u;
     }
     check(3, 2, 255);
 }
 
 static void up_to_another_kind_of_entry(void)
 {
-    static const uint8_t kinds[] = {STEP_HIGH_RUN, STEP_HIGH_COMMAND, STEP_HIGH_EMPTY};
+    static const uint8_t kinds[] = {STEP_HIGH_TRAIN, STEP_HIGH_COMMAND, STEP_HIGH_EMPTY};
 
     for (uint8_t i = 0; i < (uint8_t)(sizeof kinds / sizeof kinds[0]); i++) {
         uint8_t kept = ring.high[5];

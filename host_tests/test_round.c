@@ -5,7 +5,7 @@
 
 #include "app/round.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/step_timer.h"
 #include "motion/decode.h"
 #include "unity.h"
@@ -121,7 +121,7 @@ static void slow_line(uint8_t axis)
 {
     TEST_ASSERT_EQUAL(
         MODBUS_OK,
-        bench_entry(axis, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0));
+        bench_entry(axis, LINE_MARK_START | LINE_START_WAIT | LINE_START_SMOOTH, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, 0, 0));
     for (int16_t count = 1; count <= 5; count = (int16_t)(count + 2)) {
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, count, 1));
@@ -129,7 +129,7 @@ static void slow_line(uint8_t axis)
     for (int16_t count = 5; count >= 1; count = (int16_t)(count - 2)) {
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, count, 1));
     }
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(axis, LINE_MARK_END, 0));
 }
 
 // Each costs as much of the processor as a dozen others.
@@ -157,12 +157,12 @@ static void steep_steps_count_more_too(void)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_EQUAL(
             MODBUS_OK,
-            bench_entry(i, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0));
+            bench_entry(i, LINE_MARK_START | LINE_START_WAIT | LINE_START_SMOOTH, 0));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 0, 0));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 100, 1));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 150, 1));
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, 50, 1));
-        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, RUN_MARK_END, 0));
+        TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, LINE_MARK_END, 0));
     }
     arm_all();
     for (uint8_t i = 0; i < 3u * CONFIG_AXES / 2u; i++) {
@@ -281,7 +281,7 @@ static void no_axis_starts_before_every_ring_is_full(void)
 }
 
 // More than one run must not begin at once: all axes cross a pixel's edge together.
-static void runs_begin_two_steps_apart(void)
+static void trains_begin_two_steps_apart(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         TEST_ASSERT_EQUAL_UINT8(2u * i, axes_get(i)->stagger);
@@ -302,6 +302,6 @@ int main(void)
     if (CONFIG_AXES > 2) {
         RUN_TEST(no_axis_starts_before_every_ring_is_full);
     }
-    RUN_TEST(runs_begin_two_steps_apart);
+    RUN_TEST(trains_begin_two_steps_apart);
     return UNITY_END();
 }

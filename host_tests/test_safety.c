@@ -9,7 +9,7 @@
 #include "app/safety.h"
 #include "app/time_check.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/clock.h"
 #include "hal/estop.h"
 #include "unity.h"

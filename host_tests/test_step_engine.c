@@ -38,13 +38,13 @@ static void put_command(enum step_command command)
     put(STEP_HIGH_COMMAND, (uint8_t)command);
 }
 
-static void check_load(uint16_t top_ticks, bool pulse, bool turned)
+static void check_load(uint16_t top_ticks, bool pulse, bool reverses)
 {
     struct step_load load = step_engine_next(&engine, &ring);
 
     TEST_ASSERT_EQUAL_UINT16(top_ticks, load.top_ticks);
     TEST_ASSERT_EQUAL(pulse, load.pulse);
-    TEST_ASSERT_EQUAL(turned, load.turned);
+    TEST_ASSERT_EQUAL(reverses, load.reverses);
 }
 
 static void check_idle(void)
@@ -255,7 +255,7 @@ static void halted_while_it_takes(void)
     TEST_ASSERT_EQUAL(STEP_ENGINE_IN_LINE, engine.state);
 }
 
-static void rest_of_a_run_is_cut_once(void)
+static void rest_of_a_train_is_cut_once(void)
 {
     engine.left = -5;
     engine.state = STEP_ENGINE_IN_LINE;
@@ -298,7 +298,7 @@ int main(void)
     RUN_TEST(direction_before_an_idle_period);
     RUN_TEST(tail_wraps);
     RUN_TEST(halted_while_it_takes);
-    RUN_TEST(rest_of_a_run_is_cut_once);
+    RUN_TEST(rest_of_a_train_is_cut_once);
     RUN_TEST(halts_in_a_line);
     RUN_TEST(halts_out_of_a_line);
     RUN_TEST(halts_while_it_halts);

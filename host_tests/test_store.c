@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "app/store.h"
+#include "fakes/board_bench.h"
 #include "fakes/eeprom.h"
-#include "fakes/machine_bench.h"
 #include "unity.h"
 
 #define RECORD_BYTES ((uint8_t)sizeof(struct settings))

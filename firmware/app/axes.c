@@ -9,20 +9,20 @@
 
 // All axes cross a pixel edge at the same time. Beginning a run costs their step interrupts more
 // than going on with one: let them do so some steps apart.
-#define RUN_STAGGER_STEPS 2u
+#define TRAIN_STAGGER_STEPS 2u
 
 static struct axis axes[CONFIG_AXES];
-static struct run slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
+static struct segment segment_slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
 
 void axes_start(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis_parts parts = {
             .ring = step_timer_ring(i),
-            .carried = step_timer_runs(i),
-            .slots = slots[i],
+            .trains = step_timer_trains(i),
+            .slots = segment_slots[i],
             .slot_count = CONFIG_QUEUE_ENTRIES,
-            .stagger = (uint8_t)(RUN_STAGGER_STEPS * i),
+            .stagger = (uint8_t)(TRAIN_STAGGER_STEPS * i),
             .first_period_ticks = STEP_IDLE_TICKS,
         };
         axis_init(axes_get(i), &parts);
@@ -69,7 +69,7 @@ bool axes_any_queued(void)
     bool queued = axes_first_moving() != NO_AXIS;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        queued = queued || run_queue_fill(&axes[i].queue) != 0;
+        queued = queued || segment_queue_fill(&axes[i].queue) != 0;
     }
     return queued;
 }
@@ -81,7 +81,7 @@ static bool capture_waits(uint8_t i)
            (FEATURE_HOMING && switch_capture_waiting());
 }
 
-static bool follow(uint8_t i, bool all)
+static bool follow_axis(uint8_t i, bool all)
 {
     struct axis *axis = axes_get(i);
     struct engine_sample sample = step_timer_sample(i);
@@ -103,12 +103,12 @@ static bool follow(uint8_t i, bool all)
 
 void axes_follow_due(uint8_t axis)
 {
-    (void)follow(axis, false);
+    (void)follow_axis(axis, false);
 }
 
 bool axes_follow(uint8_t axis)
 {
-    return follow(axis, true);
+    return follow_axis(axis, true);
 }
 
 void axes_account(uint8_t axis)

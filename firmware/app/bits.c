@@ -24,7 +24,7 @@
 #define GROUP_OF(coil) ((coil) < 12u ? (coil) / 4u : (coil) - 9u)
 
 // What 0 and 1 command in each group.
-static const char commands[] IN_FLASH = {
+static const char coil_commands[] IN_FLASH = {
     COMMAND_DISABLE,
     COMMAND_ENABLE,
     COMMAND_DISARM,
@@ -81,29 +81,32 @@ bool data_bit(uint16_t address, uint8_t which)
 }
 
 // One order for each command that the coils ask for, with the axes that it is for.
-struct wishes {
+struct coil_orders {
     uint8_t masks[GROUPS]
                  [2]; // of the coils written 0 and 1; not 0 for a coil without an axis
 };
 
-static void collect(struct wishes *wishes, uint8_t coil, uint8_t count, uint16_t values)
+static void collect_orders(struct coil_orders *orders,
+                           uint8_t coil,
+                           uint8_t count,
+                           uint16_t values)
 {
     for (; count != 0; count--) {
         uint8_t axis = CONFIG_AXES == 1 ? 0 : coil % 4u;
 
-        wishes->masks[GROUP_OF(coil)][values & 1u] |= axis_bit(axis);
+        orders->masks[GROUP_OF(coil)][values & 1u] |= axis_bit(axis);
         values >>= 1;
         coil++;
     }
 }
 
 // False when one of the orders is not possible. act: carry them out.
-static bool each_order(const struct wishes *wishes, bool act)
+static bool each_order(const struct coil_orders *orders, bool act)
 {
     for (uint8_t i = 0; i < 2u * GROUPS; i++) {
         const struct order order = {
-            .mask = wishes->masks[i / 2u][i % 2u],
-            .command = (uint16_t)flash_char(&commands[i]),
+            .mask = orders->masks[i / 2u][i % 2u],
+            .command = (uint16_t)flash_char(&coil_commands[i]),
         };
         if (order.mask == 0) {
             continue;
@@ -124,13 +127,13 @@ enum modbus_exception data_write_coils(uint16_t address,
 {
     // Behind the bits lies at least the checksum.
     uint16_t values = (uint16_t)(bits[0] | (uint16_t)bits[1] << 8);
-    struct wishes wishes = {0};
+    struct coil_orders orders = {0};
 
-    collect(&wishes, (uint8_t)address, (uint8_t)count, values);
-    if (!each_order(&wishes, false)) {
+    collect_orders(&orders, (uint8_t)address, (uint8_t)count, values);
+    if (!each_order(&orders, false)) {
         return MODBUS_DEVICE_FAILURE;
     }
-    (void)each_order(&wishes, true);
+    (void)each_order(&orders, true);
     return MODBUS_OK;
 }
 

@@ -22,18 +22,18 @@
 #include "hal/pixel_clock.h" // pixel_clock_drop
 #include "hal/step_timer.h"  // step_timer_*
 
-static struct order last;
+static struct order last_order;
 
 // A command for axes is asked and done for each axis of the order, one for the board once (axis 0).
-typedef bool (*test)(uint8_t axis, const struct order *order);
-typedef void (*action)(uint8_t axis, const struct order *order);
+typedef bool (*command_test)(uint8_t axis, const struct order *order);
+typedef void (*command_action)(uint8_t axis, const struct order *order);
 
 static uint8_t state_of(uint8_t i)
 {
     return axes_get(i)->life.state;
 }
 
-static bool always(uint8_t axis, const struct order *order)
+static bool always_possible(uint8_t axis, const struct order *order)
 {
     (void)axis;
     (void)order;
@@ -48,12 +48,12 @@ static bool token_fits(const struct order *order)
 }
 
 #if FEATURE_HOMING
-static bool named(const struct order *order, uint8_t i)
+static bool names_axis(const struct order *order, uint8_t i)
 {
     return ((uint8_t)order->mask & axis_bit(i)) != 0;
 }
 
-static bool seeks(uint8_t i)
+static bool front_is_seek(uint8_t i)
 {
     bool opening = false;
 
@@ -63,11 +63,11 @@ static bool seeks(uint8_t i)
 // One switch is watched at a time; a seek is in memory whole, or it could not slow down at once.
 static bool seek_fits(uint8_t i, const struct order *order)
 {
-    if (!seeks(i)) {
+    if (!front_is_seek(i)) {
         return true;
     }
     for (uint8_t other = 0; CONFIG_AXES > 1 && other < i; other++) {
-        if (named(order, other) && seeks(other)) {
+        if (names_axis(order, other) && front_is_seek(other)) {
             return false;
         }
     }
@@ -88,7 +88,7 @@ static bool can_arm(uint8_t i, const struct order *order)
            seek_fits(i, order);
 }
 
-static void arm(uint8_t i, const struct order *order)
+static void arm_axis(uint8_t i, const struct order *order)
 {
     struct axis *axis = axes_get(i);
 
@@ -119,7 +119,7 @@ static bool can_go(uint8_t axis, const struct order *order)
 }
 
 // Armed axes start on the next clock edge. Their patience with the clock begins now.
-static void go(uint8_t axis, const struct order *order)
+static void take_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
     if (order->argument != token_now()) {
@@ -136,14 +136,14 @@ static bool does_not_run(uint8_t i, const struct order *order)
     return state_of(i) != AXIS_RUNNING && state_of(i) != AXIS_FAULT;
 }
 
-static void discard(uint8_t i, const struct order *order)
+static void discard_axis(uint8_t i, const struct order *order)
 {
     (void)order;
     axes_stop(i);
 }
 
 // Stopping an axis also drops PERMIT, so that a laser cannot burn in one place.
-static void stop(uint8_t i, const struct order *order)
+static void stop_axis(uint8_t i, const struct order *order)
 {
     (void)order;
     permit_set(false);
@@ -165,20 +165,20 @@ static bool can_zero(uint8_t i, const struct order *order)
     return is_still(i, order) && seek_can_zero(i);
 }
 
-static void zero(uint8_t i, const struct order *order)
+static void zero_axis(uint8_t i, const struct order *order)
 {
     (void)order;
     seek_zero(i);
 }
 #endif
 
-static void enable(uint8_t i, const struct order *order)
+static void enable_driver(uint8_t i, const struct order *order)
 {
     (void)order;
     drivers_write(i, true);
 }
 
-static void disable(uint8_t i, const struct order *order)
+static void disable_driver(uint8_t i, const struct order *order)
 {
     (void)order;
     drivers_write(i, false);
@@ -203,7 +203,7 @@ static void restart_time(void)
 }
 
 // The emergency stop has halted every engine, those of queued lines too: these keep their lines.
-static void revive(uint8_t i)
+static void revive_axis(uint8_t i)
 {
     uint8_t slot = 0;
 
@@ -227,7 +227,7 @@ static bool can_clear(uint8_t axis, const struct order *order)
     return !faults_any() || safety_allows();
 }
 
-static void clear(uint8_t axis, const struct order *order)
+static void clear_fault(uint8_t axis, const struct order *order)
 {
     (void)axis;
     (void)order;
@@ -240,7 +240,7 @@ static void clear(uint8_t axis, const struct order *order)
         restart_time();
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        revive(i);
+        revive_axis(i);
     }
     faults_clear();
 }
@@ -253,7 +253,7 @@ static bool has_key(uint8_t axis, const struct order *order)
 }
 
 #if FEATURE_STORE
-static void store(uint8_t axis, const struct order *order)
+static void store_settings(uint8_t axis, const struct order *order)
 {
     (void)axis;
     (void)order;
@@ -289,31 +289,31 @@ static void do_nothing(uint8_t axis, const struct order *order)
     (void)order;
 }
 
-struct row {
-    test possible; // NULL: this image was built without the command
-    action act;
+struct command_row {
+    command_test possible; // NULL: this image was built without the command
+    command_action act;
     bool for_axes;
 };
 
-static const struct row commands[] IN_FLASH = {
-    [COMMAND_NONE] = {always, do_nothing, false},
-    [COMMAND_ARM] = {can_arm, arm, true},
-    [COMMAND_DISARM] = {does_not_run, discard, true},
-    [COMMAND_STOP] = {always, stop, true},
-    [COMMAND_CLEAR_FAULT] = {can_clear, clear, false},
-    [COMMAND_DISCARD] = {does_not_run, discard, true},
-    [COMMAND_ENABLE] = {always, enable, true},
-    [COMMAND_DISABLE] = {is_still, disable, true},
+static const struct command_row command_table[] IN_FLASH = {
+    [COMMAND_NONE] = {always_possible, do_nothing, false},
+    [COMMAND_ARM] = {can_arm, arm_axis, true},
+    [COMMAND_DISARM] = {does_not_run, discard_axis, true},
+    [COMMAND_STOP] = {always_possible, stop_axis, true},
+    [COMMAND_CLEAR_FAULT] = {can_clear, clear_fault, false},
+    [COMMAND_DISCARD] = {does_not_run, discard_axis, true},
+    [COMMAND_ENABLE] = {always_possible, enable_driver, true},
+    [COMMAND_DISABLE] = {is_still, disable_driver, true},
 #if FEATURE_HOMING
-    [COMMAND_ZERO] = {can_zero, zero, true},
+    [COMMAND_ZERO] = {can_zero, zero_axis, true},
 #endif
     [COMMAND_PERMIT_ON] = {can_permit, set_permit, false},
-    [COMMAND_PERMIT_OFF] = {always, set_permit, false},
+    [COMMAND_PERMIT_OFF] = {always_possible, set_permit, false},
 #if FEATURE_STORE
-    [COMMAND_STORE] = {has_key, store, false},
+    [COMMAND_STORE] = {has_key, store_settings, false},
 #endif
     [COMMAND_DEFAULTS] = {has_key, set_defaults, false},
-    [COMMAND_GO] = {can_go, go, false},
+    [COMMAND_GO] = {can_go, take_go, false},
 };
 
 // Disarm and stop go to all boards at once, whatever axes each of them has.
@@ -329,10 +329,10 @@ static bool names_axes(const struct order *order)
 // not possible for one of them.
 static bool each_axis(const struct order *order, bool act)
 {
-    struct row row;
+    struct command_row row;
     uint8_t mask = 1;
 
-    flash_copy(&row, &commands[order->command], sizeof row);
+    flash_copy(&row, &command_table[order->command], sizeof row);
     if (row.for_axes) {
         mask = (uint8_t)order->mask;
         if (!names_axes(order)) {
@@ -364,7 +364,7 @@ void commands_act(const struct order *order)
 
 const struct order *commands_last(void)
 {
-    return &last;
+    return &last_order;
 }
 
 bool commands_give(const struct order *order)
@@ -373,6 +373,6 @@ bool commands_give(const struct order *order)
         return false;
     }
     commands_act(order);
-    last = *order;
+    last_order = *order;
     return true;
 }

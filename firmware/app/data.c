@@ -85,7 +85,7 @@ uint16_t data_input(uint16_t address)
 #define ORDER_WORDS (sizeof(struct order) / sizeof(uint16_t))
 
 // The word itself; NULL when nothing is mapped there.
-static APART const uint16_t *holding(uint16_t address)
+static APART const uint16_t *holding_word(uint16_t address)
 {
     if (address < SETTINGS_WORDS) {
         return &settings_now()->words[address];
@@ -99,13 +99,14 @@ bool data_holding_mapped(uint16_t address, uint16_t count)
     if (address >= REG_QUEUE_WINDOW) {
         return address == REG_QUEUE_WINDOW;
     }
-    return holding(address) != NULL &&
-           holding((uint16_t)(address + count - 1u)) != NULL && count <= SETTINGS_WORDS;
+    return holding_word(address) != NULL &&
+           holding_word((uint16_t)(address + count - 1u)) != NULL &&
+           count <= SETTINGS_WORDS;
 }
 
 uint16_t data_holding(uint16_t address)
 {
-    const uint16_t *word = holding(address);
+    const uint16_t *word = holding_word(address);
 
     return word != NULL ? *word : 0;
 }

@@ -8,13 +8,13 @@
 #include "base/require.h"   // require_failed
 #include "hal/step_timer.h" // step_timer_halt
 
-static struct fault_record record;
+static struct fault_record first_fault;
 static bool time_lost;
 
 void faults_start(void)
 {
     faults_clear();
-    record.mask = 0;
+    first_fault.mask = 0;
 }
 
 static void halt_axis(uint8_t i)
@@ -37,16 +37,16 @@ void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
     }
     uint32_t pixel = axes_get(axis)->ledger.pixel + 1u;
 
-    if (record.code == FAULT_none) {
-        record.code = (uint8_t)code;
-        record.axis = axis;
-        record.argument = argument;
-        record.pixel = pixel;
+    if (first_fault.code == FAULT_none) {
+        first_fault.code = (uint8_t)code;
+        first_fault.axis = axis;
+        first_fault.argument = argument;
+        first_fault.pixel = pixel;
     }
-    if ((record.mask >> (uint8_t)code & 1u) == 0) {
+    if ((first_fault.mask >> (uint8_t)code & 1u) == 0) {
         events_note((uint16_t)code, axis, argument, pixel);
     }
-    record.mask |= (uint32_t)1 << (uint8_t)code;
+    first_fault.mask |= (uint32_t)1 << (uint8_t)code;
 }
 
 void faults_latch_underrun(uint8_t axis)
@@ -71,7 +71,7 @@ void require_failed(uint16_t line)
 
 const struct fault_record *faults_record(void)
 {
-    return &record;
+    return &first_fault;
 }
 
 bool faults_time_lost(void)
@@ -81,6 +81,6 @@ bool faults_time_lost(void)
 
 void faults_clear(void)
 {
-    record = (struct fault_record){.code = FAULT_none};
+    first_fault = (struct fault_record){.code = FAULT_none};
     time_lost = false;
 }

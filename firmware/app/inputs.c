@@ -13,23 +13,23 @@
 
 // One axis's look at its switches. Bits as in hal/switches.h, set for closed or tripped.
 struct look {
-    uint8_t state;                // filtered
-    uint8_t seen;                 // at the last look
+    uint8_t state;                  // filtered
+    uint8_t seen;                   // at the last look
     uint16_t since_units[SWITCHES]; // when each changed, low 16 bits; home first
-    uint16_t position;            // low 16 bits, at the last look with a limit tripped
+    uint16_t position;              // low 16 bits, at the last look with a limit tripped
 };
 
-static struct look looks[CONFIG_AXES];
+static struct look switch_looks[CONFIG_AXES];
 
 static struct look *look_of(uint8_t axis)
 {
-    return &looks[CONFIG_INDEX(axis)];
+    return &switch_looks[CONFIG_INDEX(axis)];
 }
 
 void inputs_start(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        looks[i] = (struct look){0};
+        switch_looks[i] = (struct look){0};
     }
 }
 
@@ -46,7 +46,7 @@ static uint8_t tripped_levels(void)
     return (uint8_t)(home | limits);
 }
 
-static bool lasted(uint16_t now_units, uint16_t since_units)
+static bool has_lasted(uint16_t now_units, uint16_t since_units)
 {
     return (uint16_t)(now_units - since_units) >
            clock_units_of_us(settings_now()->input_filter_us);
@@ -54,12 +54,12 @@ static bool lasted(uint16_t now_units, uint16_t since_units)
 
 bool inputs_lasted(uint16_t since_units)
 {
-    return lasted((uint16_t)clock_now_units(), since_units);
+    return has_lasted((uint16_t)clock_now_units(), since_units);
 }
 
 // Each switch for itself: one that chatters must not hide another. The switches whose filtered
 // state has just changed.
-static uint8_t filter(struct look *inputs, uint8_t now)
+static uint8_t filter_switches(struct look *inputs, uint8_t now)
 {
     uint16_t now_units = (uint16_t)clock_now_units();
     uint8_t moved = now ^ inputs->seen;
@@ -70,7 +70,7 @@ static uint8_t filter(struct look *inputs, uint8_t now)
     for (uint8_t bit = 1; bit < SWITCH_ALL; bit = (uint8_t)(bit << 1)) {
         if ((moved & bit) != 0) {
             *since = now_units;
-        } else if ((wrong & bit) != 0 && lasted(now_units, *since)) {
+        } else if ((wrong & bit) != 0 && has_lasted(now_units, *since)) {
             changed |= bit;
         }
         since++;
@@ -106,7 +106,7 @@ void inputs_poll(uint8_t axis)
 {
     struct look *inputs = look_of(axis);
     uint8_t now = (uint8_t)((switches_read(axis) ^ tripped_levels()) ^ SWITCH_ALL);
-    bool changed = (filter(inputs, now) & LIMITS) != 0;
+    bool changed = (filter_switches(inputs, now) & LIMITS) != 0;
 
     if ((inputs->state & LIMITS) != 0) {
         watch_limits(axis, changed);

@@ -7,7 +7,7 @@
 
 #define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 
-static struct line_limits limits;
+static struct line_limits current_limits;
 
 void limits_apply_settings(void)
 {
@@ -15,10 +15,11 @@ void limits_apply_settings(void)
     uint16_t driver_us = settings->dir_setup_us > settings->dir_hold_us
                              ? settings->dir_setup_us
                              : settings->dir_hold_us;
-    uint16_t half_ticks = (uint16_t)(driver_us * TICKS_PER_US + CONFIG_TURN_MARGIN_TICKS);
+    uint16_t half_ticks =
+        (uint16_t)(driver_us * TICKS_PER_US + CONFIG_REVERSAL_MARGIN_TICKS);
 
     reference_apply_settings();
-    limits = (struct line_limits){
+    current_limits = (struct line_limits){
         .pixel_ticks = reference_period()->whole_ticks,
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
         .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
@@ -29,11 +30,11 @@ void limits_apply_settings(void)
         .start_stop_steps = settings->start_stop_steps,
     };
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        axes_get(i)->feed.turn_ticks = half_ticks;
+        axes_get(i)->feed.reversal_ticks = half_ticks;
     }
 }
 
 const struct line_limits *limits_now(void)
 {
-    return &limits;
+    return &current_limits;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "app/board.h"      // board_start
+#include "app/bus_port.h"   // serial_*
 #include "app/round.h"      // round_poll
 #include "app/safety.h"     // safety_start
-#include "app/serial.h"     // serial_*
 #include "app/settings.h"   // settings_override_address
 #include "app/time_check.h" // time_check_start
 #include "hal/clock.h"      // clock_start
@@ -15,7 +15,7 @@ int main(void)
     pins_start();
     board_start();
     settings_override_address(cpu_address_strap());
-    serial_start();
+    bus_port_start();
     // Last: from here on both must be served, the step interrupt in every idle period.
     clock_start();
     time_check_start();
@@ -24,6 +24,6 @@ int main(void)
     for (;;) {
         round_poll();
         cpu_section(CPU_SECTION_SERIAL);
-        serial_poll();
+        bus_port_poll();
     }
 }

@@ -3,15 +3,15 @@
 
 #include "hal/estop.h" // permit_write
 
-static bool is_on;
+static bool permit_on;
 
 void permit_set(bool on)
 {
-    is_on = on;
+    permit_on = on;
     permit_write(on);
 }
 
 bool permit_is_on(void)
 {
-    return is_on;
+    return permit_on;
 }

@@ -34,6 +34,8 @@ uint16_t report_status(void)
             bits |= REPORT_ARMED;
         } else if (life->state == AXIS_RUNNING) {
             bits |= REPORT_RUNNING;
+        } else if (life->state == AXIS_STOPPING) {
+            bits |= (uint16_t)(REPORT_STOPPING << i);
         }
     }
     if (faults_any()) {
@@ -48,35 +50,35 @@ uint16_t report_status(void)
     return permit_is_on() ? (uint16_t)(bits | REPORT_PERMIT) : bits;
 }
 
-static uint16_t status(uint8_t axis, bool low)
+static uint16_t status_word(uint8_t axis, bool low)
 {
     (void)axis;
     (void)low;
     return report_status();
 }
 
-static uint16_t reset_cause(uint8_t axis, bool low)
+static uint16_t reset_cause_word(uint8_t axis, bool low)
 {
     (void)axis;
     (void)low;
     return cpu_reset_cause();
 }
 
-static uint16_t inputs(uint8_t axis, bool low)
+static uint16_t inputs_word(uint8_t axis, bool low)
 {
     (void)axis;
     (void)low;
     return inputs_all();
 }
 
-static uint16_t outputs(uint8_t axis, bool low)
+static uint16_t outputs_word(uint8_t axis, bool low)
 {
     (void)axis;
     (void)low;
     return (uint16_t)(drivers_on() | (permit_is_on() ? OUTPUTS_PERMIT : 0));
 }
 
-static uint16_t settings_state(uint8_t axis, bool low)
+static uint16_t settings_state_word(uint8_t axis, bool low)
 {
     (void)axis;
     (void)low;
@@ -86,7 +88,7 @@ static uint16_t settings_state(uint8_t axis, bool low)
 static uint16_t queue_free(uint8_t axis, bool low)
 {
     (void)low;
-    return run_queue_free(&axes_get(axis)->queue);
+    return segment_queue_free(&axes_get(axis)->queue);
 }
 
 static uint16_t ring_fill(uint8_t axis, bool low)
@@ -174,19 +176,19 @@ struct source {
 #define COUNTER(name)                                                                    \
     MEMBER(WIDTH_WORD, OWNER_TRAFFIC, offsetof(struct server_counters, name))
 
-static const struct source board_registers[] IN_FLASH = {
+static const struct source board_sources[] IN_FLASH = {
     [REG_INPUT_map_version] = CONSTANT(REG_MAP_VERSION),
     [REG_INPUT_firmware_version] =
         CONSTANT(CONFIG_VERSION_MAJOR * 256u + CONFIG_VERSION_MINOR),
     [REG_INPUT_board_id] = CONSTANT(CONFIG_BOARD_ID),
     [REG_INPUT_axis_count] = CONSTANT(CONFIG_AXES),
-    [REG_INPUT_status] = CALL(status),
+    [REG_INPUT_status] = CALL(status_word),
     [REG_INPUT_fault_code] = MEMBER(WIDTH_BYTE, OWNER_FAULTS, IN_FAULTS(code)),
     [REG_INPUT_fault_argument] = MEMBER(WIDTH_WORD, OWNER_FAULTS, IN_FAULTS(argument)),
     [REG_INPUT_fault_axis] = MEMBER(WIDTH_BYTE, OWNER_FAULTS, IN_FAULTS(axis)),
     LONG(REG_INPUT_fault_pixel, OWNER_FAULTS, IN_FAULTS(pixel)),
     [REG_INPUT_fault_mask] = MEMBER(WIDTH_LOW, OWNER_FAULTS, IN_FAULTS(mask)),
-    [REG_INPUT_reset_cause] = CALL(reset_cause),
+    [REG_INPUT_reset_cause] = CALL(reset_cause_word),
     LONG(REG_INPUT_pixel_edges, OWNER_WATCH, IN_WATCH(edges)),
 #if FEATURE_CLOCK_STATISTICS
     [REG_INPUT_edge_error_ticks] = MEMBER(WIDTH_WORD, OWNER_WATCH, IN_WATCH(error_ticks)),
@@ -203,7 +205,7 @@ static const struct source board_registers[] IN_FLASH = {
     [REG_INPUT_min_interval_ticks] = CONSTANT(CONFIG_MIN_INTERVAL_TICKS),
     [REG_INPUT_smooth_min_interval_ticks] = CONSTANT(CONFIG_SMOOTH_MIN_INTERVAL_TICKS),
     [REG_INPUT_record_capacity] = CONSTANT(RECORDS_KEPT),
-    [REG_INPUT_inputs] = CALL(inputs),
+    [REG_INPUT_inputs] = CALL(inputs_word),
 #if FEATURE_HOMING
     [REG_INPUT_trip_code] = MEMBER(WIDTH_BYTE, OWNER_SEEK, IN_SEEK(trip_code)),
     [REG_INPUT_trip_axis] = MEMBER(WIDTH_BYTE, OWNER_SEEK, IN_SEEK(trip_axis)),
@@ -214,7 +216,7 @@ static const struct source board_registers[] IN_FLASH = {
 #endif
 };
 
-static const struct source axis_registers[] IN_FLASH = {
+static const struct source axis_sources[] IN_FLASH = {
     [REG_AXIS_axis_state] = CALL(axis_state),
     [REG_AXIS_queue_free] = CALL(queue_free),
     [REG_AXIS_next_block] = MEMBER(WIDTH_WORD, OWNER_AXIS, IN_AXIS(next_block)),
@@ -230,11 +232,11 @@ static const struct source axis_registers[] IN_FLASH = {
 };
 
 #define MORE_BASE REG_INPUT_fault_mask_high
-static const struct source more_registers[] IN_FLASH = {
+static const struct source more_sources[] IN_FLASH = {
     [REG_INPUT_fault_mask_high - MORE_BASE] =
         MEMBER(WIDTH_HIGH, OWNER_FAULTS, IN_FAULTS(mask)),
-    [REG_INPUT_outputs - MORE_BASE] = CALL(outputs),
-    [REG_INPUT_settings_state - MORE_BASE] = CALL(settings_state),
+    [REG_INPUT_outputs - MORE_BASE] = CALL(outputs_word),
+    [REG_INPUT_settings_state - MORE_BASE] = CALL(settings_state_word),
     [REG_INPUT_settings_serial - MORE_BASE] =
         MEMBER(WIDTH_WORD, OWNER_SETTINGS, offsetof(struct settings, serial)),
     [REG_INPUT_bus_messages - MORE_BASE] = COUNTER(bus_messages),
@@ -245,8 +247,10 @@ static const struct source more_registers[] IN_FLASH = {
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
-_Static_assert(COUNT(board_registers) == REG_AXIS_BASE, "the first area ends where the axes begin");
-_Static_assert(COUNT(axis_registers) == REG_AXIS_STRIDE, "an axis's registers follow each other");
+_Static_assert(COUNT(board_sources) == REG_AXIS_BASE,
+               "the first area ends where the axis_sources begin");
+_Static_assert(COUNT(axis_sources) == REG_AXIS_STRIDE,
+               "an axis's registers follow each other");
 
 static const void *object_of(enum owner owner, uint8_t axis)
 {
@@ -269,7 +273,7 @@ static const void *object_of(enum owner owner, uint8_t axis)
     }
 }
 
-static uint16_t member(const struct source *source, uint8_t axis)
+static uint16_t member_word(const struct source *source, uint8_t axis)
 {
     uint8_t width = source->kind & (uint8_t)~OWNER_MASK;
     enum owner owner = (enum owner)(source->kind & OWNER_MASK);
@@ -294,19 +298,19 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
         return source.value;
     }
     return source.kind <= KIND_CALL_LOW ? source.call(axis, source.kind == KIND_CALL_LOW)
-                                        : member(&source, axis);
+                                        : member_word(&source, axis);
 }
 
 uint16_t report_word(uint16_t address)
 {
     if (address >= MORE_BASE) {
-        return word_of(&more_registers[address - MORE_BASE], 0);
+        return word_of(&more_sources[address - MORE_BASE], 0);
     }
     if (address < REG_AXIS_BASE) {
-        return word_of(&board_registers[address], 0);
+        return word_of(&board_sources[address], 0);
     }
     uint8_t offset = (uint8_t)(address - REG_AXIS_BASE);
 
-    return word_of(&axis_registers[offset % REG_AXIS_STRIDE],
+    return word_of(&axis_sources[offset % REG_AXIS_STRIDE],
                    CONFIG_INDEX(offset / REG_AXIS_STRIDE));
 }

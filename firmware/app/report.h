@@ -12,6 +12,7 @@
 #define REPORT_ESTOP       0x0010u
 #define REPORT_PERMIT      0x0020u
 #define REPORT_LISTEN_ONLY 0x0040u
+#define REPORT_STOPPING    0x0100u // axis 0, and the next bits the next axes
 
 uint16_t report_word(uint16_t address);
 

@@ -26,11 +26,11 @@
 // While an axis waits for its release, a moment of a few milliseconds that must not be missed.
 #define DECODE_BUDGET_STARTING 12u
 // Rounds in which every axis's switches are looked at once; an axis that seeks, in every round.
-#define INPUT_TURNS 4u
+#define INPUT_ROUNDS 4u
 
 // An axis's account may lag so many entries behind between its turns, one every so many rounds.
 #define FOLLOW_ENTRIES 64u
-#define TURN_ROUNDS    8u
+#define FOLLOW_ROUNDS  8u
 
 static uint8_t rounds; // to look after one axis after the other
 
@@ -81,7 +81,7 @@ static void supervise_running(uint8_t i)
     }
 }
 
-static void supervise(uint8_t i)
+static void supervise_axis(uint8_t i)
 {
     uint8_t state = axes_get(i)->life.state;
 
@@ -102,14 +102,14 @@ static void follow_in_turn(void)
     uint8_t due = CONFIG_AXES;
 
     rounds++;
-    if (rounds % TURN_ROUNDS == 0) {
-        due = rounds / TURN_ROUNDS % CONFIG_AXES;
+    if (rounds % FOLLOW_ROUNDS == 0) {
+        due = rounds / FOLLOW_ROUNDS % CONFIG_AXES;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
         uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
         // Full marks keep the decoder from the next pixel.
-        if (i == due || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_RUN) ||
+        if (i == due || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
             behind >= FOLLOW_ENTRIES || feed_marks_full(&axis->feed)) {
             axes_follow_due(i);
         }
@@ -119,17 +119,17 @@ static void follow_in_turn(void)
 // One axis's switches after the other, as often on every board.
 static void poll_inputs(void)
 {
-    uint8_t turn = rounds % INPUT_TURNS;
+    uint8_t axis = rounds % INPUT_ROUNDS;
 
-    if (turn < CONFIG_AXES) {
-        inputs_poll(turn);
-        drivers_poll(turn);
+    if (axis < CONFIG_AXES) {
+        inputs_poll(axis);
+        drivers_poll(axis);
     }
     seek_poll();
 }
 
 // What axis i leaves of the budget.
-static uint8_t decode(uint8_t i, uint8_t budget)
+static uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);
 
@@ -145,7 +145,7 @@ static uint8_t decode(uint8_t i, uint8_t budget)
 static void decode_in_turn(uint8_t budget)
 {
     if (!decode_is_ahead(axes_get(0))) {
-        (void)decode(0, budget);
+        (void)decode_one(0, budget);
     }
 }
 #else
@@ -154,7 +154,7 @@ static void decode_in_turn(uint8_t budget)
 #define AHEAD_MAX   (UINT16_MAX - 1u)
 
 // How far axis i is decoded ahead of its account; ALL_DECODED if it needs no more now.
-static uint16_t ahead(uint8_t i)
+static uint16_t units_ahead(uint8_t i)
 {
     if (decode_is_ahead(axes_get(i))) {
         return ALL_DECODED;
@@ -164,12 +164,12 @@ static uint16_t ahead(uint8_t i)
     return units < AHEAD_MAX ? (uint16_t)units : AHEAD_MAX;
 }
 
-static uint8_t nearest(const uint16_t *has)
+static uint8_t least_buffered(const uint16_t *buffered)
 {
     uint8_t found = 0;
 
     for (uint8_t i = 1; i < CONFIG_AXES; i++) {
-        if (has[i] < has[found]) {
+        if (buffered[i] < buffered[found]) {
             found = i;
         }
     }
@@ -180,19 +180,19 @@ static uint8_t nearest(const uint16_t *has)
 // have ahead does not change meanwhile.
 static void decode_in_turn(uint8_t budget)
 {
-    uint16_t has[CONFIG_AXES];
+    uint16_t buffered[CONFIG_AXES];
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        has[i] = ahead(i);
+        buffered[i] = units_ahead(i);
     }
     for (uint8_t calls = DECODE_CALLS; calls != 0 && budget != 0; calls--) {
-        uint8_t i = nearest(has);
-        if (has[i] == ALL_DECODED) {
+        uint8_t i = least_buffered(buffered);
+        if (buffered[i] == ALL_DECODED) {
             return;
         }
         uint8_t once = budget < DECODE_AT_ONCE ? budget : DECODE_AT_ONCE;
-        budget = (uint8_t)(budget - once + decode(i, once));
-        has[i] = ahead(i);
+        budget = (uint8_t)(budget - once + decode_one(i, once));
+        buffered[i] = units_ahead(i);
     }
 }
 #endif
@@ -213,7 +213,7 @@ void round_poll(void)
     clock_edges_poll();
     follow_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        supervise(i);
+        supervise_axis(i);
     }
     // Where the waits of one axis add up to less than its shortest interval nothing can lag.
     if (CONFIG_AXES > 1) {

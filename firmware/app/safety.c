@@ -9,15 +9,15 @@
 #include "hal/clock.h"      // clock_now_ms
 #include "hal/cpu.h"        // cpu_*
 #include "hal/estop.h"      // estop_*
-#include "hal/step_timer.h" // step_timer_beat
+#include "hal/step_timer.h" // step_timer_heartbeat
 
 #define RESET_POWER_ON   0x01u // bits of the reset cause
 #define RESET_UNEXPECTED 0x0Cu // brown-out, watchdog
 #define ESTOP_INVERTED   0x04u // bit of setting inputs_inverted
 
-static uint8_t beats[CONFIG_AXES]; // of each step interrupt, at the last look
-static uint8_t alive;              // axes that moved on since the watchdog was fed
-static uint8_t looked_at;          // the axis whose turn it is
+static uint8_t heartbeats[CONFIG_AXES]; // of each step interrupt, at the last look
+static uint8_t axes_alive;              // axes that moved on since the watchdog was fed
+static uint8_t looked_at;               // the axis whose turn it is
 
 static bool estop_inverted(void)
 {
@@ -28,7 +28,7 @@ void safety_start(void)
 {
     uint8_t cause = cpu_reset_cause();
 
-    alive = 0;
+    axes_alive = 0;
     events_note(EVENT_RESET + cause, 0, 0, 0);
     estop_start(estop_inverted());
     // A supply that comes up slowly is a brown-out too.
@@ -44,19 +44,20 @@ void safety_start(void)
 static void feed_watchdog(void)
 {
     uint8_t i = looked_at;
-    uint8_t beat = step_timer_beat(i);
+    uint8_t heartbeat = step_timer_heartbeat(i);
 
     looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
 
-    if (beat == beats[CONFIG_INDEX(i)] && step_timer_state(i) != STEP_ENGINE_HALTED) {
+    if (heartbeat == heartbeats[CONFIG_INDEX(i)] &&
+        step_timer_state(i) != STEP_ENGINE_HALTED) {
         return;
     }
-    beats[CONFIG_INDEX(i)] = beat;
+    heartbeats[CONFIG_INDEX(i)] = heartbeat;
     if (CONFIG_AXES > 1) {
-        alive = (uint8_t)(alive | axis_bit(i));
+        axes_alive = (uint8_t)(axes_alive | axis_bit(i));
     }
-    if (CONFIG_AXES == 1 || alive == ALL_AXES) {
-        alive = 0;
+    if (CONFIG_AXES == 1 || axes_alive == ALL_AXES) {
+        axes_alive = 0;
         cpu_watchdog_feed();
     }
 }
@@ -70,12 +71,12 @@ static bool bus_silent(void)
 }
 
 // Of the first axis that moves, or of axis 0.
-static void fault_of_all(enum fault code)
+static void latch_for_moving(enum fault code)
 {
     faults_latch(code, (uint8_t)(axes_first_moving() % CONFIG_AXES), 0);
 }
 
-static void fault_silence(void)
+static void latch_bus_silence(void)
 {
     uint8_t moving = axes_first_moving();
 
@@ -89,13 +90,13 @@ void safety_poll(void)
     feed_watchdog();
     estop_poll(estop_inverted());
     if (estop_latched()) {
-        fault_of_all(FAULT_estop);
+        latch_for_moving(FAULT_estop);
     }
     if (!cpu_stack_intact()) {
-        fault_of_all(FAULT_stack_overflow);
+        latch_for_moving(FAULT_stack_overflow);
     }
     if (bus_silent()) {
-        fault_silence();
+        latch_bus_silence();
     }
 }
 

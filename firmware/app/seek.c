@@ -26,7 +26,7 @@ const struct seek *seek_now(void)
 }
 
 // The axis that seeks.
-static uint8_t seeker(void)
+static uint8_t seeking_axis(void)
 {
     return CONFIG_AXES == 1 ? 0 : seek.axis;
 }
@@ -47,10 +47,10 @@ void seek_begin(uint8_t axis, bool opening)
 
 // Where the axis was at the edge. Both axes are followed exactly as far as when it was captured, so
 // that the edge lies in one of the last three periods.
-static void note_edge(const struct switch_capture *capture)
+static void note_switch_edge(const struct switch_capture *capture)
 {
     struct axis *clock = axes_get(CONFIG_SWITCH_CAPTURE_AXIS);
-    struct axis *axis = axes_get(seeker());
+    struct axis *axis = axes_get(seeking_axis());
 
     ledger_follow(&clock->ledger, &clock->feed, &capture->edge.sample);
     if (CONFIG_AXES > 1 && axis != clock) {
@@ -81,7 +81,7 @@ static bool is_new(const struct switch_capture *capture)
     return !ledger_has_passed(&axes_get(CONFIG_SWITCH_CAPTURE_AXIS)->ledger,
                               &capture->edge.sample) &&
            (CONFIG_AXES == 1 ||
-            !ledger_has_passed(&axes_get(seeker())->ledger, &capture->seeker));
+            !ledger_has_passed(&axes_get(seeking_axis())->ledger, &capture->seeker));
 }
 
 // Not inline: what a capture takes of the stack would lie below the decoder of steps.
@@ -93,27 +93,27 @@ static APART void take_edge(void)
         return;
     }
     // In this order: a clock edge that comes after this look is newer than the switch's.
-    if (CONFIG_AXES > 1 && seeker() == CONFIG_PIXEL_CLOCK_AXIS) {
+    if (CONFIG_AXES > 1 && seeking_axis() == CONFIG_PIXEL_CLOCK_AXIS) {
         drop_clock_edge();
     }
     if (seek.captured) {
         // A switch that bounces has more edges: the first one counts.
         seek.captured_units = (uint16_t)clock_now_units();
     } else if (seek.trip_code == TRIP_NONE && is_new(&capture)) {
-        note_edge(&capture);
+        note_switch_edge(&capture);
     }
 }
 
-static void look(void)
+static void judge_switch(void)
 {
-    if (inputs_home_closed(seeker()) != seek.opening) {
+    if (inputs_home_closed(seeking_axis()) != seek.opening) {
         seek.trip_code = TRIP_ALREADY;
         if (seek.captured) {
             seek.trip_code = seek.opening ? TRIP_OPENED : TRIP_CLOSED;
         }
-        line_trip(&axes_get(seeker())->line);
+        line_trip(&axes_get(seeking_axis())->line);
     } else if (seek.captured && inputs_lasted(seek.captured_units) &&
-               inputs_settled(seeker())) {
+               inputs_settled(seeking_axis())) {
         seek.captured = false; // a disturbance: the switch is as it was
     }
 }
@@ -126,7 +126,7 @@ static bool at_rest(uint8_t state)
 
 static void end_seek(void)
 {
-    uint8_t axis = seeker();
+    uint8_t axis = seeking_axis();
 
     seek.axis = NO_AXIS;
     switch_capture_stop();
@@ -141,7 +141,7 @@ void seek_poll(void)
     if (seek.axis == NO_AXIS) {
         return;
     }
-    uint8_t axis = seeker();
+    uint8_t axis = seeking_axis();
     const struct lifecycle *life = &axes_get(axis)->life;
 
     if (at_rest(life->state) || life->state == AXIS_FAULT) {
@@ -154,7 +154,7 @@ void seek_poll(void)
     take_edge();
     inputs_poll(axis);
     if (seek.trip_code == TRIP_NONE) {
-        look();
+        judge_switch();
     }
     // How far it has come decides what is decoded next.
     (void)axes_follow(axis);

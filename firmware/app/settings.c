@@ -15,7 +15,7 @@
 
 // Low and high words of 32 bits are limited for themselves; what both mean is checked where it is
 // used.
-struct limits {
+struct settings_limits {
     uint16_t min;
     uint16_t max;
     uint16_t initial;
@@ -26,13 +26,14 @@ struct limits {
 #define LIMITS_u16(min, max, initial) {(min), (max), (initial)},
 #define LIMITS_u32(min, max, initial)                                                    \
     {0, HIGH(max), HIGH(initial)}, {0, LOW(max), LOW(initial)},
-static const struct limits word_limits[] IN_FLASH = {
+static const struct settings_limits settings_limits[] IN_FLASH = {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     LIMITS_##type(min, max, initial)
 #include "wire/registers.def"
 #undef HOLDING
 };
-_Static_assert(sizeof word_limits / sizeof word_limits[0] == SETTINGS_WORDS, "one for each word");
+_Static_assert(sizeof settings_limits / sizeof settings_limits[0] == SETTINGS_WORDS,
+               "one for each word");
 
 #define HOLDING(address, name, type, unit, min, max, initial, meaning)                   \
     _Static_assert(offsetof(struct settings, name) ==                                    \
@@ -41,37 +42,38 @@ _Static_assert(sizeof word_limits / sizeof word_limits[0] == SETTINGS_WORDS, "on
 #include "wire/registers.def"
 #undef HOLDING
 
-static struct settings now;
+static struct settings current_settings;
 
 const struct settings *settings_now(void)
 {
-    return &now;
+    return &current_settings;
 }
 
 struct settings *settings_record(void)
 {
-    return &now;
+    return &current_settings;
 }
 
 void settings_set_defaults(void)
 {
     for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
-        now.words[i] = flash_word(&word_limits[i].initial);
+        current_settings.words[i] = flash_word(&settings_limits[i].initial);
     }
 }
 
 void settings_override_address(uint8_t address)
 {
     if (address != 0) {
-        now.unit_address = address;
+        current_settings.unit_address = address;
     }
 }
 
 static bool in_range(void)
 {
     for (uint8_t i = 0; i < (uint8_t)SETTINGS_WORDS; i++) {
-        uint16_t word = now.words[i];
-        if (word < flash_word(&word_limits[i].min) || word > flash_word(&word_limits[i].max)) {
+        uint16_t word = current_settings.words[i];
+        if (word < flash_word(&settings_limits[i].min) ||
+            word > flash_word(&settings_limits[i].max)) {
             return false;
         }
     }
@@ -82,19 +84,19 @@ bool settings_are_possible(void)
 {
     struct pixel_period period;
 
-    return in_range() && baud_possible(now.baud_100) &&
+    return in_range() && baud_possible(current_settings.baud_100) &&
            pixel_period_set(&period,
                             CONFIG_TIMER_HZ,
-                            settings_u32(now.pixel_hz_num),
-                            settings_u32(now.pixel_hz_den));
+                            settings_u32(current_settings.pixel_hz_num),
+                            settings_u32(current_settings.pixel_hz_den));
 }
 
 void settings_exchange(uint8_t first, uint8_t count, uint8_t *words)
 {
     for (; count != 0; count--) {
-        uint16_t word = now.words[first];
+        uint16_t word = current_settings.words[first];
 
-        now.words[first] = get_word(words);
+        current_settings.words[first] = get_word(words);
         put_word(words, word);
         words += 2;
         first++;

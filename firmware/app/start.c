@@ -36,7 +36,7 @@ static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
 }
 
 // For a clock edge: an armed axis that needs none is STARTING already.
-static bool waits(uint8_t i)
+static bool waits_for_edge(uint8_t i)
 {
     return axes_get(i)->life.state == AXIS_ARMED;
 }
@@ -47,7 +47,7 @@ static uint32_t common_zero(uint32_t edge_ticks)
     uint32_t zero = edge_ticks + reference_period()->whole_ticks;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        while (waits(i) && ticks_to_start(axes_get(i), zero) < START_MIN_TICKS) {
+        while (waits_for_edge(i) && ticks_to_start(axes_get(i), zero) < START_MIN_TICKS) {
             zero += reference_period()->whole_ticks;
         }
     }
@@ -68,7 +68,7 @@ static bool all_ready(void)
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits(i) && !decode_is_ahead(axes_get(i))) {
+        if (waits_for_edge(i) && !decode_is_ahead(axes_get(i))) {
             return false;
         }
     }
@@ -95,7 +95,7 @@ void start_on_edge(uint32_t edge_ticks)
     bool any = false;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (waits(i)) {
+        if (waits_for_edge(i)) {
             axis_place(axes_get(i), zero);
             any = true;
         }
@@ -112,7 +112,7 @@ void start_now(uint8_t axis)
 }
 
 // The line's first interval can be merged into the delay only as long as that is not released.
-static bool begun(const struct axis *axis)
+static bool has_begun(const struct axis *axis)
 {
     return axis->phase == DECODE_OUTSIDE || !axis->feed.merge;
 }
@@ -138,11 +138,11 @@ bool start_near(void)
 #endif
 
 // False when an idle period began meanwhile: the next attempt has a whole one.
-static bool release(uint8_t i)
+static bool release_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
 
-    if (!axes_follow(i) || !begun(axis)) {
+    if (!axes_follow(i) || !has_begun(axis)) {
         return true;
     }
     if (!axis->clocked) {
@@ -178,7 +178,7 @@ void start_poll(void)
 
     // At once again: rounds as long as an idle period would meet its end every time.
     while (i < CONFIG_AXES) {
-        if (!may_release(i) || release(i)) {
+        if (!may_release(i) || release_line(i)) {
             i++;
         }
     }

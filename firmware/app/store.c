@@ -19,23 +19,23 @@ _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot")
 #define STATE_CHANGED 0x02u
 #define STATE_BUSY    0x04u
 
-static uint8_t newest = NO_SLOT; // of the newest record
-static uint8_t to_write =
+static uint8_t newest_slot = NO_SLOT; // of the newest record
+static uint8_t next_byte =
     IDLE; // byte to write; the record's size: its first one once more
-static uint8_t flags;
+static uint8_t store_flags;
 
-static uint16_t place(uint8_t which, uint8_t byte)
+static uint16_t byte_address(uint8_t which, uint8_t byte)
 {
     return (uint16_t)(which * SLOT_STRIDE + byte);
 }
 
-static bool load(uint8_t which)
+static bool load_record(uint8_t which)
 {
     struct settings *record = settings_record();
     uint8_t *bytes = (uint8_t *)record;
 
     for (uint8_t i = 0; i < RECORD_BYTES; i++) {
-        bytes[i] = eeprom_read(place(which, i));
+        bytes[i] = eeprom_read(byte_address(which, i));
     }
     return record->version == SETTINGS_VERSION && record->bytes == RECORD_BYTES &&
            crc16(bytes, RECORD_BYTES) == 0 && settings_are_possible();
@@ -45,22 +45,22 @@ void store_load(void)
 {
     uint16_t serial = 0;
 
-    newest = NO_SLOT;
-    to_write = IDLE;
-    flags = STATE_FOUND;
+    newest_slot = NO_SLOT;
+    next_byte = IDLE;
+    store_flags = STATE_FOUND;
     while (eeprom_busy()) {
     }
     for (uint8_t i = 0; i < SLOTS; i++) {
-        if (load(i) &&
-            (newest == NO_SLOT || (int16_t)(settings_now()->serial - serial) > 0)) {
-            newest = i;
+        if (load_record(i) &&
+            (newest_slot == NO_SLOT || (int16_t)(settings_now()->serial - serial) > 0)) {
+            newest_slot = i;
             serial = settings_now()->serial;
         }
     }
-    if (newest == NO_SLOT || !load(newest)) {
+    if (newest_slot == NO_SLOT || !load_record(newest_slot)) {
         settings_set_defaults();
         settings_record()->serial = 0;
-        flags = 0;
+        store_flags = 0;
     }
 }
 
@@ -72,43 +72,43 @@ void store_begin(void)
     record->bytes = RECORD_BYTES;
     record->serial++;
     record->checksum = crc16((const uint8_t *)record, RECORD_BYTES - sizeof(uint16_t));
-    to_write = 0;
+    next_byte = 0;
 }
 
 bool store_busy(void)
 {
-    return to_write != IDLE;
+    return next_byte != IDLE;
 }
 
 void store_poll(void)
 {
-    uint8_t older = newest == 0 ? 1 : 0;
+    uint8_t older = newest_slot == 0 ? 1 : 0;
 
-    if (to_write == IDLE || eeprom_busy()) {
+    if (next_byte == IDLE || eeprom_busy()) {
         return;
     }
-    if (to_write > RECORD_BYTES) {
-        newest = older;
-        flags = STATE_FOUND;
-        to_write = IDLE;
+    if (next_byte > RECORD_BYTES) {
+        newest_slot = older;
+        store_flags = STATE_FOUND;
+        next_byte = IDLE;
         return;
     }
-    uint8_t byte = to_write == RECORD_BYTES ? 0 : to_write;
+    uint8_t byte = next_byte == RECORD_BYTES ? 0 : next_byte;
 
-    eeprom_write(place(older, byte),
-                 to_write == 0 ? SETTINGS_ERASED
-                               : ((const uint8_t *)settings_now())[byte]);
-    to_write++;
+    eeprom_write(byte_address(older, byte),
+                 next_byte == 0 ? SETTINGS_ERASED
+                                : ((const uint8_t *)settings_now())[byte]);
+    next_byte++;
 }
 
 uint16_t store_state(void)
 {
-    return (uint16_t)(to_write != IDLE ? flags | STATE_BUSY : flags);
+    return (uint16_t)(next_byte != IDLE ? store_flags | STATE_BUSY : store_flags);
 }
 
 void store_note_change(void)
 {
-    flags |= STATE_CHANGED;
+    store_flags |= STATE_CHANGED;
 }
 
 #endif

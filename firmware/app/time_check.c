@@ -10,7 +10,8 @@
 #define CHECK_EVERY_UNITS 1024u
 
 static uint32_t started_units;
-static uint16_t checked_units; // a multiple of CHECK_EVERY_UNITS, which says whose turn it is
+static uint16_t
+    checked_units; // a multiple of CHECK_EVERY_UNITS, which says whose turn it is
 
 void time_check_start(void)
 {

@@ -3,16 +3,16 @@
 
 #if FEATURE_TOKENS
 
-static uint16_t now;
+static uint16_t held_token;
 
 uint16_t token_now(void)
 {
-    return now;
+    return held_token;
 }
 
 void token_set(uint16_t token)
 {
-    now = token;
+    held_token = token;
 }
 
 #endif

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "motion/step_engine.h" // struct engine_sample, enum step_engine_state
-#include "motion/step_ring.h"   // struct step_ring, struct step_run
+#include "motion/step_ring.h"   // struct step_ring, struct pulse_train
 
 // From the start of a period to its STEP edge, ticks.
 #define STEP_TIMER_EDGE_TICKS (CONFIG_PULSE_LOW_TICKS + 1u)
@@ -18,7 +18,7 @@
 void step_timer_start(void);
 
 struct step_ring *step_timer_ring(uint8_t axis);
-struct step_run *step_timer_runs(uint8_t axis); // STEP_RUNS of them
+struct pulse_train *step_timer_trains(uint8_t axis); // STEP_TRAINS of them
 
 // What the interrupt has consumed, as of one instant.
 struct engine_sample step_timer_sample(uint8_t axis);
@@ -26,7 +26,7 @@ uint8_t step_timer_tail(uint8_t axis); // of that, the slot alone
 enum step_engine_state step_timer_state(uint8_t axis);
 
 // Changes from interrupt to interrupt, or nearly always: every 4.1 ms at the latest there is one.
-uint8_t step_timer_beat(uint8_t axis);
+uint8_t step_timer_heartbeat(uint8_t axis);
 
 // Let the interrupt see the command that stands in this slot of the ring, and what follows it, unless
 // an idle period was loaded since idle_count: then false, and nothing done.

@@ -36,19 +36,19 @@ bool uart_received(uint16_t *count);
 // The first `count` of them are done with; what follows is the front now. Bytes may come meanwhile.
 void uart_drop(uint16_t count);
 
-// Hear nothing until uart_listen() or the end of what is sent: the buffer is the caller's.
-void uart_deafen(void);
+// Hear nothing until uart_enable_reception() or the end of what is sent: the buffer is the caller's.
+void uart_disable_reception(void);
 
 // The line is silent.
 bool uart_silent(void);
 
-// Listen into an empty buffer, after uart_deafen().
-void uart_listen(void);
+// Listen into an empty buffer, after uart_disable_reception().
+void uart_enable_reception(void);
 
 // Bytes lost by the receiver since the last call.
 uint8_t uart_take_overruns(void);
 
-// After uart_deafen(): send the buffer's first bytes (1..256), then listen as uart_listen() does.
+// After uart_disable_reception(): send the buffer's first bytes (1..256), then listen as uart_enable_reception() does.
 // The buffer must stay until then.
 void uart_send(uint16_t length);
 

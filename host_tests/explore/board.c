@@ -69,15 +69,15 @@ bool scene_order(uint16_t command, uint16_t argument)
     return data_write(REG_HOLDING_axis_mask, 3, words) == MODBUS_OK;
 }
 
-bool scene_block(const struct run *runs, uint8_t count)
+bool scene_block(const struct segment *segments, uint8_t count)
 {
     uint8_t words[4 + 4 * 32];
 
     put_word(&words[0], scene_axis()->next_block);
     put_word(&words[2], 0);
     for (uint8_t i = 0; i < count; i++) {
-        put_word(&words[4u + 4u * i], (uint16_t)runs[i].count);
-        put_word(&words[6u + 4u * i], runs[i].repeat);
+        put_word(&words[4u + 4u * i], (uint16_t)segments[i].count);
+        put_word(&words[6u + 4u * i], segments[i].repeat);
     }
     return data_write(REG_QUEUE_WINDOW, (uint16_t)(2u + 2u * count), words) == MODBUS_OK;
 }
@@ -124,11 +124,11 @@ bool board_finished(void)
 
 bool board_stopped(void)
 {
-    bool deaf = *part_deaf;
+    bool deaf = *part_reception_off;
 
-    *part_deaf = true;
+    *part_reception_off = true;
     bool stopped = faults_record()->code != FAULT_none || estop_latched();
-    *part_deaf = deaf;
+    *part_reception_off = deaf;
     return stopped;
 }
 
@@ -150,24 +150,25 @@ bool board_estop_recorded(void)
 
 bool board_excused(const volatile void *address)
 {
-    const volatile uint8_t *runs =
-        (const volatile uint8_t *)&step_engines[0] + offsetof(struct step_engine, runs);
+    const volatile uint8_t *trains =
+        (const volatile uint8_t *)&step_engines[0] + offsetof(struct step_engine, trains);
     const volatile uint8_t *byte = address;
-    // step_timer_beat() takes the low byte. A command's handler counts an idle period with
+    // step_timer_heartbeat() takes the low byte. A command's handler counts an idle period with
     // interrupts on: only a capture, which is not explored, could read half of that.
     bool idle_count = address == &step_engines[0].idle_count;
 
-    return idle_count || (byte >= runs && byte < runs + sizeof step_engines[0].runs);
+    return idle_count ||
+           (byte >= trains && byte < trains + sizeof step_engines[0].trains);
 }
 
 int32_t board_position(void)
 {
     uint16_t address = REG_AXIS_BASE + 6u;
 
-    *part_deaf = true;
+    *part_reception_off = true;
     uint32_t position =
         (uint32_t)data_input(address) << 16 | data_input((uint16_t)(address + 1u));
-    *part_deaf = false;
+    *part_reception_off = false;
     return (int32_t)position;
 }
 

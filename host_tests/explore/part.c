@@ -29,7 +29,7 @@ enum effect {
 
 struct part_registers part_registers;
 struct part_state part;
-bool *part_deaf;
+bool *part_reception_off;
 
 static bool has(uint8_t word, uint8_t bit)
 {
@@ -68,8 +68,8 @@ void part_open(void)
 {
     size_t bytes = part_memory_bytes();
 
-    part_deaf = allocate(NULL, sizeof *part_deaf);
-    *part_deaf = false;
+    part_reception_off = allocate(NULL, sizeof *part_reception_off);
+    *part_reception_off = false;
     shared = allocate(NULL, bytes);
     memset(shared, 0, bytes);
 }
@@ -281,7 +281,7 @@ static void look_around(const void *pc)
 
 static void point_at(const void *pc)
 {
-    if (*part_deaf) {
+    if (*part_reception_off) {
         return;
     }
     do {
@@ -309,7 +309,7 @@ void part_sei(void)
 {
     part_settle();
     part.interrupts_on = true;
-    while (!*part_deaf && serve_one()) {
+    while (!*part_reception_off && serve_one()) {
         look_around(__builtin_return_address(0));
     }
 }
@@ -334,7 +334,7 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
 {
     size_t at = (size_t)((uintptr_t)address - (uintptr_t)part_memory);
 
-    if (*part_deaf) {
+    if (*part_reception_off) {
         return;
     }
     if (part.effect != EFFECT_NONE) {

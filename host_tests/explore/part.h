@@ -47,7 +47,7 @@ struct part_state {
 extern struct part_state part;
 
 // The judge asks the firmware: nothing of that is a point. Not part of the state.
-extern bool *part_deaf;
+extern bool *part_reception_off;
 
 void part_open(void); // once, before anything is saved
 void part_power_on(void);

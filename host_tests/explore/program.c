@@ -64,7 +64,7 @@ static void begin_piece(void)
     leave(PROGRAM_OVER);
 }
 
-static void run_pieces(void)
+static void segment_pieces(void)
 {
     for (;;) {
         begin_piece();
@@ -95,7 +95,7 @@ void program_open(void)
     program.uc_stack.ss_sp = host->stack;
     program.uc_stack.ss_size = STACK_BYTES;
     program.uc_link = NULL;
-    makecontext(&program, run_pieces, 0);
+    makecontext(&program, segment_pieces, 0);
     if (_setjmp(host->out) == 0) {
         (void)swapcontext(&here, &program);
     }

@@ -8,7 +8,7 @@
 // Single periods, a run, intervals of several periods, a reversal.
 #define LINE(flags) BLOCK(START(flags), {3, 1}, {17, 1}, {1, 1}, {-1, 1}, END)
 // Behind its run, of which 17 + 3 steps are made but the last.
-#define BEHIND_RUN_STEPS 19
+#define BEHIND_TRAIN_STEPS 19
 
 static bool running(void)
 {
@@ -33,12 +33,12 @@ static bool in_singles(void)
     return in_delay() && scene_engine()->pulse && scene_engine()->left == 0;
 }
 
-static bool in_run(void)
+static bool in_train(void)
 {
     return in_delay() && scene_engine()->left > 1;
 }
 
-static bool near_end_of_run(void)
+static bool near_end_of_train(void)
 {
     return in_delay() && scene_engine()->left == 1;
 }
@@ -46,7 +46,7 @@ static bool near_end_of_run(void)
 // Behind the run: the step is made, its interval goes on.
 static bool in_long_interval(void)
 {
-    return in_delay() && judged.position >= BEHIND_RUN_STEPS && !scene_engine()->pulse;
+    return in_delay() && judged.position >= BEHIND_TRAIN_STEPS && !scene_engine()->pulse;
 }
 
 static bool reverses(void)
@@ -100,7 +100,7 @@ static bool prepare_loaded(void)
 
 static bool prepare_held(void)
 {
-    return LINE(RUN_START_WAIT) && scene_arm(0);
+    return LINE(LINE_START_WAIT) && scene_arm(0);
 }
 
 static bool prepare_held_by_token(void)
@@ -128,14 +128,14 @@ static bool prepare_singles(void)
     return load_and_arm() && scene_pass_until(in_singles);
 }
 
-static bool prepare_run(void)
+static bool prepare_train(void)
 {
-    return load_and_arm() && scene_pass_until(in_run);
+    return load_and_arm() && scene_pass_until(in_train);
 }
 
-static bool prepare_end_of_run(void)
+static bool prepare_end_of_train(void)
 {
-    return load_and_arm() && scene_pass_until(near_end_of_run);
+    return load_and_arm() && scene_pass_until(near_end_of_train);
 }
 
 static bool prepare_long_interval(void)
@@ -186,7 +186,7 @@ static bool prepare_starved(void)
 
 static bool prepare_stopping(void)
 {
-    bool stopped = prepare_run() && scene_order(COMMAND_STOP, 0);
+    bool stopped = prepare_train() && scene_order(COMMAND_STOP, 0);
 
     judge_between();
     return stopped;
@@ -212,9 +212,9 @@ static bool prepare_fast_singles(void)
     return load_fast() && scene_pass_until(in_singles);
 }
 
-static bool prepare_fast_run(void)
+static bool prepare_fast_train(void)
 {
-    return load_fast() && scene_pass_until(in_run);
+    return load_fast() && scene_pass_until(in_train);
 }
 
 struct scenario {
@@ -231,8 +231,8 @@ static const struct scenario scenarios[] = {
     {"released, before its delay", prepare_delay},
     {"before the first step", prepare_before_pulse},
     {"single periods", prepare_singles},
-    {"inside a run", prepare_run},
-    {"last period of a run", prepare_end_of_run},
+    {"inside a run", prepare_train},
+    {"last period of a run", prepare_end_of_train},
     {"inside a long interval", prepare_long_interval},
     {"behind a reversal", prepare_reversal},
     {"before the end command", prepare_before_end},
@@ -243,7 +243,7 @@ static const struct scenario scenarios[] = {
     {"stopping", prepare_stopping},
     {"emergency stop", prepare_estop},
     {"short single periods", prepare_fast_singles},
-    {"inside a fast run", prepare_fast_run},
+    {"inside a fast run", prepare_fast_train},
 };
 
 uint8_t board_scenarios(void)

@@ -10,7 +10,7 @@
 #include "app/faults.h"         // faults_record
 #include "app/limits.h"         // limits_apply_settings
 #include "app/settings.h"       // settings_now
-#include "motion/run.h"         // struct run
+#include "motion/segment.h"     // struct segment
 #include "motion/step_engine.h" // struct step_engine
 #include "motion/step_ring.h"   // struct step_ring
 
@@ -32,7 +32,7 @@ void scene_pixel_hz(uint16_t hz);
 
 // As the host writes them; false when they are refused.
 bool scene_order(uint16_t command, uint16_t argument);
-bool scene_block(const struct run *runs, uint8_t count);
+bool scene_block(const struct segment *segments, uint8_t count);
 
 // Armed, the axis may make edges.
 bool scene_arm(uint16_t token);
@@ -42,11 +42,11 @@ void scene_press(bool pressed);
 bool scene_pass_until(bool (*there)(void));
 
 #define BLOCK(...)                                                                       \
-    scene_block(                                                                         \
-        (const struct run[]){__VA_ARGS__},                                               \
-        (uint8_t)(sizeof((const struct run[]){__VA_ARGS__}) / sizeof(struct run)))
-#define START(flags) {(int16_t)(RUN_MARK_START | (flags)), 0}, {0, 0}
-#define END          {RUN_MARK_END, 0}
+    scene_block((const struct segment[]){__VA_ARGS__},                                   \
+                (uint8_t)(sizeof((const struct segment[]){__VA_ARGS__}) /                \
+                          sizeof(struct segment)))
+#define START(flags) {(int16_t)(LINE_MARK_START | (flags)), 0}, {0, 0}
+#define END          {LINE_MARK_END, 0}
 
 #define SCENE_TOKEN       7u
 #define SCENE_OTHER_TOKEN 8u

@@ -112,7 +112,7 @@ static enum program_verdict go_on(uint8_t piece, uint8_t events, bool disturbed)
     return verdict;
 }
 
-static enum program_verdict run_piece(const struct state *before, uint8_t piece)
+static enum program_verdict train_piece(const struct state *before, uint8_t piece)
 {
     search->from = before;
     enum program_verdict verdict = go_on(piece, 0, false);
@@ -131,13 +131,13 @@ static enum program_verdict run_piece(const struct state *before, uint8_t piece)
 }
 
 // The pieces from `first` on, each from every state of the layer.
-static enum program_verdict run_pieces(uint8_t first, uint8_t pieces)
+static enum program_verdict segment_pieces(uint8_t first, uint8_t pieces)
 {
     enum program_verdict verdict = PROGRAM_FINE;
 
     for (uint32_t i = 0; i < search->now.count; i++) {
         for (uint8_t piece = 0; verdict == PROGRAM_FINE && piece < pieces; piece++) {
-            verdict = run_piece(&search->now.states[i], (uint8_t)(first + piece));
+            verdict = train_piece(&search->now.states[i], (uint8_t)(first + piece));
         }
     }
     if (verdict == PROGRAM_FINE) {
@@ -211,9 +211,9 @@ static enum program_verdict explore(const struct search_limits *limits, bool *at
     for (uint8_t i = 0; verdict == PROGRAM_FINE && i < limits->actions; i++) {
         sequences *= board_actions();
         search->counts->sequences += sequences;
-        verdict = run_pieces(0, board_actions());
+        verdict = segment_pieces(0, board_actions());
         if (verdict == PROGRAM_FINE) {
-            verdict = run_pieces(PROGRAM_ROUND, 1);
+            verdict = segment_pieces(PROGRAM_ROUND, 1);
         }
         if (verdict == PROGRAM_FINE) {
             verdict = judge_layer();

@@ -37,14 +37,14 @@ static bool is_late(void)
 }
 
 // macro take_train
-static void take_run(uint8_t tail)
+static void take_segment(uint8_t tail)
 {
     int8_t left = (int8_t)ring->low[tail];
 
     engine->left = left;
     engine->tail = (uint8_t)(tail + 1u);
-    uint8_t high = engine->runs[left < 0].top_high;
-    engine->run_high = high;
+    uint8_t high = engine->trains[left < 0].top_high;
+    engine->train_high = high;
     OCR1AH = high;
 }
 
@@ -53,24 +53,24 @@ static void refill(void)
 {
     uint8_t tail = engine->tail;
 
-    if (ring->high[tail] == STEP_HIGH_RUN) {
-        take_run(tail);
+    if (ring->high[tail] == STEP_HIGH_TRAIN) {
+        take_segment(tail);
     }
 }
 
 // macros train_period, train_interval, train_leave
-static void run_period(int8_t left)
+static void train_period(int8_t left)
 {
-    struct step_run *run = &engine->runs[left < 0];
-    int16_t sum = run->sum;
+    struct pulse_train *train = &engine->trains[left < 0];
+    int16_t sum = train->sum;
     bool is_long = sum >= 0;
 
-    OCR1AL = is_long ? run->long_low : run->short_low;
+    OCR1AL = is_long ? train->long_low : train->short_low;
     if (is_late()) {
         late();
         return;
     }
-    run->sum = (int16_t)(sum + (is_long ? run->after_long : run->after_short));
+    train->sum = (int16_t)(sum + (is_long ? train->after_long : train->after_short));
     left = (int8_t)(left < 0 ? left + 1 : left - 1);
     engine->left = left;
     if (left == 0) {
@@ -144,18 +144,18 @@ static void command(uint8_t high)
     }
 }
 
-// step_isr_entry, .Lrare. True: a run was taken, its first period is to be loaded.
+// step_isr_entry, .Lrare. True: a train was taken, its first period is to be loaded.
 static bool entry(void)
 {
     uint8_t tail = engine->tail;
     uint8_t high = ring->high[tail];
 
-    if (high > STEP_HIGH_RUN) {
+    if (high > STEP_HIGH_TRAIN) {
         command(high);
         return false;
     }
-    if (high == STEP_HIGH_RUN) {
-        take_run(tail);
+    if (high == STEP_HIGH_TRAIN) {
+        take_segment(tail);
         return true;
     }
     OCR1AH = high;
@@ -176,7 +176,7 @@ void step_isr_overflow(void)
         left = engine->left;
     }
     if (left != 0) {
-        run_period(left);
+        train_period(left);
     }
 }
 

@@ -23,7 +23,7 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
     step_engine_reset(&bench.engine, &bench.ring);
     const struct axis_parts parts = {
         .ring = &bench.ring,
-        .carried = bench.engine.runs,
+        .trains = bench.engine.trains,
         .slots = bench.slots,
         .slot_count = BENCH_SLOTS,
         .first_period_ticks = STEP_IDLE_TICKS,
@@ -46,7 +46,7 @@ enum block_result bench_queue(int16_t count, uint16_t repeat)
 
 bool bench_queue_worked_example(uint16_t backlash_steps)
 {
-    struct run entry;
+    struct segment entry;
 
     for (uint8_t i = 0; worked_entry(backlash_steps, i, &entry); i++) {
         if (bench_queue(entry.count, entry.repeat) != BLOCK_TAKEN) {

@@ -22,7 +22,7 @@ struct axis_bench {
     struct pixel_period period;
     struct line_limits limits;
     struct step_engine engine;
-    struct run slots[BENCH_SLOTS];
+    struct segment slots[BENCH_SLOTS];
     bool always_take_up;
     bool edge_between_blocks; // a pixel edge stood between two blocks: must never be
 };

@@ -130,9 +130,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
     return &rings[axis];
 }
 
-struct step_run *step_timer_runs(uint8_t axis)
+struct pulse_train *step_timer_trains(uint8_t axis)
 {
-    return timers[axis].engine.runs;
+    return timers[axis].engine.trains;
 }
 
 struct engine_sample step_timer_sample(uint8_t axis)
@@ -211,7 +211,7 @@ void step_timer_enable(uint8_t axis, bool on)
     fake_axes[axis].enabled = on;
 }
 
-uint8_t step_timer_beat(uint8_t axis)
+uint8_t step_timer_heartbeat(uint8_t axis)
 {
     const struct step_engine *engine = &timers[axis].engine;
 

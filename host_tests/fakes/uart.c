@@ -67,7 +67,7 @@ uint16_t fake_sent(const uint8_t **bytes)
     return length;
 }
 
-void uart_listen(void)
+void uart_enable_reception(void)
 {
     received = 0;
     gap = 0;
@@ -77,7 +77,7 @@ void uart_listen(void)
 void uart_start(uint8_t *bytes)
 {
     buffer = bytes;
-    uart_listen();
+    uart_enable_reception();
 }
 
 void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts)
@@ -107,7 +107,7 @@ void uart_drop(uint16_t count)
     gap = gap > count ? (uint16_t)(gap - count) : 0;
 }
 
-void uart_deafen(void)
+void uart_disable_reception(void)
 {
     deaf = true;
 }
@@ -132,7 +132,7 @@ bool uart_sending(void)
 {
     if (sending && (int32_t)(fake_now_ticks() - sent_at_ticks) >= 0) {
         sending = false;
-        uart_listen();
+        uart_enable_reception();
     }
     return sending;
 }

@@ -74,11 +74,11 @@ uint16_t worked_pixels(uint16_t backlash_steps)
 }
 
 // Runs between the marks; a zero pixel before and after when there is backlash.
-static bool worked_run(uint16_t backlash_steps, uint8_t index, struct run *entry)
+static bool worked_segment(uint16_t backlash_steps, uint8_t index, struct segment *entry)
 {
     uint8_t zeros = lead(backlash_steps);
 
-    *entry = (struct run){.count = 0, .repeat = 1};
+    *entry = (struct segment){.count = 0, .repeat = 1};
     if (zeros != 0 && index == 0) {
         return true;
     }
@@ -86,7 +86,7 @@ static bool worked_run(uint16_t backlash_steps, uint8_t index, struct run *entry
     if (index < WORKED_RAMP_PX) {
         entry->count = worked_ramp[index];
     } else if (index == WORKED_RAMP_PX) {
-        *entry = (struct run){.count = WORKED_SPEED, .repeat = CONSTANT_PX};
+        *entry = (struct segment){.count = WORKED_SPEED, .repeat = CONSTANT_PX};
     } else if (index <= 2u * WORKED_RAMP_PX) {
         entry->count = worked_ramp[2u * WORKED_RAMP_PX - index];
     } else {
@@ -95,24 +95,26 @@ static bool worked_run(uint16_t backlash_steps, uint8_t index, struct run *entry
     return true;
 }
 
-bool worked_entry(uint16_t backlash_steps, uint8_t index, struct run *entry)
+bool worked_entry(uint16_t backlash_steps, uint8_t index, struct segment *entry)
 {
     uint8_t runs = (uint8_t)(2u * WORKED_RAMP_PX + 1u + 2u * lead(backlash_steps));
 
     if (index == 0) {
-        *entry = (struct run){RUN_MARK_START | RUN_START_SMOOTH | RUN_START_WAIT, 0};
+        *entry =
+            (struct segment){LINE_MARK_START | LINE_START_SMOOTH | LINE_START_WAIT, 0};
         return true;
     }
     if (index == 1) {
-        *entry =
-            (struct run){(int16_t)backlash_steps, backlash_steps != 0 ? WORKED_SPEED : 0};
+        *entry = (struct segment){(int16_t)backlash_steps,
+                                  backlash_steps != 0 ? WORKED_SPEED : 0};
         return true;
     }
     if (index == runs + 2u) {
-        *entry = (struct run){RUN_MARK_END, 0};
+        *entry = (struct segment){LINE_MARK_END, 0};
         return true;
     }
-    return index < runs + 2u && worked_run(backlash_steps, (uint8_t)(index - 2u), entry);
+    return index < runs + 2u &&
+           worked_segment(backlash_steps, (uint8_t)(index - 2u), entry);
 }
 
 int32_t worked_position(uint16_t backlash_steps, uint16_t pixel)

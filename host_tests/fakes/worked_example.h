@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/run.h" // struct run
+#include "motion/segment.h" // struct segment
 
 #define WORKED_SPEED      1000u
 #define WORKED_RAMP_PX    15u
@@ -20,7 +20,7 @@ extern const int16_t worked_ramp[WORKED_RAMP_PX];
 uint16_t worked_pixels(uint16_t backlash_steps);
 
 // Entry `index` of the line as it is queued: marks and runs. False behind the last.
-bool worked_entry(uint16_t backlash_steps, uint8_t index, struct run *entry);
+bool worked_entry(uint16_t backlash_steps, uint8_t index, struct segment *entry);
 
 // Expected position at the end of pixel 1, 2, ...; backlash 0, 250 or 1000.
 int32_t worked_position(uint16_t backlash_steps, uint16_t pixel);

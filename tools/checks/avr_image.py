@@ -185,7 +185,10 @@ class Reader:
                 function.unbounded = "sets the stack pointer from " + rest[6:9].strip()
             self.pointer_copied = False if rest[:4] == "0x3d" else self.pointer_copied
         elif self.pointer_copied:
-            if COMPUTED_FRAME.match(f"{operation} {rest}".rstrip()) and function.name not in HELPERS:
+            if (
+                COMPUTED_FRAME.match(f"{operation} {rest}".rstrip())
+                and function.name not in HELPERS
+            ):
                 function.unbounded = "takes a frame of computed size"
             function.frame += frame_part(operation, rest)
 

@@ -23,7 +23,6 @@ ENGINE_H = "firmware/core/motion/step_engine.h"
 TIMER = "firmware/hal/avr/step_timer.c"
 ESTOP = "firmware/hal/avr/estop.c"
 AXES = "firmware/app/axes.c"
-COMMANDS = "firmware/app/commands.c"
 ASSEMBLY = "host_tests/explore/step_isr.c"
 
 RUNAWAY = "runaway"
@@ -80,14 +79,14 @@ PLANTS = (
         (
             Change(
                 ESTOP,
-                "        if (!latched) {\n            pins_write_permit(true);\n        }\n    }",
-                "    }\n    pins_write_permit(true);\n    if (latched) {\n"
+                "        if (!is_latched) {\n            pins_write_permit(true);\n        }\n    }",
+                "    }\n    pins_write_permit(true);\n    if (is_latched) {\n"
                 "        pins_write_permit(false);\n    }",
             ),
         ),
     ),
     Plant(
-        "a halt that does not cut a run",
+        "a halt that does not cut a pulse train",
         POSITION,
         (Change(ENGINE_H, "engine->cut = left;\n        engine->left = 0;", ""),),
         (TIMER,),
@@ -121,7 +120,7 @@ PLANTS = (
         ),
     ),
     Plant(
-        "a command that is not told of a halt",
+        "a command that does not see a halt",
         RUNAWAY,
         (
             Change(
@@ -136,14 +135,14 @@ PLANTS = (
     Plant(
         "an emergency stop that leaves permit on",
         PERMIT,
-        (Change(ESTOP, "    pins_write_permit(false);\n    latched", "    latched"),),
+        (Change(ESTOP, "    pins_write_permit(false);\n    is_latched", "    is_latched"),),
     ),
     Plant(
         "a stop that leaves permit on",
         PERMIT,
         (
             Change(
-                COMMANDS,
+                "firmware/app/commands.c",
                 "    permit_set(false);\n    if (state_of(i) != AXIS_FAULT) {",
                 "    if (state_of(i) != AXIS_FAULT) {",
             ),
@@ -159,20 +158,19 @@ PLANTS = (
         REFUSED,
         (
             Change(
-                COMMANDS,
-                "    if (!commands_possible(order)) {\n        return false;",
-                "    last.argument = order->argument;\n"
-                "    if (!commands_possible(order)) {\n        return false;",
+                "firmware/app/commands.c",
+                "        return false;\n    }\n    commands_act(order);\n    last_order = *order;",
+                "        last_order = *order;\n        return false;\n    }\n    commands_act(order);\n    last_order = *order;",
             ),
         ),
     ),
     Plant(
         "a settled axis whose interrupt stays off",
         STUCK,
-        (Change(TIMER, "            resume(axis);", ""),),
+        (Change(TIMER, "            resume_axis(axis);", ""),),
     ),
     Plant(
-        "a late interrupt that forgets the rest of its run",
+        "a late interrupt that forgets the rest of its pulse train",
         POSITION,
         (
             Change(
@@ -195,7 +193,7 @@ PLANTS = (
                 "    ring->high[next] = STEP_HIGH_EMPTY;",
             ),
         ),
-        ("firmware/core/motion/feed.c", "firmware/core/motion/decode.c"),
+        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
         limits=("--actions", "2", "--periods", "2", "--from", "about to starve"),
     ),
 )

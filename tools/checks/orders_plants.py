@@ -50,7 +50,7 @@ except AssertionError:
 SHARED = (
     "settle while the timer holds a step",
     "permit set before the emergency stop is looked at",
-    "a halt that does not cut a run",
+    "a halt that does not cut a pulse train",
     "a stop that leaves permit on",
     "a refused order that is kept",
     "a settled axis whose interrupt stays off",
@@ -73,8 +73,8 @@ OWN = (
         (
             Change(
                 AXES,
-                "            return;\n        }\n    }\n    step_timer_halt(i);",
-                "            return;\n        }\n    }",
+                "    }\n    step_timer_halt(i);\n}",
+                "    }\n}",
             ),
         ),
     ),

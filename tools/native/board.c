@@ -16,11 +16,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "app/bus_port.h"
 #include "app/round.h"
-#include "app/serial.h"
 #include "config.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 
 #define ADDRESS 1u
 #define ROUND_TICKS                                                                      \
@@ -37,7 +37,7 @@ static void pass(uint32_t ticks)
     fake_pass(ticks);
     cycle += ticks;
     round_poll();
-    serial_poll();
+    bus_port_poll();
 }
 
 static void run(uint64_t cycles)
@@ -113,14 +113,14 @@ static void do_run(const char *words)
 static void do_pop(const char *words)
 {
     unsigned long axis = strtoul(words, NULL, 10);
-    struct run entry;
+    struct segment entry;
 
     if (axis >= CONFIG_AXES) {
         (void)puts("error no such axis");
         return;
     }
     (void)fputs("runs", stdout);
-    while (run_queue_pop(&axes_get((uint8_t)axis)->queue, &entry)) {
+    while (segment_queue_pop(&axes_get((uint8_t)axis)->queue, &entry)) {
         (void)printf(" %d,%u", entry.count, entry.repeat);
     }
     (void)putchar('\n');
@@ -132,7 +132,7 @@ int main(void)
 
     bench_power_on();
     settings_override_address(ADDRESS);
-    serial_start();
+    bus_port_start();
     while (fgets(line, sizeof line, stdin) != NULL && strncmp(line, "quit", 4) != 0) {
         if (strncmp(line, "tx ", 3) == 0) {
             do_tx(line + 3);

@@ -38,7 +38,7 @@ struct plan {
     struct pixel_period period;
     struct line_limits limits;
     struct axis axis;
-    struct run slots[QUEUE_SLOTS];
+    struct segment slots[QUEUE_SLOTS];
     struct step_engine engine;
     uint64_t now_ticks; // start of the period about to be loaded
     uint64_t zero_ticks;
@@ -244,9 +244,9 @@ static void plan_line(struct plan *plan)
     uint64_t edge = 0;
     int32_t count = 0;
     uint32_t repeat = 0;
-    uint16_t word = (uint16_t)(RUN_MARK_START | RUN_START_WAIT |
-                               (options->smooth ? RUN_START_SMOOTH : 0u) |
-                               (options->negative ? RUN_START_NEGATIVE : 0u));
+    uint16_t word = (uint16_t)(LINE_MARK_START | LINE_START_WAIT |
+                               (options->smooth ? LINE_START_SMOOTH : 0u) |
+                               (options->negative ? LINE_START_NEGATIVE : 0u));
 
     pixel_grid_start(&grid, &plan->period);
     puts(options->pixels ? "pixel,tick,expected_steps" : "step,tick");
@@ -261,7 +261,7 @@ static void plan_line(struct plan *plan)
         }
         run_line(plan, &grid, &edge, false);
     }
-    queue_entry(plan, (int32_t)RUN_MARK_END, 0);
+    queue_entry(plan, (int32_t)LINE_MARK_END, 0);
     if (plan->axis.phase != DECODE_OUTSIDE) {
         run_line(plan, &grid, &edge, true);
     }
@@ -391,13 +391,13 @@ int main(int argc, char **argv)
     step_engine_reset(&plan.engine, &plan.ring);
     const struct axis_parts parts = {
         .ring = &plan.ring,
-        .carried = plan.engine.runs,
+        .trains = plan.engine.trains,
         .slots = plan.slots,
         .slot_count = QUEUE_SLOTS,
         .first_period_ticks = STEP_IDLE_TICKS,
     };
     axis_init(&plan.axis, &parts);
-    plan.axis.feed.turn_ticks = plan.limits.reversal_min_ticks / 2u;
+    plan.axis.feed.reversal_ticks = plan.limits.reversal_min_ticks / 2u;
     plan.now_ticks = STEP_IDLE_TICKS;
     plan_line(&plan);
     return 0;

@@ -7,16 +7,16 @@ void axis_init(struct axis *axis, const struct axis_parts *parts)
 {
     *axis = (struct axis){.stagger = parts->stagger};
     lifecycle_reset(&axis->life);
-    run_queue_init(&axis->queue, parts->slots, parts->slot_count);
+    segment_queue_init(&axis->queue, parts->slots, parts->slot_count);
     line_check_reset(&axis->check);
-    axis->feed.carried = parts->carried;
+    axis->feed.engine_trains = parts->trains;
     feed_reset(&axis->feed, parts->ring, 0);
     ledger_reset(&axis->ledger, parts->ring, parts->first_period_ticks);
 }
 
-static APART struct run run_from_bytes(const uint8_t *bytes)
+static APART struct segment segment_from_bytes(const uint8_t *bytes)
 {
-    return (struct run){
+    return (struct segment){
         .count = (int16_t)(((uint16_t)bytes[0] << 8) | bytes[1]),
         .repeat = (uint16_t)(((uint16_t)bytes[2] << 8) | bytes[3]),
     };
@@ -37,7 +37,7 @@ static bool check_block(struct axis *axis,
 
     for (uint8_t i = 0; i < count; i++) {
         enum line_error error =
-            line_check_entry(&check, limits, run_from_bytes(&entries[4u * i]));
+            line_check_entry(&check, limits, segment_from_bytes(&entries[4u * i]));
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;
             axis->line_error_pixel = check.pixel + 1u;
@@ -55,9 +55,10 @@ static bool check_block(struct axis *axis,
 // A line longer than the memory may start when most of the memory is full.
 static void report_queue(struct axis *axis)
 {
-    if (axis->whole_lines != 0 || run_queue_free(&axis->queue) <= axis->queue.mask / 4u) {
+    if (axis->whole_lines != 0 ||
+        segment_queue_free(&axis->queue) <= axis->queue.mask / 4u) {
         (void)lifecycle_report(&axis->life, LIFECYCLE_READY);
-    } else if (run_queue_fill(&axis->queue) != 0) {
+    } else if (segment_queue_fill(&axis->queue) != 0) {
         (void)lifecycle_report(&axis->life, LIFECYCLE_QUEUED);
     }
 }
@@ -83,7 +84,7 @@ enum block_result axis_queue_block(struct axis *axis,
     if (axis->life.state == AXIS_REFUSED || axis->life.state == AXIS_FAULT) {
         return BLOCK_REFUSED;
     }
-    if (run_queue_free(&axis->queue) < count) {
+    if (segment_queue_free(&axis->queue) < count) {
         return BLOCK_FULL;
     }
     if (!check_block(axis, limits, entries, count, &whole_lines)) {
@@ -93,7 +94,7 @@ enum block_result axis_queue_block(struct axis *axis,
         return BLOCK_REFUSED;
     }
     for (uint8_t i = 0; i < count; i++) {
-        (void)run_queue_push(&axis->queue, run_from_bytes(&entries[4u * i]));
+        (void)segment_queue_push(&axis->queue, segment_from_bytes(&entries[4u * i]));
     }
     axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
     axis->next_block++;
@@ -108,39 +109,39 @@ enum block_result axis_queue_block(struct axis *axis,
 // The start mark's word, when it is in front.
 static uint16_t front_word(const struct axis *axis)
 {
-    struct run mark = {0};
+    struct segment mark = {0};
 
-    (void)run_queue_peek(&axis->queue, 0, &mark);
+    (void)segment_queue_peek(&axis->queue, 0, &mark);
     return (uint16_t)mark.count;
 }
 
 bool axis_waits_for_edge(const struct axis *axis)
 {
-    return (front_word(axis) & RUN_START_WAIT) != 0;
+    return (front_word(axis) & LINE_START_WAIT) != 0;
 }
 
 bool axis_seeks(const struct axis *axis, bool *opening)
 {
     uint16_t word = front_word(axis);
 
-    *opening = (word & RUN_START_OPEN) != 0;
-    return (word & RUN_START_SEEK) != 0;
+    *opening = (word & LINE_START_OPEN) != 0;
+    return (word & LINE_START_SEEK) != 0;
 }
 
 static bool start_queued(const struct axis *axis)
 {
-    struct run mark;
+    struct segment mark;
 
-    return run_queue_peek(&axis->queue, 0, &mark) && mark.repeat == 0 &&
-           ((uint16_t)mark.count & RUN_MARK_KIND) == RUN_MARK_START &&
-           run_queue_fill(&axis->queue) > 1u;
+    return segment_queue_peek(&axis->queue, 0, &mark) && mark.repeat == 0 &&
+           ((uint16_t)mark.count & LINE_MARK_KIND) == LINE_MARK_START &&
+           segment_queue_fill(&axis->queue) > 1u;
 }
 
-static void begin_line(struct axis *axis,
-                       const struct pixel_period *period,
-                       bool always_take_up)
+static void axis_begin_line(struct axis *axis,
+                            const struct pixel_period *period,
+                            bool always_take_up)
 {
-    bool negative = (front_word(axis) & RUN_START_NEGATIVE) != 0;
+    bool negative = (front_word(axis) & LINE_START_NEGATIVE) != 0;
     bool reverses = !axis->direction_known || negative != axis->feed.negative;
 
     line_begin(&axis->line, period, &axis->queue, always_take_up || reverses);
@@ -157,7 +158,7 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     }
     axis->clocked = clocked;
     feed_hold(&axis->feed);
-    begin_line(axis, period, always_take_up);
+    axis_begin_line(axis, period, always_take_up);
     axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel
     return true;
 }
@@ -190,7 +191,7 @@ void axis_fail(struct axis *axis)
 
 void axis_discard(struct axis *axis, uint8_t ring_slot)
 {
-    run_queue_clear(&axis->queue);
+    segment_queue_clear(&axis->queue);
     line_check_reset(&axis->check);
     axis->whole_lines = 0;
     axis->phase = DECODE_OUTSIDE;
@@ -212,10 +213,10 @@ void axis_line_finished(struct axis *axis)
 
 // A queued line that does not wait for the clock follows at once. Seeks stand alone: their switch
 // is watched from arming to rest.
-static bool chains(const struct axis *axis)
+static bool line_chains(const struct axis *axis)
 {
     return start_queued(axis) && !axis->line.seek &&
-           (front_word(axis) & (RUN_START_WAIT | RUN_START_SEEK)) == 0;
+           (front_word(axis) & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
 }
 
 void axis_line_decoded(struct axis *axis,
@@ -226,9 +227,9 @@ void axis_line_decoded(struct axis *axis,
         axis->whole_lines--;
     }
     axis->direction_known = true;
-    if (chains(axis)) {
+    if (line_chains(axis)) {
         axis->lines_done++;
-        begin_line(axis, period, always_take_up);
+        axis_begin_line(axis, period, always_take_up);
         return;
     }
     feed_end(&axis->feed);

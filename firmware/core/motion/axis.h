@@ -12,7 +12,7 @@
 #include "motion/lifecycle.h"
 #include "motion/line.h"
 #include "motion/line_check.h"
-#include "motion/run_queue.h"
+#include "motion/segment_queue.h"
 #include "motion/walk.h"
 
 enum block_result {
@@ -30,11 +30,11 @@ enum block_result {
 //                  | v       v |
 //                  DRY   AWAITS_RUN       EDGE_INSIDE --> STEPS, EDGE_BEHIND --> PIECE
 enum decode_phase {
-    DECODE_OUTSIDE,    // no line is in work
-    DECODE_PIECE,      // the next piece is due
-    DECODE_DRY,        //   but the queue was empty when it was needed
-    DECODE_STEPS,      // inside a piece with steps
-    DECODE_AWAITS_RUN, //   whose steps are a run, but the interrupt still needs both of them
+    DECODE_OUTSIDE,      // no line is in work
+    DECODE_PIECE,        // the next piece is due
+    DECODE_DRY,          //   but the queue was empty when it was needed
+    DECODE_STEPS,        // inside a piece with steps
+    DECODE_AWAITS_TRAIN, //   whose steps are a run, but the interrupt still needs both of them
     DECODE_EDGE_INSIDE, // a pixel edge follows what the feed still has to write; then steps
     DECODE_EDGE_BEHIND, // the same; then the next piece
 };
@@ -54,7 +54,7 @@ struct axis {
     uint16_t underruns;
     uint32_t line_error_pixel;
     uint32_t zero_ticks; // line zero (STEP edge of tick 0), since the timers started
-    struct run_queue queue;
+    struct segment_queue queue;
     struct line_check check;
     struct line line;
     struct piece piece;
@@ -66,8 +66,9 @@ struct axis {
 // What an axis is made of; all of it must last as long as the axis.
 struct axis_parts {
     struct step_ring *ring;
-    struct step_run *carried; // STEP_RUNS runs of the step interrupt, or NULL: no runs
-    struct run *slots;
+    struct pulse_train
+        *trains; // STEP_TRAINS runs of the step interrupt, or NULL: no runs
+    struct segment *slots;
     uint8_t slot_count; // a power of two, 2..128
     uint8_t stagger;    // steps of an even piece before it is handed over as a run
     uint16_t first_period_ticks; // see ledger_reset()

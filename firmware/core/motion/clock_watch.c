@@ -39,7 +39,7 @@ void clock_watch_follow(struct clock_watch *watch,
     pixel_grid_start(&watch->grid, period);
 }
 
-static int16_t saturate(int32_t value)
+static int16_t saturate_int16(int32_t value)
 {
     if (value > INT16_MAX) {
         return INT16_MAX;
@@ -78,7 +78,7 @@ bool clock_watch_edge(struct clock_watch *watch,
         missed++;
         plan_next(watch);
     }
-    watch->error_ticks = saturate((int32_t)(edge_ticks - watch->next_ticks));
+    watch->error_ticks = saturate_int16((int32_t)(edge_ticks - watch->next_ticks));
     uint16_t size =
         (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
     if (size > watch->error_max_ticks) {

@@ -14,11 +14,11 @@
 #define COLD __attribute__((noinline))
 
 // A curve is flat for now if the interval changes by less than two ticks from step to step, that is
-// if bend / 2 < difference: then it is well below four ticks for a sixteenth as many steps as the
+// if gain_growth / 2 < difference: then it is well below four ticks for a sixteenth as many steps as the
 // interval has ticks. Below an eighth of a tick it is so for any batch.
-static bool is_below(int32_t bend_high, int32_t slope_high)
+static bool is_below(int32_t growth_high, int32_t slope_high)
 {
-    return (bend_high < 0 ? -bend_high : bend_high) < slope_high;
+    return (growth_high < 0 ? -growth_high : growth_high) < slope_high;
 }
 
 static uint16_t end_speed(uint16_t start_speed, uint16_t steps)
@@ -52,17 +52,17 @@ void curve_start(struct curve *curve,
 }
 
 // Has a curve that speeds up become flat? Below three ticks it may: the change only shrinks.
-static COLD void flatten(struct curve *curve)
+static COLD void curve_flatten(struct curve *curve)
 {
     struct curve_place at = curve->state.steep.at;
     uint16_t ticks = (uint16_t)curve->state.steep.last_ticks;
     uint8_t kind = curve->state.steep.end_kind;
     // Both without their lowest 8 bits.
-    uint32_t half_turn = multiply_u32_u16((uint16_t)at.half, ticks) >> 8;
-    uint32_t half_bend = multiply_u32_u16(half_turn, ticks);
+    uint32_t half_slope_growth = multiply_u32_u16((uint16_t)at.half, ticks) >> 8;
+    uint32_t half_gain_growth = multiply_u32_u16(half_slope_growth, ticks);
     uint32_t slope = (uint32_t)at.slope.high;
 
-    if (kind != CURVE_FLAT_NOT && half_bend < slope + slope / 2u) {
+    if (kind != CURVE_FLAT_NOT && half_gain_growth < slope + slope / 2u) {
         curve->kind = kind;
         curve->stays = true;
         curve_flat_enter(&curve->state.flat.flat, &at, ticks);
@@ -70,7 +70,7 @@ static COLD void flatten(struct curve *curve)
 }
 
 // A curve that slows down is no longer flat.
-static COLD void steepen(struct curve *curve)
+static COLD void curve_steepen(struct curve *curve)
 {
     uint16_t last_ticks = (uint16_t)(curve->state.flat.flat.top + 1u);
     struct curve_place at;
@@ -82,18 +82,20 @@ static COLD void steepen(struct curve *curve)
 }
 
 // Choose how to go on, and for how many steps of `count`.
-static uint8_t settle(struct curve *curve, uint8_t count)
+static uint8_t choose_kind(struct curve *curve, uint8_t count)
 {
     const struct curve_flat *flat = &curve->state.flat.flat;
 
     if (curve->kind == CURVE_FLAT_NOT) {
         if (curve->state.steep.change > -FLAT_CHANGE_MAX &&
             curve->state.steep.at.half > 0 && curve->state.steep.good) {
-            flatten(curve);
+            curve_flatten(curve);
         }
-    } else if (!curve->stays && !is_below(flat->bend.high / 2, flat->difference.high)) {
-        steepen(curve);
-    } else if (!curve->stays && !is_below(flat->bend.high, flat->difference.high / 8)) {
+    } else if (!curve->stays &&
+               !is_below(flat->gain_growth.high / 2, flat->difference.high)) {
+        curve_steepen(curve);
+    } else if (!curve->stays &&
+               !is_below(flat->gain_growth.high, flat->difference.high / 8)) {
         uint16_t most = (uint16_t)(flat->top / 16u + 1u);
         if (most < count) {
             return (uint8_t)most;
@@ -104,7 +106,7 @@ static uint8_t settle(struct curve *curve, uint8_t count)
 
 uint32_t curve_next(struct curve *curve)
 {
-    (void)settle(curve, 1);
+    (void)choose_kind(curve, 1);
     if (curve->kind == CURVE_FLAT_NOT) {
         return curve_steep_next(&curve->state.steep);
     }
@@ -117,7 +119,7 @@ void curve_burst(struct curve *curve,
                  uint8_t count,
                  struct curve_made *made)
 {
-    count = settle(curve, count);
+    count = choose_kind(curve, count);
     if (curve->kind == CURVE_FLAT_NOT) {
         curve_steep_burst(&curve->state.steep, ring, slot, count, made);
     } else {

@@ -3,10 +3,10 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/multiply.h" // multiply_*
+#include "base/multiply.h"  // multiply_*
+#include "build_features.h" // FEATURE_NARROW_CURVES
 #include "motion/curve_flat_layout.h"
 #include "motion/step_ring.h" // struct step_ring
-#include "build_features.h" // FEATURE_NARROW_CURVES
 
 // How far the steps' loop got. It ends early where the high byte of q - 1 changes.
 struct progress {
@@ -25,7 +25,7 @@ struct progress {
 #define NARROW_LOOSE_MAX 0x00150000
 #define WIDE_MAX         0x2A000000
 #define WIDE_LOOSE_MAX   0x15000000
-// turn is below c * v^2, and narrow it has three bytes.
+// slope_growth is below c * v^2, and narrow it has three bytes.
 #define NARROW_SPEED_MAX       2800u
 #define NARROW_LOOSE_SPEED_MAX 1400u
 // Speeds with cubes that fit 40 bits.
@@ -46,7 +46,7 @@ static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
 }
 
 // What a*T may be at least for the interval to change by a tick; the lowest 8 bits are missing.
-static int32_t cube(uint16_t speed)
+static int32_t cube_of(uint16_t speed)
 {
     uint16_t base = speed < CUBE_MAX ? speed : CUBE_MAX;
 
@@ -72,13 +72,13 @@ enum curve_flat_kind curve_flat_kind(uint32_t ticks,
     uint16_t top = faster ? end_speed : start_speed;
     uint16_t low = faster ? start_speed : end_speed;
     int32_t growth = slope_of(ticks, (uint16_t)(top - low));
-    int32_t limit = cube(low);
+    int32_t limit = cube_of(low);
 
     *stays = true;
     if (growth >> 2 < limit && multiply_u32_u16(INTERVAL_MAX, low) >= ticks) {
         return kind_of(slope_of(ticks, top), top, growth >= limit);
     }
-    if (!faster && growth >> 2 < cube(top) &&
+    if (!faster && growth >> 2 < cube_of(top) &&
         multiply_u32_u16(INTERVAL_MAX, top) >= ticks) {
         *stays = false;
         return curve_flat_now(ticks, top);
@@ -91,9 +91,9 @@ void curve_flat_enter(struct curve_flat *flat,
                       uint16_t interval_ticks)
 {
     uint32_t half = (uint32_t)(int32_t)at->half;
-    int32_t half_turn = (int32_t)multiply_u32_u16(half, interval_ticks);
-    struct wide turn = wide_from_int32(2 * half_turn);
-    struct wide ahead = wide_from_int32(half_turn - at->half);
+    int32_t half_slope_growth = (int32_t)multiply_u32_u16(half, interval_ticks);
+    struct wide slope_growth = wide_from_int32(2 * half_slope_growth);
+    struct wide ahead = wide_from_int32(half_slope_growth - at->half);
     struct wide step = {.high = (int32_t)((at->step << 8) | (at->step_low >> 8)),
                         .low = (uint8_t)at->step_low};
     struct wide mean = wide_add(at->slope, ahead);
@@ -101,8 +101,8 @@ void curve_flat_enter(struct curve_flat *flat,
     flat->residual = at->residual;
     flat->gain = wide_sub(wide_times(mean, interval_ticks), step);
     flat->difference = wide_add(mean, ahead);
-    flat->bend = wide_times(turn, interval_ticks);
-    flat->turn = 2 * half_turn;
+    flat->gain_growth = wide_times(slope_growth, interval_ticks);
+    flat->slope_growth = 2 * half_slope_growth;
     flat->twice_half = (int16_t)(2 * at->half);
     flat->top = (uint16_t)(interval_ticks - 1u);
 }
@@ -110,8 +110,8 @@ void curve_flat_enter(struct curve_flat *flat,
 void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at)
 {
     at->residual = flat->residual;
-    at->slope =
-        wide_sub(flat->difference, wide_from_int32(flat->turn - flat->twice_half));
+    at->slope = wide_sub(flat->difference,
+                         wide_from_int32(flat->slope_growth - flat->twice_half));
     at->half = (int16_t)(flat->twice_half / 2);
 }
 
@@ -120,8 +120,8 @@ void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at)
 _Static_assert(offsetof(struct curve_flat, residual) == CURVE_FLAT_RESIDUAL &&
                    offsetof(struct curve_flat, gain) == CURVE_FLAT_GAIN &&
                    offsetof(struct curve_flat, difference) == CURVE_FLAT_DIFFERENCE &&
-                   offsetof(struct curve_flat, bend) == CURVE_FLAT_BEND &&
-                   offsetof(struct curve_flat, turn) == CURVE_FLAT_TURN &&
+                   offsetof(struct curve_flat, gain_growth) == CURVE_FLAT_GAIN_GROWTH &&
+                   offsetof(struct curve_flat, slope_growth) == CURVE_FLAT_SLOPE_GROWTH &&
                    offsetof(struct curve_flat, twice_half) == CURVE_FLAT_TWICE_HALF &&
                    offsetof(struct curve_flat, top) == CURVE_FLAT_TOP,
                "known to curve_flat_steps.S");
@@ -136,22 +136,22 @@ struct progress curve_flat_wide(struct curve_flat *flat,
                                 volatile uint8_t *low,
                                 uint8_t count);
 
-static inline struct progress steps(struct curve_flat *flat,
-                                    bool narrow,
-                                    volatile uint8_t *lows,
-                                    uint8_t slot,
-                                    uint8_t count)
+static inline struct progress make_flat_steps(struct curve_flat *flat,
+                                              bool narrow,
+                                              volatile uint8_t *lows,
+                                              uint8_t slot,
+                                              uint8_t count)
 {
     return FEATURE_NARROW_CURVES && narrow ? curve_flat_narrow(flat, &lows[slot], count)
-                  : curve_flat_wide(flat, &lows[slot], count);
+                                           : curve_flat_wide(flat, &lows[slot], count);
 }
 
 // highs[slot] and behind, by an 8-bit index: the ring's arrays lie on 256-byte boundaries. Four at
 // a time: 4 cycles an entry.
-static inline void fill(volatile uint8_t *highs,
-                        uint8_t slot,
-                        uint8_t count,
-                        uint8_t value)
+static inline void fill_highs(volatile uint8_t *highs,
+                              uint8_t slot,
+                              uint8_t count,
+                              uint8_t value)
 {
     volatile uint8_t *at = &highs[slot];
     uint8_t fours = count >> 2;
@@ -182,10 +182,10 @@ static inline void fill(volatile uint8_t *highs,
 
 #else
 
-static inline void fill(volatile uint8_t *highs,
-                        uint8_t slot,
-                        uint8_t count,
-                        uint8_t value)
+static inline void fill_highs(volatile uint8_t *highs,
+                              uint8_t slot,
+                              uint8_t count,
+                              uint8_t value)
 {
     for (; count != 0; count--) {
         highs[slot] = value;
@@ -195,30 +195,32 @@ static inline void fill(volatile uint8_t *highs,
 
 static void interval_up(struct curve_flat *flat)
 {
-    struct wide turn = wide_from_int32(flat->turn);
+    struct wide slope_growth = wide_from_int32(flat->slope_growth);
     struct wide twice_half = wide_from_int32(flat->twice_half);
 
     flat->difference = wide_add(flat->difference, twice_half);
     flat->gain = wide_add(flat->gain, flat->difference);
-    flat->bend = wide_add(wide_add(flat->bend, wide_add(turn, turn)), twice_half);
-    flat->turn += flat->twice_half;
+    flat->gain_growth = wide_add(
+        wide_add(flat->gain_growth, wide_add(slope_growth, slope_growth)), twice_half);
+    flat->slope_growth += flat->twice_half;
     flat->top++;
 }
 
 static void interval_down(struct curve_flat *flat)
 {
-    struct wide turn = wide_from_int32(flat->turn);
+    struct wide slope_growth = wide_from_int32(flat->slope_growth);
     struct wide twice_half = wide_from_int32(flat->twice_half);
 
     flat->gain = wide_sub(flat->gain, flat->difference);
     flat->difference = wide_sub(flat->difference, twice_half);
-    flat->bend = wide_add(wide_sub(flat->bend, wide_add(turn, turn)), twice_half);
-    flat->turn -= flat->twice_half;
+    flat->gain_growth = wide_add(
+        wide_sub(flat->gain_growth, wide_add(slope_growth, slope_growth)), twice_half);
+    flat->slope_growth -= flat->twice_half;
     flat->top--;
 }
 
 // Move q by one if neither q nor q + 1 will do; what that adds to a step.
-static int8_t move(struct curve_flat *flat)
+static int8_t move_interval(struct curve_flat *flat)
 {
     struct wide value = wide_add(flat->residual, flat->gain);
     struct wide twice_half = wide_from_int32(flat->twice_half);
@@ -235,43 +237,44 @@ static int8_t move(struct curve_flat *flat)
 }
 
 // Move q as far as needed; false when q - 1 has got another high byte.
-static bool fit(struct curve_flat *flat, uint8_t left, uint16_t *extra_ticks)
+static bool fit_interval(struct curve_flat *flat, uint8_t left, uint16_t *extra_ticks)
 {
     uint8_t high = (uint8_t)(flat->top >> 8);
     int8_t moved = 1;
 
     while (moved != 0 && flat->top >> 8 == high) {
-        moved = move(flat);
+        moved = move_interval(flat);
         *extra_ticks = (uint16_t)(*extra_ticks + moved * left);
     }
     return moved == 0;
 }
 
 // What curve_flat_steps.S does.
-static struct progress steps(struct curve_flat *flat,
-                             bool narrow,
-                             volatile uint8_t *lows,
-                             uint8_t slot,
-                             uint8_t count)
+static struct progress make_flat_steps(struct curve_flat *flat,
+                                       bool narrow,
+                                       volatile uint8_t *lows,
+                                       uint8_t slot,
+                                       uint8_t count)
 {
     struct progress progress = {0};
 
     (void)narrow;
-    for (; count != 0 && fit(flat, count, &progress.extra_ticks); count--) {
+    for (; count != 0 && fit_interval(flat, count, &progress.extra_ticks); count--) {
         uint8_t low = (uint8_t)flat->top;
         struct wide value = wide_add(flat->residual, flat->gain);
         if (value.high < 0) {
             flat->difference =
                 wide_add(flat->difference, wide_from_int32(flat->twice_half));
-            flat->gain = wide_add(flat->gain, wide_from_int32(flat->turn));
+            flat->gain = wide_add(flat->gain, wide_from_int32(flat->slope_growth));
             value = wide_add(value, flat->difference);
             progress.extra_ticks++;
             progress.carried = low == 0xFFu ? 1u : progress.carried;
             low++;
         }
         flat->residual = value;
-        flat->gain = wide_add(flat->gain, flat->bend);
-        flat->difference = wide_add(flat->difference, wide_from_int32(flat->turn));
+        flat->gain = wide_add(flat->gain, flat->gain_growth);
+        flat->difference =
+            wide_add(flat->difference, wide_from_int32(flat->slope_growth));
         lows[slot] = low;
         slot++;
     }
@@ -282,11 +285,11 @@ static struct progress steps(struct curve_flat *flat,
 #endif
 
 // Entries whose low byte is 0 by a carry need the next high byte.
-static void carry(struct step_ring *ring,
-                  uint8_t slot,
-                  uint8_t count,
-                  uint8_t first_slot,
-                  struct curve_made *made)
+static void carry_highs(struct step_ring *ring,
+                        uint8_t slot,
+                        uint8_t count,
+                        uint8_t first_slot,
+                        struct curve_made *made)
 {
     for (; count != 0; count--) {
         if (ring->low[slot] != 0) {
@@ -315,18 +318,18 @@ void curve_flat_burst(struct curve_flat *flat,
         uint8_t high = (uint8_t)(top >> 8);
         if (slot == first_slot) {
             made->first_high = high;
-            fill(ring->high, (uint8_t)(slot + 1u), (uint8_t)(count - 1u), high);
+            fill_highs(ring->high, (uint8_t)(slot + 1u), (uint8_t)(count - 1u), high);
         } else {
-            fill(ring->high, slot, count, high);
+            fill_highs(ring->high, slot, count, high);
         }
-        struct progress progress = steps(flat, narrow, ring->low, slot, count);
+        struct progress progress = make_flat_steps(flat, narrow, ring->low, slot, count);
         uint8_t done = (uint8_t)(count - progress.left);
         // Moves of q were counted for the steps that were left too, and those begin anew.
         uint16_t moved = (uint16_t)(progress.left * (uint16_t)(flat->top - top));
         uint32_t extra_ticks = (uint32_t)(int32_t)(int16_t)(progress.extra_ticks - moved);
         made->ticks += multiply_u32_u16((uint32_t)top + 1u, done) + extra_ticks;
         if (progress.carried != 0) {
-            carry(ring, slot, done, first_slot, made);
+            carry_highs(ring, slot, done, first_slot, made);
         }
         slot = (uint8_t)(slot + done);
         count = progress.left;
@@ -341,7 +344,7 @@ uint16_t curve_flat_next(struct curve_flat *flat, bool narrow)
 
     do {
         top = flat->top;
-        progress = steps(flat, narrow, &low, 0, 1);
+        progress = make_flat_steps(flat, narrow, &low, 0, 1);
     } while (progress.left != 0);
     return (uint16_t)(top + 1u + progress.extra_ticks);
 }

@@ -8,11 +8,11 @@
 //     residual     position beyond the last step in 1/T^2 steps
 //     gain         residual after q ticks, minus the residual now   = q*(slope + h*(q-1)) - T*T
 //     difference   what the last of these ticks adds                = slope + 2h*(q-1)
-//     turn         growth of slope and difference over q ticks      = 2h*q
-//     bend         growth of gain over q ticks                      = 2h*q*q
+//     slope_growth         growth of slope and difference over q ticks      = 2h*q
+//     gain_growth         growth of gain over q ticks                      = 2h*q*q
 //
 // slope is what the next tick adds, (speed * T, and h). The step takes q ticks if residual + gain
-// is not negative, else q + 1: then difference and gain have grown by 2h and turn more than behind
+// is not negative, else q + 1: then difference and gain have grown by 2h and slope_growth more than behind
 // a step of q ticks. When neither will do, q itself moves by one: the table says what changes.
 #pragma once
 
@@ -28,8 +28,8 @@ struct curve_flat {
     struct wide residual;
     struct wide gain;
     struct wide difference;
-    struct wide bend;
-    int32_t turn;
+    struct wide gain_growth;
+    int32_t slope_growth;
     int16_t twice_half; // 2h
     uint16_t top;       // q - 1, as the ring wants it
 };

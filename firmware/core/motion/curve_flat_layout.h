@@ -3,10 +3,10 @@
 // assembler reads this file, too: plain numbers only.
 #pragma once
 
-#define CURVE_FLAT_RESIDUAL   0
-#define CURVE_FLAT_GAIN       5
-#define CURVE_FLAT_DIFFERENCE 10
-#define CURVE_FLAT_BEND       15
-#define CURVE_FLAT_TURN       20
-#define CURVE_FLAT_TWICE_HALF 24
-#define CURVE_FLAT_TOP        26
+#define CURVE_FLAT_RESIDUAL     0
+#define CURVE_FLAT_GAIN         5
+#define CURVE_FLAT_DIFFERENCE   10
+#define CURVE_FLAT_GAIN_GROWTH  15
+#define CURVE_FLAT_SLOPE_GROWTH 20
+#define CURVE_FLAT_TWICE_HALF   24
+#define CURVE_FLAT_TOP          26

@@ -1,29 +1,29 @@
 ; SPDX-License-Identifier: MIT
 ; The steps of a curve whose interval hardly changes: the assembly half of curve_flat.c. The C that
-; this file stands for is steps() there; curve_flat.h explains the numbers:
+; this file stands for is make_flat_steps() there; curve_flat.h explains the numbers:
 ;
 ;     struct progress curve_flat_narrow(struct curve_flat *flat, volatile uint8_t *low,
 ;                                       uint8_t count)
 ;     struct progress curve_flat_wide(the same)
 ;
 ; Both are one macro, flat_steps. The narrow function computes modulo 2^32 and has room for
-; everything that changes in registers. The wide one computes modulo 2^40 and keeps bend, 2h and the
-; count of long steps in memory.
+; everything that changes in registers. The wide one computes modulo 2^40 and keeps gain_growth, 2h
+; and the count of long steps in memory.
 ;
-;                narrow                wide
-;     r0         low byte of q - 1     the same
-;     r1         long steps so far     scratch
-;     value      r8..r11               r7..r11              the residual, after a guess the value
-;     gain       r12..r15              r12..r16
-;     difference r16..r19              r17..r21
-;     bend       r20..r23              in *flat
-;     turn       r24..r26, sign        r22..r25, sign       the sign is its top byte
-;     sign       r27                   r26                  of h: 0 or 0xFF
-;     2h         r28, r29              in *flat
-;     left       r7                    r27                  steps still to make
-;     Y          (holds 2h)            flat
-;     Z          next entry's low byte: the slot in r30 wraps, r31 stays
-;     T          set: some q had a low byte of 0, by a carry (progress.carried)
+;                  narrow                wide
+;     r0           low byte of q - 1     the same
+;     r1           long steps so far     scratch
+;     value        r8..r11               r7..r11              the residual, after a guess the value
+;     gain         r12..r15              r12..r16
+;     difference   r16..r19              r17..r21
+;     gain_growth  r20..r23              in *flat
+;     slope_growth r24..r26, sign        r22..r25, sign       the sign is its top byte
+;     sign         r27                   r26                  of h: 0 or 0xFF
+;     2h           r28, r29              in *flat
+;     left         r7                    r27                  steps still to make
+;     Y            (holds 2h)            flat
+;     Z            next entry's low byte: the slot in r30 wraps, r31 stays
+;     T            set: some q had a low byte of 0, by a carry (progress.carried)
 ;
 ; Cycles of a step:
 ;
@@ -32,13 +32,14 @@
 ;     negative?                                              1     1
 ;     below difference? (the upper 16 bits nearly always do) 3     3
 ;     low byte into the ring                                 3     3
-;     gain += bend                                           4    15
-;     difference += turn                                     4     5
+;     gain += gain_growth                                    4    15
+;     difference += slope_growth                             4     5
 ;     another one?                                           3     3
 ;                                                           --    --
 ;     a step of q ticks                                     22    35
-;     difference += 2h, value += difference, gain += turn,
-;     one tick more, less the comparison                    15    29
+;     difference += 2h, value += difference,
+;     gain += slope_growth, one tick more,
+;     less the comparison                                   15    29
 ;                                                           --    --
 ;     a step of q + 1 ticks                                 37    64
 ;     q + 1 for q, besides                                  39    90
@@ -117,15 +118,15 @@ extra_ticks:
     .endr
 .endm
 
-; bend op turn, where bend is in memory.
-.macro bend_memory_op first, further, memory, turn:vararg
-    .set .Lat, CURVE_FLAT_BEND + WIDE_LOW
-    .irp byte, \turn
+; gain_growth op slope_growth, where gain_growth is in memory.
+.macro gain_growth_memory_op first, further, memory, slope_growth:vararg
+    .set .Lat, CURVE_FLAT_GAIN_GROWTH + WIDE_LOW
+    .irp byte, \slope_growth
     ldd SCRATCH, Y + .Lat
-    .if .Lat == CURVE_FLAT_BEND + WIDE_LOW
+    .if .Lat == CURVE_FLAT_GAIN_GROWTH + WIDE_LOW
     \first SCRATCH, \byte
     std Y + .Lat, SCRATCH
-    .set .Lat, CURVE_FLAT_BEND
+    .set .Lat, CURVE_FLAT_GAIN_GROWTH
     .else
     \further SCRATCH, \byte
     std Y + .Lat, SCRATCH
@@ -134,21 +135,22 @@ extra_ticks:
     .endr
 .endm
 
-; bend op turn.
-.macro bend_op kind, first, further, bend_and_turn:vararg
+; gain_growth op slope_growth.
+.macro gain_growth_op kind, first, further, growths:vararg
     .ifc \kind, narrow
-    number_op \first, \further, \bend_and_turn
+    number_op \first, \further, \growths
     .else
-    bend_memory_op \first, \further, \bend_and_turn
+    gain_growth_memory_op \first, \further, \growths
     .endif
 .endm
 
 ; kind: narrow or wide. Numbers are lists of registers (base/asm.inc); `upper` ones are the upper 16
-; bits. turn_bytes is turn as it is in memory, turn_top the last of these; all of turn has the sign
-; on top. bend, half_low and half_high may be `memory`. lent: what the narrow function saves and
-; uses where it needs a scratch register.
-.macro flat_steps kind, left, sign, value, value_upper, gain, difference, difference_upper, turn, \
-    turn_bytes, turn_top, bend, half_low, half_high, lent
+; bits. slope_growth_bytes is slope_growth as it is in memory, slope_growth_top the last of these
+; bytes; slope_growth itself has the sign on top. gain_growth, half_low and half_high may be
+; `memory`. lent: a register that the narrow function saves, and uses where it needs a scratch
+; register.
+.macro flat_steps kind, left, sign, value, value_upper, gain, difference, difference_upper, \
+    slope_growth, slope_growth_bytes, slope_growth_top, gain_growth, half_low, half_high, lent
 function curve_flat_\kind
     save_registers 7                    ; 26
     .ifc \kind, narrow
@@ -164,18 +166,18 @@ function curve_flat_\kind
     load_wide CURVE_FLAT_GAIN, \gain
     load_wide CURVE_FLAT_DIFFERENCE, \difference
     .ifc \kind, narrow
-    load_wide CURVE_FLAT_BEND, \bend
-    load_plain CURVE_FLAT_TURN, \turn
+    load_wide CURVE_FLAT_GAIN_GROWTH, \gain_growth
+    load_plain CURVE_FLAT_SLOPE_GROWTH, \slope_growth
     ldd TOP, Y + CURVE_FLAT_TOP
     ldd r1, Y + CURVE_FLAT_TWICE_HALF
     ldd \half_high, Y + CURVE_FLAT_TWICE_HALF + 1
     mov \half_low, r1
     clr LONG_STEPS
     .else
-    load_plain CURVE_FLAT_TURN, \turn_bytes
+    load_plain CURVE_FLAT_SLOPE_GROWTH, \slope_growth_bytes
     ldd TOP, Y + CURVE_FLAT_TOP
-    clr \sign                           ;    h has the sign of turn
-    sbrc \turn_top, 7
+    clr \sign                           ;    h has the sign of slope_growth
+    sbrc \slope_growth_top, 7
     com \sign
     .endif
     clt                                 ;    no carry so far
@@ -189,11 +191,11 @@ function curve_flat_\kind
     st Z, TOP                           ; 2
     inc r30                             ; 1
     .ifc \kind, narrow
-    add_number \gain, \bend             ; 4  gain += bend
+    add_number \gain, \gain_growth     ; 4  gain += gain_growth
     .else
-    wide_op add, adc, SCRATCH, CURVE_FLAT_BEND, \gain ; 15
+    wide_op add, adc, SCRATCH, CURVE_FLAT_GAIN_GROWTH, \gain ; 15
     .endif
-    add_number \difference, \turn       ; 4 or 5  difference += turn
+    add_number \difference, \slope_growth; 4 or 5  difference += slope_growth
     dec \left                           ; 1
     brne \kind\()_step                  ; 2
     rjmp \kind\()_done
@@ -206,7 +208,7 @@ function curve_flat_\kind
     half_op add, adc, \half_low, \half_high, \sign, \difference ; 4 or 9  difference += 2h
     add_number \value, \difference      ; 4 or 5  value += difference
     brcc \kind\()_move_up               ; 1  and so is q + 1
-    add_number \gain, \turn             ; 4 or 5  gain += turn
+    add_number \gain, \slope_growth     ; 4 or 5  gain += slope_growth
     .ifc \kind, narrow
     inc LONG_STEPS                      ; 1
     .else
@@ -223,11 +225,11 @@ function curve_flat_\kind
     dec TOP                             ; 1
     inc r30                             ; 1
     .ifc \kind, narrow
-    add_number \gain, \bend             ; 4  gain += bend
+    add_number \gain, \gain_growth     ; 4  gain += gain_growth
     .else
-    wide_op add, adc, SCRATCH, CURVE_FLAT_BEND, \gain ; 15
+    wide_op add, adc, SCRATCH, CURVE_FLAT_GAIN_GROWTH, \gain ; 15
     .endif
-    add_number \difference, \turn       ; 4 or 5  difference += turn
+    add_number \difference, \slope_growth; 4 or 5  difference += slope_growth
     dec \left                           ; 1
     .ifc \kind, narrow
     brne \kind\()_step                  ; 2
@@ -250,9 +252,9 @@ function curve_flat_\kind
     ; q + 1 for q. difference has grown already, and value is that of q + 1.
 \kind\()_move_up:
     add_number \gain, \difference       ;    gain += difference
-    bend_op \kind, add, adc, \bend, \turn ; bend += 2*turn + 2h
-    half_op add, adc, \half_low, \half_high, \sign, \turn_bytes ; turn += 2h
-    bend_op \kind, add, adc, \bend, \turn
+    gain_growth_op \kind, add, adc, \gain_growth, \slope_growth ; gain_growth += 2*slope_growth + 2h
+    half_op add, adc, \half_low, \half_high, \sign, \slope_growth_bytes ; slope_growth += 2h
+    gain_growth_op \kind, add, adc, \gain_growth, \slope_growth
     extra_op \kind, add, inc, \left, \lent ; extra_ticks += left
     inc TOP
     .ifc \kind, narrow
@@ -272,9 +274,9 @@ function curve_flat_\kind
     sub_number \value, \difference      ;    value -= difference
     sub_number \gain, \difference       ;    gain -= difference
     half_op sub, sbc, \half_low, \half_high, \sign, \difference ; difference -= 2h
-    bend_op \kind, sub, sbc, \bend, \turn ; bend -= 2*turn - 2h
-    half_op sub, sbc, \half_low, \half_high, \sign, \turn_bytes ; turn -= 2h
-    bend_op \kind, sub, sbc, \bend, \turn
+    gain_growth_op \kind, sub, sbc, \gain_growth, \slope_growth ; gain_growth -= 2*slope_growth - 2h
+    half_op sub, sbc, \half_low, \half_high, \sign, \slope_growth_bytes ; slope_growth -= 2h
+    gain_growth_op \kind, sub, sbc, \gain_growth, \slope_growth
     extra_op \kind, sub, dec, \left, \lent ; extra_ticks -= left
     tst TOP
     breq 3f
@@ -304,9 +306,9 @@ function curve_flat_\kind
     store_wide CURVE_FLAT_GAIN, \gain
     store_wide CURVE_FLAT_DIFFERENCE, \difference
     .ifc \kind, narrow
-    store_wide CURVE_FLAT_BEND, \bend
+    store_wide CURVE_FLAT_GAIN_GROWTH, \gain_growth
     .endif
-    store_plain CURVE_FLAT_TURN, \turn_bytes
+    store_plain CURVE_FLAT_SLOPE_GROWTH, \slope_growth_bytes
     std Y + CURVE_FLAT_TOP, TOP
     ldd TOP, Y + CURVE_FLAT_TOP + 1
     add TOP, \sign
@@ -336,11 +338,11 @@ end_function curve_flat_\kind
     flat_steps narrow, left=r7, sign=r27, value="r8, r9, r10, r11", \
         value_upper="r10, r11", gain="r12, r13, r14, r15", \
         difference="r16, r17, r18, r19", difference_upper="r18, r19", \
-        turn="r24, r25, r26, r27", turn_bytes="r24, r25, r26", \
-        bend="r20, r21, r22, r23", half_low=r28, half_high=r29, lent=r16
+        slope_growth="r24, r25, r26, r27", slope_growth_bytes="r24, r25, r26", \
+        gain_growth="r20, r21, r22, r23", half_low=r28, half_high=r29, lent=r16
     .section .text.curve_flat_wide, "ax", @progbits
     flat_steps wide, left=r27, sign=r26, value="r7, r8, r9, r10, r11", \
         value_upper="r10, r11", gain="r12, r13, r14, r15, r16", \
         difference="r17, r18, r19, r20, r21", difference_upper="r20, r21", \
-        turn="r22, r23, r24, r25, r26", turn_bytes="r22, r23, r24, r25", turn_top=r25, \
-        bend=memory, half_low=memory, half_high=memory
+        slope_growth="r22, r23, r24, r25, r26", slope_growth_bytes="r22, r23, r24, r25", \
+        slope_growth_top=r25, gain_growth=memory, half_low=memory, half_high=memory

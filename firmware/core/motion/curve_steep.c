@@ -57,11 +57,11 @@ uint8_t curve_steep_steps(struct curve_steep *steep,
                           volatile uint8_t *low,
                           uint8_t count);
 
-static inline uint8_t steps(struct curve_steep *steep,
-                            volatile uint8_t *low,
-                            const volatile uint8_t *high,
-                            uint8_t slot,
-                            uint8_t count)
+static inline uint8_t make_steep_steps(struct curve_steep *steep,
+                                       volatile uint8_t *low,
+                                       const volatile uint8_t *high,
+                                       uint8_t slot,
+                                       uint8_t count)
 {
     volatile uint8_t *start = &low[slot];
 
@@ -106,7 +106,7 @@ static uint16_t curve_steep_root(uint32_t value)
 }
 
 // One extrapolated step, modulo 2^40.
-static void one_step(struct curve_steep *steep)
+static void make_quick_step(struct curve_steep *steep)
 {
     struct wide half = wide_from_int32(steep->at.half);
     struct wide twice_half = wide_add(half, half);
@@ -139,11 +139,11 @@ static void one_step(struct curve_steep *steep)
 }
 
 // What curve_steep_steps.S does.
-static uint8_t steps(struct curve_steep *steep,
-                     volatile uint8_t *low,
-                     volatile uint8_t *high,
-                     uint8_t slot,
-                     uint8_t count)
+static uint8_t make_steep_steps(struct curve_steep *steep,
+                                volatile uint8_t *low,
+                                volatile uint8_t *high,
+                                uint8_t slot,
+                                uint8_t count)
 {
     uint8_t made = 0;
 
@@ -156,7 +156,7 @@ static uint8_t steps(struct curve_steep *steep,
         if (difference.high >> 24 >= CURVE_STEEP_LIMIT) {
             break;
         }
-        one_step(steep);
+        make_quick_step(steep);
         uint16_t top = (uint16_t)(steep->last_ticks - 1u);
         low[slot] = (uint8_t)top;
         if (made == 0) {
@@ -187,7 +187,7 @@ void curve_steep_enter(struct curve_steep *steep,
 // At the start speed v an interval has q = T/v ticks and changes by 2u = 2qh/(v*v) to the next one.
 // The first has q - u, and another before it would have had q + u. What this leaves out, the second
 // difference, is 12*u*u/q.
-static bool foresee(struct curve_steep *steep, uint32_t ticks, uint16_t speed)
+static bool foresee_change(struct curve_steep *steep, uint32_t ticks, uint16_t speed)
 {
     int16_t half = steep->at.half;
 
@@ -216,7 +216,7 @@ void curve_steep_start(struct curve_steep *steep,
 {
     steep->at = *at;
     steep->seen = 2;
-    steep->good = foresee(steep, ticks, start_speed);
+    steep->good = foresee_change(steep, ticks, start_speed);
     if (!steep->good) {
         // The first interval is 2T / (v + sqrt(v*v + 4h)): good to an eighth. v has 11 bits here,
         // and the quotient has its upper 8 at least.
@@ -234,7 +234,7 @@ void curve_steep_start(struct curve_steep *steep,
 
 // A step by a guess that may be far off. It must not be so far that 48 bits are not enough: the
 // next interval is never below 0.41 of the last.
-static uint32_t slow(struct curve_steep *steep)
+static uint32_t make_slow_step(struct curve_steep *steep)
 {
     uint32_t last = steep->last_ticks;
     uint32_t guess = last + (uint32_t)steep->change;
@@ -253,31 +253,31 @@ static uint32_t slow(struct curve_steep *steep)
 }
 
 // Extrapolated steps as long as they are good: how many.
-static uint8_t quick(struct curve_steep *steep,
-                     volatile uint8_t *low,
-                     volatile uint8_t *high,
-                     uint8_t slot,
-                     uint8_t count)
+static uint8_t make_quick_steps(struct curve_steep *steep,
+                                volatile uint8_t *low,
+                                volatile uint8_t *high,
+                                uint8_t slot,
+                                uint8_t count)
 {
     uint8_t made = 0;
 
     if (steep->good) {
-        made = steps(steep, low, high, slot, count);
+        made = make_steep_steps(steep, low, high, slot, count);
         steep->change = (int16_t)steep->change;
     }
     return made;
 }
 
 // The same where 40 bits are not enough.
-static uint8_t wide(struct curve_steep *steep,
-                    struct step_ring *ring,
-                    uint8_t slot,
-                    uint8_t count)
+static uint8_t make_wide_steps(struct curve_steep *steep,
+                               struct step_ring *ring,
+                               uint8_t slot,
+                               uint8_t count)
 {
     uint8_t made = 0;
 
     for (; made < count && steep->good; made++) {
-        uint16_t top = (uint16_t)(slow(steep) - 1u);
+        uint16_t top = (uint16_t)(make_slow_step(steep) - 1u);
         ring->low[slot] = (uint8_t)top;
         if (made == 0) {
             steep->first_high = (uint8_t)(top >> 8);
@@ -302,10 +302,10 @@ void curve_steep_burst(struct curve_steep *steep,
                        uint8_t count,
                        struct curve_made *made)
 {
-    uint8_t steps_made = quick(steep, ring->low, ring->high, slot, count);
+    uint8_t steps_made = make_quick_steps(steep, ring->low, ring->high, slot, count);
 
     if (steps_made == 0) {
-        steps_made = wide(steep, ring, slot, count);
+        steps_made = make_wide_steps(steep, ring, slot, count);
     }
     *made = (struct curve_made){
         .ticks = sum_of_tops(steep) + steps_made,
@@ -318,5 +318,6 @@ uint32_t curve_steep_next(struct curve_steep *steep)
 {
     volatile uint8_t low; // the high byte of one step is not stored
 
-    return quick(steep, &low, &low, 0, 1) != 0 ? steep->last_ticks : slow(steep);
+    return make_quick_steps(steep, &low, &low, 0, 1) != 0 ? steep->last_ticks
+                                                          : make_slow_step(steep);
 }

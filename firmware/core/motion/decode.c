@@ -11,13 +11,13 @@
 #define STEEP_STEP_SHIFT 1u
 #define SLOW_STEP_COST   12u
 // Shorter stretches of evenly spaced steps are not worth a run,
-#define RUN_MIN_STEPS 16u
+#define TRAIN_MIN_STEPS 16u
 // unless their intervals are: below this one, ticks, the step interrupt cannot take up a run behind
 // a single period in time, only behind another run.
-#define RUN_ENTRY_MIN_TICKS 160u
+#define TRAIN_ENTRY_MIN_TICKS 160u
 // The next run waits for one of the two to be free if the newer one is as long as this, time enough
 // for the main loop to come by. Else single periods follow it for the time being.
-#define RUN_WAIT_TICKS ((uint32_t)0x10000)
+#define TRAIN_WAIT_TICKS ((uint32_t)0x10000)
 // A seek is decoded no further ahead than this (8 ms, several rounds of the main loop): what stands
 // in the ring is made even if its switch trips.
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
@@ -46,9 +46,9 @@ uint32_t decode_ahead_ticks(const struct axis *axis)
 {
     uint32_t ahead = axis->feed.written_ticks - axis->ledger.taken_ticks;
 
-    if (axis->ledger.run != LEDGER_NO_RUN) {
-        ahead -= (uint32_t)ledger_run_loaded(&axis->ledger) *
-                 feed_run_base(&axis->feed, axis->ledger.run);
+    if (axis->ledger.train != LEDGER_NO_TRAIN) {
+        ahead -= (uint32_t)ledger_train_loaded(&axis->ledger) *
+                 feed_train_base(&axis->feed, axis->ledger.train);
     }
     return ahead;
 }
@@ -92,25 +92,25 @@ static uint8_t to_stagger(const struct axis *axis)
 }
 
 // The steps to come are a run for the interrupt to carry.
-static bool run_due(const struct axis *axis)
+static bool train_due(const struct axis *axis)
 {
     const struct even *even = &axis->walk.steps.even;
     uint16_t steps = walk_stretch(&axis->walk);
 
     return !axis->walk.curved && feed_steady(&axis->feed, axis->piece.negative) &&
            steps != 0 &&
-           (steps >= RUN_MIN_STEPS || even->base_ticks < RUN_ENTRY_MIN_TICKS) &&
-           to_stagger(axis) == 0 && feed_can_carry(&axis->feed, even);
+           (steps >= TRAIN_MIN_STEPS || even->base_ticks < TRAIN_ENTRY_MIN_TICKS) &&
+           to_stagger(axis) == 0 && feed_fits_train(&axis->feed, even);
 }
 
 // A run is due but none is free, and there is time to wait for one.
-static bool run_awaited(const struct axis *axis)
+static bool train_awaited(const struct axis *axis)
 {
     const struct feed *feed = &axis->feed;
 
-    return !feed_run_free(feed) && run_due(axis) &&
-           (axis->walk.steps.even.base_ticks < RUN_ENTRY_MIN_TICKS ||
-            feed->runs[feed->newest_run].ticks >= RUN_WAIT_TICKS);
+    return !feed_train_free(feed) && train_due(axis) &&
+           (axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
+            feed->trains[feed->newest_train].ticks >= TRAIN_WAIT_TICKS);
 }
 
 bool decode_is_ahead(const struct axis *axis)
@@ -121,8 +121,8 @@ bool decode_is_ahead(const struct axis *axis)
         feed_space(&axis->feed, axis->ledger.retired) < DECODE_ROOM) {
         return true;
     }
-    if (phase == DECODE_AWAITS_RUN) {
-        return !feed_run_free(&axis->feed);
+    if (phase == DECODE_AWAITS_TRAIN) {
+        return !feed_train_free(&axis->feed);
     }
     return phase == DECODE_PIECE && !feed_busy(&axis->feed) && no_more_pieces(axis);
 }
@@ -140,17 +140,17 @@ static void pass_step(struct axis *axis)
 }
 
 // Hand as many of the steps to come as the ring has room for to the interrupt.
-static void decode_run(struct axis *axis)
+static void decode_train(struct axis *axis)
 {
     uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
-    uint16_t fit = (uint16_t)((room + 1u) * STEP_RUN_ENTRY_MAX);
+    uint16_t fit = (uint16_t)((room + 1u) * STEP_TRAIN_ENTRY_MAX);
     uint16_t steps = walk_stretch(&axis->walk);
     struct even even = axis->walk.steps.even;
 
     if (steps > fit) {
         steps = fit;
     }
-    feed_run(&axis->feed, &even, steps, walk_skip_even(&axis->walk, steps));
+    feed_train(&axis->feed, &even, steps, walk_skip_even(&axis->walk, steps));
     pass_step(axis);
 }
 
@@ -265,13 +265,13 @@ static uint8_t decode_step(struct axis *axis)
 // What the steps cost of a round's budget; 0: they must wait.
 static uint8_t decode_steps(struct axis *axis, uint8_t budget)
 {
-    if (run_awaited(axis)) {
-        axis->phase = DECODE_AWAITS_RUN;
+    if (train_awaited(axis)) {
+        axis->phase = DECODE_AWAITS_TRAIN;
         return 0;
     }
     axis->phase = DECODE_STEPS;
-    if (run_due(axis) && feed_run_free(&axis->feed)) {
-        decode_run(axis);
+    if (train_due(axis) && feed_train_free(&axis->feed)) {
+        decode_train(axis);
         return SLOW_STEP_COST;
     }
     uint8_t cost = decode_burst(axis, budget);

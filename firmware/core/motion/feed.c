@@ -19,8 +19,8 @@ void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head)
 {
     *feed = (struct feed){
         .ring = ring,
-        .carried = feed->carried,
-        .turn_ticks = feed->turn_ticks,
+        .engine_trains = feed->engine_trains,
+        .reversal_ticks = feed->reversal_ticks,
         .head = head,
         .negative = feed->negative,
     };
@@ -64,51 +64,54 @@ static void put_chunk(struct feed *feed, uint16_t ticks)
     place_marks(feed, 0);
 }
 
-bool feed_can_carry(const struct feed *feed, const struct even *even)
+bool feed_fits_train(const struct feed *feed, const struct even *even)
 {
-    return feed->carried != NULL && even->base_ticks < STEP_PERIOD_MAX_TICKS &&
+    return feed->engine_trains != NULL && even->base_ticks < STEP_PERIOD_MAX_TICKS &&
            (even->remainder == 0 || ((uint8_t)even->base_ticks != 0));
 }
 
-static void put_run(struct feed *feed, uint8_t run, uint8_t steps)
+static void put_train(struct feed *feed, uint8_t train, uint8_t steps)
 {
     uint8_t slot = feed->head;
     uint8_t next = (uint8_t)(slot + 1u);
 
     feed->ring->high[next] = STEP_HIGH_EMPTY;
-    feed->ring->low[slot] = run == 0 ? steps : (uint8_t)-steps;
-    feed->ring->high[slot] = STEP_HIGH_RUN;
+    feed->ring->low[slot] = train == 0 ? steps : (uint8_t)-steps;
+    feed->ring->high[slot] = STEP_HIGH_TRAIN;
     feed->head = next;
 }
 
-static void fill_run(struct step_run *run, const struct even *even)
+static void fill_train(struct pulse_train *train, const struct even *even)
 {
     uint16_t top = (uint16_t)(even->base_ticks - 1u);
     int16_t after_long = (int16_t)(even->remainder - even->steps);
 
-    run->after_short = (int16_t)even->remainder;
-    run->after_long = after_long;
-    run->sum = (int16_t)(even->sum + (uint16_t)after_long);
-    run->short_low = (uint8_t)top;
-    run->long_low = (uint8_t)(top + 1u);
-    run->top_high = (uint8_t)(top >> 8);
+    train->after_short = (int16_t)even->remainder;
+    train->after_long = after_long;
+    train->sum = (int16_t)(even->sum + (uint16_t)after_long);
+    train->short_low = (uint8_t)top;
+    train->long_low = (uint8_t)(top + 1u);
+    train->top_high = (uint8_t)(top >> 8);
 }
 
-void feed_run(struct feed *feed, const struct even *even, uint16_t steps, uint32_t ticks)
+void feed_train(struct feed *feed,
+                const struct even *even,
+                uint16_t steps,
+                uint32_t ticks)
 {
-    uint8_t run = feed->runs[0].steps == 0 ? 0 : 1;
+    uint8_t train = feed->trains[0].steps == 0 ? 0 : 1;
 
-    REQUIRE(feed->runs[run].steps == 0);
-    fill_run(&feed->carried[run], even);
-    feed->runs[run] = (struct feed_run){steps, even->sum, ticks};
-    feed->newest_run = run;
+    REQUIRE(feed->trains[train].steps == 0);
+    fill_train(&feed->engine_trains[train], even);
+    feed->trains[train] = (struct feed_train){steps, even->sum, ticks};
+    feed->newest_train = train;
     if (!feed->pulse) {
         put_command(feed, STEP_COMMAND_PULSE);
         feed->pulse = true;
     }
     while (steps != 0) {
-        uint16_t now = steps > STEP_RUN_ENTRY_MAX ? STEP_RUN_ENTRY_MAX : steps;
-        put_run(feed, run, (uint8_t)now);
+        uint16_t now = steps > STEP_TRAIN_ENTRY_MAX ? STEP_TRAIN_ENTRY_MAX : steps;
+        put_train(feed, train, (uint8_t)now);
         // Marks that wait for the step before, which the first period carries, come behind that.
         place_marks(feed, (uint8_t)(now - 1u));
         steps = (uint16_t)(steps - now);
@@ -116,14 +119,14 @@ void feed_run(struct feed *feed, const struct even *even, uint16_t steps, uint32
     feed->written_ticks += ticks;
 }
 
-uint32_t feed_run_ticks(const struct feed *feed, uint8_t run, uint16_t index)
+uint32_t feed_train_ticks(const struct feed *feed, uint8_t train, uint16_t index)
 {
-    const struct step_run *carried = &feed->carried[run];
+    const struct pulse_train *carried = &feed->engine_trains[train];
     struct even even = {
-        .base_ticks = feed_run_base(feed, run),
+        .base_ticks = feed_train_base(feed, train),
         .remainder = (uint16_t)carried->after_short,
         .steps = (uint16_t)(carried->after_short - carried->after_long),
-        .sum = feed->runs[run].sum,
+        .sum = feed->trains[train].sum,
     };
 
     return even_skip(&even, index);
@@ -174,7 +177,7 @@ void feed_release(struct feed *feed, uint32_t delay_ticks)
 }
 
 // The direction changes in the middle of the interval, inside a period that does not pulse.
-static void turn(struct feed *feed)
+static void put_reversal(struct feed *feed)
 {
     if (feed->lead) {
         put_chunk(feed, (uint16_t)(feed->pending_ticks / 2u));
@@ -202,8 +205,8 @@ void feed_make_room(struct feed *feed)
     }
     feed->merge = false;
     // What is written may stand between two directions: it is no shorter than what is left.
-    if (feed->pending_ticks >= 2u * (uint32_t)feed->turn_ticks + ROOM_MIN_TICKS) {
-        put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->turn_ticks));
+    if (feed->pending_ticks >= 2u * (uint32_t)feed->reversal_ticks + ROOM_MIN_TICKS) {
+        put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->reversal_ticks));
     }
 }
 
@@ -218,7 +221,7 @@ void feed_pump(struct feed *feed)
     }
     merge_first_interval(feed);
     if (feed->due_negative != feed->negative) {
-        turn(feed);
+        put_reversal(feed);
     } else if (feed->pending_ticks != 0) {
         put_chunk(feed, (uint16_t)feed->pending_ticks);
     }

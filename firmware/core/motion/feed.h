@@ -17,7 +17,7 @@
 #include <stdint.h>
 
 #include "motion/even.h"      // struct even
-#include "motion/step_ring.h" // struct step_ring, struct step_run
+#include "motion/step_ring.h" // struct step_ring, struct pulse_train
 
 // Pixel edges (and line starts) that can be decoded ahead, a power of two.
 #define FEED_MARKS 8u
@@ -45,7 +45,7 @@ struct feed_mark {
 };
 
 // What a run was when it was written; the interrupt's own half changes.
-struct feed_run {
+struct feed_train {
     uint16_t steps; // 0: the run is free
     uint16_t sum;   // struct even's, where it begins
     uint32_t ticks; // of all its steps
@@ -53,10 +53,11 @@ struct feed_run {
 
 struct feed {
     struct step_ring *ring;
-    struct step_run *carried; // STEP_RUNS runs that the interrupt carries on, or NULL
-    uint16_t turn_ticks;      // from a change of direction to the next step, at least
-    struct feed_run runs[STEP_RUNS];
-    uint8_t newest_run;
+    struct pulse_train
+        *engine_trains;      // STEP_TRAINS runs that the interrupt carries on, or NULL
+    uint16_t reversal_ticks; // from a change of direction to the next step, at least
+    struct feed_train trains[STEP_TRAINS];
+    uint8_t newest_train;
     uint8_t head;      // next slot to write
     bool pulse;        // what the entries written so far leave behind: pulsing,
     bool negative;     //   and direction
@@ -141,25 +142,28 @@ static inline bool feed_steady(const struct feed *feed, bool negative)
     return feed->lead && feed->pending_ticks == 0 && negative == feed->negative;
 }
 
-static inline bool feed_run_free(const struct feed *feed)
+static inline bool feed_train_free(const struct feed *feed)
 {
-    return feed->runs[0].steps == 0 || feed->runs[1].steps == 0;
+    return feed->trains[0].steps == 0 || feed->trains[1].steps == 0;
 }
 
 // The interrupt can carry these intervals: they fit one period and differ in their low byte only.
-bool feed_can_carry(const struct feed *feed, const struct even *even);
+bool feed_fits_train(const struct feed *feed, const struct even *even);
 
-// Evenly spaced steps, `ticks` long in all. Only when feed_steady(), feed_run_free() and
-// feed_can_carry(). `even` is as it was before these steps.
-void feed_run(struct feed *feed, const struct even *even, uint16_t steps, uint32_t ticks);
+// Evenly spaced steps, `ticks` long in all. Only when feed_steady(), feed_train_free() and
+// feed_fits_train(). `even` is as it was before these steps.
+void feed_train(struct feed *feed,
+                const struct even *even,
+                uint16_t steps,
+                uint32_t ticks);
 
 // Ticks from the start of a run to its step `index` (0: none yet). Divides.
-uint32_t feed_run_ticks(const struct feed *feed, uint8_t run, uint16_t index);
+uint32_t feed_train_ticks(const struct feed *feed, uint8_t train, uint16_t index);
 
 // Length of its shorter intervals, ticks.
-static inline uint16_t feed_run_base(const struct feed *feed, uint8_t run)
+static inline uint16_t feed_train_base(const struct feed *feed, uint8_t train)
 {
-    const struct step_run *carried = &feed->carried[run];
+    const struct pulse_train *carried = &feed->engine_trains[train];
 
     uint16_t top_ticks = (uint16_t)((uint16_t)carried->top_high << 8);
 

@@ -19,8 +19,8 @@ void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
     ledger->left = 0;
     ledger->fresh = 0;
     ledger->pulsed = 0;
-    ledger->run = LEDGER_NO_RUN;
-    ledger->run_steps = 0;
+    ledger->train = LEDGER_NO_TRAIN;
+    ledger->train_steps = 0;
     ledger->idle_seen = 0;
     ledger->loaded_ticks = 2uL * first_period_ticks;
     ledger->lengths[0] = first_period_ticks;
@@ -59,13 +59,14 @@ static void note_fresh(struct ledger *ledger)
 
 uint32_t ledger_period_start(struct ledger *ledger, const struct feed *feed, uint8_t back)
 {
-    uint16_t loaded = ledger_run_loaded(ledger);
+    uint16_t loaded = ledger_train_loaded(ledger);
     uint8_t periods = (uint8_t)(back + 1u);
     uint32_t start = ledger->loaded_ticks;
 
     note_fresh(ledger);
     if (loaded >= periods) {
-        return start + feed_run_ticks(feed, ledger->run, (uint16_t)(loaded - periods));
+        return start +
+               feed_train_ticks(feed, ledger->train, (uint16_t)(loaded - periods));
     }
     for (uint8_t i = 0; i < (uint8_t)(periods - loaded); i++) {
         start -= ledger->lengths[i];
@@ -78,9 +79,9 @@ uint32_t ledger_capture_ticks(struct ledger *ledger,
                               uint8_t back,
                               uint16_t captured_ticks)
 {
-    uint16_t loaded = ledger_run_loaded(ledger);
+    uint16_t loaded = ledger_train_loaded(ledger);
 
-    if (loaded > back && captured_ticks > feed_run_base(feed, ledger->run)) {
+    if (loaded > back && captured_ticks > feed_train_base(feed, ledger->train)) {
         back = (uint8_t)loaded;
     }
     return ledger_period_start(ledger, feed, back) + captured_ticks;
@@ -91,7 +92,7 @@ uint8_t ledger_steps_after(struct ledger *ledger,
                            uint32_t ticks,
                            uint8_t edge_ticks)
 {
-    uint16_t loaded = ledger_run_loaded(ledger);
+    uint16_t loaded = ledger_train_loaded(ledger);
     uint8_t steps = 0;
 
     for (uint8_t back = 0; back < 3u; back++) {
@@ -143,7 +144,7 @@ static void pass_edge(struct ledger *ledger, const struct feed_mark *mark)
                 mark->position);
 }
 
-static void begin_line(struct ledger *ledger, const struct feed_mark *mark)
+static void ledger_begin_line(struct ledger *ledger, const struct feed_mark *mark)
 {
     ledger->line_origin = position_at(ledger, mark);
     ledger->pixel = 0;
@@ -159,7 +160,7 @@ static void pass_marks(struct ledger *ledger, struct feed *feed)
             return;
         }
         if (mark->line_start) {
-            begin_line(ledger, mark);
+            ledger_begin_line(ledger, mark);
         } else {
             pass_edge(ledger, mark);
         }
@@ -167,7 +168,7 @@ static void pass_marks(struct ledger *ledger, struct feed *feed)
     }
 }
 
-static void obey(struct ledger *ledger, uint8_t command)
+static void ledger_execute(struct ledger *ledger, uint8_t command)
 {
     if (command <= STEP_COMMAND_PULSE) {
         ledger->pulse = command == STEP_COMMAND_PULSE;
@@ -256,22 +257,24 @@ static uint8_t next_stop(const struct ledger *ledger,
     return sooner ? slot : tail;
 }
 
-static APART void pass_run(struct ledger *ledger, struct feed_run *run, uint32_t ticks)
+static APART void pass_train(struct ledger *ledger,
+                             struct feed_train *train,
+                             uint32_t ticks)
 {
     ledger->loaded_ticks += ticks;
     ledger->taken_ticks += ticks;
-    ledger->run = LEDGER_NO_RUN;
-    ledger->run_steps = 0;
+    ledger->train = LEDGER_NO_TRAIN;
+    ledger->train_steps = 0;
     ledger->left = 0;
-    run->steps = 0;
+    train->steps = 0;
 }
 
 // The last intervals of a run that is over, from the interrupt's sum backwards: the interval before
 // was the long one if and only if the sum is below what any short one leaves.
 static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_t loaded)
 {
-    const struct step_run *carried = &feed->carried[ledger->run];
-    uint16_t base = feed_run_base(feed, ledger->run);
+    const struct pulse_train *carried = &feed->engine_trains[ledger->train];
+    uint16_t base = feed_train_base(feed, ledger->train);
     int16_t sum = carried->sum;
     uint8_t count = loaded < 3u ? (uint8_t)loaded : 3u;
 
@@ -294,36 +297,36 @@ static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_
 }
 
 // Close the run when all of it was loaded, or when the rest was taken away.
-static void settle_run(struct ledger *ledger, struct feed *feed, bool cut)
+static void settle_train(struct ledger *ledger, struct feed *feed, bool cut)
 {
-    struct feed_run *run = &feed->runs[ledger->run];
+    struct feed_train *train = &feed->trains[ledger->train];
 
     if (cut && ledger->left != 0) {
-        uint16_t loaded = ledger_run_loaded(ledger);
+        uint16_t loaded = ledger_train_loaded(ledger);
         ledger->position_steps = ledger_position(ledger);
         note_lengths(ledger, feed, loaded);
-        pass_run(ledger, run, feed_run_ticks(feed, ledger->run, loaded));
-    } else if (ledger->left == 0 && ledger->run_steps == run->steps) {
-        note_lengths(ledger, feed, run->steps);
-        pass_run(ledger, run, run->ticks);
+        pass_train(ledger, train, feed_train_ticks(feed, ledger->train, loaded));
+    } else if (ledger->left == 0 && ledger->train_steps == train->steps) {
+        note_lengths(ledger, feed, train->steps);
+        pass_train(ledger, train, train->ticks);
     }
 }
 
-static void __attribute__((noinline)) arrive_in_run(struct ledger *ledger,
-                                                    struct feed *feed,
-                                                    const struct engine_sample *sample)
+static void __attribute__((noinline)) arrive_in_train(struct ledger *ledger,
+                                                      struct feed *feed,
+                                                      const struct engine_sample *sample)
 {
     ledger->left = ledger->retired == sample->tail ? sample->left : 0;
-    settle_run(ledger, feed, sample->cut);
+    settle_train(ledger, feed, sample->cut);
 }
 
 // The interrupt has come so far: `retired` is where it reads next, or the account is behind.
-static inline void arrive(struct ledger *ledger,
-                          struct feed *feed,
-                          const struct engine_sample *sample)
+static inline void ledger_arrive(struct ledger *ledger,
+                                 struct feed *feed,
+                                 const struct engine_sample *sample)
 {
-    if (ledger->run != LEDGER_NO_RUN) {
-        arrive_in_run(ledger, feed, sample);
+    if (ledger->train != LEDGER_NO_TRAIN) {
+        arrive_in_train(ledger, feed, sample);
     }
     if (ledger_mark_here(ledger, feed)) {
         pass_marks(ledger, feed);
@@ -337,12 +340,12 @@ static void take_special(struct ledger *ledger)
     uint8_t low = ledger->ring->low[ledger->retired];
 
     if (ledger->ring->high[ledger->retired] == STEP_HIGH_COMMAND) {
-        obey(ledger, low);
+        ledger_execute(ledger, low);
     } else {
         int8_t count = (int8_t)low;
         uint8_t steps = (uint8_t)(count < 0 ? -count : count);
-        ledger->run = count < 0 ? 1 : 0;
-        ledger->run_steps = (uint16_t)(ledger->run_steps + steps);
+        ledger->train = count < 0 ? 1 : 0;
+        ledger->train_steps = (uint16_t)(ledger->train_steps + steps);
         ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
     }
     ledger->retired++;
@@ -361,21 +364,21 @@ static void add_idle(struct ledger *ledger, uint16_t idle_count)
 static bool at_special(const struct ledger *ledger, uint8_t tail)
 {
     return ledger->retired != tail &&
-           ledger->ring->high[ledger->retired] >= STEP_HIGH_RUN;
+           ledger->ring->high[ledger->retired] >= STEP_HIGH_TRAIN;
 }
 
 void ledger_follow(struct ledger *ledger,
                    struct feed *feed,
                    const struct engine_sample *sample)
 {
-    arrive(ledger, feed, sample);
+    ledger_arrive(ledger, feed, sample);
     while (ledger->retired != sample->tail) {
         if (at_special(ledger, sample->tail)) {
             take_special(ledger);
         } else {
             take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
         }
-        arrive(ledger, feed, sample);
+        ledger_arrive(ledger, feed, sample);
     }
     add_idle(ledger, sample->idle_count);
 }
@@ -405,11 +408,11 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
     }
 }
 
-static void follow_blocks(struct ledger *ledger,
-                          struct feed *feed,
-                          const struct engine_sample *sample)
+static void follow_to_block(struct ledger *ledger,
+                            struct feed *feed,
+                            const struct engine_sample *sample)
 {
-    arrive(ledger, feed, sample);
+    ledger_arrive(ledger, feed, sample);
     while (ledger->retired != sample->tail &&
            !ledger_inside_block(ledger, feed, sample->tail)) {
         if (at_special(ledger, sample->tail)) {
@@ -417,7 +420,7 @@ static void follow_blocks(struct ledger *ledger,
         } else {
             take_periods(ledger, feed, next_stop(ledger, feed, sample->tail));
         }
-        arrive(ledger, feed, sample);
+        ledger_arrive(ledger, feed, sample);
     }
 }
 
@@ -430,7 +433,7 @@ void ledger_follow_blocks(struct ledger *ledger,
         ledger_follow(ledger, feed, sample);
         return;
     }
-    if (ledger->run == LEDGER_NO_RUN) {
+    if (ledger->train == LEDGER_NO_TRAIN) {
         take_blocks(ledger, feed, sample->tail);
         if (!ledger_mark_here(ledger, feed) &&
             (ledger->retired == sample->tail ||
@@ -438,5 +441,5 @@ void ledger_follow_blocks(struct ledger *ledger,
             return;
         }
     }
-    follow_blocks(ledger, feed, sample);
+    follow_to_block(ledger, feed, sample);
 }

@@ -11,7 +11,7 @@
 #include "motion/records.h"     // struct records
 #include "motion/step_engine.h" // struct engine_sample
 
-#define LEDGER_NO_RUN 0xFFu
+#define LEDGER_NO_TRAIN 0xFFu
 
 // Entries of a run that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
@@ -21,10 +21,10 @@ struct ledger {
     uint8_t retired; // first slot not yet accounted for
     bool pulse;
     bool negative;
-    uint8_t left; // of the entries accounted for: periods not loaded yet, all of a run
-    uint8_t run;  // the run being carried, LEDGER_NO_RUN if none
-    uint16_t run_steps; //   its steps accounted for
-    uint16_t idle_seen; // idle periods accounted for
+    uint8_t left;  // of the entries accounted for: periods not loaded yet, all of a run
+    uint8_t train; // the run being carried, LEDGER_NO_TRAIN if none
+    uint16_t train_steps; //   its steps accounted for
+    uint16_t idle_seen;   // idle periods accounted for
     uint16_t
         lengths[3]; // of the last three periods before the run, ticks, newest first, less
     uint8_t fresh;  //   so many newer ones that still stand in the ring (0..3)
@@ -77,12 +77,12 @@ static inline bool ledger_due(const struct ledger *ledger,
     if (sample->idle_count != ledger->idle_seen) {
         return true;
     }
-    if (ledger->run == LEDGER_NO_RUN) {
+    if (ledger->train == LEDGER_NO_TRAIN) {
         return behind != 0 ? !ledger_inside_block(ledger, feed, sample->tail)
                            : ledger_mark_here(ledger, feed);
     }
     // The run that is over must be known as free.
-    if (sample->left == 0 || sample->run != ledger->run || sample->cut ||
+    if (sample->left == 0 || sample->train != ledger->train || sample->cut ||
         behind >= LEDGER_LAG_ENTRIES) {
         return true;
     }
@@ -118,9 +118,9 @@ static inline int32_t ledger_position(const struct ledger *ledger)
 }
 
 // Steps of the run that were loaded; 0 when there is none.
-static inline uint16_t ledger_run_loaded(const struct ledger *ledger)
+static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
 {
-    return (uint16_t)(ledger->run_steps - ledger->left);
+    return (uint16_t)(ledger->train_steps - ledger->left);
 }
 
 // Start of a period relative to the newest loaded one: 0 that one itself, 1 the one before, 2.

@@ -17,7 +17,7 @@
 #define NO       AXIS_STATES // forbidden
 
 // clang-format off
-static const char next[LIFECYCLE_EVENTS][AXIS_STATES] IN_FLASH = {
+static const char next_state[LIFECYCLE_EVENTS][AXIS_STATES] IN_FLASH = {
     //                        EMPTY     LOADING   LOADED    ARMED     RUNNING
     //                        DONE      REFUSED   FAULT     STARTING  STOPPING
     [LIFECYCLE_QUEUED]     = {LOADING,  LOADING,  LOADED,   ARMED,    RUNNING,
@@ -50,7 +50,7 @@ void lifecycle_reset(struct lifecycle *lifecycle)
 
 bool lifecycle_report(struct lifecycle *lifecycle, enum lifecycle_event event)
 {
-    uint8_t to = (uint8_t)flash_char(&next[event][lifecycle->state]);
+    uint8_t to = (uint8_t)flash_char(&next_state[event][lifecycle->state]);
 
     if (to == NO) {
         return false;

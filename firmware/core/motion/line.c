@@ -14,19 +14,19 @@ static inline bool is_shifted(const struct line *line)
 
 void line_begin(struct line *line,
                 const struct pixel_period *period,
-                struct run_queue *queue,
+                struct segment_queue *queue,
                 bool take_up)
 {
-    struct run mark = {0};
-    struct run parameter = {0};
+    struct segment mark = {0};
+    struct segment parameter = {0};
 
-    (void)run_queue_pop(queue, &mark);
-    (void)run_queue_pop(queue, &parameter);
+    (void)segment_queue_pop(queue, &mark);
+    (void)segment_queue_pop(queue, &parameter);
     *line = (struct line){
         .queue = queue,
-        .smooth = ((uint16_t)mark.count & RUN_START_SMOOTH) != 0,
-        .negative = ((uint16_t)mark.count & RUN_START_NEGATIVE) != 0,
-        .seek = ((uint16_t)mark.count & RUN_START_SEEK) != 0,
+        .smooth = ((uint16_t)mark.count & LINE_START_SMOOTH) != 0,
+        .negative = ((uint16_t)mark.count & LINE_START_NEGATIVE) != 0,
+        .seek = ((uint16_t)mark.count & LINE_START_SEEK) != 0,
         .fresh = true,
         .backlash_steps = take_up ? (uint16_t)parameter.count : 0,
         .line_speed = parameter.repeat,
@@ -61,7 +61,7 @@ static bool delay_piece(struct line *line, struct piece *piece)
 
     *piece = (struct piece){.ticks = ticks, .negative = line->negative};
     line->to_edge_ticks -= ticks;
-    line->run.repeat--;
+    line->segment.repeat--;
     return ticks != 0;
 }
 
@@ -101,16 +101,16 @@ static uint32_t pixel_ticks(struct line *line)
     return is_shifted(line) ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks;
 }
 
-static uint16_t run_steps(const struct line *line)
+static uint16_t segment_steps(const struct line *line)
 {
-    int16_t count = line->run.count;
+    int16_t count = line->segment.count;
 
     return (uint16_t)(count < 0 ? -count : count);
 }
 
 static enum line_status pixel_piece(struct line *line, struct piece *piece)
 {
-    uint16_t steps = run_steps(line);
+    uint16_t steps = segment_steps(line);
 
     if (line->smooth && 2u * steps < line->speed) {
         return LINE_DRY;
@@ -121,39 +121,39 @@ static enum line_status pixel_piece(struct line *line, struct piece *piece)
         .steps = steps,
         .start_speed = line->speed,
         .curved = line->smooth && steps != line->speed,
-        .negative = line->smooth ? line->negative : line->run.count < 0,
+        .negative = line->smooth ? line->negative : line->segment.count < 0,
     };
     place_edge(line, piece, is_shifted(line) ? steps_at_edge(line, steps) : steps);
     count_steps(line, piece);
     line->speed = line->smooth ? (uint16_t)(2u * steps - line->speed) : steps;
-    line->run.repeat--;
+    line->segment.repeat--;
     return LINE_PIECE;
 }
 
-// Pixels of the run in work are to be made.
-static bool run_serves(struct line *line)
+// Pixels of the segment in work are to be made.
+static bool segment_has_pixels(struct line *line)
 {
-    if (line->run.repeat == 0) {
+    if (line->segment.repeat == 0) {
         return false;
     }
     if (!FEATURE_HOMING) {
         return true;
     }
-    if (line->leaving_out && line->down && run_steps(line) < line->speed) {
+    if (line->leaving_out && line->down && segment_steps(line) < line->speed) {
         line->leaving_out = false;
     }
     return !line->leaving_out;
 }
 
-// Have a run in work: LINE_PIECE when there is one.
-static enum line_status take_run(struct line *line)
+// Have a segment in work: LINE_PIECE when there is one.
+static enum line_status take_segment(struct line *line)
 {
-    while (!run_serves(line)) {
-        if (!run_queue_pop(line->queue, &line->run)) {
+    while (!segment_has_pixels(line)) {
+        if (!segment_queue_pop(line->queue, &line->segment)) {
             return LINE_DRY;
         }
-        if (line->run.repeat == 0) {
-            if (!FEATURE_HOMING || line->run.count != (int16_t)RUN_MARK_DOWN) {
+        if (line->segment.repeat == 0) {
+            if (!FEATURE_HOMING || line->segment.count != (int16_t)LINE_MARK_DOWN) {
                 return line->smooth && line->speed != 0 ? LINE_DRY : LINE_OVER;
             }
             line->down = true;
@@ -173,14 +173,14 @@ enum line_status line_next(struct line *line, struct piece *piece)
         take_up_piece(line, piece);
         return LINE_PIECE;
     }
-    enum line_status status = take_run(line);
+    enum line_status status = take_segment(line);
     if (status == LINE_PIECE && line->fresh) {
         line->fresh = false;
         if (is_shifted(line)) {
             if (delay_piece(line, piece)) {
                 return LINE_PIECE;
             }
-            status = take_run(line);
+            status = take_segment(line);
         }
     }
     return status == LINE_PIECE ? pixel_piece(line, piece) : status;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From the runs of one line to pieces: stretches of time with evenly spaced or uniformly
+// From the segments of one line to pieces: stretches of time with evenly spaced or uniformly
 // accelerated steps. A piece is one pixel, except where backlash is taken up (spec 1.7): then the
 // pixels before line speed V is reached lie t_b = P*B/V earlier than the clock, and a piece of B
 // steps at V brings the line back onto it.
@@ -15,8 +15,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/pixel_period.h" // struct pixel_grid
-#include "motion/run_queue.h"    // struct run_queue
+#include "motion/pixel_period.h"  // struct pixel_grid
+#include "motion/segment_queue.h" // struct segment_queue
 
 struct piece {
     uint32_t ticks;
@@ -31,14 +31,14 @@ struct piece {
 };
 
 struct line {
-    struct run_queue *queue;
-    struct run run; // the run now in work; repeat counts down
+    struct segment_queue *queue;
+    struct segment segment; // the segment now in work; repeat counts down
     bool smooth : 1;
     bool negative : 1;    // direction of a smooth line
     bool shifted : 1;     // still ahead of the pixel clock: backlash not yet taken up
     bool fresh : 1;       // no piece taken yet
     bool seek : 1;        // ends early when its switch trips:
-    bool leaving_out : 1; // it has; runs up to one that slows down are left out
+    bool leaving_out : 1; // it has; segments up to one that slows down are left out
     bool down : 1;        // the down mark was taken
     uint16_t backlash_steps;
     uint16_t line_speed;
@@ -60,7 +60,7 @@ enum line_status {
 // backlash (false: the leading zero pixel stays idle). Main loop only.
 void line_begin(struct line *line,
                 const struct pixel_period *period,
-                struct run_queue *queue,
+                struct segment_queue *queue,
                 bool take_up);
 
 enum line_status line_next(struct line *line, struct piece *piece);

@@ -25,27 +25,27 @@ static inline bool has_backlash(const struct line_check *check)
 }
 
 // A seek does not wait for the clock.
-static bool seek_shape(uint16_t word)
+static bool seek_bits_fit(uint16_t word)
 {
-    uint16_t without = (word & RUN_START_SEEK) != 0 ? RUN_START_WAIT : RUN_START_OPEN;
+    uint16_t without = (word & LINE_START_SEEK) != 0 ? LINE_START_WAIT : LINE_START_OPEN;
 
     return (word & without) == 0;
 }
 
-static enum line_error start(struct line_check *check, struct run entry)
+static enum line_error check_start_mark(struct line_check *check, struct segment entry)
 {
     uint16_t word = (uint16_t)entry.count;
 
-    if (entry.repeat != 0 || (word & RUN_MARK_KIND) != RUN_MARK_START ||
-        (word & (uint16_t)~(RUN_START_KNOWN | RUN_START_WAIT)) != 0 ||
-        !seek_shape(word)) {
+    if (entry.repeat != 0 || (word & LINE_MARK_KIND) != LINE_MARK_START ||
+        (word & (uint16_t)~(LINE_START_KNOWN | LINE_START_WAIT)) != 0 ||
+        !seek_bits_fit(word)) {
         return LINE_malformed;
     }
-    if (!FEATURE_HOMING && (word & RUN_START_SEEK) != 0) {
+    if (!FEATURE_HOMING && (word & LINE_START_SEEK) != 0) {
         return LINE_not_built;
     }
     // A seek is started by itself.
-    bool chained = (word & (RUN_START_WAIT | RUN_START_SEEK)) == 0;
+    bool chained = (word & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
     int8_t direction = check->direction;
     uint16_t rest_ticks = check->rest_ticks;
 
@@ -54,19 +54,19 @@ static enum line_error start(struct line_check *check, struct run entry)
         check->direction = direction;
         check->rest_ticks = rest_ticks;
     }
-    check->smooth = (word & RUN_START_SMOOTH) != 0;
-    check->negative = (word & RUN_START_NEGATIVE) != 0;
-    check->seek = (word & RUN_START_SEEK) != 0;
+    check->smooth = (word & LINE_START_SMOOTH) != 0;
+    check->negative = (word & LINE_START_NEGATIVE) != 0;
+    check->seek = (word & LINE_START_SEEK) != 0;
     check->one_way = check->seek;
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
 }
 
-static enum line_error parameter(struct line_check *check, struct run entry)
+static enum line_error check_parameter(struct line_check *check, struct segment entry)
 {
     check->backlash_steps = (uint16_t)entry.count;
     check->line_speed = entry.repeat;
-    check->phase = LINE_CHECK_RUNS;
+    check->phase = LINE_CHECK_SEGMENTS;
     if (check->backlash_steps == 0) {
         return LINE_none;
     }
@@ -91,25 +91,26 @@ static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pix
     return (uint32_t)speed * interval_ticks > pixel_ticks;
 }
 
-static uint16_t magnitude(int16_t value)
+static uint16_t magnitude_of(int16_t value)
 {
     return (uint16_t)(value < 0 ? -value : value);
 }
 
-static void warn(struct line_check *check, enum line_error warning)
+static void note_warning(struct line_check *check, enum line_error warning)
 {
     if (check->warning == LINE_none) {
         check->warning = (uint8_t)warning;
     }
 }
 
-static uint16_t steps_of(struct run entry)
+static uint16_t steps_of(struct segment entry)
 {
-    return magnitude(entry.count);
+    return magnitude_of(entry.count);
 }
 
 // The edge of a seek's switch is placed by the capture interrupt, which needs the longer intervals.
-static uint16_t shortest(const struct line_check *check, const struct line_limits *limits)
+static uint16_t shortest_interval(const struct line_check *check,
+                                  const struct line_limits *limits)
 {
     if (FEATURE_HOMING && check->one_way) {
         return limits->seek_min_interval_ticks;
@@ -117,16 +118,17 @@ static uint16_t shortest(const struct line_check *check, const struct line_limit
     return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
 }
 
-static enum line_error plain_run(const struct line_check *check,
-                                 const struct line_limits *limits,
-                                 struct run entry)
+static enum line_error check_plain_segment(const struct line_check *check,
+                                           const struct line_limits *limits,
+                                           struct segment entry)
 {
-    return too_fast(steps_of(entry), shortest(check, limits), limits->pixel_ticks)
+    return too_fast(
+               steps_of(entry), shortest_interval(check, limits), limits->pixel_ticks)
                ? LINE_too_fast
                : LINE_none;
 }
 
-static int8_t APART direction_of(const struct line_check *check, struct run entry)
+static int8_t APART direction_of(const struct line_check *check, struct segment entry)
 {
     if (entry.count == 0) {
         return 0;
@@ -138,7 +140,7 @@ static int8_t APART direction_of(const struct line_check *check, struct run entr
 
 // The speed whose interval is the first one of a run after a rest: the count itself, or its root
 // where the pixel starts from rest and accelerates.
-static uint16_t first_speed(const struct line_check *check, struct run entry)
+static uint16_t first_speed(const struct line_check *check, struct segment entry)
 {
     uint16_t steps = steps_of(entry);
     uint8_t root = 1; // of COUNT_MAX: 128
@@ -155,19 +157,19 @@ static uint16_t first_speed(const struct line_check *check, struct run entry)
 // A reversal from pixel to pixel, faster than the motor can start and stop.
 static bool lacks_ramp(const struct line_check *check,
                        const struct line_limits *limits,
-                       struct run entry)
+                       struct segment entry)
 {
     uint16_t most = limits->start_stop_steps;
     int16_t last = check->last_count;
 
     return most != 0 && check->rest_ticks == 0 && !check->smooth &&
-           (steps_of(entry) > most || magnitude(last) > most);
+           (steps_of(entry) > most || magnitude_of(last) > most);
 }
 
 // The direction changes in the middle of the time since the last step.
-static enum line_error turn(const struct line_check *check,
-                            const struct line_limits *limits,
-                            struct run entry)
+static enum line_error check_reversal(const struct line_check *check,
+                                      const struct line_limits *limits,
+                                      struct segment entry)
 {
     int8_t direction = direction_of(check, entry);
     uint16_t wanted = limits->reversal_min_ticks;
@@ -191,9 +193,9 @@ static enum line_error turn(const struct line_check *check,
                : LINE_none;
 }
 
-static void remember_turn(struct line_check *check,
-                          const struct line_limits *limits,
-                          struct run entry)
+static void note_direction(struct line_check *check,
+                           const struct line_limits *limits,
+                           struct segment entry)
 {
     int8_t direction = direction_of(check, entry);
     uint16_t pixel =
@@ -209,9 +211,9 @@ static void remember_turn(struct line_check *check,
 }
 
 // Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
-static enum line_error equal_counts(struct line_check *check, struct run entry)
+static enum line_error check_equal_counts(struct line_check *check, struct segment entry)
 {
-    uint16_t amplitude = magnitude((int16_t)((int16_t)check->speed - entry.count));
+    uint16_t amplitude = magnitude_of((int16_t)((int16_t)check->speed - entry.count));
     uint16_t steps = (uint16_t)entry.count;
     bool equal =
         entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
@@ -222,28 +224,28 @@ static enum line_error equal_counts(struct line_check *check, struct run entry)
     if (amplitude > 2u && multiply_u32_u16(100, amplitude) > steps) {
         return LINE_oscillates;
     }
-    warn(check, LINE_ripple);
+    note_warning(check, LINE_ripple);
     return LINE_none;
 }
 
 static bool too_steep(const struct line_limits *limits, int16_t acceleration)
 {
     return limits->max_acceleration != 0 &&
-           magnitude(acceleration) > limits->max_acceleration;
+           magnitude_of(acceleration) > limits->max_acceleration;
 }
 
 // Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
-static enum line_error APART smooth_speed(struct line_check *check,
-                                          const struct line_limits *limits,
-                                          struct run entry,
-                                          uint16_t end_speed)
+static enum line_error APART check_smooth_speed(struct line_check *check,
+                                                const struct line_limits *limits,
+                                                struct segment entry,
+                                                uint16_t end_speed)
 {
     uint16_t top = end_speed > check->speed ? end_speed : check->speed;
 
     if (too_steep(limits, (int16_t)(end_speed - check->speed))) {
         return LINE_acceleration;
     }
-    if (too_fast(top, shortest(check, limits), limits->pixel_ticks)) {
+    if (too_fast(top, shortest_interval(check, limits), limits->pixel_ticks)) {
         return LINE_too_fast;
     }
     if (has_backlash(check)) {
@@ -259,9 +261,9 @@ static enum line_error APART smooth_speed(struct line_check *check,
 }
 
 // What the arithmetic of a smooth pixel does not allow.
-static enum line_error smooth_shape(const struct line_check *check,
-                                    struct run entry,
-                                    int16_t end_speed)
+static enum line_error check_smooth_shape(const struct line_check *check,
+                                          struct segment entry,
+                                          int16_t end_speed)
 {
     if (entry.count < 0) {
         return LINE_negative_count;
@@ -272,37 +274,37 @@ static enum line_error smooth_shape(const struct line_check *check,
     return end_speed < 0 ? LINE_reverses_inside_pixel : LINE_none;
 }
 
-static enum line_error smooth_run(struct line_check *check,
-                                  const struct line_limits *limits,
-                                  struct run entry)
+static enum line_error check_smooth_segment(struct line_check *check,
+                                            const struct line_limits *limits,
+                                            struct segment entry)
 {
     // Both are at most 2 * COUNT_MAX.
     int16_t end_speed = (int16_t)(2 * entry.count - (int16_t)check->speed);
-    enum line_error error = smooth_shape(check, entry, end_speed);
+    enum line_error error = check_smooth_shape(check, entry, end_speed);
 
     if (error == LINE_none) {
-        error = equal_counts(check, entry);
+        error = check_equal_counts(check, entry);
     }
     if (error == LINE_none) {
-        error = smooth_speed(check, limits, entry, (uint16_t)end_speed);
+        error = check_smooth_speed(check, limits, entry, (uint16_t)end_speed);
     }
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
     }
     if (check->pixel == 0 && entry.count == 0 && !has_backlash(check)) {
-        warn(check, LINE_idle_pixel);
+        note_warning(check, LINE_idle_pixel);
     }
     return error;
 }
 
 // The end mark, or the down mark of a seek.
-static enum line_error mark(struct line_check *check, struct run entry)
+static enum line_error check_mark(struct line_check *check, struct segment entry)
 {
-    if (is_seek(check) && (uint16_t)entry.count == RUN_MARK_DOWN) {
+    if (is_seek(check) && (uint16_t)entry.count == LINE_MARK_DOWN) {
         check->seek = false;
         return LINE_none;
     }
-    if (is_seek(check) || (uint16_t)entry.count != RUN_MARK_END) {
+    if (is_seek(check) || (uint16_t)entry.count != LINE_MARK_END) {
         return LINE_malformed;
     }
     if (check->smooth && check->speed != 0) {
@@ -315,20 +317,20 @@ static enum line_error mark(struct line_check *check, struct run entry)
     return LINE_none;
 }
 
-static enum line_error run(struct line_check *check,
-                           const struct line_limits *limits,
-                           struct run entry)
+static enum line_error check_segment(struct line_check *check,
+                                     const struct line_limits *limits,
+                                     struct segment entry)
 {
     if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
         return LINE_out_of_range;
     }
-    enum line_error error = check->smooth ? smooth_run(check, limits, entry)
-                                          : plain_run(check, limits, entry);
+    enum line_error error = check->smooth ? check_smooth_segment(check, limits, entry)
+                                          : check_plain_segment(check, limits, entry);
     if (error == LINE_none) {
-        error = turn(check, limits, entry);
+        error = check_reversal(check, limits, entry);
     }
     if (error == LINE_none) {
-        remember_turn(check, limits, entry);
+        note_direction(check, limits, entry);
         check->last_count = entry.count;
         check->pixel += entry.repeat;
     }
@@ -337,13 +339,14 @@ static enum line_error run(struct line_check *check,
 
 enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
-                                 struct run entry)
+                                 struct segment entry)
 {
     if (check->phase == LINE_CHECK_OUTSIDE) {
-        return start(check, entry);
+        return check_start_mark(check, entry);
     }
     if (check->phase == LINE_CHECK_PARAMETER) {
-        return parameter(check, entry);
+        return check_parameter(check, entry);
     }
-    return entry.repeat == 0 ? mark(check, entry) : run(check, limits, entry);
+    return entry.repeat == 0 ? check_mark(check, entry)
+                             : check_segment(check, limits, entry);
 }

@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/names.h" // enum line_error
-#include "motion/run.h" // struct run
+#include "base/names.h"     // enum line_error
+#include "motion/segment.h" // struct segment
 
 // What the board and its settings allow; ticks are timer ticks.
 struct line_limits {
@@ -24,7 +24,7 @@ struct line_limits {
 enum line_check_phase {
     LINE_CHECK_OUTSIDE, // a start mark must come next
     LINE_CHECK_PARAMETER,
-    LINE_CHECK_RUNS,
+    LINE_CHECK_SEGMENTS,
 };
 
 struct line_check {
@@ -51,4 +51,4 @@ void line_check_reset(struct line_check *check);
 // refusal the check must be reset.
 enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
-                                 struct run entry);
+                                 struct segment entry);

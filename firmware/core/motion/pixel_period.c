@@ -9,7 +9,7 @@
 #define LOW_HALF (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)
 
 // to += by, both whole + rest / divisor; the period's divisor is known.
-static APART void add(struct pixel_period *to, const struct pixel_period *by)
+static APART void add_period(struct pixel_period *to, const struct pixel_period *by)
 {
     uint32_t room = to->divisor - by->remainder;
 
@@ -38,9 +38,9 @@ bool pixel_period_set(struct pixel_period *period,
 
     for (uint8_t bits = 32; bits != 0; bits--) {
         struct pixel_period same = sum;
-        add(&sum, &same);
+        add_period(&sum, &same);
         if ((timer_hz & 0x80000000uL) != 0) {
-            add(&sum, &tick);
+            add_period(&sum, &tick);
         }
         timer_hz <<= 1;
         if ((sum.whole_ticks | tick.whole_ticks) > PIXEL_PERIOD_MAX_TICKS) {
@@ -78,7 +78,7 @@ typedef uint16_t __attribute__((may_alias)) half;
 
 // *a * b + *c * d + more; b and d of 15 bits.
 static APART uint32_t
-mix(const half *a, uint16_t b, const half *c, uint16_t d, uint16_t more)
+sum_of_products(const half *a, uint16_t b, const half *c, uint16_t d, uint16_t more)
 {
     return (uint32_t)*a * b + (uint32_t)*c * d + more;
 }
@@ -99,12 +99,13 @@ static APART bool start_fraction(struct pixel_grid *grid,
 {
     const half *divisor = (const half *)&grid->period->divisor;
     const half *remainder = (const half *)&grid->period->remainder;
-    uint32_t low = mix(&divisor[LOW_HALF], rest, &remainder[LOW_HALF], share, 0);
-    uint32_t high = mix(&divisor[1 - LOW_HALF],
-                        rest,
-                        &remainder[1 - LOW_HALF],
-                        share,
-                        (uint16_t)(low >> 16));
+    uint32_t low =
+        sum_of_products(&divisor[LOW_HALF], rest, &remainder[LOW_HALF], share, 0);
+    uint32_t high = sum_of_products(&divisor[1 - LOW_HALF],
+                                    rest,
+                                    &remainder[1 - LOW_HALF],
+                                    share,
+                                    (uint16_t)(low >> 16));
     uint16_t top = (uint16_t)(high >> 16);
     bool beyond = top >= line_speed; // N / V has 33 bits
 

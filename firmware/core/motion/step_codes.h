@@ -5,8 +5,8 @@
 
 #include "base/literal.h" // UNSIGNED
 
-// High bytes of the ring's entries. Below STEP_HIGH_RUN: a single period.
-#define STEP_HIGH_RUN     UNSIGNED(0xFD)
+// High bytes of the ring's entries. Below STEP_HIGH_TRAIN: a single period.
+#define STEP_HIGH_TRAIN   UNSIGNED(0xFD)
 #define STEP_HIGH_COMMAND UNSIGNED(0xFE)
 #define STEP_HIGH_EMPTY   UNSIGNED(0xFF)
 

@@ -14,48 +14,48 @@ void step_engine_reset(struct step_engine *engine, struct step_ring *ring)
     ring->high[0] = STEP_HIGH_EMPTY;
 }
 
-static struct step_load idle_load(struct step_engine *engine, bool turned)
+static struct step_load idle_load(struct step_engine *engine, bool reverses)
 {
     engine->pulse = false;
     return (struct step_load){
-        .top_ticks = STEP_IDLE_TICKS - 1u, .idle = true, .turned = turned};
+        .top_ticks = STEP_IDLE_TICKS - 1u, .idle = true, .reverses = reverses};
 }
 
 // The run's next entry, if that is what comes. Looked for one period ahead, so that a run goes on
 // without a longer way to its first period.
-static void take_run_entry(struct step_engine *engine, const struct step_ring *ring)
+static void take_train_entry(struct step_engine *engine, const struct step_ring *ring)
 {
     uint8_t tail = engine->tail;
 
-    if (engine->left == 0 && ring->high[tail] == STEP_HIGH_RUN) {
+    if (engine->left == 0 && ring->high[tail] == STEP_HIGH_TRAIN) {
         int8_t count = (int8_t)ring->low[tail];
         engine->left = count;
-        engine->run_high = engine->runs[count < 0].top_high;
+        engine->train_high = engine->trains[count < 0].top_high;
         engine->tail = (uint8_t)(tail + 1u);
     }
 }
 
 // left: of the run, not 0.
-static struct step_load run_load(struct step_engine *engine,
-                                 const struct step_ring *ring,
-                                 int8_t left,
-                                 bool turned)
+static struct step_load train_load(struct step_engine *engine,
+                                   const struct step_ring *ring,
+                                   int8_t left,
+                                   bool reverses)
 {
-    struct step_run *run = &engine->runs[left < 0];
-    uint16_t top_ticks = (uint16_t)((uint16_t)run->top_high << 8);
+    struct pulse_train *train = &engine->trains[left < 0];
+    uint16_t top_ticks = (uint16_t)((uint16_t)train->top_high << 8);
 
-    if (run->sum >= 0) {
-        top_ticks = (uint16_t)(top_ticks | run->long_low);
-        run->sum = (int16_t)(run->sum + run->after_long);
+    if (train->sum >= 0) {
+        top_ticks = (uint16_t)(top_ticks | train->long_low);
+        train->sum = (int16_t)(train->sum + train->after_long);
     } else {
-        top_ticks = (uint16_t)(top_ticks | run->short_low);
-        run->sum = (int16_t)(run->sum + run->after_short);
+        top_ticks = (uint16_t)(top_ticks | train->short_low);
+        train->sum = (int16_t)(train->sum + train->after_short);
     }
     left = (int8_t)(left < 0 ? left + 1 : left - 1);
     engine->left = left;
-    take_run_entry(engine, ring);
+    take_train_entry(engine, ring);
     return (struct step_load){
-        .top_ticks = top_ticks, .pulse = engine->pulse, .turned = turned};
+        .top_ticks = top_ticks, .pulse = engine->pulse, .reverses = reverses};
 }
 
 bool step_engine_settle(struct step_engine *engine, struct step_ring *ring, uint8_t *slot)
@@ -74,13 +74,13 @@ bool step_engine_settle(struct step_engine *engine, struct step_ring *ring, uint
 }
 
 // False: the line is over.
-static bool obey(struct step_engine *engine, uint8_t command, bool *turned)
+static bool engine_execute(struct step_engine *engine, uint8_t command, bool *reverses)
 {
     if (command <= STEP_COMMAND_PULSE) {
         engine->pulse = command == STEP_COMMAND_PULSE;
     } else if (command >= STEP_COMMAND_POSITIVE) {
         engine->negative = command == STEP_COMMAND_NEGATIVE;
-        *turned = true;
+        *reverses = true;
     } else if (command == STEP_COMMAND_BEGIN) {
         engine->state = STEP_ENGINE_IN_LINE;
     } else {
@@ -93,18 +93,18 @@ static bool obey(struct step_engine *engine, uint8_t command, bool *turned)
 struct step_load step_engine_take(struct step_engine *engine,
                                   const struct step_ring *ring)
 {
-    bool turned = false;
+    bool reverses = false;
 
     // What the writer adds after a halt must never be taken for a part of the line.
     if (engine->state >= STEP_ENGINE_HALTED) {
         engine->state = STEP_ENGINE_HALTED;
-        return idle_load(engine, turned);
+        return idle_load(engine, reverses);
     }
     for (;;) {
-        take_run_entry(engine, ring);
+        take_train_entry(engine, ring);
         int8_t left = engine->left;
         if (left != 0) {
-            return run_load(engine, ring, left, turned);
+            return train_load(engine, ring, left, reverses);
         }
         uint8_t tail = engine->tail;
         uint8_t high = ring->high[tail];
@@ -115,18 +115,18 @@ struct step_load step_engine_take(struct step_engine *engine,
                 engine->stop = true;
                 engine->state = STEP_ENGINE_HALTED;
             }
-            return idle_load(engine, turned);
+            return idle_load(engine, reverses);
         }
         engine->tail = (uint8_t)(tail + 1u);
         if (high != STEP_HIGH_COMMAND) {
             return (struct step_load){
                 .top_ticks = (uint16_t)(((uint16_t)high << 8) | low),
                 .pulse = engine->pulse,
-                .turned = turned,
+                .reverses = reverses,
             };
         }
-        if (!obey(engine, low, &turned)) {
-            return idle_load(engine, turned);
+        if (!engine_execute(engine, low, &reverses)) {
+            return idle_load(engine, reverses);
         }
     }
 }

@@ -44,8 +44,8 @@ struct step_engine {
     volatile uint8_t state;       // enum step_engine_state
     volatile uint16_t idle_count; // idle periods loaded so far (wraps)
     volatile int8_t left; // periods of a run still to load: > 0 of run 0, < 0 of run 1
-    volatile uint8_t run_high; // top_high of that run
-    struct step_run runs[STEP_RUNS];
+    volatile uint8_t train_high; // top_high of that run
+    struct pulse_train trains[STEP_TRAINS];
     volatile bool stop; // halted, or to be: nothing more is taken from the ring
     bool pulse;         // periods pulse now
     volatile int8_t
@@ -58,15 +58,15 @@ struct step_load {
     uint16_t top_ticks; // length - 1
     bool pulse : 1;     // false: no STEP edge in this period
     bool idle : 1;      // to be counted: step_engine_count()
-    bool turned;        // the direction output must be set to engine->negative now
+    bool reverses;      // the direction output must be set to engine->negative now
 };
 
 // What the interrupt has done so far, sampled together.
 struct engine_sample {
     uint8_t tail;
-    uint8_t left; // periods of the run before `tail` that are not loaded yet
-    bool cut;     //   and never will be
-    uint8_t run;  //   which run, while some are left
+    uint8_t left;  // periods of the run before `tail` that are not loaded yet
+    bool cut;      //   and never will be
+    uint8_t train; //   which run, while some are left
     uint16_t idle_count;
 };
 
@@ -140,7 +140,7 @@ static inline struct engine_sample step_engine_sample_of(uint8_t tail,
         .tail = tail,
         .left = step_engine_size(cut != 0 ? cut : left),
         .cut = cut != 0,
-        .run = left < 0,
+        .train = left < 0,
         .idle_count = idle_count,
     };
 }

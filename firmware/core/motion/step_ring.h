@@ -5,7 +5,7 @@
 //
 //     high     low
 //     00..FC   any      one timer period; TOP = high:low (0..0xFCFF), length TOP + 1 ticks
-//     FD       count    signed: so many periods of run 0 (> 0) or run 1 (< 0), struct step_run
+//     FD       count    signed: so many periods of run 0 (> 0) or run 1 (< 0), struct pulse_train
 //     FE       command  enum step_command; takes no time, the next entry follows at once
 //     FF       any      empty: the writer has not been here yet
 //
@@ -43,7 +43,7 @@ enum step_command {
 //
 // Written by the main loop while no entry of the ring refers to it; then the interrupt's. Offsets
 // are known to the assembly handler.
-struct step_run {
+struct pulse_train {
     volatile int16_t sum;
     int16_t after_short; // remainder
     int16_t after_long;  // remainder - n
@@ -52,9 +52,9 @@ struct step_run {
     uint8_t top_high;    // high byte of both: a base that ends in FF carries no remainder
 };
 
-#define STEP_RUNS 2u
+#define STEP_TRAINS 2u
 // Steps of a run in one entry.
-#define STEP_RUN_ENTRY_MAX 127u
+#define STEP_TRAIN_ENTRY_MAX 127u
 
 struct step_ring {
     volatile uint8_t low[STEP_RING_SLOTS];

@@ -19,7 +19,7 @@ static inline uint32_t step_ring_sum(const struct step_ring *ring,
     // Z walks through the page of the high bytes; the page below it holds the low bytes.
     __asm__ volatile("rjmp 2f\n"
                      "1: ld __tmp_reg__, Z\n\t"
-                     "ldi r26, %[run]\n\t"
+                     "ldi r26, %[train]\n\t"
                      "cp __tmp_reg__, r26\n\t"
                      "brsh 3f\n\t"
                      "dec %B[high]\n\t"
@@ -33,7 +33,7 @@ static inline uint32_t step_ring_sum(const struct step_ring *ring,
                      "rjmp 1b\n"
                      "3:\n\t"
                      : [high] "+z"(high), [sum] "+r"(sum)
-                     : [stop] "r"(stop), [run] "M"(STEP_HIGH_RUN)
+                     : [stop] "r"(stop), [train] "M"(STEP_HIGH_TRAIN)
                      : "r26", "memory");
     *slot = (uint8_t)(uintptr_t)high;
     return sum + (uint8_t)(*slot - first);
@@ -45,7 +45,7 @@ static inline uint32_t step_ring_sum(const struct step_ring *ring,
 {
     uint32_t sum = 0;
 
-    while (*slot != stop && ring->high[*slot] < STEP_HIGH_RUN) {
+    while (*slot != stop && ring->high[*slot] < STEP_HIGH_TRAIN) {
         sum += ((uint32_t)ring->high[*slot] << 8 | ring->low[*slot]) + 1u;
         (*slot)++;
     }

@@ -9,7 +9,7 @@ static uint16_t edge_of(const struct piece *piece)
 }
 
 // Special steps: the two around the edge, the one after them (it sees their shift), the last.
-static void aim(struct walk *walk, uint16_t index)
+static void aim_at_special(struct walk *walk, uint16_t index)
 {
     uint16_t next = walk->piece->steps;
     uint16_t edge = edge_of(walk->piece);
@@ -34,7 +34,7 @@ void walk_start(struct walk *walk, const struct piece *piece)
     walk->exact_ticks = 0;
     walk->skew_ticks = 0;
     walk->piece = piece;
-    aim(walk, 0);
+    aim_at_special(walk, 0);
     if (piece->curved) {
         curve_start(&walk->steps.curve, piece->ticks, piece->start_speed, piece->steps);
     } else {
@@ -59,7 +59,7 @@ static uint32_t place_special(const struct walk *walk, uint16_t index)
 }
 
 // Not inline: its registers would lie on the stack below the curve's decoder.
-static uint32_t __attribute__((noinline)) special(struct walk *walk, uint32_t ticks)
+static uint32_t __attribute__((noinline)) shift_special(struct walk *walk, uint32_t ticks)
 {
     uint16_t index = walk->last_special;
     uint32_t tick = place_special(walk, index);
@@ -71,7 +71,7 @@ static uint32_t __attribute__((noinline)) special(struct walk *walk, uint32_t ti
     if (index < walk->piece->steps) {
         // Rounding and the exact place of an edge are less than a tick apart.
         walk->skew_ticks = (int16_t)skew;
-        aim(walk, index);
+        aim_at_special(walk, index);
     }
     return ticks;
 }
@@ -91,7 +91,7 @@ uint32_t walk_next(struct walk *walk)
         walk->at_edge = false;
         return ticks;
     }
-    return special(walk, ticks);
+    return shift_special(walk, ticks);
 }
 
 uint32_t walk_skip_even(struct walk *walk, uint16_t steps)

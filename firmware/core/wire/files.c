@@ -30,7 +30,7 @@ static uint16_t file_start(uint16_t file)
     return starts[file - 1u];
 }
 
-static bool mapped(const uint8_t *request)
+static bool record_mapped(const uint8_t *request)
 {
     uint16_t file = get_word(&request[1]);
     uint16_t record = get_word(&request[3]);
@@ -45,7 +45,7 @@ static bool mapped(const uint8_t *request)
                                  : data_input_mapped(address, words);
 }
 
-static void plan(uint8_t *to, const uint8_t *request)
+static void plan_reply(uint8_t *to, const uint8_t *request)
 {
     uint16_t file = get_word(&request[1]);
     uint16_t address = (uint16_t)(file_start(file) + get_word(&request[3]));
@@ -55,7 +55,7 @@ static void plan(uint8_t *to, const uint8_t *request)
 }
 
 // Returns the byte behind what was written.
-static uint8_t *answer(uint8_t *to, const uint8_t *planned)
+static uint8_t *write_reply(uint8_t *to, const uint8_t *planned)
 {
     bool holding = (planned[0] & PLAN_HOLDING) != 0;
     uint8_t words = (uint8_t)(planned[0] & (PLAN_HOLDING - 1u));
@@ -72,7 +72,7 @@ static uint8_t *answer(uint8_t *to, const uint8_t *planned)
 }
 
 // Quantities, then addresses; the bytes that all replies take.
-static enum modbus_exception check(const uint8_t *bytes, uint16_t *reply_bytes)
+static enum modbus_exception check_requests(const uint8_t *bytes, uint16_t *reply_bytes)
 {
     enum modbus_exception found = MODBUS_OK;
     uint8_t count = bytes[COUNT_AT];
@@ -88,7 +88,7 @@ static enum modbus_exception check(const uint8_t *bytes, uint16_t *reply_bytes)
             return MODBUS_ILLEGAL_VALUE;
         }
         *reply_bytes = (uint16_t)(*reply_bytes + REPLY_HEADER + 2u * words);
-        if (!mapped(&bytes[i])) {
+        if (!record_mapped(&bytes[i])) {
             found = MODBUS_ILLEGAL_ADDRESS;
         }
     }
@@ -99,7 +99,7 @@ enum modbus_exception files_read(struct frame *frame)
 {
     uint8_t *bytes = frame->bytes;
     uint16_t reply_bytes = 0;
-    enum modbus_exception exception = check(bytes, &reply_bytes);
+    enum modbus_exception exception = check_requests(bytes, &reply_bytes);
     uint8_t requests = (uint8_t)(bytes[COUNT_AT] / REQUEST_BYTES);
 
     if (exception != MODBUS_OK) {
@@ -109,7 +109,8 @@ enum modbus_exception files_read(struct frame *frame)
     // made short and put at the buffer's end. Each reply has at least 4 bytes, each plan 3, and all
     // replies end 8 bytes before the buffer does: none reaches a plan that is still needed.
     for (uint8_t i = 0; i < requests; i++) {
-        plan(&bytes[FIRST_AT + i * PLAN_BYTES], &bytes[FIRST_AT + i * REQUEST_BYTES]);
+        plan_reply(&bytes[FIRST_AT + i * PLAN_BYTES],
+                   &bytes[FIRST_AT + i * REQUEST_BYTES]);
     }
     const uint8_t *planned = &bytes[FRAME_MAX_BYTES - requests * PLAN_BYTES];
     for (uint8_t i = (uint8_t)(requests * PLAN_BYTES); i != 0;) {
@@ -118,7 +119,7 @@ enum modbus_exception files_read(struct frame *frame)
     }
     uint8_t *to = &bytes[FIRST_AT];
     for (uint8_t i = 0; i < requests; i++) {
-        to = answer(to, planned);
+        to = write_reply(to, planned);
         planned += PLAN_BYTES;
     }
     bytes[COUNT_AT] = (uint8_t)reply_bytes;

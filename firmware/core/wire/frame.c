@@ -25,7 +25,7 @@
 #define IF(feature) ((feature) ? RULE_SERVED : 0u)
 
 // Every function that has a place in the standard.
-static const char requests[FUNCTIONS] IN_FLASH = {
+static const char request_rules[FUNCTIONS] IN_FLASH = {
     [1] = (char)(IF(FEATURE_BITS) | FIXED(8u)),
     [2] = (char)(IF(FEATURE_BITS) | FIXED(8u)),
     [3] = (char)(SERVED | FIXED(8u)),
@@ -57,7 +57,7 @@ uint8_t frame_rule(uint8_t function)
     if (function == IDENTIFICATION) {
         return IF(FEATURE_DIAGNOSIS) | FIXED(7u);
     }
-    return function < FUNCTIONS ? (uint8_t)flash_char(&requests[function]) : 0;
+    return function < FUNCTIONS ? (uint8_t)flash_char(&request_rules[function]) : 0;
 }
 
 uint16_t frame_length_by(const struct frame *frame, uint8_t rule)

@@ -55,7 +55,9 @@ enum diagnosis {
 #define ARE_WORDS(data) (!FEATURE_BITS || (data) >= READ_HOLDING)
 
 // Data by the function that reads it. Quantity, then address.
-static APART enum modbus_exception check(uint16_t address, uint16_t count, uint8_t data)
+static APART enum modbus_exception check_range(uint16_t address,
+                                               uint16_t count,
+                                               uint8_t data)
 {
     bool mapped = false;
 
@@ -73,15 +75,15 @@ static APART enum modbus_exception check(uint16_t address, uint16_t count, uint8
 }
 
 // What is mapped is less than 256 bits.
-static APART enum modbus_exception read(struct frame *frame,
-                                        uint16_t address,
-                                        uint16_t count,
-                                        uint8_t data)
+static APART enum modbus_exception read_data(struct frame *frame,
+                                             uint16_t address,
+                                             uint16_t count,
+                                             uint8_t data)
 {
     uint8_t *to = &frame->bytes[3];
     uint8_t left = (uint8_t)count;
     uint8_t bit = 0;
-    enum modbus_exception exception = check(address, count, data);
+    enum modbus_exception exception = check_range(address, count, data);
 
     if (exception != MODBUS_OK) {
         return exception;
@@ -109,12 +111,12 @@ static APART enum modbus_exception read(struct frame *frame,
 }
 
 // `from`: the data in the request. As many of them as fit a frame is what the standard allows.
-static APART enum modbus_exception write(uint16_t address,
-                                         uint16_t count,
-                                         uint8_t *from,
-                                         uint8_t data)
+static APART enum modbus_exception write_data(uint16_t address,
+                                              uint16_t count,
+                                              uint8_t *from,
+                                              uint8_t data)
 {
-    enum modbus_exception exception = check(address, count, data);
+    enum modbus_exception exception = check_range(address, count, data);
 
     if (exception != MODBUS_OK) {
         return exception;
@@ -146,12 +148,13 @@ static enum modbus_exception write_and_read(struct frame *frame,
     if (bytes[8] != 0 || bytes[9] == 0 || bytes[10] != 2u * bytes[9]) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    enum modbus_exception exception = check(address, count, READ_HOLDING);
+    enum modbus_exception exception = check_range(address, count, READ_HOLDING);
 
     if (exception == MODBUS_OK) {
-        exception = write(get_word(&bytes[6]), bytes[9], &bytes[11], READ_HOLDING);
+        exception = write_data(get_word(&bytes[6]), bytes[9], &bytes[11], READ_HOLDING);
     }
-    return exception != MODBUS_OK ? exception : read(frame, address, count, READ_HOLDING);
+    return exception != MODBUS_OK ? exception
+                                  : read_data(frame, address, count, READ_HOLDING);
 }
 
 #endif
@@ -170,7 +173,7 @@ static enum modbus_exception write_many(struct frame *frame,
                : (uint16_t)(8u * byte_count - count) >= 8u)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    return write(address, count, &bytes[7], words ? READ_HOLDING : READ_COILS);
+    return write_data(address, count, &bytes[7], words ? READ_HOLDING : READ_COILS);
 }
 
 #if FEATURE_DIAGNOSIS
@@ -187,8 +190,8 @@ static bool right_data(const uint8_t *bytes)
 }
 
 // The request comes back, with a number in the place of its data.
-static enum modbus_exception diagnose(struct frame *frame,
-                                      struct server_counters *counters)
+static enum modbus_exception serve_diagnosis(struct frame *frame,
+                                             struct server_counters *counters)
 {
     uint8_t *bytes = frame->bytes;
     uint8_t which = bytes[3];
@@ -218,7 +221,7 @@ static enum modbus_exception diagnose(struct frame *frame,
     return MODBUS_OK;
 }
 
-static enum modbus_exception identify(struct frame *frame)
+static enum modbus_exception serve_identity(struct frame *frame)
 {
     uint8_t *bytes = frame->bytes;
     uint8_t text = data_identity(&bytes[5], IDENTITY_MAX);
@@ -292,7 +295,7 @@ static enum modbus_exception write_coil(uint8_t *bytes, uint16_t address)
     if (bytes[5] != 0 || (uint8_t)(bytes[4] + 1u) > 1u) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    return write(address, 1, &bytes[4], READ_COILS);
+    return write_data(address, 1, &bytes[4], READ_COILS);
 }
 
 #endif
@@ -312,7 +315,7 @@ static enum modbus_exception serve_data(struct frame *frame)
     case WRITE_WORD:
         // From the place of the checksum: the reply repeats the word as it came.
         put_word(&bytes[6], second);
-        return write(first, 1, &bytes[6], READ_HOLDING);
+        return write_data(first, 1, &bytes[6], READ_HOLDING);
     case WRITE_COILS:
     case WRITE_WORDS:
         return write_many(frame, first, second);
@@ -323,7 +326,7 @@ static enum modbus_exception serve_data(struct frame *frame)
         return write_and_read(frame, first, second);
 #endif
     default:
-        return read(frame, first, second, bytes[1]);
+        return read_data(frame, first, second, bytes[1]);
     }
 }
 
@@ -333,9 +336,9 @@ static enum modbus_exception serve_function(struct frame *frame,
     switch (frame->bytes[1]) {
 #if FEATURE_DIAGNOSIS
     case DIAGNOSE:
-        return diagnose(frame, counters);
+        return serve_diagnosis(frame, counters);
     case IDENTIFY:
-        return identify(frame);
+        return serve_identity(frame);
     case READ_DEVICE:
         return read_device(frame);
 #endif

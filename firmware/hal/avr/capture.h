@@ -84,7 +84,7 @@ struct capture {
         ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
         {                                                                                \
             captured = ICR##timer;                                                       \
-            OCR##timer##AH = engine->run_high;                                           \
+            OCR##timer##AH = engine->train_high;                                         \
         }                                                                                \
         __asm__ volatile("nop");                                                         \
         ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
@@ -96,7 +96,7 @@ struct capture {
             before = TIFR##timer;                                                        \
             counter = TCNT##timer;                                                       \
             after = TIFR##timer;                                                         \
-            OCR##timer##AH = engine->run_high;                                           \
+            OCR##timer##AH = engine->train_high;                                         \
         }                                                                                \
         (name).captured = captured;                                                      \
         (name).counter = counter;                                                        \
@@ -131,7 +131,7 @@ struct capture {
                   "sts %[counter] + 1, r24\n\t"                                          \
                   "in r24, %[timer_flags]\n\t"                                           \
                   "sts %[after], r24\n\t"                                                \
-                  "lds r24, %[run_high]\n\t"                                             \
+                  "lds r24, %[train_high]\n\t"                                           \
                   "sts %[top] + 1, r24\n\t"                                              \
                   "lds r24, %[engine_tail]\n\t"                                          \
                   "sts %[tail], r24\n\t"                                                 \
@@ -158,7 +158,7 @@ struct capture {
                   [left] "i"(&(name).left),                                              \
                   [cut] "i"(&(name).cut),                                                \
                   [idle] "i"(&(name).idle_count),                                        \
-                  [run_high] "i"(&step_engines[axis].run_high),                          \
+                  [train_high] "i"(&step_engines[axis].train_high),                      \
                   [engine_tail] "i"(&step_engines[axis].tail),                           \
                   [engine_left] "i"(&step_engines[axis].left),                           \
                   [engine_cut] "i"(&step_engines[axis].cut),                             \

@@ -6,12 +6,12 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
-static volatile uint32_t overflows;
+static volatile uint32_t timer0_overflows;
 
 // Budget: 70 cycles, once a millisecond, the step interrupts let in at once.
 ISR(TIMER0_OVF_vect, ISR_NOBLOCK)
 {
-    overflows++;
+    timer0_overflows++;
 }
 
 void clock_start(void)
@@ -30,10 +30,10 @@ uint32_t clock_now_units(void)
     bool pending = false;
 
     do {
-        high = overflows;
+        high = timer0_overflows;
         low = TCNT0;
         pending = (TIFR0 & _BV(TOV0)) != 0;
-    } while (high != overflows);
+    } while (high != timer0_overflows);
     // The flag may have appeared behind a count that had not wrapped yet.
     if (pending && low < 128u) {
         high++;

@@ -27,8 +27,8 @@ _Static_assert(BOARD_ESTOP_INT <= 3, "inputs from INT4 on have their sense in EI
 // Those left, in a register that the start-up code alone has used before (cpu.c).
 #define EDGES_LEFT GPIOR2
 
-static volatile bool latched;
-static volatile bool high_trips;
+static volatile bool is_latched;
+static volatile bool trips_when_high;
 
 // The pin's level.
 static inline bool is_high(void)
@@ -43,7 +43,7 @@ static inline bool is_high(void)
 static void stop_all(void)
 {
     pins_write_permit(false);
-    latched = true;
+    is_latched = true;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         step_timer_halt(i);
     }
@@ -52,7 +52,7 @@ static void stop_all(void)
 // Long enough to be no noise.
 static bool stays_tripped(void)
 {
-    bool trips = high_trips;
+    bool trips = trips_when_high;
 
     for (uint8_t looks = CONFIRM_LOOKS; looks != 0; looks--) {
         if (is_high() != trips) {
@@ -130,7 +130,7 @@ ISR(ESTOP_VECTOR, ISR_NAKED)
 
 void estop_start(bool tripped_high)
 {
-    high_trips = tripped_high;
+    trips_when_high = tripped_high;
     EICRA = (uint8_t)ESTOP_ANY_EDGE;
     EIFR = (uint8_t)_BV(ESTOP_BIT);
     EIMSK = (uint8_t)_BV(ESTOP_BIT);
@@ -138,10 +138,10 @@ void estop_start(bool tripped_high)
 
 void estop_poll(bool tripped_high)
 {
-    high_trips = tripped_high;
+    trips_when_high = tripped_high;
     // Latched: a line may have begun at the very instant. Tripped: without an edge, or behind too
     // many of them.
-    if (latched || stays_tripped()) {
+    if (is_latched || stays_tripped()) {
         stop_all();
     }
     EDGES_LEFT = EDGES_A_ROUND;
@@ -150,17 +150,17 @@ void estop_poll(bool tripped_high)
 
 bool estop_tripped(void)
 {
-    return is_high() == high_trips;
+    return is_high() == trips_when_high;
 }
 
 bool estop_latched(void)
 {
-    return latched;
+    return is_latched;
 }
 
 void estop_release(void)
 {
-    latched = false;
+    is_latched = false;
 }
 
 void permit_write(bool on)
@@ -172,7 +172,7 @@ void permit_write(bool on)
     // The interrupt comes before or after this, never between the decision and the pin.
     ATOMIC_BLOCK(ATOMIC_FORCEON)
     {
-        if (!latched) {
+        if (!is_latched) {
             pins_write_permit(true);
         }
     }

@@ -7,13 +7,13 @@
 ; leaves commands to C:
 ;
 ;     if (left > 0) {                              a period of pulse train 0
-;         OCRnA = run.sum >= 0 ? long : short;
+;         OCRnA = train.sum >= 0 ? long : short;
 ;         if (TIFRn & TOVn) late();                the next period has begun meanwhile
-;         run.sum += run.sum >= 0 ? run.after_long : run.after_short;
+;         train.sum += train.sum >= 0 ? train.after_long : train.after_short;
 ;         if (--left == 0) take the ring's next entry if it is a pulse train;
 ;     } else if (left < 0) {                       a period of pulse train 1, counted upwards
 ;         ...
-;     } else if (ring->high[tail] < STEP_HIGH_RUN) {  a single period
+;     } else if (ring->high[tail] < STEP_HIGH_TRAIN) {  a single period
 ;         OCRnA = ring->high[tail] << 8 | ring->low[tail];
 ;         if (TIFRn & TOVn) late();
 ;         tail++;
@@ -65,9 +65,9 @@
 ;                                     43-44     43-44     41
 ;                                    (45-46)   (45-46)   (43)
 ;
-; TEMP, the high byte that a write of OCRnAL takes along, holds run_high during a pulse train: a
+; TEMP, the high byte that a write of OCRnAL takes along, holds train_high during a pulse train: a
 ; train's two intervals differ in their low byte only. Whoever else reads or writes a 16-bit
-; register of this timer then stores run_high in TEMP again, by way of OCRnAH.
+; register of this timer then stores train_high in TEMP again, by way of OCRnAH.
 ;
 ; Bits are named after timer 1. They have the same places in every 16-bit timer.
 #define __SFR_OFFSET 0
@@ -137,18 +137,18 @@
 .endm
 
 ; One interval of a pulse train, then the sum behind it. r5: high byte of the sum.
-.macro train_interval axis, run, low, after, top_low, flags, flag
-    lds r6, \run + \low
+.macro train_interval axis, train, low, after, top_low, flags, flag
+    lds r6, \train + \low
     sts \top_low, r6
     sbic \flags, \flag
     rjmp .Llate\axis
-    lds r4, \run + STEP_ISR_SUM
-    lds r6, \run + \after
+    lds r4, \train + STEP_ISR_SUM
+    lds r6, \train + \after
     add r4, r6
-    sts \run + STEP_ISR_SUM, r4
-    lds r6, \run + \after + 1
+    sts \train + STEP_ISR_SUM, r4
+    lds r6, \train + \after + 1
     adc r5, r6
-    sts \run + STEP_ISR_SUM + 1, r5
+    sts \train + STEP_ISR_SUM + 1, r5
 .endm
 
 ; Count the period and return; behind the last one look for the next train. count: dec or inc.
@@ -162,27 +162,27 @@
     rjmp .Lrefill\axis
 .endm
 
-; A period of the pulse train `run` (struct step_run).
-.macro train_period axis, engine, run, count, top_low, flags, flag
-    lds r5, \run + STEP_ISR_SUM + 1
+; A period of the pulse train `train` (struct pulse_train).
+.macro train_period axis, engine, train, count, top_low, flags, flag
+    lds r5, \train + STEP_ISR_SUM + 1
     and r5, r5
     brmi .Lshort\@
-    train_interval \axis, \run, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag
+    train_interval \axis, \train, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag
     train_leave \axis, \engine, \count
 .Lshort\@:
-    train_interval \axis, \run, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag
+    train_interval \axis, \train, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag
     train_leave \axis, \engine, \count
 .endm
 
 ; Save r24 and Z, then find the ring's next entry: Z is its slot, r24 its high byte. The flags
-; compare this byte with STEP_HIGH_RUN.
+; compare this byte with STEP_HIGH_TRAIN.
 .macro find_entry axis, engine
     mov r3, r24
     movw r4, r30
     lds r30, \engine + STEP_ISR_TAIL
     ldi r31, hi8(step_rings + \axis * STEP_ISR_RING_SIZE + STEP_ISR_HIGH_OFFSET)
     ld r24, Z
-    cpi r24, STEP_HIGH_RUN
+    cpi r24, STEP_HIGH_TRAIN
 .endm
 
 .macro restore_r24_z
@@ -198,11 +198,11 @@
     inc r30
     sts \engine + STEP_ISR_TAIL, r30
     and r24, r24
-    lds r24, \engine + STEP_ISR_RUNS + STEP_ISR_TOP_HIGH
+    lds r24, \engine + STEP_ISR_TRAINS + STEP_ISR_TOP_HIGH
     brpl .Lfirst\@
-    lds r24, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE + STEP_ISR_TOP_HIGH
+    lds r24, \engine + STEP_ISR_TRAINS + STEP_ISR_TRAIN_SIZE + STEP_ISR_TOP_HIGH
 .Lfirst\@:
-    sts \engine + STEP_ISR_RUN_HIGH, r24
+    sts \engine + STEP_ISR_TRAIN_HIGH, r24
     sts \top_high, r24
 .endm
 
@@ -254,9 +254,9 @@ step_isr_entry_\axis:
     and r3, r3
     brmi .Lsecond\axis
     breq step_isr_entry_\axis
-    train_period \axis, \engine, \engine + STEP_ISR_RUNS, dec, \top_low, \flags, \flag
+    train_period \axis, \engine, \engine + STEP_ISR_TRAINS, dec, \top_low, \flags, \flag
 .Lsecond\axis:
-    train_period \axis, \engine, \engine + STEP_ISR_RUNS + STEP_ISR_RUN_SIZE, inc, \
+    train_period \axis, \engine, \engine + STEP_ISR_TRAINS + STEP_ISR_TRAIN_SIZE, inc, \
         \top_low, \flags, \flag
 
     ; One period ahead, so that one pulse train follows another without a longer path.

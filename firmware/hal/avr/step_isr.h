@@ -15,12 +15,12 @@
 #define STEP_ISR_STATE       1
 #define STEP_ISR_IDLE_COUNT  2
 #define STEP_ISR_LEFT        4
-#define STEP_ISR_RUN_HIGH    5
-#define STEP_ISR_RUNS        6
+#define STEP_ISR_TRAIN_HIGH  5
+#define STEP_ISR_TRAINS      6
 #define STEP_ISR_STOP        24
 #define STEP_ISR_PULSE       25
 #define STEP_ISR_CUT         26
-#define STEP_ISR_RUN_SIZE    9
+#define STEP_ISR_TRAIN_SIZE  9
 #define STEP_ISR_SUM         0
 #define STEP_ISR_AFTER_SHORT 2
 #define STEP_ISR_AFTER_LONG  4

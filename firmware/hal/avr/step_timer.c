@@ -18,18 +18,18 @@ KNOWN(offsetof(struct step_engine, tail), STEP_ISR_TAIL);
 KNOWN(offsetof(struct step_engine, state), STEP_ISR_STATE);
 KNOWN(offsetof(struct step_engine, idle_count), STEP_ISR_IDLE_COUNT);
 KNOWN(offsetof(struct step_engine, left), STEP_ISR_LEFT);
-KNOWN(offsetof(struct step_engine, run_high), STEP_ISR_RUN_HIGH);
-KNOWN(offsetof(struct step_engine, runs), STEP_ISR_RUNS);
+KNOWN(offsetof(struct step_engine, train_high), STEP_ISR_TRAIN_HIGH);
+KNOWN(offsetof(struct step_engine, trains), STEP_ISR_TRAINS);
 KNOWN(offsetof(struct step_engine, stop), STEP_ISR_STOP);
 KNOWN(offsetof(struct step_engine, pulse), STEP_ISR_PULSE);
 KNOWN(offsetof(struct step_engine, cut), STEP_ISR_CUT);
-KNOWN(sizeof(struct step_run), STEP_ISR_RUN_SIZE);
-KNOWN(offsetof(struct step_run, sum), STEP_ISR_SUM);
-KNOWN(offsetof(struct step_run, after_short), STEP_ISR_AFTER_SHORT);
-KNOWN(offsetof(struct step_run, after_long), STEP_ISR_AFTER_LONG);
-KNOWN(offsetof(struct step_run, short_low), STEP_ISR_SHORT_LOW);
-KNOWN(offsetof(struct step_run, long_low), STEP_ISR_LONG_LOW);
-KNOWN(offsetof(struct step_run, top_high), STEP_ISR_TOP_HIGH);
+KNOWN(sizeof(struct pulse_train), STEP_ISR_TRAIN_SIZE);
+KNOWN(offsetof(struct pulse_train, sum), STEP_ISR_SUM);
+KNOWN(offsetof(struct pulse_train, after_short), STEP_ISR_AFTER_SHORT);
+KNOWN(offsetof(struct pulse_train, after_long), STEP_ISR_AFTER_LONG);
+KNOWN(offsetof(struct pulse_train, short_low), STEP_ISR_SHORT_LOW);
+KNOWN(offsetof(struct pulse_train, long_low), STEP_ISR_LONG_LOW);
+KNOWN(offsetof(struct pulse_train, top_high), STEP_ISR_TOP_HIGH);
 KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
 KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
 
@@ -61,12 +61,12 @@ struct step_ring *step_timer_ring(uint8_t axis)
             OCR##timer##B = edge_ticks;                                                  \
             OCR##timer##A = load.top_ticks;                                              \
             /* TEMP, for a run that comes next (step_isr.S). */                          \
-            OCR##timer##AH = step_engines[axis].run_high;                                \
+            OCR##timer##AH = step_engines[axis].train_high;                              \
             step_engine_count(&step_engines[axis], &load);                               \
             /* A stale flag would count this period twice, see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
-        if (load.turned) {                                                               \
+        if (load.reverses) {                                                             \
             ATOMIC_BLOCK(ATOMIC_FORCEON)                                                 \
             {                                                                            \
                 pins_write_direction((axis), step_engines[axis].negative);               \
@@ -197,9 +197,9 @@ void step_timer_start(void)
     }
 }
 
-struct step_run *step_timer_runs(uint8_t axis)
+struct pulse_train *step_timer_trains(uint8_t axis)
 {
-    return step_engines[CONFIG_INDEX(axis)].runs;
+    return step_engines[CONFIG_INDEX(axis)].trains;
 }
 
 struct engine_sample step_timer_sample(uint8_t axis)
@@ -217,7 +217,7 @@ enum step_engine_state step_timer_state(uint8_t axis)
     return (enum step_engine_state)step_engines[CONFIG_INDEX(axis)].state;
 }
 
-uint8_t step_timer_beat(uint8_t axis)
+uint8_t step_timer_heartbeat(uint8_t axis)
 {
     const struct step_engine *engine = &step_engines[CONFIG_INDEX(axis)];
 
@@ -244,7 +244,7 @@ bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
         TIMSK##timer =                                                                   \
             (uint8_t)((TIMSK##timer & ~_BV(OCIE##timer##A)) | _BV(TOIE##timer));         \
         break;
-static void resume(uint8_t axis)
+static void resume_axis(uint8_t axis)
 {
     switch (CONFIG_INDEX(axis)) {
 #define BOARD_AXIS(axis, timer) RESUME_CASE(axis, timer)
@@ -263,7 +263,7 @@ bool step_timer_settle(uint8_t axis, uint8_t *slot)
         settled = step_engine_settle(
             &step_engines[CONFIG_INDEX(axis)], &step_rings[CONFIG_INDEX(axis)], slot);
         if (settled) {
-            resume(axis);
+            resume_axis(axis);
         }
     }
     return settled;

@@ -59,7 +59,7 @@ bool switch_capture_take(struct switch_capture *capture)
     return taken;
 }
 
-static void listen(uint8_t axis, bool on)
+static void enable_capture(uint8_t axis, bool on)
 {
     (void)axis;
     (void)on;
@@ -72,11 +72,11 @@ bool switch_capture_waiting(void)
 }
 #else
 static volatile uint8_t seeker_axis;
-static struct engine_sample seeker;
+static struct engine_sample seeker_sample;
 
 static inline void note_seeker(void)
 {
-    seeker = step_isr_sample(seeker_axis);
+    seeker_sample = step_isr_sample(seeker_axis);
 }
 
 CAPTURE_HANDLER_AT_ONCE(switch_edge,
@@ -90,11 +90,11 @@ bool switch_capture_take(struct switch_capture *capture)
 {
     bool taken = capture_take(&switch_edge, &capture->edge, CAPTURE_SWITCH_BUSY);
 
-    capture->seeker = seeker;
+    capture->seeker = seeker_sample;
     return taken;
 }
 
-static void listen(uint8_t axis, bool on)
+static void enable_capture(uint8_t axis, bool on)
 {
     seeker_axis = axis;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
@@ -114,7 +114,7 @@ bool switch_capture_waiting(void)
 // and the capture's own stages have settled is forgotten.
 #define SETTLE_LOOPS 6 // of three cycles
 
-static APART void choose(uint8_t axis, uint8_t comparator, bool rising)
+static APART void choose_input(uint8_t axis, uint8_t comparator, bool rising)
 {
     struct switch_capture stale;
 
@@ -123,20 +123,20 @@ static APART void choose(uint8_t axis, uint8_t comparator, bool rising)
     ACSR = comparator;
     TCCR1B = (uint8_t)(rising ? TCCR1B | _BV(ICES1) : TCCR1B & ~_BV(ICES1));
     _delay_loop_1(SETTLE_LOOPS);
-    listen(axis, (comparator & _BV(ACIC)) != 0);
+    enable_capture(axis, (comparator & _BV(ACIC)) != 0);
     (void)switch_capture_take(&stale);
 }
 
 // The pin is compared with the bandgap reference: above it the comparator's output is low.
 void switch_capture_start(uint8_t axis, bool to_high)
 {
-    choose(axis, (uint8_t)(_BV(ACBG) | _BV(ACIC)), !to_high);
+    choose_input(axis, (uint8_t)(_BV(ACBG) | _BV(ACIC)), !to_high);
 }
 
 // The reference stays on: it takes 70 us to settle, and would be an edge meanwhile.
 void switch_capture_stop(void)
 {
-    choose(0, (uint8_t)_BV(ACBG), true);
+    choose_input(0, (uint8_t)_BV(ACBG), true);
 }
 
 #endif

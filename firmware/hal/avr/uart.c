@@ -25,17 +25,17 @@
 #define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
 #define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
 
-static uint8_t *buffer;
+static uint8_t *first_byte;
 
 // Where the next byte goes to or comes from, and where that ends.
-static uint8_t *volatile next;
-static uint8_t *volatile end;
+static uint8_t *volatile next_byte;
+static uint8_t *volatile end_byte;
 
 // Where the first silence behind any byte came; the buffer's front: there was none.
-static uint8_t *volatile gap;
+static uint8_t *volatile first_silence;
 static volatile uint8_t overruns;
 
-static volatile uint8_t after; // UCSR0B, once the handler is over
+static volatile uint8_t control_after; // UCSR0B, once the handler is over
 
 #if defined(USART_RX_vect)
 #define RECEIVE_VECTOR  USART_RX_vect
@@ -86,7 +86,7 @@ static void serial_over(void)
                      "sei\n\t"
                      "ret"
                      :
-                     : [value] "i"(&after), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));
+                     : [value] "i"(&control_after), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));
 }
 
 // Budget: 125 cycles, once a character (176 cycles at 1,000,000 baud); behind a silence only, else
@@ -95,13 +95,13 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
 {
     uint8_t status = UCSR0A;
     uint8_t byte = UDR0;
-    uint8_t *to = next;
+    uint8_t *to = next_byte;
 
     TCNT2 = 0;
     if ((TIFR2 & _BV(OCF2A)) != 0) {
         TIFR2 = (uint8_t)_BV(OCF2A);
-        if (gap == buffer) {
-            gap = to;
+        if (first_silence == first_byte) {
+            first_silence = to;
         }
     }
     // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails, as it
@@ -110,16 +110,16 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
         if ((status & _BV(DOR0)) != 0) {
             overruns++;
         }
-    } else if (to != end) {
+    } else if (to != end_byte) {
         *to = byte;
-        next = to + 1;
+        next_byte = to + 1;
     }
 }
 
 // Budget: 115 cycles, once a character.
 SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
 {
-    uint8_t *from = next;
+    uint8_t *from = next_byte;
     uint8_t byte = *from;
 
     from++;
@@ -129,36 +129,36 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
     UDR0 = byte;
     UCSR0A = (uint8_t)(_BV(TXC0) | _BV(U2X0));
     sei();
-    next = from;
-    after = from == end ? ENABLE_COMPLETE : ENABLE_SEND;
+    next_byte = from;
+    control_after = from == end_byte ? ENABLE_COMPLETE : ENABLE_SEND;
 }
 
-static inline void begin(void)
+static inline void begin_reception(void)
 {
-    next = buffer;
-    end = buffer + UART_BUFFER_BYTES;
-    gap = buffer;
-    after = ENABLE_RECEIVE;
+    next_byte = first_byte;
+    end_byte = first_byte + UART_BUFFER_BYTES;
+    first_silence = first_byte;
+    control_after = ENABLE_RECEIVE;
 }
 
 // Budget: 145 cycles, once a reply.
 SERIAL_HANDLER(COMPLETE_VECTOR, sent, ENABLE_MUTE)
 {
     pins_write_rs485(false);
-    begin();
+    begin_reception();
 }
 
-void uart_listen(void)
+void uart_enable_reception(void)
 {
-    begin();
+    begin_reception();
     UCSR0B = ENABLE_RECEIVE;
 }
 
 void uart_start(uint8_t *bytes)
 {
-    buffer = bytes;
+    first_byte = bytes;
     UCSR0A = (uint8_t)_BV(U2X0);
-    uart_listen();
+    uart_enable_reception();
 }
 
 void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts)
@@ -194,30 +194,30 @@ bool uart_received(uint16_t *count)
     // In this order: a byte that comes meanwhile ends the silence, or is behind it and not one of
     // these. The first byte of all leaves no gap behind it.
     cli();
-    const uint8_t *to = next;
+    const uint8_t *to = next_byte;
     sei();
     bool ended = uart_silent();
     cli();
-    const uint8_t *silence = gap;
+    const uint8_t *silence = first_silence;
     sei();
 
-    if (silence != buffer) {
+    if (silence != first_byte) {
         to = silence;
         ended = true;
     }
-    *count = (uint16_t)(to - buffer);
+    *count = (uint16_t)(to - first_byte);
     return ended;
 }
 
 void uart_drop(uint16_t count)
 {
-    uint8_t *to = buffer;
-    const uint8_t *from = buffer + count;
+    uint8_t *to = first_byte;
+    const uint8_t *from = first_byte + count;
 
     // The receiver is kept waiting for one byte's turn at a time; in the end nothing is left over.
     for (;;) {
         UCSR0B = ENABLE_NONE;
-        if (from == next) {
+        if (from == next_byte) {
             break;
         }
         UCSR0B = ENABLE_RECEIVE;
@@ -225,14 +225,14 @@ void uart_drop(uint16_t count)
         to++;
         from++;
     }
-    next = to;
-    if (gap != buffer) {
-        gap -= count; // the front when it was at this end
+    next_byte = to;
+    if (first_silence != first_byte) {
+        first_silence -= count; // the front when it was at this end
     }
     UCSR0B = ENABLE_RECEIVE;
 }
 
-void uart_deafen(void)
+void uart_disable_reception(void)
 {
     UCSR0B = ENABLE_MUTE;
 }
@@ -250,8 +250,8 @@ uint8_t uart_take_overruns(void)
 
 void uart_send(uint16_t length)
 {
-    next = buffer;
-    end = buffer + length;
+    next_byte = first_byte;
+    end_byte = first_byte + length;
     pins_write_rs485(true);
     UCSR0B = ENABLE_SEND;
 }

@@ -29,6 +29,7 @@ MAP_VERSION = 3
 STORE_KEY = 0x5AFE  # argument of store and default_settings
 BOARD_IDS = {board.id: board.name for board in boards.all_boards()}
 AXIS_COUNTS = tuple(sorted({board.axes for board in boards.all_boards()}))
+STATUS_STOPPING = 8  # bit of input register `status` for axis 0; the next axes follow
 STATUS_BITS = {  # of input register `status`
     "clock": 0,
     "armed": 1,

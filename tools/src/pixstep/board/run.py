@@ -24,7 +24,6 @@ _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
 _STOP_TRIES = 3
-_HELD_S = 0.02  # more than any period that a timer holds behind a stop
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
 
@@ -199,8 +198,6 @@ def stop_axes(board: Board, axes: list[int]) -> None:
 def rests(board: Board, axes: list[int], world: World) -> dict[int, Rest]:
     """Look twice at some axes, a little after the last step of a stop; return what each does."""
     end = world.now_s() + _LAST_STEP_S
-    if not board.has("bits"):
-        world.wait(_HELD_S)
     while (stopping := _stopping(board, axes)) and world.now_s() < end:
         world.wait(_POLL_S)
     before = positions(board, axes)
@@ -271,14 +268,9 @@ def _known_still(board: Board, axes: list[int]) -> bool:
 
 
 def _stopping(board: Board, axes: list[int]) -> set[int]:
-    """Return those of some axes whose timer still holds the period that a stop has cut short.
-
-    A board without coils does not say so: none is returned.
-    """
-    if not board.has("bits"):
-        return set()
-    coils = board.read_coils(regs.COIL_STOP, max(axes) + 1)
-    return {axis for axis in axes if coils[axis]}
+    """Return those of some axes whose timer still holds the period that a stop has cut short."""
+    status = board.input("status")
+    return {axis for axis in axes if status >> (regs.STATUS_STOPPING + axis) & 1}
 
 
 def _require(lines: Lines, wanted: tuple[str, ...], text: str) -> None:

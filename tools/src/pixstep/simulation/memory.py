@@ -37,8 +37,8 @@ class Variable:
 # What tests may read and write, by the first word of a path such as "axes[0].ledger.loaded_ticks".
 VARIABLES = {
     "axes": Variable("axes", "struct axis", "motion/axis.h"),
-    "fault": Variable("record", "struct fault_record", "app/faults.h"),
-    "limits": Variable("limits", "struct line_limits", "motion/line_check.h"),
+    "fault": Variable("first_fault", "struct fault_record", "app/faults.h"),
+    "limits": Variable("current_limits", "struct line_limits", "motion/line_check.h"),
     "engine": Variable("step_engines", "struct step_engine", "motion/step_engine.h"),
 }
 _PATH = re.compile(r"(?P<variable>[a-z_]+)(?:\[(?P<index>\d+)\])?\.(?P<member>.+)")
@@ -58,9 +58,7 @@ def place(board: str, path: str) -> Place:
     """Return where a member of a variable lies, "axes[0].ledger.loaded_ticks"."""
     match = _PATH.fullmatch(path)
     variable = VARIABLES[match["variable"]]
-    source = _PROBE.format(
-        header=variable.header, struct=variable.struct, member=match["member"]
-    )
+    source = _PROBE.format(header=variable.header, struct=variable.struct, member=match["member"])
     offset, size = _words(board, source)
     index = int(match["index"] or 0)
     stride = _size_of(board, variable) if index else 0

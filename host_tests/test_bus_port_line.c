@@ -3,7 +3,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "serial_bench.h"
+#include "bus_bench.h"
 
 static void gaps_within_a_frame_are_tolerated(void)
 {
@@ -13,9 +13,9 @@ static void gaps_within_a_frame_are_tolerated(void)
 
     for (uint8_t i = 0; i < 8; i++) {
         fake_receive(i < 6 ? &request[i] : &sum[i - 6], 1);
-        serial_poll();
+        bus_port_poll();
         fake_pass(SILENCE_TICKS - SLACK_TICKS);
-        serial_poll();
+        bus_port_poll();
     }
     check_axis_count();
 }
@@ -26,7 +26,7 @@ static void silence_within_a_frame_ends_it(void)
     uint16_t errors = traffic_counters()->crc_errors;
 
     fake_receive(request, 3);
-    serial_poll();
+    bus_port_poll();
     fake_pass(SILENCE_TICKS + SLACK_TICKS);
     ask_axis_count(7); // the board looks only now
     check_axis_count();
@@ -49,7 +49,7 @@ static void request_at_once_behind_a_broadcast_is_served(void)
 {
     PUT(0, 16, 1, 0, 0, 2, 4, 0, 3, 0, COMMAND_ENABLE);
     ask_axis_count(7);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_TRUE(fake_axes[0].enabled);
     check_axis_count();
 }
@@ -72,7 +72,7 @@ static void frames_that_waited_are_all_served(void)
 static void what_comes_beside_a_reply_is_dropped(void)
 {
     PUT(7, 17); // while the reply waits for its checksum
-    serial_poll();
+    bus_port_poll();
     PUT(7, 17); // while it is sent
     TEST_ASSERT_EQUAL_UINT16(7, taken());
     TEST_ASSERT_EQUAL_HEX8(4, reply[1]);
@@ -84,16 +84,16 @@ static void what_follows_a_request_belongs_to_nobody(void)
     uint16_t messages = traffic_counters()->bus_messages;
 
     ask_axis_count(7);
-    serial_poll();
+    bus_port_poll();
     PUT(0, 6, 0, 6, 0, 99);
     fake_pass(SILENCE_TICKS / 2u);
     PUT(7, 17);
     fake_pass(SILENCE_TICKS / 2u + SLACK_TICKS);
-    serial_poll();
-    serial_poll();
+    bus_port_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(0, taken()); // that broke the silence
     fake_pass(SILENCE_TICKS / 2u);
-    serial_poll();
+    bus_port_poll();
     what_comes_beside_a_reply_is_dropped();
     TEST_ASSERT_NOT_EQUAL(99, bench_settings()->dir_setup_us);
     TEST_ASSERT_EQUAL_UINT16(messages + 1u, traffic_counters()->bus_messages);

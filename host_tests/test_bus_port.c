@@ -3,17 +3,17 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "serial_bench.h"
+#include "bus_bench.h"
 #include "wire/register_map.h"
 
 static void reply_comes_after_silence(void)
 {
     ask_axis_count(7);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(0, taken());
     fake_pass(SILENCE_TICKS - SLACK_TICKS);
-    serial_poll();
-    serial_poll();
+    bus_port_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(0, taken());
     check_axis_count();
 }
@@ -53,9 +53,9 @@ static void overruns_are_counted(void)
     uint16_t overruns = traffic_counters()->rx_overruns;
 
     fake_overrun(3);
-    serial_poll();
+    bus_port_poll();
     fake_overrun(200);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(overruns + 203u, traffic_counters()->rx_overruns);
 }
 

@@ -26,7 +26,7 @@ static int32_t position_steps; // of the periods loaded
 static void open_line(bool negative)
 {
     step_engine_reset(&engine, &ring);
-    feed = (struct feed){.negative = negative, .carried = engine.runs};
+    feed = (struct feed){.negative = negative, .engine_trains = engine.trains};
     feed_reset(&feed, &ring, 0);
     ledger_reset(&ledger, &ring, STEP_IDLE_TICKS);
     ledger.negative = negative;
@@ -108,11 +108,11 @@ static struct even random_even(void)
     return even;
 }
 
-static void put_run(struct even *even, uint16_t steps)
+static void put_train(struct even *even, uint16_t steps)
 {
     struct even before = *even;
 
-    feed_run(&feed, &before, steps, even_skip(even, steps));
+    feed_train(&feed, &before, steps, even_skip(even, steps));
 }
 
 static void same_periods_as_one_by_one(void)
@@ -123,10 +123,10 @@ static void same_periods_as_one_by_one(void)
         uint16_t steps = (uint16_t)chance_between(3, 600);
         open_line((i & 1u) != 0);
         pass_delay();
-        if (!feed_can_carry(&feed, &even)) {
+        if (!feed_fits_train(&feed, &even)) {
             continue;
         }
-        put_run(&even, steps);
+        put_train(&even, steps);
         for (uint16_t k = 0; k < steps; k++) {
             TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
             if (chance_between(0, 9) == 0) {
@@ -135,25 +135,25 @@ static void same_periods_as_one_by_one(void)
         }
         check_account();
         TEST_ASSERT_EQUAL_UINT16(expected.sum, even.sum);
-        TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
-        TEST_ASSERT_EQUAL_UINT16(0, feed.runs[0].steps);
+        TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_TRAIN, ledger.train);
+        TEST_ASSERT_EQUAL_UINT16(0, feed.trains[0].steps);
         TEST_ASSERT_EQUAL_UINT32(feed.written_ticks, ledger.taken_ticks);
     }
 }
 
 // One run behind another, without a period between, through both of them and round the ring.
-static void run_follows_run(void)
+static void train_follows_train(void)
 {
     struct even even;
 
     even_start(&even, 200001, 400);
     struct even expected = even;
     pass_delay();
-    put_run(&even, 200);
+    put_train(&even, 200);
     for (uint8_t i = 0; i < 90; i++) {
-        TEST_ASSERT_TRUE(feed_run_free(&feed));
-        put_run(&even, 200);
-        TEST_ASSERT_FALSE(feed_run_free(&feed));
+        TEST_ASSERT_TRUE(feed_train_free(&feed));
+        put_train(&even, 200);
+        TEST_ASSERT_FALSE(feed_train_free(&feed));
         for (uint16_t k = 0; k < 200; k++) {
             TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
         }
@@ -167,7 +167,7 @@ static void entry_is_taken_ahead(void)
 
     even_start(&even, 100000, 300);
     pass_delay();
-    put_run(&even, 130);
+    put_train(&even, 130);
     (void)load();
     TEST_ASSERT_EQUAL_INT8(126, engine.left);
     for (uint8_t k = 0; k < 126; k++) {
@@ -186,14 +186,14 @@ static bool due(void)
 }
 
 // With no pixel edge between them: the writer may be waiting for the first one.
-static void run_that_is_over_is_looked_after(void)
+static void train_that_is_over_is_looked_after(void)
 {
     struct even even;
 
     even_start(&even, 200001, 400);
     pass_delay();
-    put_run(&even, 150);
-    put_run(&even, 150);
+    put_train(&even, 150);
+    put_train(&even, 150);
     (void)load();
     follow();
     for (uint8_t k = 0; k < 148; k++) {
@@ -203,24 +203,24 @@ static void run_that_is_over_is_looked_after(void)
     (void)load();
     TEST_ASSERT_TRUE(due());
     follow();
-    TEST_ASSERT_TRUE(feed_run_free(&feed));
+    TEST_ASSERT_TRUE(feed_train_free(&feed));
 }
 
-#define SINGLES_AND_RUNS ((uint16_t)(22u * STEP_RUNS - 1u))
+#define SINGLES_AND_TRAINS ((uint16_t)(22u * STEP_TRAINS - 1u))
 
-static void single_periods_between_runs(void)
+static void single_periods_between_trains(void)
 {
     struct even even;
 
     even_start(&even, 100100, 300);
     struct even expected = even;
     pass_delay();
-    for (uint8_t i = 0; i < STEP_RUNS; i++) {
-        put_run(&even, 20);
+    for (uint8_t i = 0; i < STEP_TRAINS; i++) {
+        put_train(&even, 20);
         feed_step(&feed, even_next(&even), false);
         feed_step(&feed, even_next(&even), false);
     }
-    for (uint16_t k = 0; k < SINGLES_AND_RUNS; k++) {
+    for (uint16_t k = 0; k < SINGLES_AND_TRAINS; k++) {
         TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
         check_account();
     }
@@ -234,7 +234,7 @@ static void edge_inside_the_first_entry(void)
     even_start(&even, 100100, 300);
     pass_delay();
     feed_mark_here(&feed, false, 1);
-    put_run(&even, 100);
+    put_train(&even, 100);
     check_account();
     TEST_ASSERT_EQUAL_UINT32(0, ledger.pixel);
     (void)load();
@@ -252,7 +252,7 @@ static void capture_seen_late_is_of_the_delay(void)
     even_start(&even, 100100, 300);
     pass_delay();
     uint32_t delay_start = ledger_period_start(&ledger, &feed, 0);
-    put_run(&even, 100);
+    put_train(&even, 100);
     (void)load();
     (void)load();
     follow();
@@ -271,7 +271,7 @@ static void edge_seen_late_has_the_same_record(void)
     even_start(&even, 100100, 300);
     pass_delay();
     feed_mark_here(&feed, false, -1);
-    put_run(&even, 300);
+    put_train(&even, 300);
     for (uint16_t k = 0; k < 250; k++) {
         (void)load();
     }
@@ -290,8 +290,8 @@ static void check_halt(void)
 static void check_at_rest(uint16_t steps)
 {
     TEST_ASSERT_EQUAL_INT32(steps, ledger_position(&ledger));
-    TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_RUN, ledger.run);
-    TEST_ASSERT_TRUE(feed_run_free(&feed));
+    TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_TRAIN, ledger.train);
+    TEST_ASSERT_TRUE(feed_train_free(&feed));
     uint8_t slot = 0;
 
     (void)step_engine_next(&engine, &ring);
@@ -305,7 +305,7 @@ static void check_taken_away_after(uint16_t steps)
 
     even_start(&even, 100100, 300);
     pass_delay();
-    put_run(&even, 300);
+    put_train(&even, 300);
     for (uint16_t k = 0; k < steps; k++) {
         (void)load();
     }
@@ -319,7 +319,7 @@ static void check_taken_away_after(uint16_t steps)
     check_at_rest(steps);
 }
 
-static void rest_of_a_run_taken_away(void)
+static void rest_of_a_train_taken_away(void)
 {
     static const uint16_t places[] = {1, 2, 3, 126, 127, 150, 299};
 
@@ -334,7 +334,7 @@ static bool can_carry(uint32_t ticks)
     struct even even;
 
     even_start(&even, ticks, 100);
-    return feed_can_carry(&feed, &even);
+    return feed_fits_train(&feed, &even);
 }
 
 // 512 and 513 ticks: TOP 0x1FF and 0x200
@@ -352,7 +352,7 @@ static void what_can_be_carried(void)
 
 static void nobody_to_carry(void)
 {
-    feed.carried = NULL;
+    feed.engine_trains = NULL;
     TEST_ASSERT_FALSE(can_carry(51301));
 }
 
@@ -375,14 +375,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(same_periods_as_one_by_one);
-    RUN_TEST(run_follows_run);
+    RUN_TEST(train_follows_train);
     RUN_TEST(entry_is_taken_ahead);
-    RUN_TEST(run_that_is_over_is_looked_after);
-    RUN_TEST(single_periods_between_runs);
+    RUN_TEST(train_that_is_over_is_looked_after);
+    RUN_TEST(single_periods_between_trains);
     RUN_TEST(edge_inside_the_first_entry);
     RUN_TEST(edge_seen_late_has_the_same_record);
     RUN_TEST(capture_seen_late_is_of_the_delay);
-    RUN_TEST(rest_of_a_run_taken_away);
+    RUN_TEST(rest_of_a_train_taken_away);
     RUN_TEST(what_cannot_be_carried);
     RUN_TEST(what_can_be_carried);
     RUN_TEST(nobody_to_carry);

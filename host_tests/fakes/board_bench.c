@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 
 #include <string.h>
 
@@ -113,7 +113,7 @@ enum modbus_exception bench_entry(uint8_t axis, int16_t count, uint16_t repeat)
 
 static void start_plain(uint8_t axis)
 {
-    (void)bench_entry(axis, RUN_MARK_START | RUN_START_WAIT, 0);
+    (void)bench_entry(axis, LINE_MARK_START | LINE_START_WAIT, 0);
     (void)bench_entry(axis, 0, 0);
 }
 
@@ -121,7 +121,7 @@ void bench_plain_line(uint8_t axis, int16_t count, uint16_t pixels)
 {
     start_plain(axis);
     (void)bench_entry(axis, count, pixels);
-    (void)bench_entry(axis, RUN_MARK_END, 0);
+    (void)bench_entry(axis, LINE_MARK_END, 0);
 }
 
 int32_t bench_long_start(uint8_t axis)

@@ -2,7 +2,7 @@
 // A serial line with other boards on it: their requests and replies.
 #include <stdint.h>
 
-#include "serial_bench.h"
+#include "bus_bench.h"
 
 static void foreign_request_has_no_reply(void)
 {
@@ -41,7 +41,7 @@ static void request_behind_foreign_frames_is_served(void)
     others_talk();
     ask_axis_count(7);
     for (uint8_t i = 0; i < 8; i++) { // one a round
-        serial_poll();
+        bus_port_poll();
     }
     check_axis_count();
     TEST_ASSERT_EQUAL_UINT16(messages + 9u, traffic_counters()->bus_messages);
@@ -65,7 +65,7 @@ static void foreign_reply_executes_nothing(void)
 static void frame_of_unknown_length_is_over_with_silence(void)
 {
     PUT(9, 43, 14, 1, 0x81, 0, 0, 1, 0, 1, 'x');
-    serial_poll();
+    bus_port_poll();
     fake_pass(SILENCE_TICKS + SLACK_TICKS);
     ask_axis_count(7);
     check_axis_count();
@@ -79,15 +79,15 @@ static void frame_behind_a_bad_one_is_served_at_once(void)
     uint16_t messages = traffic_counters()->bus_messages;
 
     fake_receive(noise, sizeof noise);
-    serial_poll();
+    bus_port_poll();
     fake_pass(SILENCE_TICKS + SLACK_TICKS);
     PUT(0, 16, 1, 0, 0, 2, 4, 0, 2, 0, COMMAND_ENABLE);
     ask_axis_count(7);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(errors + 1u, traffic_counters()->crc_errors);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_TRUE(fake_axes[1].enabled);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(messages + 2u, traffic_counters()->bus_messages);
     check_axis_count();
     TEST_ASSERT_EQUAL_UINT16(errors + 1u, traffic_counters()->crc_errors);

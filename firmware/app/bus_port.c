@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "app/serial.h"
+#include "app/bus_port.h"
 
 #include <stdbool.h>
 
@@ -11,11 +11,12 @@
 #include "wire/baud.h"    // baud_*
 #include "wire/frame.h"   // struct frame
 
-_Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the line receives into the frame");
+_Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES,
+               "the line receives into the bus_frame");
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock");
 
-// Received in place, turned into the reply in place, sent from there.
-static struct frame frame;
+// Received in place, reversed into the reply in place, sent from there.
+static struct frame bus_frame;
 
 // A request to this board alone is answered before the line is listened to again: what comes before
 // the silence that the reply waits for, behind the request, and what comes until the reply has left
@@ -27,9 +28,9 @@ static enum phase {
     SENDING,
 } phase;
 static uint8_t reply_bytes;
-static uint16_t since_units; // the reply's delay runs
+static uint16_t reply_since_units; // the reply's delay runs
 
-static void set_line(void)
+static void apply_bus_settings(void)
 {
     baud_counts divisor = baud_divisor(settings_now()->baud_100);
 
@@ -37,15 +38,15 @@ static void set_line(void)
         divisor, (enum uart_parity)settings_now()->parity, baud_silence_counts(divisor));
 }
 
-void serial_start(void)
+void bus_port_start(void)
 {
-    frame_reset(&frame);
-    uart_start(frame.bytes);
-    set_line();
+    frame_reset(&bus_frame);
+    uart_start(bus_frame.bytes);
+    apply_bus_settings();
     phase = LISTENING;
 }
 
-static void serve(void)
+static void serve_request(void)
 {
     struct server_counters *counters = traffic_counters();
 
@@ -53,13 +54,13 @@ static void serve(void)
     if (!counters->listen_only) {
         traffic_note_request();
     }
-    reply_bytes = server_serve(&frame, counters);
+    reply_bytes = server_serve(&bus_frame, counters);
 }
 
 // Settings of the line count from here on.
-static void listen(void)
+static void resume_listening(void)
 {
-    set_line();
+    apply_bus_settings();
     phase = LISTENING;
 }
 
@@ -67,10 +68,10 @@ static void listen(void)
 // without silence.
 static void take_frame(void)
 {
-    bool ended = uart_received(&frame.received);
+    bool ended = uart_received(&bus_frame.received);
     enum frame_status status =
-        frame_look(&frame, ended, (uint8_t)settings_now()->unit_address);
-    uint16_t length = frame.length;
+        frame_look(&bus_frame, ended, (uint8_t)settings_now()->unit_address);
+    uint16_t length = bus_frame.length;
     struct server_counters *counters = traffic_counters();
     uint16_t *counter = &counters->bus_messages;
 
@@ -82,52 +83,52 @@ static void take_frame(void)
     }
     (*counter)++;
     if (status == FRAME_READY) {
-        if (frame.bytes[0] != 0) {
+        if (bus_frame.bytes[0] != 0) {
             phase = REQUESTED;
             return;
         }
-        serve();
-        set_line();
+        serve_request();
+        apply_bus_settings();
     }
     uart_drop(length);
 }
 
-static void answer(void)
+static void build_reply(void)
 {
-    uart_deafen();
-    serve();
-    since_units = (uint16_t)clock_now_units();
+    uart_disable_reception();
+    serve_request();
+    reply_since_units = (uint16_t)clock_now_units();
     phase = ANSWERED;
     if (reply_bytes == 0) {
-        uart_listen();
-        listen();
+        uart_enable_reception();
+        resume_listening();
     }
 }
 
 // The checksum in a round of its own: motion waits for the longer of the two only.
-static void send(void)
+static void send_reply(void)
 {
-    uint16_t waited_units = (uint16_t)((uint16_t)clock_now_units() - since_units);
+    uint16_t waited_units = (uint16_t)((uint16_t)clock_now_units() - reply_since_units);
 
     if (waited_units >= clock_units_of_us(settings_now()->reply_delay_us)) {
-        uart_send(frame_seal(&frame, reply_bytes));
+        uart_send(frame_seal(&bus_frame, reply_bytes));
         phase = SENDING;
     }
 }
 
-void serial_poll(void)
+void bus_port_poll(void)
 {
     traffic_count_overruns(uart_take_overruns());
     if (phase == SENDING && !uart_sending()) {
-        listen();
+        resume_listening();
     }
     // One a round: a buffer full of short ones would keep the watchdog waiting at fast rates.
     if (phase == LISTENING) {
         take_frame();
     }
     if (phase == ANSWERED) {
-        send();
+        send_reply();
     } else if (phase == REQUESTED && uart_silent()) {
-        answer();
+        build_reply();
     }
 }

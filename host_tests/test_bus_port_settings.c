@@ -2,8 +2,8 @@
 // Settings of the serial line: address, rate, parity and delay count when the reply has left.
 #include <stdint.h>
 
+#include "bus_bench.h"
 #include "hal/clock.h"
-#include "serial_bench.h"
 #include "wire/baud.h"
 
 static void reply_delay_comes_on_top(void)
@@ -12,10 +12,10 @@ static void reply_delay_comes_on_top(void)
     ask_axis_count(7);
     TEST_ASSERT_EQUAL_UINT16(0, answer());
     fake_pass((uint32_t)4 * MS_TICKS);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(0, taken());
     fake_pass(MS_TICKS);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(7, taken());
 }
 
@@ -53,7 +53,7 @@ static void new_rate_counts_when_the_reply_has_left(void)
 {
     PUT(7, 6, 0, 1, 0, 96);
     TEST_ASSERT_EQUAL_UINT16(8, answer());
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(baud_divisor(1152), fake_line.divisor);
     sent();
     TEST_ASSERT_EQUAL_UINT16(baud_divisor(96), fake_line.divisor);
@@ -67,7 +67,7 @@ static void new_rate_counts_when_the_reply_has_left(void)
 static void new_parity_of_all_counts_at_once(void)
 {
     PUT(0, 6, 0, 13, 0, 1);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL(UART_ODD, fake_line.parity);
     ask_axis_count(7);
     check_axis_count();
@@ -78,10 +78,10 @@ static void last_request_is_ours_or_everybodys(void)
     fake_pass((uint32_t)100 * MS_TICKS);
     uint16_t before = traffic_last_request_ms();
     ask_axis_count(8);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(before, traffic_last_request_ms());
     PUT(0, 3, 0, 0, 0, 1);
-    serial_poll();
+    bus_port_poll();
     TEST_ASSERT_EQUAL_UINT16(clock_now_ms(), traffic_last_request_ms());
     fake_pass((uint32_t)100 * MS_TICKS);
     ask_axis_count(7);

@@ -3,5 +3,5 @@
 #pragma once
 
 // After the settings.
-void serial_start(void);
-void serial_poll(void);
+void bus_port_start(void);
+void bus_port_poll(void);

@@ -4,11 +4,11 @@
 
 #include <stdint.h>
 
-#include "app/serial.h"
+#include "app/bus_port.h"
 #include "app/traffic.h"
 #include "base/flash.h"
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "hal/uart.h"
 #include "unity.h"
 #include "wire/crc16.h"
@@ -23,7 +23,7 @@ void setUp(void)
 {
     bench_power_on();
     settings_override_address(7);
-    serial_start();
+    bus_port_start();
     fake_pass(SILENCE_TICKS);
 }
 
@@ -32,7 +32,7 @@ void tearDown(void)
 {
     for (uint8_t i = 0; i < 4; i++) {
         fake_pass((uint32_t)30 * MS_TICKS);
-        serial_poll();
+        bus_port_poll();
     }
     (void)fake_sent(&reply);
 }
@@ -74,7 +74,7 @@ static inline uint16_t taken(void)
 static inline void rounds(void)
 {
     for (uint8_t i = 0; i < 16; i++) {
-        serial_poll();
+        bus_port_poll();
     }
 }
 
@@ -83,8 +83,8 @@ static inline uint16_t answer(void)
 {
     rounds();
     fake_pass(SILENCE_TICKS + SLACK_TICKS);
-    serial_poll();
-    serial_poll();
+    bus_port_poll();
+    bus_port_poll();
     return taken();
 }
 
@@ -92,7 +92,7 @@ static inline uint16_t answer(void)
 static inline void sent(void)
 {
     fake_pass((uint32_t)400 * MS_TICKS);
-    serial_poll();
+    bus_port_poll();
 }
 
 static inline void ask_axis_count(uint8_t unit)

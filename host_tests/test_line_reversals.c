@@ -51,7 +51,7 @@ static void reversal_into_a_chained_line(void)
     begin_plain();
     taken(700, 1);
     ends();
-    begin(RUN_MARK_START, 0, 0);
+    begin(LINE_MARK_START, 0, 0);
     refused(LINE_reversal_too_fast, 1, -321, 1);
 }
 
@@ -72,7 +72,7 @@ static void reversal_into_a_chained_smooth_line(void)
     begin_plain();
     taken(100, 1);
     ends();
-    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
+    begin(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_NEGATIVE, 0, 0);
     taken(16, 1); // its first step comes a quarter of a pixel after the start
     setUp();
     limits.pixel_ticks = 160000uL;
@@ -80,7 +80,7 @@ static void reversal_into_a_chained_smooth_line(void)
     begin_plain();
     taken(100, 1);
     ends();
-    begin(RUN_MARK_START | RUN_START_SMOOTH | RUN_START_NEGATIVE, 0, 0);
+    begin(LINE_MARK_START | LINE_START_SMOOTH | LINE_START_NEGATIVE, 0, 0);
     refused(LINE_reversal_too_fast, 1, 16, 1);
 }
 
@@ -117,13 +117,13 @@ static void a_rest_or_no_limit_lets_any_reversal_pass(void)
 
 static void seek_may_be_smooth_but_takes_up_no_backlash(void)
 {
-    begin(SEEK | RUN_START_SMOOTH, 0, 0);
+    begin(SEEK | LINE_START_SMOOTH, 0, 0);
     taken(4, 1);
     taken(8, 100);
-    taken(RUN_MARK_DOWN, 0);
+    taken(LINE_MARK_DOWN, 0);
     taken(4, 1);
     ends();
-    taken((int16_t)(SEEK | RUN_START_SMOOTH), 0);
+    taken((int16_t)(SEEK | LINE_START_SMOOTH), 0);
     refused(LINE_backlash_plain, 1, 4, 8);
 }
 
@@ -131,26 +131,26 @@ static void seek_needs_one_down_mark(void)
 {
     begin(SEEK, 0, 0);
     taken(3, 100);
-    taken(RUN_MARK_DOWN, 0);
+    taken(LINE_MARK_DOWN, 0);
     taken(1, 1);
     ends();
-    begin(SEEK | RUN_START_OPEN, 0, 0);
+    begin(SEEK | LINE_START_OPEN, 0, 0);
     taken(-3, 100);
-    refused(LINE_malformed, 101, RUN_MARK_END, 0);
+    refused(LINE_malformed, 101, LINE_MARK_END, 0);
     setUp();
     begin(SEEK, 0, 0);
-    taken(RUN_MARK_DOWN, 0);
-    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
+    taken(LINE_MARK_DOWN, 0);
+    refused(LINE_malformed, 1, LINE_MARK_DOWN, 0);
     setUp();
     begin_plain();
-    refused(LINE_malformed, 1, RUN_MARK_DOWN, 0);
+    refused(LINE_malformed, 1, LINE_MARK_DOWN, 0);
 }
 
 static void seek_does_not_wait(void)
 {
-    refused(LINE_malformed, 1, (int16_t)(SEEK | RUN_START_WAIT), 0);
+    refused(LINE_malformed, 1, (int16_t)(SEEK | LINE_START_WAIT), 0);
     setUp();
-    refused(LINE_malformed, 1, (int16_t)(RUN_MARK_START | RUN_START_OPEN), 0);
+    refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | LINE_START_OPEN), 0);
 }
 
 // When it trips its runs become neighbours that were none, rests between them are left out.
@@ -163,7 +163,7 @@ static void seek_goes_one_way(void)
     setUp();
     begin(SEEK, 0, 0);
     taken(-3, 1);
-    taken(RUN_MARK_DOWN, 0);
+    taken(LINE_MARK_DOWN, 0);
     refused(LINE_seek_reverses, 2, 1, 1);
     setUp();
     begin_plain();

@@ -3,7 +3,7 @@
 #include <stdint.h>
 
 #include "fakes/board.h"
-#include "fakes/machine_bench.h"
+#include "fakes/board_bench.h"
 #include "nothing_moves.h"
 #include "unity.h"
 
@@ -59,10 +59,10 @@ static void line_after_a_rest_may_go_either_way_at_once(void)
     bench_plain_line(1, 40, 3);
     arm(2);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_START, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, LINE_MARK_START, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, 0, 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, -40, 3));
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(1, LINE_MARK_END, 0));
     arm(2);
     TEST_ASSERT_TRUE(bench_until(1, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(0, fake_axes[1].steps);
@@ -143,10 +143,10 @@ static void second_line_waits_for_its_own_arming(void)
 static void unclocked_line_starts_without_a_clock(void)
 {
     bench_clock_off();
-    (void)bench_entry(BENCH_THIRD, RUN_MARK_START, 0);
+    (void)bench_entry(BENCH_THIRD, LINE_MARK_START, 0);
     (void)bench_entry(BENCH_THIRD, 0, 0);
     (void)bench_entry(BENCH_THIRD, -5, 4);
-    (void)bench_entry(BENCH_THIRD, RUN_MARK_END, 0);
+    (void)bench_entry(BENCH_THIRD, LINE_MARK_END, 0);
     arm(BENCH_MASK_OF(BENCH_THIRD));
     TEST_ASSERT_TRUE(bench_until(BENCH_THIRD, AXIS_DONE));
     TEST_ASSERT_EQUAL_INT32(-20, fake_axes[BENCH_THIRD].steps);
@@ -157,12 +157,12 @@ static void queue_backlash_line(uint16_t mark)
 {
     static const int16_t counts[] = {0, 5, 10, 10, 5, 0};
 
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, (int16_t)(mark | RUN_START_SMOOTH), 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, (int16_t)(mark | LINE_START_SMOOTH), 0));
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 5, 10));
     for (uint8_t i = 0; i < 6; i++) {
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, counts[i], 1));
     }
-    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, RUN_MARK_END, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, LINE_MARK_END, 0));
 }
 
 // The second line follows the first in the same direction; the setting says whether it takes up.
@@ -171,11 +171,11 @@ static void check_policy(uint16_t policy, uint16_t first, uint16_t second)
     setUp();
     bench_settings()->backlash_policy = policy;
     axes_get(0)->direction_known = true;
-    queue_backlash_line(RUN_MARK_START | RUN_START_WAIT);
-    queue_backlash_line(RUN_MARK_START);
+    queue_backlash_line(LINE_MARK_START | LINE_START_WAIT);
+    queue_backlash_line(LINE_MARK_START);
     arm(1);
     TEST_ASSERT_EQUAL_UINT16(first, axes_get(0)->line.backlash_steps);
-    while (run_queue_fill(&axes_get(0)->queue) != 0) {
+    while (segment_queue_fill(&axes_get(0)->queue) != 0) {
         bench_rounds(1);
     }
     TEST_ASSERT_EQUAL_UINT16(second, axes_get(0)->line.backlash_steps);
@@ -201,7 +201,7 @@ static void arming_is_all_or_nothing(void)
 
 static void refused_line_never_starts(void)
 {
-    (void)bench_entry(0, RUN_MARK_START | RUN_START_WAIT | RUN_START_SMOOTH, 0);
+    (void)bench_entry(0, LINE_MARK_START | LINE_START_WAIT | LINE_START_SMOOTH, 0);
     (void)bench_entry(0, 0, 0);
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, 5, 1));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, bench_entry(0, 4, 1));
@@ -311,7 +311,7 @@ static void streamed_line_longer_than_the_queue(void)
         }
         bench_rounds(2);
     }
-    while (bench_entry(0, RUN_MARK_END, 0) != MODBUS_OK) {
+    while (bench_entry(0, LINE_MARK_END, 0) != MODBUS_OK) {
         bench_rounds(2);
     }
     TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
