@@ -5,8 +5,8 @@
     module_sizes.py --check FILE     the same, and fails if one exceeds its line in FILE
     module_sizes.py --write FILE     the same, and rewrites the table in FILE between its markers
 
-Flash may exceed the line by FLASH_SLACK_BYTES, RAM may not. The sizes come from the linker's map, those of
-modules that are optimised as one program from the image's symbols (whole_program.py).
+Flash may exceed the line by FLASH_SLACK_BYTES, RAM may not. The sizes come from the linker's map,
+those of modules that are optimised as one program from the image's symbols (whole_program.py).
 Another compiler version makes different code: the rule then prints so and compares nothing.
 """
 

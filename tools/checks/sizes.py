@@ -19,7 +19,6 @@ from avr_image import read_image, run
 from avr_stack import Image, ImageError
 from common import finish
 
-
 # What is to be left over, in bytes of flash and of RAM at the worst stack; printed, no limits.
 GOALS = {"uno": (2500, 300), "mega": (None, 1800)}
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Which module the bytes of core and app belong to, which the linker makes as one object.
 
-The image's symbols say where each function and table begins and how long it is; the objects that the
-compiler made before (fat: each with its own code) say which module defines a symbol of that name.
+The image's symbols say where each function and table begins and how long it is; the objects that
+the compiler made before (fat: each with its own code) say which module defines a symbol of that
+name.
 Code that was moved into its caller counts there. Several modules may have a local symbol of one
 name: each of the image's then belongs to the module whose own is nearest in length. What no symbol
 covers is shared by all.

@@ -63,7 +63,7 @@ def test_what_a_board_lacks_is_refused_with_one_line(one, feature, words):
 def test_boards_are_started_together_only_if_all_know_tokens(two):
     two.boards[1].without("tokens")
     group = [run.Lines(Board(two.client, unit), [0]) for unit in (1, 2)]
-    with pytest.raises(MissingFeatureError, match="board 2: .* without tokens"):
+    with pytest.raises(MissingFeatureError, match=r"board 2: .* without tokens"):
         run.start_together(group, two.world)
     assert not two.boards[0].commands and not two.boards[1].commands
 

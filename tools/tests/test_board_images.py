@@ -8,9 +8,10 @@ import pytest
 
 from console import put
 from pixstep import natives
-from pixstep.board import boards
+from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
+from pixstep.hostile.wire import seal
 from pixstep.moves.homesim import SimWorld
 from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_S
@@ -93,7 +94,50 @@ def test_every_range_is_the_boards_own(live, name):
             assert refused.value.code == 3, (item.name, value)
 
 
+def with_feature(name):
+    """Return the boards whose image has a feature by default, by the board file."""
+    dropped = name in ("bits", "diagnosis", "events", "files")
+    return [board for board in BOARDS if boards.load(board).all_features or not dropped]
+
+
 @pytest.mark.parametrize("name", BOARDS)
+def test_a_board_says_what_it_has_by_default(live, name):
+    has = Board(live(name).client).features()
+    for feature in features.table():
+        if feature.name != "narrow_curves":
+            assert (feature.name in has) == (name in with_feature(feature.name)), feature.name
+
+
+# A request of each function that belongs to a feature, without unit and checksum.
+REQUESTS = {
+    1: ("bits", "0000 0001"), 2: ("bits", "0000 0001"), 5: ("bits", "0000 ff00"),
+    15: ("bits", "000d 0001 01 01"), 8: ("diagnosis", "0000 a537"), 17: ("diagnosis", ""),
+    22: ("diagnosis", "0006 fff0 0005"), 23: ("diagnosis", "0006 0001 0006 0001 02 001e"),
+    43: ("diagnosis", "0e 01 00"), 20: ("files", "07 06 0003 0006 0002"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_functions_of_missing_features_are_refused_and_change_nothing(live, name):
+    one = live(name)
+    board = Board(one.client)
+    has = board.features()
+    missing = {code: row for code, row in REQUESTS.items() if row[0] not in has}
+    assert bool(missing) == (name not in with_feature("bits"))
+
+    def state():
+        outputs, faults = board.input("outputs"), board.input("fault_mask")
+        return board.read_holdings(0, 18), board.read_holdings(0x100, 3), outputs, faults
+
+    before = state()
+    for function, (_, data) in missing.items():
+        request = seal(bytes([1, function]) + bytes.fromhex(data))
+        reply = one.sim.transmit(request, one.sim.cycles(0.05))
+        assert reply == seal(bytes([1, function | 0x80, 1])), function
+    assert state() == before
+
+
+@pytest.mark.parametrize("name", with_feature("diagnosis"))
 def test_every_function_that_the_client_has(live, name):
     board = Board(live(name).client)
     assert board.identification(1) == {
@@ -111,7 +155,7 @@ def test_every_function_that_the_client_has(live, name):
     assert board.read_holdings(6, 1) == [20]
 
 
-@pytest.mark.parametrize("name", BOARDS)
+@pytest.mark.parametrize("name", with_feature("bits"))
 def test_bits(live, name):
     one = live(name)
     board = Board(one.client)
@@ -145,10 +189,10 @@ def test_events_of_the_image(live):
     lines = one.out("log", "events").splitlines()
     assert lines[0].endswith("reset: power-on")
     assert "estop: the emergency stop input was tripped" in lines[1]
-    assert "has no event log" in live("uno").err("log", "events", status=2)
+    assert "built without events (bit 4" in live("uno").err("log", "events", status=2)
 
 
-@pytest.mark.parametrize("name", BOARDS)
+@pytest.mark.parametrize("name", with_feature("diagnosis"))
 def test_a_silent_board_comes_back(live, name):
     one = live(name)
     board = Board(one.client)

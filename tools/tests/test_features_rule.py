@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The rule about feature switches: it must find one whose other half does not compile or is empty."""
+"""The rule about features: it must find a switch whose other half does not compile or is empty."""
 
 import feature_builds
 import features

@@ -4,7 +4,8 @@
 import map_file
 import module_sizes
 import pytest
-from map_file import Bytes, MapError
+import whole_program
+from map_file import Bytes, MapError, Part, Section
 
 from pixstep import docs
 
@@ -169,3 +170,59 @@ def test_a_document_without_the_table_is_refused(tmp_path):
     path.write_text("# Timing\n")
     with pytest.raises(MapError, match=r"TIMING\.md: no table"):
         module_sizes.judge(LINES, path)
+
+
+FLASH, RAM = Section(True, False), Section(False, True)
+IMAGE = """\
+00000100 00000020 T seek_poll
+00000120 00000030 t look.lto_priv.4
+00000150 00000008 t look.constprop.1
+00000158 00000004 t table.1234
+00000200 00000010 T in_another_object
+00800100 00000006 b seek
+         U missing
+"""
+
+
+def defined(**modules):
+    """Return the owners of names: symbols of each module as (name, length)."""
+    return whole_program.owners(
+        (module, [whole_program.Symbol(0, size, name) for name, size in symbols])
+        for module, symbols in modules.items()
+    )
+
+
+OWNERS = defined(
+    seek=[("seek_poll", 0x40), ("look", 0x31), ("seek", 6), ("table", 4)], inputs=[("look", 9)]
+)
+PARTS = [Part(0x100, 0x60, FLASH), Part(0x800100, 8, RAM)]
+
+
+def test_symbols_of_the_whole_program_belong_to_their_modules():
+    found = whole_program.by_module(PARTS, whole_program.parse_symbols(IMAGE), OWNERS)
+    assert found == {
+        "seek": Bytes(0x20 + 0x30 + 4, 6),
+        "inputs": Bytes(8, 0),
+        "shared": Bytes(4, 2),
+    }
+
+
+def test_a_copy_of_a_function_belongs_to_its_module_too():
+    symbols = [whole_program.Symbol(at, size, "look") for at, size in ((0, 9), (16, 48), (64, 8))]
+    assert whole_program.assign(symbols, OWNERS["look"]) == ["inputs", "seek", "inputs"]
+
+
+def test_symbols_longer_than_their_object_are_refused():
+    symbols = [whole_program.Symbol(0x100, 0x60, "look"), whole_program.Symbol(0x110, 8, "seek")]
+    with pytest.raises(MapError, match="longer"):
+        whole_program.by_module(PARTS[:1], symbols, OWNERS)
+
+
+def test_the_linkers_own_object_is_the_whole_program():
+    """Its name in the map is another one in every build."""
+    lines = MAP.replace("firmware/libapp.a(data.c.obj)", "/tmp/ccxkYlw2.ltrans0.ltrans.o")
+    image = map_file.read_map(lines)
+    assert image.objects[map_file.WHOLE_PROGRAM] == Bytes(0x33, 0x17)
+    assert [(part.at, part.size) for part in image.whole] == [
+        (0x10, 7), (0x18, 0x28), (0x800100, 4), (0x800104, 0x13),
+    ]  # fmt: skip

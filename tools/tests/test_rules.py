@@ -82,6 +82,13 @@ def test_a_contract_and_the_source_that_keeps_it_are_one_module(tree):
     assert modules.module_of(f"{HAL}/avr/isr.S", root) == f"{HAL}/avr/isr"
 
 
+def test_the_compilers_marks_are_no_variables():
+    found = [
+        modules.Symbols("a.c", {"__gnu_lto_v1": "C", "__gnu_lto_slim": "C", "own": "B"}, set())
+    ]
+    assert writable.writable(found) == {"own": "a.c"}
+
+
 def test_a_circle_is_named_by_a_shortest_way():
     graph = graph_of("a b", "b c", "c a", "c d", "d c", "e a")
     assert modules.knots(graph) == [["a", "b", "c", "d"]]

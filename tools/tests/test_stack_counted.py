@@ -193,7 +193,10 @@ def filled(bytes_free):
 DEEP_LEAF = HEAD + "void deep(u8 n) { sink = n; }"
 
 
-@pytest.mark.parametrize(("bytes_free", "status"), [(128, 0), (127, 1), (0, 1)])
+RESERVE = sizes.limits_of("uno").reserve
+
+
+@pytest.mark.parametrize(("bytes_free", "status"), [(RESERVE, 0), (RESERVE - 1, 1), (0, 1)])
 def test_the_rule_fails_when_less_than_the_reserve_is_left(build, bytes_free, status):
     image = build(filled(bytes_free))
     script = natives.source("tools/checks/sizes.py")
@@ -202,5 +205,15 @@ def test_the_rule_fails_when_less_than_the_reserve_is_left(build, bytes_free, st
     )
     assert f"left {bytes_free} bytes" in done.stdout
     assert done.returncode == status
-    complaint = f"uno: {bytes_free} bytes of RAM left with the worst stack, at least 128"
+    complaint = f"uno: {bytes_free} bytes of RAM left with the worst stack, at least {RESERVE}"
     assert (complaint in done.stdout) == bool(status)
+
+
+def test_flash_must_be_left_over_too():
+    limits = sizes.limits_of("uno")
+    most = limits.flash - limits.flash_reserve
+    assert limits.flash_reserve > 0
+    assert sizes.over_limits("uno", sizes.Size(most, 0, 0, RESERVE, [])) == []
+    assert sizes.over_limits("uno", sizes.Size(most + 1, 0, 0, RESERVE, [])) == [
+        f"uno: {most + 1} bytes of flash, at most {most}"
+    ]

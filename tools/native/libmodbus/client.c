@@ -3,10 +3,10 @@
 //
 //     pixstep-libmodbus PORT BOARD ID AXES HZ     its name, number, axes, ticks a second
 //
-// First a line with the board's register `features`, then a line a case on standard output: its name
-// (as in hostile/clients/cases.py), a tab, "ok", "exception 01" if the board does not serve the
-// function that the case wants, or what is wrong. Cases that libmodbus has no way to ask for are not
-// in its list.
+// First a line with the board's register `features`, then a line a case on standard output: its
+// name (as in hostile/clients/cases.py), a tab, "ok", "exception 01" if the board does not serve
+// the function that the case wants, or what is wrong. Cases that libmodbus has no way to ask for are
+// not in its list.
 #include <errno.h>
 #include <modbus.h>
 #include <stdarg.h>

@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 
 from pixstep import atomic, natives
-from pixstep.board import boards, flash, registers
+from pixstep.board import boards, features, flash, registers
 from pixstep.errors import UserError
 
 _ACCESS_INPUT = "FC04"
@@ -14,11 +14,13 @@ _ACCESS_HOLDING = "FC03, 06, 16"
 
 
 def protocol() -> str:
-    """Return the tables of boards, registers, faults and line errors as Markdown."""
+    """Return the tables of boards, features, registers, faults and line errors."""
     parsed = registers.register_map()
     parts = [
         "### Boards\n",
         _boards(),
+        "\n### Features\n",
+        _features(),
         "\n### Input registers of the board\n",
         table(("address", "name", "type", "unit", "meaning"), _rows(parsed.inputs)),
         f"\n### Input registers of axis a, at 0x{registers.AXIS_BASE:04X} + "
@@ -133,6 +135,12 @@ def _boards() -> str:
         for board in boards.all_boards()
     ]
     return table(head, rows)
+
+
+def _features() -> str:
+    """Return a row for every feature that an image may be built without."""
+    rows = [(str(item.bit), f"`{item.name}`", item.meaning) for item in features.table()]
+    return table(("bit of `features`", "name", "what"), rows)
 
 
 def _per_axis(board: boards.Board, pin: boards.Pin) -> bool:

@@ -55,6 +55,7 @@ class Board:
     flash_bytes: int
     ram_bytes: int
     queue_entries: int
+    all_features: bool  # in its default image; else what a printer's axis needs
     min_interval_ticks: int  # of plain lines
     smooth_min_interval_ticks: int
     seek_min_interval_ticks: int
@@ -125,6 +126,7 @@ def _read(path: Path) -> Board:
         flash_bytes=number("FLASH_BYTES"),
         ram_bytes=number("RAM_BYTES"),
         queue_entries=number("QUEUE_ENTRIES"),
+        all_features=bool(number("ALL_FEATURES")),
         min_interval_ticks=number("MIN_INTERVAL_TICKS"),
         smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
         seek_min_interval_ticks=number("SEEK_MIN_INTERVAL_TICKS"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a board's image was built with: the table of firmware/build_features.def, and who needs what.
+"""What a board's image was built with (firmware/build_features.def), and what needs which of it.
 
 A board says in its input register `features` which of these it has. What needs a missing one is
 refused before anything is sent.

@@ -24,7 +24,7 @@ class AnsweredError(ConformanceError):
         self.code = code
 
 
-# The feature that a function belongs to (firmware/build_features.def); all others are in every image.
+# The feature that a function belongs to (firmware/build_features.def); others are in every image.
 FEATURE_OF = (
     dict.fromkeys(("01", "02", "05", "15"), "bits")
     | dict.fromkeys(("08", "17", "22", "23", "43/14"), "diagnosis")

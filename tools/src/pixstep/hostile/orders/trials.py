@@ -76,6 +76,8 @@ def make(rng: random.Random, place: Place, estop: float) -> Trial:
     tick_hz = boards.load(place.board).tick_hz
     setup = _setup(rng, place, tick_hz)
     tried = [rng.choice(rng.choice((COMMANDS, ENDING))) for _ in range(rng.choice((2, 2, 3)))]
+    if not boards.load(place.board).all_features:  # no coils: the command that each stands for
+        tried = [name.removeprefix("coil ") for name in tried]
     if rng.random() < estop:
         tried[rng.randrange(len(tried))] = ESTOP
     made = [*_begin(rng, setup), _moment(rng, setup, tick_hz)]
