@@ -326,8 +326,8 @@ static bool names_axes(const struct order *order)
            (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
 }
 
-// Ask, or act, for each axis of the order; a command for the board has axis 0 alone. False when it is
-// not possible for one of them.
+// Ask, or act, for each axis of the order; a command for the board has axis 0 alone. False when one
+// of the axes makes the order impossible.
 static bool each_axis(const struct order *order, bool act)
 {
     struct command_row row;

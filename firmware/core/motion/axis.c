@@ -63,14 +63,11 @@ static void report_queue(struct axis *axis)
     }
 }
 
-enum block_result axis_queue_block(struct axis *axis,
-                                   const struct line_limits *limits,
-                                   uint16_t block,
-                                   const uint8_t *entries,
-                                   uint8_t count)
+// May this block be checked and queued? BLOCK_TAKEN: it may.
+static enum block_result admit_block(const struct axis *axis,
+                                     uint16_t block,
+                                     uint8_t count)
 {
-    uint8_t whole_lines = 0;
-
     // What is queued will be discarded when the axis rests.
     if (axis->life.state == AXIS_STOPPING) {
         return BLOCK_FULL;
@@ -84,8 +81,20 @@ enum block_result axis_queue_block(struct axis *axis,
     if (axis->life.state == AXIS_REFUSED || axis->life.state == AXIS_FAULT) {
         return BLOCK_REFUSED;
     }
-    if (segment_queue_free(&axis->queue) < count) {
-        return BLOCK_FULL;
+    return segment_queue_free(&axis->queue) < count ? BLOCK_FULL : BLOCK_TAKEN;
+}
+
+enum block_result axis_queue_block(struct axis *axis,
+                                   const struct line_limits *limits,
+                                   uint16_t block,
+                                   const uint8_t *entries,
+                                   uint8_t count)
+{
+    uint8_t whole_lines = 0;
+    enum block_result admitted = admit_block(axis, block, count);
+
+    if (admitted != BLOCK_TAKEN) {
+        return admitted;
     }
     if (!check_block(axis, limits, entries, count, &whole_lines)) {
         // An armed or running line runs dry and says so, unless a better block comes in time; one
