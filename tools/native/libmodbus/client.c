@@ -5,8 +5,8 @@
 //
 // First a line with the board's register `features`, then a line a case on standard output: its
 // name (as in hostile/clients/cases.py), a tab, "ok", "exception 01" if the board does not serve
-// the function that the case wants, or what is wrong. Cases that libmodbus has no way to ask for are
-// not in its list.
+// the function that the case wants, or what is wrong. Cases that libmodbus has no way to ask for
+// are not in its list.
 #include <errno.h>
 #include <modbus.h>
 #include <stdarg.h>
