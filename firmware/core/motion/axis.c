@@ -52,6 +52,14 @@ static bool check_block(struct axis *axis,
     return true;
 }
 
+// There is room for all of them.
+static void push_block(struct axis *axis, const uint8_t *entries, uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++) {
+        (void)segment_queue_push(&axis->queue, read_segment(&entries[4u * i]));
+    }
+}
+
 // A line longer than the memory may start when most of the memory is full.
 static void report_queue(struct axis *axis)
 {
@@ -97,14 +105,12 @@ enum block_result axis_queue_block(struct axis *axis,
         return admitted;
     }
     if (!check_block(axis, limits, entries, count, &whole_lines)) {
-        // An armed or running line runs dry and says so, unless a better block comes in time; one
-        // that is neither never starts.
+        // An armed or running line runs dry, which is a fault, unless a better block comes in time.
+        // A line that is neither armed nor running never starts.
         (void)lifecycle_report(&axis->life, LIFECYCLE_REFUSE);
         return BLOCK_REFUSED;
     }
-    for (uint8_t i = 0; i < count; i++) {
-        (void)segment_queue_push(&axis->queue, read_segment(&entries[4u * i]));
-    }
+    push_block(axis, entries, count);
     axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
     axis->next_block++;
     axis->any_block = true;
