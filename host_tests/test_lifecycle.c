@@ -53,7 +53,7 @@ static void reach(enum axis_state state)
 
 static void every_state_can_be_reached(void)
 {
-    for (uint8_t state = 0; state < AXIS_STATES; state++) {
+    for (uint8_t state = 0; state < (uint8_t)AXIS_STATES; state++) {
         reach((enum axis_state)state);
     }
 }
@@ -67,7 +67,7 @@ static void every_state_can_be_reached(void)
 // What an event does: from these states to that one, from those nothing; else it is forbidden.
 static void check(enum lifecycle_event event, uint16_t from, uint8_t to, uint16_t stays)
 {
-    for (uint8_t state = 0; state < AXIS_STATES; state++) {
+    for (uint8_t state = 0; state < (uint8_t)AXIS_STATES; state++) {
         bool changes = (from & BIT(state)) != 0;
         bool taken = changes || (stays & BIT(state)) != 0;
 
@@ -129,7 +129,7 @@ static void what_the_register_shows(void)
 
 static void what_is_armed_and_what_moves(void)
 {
-    for (uint8_t state = 0; state < AXIS_STATES; state++) {
+    for (uint8_t state = 0; state < (uint8_t)AXIS_STATES; state++) {
         reach((enum axis_state)state);
         TEST_ASSERT_EQUAL(((MOVING & ~BIT(AXIS_RUNNING)) & BIT(state)) != 0,
                           lifecycle_armed(&life));

@@ -142,7 +142,7 @@ static void slow_steps_count_more(void)
         slow_line(i);
     }
     arm_all();
-    for (uint8_t i = 0; i < 3u * CONFIG_AXES / 4u; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(3u * CONFIG_AXES / 4u); i++) {
         uint16_t entries = round_of(AT_ONCE / SLOW_STEP + CALLS, &served);
         TEST_ASSERT_EQUAL_UINT16(BUDGET / SLOW_STEP, entries);
     }
@@ -165,7 +165,7 @@ static void steep_steps_count_more_too(void)
         TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(i, LINE_MARK_END, 0));
     }
     arm_all();
-    for (uint8_t i = 0; i < 3u * CONFIG_AXES / 2u; i++) {
+    for (uint8_t i = 0; i < (uint8_t)(3u * CONFIG_AXES / 2u); i++) {
         TEST_ASSERT_TRUE(round_of(AT_ONCE / 2u, &served) <= BUDGET / 2u);
         TEST_ASSERT_EQUAL_UINT8(2, served);
     }

@@ -7,7 +7,7 @@
 #include "wire/register_map.h"
 
 // The store's view of them, which may be written.
-#define settings (*settings_record())
+#define SETTINGS (*settings_record())
 
 void setUp(void)
 {
@@ -20,36 +20,36 @@ void tearDown(void)
 
 static void defaults(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(1, settings.unit_address);
-    TEST_ASSERT_EQUAL_UINT16(1152, settings.baud_100);
-    TEST_ASSERT_EQUAL_UINT16(2, settings.parity);
-    TEST_ASSERT_EQUAL_UINT32(30, settings_u32(settings.pixel_hz_num));
-    TEST_ASSERT_EQUAL_UINT32(1, settings_u32(settings.pixel_hz_den));
-    TEST_ASSERT_EQUAL_UINT16(20, settings.dir_setup_us);
-    TEST_ASSERT_EQUAL_UINT16(20, settings.dir_hold_us);
-    TEST_ASSERT_EQUAL_UINT16(1000, settings.input_filter_us);
-    TEST_ASSERT_EQUAL_UINT16(3000, settings.bus_timeout_ms);
+    TEST_ASSERT_EQUAL_UINT16(1, SETTINGS.unit_address);
+    TEST_ASSERT_EQUAL_UINT16(1152, SETTINGS.baud_100);
+    TEST_ASSERT_EQUAL_UINT16(2, SETTINGS.parity);
+    TEST_ASSERT_EQUAL_UINT32(30, settings_u32(SETTINGS.pixel_hz_num));
+    TEST_ASSERT_EQUAL_UINT32(1, settings_u32(SETTINGS.pixel_hz_den));
+    TEST_ASSERT_EQUAL_UINT16(20, SETTINGS.dir_setup_us);
+    TEST_ASSERT_EQUAL_UINT16(20, SETTINGS.dir_hold_us);
+    TEST_ASSERT_EQUAL_UINT16(1000, SETTINGS.input_filter_us);
+    TEST_ASSERT_EQUAL_UINT16(3000, SETTINGS.bus_timeout_ms);
     TEST_ASSERT_TRUE(settings_are_possible());
 }
 
 // Words lie at their addresses.
 static void words_by_address(void)
 {
-    settings.words[REG_HOLDING_unit_address] = 77;
-    settings.words[REG_HOLDING_pixel_hz_num] = 0x1234;
-    settings.words[REG_HOLDING_pixel_hz_num + 1] = 0xFEDC;
-    settings.words[REG_HOLDING_enable_settle_ms] = 999;
-    TEST_ASSERT_EQUAL_UINT16(77, settings.unit_address);
-    TEST_ASSERT_EQUAL_HEX32(0x1234FEDCuL, settings_u32(settings.pixel_hz_num));
-    TEST_ASSERT_EQUAL_HEX32(1, settings_u32(settings.pixel_hz_den));
-    TEST_ASSERT_EQUAL_UINT16(999, settings.enable_settle_ms);
+    SETTINGS.words[REG_HOLDING_unit_address] = 77;
+    SETTINGS.words[REG_HOLDING_pixel_hz_num] = 0x1234;
+    SETTINGS.words[REG_HOLDING_pixel_hz_num + 1] = 0xFEDC;
+    SETTINGS.words[REG_HOLDING_enable_settle_ms] = 999;
+    TEST_ASSERT_EQUAL_UINT16(77, SETTINGS.unit_address);
+    TEST_ASSERT_EQUAL_HEX32(0x1234FEDCuL, settings_u32(SETTINGS.pixel_hz_num));
+    TEST_ASSERT_EQUAL_HEX32(1, settings_u32(SETTINGS.pixel_hz_den));
+    TEST_ASSERT_EQUAL_UINT16(999, SETTINGS.enable_settle_ms);
     TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_enable_settle_ms + 1, SETTINGS_WORDS);
 }
 
 static void check_value(uint16_t address, uint16_t word, bool possible)
 {
     setUp();
-    settings.words[address] = word;
+    SETTINGS.words[address] = word;
     TEST_ASSERT_EQUAL(possible, settings_are_possible());
 }
 
@@ -85,10 +85,10 @@ static void ranges(void)
 
 static void check_hz(bool possible, uint32_t num, uint32_t den)
 {
-    settings.pixel_hz_num[0] = (uint16_t)(num >> 16);
-    settings.pixel_hz_num[1] = (uint16_t)num;
-    settings.pixel_hz_den[0] = (uint16_t)(den >> 16);
-    settings.pixel_hz_den[1] = (uint16_t)den;
+    SETTINGS.pixel_hz_num[0] = (uint16_t)(num >> 16);
+    SETTINGS.pixel_hz_num[1] = (uint16_t)num;
+    SETTINGS.pixel_hz_den[0] = (uint16_t)(den >> 16);
+    SETTINGS.pixel_hz_den[1] = (uint16_t)den;
     TEST_ASSERT_EQUAL(possible, settings_are_possible());
 }
 

@@ -41,7 +41,7 @@ void axes_account(uint8_t axis);
 
 // Bring an axis to rest and discard all its lines, from every state and as often as wanted. When
 // the timer makes idle periods the axis is at rest at once; else it is STOPPING until a later call.
-void axes_stop(uint8_t axis);
+void axes_stop(uint8_t i);
 
 // The first axis that is armed or running, NO_AXIS if none.
 uint8_t axes_first_moving(void);

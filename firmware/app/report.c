@@ -162,7 +162,7 @@ struct source {
 #define CONSTANT(number) {.value = (number), .kind = KIND_CONSTANT}
 #define CALL(function)   {.call = (function), .kind = KIND_CALL_LOW}
 #define MEMBER(width, owner, place)                                                      \
-    {.value = (uint16_t)(place), .kind = (width) + (owner)}
+    {.value = (uint16_t)(place), .kind = (uint8_t)((uint8_t)(width) + (uint8_t)(owner))}
 #define LONG(first, owner, place)                                                        \
     [first] = MEMBER(WIDTH_HIGH, owner, place),                                          \
     [(first) + 1] = MEMBER(WIDTH_LOW, owner, place)

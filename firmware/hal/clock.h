@@ -45,10 +45,11 @@ static inline uint16_t clock_now_ms(void)
 // Milliseconds of a time in units, exact; divides.
 static inline uint32_t clock_ms_of_units(uint32_t units)
 {
-    // 1000 ms are 125 / 8 units for each tick a microsecond has.
-    const uint32_t units_8ms = 125u * (uint32_t)(CONFIG_TIMER_HZ / 1000000uL);
-
-    return units_8ms % 8u == 0
-               ? units / (units_8ms / 8u)
-               : units / units_8ms * 8u + units % units_8ms * 8u / units_8ms;
+    // 8 ms are 125 units for each tick that a microsecond has.
+#define CLOCK_UNITS_8MS (125uL * (CONFIG_TIMER_HZ / 1000000uL))
+#if CLOCK_UNITS_8MS % 8uL == 0
+    return units / (CLOCK_UNITS_8MS / 8uL);
+#else
+    return units / CLOCK_UNITS_8MS * 8u + units % CLOCK_UNITS_8MS * 8u / CLOCK_UNITS_8MS;
+#endif
 }

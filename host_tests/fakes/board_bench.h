@@ -31,8 +31,13 @@
 
 // Axes that a suite takes on every board: of two, the first stands in for the second (where the
 // suite wants another than the pixel clock's) and for the third, the second for the last.
-#define BENCH_SECOND        (CONFIG_AXES > 2 ? 1u : 0u)
-#define BENCH_THIRD         (CONFIG_AXES > 2 ? 2u : 0u)
+#if CONFIG_AXES > 2
+#define BENCH_SECOND 1u
+#define BENCH_THIRD  2u
+#else
+#define BENCH_SECOND 0u
+#define BENCH_THIRD  0u
+#endif
 #define BENCH_LAST          (CONFIG_AXES - 1u)
 #define BENCH_MASK_OF(axis) ((uint16_t)(1u << (axis)))
 #define BENCH_ALL_AXES      ((uint16_t)((1u << CONFIG_AXES) - 1u))

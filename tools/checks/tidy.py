@@ -8,6 +8,7 @@ A database of avr-gcc is read with the AVR's own types (int has 16 bits) and avr
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -36,14 +37,16 @@ QUIET_AVR = [
 
 
 # Flags of avr-gcc that clang takes for errors.
-NOT_CLANGS = ("-ffixed-", "-mrelax")
+NOT_CLANGS = ("-ffixed-", "-mrelax", "-mcall-prologues", "-mstrict-X", "-flto", "-ffat-lto-objects")
+# A file that is a macro in angle brackets looks like an expression without parentheses.
+FILE_MACRO = re.compile(r"-D(BOARD_FILE|BOARD_KINDS)=\"?<([^>]*)>\"?")
 
 
 def database_for_clang(build: Path, folder: str) -> list[dict[str, str]]:
     """The compile database, written to another folder without what clang does not accept."""
     entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
     for entry in entries:
-        words = entry["command"].split(" ")
+        words = FILE_MACRO.sub(r'-D\1=\\"\2\\"', entry["command"]).split(" ")
         entry["command"] = " ".join(word for word in words if not word.startswith(NOT_CLANGS))
     (Path(folder) / "compile_commands.json").write_text(json.dumps(entries), encoding="utf-8")
     return entries

@@ -435,11 +435,9 @@ static bool run_list(void)
         bool fine = list[i].check();
         bool served = errno != EMBXILFUN;
 
-        (void)printf("%s\t%s\n",
-                     list[i].name,
-                     fine     ? "ok"
-                     : served ? complaint
-                              : "exception 01");
+        const char *verdict = served ? complaint : "exception 01";
+
+        (void)printf("%s\t%s\n", list[i].name, fine ? "ok" : verdict);
         (void)fflush(stdout);
     }
     return true;
@@ -452,9 +450,9 @@ int main(int argc, char **argv)
         return 2;
     }
     board = argv[2];
-    board_id = atoi(argv[3]);
-    board_axes = atoi(argv[4]);
-    tick_hz = atoi(argv[5]);
+    board_id = (int)strtol(argv[3], NULL, 10);
+    board_axes = (int)strtol(argv[4], NULL, 10);
+    tick_hz = (int)strtol(argv[5], NULL, 10);
     // A pseudo terminal has no parity.
     client = modbus_new_rtu(argv[1], 115200, 'N', 8, 1);
     if (client == NULL || modbus_set_slave(client, UNIT) != 0 ||
