@@ -15,11 +15,15 @@ from pixstep.simulation.simrun import BOOT_S
 pytestmark = pytest.mark.usefixtures("simulator")
 
 BOARDS = boards.BOARD_NAMES
+# Whose default images serve function 8, and whose do not.
+DIAGNOSING = [board.name for board in boards.all_boards() if board.all_features]
+OTHERS = sorted(set(BOARDS) - set(DIAGNOSING))
 AXES = {board.name: board.axes for board in boards.all_boards()}
 UNIT, OTHER, ALL = 1, 9, 0
 SETUP_US, BAUD_100, PARITY, REPLY_DELAY_US = 0x0006, 0x0001, 0x000D, 0x000E
 AXIS_COUNT, STATUS, FRAMES_OK, CRC_ERRORS, RX_OVERRUNS = 0x0003, 0x0004, 0x0010, 0x0011, 0x0013
 BUS_MESSAGES, NO_REPLIES = 0x0064, 0x0065
+QUEUE = 0x1000
 FAULT_CODE, RESET_CAUSE = 0x0005, 0x000B
 # None, decoder late, clock missing, clock edge lost, clock edge placed late.
 FOR_LACK_OF_TIME = (0, 2, 4, 7, 18)
@@ -57,11 +61,17 @@ def write_one(address, value, unit=UNIT):
     return frame(unit, 6, (address, value))
 
 
+def odd_block():
+    """Return the longest request of the data's functions: a block for the queue, refused as odd."""
+    return frame(UNIT, 16, (QUEUE, 123), 246, range(123))
+
+
 class Master:
     """A simulated board and the master of its line, byte for byte."""
 
-    def __init__(self, sim):
+    def __init__(self, sim, board):
         self.sim = sim
+        self.diagnoses = board in DIAGNOSING
         self.baud = 115_200
         self.lost = 0  # requests under load that stayed without a reply
 
@@ -81,6 +91,10 @@ class Master:
 
     def holding(self, address):
         return int.from_bytes(self.ask(frame(UNIT, 3, (address, 1)))[2:])
+
+    def long_request(self):
+        """Return a long request that changes nothing: a loopback where the board has that."""
+        return frame(UNIT, 8, (0, *range(120))) if self.diagnoses else odd_block()
 
     def rest(self, us=20_000):
         self.sim.run(us * self.sim.tick_hz // 1_000_000)
@@ -107,7 +121,7 @@ def master(request):
     options = SimOptions([(request.param, natives.image(request.param))], 100)
     with Simulator(options) as sim:
         sim.wait_s(BOOT_S)
-        yield Master(sim)
+        yield Master(sim, request.param)
 
 
 def axis_count(master):
@@ -216,6 +230,7 @@ def test_broadcast_reads_are_ignored_and_counted(master):
     assert master.input(CRC_ERRORS) == 0
 
 
+@pytest.mark.parametrize("master", DIAGNOSING, indirect=True)
 def test_listen_only_until_restart(master):
     setup = master.holding(SETUP_US)
     assert master.ask(frame(UNIT, 8, (4, 0))) == b""
@@ -227,6 +242,14 @@ def test_listen_only_until_restart(master):
     assert master.holding(SETUP_US) == setup
     assert master.ask(frame(UNIT, 8, (1, 0))) == bytes([8, 0, 1, 0, 0])
     assert master.input(FRAMES_OK) <= 1
+
+
+@pytest.mark.parametrize("master", OTHERS, indirect=True)
+def test_without_diagnosis_there_is_no_listen_only(master):
+    assert master.ask(frame(UNIT, 8, (4, 0))) == bytes([0x88, 1])
+    assert master.ask(frame(UNIT, 8, (1, 0))) == bytes([0x88, 1])
+    assert not master.input(STATUS) & LISTEN_ONLY
+    assert axis_count(master)
 
 
 def test_what_follows_a_request_is_nobodys(master):
@@ -244,8 +267,11 @@ def test_longest_frames_at_every_rate(master, baud, parity):
     request = frame(UNIT, 8, (0,))[:-2] + data
     request = wire.seal(request)
     assert len(request) == 254 + 2
+    reply = request[1:-2] if master.diagnoses else bytes([0x88, 1])
     for _ in range(3):
-        assert master.ask(request) == request[1:-2]
+        assert master.ask(request) == reply
+        assert master.ask(odd_block()) == bytes([0x90, 3])
+        assert len(master.ask(read_input(0x0100, count=125))) == 2 + 250
     assert master.input(RX_OVERRUNS) == 0
     assert master.input(CRC_ERRORS) == 0
 
@@ -292,7 +318,7 @@ def steps_of(board, folder, load, baud, percent):
     counts = (5, 40, 120, 200, 200, 200, 120, 30, 0, -30, -200, -7, 0, 3, 3)
     line = Line(tuple(int(count * percent / 100) for count in counts), PLAIN)
     with Bench(board, axes, hz=100, edges=path) as bench:
-        master = Master(bench.sim)
+        master = Master(bench.sim, board)
         master.change(baud, "E")
         for axis in axes:
             bench.load(line, axis)
@@ -315,7 +341,7 @@ def quiet(master):
 
 def requests(master):
     master.lost += not master.ask(read_input(0x0100, count=100))
-    master.lost += not master.ask(frame(UNIT, 8, (0, *range(120))))
+    master.lost += not master.ask(master.long_request())
 
 
 def others(master):
@@ -357,7 +383,7 @@ def test_a_saturated_line_moves_no_edge(tmp_path, board, load, baud, percent, lo
 @pytest.mark.parametrize("board", BOARDS)
 def test_broadcasts_faster_than_they_are_served_reset_nothing(board):
     with Bench(board) as bench:
-        master = Master(bench.sim)
+        master = Master(bench.sim, board)
         master.change(1_000_000, "N")
         for turn in range(3000):
             master.send(write_one(SETUP_US, 1 + turn % 1000, ALL))
@@ -373,7 +399,7 @@ def test_broadcasts_faster_than_they_are_served_reset_nothing(board):
 def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, load):
     axes = range(AXES[board])
     with Bench(board, axes, hz=100) as bench:
-        master = Master(bench.sim)
+        master = Master(bench.sim, board)
         master.change(1_000_000, "N")
         for axis in axes:
             bench.load(Line((count,) * 60, PLAIN), axis)
@@ -383,7 +409,7 @@ def test_serial_interrupts_slower_than_the_line_do_not_pile_up(board, count, loa
             if load is others:
                 others(master)
             else:
-                master.sim.transmit(frame(UNIT, 8, (0, *range(120))))
+                master.sim.transmit(master.long_request())
         bench.sim.wait_s(1)
         assert master.input(RESET_CAUSE) == 1  # power-on
         assert master.input(FAULT_CODE) in FOR_LACK_OF_TIME

@@ -9,7 +9,7 @@ import pytest
 
 from pixstep import natives
 from pixstep.errors import UserError
-from pixstep.hostile.mutants import campaign, judged, operators, record
+from pixstep.hostile.mutants import campaign, judged, operators, programs, record
 from pixstep.hostile.mutants.campaign import Outcome, Plan, Trial
 
 CODE = """\
@@ -113,6 +113,18 @@ def test_the_same_code_is_equivalent(native):
 
 def test_what_does_not_compile_is_no_mutant(native):
     assert native.run(of_even("steps - 1u", "steps - ")).fate == "invalid"
+
+
+def test_an_image_is_linked_of_the_changed_objects(simulator, tmp_path):
+    """Unless a change is one, the image is the build's to the byte."""
+    build, workshop = programs.Build("uno"), programs.Workshop(tmp_path)
+    program = build.program("firmware/pixstep-uno.elf")
+    image = (build.folder / program.target).read_bytes()
+    file = natives.root() / EVEN
+    text = file.read_text(encoding="utf-8")
+    for wrong, same in (("steps - 0x1u", True), ("steps + 1u", False)):
+        workshop.change(file, of_even("steps - 1u", wrong).apply(text))
+        assert (workshop.link(program).read_bytes() == image) == same
 
 
 def folders():

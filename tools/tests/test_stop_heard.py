@@ -8,6 +8,7 @@ from pixstep.board import boards
 from pixstep.hostile.orders import frames
 from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
+from test_bus import DIAGNOSING
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
@@ -83,9 +84,10 @@ def test_axes_that_a_board_has_not_are_refused_otherwise():
         assert bench.state(0) == "loaded"
 
 
-def test_listen_only_lets_the_bus_fall_silent():
+@pytest.mark.parametrize("board", DIAGNOSING)
+def test_listen_only_lets_the_bus_fall_silent(board):
     """Nobody obeys in listen-only mode: what is said then keeps no axis running."""
-    with Bench("uno") as bench:
+    with Bench(board) as bench:
         bench.board.write_setting("bus_timeout_ms", 300)
         start(bench)
         listen_only = seal(bytes([1, 8, 0, 4, 0, 0]))

@@ -43,7 +43,7 @@ def test_what_is_queued_right_behind_a_stop_is_kept_or_refused(board):
     entries = queue_entries(Line((3, 3), PLAIN))
     answers = set()
     with Bench(board, hz=5) as bench:
-        master = Master(bench.sim)
+        master = Master(bench.sim, board)
         master.change(1_000_000, "N")
         for turn in range(12):
             bench.load(Line((1,) * 50, PLAIN))

@@ -34,7 +34,7 @@ DEFECTS = (
     Defect(
         "server",
         SERVER,
-        "exception = check(address, count, READ_HOLDING);",
+        "exception = check_range(address, count, READ_HOLDING);",
         "exception = MODBUS_OK;",
         "a write that is done though the read is impossible",
     ),
@@ -62,8 +62,8 @@ DEFECTS = (
     Defect(
         "board",
         "app/data.c",
-        "if (!possible || machine_queued() || store_busy()) {\n        machine.settings = before;",
-        "if (!possible || machine_queued() || store_busy()) {",
+        "store_busy()) {\n        settings_exchange(address, count, words);",
+        "store_busy()) {",
         "settings that stay as they must not be",
     ),
 )

@@ -120,18 +120,18 @@ class Build:
 
     def _of_archive(self, archive: str, member: str) -> str:
         path = Path(archive)
-        folder = path.parent / "CMakeFiles" / f"{path.stem.removeprefix('lib')}.dir"
-        found = [
-            str(made.relative_to(self.folder))
-            for made in (self.folder / folder).rglob(member)
-            if str(made.relative_to(self.folder)) in self.commands
+        name = path.stem.removeprefix("lib")
+        # A layer's library is made of the objects of an object library, others of their own.
+        folders = [path.parent / "CMakeFiles" / f"{name}{kind}.dir" for kind in ("_objects", "")]
+        made = [
+            str(place.relative_to(self.folder))
+            for folder in folders
+            for place in (self.folder / folder).rglob(member)
         ]
-        if len(found) == 1:
-            return found[0]
-        assembled = list((self.folder / folder).rglob(member))
-        if len(assembled) != 1:
-            raise UserError(f"{archive}: {member} is not in one place of {folder}")
-        return str(assembled[0].relative_to(self.folder))
+        found = [place for place in made if place in self.commands] or made
+        if len(found) != 1:
+            raise UserError(f"{archive}: {member} is not in one place of {folders[0].parent}")
+        return found[0]
 
 
 class CannotBuildError(Exception):
@@ -165,13 +165,25 @@ class Workshop:
 
     def object(self, build: Build, name: str) -> Path:
         """Return the changed object of that name, compiled if it was not; CannotBuildError."""
-        if (build.name, name) not in self._made:
-            made = self.folder / "objects" / build.name / name
-            self._compile(build, name, made)
-            self._made[build.name, name] = made
-        return self._made[build.name, name]
+        return self._object("objects", build, name, _NO_DEBUG)
 
-    def _compile(self, build: Build, name: str, made: Path) -> None:
+    def code(self, build: Build, name: str) -> Path:
+        """Return the like of `object` that holds machine code alone, to be compared.
+
+        What link-time optimisation keeps in an object names the source's folder and columns and
+        has names made by chance.
+        """
+        return self._object("code", build, name, (*_NO_DEBUG, "-fno-lto"))
+
+    def _object(self, kind: str, build: Build, name: str, options: tuple[str, ...]) -> Path:
+        key = f"{kind} of {build.name}", name
+        if key not in self._made:
+            made = self.folder / kind / build.name / name
+            self._compile(build, name, made, options)
+            self._made[key] = made
+        return self._made[key]
+
+    def _compile(self, build: Build, name: str, made: Path, options: tuple[str, ...]) -> None:
         """Compile with the changed file before the tree's."""
         root, mine = natives.root(), self.folder
         words = list(build.commands[name])
@@ -181,7 +193,7 @@ class Workshop:
             words[-1] = str(mine / source.relative_to(root))
         first = [f"-I{mine / part}" for part in ("firmware", "firmware/core", "host_tests")]
         made.parent.mkdir(parents=True, exist_ok=True)
-        done = call([words[0], *first, *words[1:-1], *_NO_DEBUG, words[-1]], build.folder)
+        done = call([words[0], *first, *words[1:-1], *options, words[-1]], build.folder)
         if done.returncode:
             raise CannotBuildError(done.stderr.strip())
 

@@ -123,8 +123,8 @@ class Stages:
                 if not name.startswith("firmware/"):
                     continue
                 with self._lock:
-                    before = plain.object(build, name)
-                if workshop.object(build, name).read_bytes() != before.read_bytes():
+                    before = plain.code(build, name)
+                if workshop.code(build, name).read_bytes() != before.read_bytes():
                     return False
         return True
 
