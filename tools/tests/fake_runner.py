@@ -24,6 +24,8 @@ BYTE_CYCLES = 11 * TICK_HZ // 115_200
 GAP_CYCLES = 28_000
 QUEUE_SLOTS = 64
 FAULT_CODE = 5
+FEATURES = regs.register_map().input("features").address
+ALL_FEATURES = 0xFFFF
 DEFECT = os.environ.get("DEFECT", "")
 
 
@@ -125,7 +127,8 @@ class Fake:
         if address == FAULT_CODE:
             return int(DEFECT == "halts" and any(axis.zero for axis in self.axes))
         if not regs.AXIS_BASE <= address < regs.AXIS_BASE + 4 * regs.AXIS_STRIDE:
-            return {0: 1, 2: boards.load(self.board).id, 3: len(self.axes), 24: 10}.get(address, 0)
+            known = {0: 1, 2: boards.load(self.board).id, 3: len(self.axes), 24: 10}
+            return known.get(address, ALL_FEATURES if address == FEATURES else 0)
         axis, offset = self.axes[(address - 0x20) // 16], address % 16
         self.update(axis)
         free = QUEUE_SLOTS - (len(axis.entries) if axis.state < 3 else 0)
