@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A product for which avr-gcc generates slow code: assembly there. The C that the assembly stands
 // for is beside it; every other compiler gets the C.
+// The function may be called from any context.
 #pragma once
 
 #include <stdint.h>
@@ -10,6 +11,7 @@
 // a * b modulo 2^32. 38 cycles with the call (40 on the ATmega2560). multiply.S.
 uint32_t multiply_u32_u16(uint32_t a, uint16_t b);
 
+// The same function in C; a * b wraps at 2^32 like the assembly.
 #else
 
 static inline uint32_t multiply_u32_u16(uint32_t a, uint16_t b)
