@@ -3,14 +3,15 @@
 //
 //     input registers                         holding registers
 //     0x0000  the board (registers.def)       0x0000  settings (registers.def)
-//     0x0020  axis 0, 0x0030 axis 1, ...      behind them: commands (registers.def)
-//     0x0100  records of axis 0, 0x0180 ...   0x1000  queue window
+//     0x0020  axis 0, 0x0030 axis 1, ...      0x0100  commands (registers.def)
+//     0x0060  more of the board               0x1000  queue window
+//     0x0100  records of axis 0, 0x0180 ...
 //     0x0300  event log
 //
 // docs/PROTOCOL.md says what each register means.
 #pragma once
 
-// Input register 0 shows this number. A host refuses a board whose map it does not know.
+// Input register map_version shows this number, so that a host knows which map a board has.
 #define REG_MAP_VERSION 3u
 
 // Register of axis a: REG_AXIS_BASE + a * REG_AXIS_STRIDE + REG_AXIS_name.

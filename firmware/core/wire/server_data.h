@@ -5,7 +5,7 @@
 //     core/wire/server.c ---- data_*() ---->  app/data.c, app/bits.c, app/identity.c
 //
 // The server checks a range with the functions *_mapped() first and calls the others with mapped
-// addresses only. Reading changes no state of the board; the first word of a 32-bit value may take
+// addresses only. Reading has no effect on the machine; the first word of a 32-bit value may take
 // the sample that the second word completes.
 #pragma once
 
