@@ -19,8 +19,8 @@
 // All drivers count as off. The pins are off already (hal/pins.h), so that none is written.
 void drivers_start(void);
 
-// Switch the axis's driver on or off. Switching on starts both times of the axis anew; a driver that
-// is on already keeps them.
+// Switch the axis's driver on or off. Switching on starts both times of the axis anew; they go on
+// for a driver that is on already.
 void drivers_write(uint8_t axis, bool on);
 // True when the axis's driver is on.
 bool drivers_is_on(uint8_t axis);

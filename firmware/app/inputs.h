@@ -6,7 +6,6 @@
 //                     |-- filter --|
 //     filtered ____________________/~~
 //
-// Times are low 16 bits of clock_now_units(), so that a filter may last up to a quarter of a second.
 // Each switch has a filter of its own: one that chatters must not hide another. The exact instant of
 // a home switch's edge comes from the capture hardware (app/seek.h), never from here.
 #pragma once
@@ -17,9 +16,9 @@
 // Every switch is open until the filter has seen otherwise.
 void inputs_start(void);
 
-// Sample one axis's switches and filter them. Latches fault limit_plus or limit_minus when a running
-// axis has moved on towards a limit switch that is tripped; an axis may move away from it. Called
-// for one axis after the other, round by round.
+// Sample one axis's switches and filter them. Latches fault limit_plus or limit_minus when a
+// running axis has moved on towards a limit switch that is tripped; an axis may move away from it.
+// Called for one axis after the other, round by round.
 void inputs_poll(uint8_t axis);
 
 // Filtered state of the axis's home switch: true when closed, whatever level that is at the pin.
@@ -32,8 +31,8 @@ bool inputs_lasted(uint16_t since_units);
 // True when the settings say that a home switch is closed while its pin is high, instead of low.
 bool inputs_home_inverted(void);
 
-// True when the axis's home switch has not changed for the filter's time, so that its filtered state
-// is that of its pin.
+// True when the axis's home switch has not changed for the filter's time, so that its filtered
+// state is that of its pin.
 bool inputs_settled(uint8_t axis);
 
 // Input register `inputs`: four bits for each axis, axis 0 lowest; set for closed or tripped.

@@ -2,9 +2,9 @@
 // The permit output, the gate of a laser or a spindle. Main loop only; the interrupt of the
 // emergency stop switches the output off by itself (hal/estop.h).
 //
-//     permit_is_on()    ___/~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~\___   what commands and faults made of it
-//     emergency stop    ____________/~~~~~~~~~\______________
-//     PERMIT output     ___/~~~~~~~~\________________________   what the gate sees
+//     permit_is_on()    ___/~~~~~~~~~~~\___________   off when the main loop latches the fault
+//     emergency stop    ____________/~~~~~~~~~\_____
+//     PERMIT output     ___/~~~~~~~~\______________   off at once, by the stop's interrupt
 #pragma once
 
 #include <stdbool.h>

@@ -2,9 +2,9 @@
 // The pixel clock as this board knows it: the exact period that lines are decoded with, when clock
 // edges came, and when the reference line had planned them. Main loop only.
 //
-//     plan of the line    |zero     |pixel 1  |pixel 2  |pixel 3        reference_follow(zero)
-//     clock edges        |         |          |         |               reference_edge()
-//     error (ticks)      -         -          +         0
+//     planned edges     |0        |1        |2        |3      reference_follow(); 0: line zero
+//     edges            |          |          |        |       reference_edge()
+//     error (ticks)    -          0          +        0
 //
 // Times of edges are ticks since the timers started, and wrap.
 #pragma once

@@ -25,7 +25,7 @@
 #define REPORT_ESTOP       0x0010u
 // The permit is switched on.
 #define REPORT_PERMIT      0x0020u
-// The server executes and answers nothing (function 08).
+// The server is in listen-only mode (function 08, sub-function 4).
 #define REPORT_LISTEN_ONLY 0x0040u
 #define REPORT_STOPPING    0x0100u // axis 0, and the next bits the next axes
 

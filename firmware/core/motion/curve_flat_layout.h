@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Where curve_flat_steps.S finds the members of struct curve_flat; checked in curve_flat.c. The
 // assembler reads this file, too: plain numbers only.
+//
+// Offsets in bytes; a struct wide takes 5.
 #pragma once
 
 #define CURVE_FLAT_RESIDUAL     0

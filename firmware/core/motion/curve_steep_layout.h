@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Where the assembly (curve_steep_*.S) finds the members of struct curve_steep; checked in
 // curve_steep.c. The assembler reads this file, too: plain numbers only.
+//
+// Offsets in bytes. The limits below are proved beside their use in curve_steep.c.
 #pragma once
 
 #define CURVE_STEEP_RESIDUAL   0

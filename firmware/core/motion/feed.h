@@ -29,9 +29,11 @@
 #define FEED_BLOCKS 8u
 #endif
 
-// Single pulsing periods that were written together, from `slot` on.
+// Single pulsing periods that were written together, from `slot` on: the ledger accounts for them as
+// a whole instead of adding them up.
 struct feed_block {
     uint8_t slot;
+    // Number of entries.
     uint8_t count;
     // Length of all of them, ticks.
     uint32_t ticks;
@@ -56,13 +58,18 @@ struct feed_train {
     uint32_t ticks; // of all its steps
 };
 
+// The decoder writes these members by the functions below; the ledger reads marks, blocks and trains
+// and drops what it has consumed.
 struct feed {
+    // The ring that this feed alone writes.
     struct step_ring *ring;
     // The STEP_TRAINS trains of the interrupt, or NULL: no trains.
     struct pulse_train *engine_trains;
-    // Shortest time from a change of direction to the next step, ticks.
+    // Shortest time from a change of direction to the next step, ticks; app/limits.c sets it.
     uint16_t reversal_ticks;
+    // The trains that are not over yet; the ledger frees them.
     struct feed_train trains[STEP_TRAINS];
+    // The train that was written last, 0 or 1.
     uint8_t newest_train;
     // Next slot to write.
     uint8_t head;
@@ -78,6 +85,7 @@ struct feed {
     bool held;
     // The next interval may be merged into the delay before the line.
     bool merge;
+    // The slot that hides the front while `held` is set.
     uint8_t held_slot;
     // Part of the first interval that the delay must cover, ticks.
     uint32_t lead_in_ticks;
@@ -113,7 +121,8 @@ static inline uint8_t feed_space(const struct feed *feed, uint8_t retired)
 // Longest delay of feed_release(), ticks.
 #define FEED_DELAY_MAX_TICKS (2uL * STEP_PERIOD_MAX_TICKS)
 
-// Reserve the held front; the line's intervals follow.
+// Reserve the held front: its begin command and two delay periods. The line's intervals follow. The
+// ring reads empty to the interrupt until feed_release().
 void feed_hold(struct feed *feed);
 
 // Publish the held front so that the line begins after delay_ticks (2..FEED_DELAY_MAX_TICKS,
@@ -132,7 +141,8 @@ static inline void feed_publish_front(struct feed *feed)
 // third: account for the front, after the store.
 void feed_front_released(struct feed *feed, uint32_t delay_ticks);
 
-// Add time and then a step. Only when feed_busy() is false.
+// Add interval_ticks and then a step in this direction. Only when feed_busy() is false; the step may
+// be busy afterwards, so that feed_pump() must write the rest.
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 
 // True when each step in this direction needs nothing but one period. feed_burst_put() may then be
@@ -163,7 +173,7 @@ static inline bool feed_steady(const struct feed *feed, bool negative)
     return feed->lead && feed->pending_ticks == 0 && negative == feed->negative;
 }
 
-// True when one of the two trains is free.
+// True when one of the two trains is free: no entry of the ring refers to it.
 static inline bool feed_train_free(const struct feed *feed)
 {
     return feed->trains[0].steps == 0 || feed->trains[1].steps == 0;
@@ -259,8 +269,10 @@ static inline bool feed_marks_full(const struct feed *feed)
     return (uint8_t)(feed->mark_head - feed->mark_tail) >= FEED_MARKS - 1u;
 }
 
-// Place a pixel edge or a line start behind everything fed so far.
+// Place a pixel edge or a line start behind everything fed so far. position: expected position at
+// the edge, signed steps of the line. Only when feed_marks_full() is false.
 void feed_mark_here(struct feed *feed, bool line_start, int32_t position);
 
-// The line is over, and nothing follows it without a gap. Only when feed_busy() is false.
+// The line is over, and nothing follows it without a gap: write the last step's period and the end
+// command. Only when feed_busy() is false.
 void feed_end(struct feed *feed);

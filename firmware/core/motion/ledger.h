@@ -2,6 +2,11 @@
 // The ledger follows the step interrupt through the ring and keeps account of what it did: time,
 // position, pixel edges. The position is what was handed to the timer, never what was only queued;
 // a step counts when its period is loaded, at most one period before its edge. Main loop only.
+//
+//     ring       | retired ...            tail |  ...       head |
+//                |<-- consumed, not accounted ->|<-- decoded ---->|
+//     ledger_follow() moves `retired` up to the interrupt's `tail`; the writer may use the slots
+//     before `retired` again, except for the last three, whose periods may still be asked for.
 #pragma once
 
 #include <stdbool.h>
@@ -18,6 +23,7 @@
 #define LEDGER_LAG_ENTRIES 8u
 
 struct ledger {
+    // The ring that the axis's step interrupt reads.
     struct step_ring *ring;
     // First slot that is not accounted for.
     uint8_t retired;
@@ -29,7 +35,7 @@ struct ledger {
     uint8_t left;
     // The train at this place, 0 or 1; LEDGER_NO_TRAIN if there is none.
     uint8_t train;
-    // Its steps that are accounted for.
+    // Its steps that are accounted for, those of `left` included.
     uint16_t train_steps;
     // Idle periods that are accounted for.
     uint16_t idle_seen;
@@ -46,9 +52,9 @@ struct ledger {
     uint32_t taken_ticks;
     // Signed steps since reset, those of `left` included.
     int32_t position_steps;
-    // Position where the line began.
+    // Position where the line began: records count from here.
     int32_t line_origin;
-    // Pixel edges passed in the line.
+    // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
     uint32_t pixel;
     // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
     struct records records;
@@ -114,7 +120,8 @@ static inline bool ledger_has_passed(const struct ledger *ledger,
     return (int16_t)(sample->idle_count - ledger->idle_seen) < 0;
 }
 
-// Account for everything up to the sample. Consumes marks and blocks of the feed.
+// Account for everything up to the sample. Consumes marks and blocks of the feed, and writes a
+// record at each pixel edge that it passes. Samples must not go back in time.
 void ledger_follow(struct ledger *ledger,
                    struct feed *feed,
                    const struct engine_sample *sample);
@@ -138,8 +145,11 @@ static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
     return (uint16_t)(ledger->train_steps - ledger->left);
 }
 
-// Start of a period, in ticks since the timers started. back: 0 the newest loaded period, 1 the one
-// before, 2 the one before that. Divides inside a train.
+// Start of a period, in ticks since the timers started. back: 0 the newest loaded period (the one
+// that the timer makes next), 1 the one before, 2 the one before that. Divides inside a train.
+//
+//     period    | back 2        | back 1: running | back 0: loaded |
+//     now                               ^
 uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back);
