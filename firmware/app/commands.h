@@ -11,15 +11,15 @@ enum command {
     COMMAND_NONE = 0,
     // Decode the front line ahead; with an argument, wait for that token.
     COMMAND_ARM = 1,
-    // Bring axes that are armed back to rest and discard their lines.
+    // Disarm axes and discard their lines; none of them may run.
     COMMAND_DISARM = 2,
     // End motion at once and discard what is queued; the permit goes off.
     COMMAND_STOP = 3,
     // Forget the latched faults; every axis must be at rest.
     COMMAND_CLEAR_FAULT = 4,
-    // Forget the axes' queued lines.
+    // Discard the axes' lines; none of them may run.
     COMMAND_DISCARD = 5,
-    // Switch drivers on or off.
+    // Switch drivers on or off; off needs an axis at rest.
     COMMAND_ENABLE = 6,
     COMMAND_DISABLE = 7,
     // Make the place of the captured home switch's edge position 0.
@@ -30,7 +30,7 @@ enum command {
     // Store the settings, or replace them by the defaults; both need the key.
     COMMAND_STORE = 11,
     COMMAND_DEFAULTS = 12,
-    // Release the axes that wait for the token.
+    // Release the axes that wait for this token; another token is a fault.
     COMMAND_GO = 13,
     COMMAND_LAST = COMMAND_GO,
 };

@@ -14,17 +14,17 @@
 
 // Bits of input register `status`.
 // The pixel clock's newest edge is known and the clock does not rest.
-#define REPORT_CLOCK       0x0001u
+#define REPORT_CLOCK 0x0001u
 // An axis is armed, with or without a known line zero.
-#define REPORT_ARMED       0x0002u
+#define REPORT_ARMED 0x0002u
 // An axis runs.
-#define REPORT_RUNNING     0x0004u
+#define REPORT_RUNNING 0x0004u
 // A fault is latched.
-#define REPORT_FAULT       0x0008u
+#define REPORT_FAULT 0x0008u
 // The emergency stop is pressed.
-#define REPORT_ESTOP       0x0010u
+#define REPORT_ESTOP 0x0010u
 // The permit is switched on.
-#define REPORT_PERMIT      0x0020u
+#define REPORT_PERMIT 0x0020u
 // The server is in listen-only mode (function 08, sub-function 4).
 #define REPORT_LISTEN_ONLY 0x0040u
 #define REPORT_STOPPING    0x0100u // axis 0, and the next bits the next axes

@@ -17,7 +17,7 @@
 // Version of the record's layout: a record with another version is not loaded.
 #define SETTINGS_VERSION 1u // of the record's layout
 // What an erased EEPROM byte reads as; no record begins with it, because no version is 255.
-#define SETTINGS_ERASED  0xFFu
+#define SETTINGS_ERASED 0xFFu
 
 // Only the HOLDING rows of registers.def are settings; the other rows expand to nothing here. A
 // 32-bit setting takes two words and two addresses.
@@ -44,7 +44,7 @@ struct settings {
     // SETTINGS_VERSION in a record that is whole.
     uint8_t version; // SETTINGS_VERSION, of a record that is whole
     // Size of the record, bytes: a record of an image with other settings is not loaded.
-    uint8_t bytes;   // of the record
+    uint8_t bytes; // of the record
     // Number of the record: the higher one is newer. Compared as a difference, so that it may wrap.
     uint16_t serial; // number of the record: the higher one is newer
     union {

@@ -3,11 +3,12 @@
 //
 //     range    -2^39 .. 2^39 - 1; sums and products wrap at 2^40
 //
-//     wide_from(), wide_from_int32()    into a wide number     wide_add(), wide_sub()   a + b, a - b
-//     wide_to()                         back to 64 bits        wide_times()             a * factor
+//     wide_from(), wide_from_int32()    into a wide number
+//     wide_to()                         back to 64 bits
+//     wide_add(), wide_sub()            a + b, a - b           in assembly on the AVR
+//     wide_times()                      a * factor             in assembly on the AVR
 //
-// The AVR has these in assembly, because avr-gcc knows no numbers of 5 bytes. Every function may be
-// called from any context.
+// Every function may be called from any context.
 #pragma once
 
 #include <stddef.h> // offsetof

@@ -9,10 +9,10 @@
 // additions where the interval hardly changes (curve_flat.h), by a guess and its correction
 // elsewhere (curve_steep.h). Main loop only.
 //
-//     exact position    k . . . . . k + 1 . . . . . k + 2
-//     ticks             |  |  |  |  |  |  |  |  |  |  |
-//                          ^ step k     ^ step k + 1          the first tick at or behind each
-//                         ->|  |<- residual: how far the curve is beyond k at that tick
+//     ticks          |    |    |    |    |    |    |    |
+//     exact places      k        k + 1      k + 2
+//     steps               ^         ^         ^          the first tick at or behind each place
+//                         |residual: how far the curve is beyond k at the tick of step k
 //
 //     curve_start() --+--> steep -- speeds up, changes less --> flat to its end
 //                     +--> flat --- slows down, changes more --> steep

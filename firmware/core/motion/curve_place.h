@@ -21,7 +21,7 @@ struct curve_place {
     uint16_t step_low;
     // and its upper 32 bits.
     uint32_t step;
-    // Half-acceleration h, steps a piece squared; negative where the curve slows down.
+    // Half-acceleration h = n - v0, steps; negative where the curve slows down.
     int16_t half;
 };
 

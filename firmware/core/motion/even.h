@@ -20,15 +20,15 @@ struct even {
     // n
     // Number of steps of the piece.
     uint16_t steps;
-    // The fraction carried from step to step, in units of 1/n tick, 0..n-1; n - 1 at the start, which
-    // makes a ceiling of the floor.
+    // The fraction carried from step to step, in units of 1/n tick, 0..n-1. It is n - 1 at the
+    // start, which makes a ceiling of the floor.
     uint16_t sum;
 };
 
 // Begin a piece. ticks: 1..2^24, steps: 1..32767. Divides once.
 void even_start(struct even *even, uint32_t ticks, uint16_t steps);
 
-// Pass over `steps` steps at once, 1..n, never beyond the end of the piece. Returns the ticks from
+// Pass over `steps` steps at once, 0..n, never beyond the end of the piece. Returns the ticks from
 // the last step to the last of these. Divides, except for n steps at once.
 uint32_t even_skip(struct even *even, uint16_t steps);
 

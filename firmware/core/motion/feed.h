@@ -29,8 +29,8 @@
 #define FEED_BLOCKS 8u
 #endif
 
-// Single pulsing periods that were written together, from `slot` on: the ledger accounts for them as
-// a whole instead of adding them up.
+// Single pulsing periods that were written together, from `slot` on: the ledger accounts for them
+// as a whole instead of adding them up.
 struct feed_block {
     uint8_t slot;
     // Number of entries.
@@ -58,8 +58,8 @@ struct feed_train {
     uint32_t ticks; // of all its steps
 };
 
-// The decoder writes these members by the functions below; the ledger reads marks, blocks and trains
-// and drops what it has consumed.
+// The decoder writes these members by the functions below; the ledger reads marks, blocks and
+// trains and drops what it has consumed.
 struct feed {
     // The ring that this feed alone writes.
     struct step_ring *ring;
@@ -141,8 +141,8 @@ static inline void feed_publish_front(struct feed *feed)
 // third: account for the front, after the store.
 void feed_front_released(struct feed *feed, uint32_t delay_ticks);
 
-// Add interval_ticks and then a step in this direction. Only when feed_busy() is false; the step may
-// be busy afterwards, so that feed_pump() must write the rest.
+// Add interval_ticks and then a step in this direction. Only when feed_busy() is false; the feed
+// may be busy afterwards, so that feed_pump() must write the rest.
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 
 // True when each step in this direction needs nothing but one period. feed_burst_put() may then be

@@ -58,7 +58,7 @@ struct line {
     bool leaving_out : 1;
     // The down mark was reached.
     bool down : 1;
-    // Steps B of play that are still to be taken up; 0: none.
+    // Steps B of play that this line takes up; 0: none.
     uint16_t backlash_steps;
     // Speed V of the backlash parameter, steps/pixel.
     uint16_t line_speed;

@@ -59,8 +59,8 @@ struct line_check {
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     // First warning of the line (enum line_error, from 32 on).
     uint8_t warning;
-    // The parameter of the start mark: steps of play to take up, and the speed V (steps/pixel) at which
-    // the line must take them up.
+    // The parameter of the start mark: steps of play to take up, and the speed V (steps/pixel) at
+    // which the line takes them up.
     uint16_t backlash_steps;
     uint16_t line_speed;
     // Length of the zero pixels since the last step, ticks; 0xFFFF: that or more.

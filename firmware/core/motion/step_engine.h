@@ -96,8 +96,8 @@ struct engine_sample {
 void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 
 // Take the next period from the ring and execute the commands before it. With nothing to take the
-// result is an idle period. Called in the step interrupt, with interrupts on; takes longer with each
-// command before the period.
+// result is an idle period. Called in the step interrupt, with interrupts on; takes longer with
+// each command before the period.
 struct step_load step_engine_take(struct step_engine *engine,
                                   const struct step_ring *ring);
 

@@ -42,8 +42,8 @@
 
 #include "motion/step_engine.h" // struct step_engine
 
-// The state of each axis's interrupt, and the ring that it reads. The interrupts of the axis own the
-// engine; the main loop samples it, or changes it with the step interrupt off.
+// The state of each axis's interrupt, and the ring that it reads. The interrupt of the axis owns
+// the engine; the main loop samples it, or changes it with the step interrupt off.
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
 
