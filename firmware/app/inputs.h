@@ -6,8 +6,8 @@
 //                     |-- filter --|
 //     filtered ____________________/~~
 //
-// Each switch has a filter of its own: one that chatters must not hide another. The exact instant of
-// a home switch's edge comes from the capture hardware (app/seek.h), never from here.
+// Each switch has a filter of its own: one that chatters must not hide another. The exact instant
+// of a home switch's edge comes from the capture hardware (app/seek.h), never from here.
 #pragma once
 
 #include <stdbool.h>

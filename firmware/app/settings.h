@@ -42,11 +42,11 @@ enum {
 // each setting are columns of registers.def.
 struct settings {
     // SETTINGS_VERSION in a record that is whole.
-    uint8_t version; // SETTINGS_VERSION, of a record that is whole
+    uint8_t version;
     // Size of the record, bytes: a record of an image with other settings is not loaded.
-    uint8_t bytes; // of the record
+    uint8_t bytes;
     // Number of the record: the higher one is newer. Compared as a difference, so that it may wrap.
-    uint16_t serial; // number of the record: the higher one is newer
+    uint16_t serial;
     union {
         struct {
 #define HOLDING(address, name, type, unit, min, max, initial, meaning) FIELD_##type(name)
@@ -56,7 +56,7 @@ struct settings {
         uint16_t words[SETTINGS_WORDS];
     };
     // CRC-16 of everything before it, low byte first. Only valid in a record about to be stored.
-    uint16_t checksum; // CRC-16 of everything before it
+    uint16_t checksum;
 };
 #undef HOLDING
 #undef COMMAND

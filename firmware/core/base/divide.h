@@ -30,9 +30,9 @@ uint16_t divide_u32_u16(uint32_t value, uint16_t divisor);
 // divide.S.
 struct quotient divide_with_rest(uint16_t high, uint16_t low, uint16_t divisor);
 
-// The same functions in C, for every other compiler and as the meaning of the assembly.
 #else
 
+// The same functions in C, for every other compiler and as the meaning of the assembly.
 static inline uint16_t divide_u32_u16(uint32_t value, uint16_t divisor)
 {
     return (uint16_t)(value / divisor);

@@ -37,9 +37,9 @@ static inline uint16_t flash_word(const uint16_t *at)
     return word;
 }
 
-// One memory: the same names, plain reads.
 #else
 
+// One memory: the same names, plain reads.
 #define IN_FLASH
 
 static inline char flash_char(const char *at)

@@ -4,6 +4,7 @@
 //     #define STEP_IDLE_TICKS UNSIGNED(4096)      C: 4096u      assembler: 4096
 #pragma once
 
+// The assembler's preprocessor defines __ASSEMBLER__.
 #if defined(__ASSEMBLER__)
 #define UNSIGNED(number) number
 #else

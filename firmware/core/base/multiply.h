@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A product for which avr-gcc generates slow code: assembly there. The C that the assembly stands
 // for is beside it; every other compiler gets the C.
-// The function may be called from any context.
+//
+// The product of 32 by 16 bits is all that the decoders need. The function may be called from any
+// context.
 #pragma once
 
 #include <stdint.h>
@@ -11,9 +13,9 @@
 // a * b modulo 2^32. 38 cycles with the call (40 on the ATmega2560). multiply.S.
 uint32_t multiply_u32_u16(uint32_t a, uint16_t b);
 
-// The same function in C; a * b wraps at 2^32 like the assembly.
 #else
 
+// The same function in C; a * b wraps at 2^32 like the assembly.
 static inline uint32_t multiply_u32_u16(uint32_t a, uint16_t b)
 {
     return a * b;

@@ -4,8 +4,8 @@
 //     faults.def        FAULT(code, name, ...)       FAULT_name, docs/FAULTS.md
 //     line_errors.def   LINE_ERROR(code, name, ...)  LINE_name
 //
-// The codes are part of the protocol: hosts read them in registers, so that a code never changes its
-// meaning. The other columns of the rows are for the documents and the host tools.
+// The codes are part of the protocol, because hosts read them in registers: a code never changes
+// its meaning. The other columns of the rows are for the documents and the host tools.
 #pragma once
 
 #define FAULT(code, name, ...) FAULT_##name = (code),

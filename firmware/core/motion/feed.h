@@ -173,7 +173,7 @@ static inline bool feed_steady(const struct feed *feed, bool negative)
     return feed->lead && feed->pending_ticks == 0 && negative == feed->negative;
 }
 
-// True when one of the two trains is free: no entry of the ring refers to it.
+// True when one of the two trains is free, so that feed_train() may be called.
 static inline bool feed_train_free(const struct feed *feed)
 {
     return feed->trains[0].steps == 0 || feed->trains[1].steps == 0;
@@ -190,10 +190,11 @@ void feed_train(struct feed *feed,
                 uint16_t steps,
                 uint32_t ticks);
 
-// Ticks from the start of a train to its step `index` (0: none yet). Divides.
+// Ticks from the start of a train (0 or 1) to its step `index` (0: none yet, up to its number of
+// steps). Divides.
 uint32_t feed_train_ticks(const struct feed *feed, uint8_t train, uint16_t index);
 
-// Length of the train's shorter intervals, ticks.
+// Length of the shorter intervals of a train (0 or 1), ticks. The longer ones take one tick more.
 static inline uint16_t feed_train_base(const struct feed *feed, uint8_t train)
 {
     const struct pulse_train *carried = &feed->engine_trains[train];
@@ -203,7 +204,8 @@ static inline uint16_t feed_train_base(const struct feed *feed, uint8_t train)
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
 
-// `count` entries from `slot` on were written as single periods, `ticks` long together.
+// `count` entries from `slot` on were written as single periods, `ticks` long together. When there
+// is no room for another block, the ledger adds these periods up instead.
 static inline void feed_note_block(struct feed *feed,
                                    uint8_t slot,
                                    uint8_t count,
@@ -222,7 +224,8 @@ static inline void feed_note_block(struct feed *feed,
 #endif
 }
 
-// The oldest block that the ledger has not consumed, NULL if there is none.
+// The oldest block that the ledger has not consumed, NULL if there is none. Valid until the next
+// feed_drop_block().
 static inline struct feed_block *feed_next_block(struct feed *feed)
 {
 #if FEED_BLOCKS > 0
@@ -257,13 +260,14 @@ void feed_pump(struct feed *feed);
 // its own.
 void feed_make_room(struct feed *feed);
 
-// Time or a step is pending that feed_pump() must write first.
+// True when time or a step is pending that feed_pump() must write first; feed_step() and feed_end()
+// must wait until then.
 static inline bool feed_busy(const struct feed *feed)
 {
     return feed->step_due || feed->pending_ticks > STEP_PERIOD_MAX_TICKS;
 }
 
-// No further mark fits until the ledger consumes one.
+// True when no further mark fits until the ledger consumes one. The decoder waits.
 static inline bool feed_marks_full(const struct feed *feed)
 {
     return (uint8_t)(feed->mark_head - feed->mark_tail) >= FEED_MARKS - 1u;

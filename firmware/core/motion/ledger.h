@@ -69,7 +69,8 @@ void ledger_reset(struct ledger *ledger,
 // The timers were started anew: time begins again at 0; position and records stay.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
-// The interrupt is inside the block that begins where the account ends.
+// True when the interrupt is inside the block that begins where the account ends: the block is
+// accounted for as a whole once it is over.
 static inline bool ledger_inside_block(const struct ledger *ledger,
                                        struct feed *feed,
                                        uint8_t tail)
@@ -80,7 +81,8 @@ static inline bool ledger_inside_block(const struct ledger *ledger,
            (uint8_t)(tail - ledger->retired) < block->count;
 }
 
-// The account has reached the next mark already.
+// True when the account has reached the next mark already, so that the mark can be consumed though
+// nothing more was taken from the ring.
 static inline bool ledger_mark_here(const struct ledger *ledger, const struct feed *feed)
 {
     return feed->mark_tail != feed->mark_placed &&
@@ -112,8 +114,8 @@ static inline bool ledger_due(const struct ledger *ledger,
                      ledger->retired) <= behind;
 }
 
-// The account of an axis at rest is ahead of this sample, so that nothing can be placed in time by
-// the sample any more.
+// True when the account of an axis at rest is ahead of this sample, so that nothing can be placed
+// in time by the sample any more. The number of idle periods tells.
 static inline bool ledger_has_passed(const struct ledger *ledger,
                                      const struct engine_sample *sample)
 {
@@ -139,7 +141,7 @@ static inline int32_t ledger_position(const struct ledger *ledger)
                             : ledger->position_steps - ledger->left;
 }
 
-// Steps of the train that were loaded; 0 outside a train.
+// Steps of the present train whose periods were loaded; 0 outside a train.
 static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
 {
     return (uint16_t)(ledger->train_steps - ledger->left);
@@ -174,8 +176,10 @@ uint8_t ledger_steps_after(struct ledger *ledger,
 // Subtract origin_steps from the position, so that this place becomes position 0.
 void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 
-// Note by how many ticks the clock edge that ends a pixel missed its planned time.
+// Note by how many ticks the clock edge that ends a pixel missed its planned time; positive when it
+// came late. Does nothing when the pixel's record is no longer kept.
 void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);
 
-// The ring was emptied: nothing before `slot` will be loaded any more.
+// The ring was emptied: nothing before `slot` will be loaded any more, and what follows does not
+// pulse until a command says so. Position and time stay.
 void ledger_skip_to(struct ledger *ledger, uint8_t slot);

@@ -38,7 +38,7 @@ struct server_counters {
     };
     // While it is set, no request is answered, and none but a restart (function 08, sub-function 1)
     // is executed. Sub-function 4 sets it; a restart and a reset of the board clear it.
-    bool listen_only; // nothing is executed or answered but function 08, sub-function 1
+    bool listen_only;
 };
 
 // Serve the frame for which frame_look() returned FRAME_READY. Returns the number of bytes of the

@@ -21,7 +21,7 @@
 // false, the main loop reads it while `waiting` is true.
 struct capture {
     // The other members are complete, and the main loop has not taken them.
-    volatile bool waiting; // the rest is complete
+    volatile bool waiting;
     // Count of the timer at the edge, ticks from the start of its period.
     uint16_t captured;
     uint16_t counter; // a little later, between two looks at the flags
@@ -177,14 +177,14 @@ struct capture {
         (name).waiting = true;                                                           \
     }
 
-// m is the period whose interrupt was served last; it loaded m + 1.
+// The period in which the edge lies, by its distance from the period that the engine loaded last:
+// 0 is m + 1, 1 is m, 2 is the one before m. overflow: the mask of the timer's overflow flag. m is
+// the period whose interrupt was served last; it loaded m + 1.
 //
 //     served:      m         (m + 1 begins, overflow pending)
 //     counter   ---|---------------|------
 //     edge in m: no overflow pending, or the captured value is beyond the counter
 //     edge in m + 1: overflow pending and the captured value is not beyond the counter
-// Which period the edge lies in: 0 is m + 1, 1 is m, 2 is the one before m. overflow: the mask of
-// the timer's overflow flag.
 static inline uint8_t capture_back(const struct capture *source, uint8_t overflow)
 {
     bool wrapped = (source->flags_before & overflow) != 0 ||
