@@ -13,8 +13,8 @@
 #include <stdint.h>
 
 // Bits of input register `status`.
-#define REPORT_CLOCK 0x0001u // the newest clock edge's time is known, and the clock runs
-#define REPORT_ARMED 0x0002u // an axis is armed, with or without a known line zero
+#define REPORT_CLOCK       0x0001u // the pixel clock runs (reference_present())
+#define REPORT_ARMED       0x0002u // an axis is armed, line zero known or not
 #define REPORT_RUNNING     0x0004u // an axis runs
 #define REPORT_FAULT       0x0008u // a fault is latched
 #define REPORT_ESTOP       0x0010u // the emergency stop is pressed

@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 // Version of the record's layout: a record with another version is not loaded.
-#define SETTINGS_VERSION 1u // of the record's layout
+#define SETTINGS_VERSION 1u
 // What an erased EEPROM byte reads as; no record begins with it, because no version is 255.
 #define SETTINGS_ERASED 0xFFu
 
@@ -55,7 +55,7 @@ struct settings {
         // The same settings by their addresses.
         uint16_t words[SETTINGS_WORDS];
     };
-    // CRC-16 of everything before it, low byte first. Only valid in a record about to be stored.
+    // CRC-16 of everything before it, low byte first. Only store.c keeps it right.
     uint16_t checksum;
 };
 #undef HOLDING

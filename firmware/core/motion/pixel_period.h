@@ -15,8 +15,7 @@
 #define PIXEL_PERIOD_MIN_TICKS 1024u
 // Longest period, ticks. 24 bits: down to 1 Hz at 16 MHz, 1.2 Hz at 20 MHz.
 // The limit keeps T below 2^24 in all arithmetic of curves.
-#define PIXEL_PERIOD_MAX_TICKS                                                           \
-    0xFFFFFFu // 24 bits: down to 1 Hz at 16 MHz, 1.2 Hz at 20 MHz
+#define PIXEL_PERIOD_MAX_TICKS 0xFFFFFFu
 
 // P as a mixed number, in ticks.
 struct pixel_period {
