@@ -90,7 +90,7 @@ struct axis {
     struct line line;
     // its piece in work,
     struct piece piece;
-    // and the place in that piece. Valid by `phase`.
+    // and the place in that piece; `phase` says which of them are valid.
     struct walk walk;
     // The writer's end of the ring.
     struct feed feed;

@@ -5,7 +5,7 @@
 //     planned   |0        |1        |2        |3        |4        clock_watch_follow()
 //     edges     |         |                   |         |         clock_watch_edge()
 //                                   ^ missed: 2 is passed over, and 3 is compared with 3
-//     belongs to n: less than half a period away from its planned time
+//     belongs to n: no more than half a period away from its planned time
 //
 // Without FEATURE_CLOCK_STATISTICS edges are counted and their distances are compared with the
 // period, but no edge is compared with a plan.

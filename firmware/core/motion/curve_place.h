@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A place on a curve in the numbers with which every decoder of curves begins, and the result that
 // every such decoder returns. For curve.c, curve_flat.c and curve_steep.c.
-// All numbers are exact: position and time are integers as soon as a step is T*T units.
+//
+// All numbers are exact, because every place is a whole number of 1/T^2 steps.
 //
 //     unit          1/T^2 step
 //     one step      T*T units            48 bits: step, step_low

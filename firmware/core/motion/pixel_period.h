@@ -3,6 +3,8 @@
 // generally no integer. Pixel edges fall at floor(k * P) for ever and do not drift, because the
 // remainder is carried as an integer. Main loop only: setting a period or a shifted grid divides.
 //
+// With numbers far smaller than real ones:
+//
 //     P = 4 + 2/3 ticks    k       0    1    2     3     4     5
 //                          place   0    4    9    14    18    23      floor(k * P)
 //                          sum     0    2    1     0     2     1      thirds carried
@@ -14,7 +16,7 @@
 // Shortest period, ticks.
 #define PIXEL_PERIOD_MIN_TICKS 1024u
 // Longest period, ticks. 24 bits: down to 1 Hz at 16 MHz, 1.2 Hz at 20 MHz.
-// The limit keeps T below 2^24 in all arithmetic of curves.
+// The arithmetic of curves needs pieces below 2^24 ticks.
 #define PIXEL_PERIOD_MAX_TICKS 0xFFFFFFu
 
 // P as a mixed number, in ticks.

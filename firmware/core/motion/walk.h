@@ -6,11 +6,11 @@
 // A step that needs care to keep these promises is called special: the last step before the edge,
 // the two behind it, and the last step of the piece.
 //
-//     piece       |------------------------ ticks ------------------------|
-//     steps       |  1    2    3    4 ^  5    6    7    8    9    10   11 |
+//     piece       |------------------------ ticks -----------------------|
+//     steps       |  1    2    3    4 ^  5    6    7    8    9    10   11|
 //                                     edge_ticks, behind edge_steps = 4
-//     special                     4      5    6                        11
-//     walk_burst()  1..3                        7..10
+//     special                       4    5    6                        11
+//     walk_burst()   1..3                          7..10
 //
 // Between special steps the decoder takes steps straight from the walk's curve or even sequence and
 // notes them with walk_skip(). One walk at a time for each axis.
