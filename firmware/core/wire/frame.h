@@ -38,7 +38,7 @@ struct frame {
     uint16_t length;
     // Bytes received so far, of this frame and of what follows it; the caller writes this member.
     uint16_t received;
-    // No frame ends at this many bytes or before, so that each byte is examined only once.
+    // No frame ends at this many bytes or before: these lengths need no second checksum.
     uint16_t tried;
     // Bytes of the reply that the server has made of the request, without the checksum.
     uint8_t reply;

@@ -2,6 +2,7 @@
 // Modbus server: a request PDU in a frame becomes the reply in the same frame. Functions 03, 04, 06
 // and 16; with FEATURE_BITS 01, 02, 05, 15; with FEATURE_DIAGNOSIS 08, 17, 22, 23, 43/14; with
 // FEATURE_FILES 20. Checks in the standard's order: function, quantity, address, value.
+//
 // The server knows nothing of motors: it asks the functions of server_data.h for the data and
 // counts what passed in struct server_counters. Main loop only.
 //
