@@ -6,41 +6,52 @@
 
 #include BOARD_FILE // BOARD_ALL_FEATURES
 
+// Seeks: lines that end at a home switch, and the command that makes its edge position 0.
 #ifndef FEATURE_HOMING
 #define FEATURE_HOMING 1
 #endif
+// Smooth lines that take up backlash in their leading zero pixel.
 #ifndef FEATURE_BACKLASH
 #define FEATURE_BACKLASH 1
 #endif
+// Coils and discrete inputs: functions 01, 02, 05, 15.
 #ifndef FEATURE_BITS
 #define FEATURE_BITS BOARD_ALL_FEATURES
 #endif
+// Functions 08, 17, 22, 23 and 43/14: counters, identity, masked and combined writes.
 #ifndef FEATURE_DIAGNOSIS
 #define FEATURE_DIAGNOSIS BOARD_ALL_FEATURES
 #endif
+// The log of the newest faults and resets.
 #ifndef FEATURE_EVENTS
 #define FEATURE_EVENTS BOARD_ALL_FEATURES
 #endif
+// Errors of the pixel clock's edges against the plan of the reference line.
 #ifndef FEATURE_CLOCK_STATISTICS
 #define FEATURE_CLOCK_STATISTICS 1
 #endif
+// Settings that outlive the supply, and the command that stores them.
 #ifndef FEATURE_STORE
 #define FEATURE_STORE 1
 #endif
+// Start tokens, so that several boards start on one clock edge.
 #ifndef FEATURE_TOKENS
 #define FEATURE_TOKENS 1
 #endif
+// Drivers that go off when idle, and lines that wait until a driver has settled.
 #ifndef FEATURE_DRIVER_TIMING
 #define FEATURE_DRIVER_TIMING 1
 #endif
+// Function 20: records, events and settings as files.
 #ifndef FEATURE_FILES
 #define FEATURE_FILES BOARD_ALL_FEATURES
 #endif
+// Fast smooth pixels computed by 32 bits instead of 40.
 #ifndef FEATURE_NARROW_CURVES
 #define FEATURE_NARROW_CURVES BOARD_ALL_FEATURES
 #endif
 
-// Input register `features`.
+// Input register `features`: the bit numbers of build_features.def.
 #define FEATURES_BITS                                                                    \
     (FEATURE_HOMING << 0 | FEATURE_BACKLASH << 1 | FEATURE_BITS << 2 |                   \
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \

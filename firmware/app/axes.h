@@ -43,11 +43,11 @@ void axes_account(uint8_t axis);
 // the timer makes idle periods the axis is at rest at once; else it is STOPPING until a later call.
 void axes_stop(uint8_t i);
 
-// The first axis that is armed or running, NO_AXIS if none.
+// The first axis that is armed, starting or running, NO_AXIS if none.
 uint8_t axes_first_moving(void);
-// An axis is armed, with or without a known line zero.
+// True when an axis is armed, with or without a known line zero.
 bool axes_any_armed(void);
-// An axis is STARTING.
+// True when an axis is STARTING: its line zero is known, and its release is near.
 bool axes_any_starting(void);
-// An axis moves, or has a line queued, whole or in part.
+// True when an axis moves, or has a line queued, whole or in part. Settings must not change then.
 bool axes_any_queued(void);

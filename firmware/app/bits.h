@@ -12,6 +12,10 @@
 //
 // Coils of axes that the board does not have are not mapped. The functions are those of
 // wire/server_data.h: data_bits_mapped(), data_bit(), data_write_coils().
+//
+// A request that writes several coils becomes one order for each command that they ask for. All
+// orders are checked before one of them is carried out. An axis that is armed by a coil waits for
+// no token.
 #pragma once
 
 // Number of discrete inputs.

@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Starts what needs more than memory that reads 0.
+//
+//     board_start()
+//         store_load()              settings: stored ones or defaults
+//         seek_start()              no seek
+//         axes_start()              every axis EMPTY, at position 0
+//         limits_apply_settings()   pixel period, limits, reversal times
 #pragma once
 
 // Start settings, axes, faults and the modules between them. Called with interrupts off;

@@ -9,18 +9,28 @@
 
 enum command {
     COMMAND_NONE = 0,
+    // Decode the front line ahead; with an argument, wait for that token.
     COMMAND_ARM = 1,
+    // Disarm axes and discard their lines; none of them may run.
     COMMAND_DISARM = 2,
+    // End motion at once and discard what is queued; the permit goes off.
     COMMAND_STOP = 3,
+    // Forget the latched faults; every axis must be at rest.
     COMMAND_CLEAR_FAULT = 4,
+    // Discard the axes' lines; none of them may run.
     COMMAND_DISCARD = 5,
+    // Switch drivers on or off; off needs an axis at rest.
     COMMAND_ENABLE = 6,
     COMMAND_DISABLE = 7,
+    // Make the place of the captured home switch's edge position 0.
     COMMAND_ZERO = 8,
+    // Switch the permit output on or off.
     COMMAND_PERMIT_ON = 9,
     COMMAND_PERMIT_OFF = 10,
+    // Store the settings, or replace them by the defaults; both need the key.
     COMMAND_STORE = 11,
     COMMAND_DEFAULTS = 12,
+    // Release the axes that wait for this token; another token is a fault.
     COMMAND_GO = 13,
     COMMAND_LAST = COMMAND_GO,
 };
@@ -30,6 +40,7 @@ enum command {
 // Argument that commands need when they change what outlives a reset.
 #define COMMANDS_KEY 0x5AFEu
 
+// The three words of registers.def from axis_mask on, in their order.
 struct order {
     // Axes that the order is for, 0..COMMANDS_MASK_MAX.
     uint16_t mask;

@@ -2,6 +2,10 @@
 // The event log: the newest faults and resets, kept for a host that connects later, as input
 // registers from REG_EVENT_BASE on. A board without the memory for the log has empty functions.
 // Main loop only.
+//
+//     register   0x0300   0x0301                       0x0309
+//               | count  | number, code, axis, ... 8   | number, code, axis, ... 8 | ...
+//                          the oldest event kept
 #pragma once
 
 #include <stdbool.h>
@@ -11,17 +15,21 @@
 #include "wire/register_map.h" // REG_EVENT_*
 
 // Code of a reset, plus its cause; a fault has the fault's code.
+// Cause: the bits of input register reset_cause.
 #define EVENT_RESET 0x0100u
 
 #if FEATURE_EVENTS
 
-// Empty the log.
+// Empty the log and begin to count at 0.
 void events_start(void);
 
-// Append an event; the oldest one is overwritten. The time is added here.
+// Append an event; the oldest one is overwritten when the log is full. code: enum fault, or
+// EVENT_RESET plus the cause. argument: that of the fault. pixel: of the axis's line, 1-based. The
+// time in milliseconds since reset is added here.
 void events_note(uint16_t code, uint8_t axis, uint16_t argument, uint32_t pixel);
 
-// Input register at this address, from REG_EVENT_BASE on; 0 where no event is kept.
+// Input register at this address, from REG_EVENT_BASE on; 0 where no event is kept. Word 0 is the
+// number of events since reset, which wraps; events follow, the oldest first.
 uint16_t events_word(uint16_t address);
 
 #else

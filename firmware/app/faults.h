@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The first fault since the last clear, with its place, and the mask of all faults since then. A
 // fault switches the permit off and halts every axis. Main loop only.
+//
+//     fault 1, fault 3, fault 1 ...    record: code, axis, argument and pixel of the first one
+//                                      mask:   bit 1 and bit 3
+//     faults_clear()                   record: FAULT_none, mask: 0
 #pragma once
 
 #include <stdbool.h>

@@ -5,6 +5,9 @@
 //     pin      ____/~\_/~~~~~~~~~~~~~~
 //                     |-- filter --|
 //     filtered ____________________/~~
+//
+// Each switch has a filter of its own: one that chatters must not hide another. The exact instant
+// of a home switch's edge comes from the capture hardware (app/seek.h), never from here.
 #pragma once
 
 #include <stdbool.h>
@@ -13,20 +16,27 @@
 // Every switch is open until the filter has seen otherwise.
 void inputs_start(void);
 
-// Sample one axis's switches. Latches a fault when the axis has moved on towards a tripped limit.
+// Sample one axis's switches and filter them. Latches fault limit_plus or limit_minus when a
+// running axis has moved on towards a limit switch that is tripped; an axis may move away from it.
+// Called for one axis after the other, round by round.
 void inputs_poll(uint8_t axis);
 
-// Filtered state of the axis's home switch: true when closed.
+// Filtered state of the axis's home switch: true when closed, whatever level that is at the pin.
 bool inputs_home_closed(uint8_t axis);
 
-// The filter's time has passed since since_units, the low 16 bits of clock_now_units().
+// True when more than settings.input_filter_us has passed since since_units, the low 16 bits of
+// clock_now_units().
 bool inputs_lasted(uint16_t since_units);
 
-// The home switch is closed when its pin is high, instead of low.
+// True when the settings say that a home switch is closed while its pin is high, instead of low.
 bool inputs_home_inverted(void);
 
-// The axis's home switch has not changed for the filter's time.
+// True when the axis's home switch has not changed for the filter's time, so that its filtered
+// state is that of its pin.
 bool inputs_settled(uint8_t axis);
 
-// Filtered switches of all axes, four bits each, axis 0 lowest.
+// Input register `inputs`: four bits for each axis, axis 0 lowest; set for closed or tripped.
+//
+//     bit    3    2            1             0
+//            -    limit plus   limit minus   home          SWITCH_* of hal/switches.h
 uint16_t inputs_all(void);

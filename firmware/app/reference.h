@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The pixel clock as this board knows it: the exact period that lines are decoded with, when clock
 // edges came, and when the reference line had planned them. Main loop only.
+//
+//     planned edges     |0        |1        |2        |3      reference_follow(); 0: line zero
+//     edges            |          |          |        |       reference_edge()
+//     error (ticks)    -          0          +        0
+//
+// Times of edges are ticks since the timers started, and wrap.
 #pragma once
 
 #include <stdbool.h>
@@ -11,30 +17,32 @@
 // Use the period of the settings. No line is the reference afterwards.
 void reference_apply_settings(void);
 
-// The exact pixel period.
+// The exact pixel period of the settings.
 const struct pixel_period *reference_period(void);
-// Edges seen and their errors.
+// The number of edges seen, the newest edge and its error.
 const struct clock_watch *reference_watch(void);
 
-// The time of the newest edge is known, and the clock does not rest.
+// True when the time of the newest edge is known and the clock does not rest.
 bool reference_present(void);
 
 // An edge came at edge_ticks (ticks since the timers started). Returns true when the edge belongs
 // to the reference line; *pixel is then its number (clock_watch_edge()).
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel);
 
-// An edge came whose time is not known.
+// An edge came whose time is not known. The clock is alive, but no distance to the next edge can be
+// computed.
 void reference_edge_dropped(void);
 
-// The line with this zero becomes the reference.
+// The line with this zero (ticks since the timers started) becomes the reference: later edges are
+// compared with its plan.
 void reference_follow(uint32_t zero_ticks);
 
 // The clock rests, or its edges are not captured: the next edge belongs to no line.
 void reference_rest(void);
 
-// Restart the clock's time-out.
+// Restart the clock's time-out, as an edge does.
 void reference_await_edge(void);
 
-// The time-out is over: 1.5 pixel periods and up to 28 us since the last edge, or since
-// reference_await_edge().
+// True when the time-out is over: 1.5 pixel periods and up to 28 us since the last edge, or since
+// reference_await_edge(). Whether that is a fault is the caller's question.
 bool reference_overdue(void);

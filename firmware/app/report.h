@@ -1,24 +1,31 @@
 // SPDX-License-Identifier: MIT
 // The input registers that show the board's state, everything except the arrays of data.c. Main
 // loop only.
+//
+//     docs/PROTOCOL.md    the meaning and the unit of each register
+//     registers.def       the addresses
+//     report.c            a table: for each address, where its value comes from
+//
+// Every value is taken when its register is read; nothing here is kept up to date between requests.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
 // Bits of input register `status`.
-#define REPORT_CLOCK       0x0001u
-#define REPORT_ARMED       0x0002u
-#define REPORT_RUNNING     0x0004u
-#define REPORT_FAULT       0x0008u
-#define REPORT_ESTOP       0x0010u
-#define REPORT_PERMIT      0x0020u
-#define REPORT_LISTEN_ONLY 0x0040u
-#define REPORT_STOPPING    0x0100u // axis 0, and the next bits the next axes
+#define REPORT_CLOCK       0x0001u // the pixel clock runs (reference_present())
+#define REPORT_ARMED       0x0002u // an axis is armed, line zero known or not
+#define REPORT_RUNNING     0x0004u // an axis runs
+#define REPORT_FAULT       0x0008u // a fault is latched
+#define REPORT_ESTOP       0x0010u // the emergency stop is pressed
+#define REPORT_PERMIT      0x0020u // the permit is switched on
+#define REPORT_LISTEN_ONLY 0x0040u // the server is in listen-only mode
+#define REPORT_STOPPING    0x0100u // axis 0 is stopping, and the next bits the next axes
 
-// Input register at this address. The first word of a 32-bit value samples the value where it may
-// change between the two reads.
+// The input register at this address, which must be mapped (data_input_mapped()). Where a 32-bit
+// value may change between the reads of its two words, reading the first word takes the sample that
+// the second word completes; read both in one request, in order.
 uint16_t report_word(uint16_t address);
 
-// Input register `status`.
+// Input register `status`: REPORT_* bits.
 uint16_t report_status(void);

@@ -6,6 +6,9 @@
 //                     ^ captured  |-- filter --|
 //     trip_code NONE                           CLOSED --> the line slows down
 //     position  that of the captured edge
+//
+// A board with one axis captures the pixel clock and the switch with the same timer input, so that
+// the clock is not observed during a seek.
 #pragma once
 
 #include <stdbool.h>
@@ -15,8 +18,11 @@
 #include "config.h" // CONFIG_*, FEATURE_HOMING
 
 enum trip_code {
+    // No edge is confirmed yet, or no seek was made.
     TRIP_NONE = 0,
+    // The switch closed: the position is that of the edge.
     TRIP_CLOSED = 1,
+    // The switch opened: the position is that of the edge.
     TRIP_OPENED = 2,
     // The switch was in the sought state from the start: no edge.
     TRIP_ALREADY = 3,
@@ -43,25 +49,27 @@ struct seek {
 
 #if FEATURE_HOMING
 
-// No seek.
+// No seek, and no result of one. Capturing is off.
 void seek_start(void);
 
 // The running seek, or the result of the last one.
 const struct seek *seek_now(void);
 
-// The axis's front line is a seek and is about to be armed.
+// The axis's front line is a seek and is about to be armed: capture its switch from now on.
+// opening: the seek ends when the switch opens, else when it closes.
 void seek_begin(uint8_t axis, bool opening);
 
-// Take the edge, confirm it, end the seek. Once a round.
+// Take the captured edge, confirm it, and end the seek when its line is over. Once a round.
 void seek_poll(void);
 
-// The timer input that captures the pixel clock captures the switch now.
+// True when the timer input that captures the pixel clock captures the switch now.
 bool seek_has_clock_input(void);
 
-// This axis seeks, and an edge of its switch was captured and not taken.
+// True when this axis seeks, and an edge of its switch was captured and not taken. The ledger must
+// not pass the edge then, because the edge is placed by an older sample.
 bool seek_edge_waits(uint8_t axis);
 
-// The last seek was this axis's, and it ended with a confirmed edge.
+// True when the last seek was this axis's, and it ended with a confirmed edge.
 bool seek_can_zero(uint8_t axis);
 // Make the place of that edge the axis's position 0.
 void seek_zero(uint8_t axis);

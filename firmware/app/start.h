@@ -18,10 +18,11 @@ void start_on_edge(uint32_t edge_ticks);
 // This armed axis does not wait for the pixel clock: it starts as soon as it can.
 void start_now(uint8_t axis);
 
-// An axis runs that began on a clock edge.
+// True when an axis runs whose line began on a clock edge: it needs the clock to its end.
 bool start_clocked_axis_runs(void);
 
-// On a board with several axes: an axis will be released within a few milliseconds.
+// True when, on a board with several axes, an axis will be released within a few milliseconds: long
+// work must wait.
 bool start_near(void);
 
 // Release axes whose line zero is near. Once a round.

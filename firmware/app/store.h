@@ -8,6 +8,12 @@
 //
 // A supply that fails at any moment therefore leaves the old settings or the new ones. Main loop
 // only.
+//
+//     store_begin()   store_poll(), a byte for each call that finds the EEPROM ready
+//     |               |erase 1st|2nd|3rd| ... |last|write 1st|
+//     store_busy() ___/~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~\___
+//
+// An image without FEATURE_STORE begins with the defaults after each reset.
 #pragma once
 
 #include <stdbool.h>
@@ -18,21 +24,24 @@
 
 #if FEATURE_STORE
 
-// Load the newest whole record whose values are possible, else the defaults.
+// Load the newest whole record whose values are possible, else the defaults. Called once at reset;
+// waits for a write that the reset interrupted.
 void store_load(void);
 
-// Begin to store the settings, which must not change until the store is finished.
+// Begin to store the settings in use. They must not change until store_busy() is false: commands.c
+// and data.c refuse a change meanwhile. Only when store_busy() is false.
 void store_begin(void);
-// A record is being written.
+// True while a record is being written.
 bool store_busy(void);
 
-// Write the next byte when the memory is ready. Once a round.
+// Write the next byte when the memory is ready; never waits. Once a round.
 void store_poll(void);
 
-// Input register settings_state.
+// Input register settings_state: bit 0 a record was found or stored, bit 1 the settings differ from
+// it, bit 2 a record is being written.
 uint16_t store_state(void);
 
-// The settings differ from the stored record.
+// Note that the settings in use differ from the stored record.
 void store_note_change(void);
 
 #else

@@ -14,5 +14,5 @@ void time_check_start(void);
 // Check one running axis every few milliseconds.
 void time_check_poll(void);
 
-// This axis's account of time has fallen behind.
+// True when this axis's account of time has fallen behind; brings its ledger up to date before.
 bool time_check_lags(uint8_t axis);

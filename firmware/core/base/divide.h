@@ -1,19 +1,29 @@
 // SPDX-License-Identifier: MIT
 // Quotients for which avr-gcc needs three times as long: assembly there. The C that the assembly
 // stands for is beside it; every other compiler gets the C.
+//
+//     function              dividend    divisor    result
+//     divide_u32_u16()      32 bits     16 bits    quotient, 16 bits
+//     divide_with_rest()    2 x 16      16 bits    quotient and rest, 16 bits each
+//
+// Both may be called from any context. Neither checks that the quotient fits 16 bits; a divisor of
+// 0 is forbidden for the same reason.
 #pragma once
 
 #include <stdint.h>
 
+// dividend = whole * divisor + rest, with rest < divisor.
 struct quotient {
+    // The quotient, rounded down.
     uint16_t whole;
+    // What the division leaves over.
     uint16_t rest;
 };
 
 #if defined(__AVR__)
 
-// value / divisor, which must have 16 bits: value >> 16 < divisor. 208 to 240 cycles with the call
-// (212 to 244 on the ATmega2560). divide.S.
+// value / divisor, rounded down. The quotient must have 16 bits: value >> 16 < divisor. 208 to 240
+// cycles with the call (212 to 244 on the ATmega2560). divide.S.
 uint16_t divide_u32_u16(uint32_t value, uint16_t divisor);
 
 // (high << 16 | low) / divisor, where high < divisor. 200 to 232 cycles with the call (202 to 234).
@@ -22,6 +32,7 @@ struct quotient divide_with_rest(uint16_t high, uint16_t low, uint16_t divisor);
 
 #else
 
+// The same functions in C, for every other compiler and as the meaning of the assembly.
 static inline uint16_t divide_u32_u16(uint32_t value, uint16_t divisor)
 {
     return (uint16_t)(value / divisor);

@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: MIT
 // Constant tables that take no RAM: avr-gcc copies constants there unless told otherwise.
+//
+//     static const uint16_t table[] IN_FLASH = {...};
+//     word = flash_word(&table[i]);               table[i] would read RAM on the AVR
+//
+// On a processor with one memory for both, IN_FLASH is nothing and the functions are plain reads.
+// The functions reach the first 64 KB of flash, where the linker puts such tables. They may be
+// called from any context.
 #pragma once
 
 #include <stdint.h>
 
 #if defined(__AVR__)
 
+// Put behind the name of a constant: the constant stays in flash. Read it by the functions below
+// only.
 #define IN_FLASH __attribute__((__progmem__))
 
-// A byte of such a table.
+// The byte at this address of a table in flash.
 static inline char flash_char(const char *at)
 {
     char byte;
@@ -17,6 +26,7 @@ static inline char flash_char(const char *at)
     return byte;
 }
 
+// The word at this address of a table in flash, low byte first as the compiler stores it.
 static inline uint16_t flash_word(const uint16_t *at)
 {
     uint16_t word;
@@ -29,6 +39,7 @@ static inline uint16_t flash_word(const uint16_t *at)
 
 #else
 
+// One memory: the same names, plain reads.
 #define IN_FLASH
 
 static inline char flash_char(const char *at)
@@ -43,7 +54,7 @@ static inline uint16_t flash_word(const uint16_t *at)
 
 #endif
 
-// `bytes` (not 0) of such a table.
+// Copy `bytes` (1..255) of a table in flash to RAM. 0 is forbidden: the loop would copy 256.
 static inline void flash_copy(void *to, const void *from, uint8_t bytes)
 {
     char *byte = to;

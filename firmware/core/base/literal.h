@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // A number that is unsigned in C, in headers that the assembler reads, too: it knows no suffixes.
+//
+//     #define STEP_IDLE_TICKS UNSIGNED(4096)      C: 4096u      assembler: 4096
 #pragma once
 
+// The assembler's preprocessor defines __ASSEMBLER__.
 #if defined(__ASSEMBLER__)
 #define UNSIGNED(number) number
 #else

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A product for which avr-gcc generates slow code: assembly there. The C that the assembly stands
 // for is beside it; every other compiler gets the C.
+//
+// The product of 32 by 16 bits is all that the decoders need. The function may be called from any
+// context.
 #pragma once
 
 #include <stdint.h>
@@ -12,6 +15,7 @@ uint32_t multiply_u32_u16(uint32_t a, uint16_t b);
 
 #else
 
+// The same function in C; a * b wraps at 2^32 like the assembly.
 static inline uint32_t multiply_u32_u16(uint32_t a, uint16_t b)
 {
     return a * b;

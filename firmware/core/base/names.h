@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: MIT
 // The codes of faults.def and line_errors.def as C enumerations.
+//
+//     faults.def        FAULT(code, name, ...)       FAULT_name, docs/FAULTS.md
+//     line_errors.def   LINE_ERROR(code, name, ...)  LINE_name
+//
+// The codes are part of the protocol, because hosts read them in registers: a code never changes
+// its meaning. The other columns of the rows are for the documents and the host tools.
 #pragma once
 
 #define FAULT(code, name, ...) FAULT_##name = (code),
+// Why the board stopped its axes; FAULT_none is 0.
 enum fault {
 #include "base/faults.def"
 };
 #undef FAULT
 
 #define LINE_ERROR(code, name, ...) LINE_##name = (code),
+// Why a line was refused, or (from 32 on) why the host was warned about a line.
 enum line_error {
 #include "motion/line_errors.def"
 };

@@ -1,5 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Two's complement numbers of 40 bits, for a processor on which 64 bits cost much more.
+//
+//     range    -2^39 .. 2^39 - 1; sums and products wrap at 2^40
+//
+//     wide_from(), wide_from_int32()    into a wide number
+//     wide_to()                         back to 64 bits
+//     wide_add(), wide_sub()            a + b, a - b           in assembly on the AVR
+//     wide_times()                      a * factor             in assembly on the AVR
+//
+// Every function may be called from any context.
 #pragma once
 
 #include <stddef.h> // offsetof
@@ -8,23 +17,28 @@
 #include "base/multiply.h"    // multiply_u32_u16
 #include "base/wide_layout.h" // WIDE_LOW
 
-// high * 256 + low
+// The value is high * 256 + low.
 struct wide {
+    // The upper four bytes carry the sign.
     int32_t high;
+    // The lowest byte, 0..255 also of a negative number.
     uint8_t low;
 };
 _Static_assert(offsetof(struct wide, low) == WIDE_LOW, "known to the assembly");
 
+// The lower 40 bits of a number of 64 bits.
 static inline struct wide wide_from(int64_t value)
 {
     return (struct wide){.high = (int32_t)(value >> 8), .low = (uint8_t)value};
 }
 
+// A number of 32 bits, exactly.
 static inline struct wide wide_from_int32(int32_t value)
 {
     return (struct wide){.high = value >> 8, .low = (uint8_t)value};
 }
 
+// The number with 64 bits, exactly. For tests and for processors that have them.
 static inline int64_t wide_to(struct wide value)
 {
     return ((int64_t)value.high << 8) | value.low;
@@ -32,7 +46,7 @@ static inline int64_t wide_to(struct wide value)
 
 #if defined(__AVR__)
 
-// Modulo 2^40, like the C below. 5 cycles, and what it takes to move the operands.
+// a + b modulo 2^40, like the C below. 5 cycles, and what it takes to move the operands.
 static inline struct wide wide_add(struct wide a, struct wide b)
 {
     __asm__("add %0, %2\n\t"
@@ -45,6 +59,7 @@ static inline struct wide wide_add(struct wide a, struct wide b)
     return a;
 }
 
+// a - b modulo 2^40, at the same cost.
 static inline struct wide wide_sub(struct wide a, struct wide b)
 {
     __asm__("sub %0, %2\n\t"
@@ -57,7 +72,7 @@ static inline struct wide wide_sub(struct wide a, struct wide b)
     return a;
 }
 
-// Modulo 2^40, too. 51 cycles with the call (53 on the ATmega2560). wide.S.
+// a * factor modulo 2^40. 51 cycles with the call (53 on the ATmega2560). wide.S.
 struct wide wide_times(struct wide a, uint16_t factor);
 
 #else

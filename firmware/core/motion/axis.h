@@ -82,12 +82,19 @@ struct axis {
     uint32_t line_error_pixel;
     // Line zero: the STEP edge of tick 0, in ticks since the timers started.
     uint32_t zero_ticks;
+    // Lines that are not decoded yet.
     struct segment_queue queue;
+    // Checks what is queued; it stands behind the newest entry of the queue.
     struct line_check check;
+    // The line in work,
     struct line line;
+    // its piece in work,
     struct piece piece;
+    // and the place in that piece; `phase` says which of them are valid.
     struct walk walk;
+    // The writer's end of the ring.
     struct feed feed;
+    // The reader's end of the ring, and the account of time and position.
     struct ledger ledger;
 };
 

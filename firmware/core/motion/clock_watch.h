@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Compares the edges of the pixel clock with the times that a running line has planned for them.
 // Times are ticks since the timers started; they wrap. Main loop only.
+//
+//     planned   |0        |1        |2        |3        |4        clock_watch_follow()
+//     edges     |         |                   |         |         clock_watch_edge()
+//                                   ^ missed: 2 is passed over, and 3 is compared with 3
+//     belongs to n: no more than half a period away from its planned time
+//
+// Without FEATURE_CLOCK_STATISTICS edges are counted and their distances are compared with the
+// period, but no edge is compared with a plan.
 #pragma once
 
 #include <stdbool.h>
@@ -14,7 +22,7 @@ struct clock_watch {
     bool following;
     // The time of the previous edge is known.
     bool known;
-    // Edges seen since reset.
+    // Edges seen since reset, those of unknown time excepted; wraps.
     uint32_t edges;
     // Time of the newest edge.
     uint32_t edge_ticks;
@@ -37,21 +45,23 @@ struct clock_watch {
 #endif
 };
 
-// A line that begins at zero_ticks becomes the reference. It must end (clock_watch_rest()) before
-// the period changes.
+// A line that begins at zero_ticks becomes the reference; the errors of the line before are
+// forgotten. The line must end (clock_watch_rest()) before the period changes.
 void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks);
 
 // An edge came at edge_ticks. Returns true when the edge belongs to the reference line; *pixel is
-// then its number and watch->error_ticks its error. Takes bounded time, however long the clock has
-// rested.
+// then its number (0: line zero) and watch->error_ticks its error. Otherwise *pixel is unchanged. A
+// line that misses more than four edges in a row is the reference no longer, so that the time is
+// bounded however long the clock has rested.
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
                       uint32_t *pixel);
 
-// An edge came whose time is not known.
+// An edge came whose time is not known: the next distance cannot be judged. The line stays the
+// reference.
 static inline void clock_watch_forget(struct clock_watch *watch)
 {
     watch->known = false;

@@ -8,6 +8,14 @@
 // is kept exactly, so that each interval follows from the last one without roots or divisions: by
 // additions where the interval hardly changes (curve_flat.h), by a guess and its correction
 // elsewhere (curve_steep.h). Main loop only.
+//
+//     ticks          |    |    |    |    |    |    |    |
+//     exact places      k        k + 1      k + 2
+//     steps               ^         ^         ^          the first tick at or behind each place
+//                         |residual: how far the curve is beyond k at the tick of step k
+//
+//     curve_start() --+--> steep -- speeds up, changes less --> flat to its end
+//                     +--> flat --- slows down, changes more --> steep
 #pragma once
 
 #include <stdbool.h>
@@ -20,15 +28,16 @@
 struct curve {
     union {
         struct {
+            // The numbers of the steps that follow.
             struct curve_flat flat;
-            // T
+            // T, for the way back to the steep decoder.
             uint32_t ticks;
         } flat;
         struct curve_steep steep;
     } state;
-    // enum curve_flat_kind; CURVE_FLAT_NOT: state.steep is valid, else state.flat.
+    // enum curve_flat_kind. CURVE_FLAT_NOT: state.steep is valid, else state.flat.
     uint8_t kind;
-    // The curve is flat to its end.
+    // The curve is flat to its end; of a flat curve only.
     bool stays;
 };
 
@@ -38,7 +47,8 @@ void curve_start(struct curve *curve,
                  uint16_t start_speed,
                  uint16_t steps);
 
-// Ticks to the next step. For steps 1..n-1; the caller places step n at the end of the piece.
+// Make one step. Returns the ticks from the last step, or from the start of the piece, to it. For
+// steps 1..n-1; the caller places step n at the end of the piece.
 uint32_t curve_next(struct curve *curve);
 
 // Make up to `count` steps into the ring's slots from `slot` on, as long as the fast decoders can

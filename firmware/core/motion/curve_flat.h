@@ -28,12 +28,13 @@ struct step_ring;
 
 // The numbers of the table. curve_flat_layout.h repeats the offsets for the assembly.
 struct curve_flat {
+    // Units of 1/T^2 steps, as all of these numbers.
     struct wide residual;
     struct wide gain;
     struct wide difference;
     struct wide gain_growth;
     int32_t slope_growth;
-    // 2h
+    // 2h: what slope grows by from tick to tick.
     int16_t twice_half;
     // q - 1, as the ring wants it.
     uint16_t top;
@@ -65,11 +66,13 @@ void curve_flat_enter(struct curve_flat *flat,
                       const struct curve_place *at,
                       uint16_t interval_ticks);
 
-// The place behind the last step; step and step_low of *at are left as they are.
+// The place behind the last step, for the steep decoder to go on from. step and step_low of *at are
+// left as they are.
 void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at);
 
 // Make `count` steps (not 0) into the ring's slots from `slot` on, except for the high byte of the
-// first slot.
+// first slot, which made->first_high returns: the caller's store of that byte publishes all steps.
+// narrow: the kind is CURVE_FLAT_NARROW.
 void curve_flat_burst(struct curve_flat *flat,
                       bool narrow,
                       struct step_ring *ring,

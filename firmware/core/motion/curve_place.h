@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT
 // A place on a curve in the numbers with which every decoder of curves begins, and the result that
 // every such decoder returns. For curve.c, curve_flat.c and curve_steep.c.
+//
+// All numbers are exact, because every place is a whole number of 1/T^2 steps.
+//
+//     unit          1/T^2 step
+//     one step      T*T units            48 bits: step, step_low
+//     one tick      adds slope units     40 bits; the next tick adds slope + 2h
 #pragma once
 
 #include <stdint.h>
@@ -8,19 +14,20 @@
 #include "base/wide.h" // struct wide
 
 struct curve_place {
-    // Position beyond the last step, in units of 1/T^2 steps.
+    // Position beyond the last step, in units of 1/T^2 steps: 0 up to what the last tick added.
     struct wide residual;
-    // Growth of the residual over the next tick.
+    // Growth of the residual over the next tick, in these units.
     struct wide slope;
-    // One step is T*T of these units: its lower 16 bits
+    // One step is T*T of these units: its lower 16 bits,
     uint16_t step_low;
     // and its upper 32 bits.
     uint32_t step;
-    // Half-acceleration h, steps.
+    // Half-acceleration h = n - v0, steps; negative where the curve slows down.
     int16_t half;
 };
 
 // Steps made by one call, and what the caller needs to publish them.
+// The caller adds ticks to the time it has written and publishes the entries by first_high.
 struct curve_made {
     // Sum of all intervals, ticks.
     uint32_t ticks;
@@ -30,7 +37,8 @@ struct curve_made {
     uint8_t first_high;
 };
 
-// The start of a piece of `ticks` ticks at speed start_speed with half-acceleration `half`.
+// The start of a piece of `ticks` ticks (T) at speed start_speed (steps a piece) with
+// half-acceleration `half`: step 0 lies exactly at tick 0, so that the residual is 0.
 void curve_place_start(struct curve_place *place,
                        uint32_t ticks,
                        uint16_t start_speed,

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Where the assembly (curve_steep_*.S) finds the members of struct curve_steep; checked in
 // curve_steep.c. The assembler reads this file, too: plain numbers only.
+//
+// Offsets in bytes. The limits below are proved beside their use in curve_steep.c.
 #pragma once
 
-#define CURVE_STEEP_RESIDUAL   0
-#define CURVE_STEEP_SLOPE      5
-#define CURVE_STEEP_STEP       10
-#define CURVE_STEEP_HALF       16
+// Members of struct curve_place at the front.
+#define CURVE_STEEP_RESIDUAL 0
+#define CURVE_STEEP_SLOPE    5
+#define CURVE_STEEP_STEP     10
+#define CURVE_STEEP_HALF     16
+// The extrapolation, and the sum of a batch.
 #define CURVE_STEEP_LAST       18
 #define CURVE_STEEP_CHANGE     22
 #define CURVE_STEEP_GOOD       27

@@ -1,28 +1,39 @@
 // SPDX-License-Identifier: MIT
 // Evenly spaced steps: step j of n in a piece of T ticks falls at ceil(j * T / n), the last one
 // exactly at T. A step takes no multiplication and no division. Main loop only.
+//
+//     T = 10, n = 4     base 2, remainder 2
+//     intervals         3     2     3     2
+//     steps at        0  ..  3  ..  5  ..  8  ..  10        ceil(2.5), 5, ceil(7.5), 10
+//
+// The fraction is an integer that is carried, so that no error adds up however long the piece is.
 #pragma once
 
 #include <stdint.h>
 
+// Where a piece stands. A copy of it is a second walk along the same piece.
 struct even {
     // Shorter interval: floor(T / n), ticks.
     uint32_t base_ticks;
-    // T mod n: so many of the n intervals are one tick longer.
+    // T mod n: so many of the n intervals are one tick longer. 0..n-1.
     uint16_t remainder;
     // n
+    // Number of steps of the piece.
     uint16_t steps;
-    // The fraction carried from step to step, 0..n-1.
+    // The fraction carried from step to step, in units of 1/n tick, 0..n-1. It is n - 1 at the
+    // start, which makes a ceiling of the floor.
     uint16_t sum;
 };
 
 // Begin a piece. ticks: 1..2^24, steps: 1..32767. Divides once.
 void even_start(struct even *even, uint32_t ticks, uint16_t steps);
 
-// Pass over 1..n steps. Returns the ticks to the last of them. Divides, except for n steps at once.
+// Pass over `steps` steps at once, 0..n, never beyond the end of the piece. Returns the ticks from
+// the last step to the last of these. Divides, except for n steps at once.
 uint32_t even_skip(struct even *even, uint16_t steps);
 
-// Ticks from the last step to the next one.
+// Pass over one step. Returns the ticks from the last step (or the start) to it. Never call it more
+// than n times for one piece.
 static inline uint32_t even_next(struct even *even)
 {
     uint16_t sum = (uint16_t)(even->sum + even->remainder);

@@ -29,9 +29,11 @@
 #define FEED_BLOCKS 8u
 #endif
 
-// Single pulsing periods that were written together, from `slot` on.
+// Single pulsing periods that were written together, from `slot` on: the ledger accounts for them
+// as a whole instead of adding them up.
 struct feed_block {
     uint8_t slot;
+    // Number of entries.
     uint8_t count;
     // Length of all of them, ticks.
     uint32_t ticks;
@@ -56,13 +58,18 @@ struct feed_train {
     uint32_t ticks; // of all its steps
 };
 
+// The decoder writes these members by the functions below; the ledger reads marks, blocks and
+// trains and drops what it has consumed.
 struct feed {
+    // The ring that this feed alone writes.
     struct step_ring *ring;
     // The STEP_TRAINS trains of the interrupt, or NULL: no trains.
     struct pulse_train *engine_trains;
-    // Shortest time from a change of direction to the next step, ticks.
+    // Shortest time from a change of direction to the next step, ticks; app/limits.c sets it.
     uint16_t reversal_ticks;
+    // The trains that are not over yet; the ledger frees them.
     struct feed_train trains[STEP_TRAINS];
+    // The train that was written last, 0 or 1.
     uint8_t newest_train;
     // Next slot to write.
     uint8_t head;
@@ -78,6 +85,7 @@ struct feed {
     bool held;
     // The next interval may be merged into the delay before the line.
     bool merge;
+    // The slot that hides the front while `held` is set.
     uint8_t held_slot;
     // Part of the first interval that the delay must cover, ticks.
     uint32_t lead_in_ticks;
@@ -113,7 +121,8 @@ static inline uint8_t feed_space(const struct feed *feed, uint8_t retired)
 // Longest delay of feed_release(), ticks.
 #define FEED_DELAY_MAX_TICKS (2uL * STEP_PERIOD_MAX_TICKS)
 
-// Reserve the held front; the line's intervals follow.
+// Reserve the held front: its begin command and two delay periods. The line's intervals follow. The
+// ring reads empty to the interrupt until feed_release().
 void feed_hold(struct feed *feed);
 
 // Publish the held front so that the line begins after delay_ticks (2..FEED_DELAY_MAX_TICKS,
@@ -132,7 +141,8 @@ static inline void feed_publish_front(struct feed *feed)
 // third: account for the front, after the store.
 void feed_front_released(struct feed *feed, uint32_t delay_ticks);
 
-// Add time and then a step. Only when feed_busy() is false.
+// Add interval_ticks and then a step in this direction. Only when feed_busy() is false; the feed
+// may be busy afterwards, so that feed_pump() must write the rest.
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 
 // True when each step in this direction needs nothing but one period. feed_burst_put() may then be
@@ -163,7 +173,7 @@ static inline bool feed_steady(const struct feed *feed, bool negative)
     return feed->lead && feed->pending_ticks == 0 && negative == feed->negative;
 }
 
-// True when one of the two trains is free.
+// True when one of the two trains is free, so that feed_train() may be called.
 static inline bool feed_train_free(const struct feed *feed)
 {
     return feed->trains[0].steps == 0 || feed->trains[1].steps == 0;
@@ -180,10 +190,11 @@ void feed_train(struct feed *feed,
                 uint16_t steps,
                 uint32_t ticks);
 
-// Ticks from the start of a train to its step `index` (0: none yet). Divides.
+// Ticks from the start of a train (0 or 1) to its step `index` (0: none yet, up to its number of
+// steps). Divides.
 uint32_t feed_train_ticks(const struct feed *feed, uint8_t train, uint16_t index);
 
-// Length of the train's shorter intervals, ticks.
+// Length of the shorter intervals of a train (0 or 1), ticks. The longer ones take one tick more.
 static inline uint16_t feed_train_base(const struct feed *feed, uint8_t train)
 {
     const struct pulse_train *carried = &feed->engine_trains[train];
@@ -193,7 +204,8 @@ static inline uint16_t feed_train_base(const struct feed *feed, uint8_t train)
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
 
-// `count` entries from `slot` on were written as single periods, `ticks` long together.
+// `count` entries from `slot` on were written as single periods, `ticks` long together. When there
+// is no room for another block, the ledger adds these periods up instead.
 static inline void feed_note_block(struct feed *feed,
                                    uint8_t slot,
                                    uint8_t count,
@@ -212,7 +224,8 @@ static inline void feed_note_block(struct feed *feed,
 #endif
 }
 
-// The oldest block that the ledger has not consumed, NULL if there is none.
+// The oldest block that the ledger has not consumed, NULL if there is none. Valid until the next
+// feed_drop_block().
 static inline struct feed_block *feed_next_block(struct feed *feed)
 {
 #if FEED_BLOCKS > 0
@@ -247,20 +260,23 @@ void feed_pump(struct feed *feed);
 // its own.
 void feed_make_room(struct feed *feed);
 
-// Time or a step is pending that feed_pump() must write first.
+// True when time or a step is pending that feed_pump() must write first; feed_step() and feed_end()
+// must wait until then.
 static inline bool feed_busy(const struct feed *feed)
 {
     return feed->step_due || feed->pending_ticks > STEP_PERIOD_MAX_TICKS;
 }
 
-// No further mark fits until the ledger consumes one.
+// True when no further mark fits until the ledger consumes one. The decoder waits.
 static inline bool feed_marks_full(const struct feed *feed)
 {
     return (uint8_t)(feed->mark_head - feed->mark_tail) >= FEED_MARKS - 1u;
 }
 
-// Place a pixel edge or a line start behind everything fed so far.
+// Place a pixel edge or a line start behind everything fed so far. position: expected position at
+// the edge, signed steps of the line. Only when feed_marks_full() is false.
 void feed_mark_here(struct feed *feed, bool line_start, int32_t position);
 
-// The line is over, and nothing follows it without a gap. Only when feed_busy() is false.
+// The line is over, and nothing follows it without a gap: write the last step's period and the end
+// command. Only when feed_busy() is false.
 void feed_end(struct feed *feed);

@@ -2,6 +2,11 @@
 // The ledger follows the step interrupt through the ring and keeps account of what it did: time,
 // position, pixel edges. The position is what was handed to the timer, never what was only queued;
 // a step counts when its period is loaded, at most one period before its edge. Main loop only.
+//
+//     ring       | retired ...            tail |  ...       head |
+//                |<-- consumed, not accounted ->|<-- decoded ---->|
+//     ledger_follow() moves `retired` up to the interrupt's `tail`; the writer may use the slots
+//     before `retired` again, except for the last three, whose periods may still be asked for.
 #pragma once
 
 #include <stdbool.h>
@@ -18,6 +23,7 @@
 #define LEDGER_LAG_ENTRIES 8u
 
 struct ledger {
+    // The ring that the axis's step interrupt reads.
     struct step_ring *ring;
     // First slot that is not accounted for.
     uint8_t retired;
@@ -29,7 +35,7 @@ struct ledger {
     uint8_t left;
     // The train at this place, 0 or 1; LEDGER_NO_TRAIN if there is none.
     uint8_t train;
-    // Its steps that are accounted for.
+    // Its steps that are accounted for, those of `left` included.
     uint16_t train_steps;
     // Idle periods that are accounted for.
     uint16_t idle_seen;
@@ -46,9 +52,9 @@ struct ledger {
     uint32_t taken_ticks;
     // Signed steps since reset, those of `left` included.
     int32_t position_steps;
-    // Position where the line began.
+    // Position where the line began: records count from here.
     int32_t line_origin;
-    // Pixel edges passed in the line.
+    // Pixel edges passed in the line, so that the newest record is that of this pixel, 1-based.
     uint32_t pixel;
     // Last, so that the members before it lie within reach of a pointer's displacement (63 bytes).
     struct records records;
@@ -63,7 +69,8 @@ void ledger_reset(struct ledger *ledger,
 // The timers were started anew: time begins again at 0; position and records stay.
 void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks);
 
-// The interrupt is inside the block that begins where the account ends.
+// True when the interrupt is inside the block that begins where the account ends: the block is
+// accounted for as a whole once it is over.
 static inline bool ledger_inside_block(const struct ledger *ledger,
                                        struct feed *feed,
                                        uint8_t tail)
@@ -74,7 +81,8 @@ static inline bool ledger_inside_block(const struct ledger *ledger,
            (uint8_t)(tail - ledger->retired) < block->count;
 }
 
-// The account has reached the next mark already.
+// True when the account has reached the next mark already, so that the mark can be consumed though
+// nothing more was taken from the ring.
 static inline bool ledger_mark_here(const struct ledger *ledger, const struct feed *feed)
 {
     return feed->mark_tail != feed->mark_placed &&
@@ -106,15 +114,16 @@ static inline bool ledger_due(const struct ledger *ledger,
                      ledger->retired) <= behind;
 }
 
-// The account of an axis at rest is ahead of this sample, so that nothing can be placed in time by
-// the sample any more.
+// True when the account of an axis at rest is ahead of this sample, so that nothing can be placed
+// in time by the sample any more. The number of idle periods tells.
 static inline bool ledger_has_passed(const struct ledger *ledger,
                                      const struct engine_sample *sample)
 {
     return (int16_t)(sample->idle_count - ledger->idle_seen) < 0;
 }
 
-// Account for everything up to the sample. Consumes marks and blocks of the feed.
+// Account for everything up to the sample. Consumes marks and blocks of the feed, and writes a
+// record at each pixel edge that it passes. Samples must not go back in time.
 void ledger_follow(struct ledger *ledger,
                    struct feed *feed,
                    const struct engine_sample *sample);
@@ -132,14 +141,17 @@ static inline int32_t ledger_position(const struct ledger *ledger)
                             : ledger->position_steps - ledger->left;
 }
 
-// Steps of the train that were loaded; 0 outside a train.
+// Steps of the present train whose periods were loaded; 0 outside a train.
 static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
 {
     return (uint16_t)(ledger->train_steps - ledger->left);
 }
 
-// Start of a period, in ticks since the timers started. back: 0 the newest loaded period, 1 the one
-// before, 2 the one before that. Divides inside a train.
+// Start of a period, in ticks since the timers started. back: 0 the newest loaded period (the one
+// that the timer makes next), 1 the one before, 2 the one before that. Divides inside a train.
+//
+//     period    | back 2        | back 1: running | back 0: loaded |
+//     now                               ^
 uint32_t ledger_period_start(struct ledger *ledger,
                              const struct feed *feed,
                              uint8_t back);
@@ -164,8 +176,10 @@ uint8_t ledger_steps_after(struct ledger *ledger,
 // Subtract origin_steps from the position, so that this place becomes position 0.
 void ledger_zero(struct ledger *ledger, int32_t origin_steps);
 
-// Note by how many ticks the clock edge that ends a pixel missed its planned time.
+// Note by how many ticks the clock edge that ends a pixel missed its planned time; positive when it
+// came late. Does nothing when the pixel's record is no longer kept.
 void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error_ticks);
 
-// The ring was emptied: nothing before `slot` will be loaded any more.
+// The ring was emptied: nothing before `slot` will be loaded any more, and what follows does not
+// pulse until a command says so. Position and time stay.
 void ledger_skip_to(struct ledger *ledger, uint8_t slot);

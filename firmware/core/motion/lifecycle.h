@@ -59,6 +59,7 @@ void lifecycle_reset(struct lifecycle *lifecycle);
 bool lifecycle_report(struct lifecycle *lifecycle, enum lifecycle_event event);
 
 // The state as input register axis_state shows it, 0 to 7: STARTING as ARMED, STOPPING as EMPTY.
+// Input register `status` shows which axes are stopping.
 uint8_t lifecycle_shown(const struct lifecycle *lifecycle);
 
 // The axis is armed, with or without a known line zero.

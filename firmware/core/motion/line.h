@@ -41,9 +41,11 @@ struct piece {
 };
 
 struct line {
+    // Where the segments come from.
     struct segment_queue *queue;
     // The segment being used; its repeat counts down.
     struct segment segment;
+    // Pieces have constant acceleration; else one speed each.
     bool smooth : 1;
     bool negative : 1; // direction of a smooth line
     // The line is still ahead of the pixel clock, because backlash is not yet taken up.
@@ -56,6 +58,7 @@ struct line {
     bool leaving_out : 1;
     // The down mark was reached.
     bool down : 1;
+    // Steps B of play that this line takes up; 0: none.
     uint16_t backlash_steps;
     // Speed V of the backlash parameter, steps/pixel.
     uint16_t line_speed;
@@ -88,7 +91,8 @@ void line_begin(struct line *line,
                 struct segment_queue *queue,
                 bool take_up);
 
-// Make the next piece of the line.
+// Make the next piece of the line and count its steps in line->position. *piece is only valid with
+// LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
 enum line_status line_next(struct line *line, struct piece *piece);
 
 // The switch of a seek has tripped: slow down from the next piece on.

@@ -3,6 +3,10 @@
 // so that a line longer than the memory is checked too. A line may be armed only when its end mark
 // was accepted; of a line that is streamed, no segment behind a refused one reaches the decoder.
 // The host tools run the same code.
+//
+//     OUTSIDE -- start mark --> PARAMETER -- parameter --> SEGMENTS -- end mark --> OUTSIDE
+//                                                          |  ^ segment, down mark
+//                                                          +--+
 #pragma once
 
 #include <stdbool.h>
@@ -13,7 +17,7 @@
 
 // What the board and its settings allow. Times are in timer ticks.
 struct line_limits {
-    // Whole ticks of a pixel period.
+    // Whole ticks of a pixel period; intervals are judged with the fraction left out.
     uint32_t pixel_ticks;
     // Shortest interval between two steps of a plain line,
     uint16_t min_interval_ticks;
@@ -39,7 +43,9 @@ enum line_check_phase {
 };
 
 struct line_check {
+    // enum line_check_phase.
     uint8_t phase;
+    // The line has constant acceleration inside a pixel.
     bool smooth : 1;
     // The line reached the line speed of the backlash parameter.
     bool reached : 1;
@@ -53,6 +59,8 @@ struct line_check {
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     // First warning of the line (enum line_error, from 32 on).
     uint8_t warning;
+    // The parameter of the start mark: steps of play to take up, and the speed V (steps/pixel) at
+    // which the line takes them up.
     uint16_t backlash_steps;
     uint16_t line_speed;
     // Length of the zero pixels since the last step, ticks; 0xFFFF: that or more.
@@ -65,7 +73,7 @@ struct line_check {
     uint32_t pixel;
 };
 
-// Expect the start of a line that follows no other.
+// Expect the start of a line that follows no other: any direction may come first.
 void line_check_reset(struct line_check *check);
 
 // Accept the next entry, or return why not; the reason concerns the pixel behind check->pixel.

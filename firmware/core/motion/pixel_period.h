@@ -2,6 +2,12 @@
 // The exact pixel period, and the grid of ticks that it makes. P = timer_hz * den / num ticks is
 // generally no integer. Pixel edges fall at floor(k * P) for ever and do not drift, because the
 // remainder is carried as an integer. Main loop only: setting a period or a shifted grid divides.
+//
+// With numbers far smaller than real ones:
+//
+//     P = 4 + 2/3 ticks    k       0    1    2     3     4     5
+//                          place   0    4    9    14    18    23      floor(k * P)
+//                          sum     0    2    1     0     2     1      thirds carried
 #pragma once
 
 #include <stdbool.h>
@@ -10,19 +16,21 @@
 // Shortest period, ticks.
 #define PIXEL_PERIOD_MIN_TICKS 1024u
 // Longest period, ticks. 24 bits: down to 1 Hz at 16 MHz, 1.2 Hz at 20 MHz.
-#define PIXEL_PERIOD_MAX_TICKS                                                           \
-    0xFFFFFFu // 24 bits: down to 1 Hz at 16 MHz, 1.2 Hz at 20 MHz
+// The arithmetic of curves needs pieces below 2^24 ticks.
+#define PIXEL_PERIOD_MAX_TICKS 0xFFFFFFu
 
+// P as a mixed number, in ticks.
 struct pixel_period {
     // floor(P)
     uint32_t whole_ticks;
-    // P = whole_ticks + remainder / divisor, with remainder < divisor
+    // P = whole_ticks + remainder / divisor, with remainder < divisor.
     uint32_t remainder;
+    // The numerator of the pixel frequency.
     uint32_t divisor;
 };
 
-// Set the period of pixel_hz = num / den. Returns false and changes nothing when num or den is 0 or
-// P is outside the limits above.
+// Set the period of the frequency num / den Hz: P = timer_hz * den / num ticks, exactly. Returns
+// false and changes nothing when num is 0 or P is outside the limits above (den 0 makes it so).
 bool pixel_period_set(struct pixel_period *period,
                       uint32_t timer_hz,
                       uint32_t num,
@@ -31,11 +39,11 @@ bool pixel_period_set(struct pixel_period *period,
 // A walk along multiples of P. The period must not change meanwhile.
 struct pixel_grid {
     const struct pixel_period *period;
-    // Fraction of the present place, 0..divisor-1.
+    // Fraction of the present place, in units of 1/divisor tick, 0..divisor-1.
     uint32_t sum;
 };
 
-// Place the grid at 0.
+// Place the grid at 0. The period must last as long as the grid.
 void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period);
 
 // Move the grid by P. Returns the whole ticks between the two places.

@@ -2,6 +2,9 @@
 // What happened at the newest pixel edges of a line: the axis's position, the expected position,
 // and how far the clock's edge lay from its planned time. A new record overwrites the oldest one.
 // Main loop only.
+//
+//     pixel       ...  7      8      9      10           newest_pixel 10, count 3, RECORDS_KEPT 3
+//     kept              (8)    (9)    (10)               records_get(0) is pixel 8
 #pragma once
 
 #include <stdbool.h>

@@ -2,6 +2,9 @@
 // The queue of an axis: segments and marks between the bus, which pushes them, and the line
 // decoder, which pops them. Both run in the main loop; nothing here may be called from an
 // interrupt.
+//
+//     pop <-- | front | ... | newest |  <-- push        head and tail run freely, modulo 256
+//               tail                   head
 #pragma once
 
 #include <stdbool.h>

@@ -6,6 +6,7 @@
 #include "base/literal.h" // UNSIGNED
 
 // High bytes of the ring's entries. A high byte below STEP_HIGH_TRAIN is that of a single period.
+// FD: a pulse train, FE: a command, FF: the writer has not filled the slot.
 #define STEP_HIGH_TRAIN   UNSIGNED(0xFD)
 #define STEP_HIGH_COMMAND UNSIGNED(0xFE)
 #define STEP_HIGH_EMPTY   UNSIGNED(0xFF)
@@ -14,6 +15,7 @@
 #define STEP_IDLE_TICKS UNSIGNED(4096)
 
 // enum step_engine_state. The lowest bit is set while a period that pulses may still come.
+// step_engine.h says what each state means.
 #define STEP_STATE_IDLE    0
 #define STEP_STATE_IN_LINE 1
 #define STEP_STATE_HALTED  2

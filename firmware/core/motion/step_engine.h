@@ -56,7 +56,7 @@ struct step_engine {
     volatile uint8_t train_high;
     // The pulse trains that the ring's entries refer to.
     struct pulse_train trains[STEP_TRAINS];
-    // Halted, or about to be: nothing more is taken from the ring.
+    // Halted, or about to be: nothing more is taken from the ring. step_engine_settle() clears it.
     volatile bool stop;
     // Periods pulse now.
     bool pulse;
@@ -80,7 +80,7 @@ struct step_load {
 
 // What the interrupt has done so far, all read at the same instant.
 struct engine_sample {
-    // Slot to read next.
+    // Slot to read next: every entry before it has been taken.
     uint8_t tail;
     // Periods of the train before `tail` that are not loaded yet
     uint8_t left;
@@ -95,8 +95,9 @@ struct engine_sample {
 // A new engine, idle at slot 0 of an empty ring. Before the step interrupt is enabled.
 void step_engine_reset(struct step_engine *engine, struct step_ring *ring);
 
-// Take the next period from the ring and execute the commands before it. Called in the step
-// interrupt, with interrupts on.
+// Take the next period from the ring and execute the commands before it. With nothing to take the
+// result is an idle period. Called in the step interrupt, with interrupts on; takes longer with
+// each command before the period.
 struct step_load step_engine_take(struct step_engine *engine,
                                   const struct step_ring *ring);
 

@@ -22,6 +22,7 @@
 #include "motion/step_codes.h" // STEP_HIGH_*, STEP_IDLE_TICKS
 
 // An 8-bit index wraps at this number of slots.
+// Slots from `retired` (ledger) up to `head` (feed) are in use; `tail` (engine) lies between.
 #define STEP_RING_SLOTS 256u
 
 // Longest single period, ticks. The writer splits longer intervals.
@@ -71,6 +72,7 @@ struct pulse_train {
 // Most steps of a train in one entry.
 #define STEP_TRAIN_ENTRY_MAX 127u
 
+// low comes first: an entry's high byte lies 256 bytes behind its low byte.
 struct step_ring {
     volatile uint8_t low[STEP_RING_SLOTS];
     volatile uint8_t high[STEP_RING_SLOTS];

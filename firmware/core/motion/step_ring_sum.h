@@ -2,6 +2,11 @@
 // Adds up the single periods of a ring. Every step of every line passes through this function, so
 // the AVR has it in assembly, 16 cycles a period; the C that the assembly stands for is beside it.
 // Main loop only.
+//
+//     slots    | p | p | p | command | p | ...      p: a single period, high byte below FD
+//     *slot      ^ before    ^ after
+//
+// The ledger calls it for entries that the step interrupt has taken.
 #pragma once
 
 #include "motion/step_ring.h" // struct step_ring
@@ -37,6 +42,8 @@ static inline uint32_t step_ring_sum(const struct step_ring *ring,
                      : [high] "+z"(high), [sum] "+r"(sum)
                      : [stop] "r"(stop), [train] "M"(STEP_HIGH_TRAIN)
                      : "r26", "memory");
+    // The ring is aligned to 256 bytes, so that the low byte of the address is the slot. The loop
+    // added high:low of each entry, and a period is one tick longer.
     *slot = (uint8_t)(uintptr_t)high;
     return sum + (uint8_t)(*slot - first);
 }

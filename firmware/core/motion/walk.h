@@ -5,6 +5,15 @@
 //
 // A step that needs care to keep these promises is called special: the last step before the edge,
 // the two behind it, and the last step of the piece.
+//
+//     piece       |------------------------ ticks -----------------------|
+//     steps       |  1    2    3    4 ^  5    6    7    8    9    10   11|
+//                                     edge_ticks, behind edge_steps = 4
+//     special                       4    5    6                        11
+//     walk_burst()   1..3                          7..10
+//
+// Between special steps the decoder takes steps straight from the walk's curve or even sequence and
+// notes them with walk_skip(). One walk at a time for each axis.
 #pragma once
 
 #include <stdbool.h>
@@ -20,12 +29,13 @@ struct walk {
         struct curve curve;
         struct even even;
     } steps;
+    // steps.curve is valid, else steps.even.
     bool curved;
     // The step just returned is the last one before the pixel edge.
     bool at_edge;
-    // Where the last step was placed, minus exact_ticks.
+    // Where the last step was placed, minus exact_ticks; not 0 only beside a pixel edge.
     int16_t skew_ticks;
-    // Steps up to and including the next special one.
+    // Steps up to and including the next special one; 0 when the walk is over.
     uint16_t until;
     // Number of that special step in the piece.
     uint16_t last_special;
@@ -35,11 +45,11 @@ struct walk {
     const struct piece *piece;
 };
 
-// Begin a piece, whose `steps` must not be 0.
+// Begin a piece, whose `steps` must not be 0. Divides.
 void walk_start(struct walk *walk, const struct piece *piece);
 
-// Ticks from the last step (or the start of the piece) to the next step. Call it piece->steps
-// times.
+// Take one step. Returns the ticks from the last step (or the start of the piece) to it. Call it
+// until walk_done(), piece->steps times if no steps are skipped.
 uint32_t walk_next(struct walk *walk);
 
 // Number of steps that may be taken straight from walk->steps, because none of them is special.
@@ -70,7 +80,8 @@ static inline uint16_t walk_taken(const struct walk *walk)
 // of them.
 uint32_t walk_skip_even(struct walk *walk, uint16_t steps);
 
-// `count` steps, `ticks` long together, were taken straight from walk->steps.
+// Note that `count` steps, `ticks` long together, were taken straight from walk->steps; at most
+// walk_burst().
 static inline void walk_skip(struct walk *walk, uint8_t count, uint32_t ticks)
 {
     walk->until = (uint16_t)(walk->until - count);

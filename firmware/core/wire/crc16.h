@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: MIT
 // The checksum of Modbus RTU: reflected polynomial 0xA001, start value 0xFFFF, sent low byte first.
+// Every frame of the bus and every stored record of settings ends with it.
 #pragma once
 
 #include <stdint.h>
 
-// Checksum of `length` bytes; 0 over bytes that end with their own checksum.
+// Checksum of `length` bytes (0: the start value). The checksum is 0 over bytes that end with their
+// own checksum, low byte first, so that a receiver needs no comparison.
+//
+//     send       crc16(bytes, n) --> bytes[n] low, bytes[n + 1] high
+//     receive    crc16(bytes, n + 2) == 0
+//
+// The function computes each byte's remainder, because a table of 256 words would take RAM. It has
+// no state; its time grows with `length`.
 uint16_t crc16(const uint8_t *bytes, uint16_t length);

@@ -2,58 +2,77 @@
 // Finds the frames of Modbus RTU in the bytes of the bus: requests to this board or to all boards,
 // and everything else on the bus, requests to other boards and their replies. A frame ends where
 // its function and its checksum agree, or with silence. The caller measures time. Main loop only.
+//
+//     uart        bytes arrive in frame->bytes; the caller updates frame->received
+//       |
+//     frame_look()  --> PARTIAL   wait for more bytes, or for the silence
+//                   --> FOREIGN   drop `length` bytes, look again
+//                   --> BAD       drop `length` bytes, count an error, look again
+//                   --> READY     server_serve(), frame_seal(), send
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
-// Longest frame of the standard.
+// Longest frame that the standard allows, bytes, address and checksum included.
 #define FRAME_MAX_BYTES 256u
 
 // Room for a short frame behind a long one that is examined late, or behind a damaged one: a stop
 // must not be lost.
+// The serial port receives straight into this buffer (UART_BUFFER_BYTES in hal/uart.h).
 #define FRAME_ROOM_BYTES (FRAME_MAX_BYTES + 16u)
 
 enum frame_status {
-    // No whole frame yet.
+    // No whole frame yet: the caller looks again when more bytes or a silence have come.
     FRAME_PARTIAL,
     FRAME_READY, // for us or, address 0, for all: bytes[0..length-3] hold address and PDU
-    // A request to another board, or a reply of one.
+    // A request to another board, or the reply of one. It counts as a message, and is dropped.
     FRAME_FOREIGN,
-    // Ended by silence with a wrong checksum, or too long.
+    // The bytes ended by silence with a wrong checksum, or they are more than any frame has.
     FRAME_BAD,
 };
 
+// The one buffer of the bus: it receives requests, and the server writes the reply into it.
 struct frame {
-    // Bytes of the frame at the front.
+    // Bytes of the frame at the front; valid unless frame_look() returned FRAME_PARTIAL.
     uint16_t length;
-    // Bytes received so far, of this frame and of what follows it.
+    // Bytes received so far, of this frame and of what follows it; the caller writes this member.
     uint16_t received;
-    // No frame ends at this many bytes or before.
+    // No frame ends at this many bytes or before: these lengths need no second checksum.
     uint16_t tried;
-    // Bytes of the reply that the server has made of the request.
+    // Bytes of the reply that the server has made of the request, without the checksum.
     uint8_t reply;
+    // Address, function, data, checksum (low byte first), and then what follows the frame.
     uint8_t bytes[FRAME_ROOM_BYTES];
 };
 
-// Begin a new frame.
+// Begin a new frame at the front of the buffer; `length` and `received` stay.
 void frame_reset(struct frame *frame);
 
-// Examine the bytes received so far. ended: silence follows them. Unless the result is
-// FRAME_PARTIAL, frame->length is the number of bytes that the result is about; the next call
-// examines what follows. Takes up to 30 cycles a byte.
+// Examine the bytes received so far. ended: silence follows them. address: the unit address of this
+// board. Unless the result is FRAME_PARTIAL, frame->length is the number of bytes that the result
+// is about; the caller drops them, and the next call examines what follows. Takes up to 30 cycles a
+// byte.
+//
+// The function code alone does not tell a request from a reply on a shared bus, so that several
+// lengths are tried, and the checksum decides.
 enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address);
 
 // A function's request as frame_rule() knows it.
+// RULE_SERVED: the image serves the function. RULE_BROADCAST: a served request is executed when it
+// goes to address 0, that is to all boards, too.
 #define RULE_SERVED    0x40u // by the server
 #define RULE_BROADCAST 0x80u // when it goes to all, too
 
-// RULE_* bits of a function's request; the other bits are how its length is found. 0: unknown
-// function.
+// The rule of a function's requests: RULE_* bits, and in the other bits how the length of the
+// request is found. 0: the function is unknown. The rules depend on the features of the image.
 uint8_t frame_rule(uint8_t function);
 
-// Length of the frame at the front if it is such a request; 0 when only silence can end it.
+// Length of the frame at the front, checksum included, if the frame is a request with this rule; 0
+// when only silence can end it. The result means nothing before the byte that holds the count has
+// been received.
 uint16_t frame_length_by(const struct frame *frame, uint8_t rule);
 
-// Append the checksum to `length` bytes. Returns the length to send.
+// Append the checksum to `length` bytes of the frame. Returns the length to send: `length` + 2. The
+// caller makes sure that both bytes fit.
 uint16_t frame_seal(struct frame *frame, uint16_t length);

@@ -2,6 +2,14 @@
 // Modbus server: a request PDU in a frame becomes the reply in the same frame. Functions 03, 04, 06
 // and 16; with FEATURE_BITS 01, 02, 05, 15; with FEATURE_DIAGNOSIS 08, 17, 22, 23, 43/14; with
 // FEATURE_FILES 20. Checks in the standard's order: function, quantity, address, value.
+//
+// The server knows nothing of motors: it asks the functions of server_data.h for the data and
+// counts what passed in struct server_counters. Main loop only.
+//
+//     frame->bytes    | address | function | data ... | checksum |
+//     request PDU               |<------------------->|
+//     reply           | address | function | data ... |            frame_seal() adds the checksum
+//     exception       | address | function + 0x80 | code |
 #pragma once
 
 #include <stdbool.h>
@@ -9,9 +17,11 @@
 
 #include "wire/frame.h" // struct frame
 
+// Counters that function 08 reads, one by each of its sub-functions from 11 to 18.
 #define SERVER_COUNTERS 8u
 
-// Of the server and its line; they wrap. In the order of function 08, from sub-function 11 on.
+// What the server and its bus counted since reset or since the counters were cleared; they wrap. In
+// the order of function 08, from sub-function 11 on.
 struct server_counters {
     union {
         struct {
@@ -24,12 +34,17 @@ struct server_counters {
             uint16_t busy_replies; // exceptions 06
             uint16_t rx_overruns;  // bytes lost by the receiver
         };
+        // The same eight counters by number: all[0] is bus_messages.
         uint16_t all[SERVER_COUNTERS];
     };
-    bool listen_only; // nothing is executed or answered but function 08, sub-function 1
+    // While it is set, no request is answered, and none but a restart (function 08, sub-function 1)
+    // is executed. Sub-function 4 sets it; a restart and a reset of the board clear it.
+    bool listen_only;
 };
 
-// Serve the ready frame. Returns the bytes of the reply in frame->bytes, to be sealed and sent, or
-// 0; the frame is used up. Writes nothing beyond frame->length if the frame is a broadcast. May
-// take some hundred microseconds; main loop only.
+// Serve the frame for which frame_look() returned FRAME_READY. Returns the number of bytes of the
+// reply in frame->bytes, to be sealed and sent, or 0 when there is no reply: to a broadcast, or in
+// listen-only mode. An exception is a reply of 3 bytes, and nothing was changed then. The request
+// is used up in every case. Writes nothing beyond frame->length if the frame is a broadcast,
+// because the next request may already lie there. May take some hundred microseconds.
 uint8_t server_serve(struct frame *frame, struct server_counters *counters);

@@ -7,6 +7,10 @@
 //         BOARD_KEEP(WANT_##signal)(WRITE_CASE(axis, port, bit))
 //     #include BOARD_FILE
 //     #undef WANT_DIR
+//
+// The preprocessor does all of it, so that a row that is dropped costs nothing. The macros below
+// work by counting: BOARD_WANTED carries a comma, which moves BOARD_ROW_KEPT to the second place; a
+// signal without a definition leaves BOARD_ROW_LEFT_OUT there.
 #pragma once
 
 #include "config.h" // BOARD_...

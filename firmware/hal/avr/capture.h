@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Input capture of one timer: hardware holds the count of an edge, the handler says in which period
 // it fell, because the counter restarts in every period.
+//
+//     edge        hardware copies the counter to ICRn and requests the interrupt
+//     handler     notes ICRn, counter, flags and what the step engine has done
+//     main loop   capture_take(): which period, which count; clears BUSY
+//     second edge before that: only OVERRUN is set, see capture_lost()
 #pragma once
 
 #include <avr/interrupt.h>
@@ -12,9 +17,12 @@
 #include "hal/avr/step_isr.h" // step_engines
 #include "hal/pixel_clock.h"  // struct pixel_capture
 
-// What the handler saw; capture_take() makes sense of it.
+// What the handler saw; capture_take() makes sense of it. The handler writes it while `waiting` is
+// false, the main loop reads it while `waiting` is true.
 struct capture {
-    volatile bool waiting; // the rest is complete
+    // The other members are complete, and the main loop has not taken them.
+    volatile bool waiting;
+    // Count of the timer at the edge, ticks from the start of its period.
     uint16_t captured;
     uint16_t counter; // a little later, between two looks at the flags
     uint8_t flags_before;
@@ -169,7 +177,9 @@ struct capture {
         (name).waiting = true;                                                           \
     }
 
-// m is the period whose interrupt was served last; it loaded m + 1.
+// The period in which the edge lies, by its distance from the period that the engine loaded last:
+// 0 is m + 1, 1 is m, 2 is the one before m. overflow: the mask of the timer's overflow flag. m is
+// the period whose interrupt was served last; it loaded m + 1.
 //
 //     served:      m         (m + 1 begins, overflow pending)
 //     counter   ---|---------------|------
@@ -187,7 +197,9 @@ static inline uint8_t capture_back(const struct capture *source, uint8_t overflo
     return source->captured > source->counter ? 2 : 1;
 }
 
-// The oldest capture not yet taken. The handler leaves an edge that waits alone.
+// Take the capture that waits. Returns false when there is none. *capture gets the count, how many
+// periods the edge lies back from the one that the engine loaded last, and the sample. busy: the
+// source's BUSY bit of GPIOR0. Main loop only, interrupts on.
 static inline bool capture_take(struct capture *source,
                                 struct pixel_capture *capture,
                                 uint8_t busy)
@@ -205,8 +217,9 @@ static inline bool capture_take(struct capture *source,
     return true;
 }
 
-// Another came before it was taken. After capture_take(), in this order: an edge from there on is
-// either taken next or noted as one too many.
+// True when another edge came before the last one was taken; clears the note. After capture_take(),
+// in this order: an edge from there on is either taken next or noted as one too many. Main loop
+// only.
 static inline bool capture_lost(uint8_t overrun)
 {
     bool lost = (GPIOR0 & _BV(overrun)) != 0;

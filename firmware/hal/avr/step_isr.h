@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What the step interrupt's assembly and C halves share. Included by both.
+//
+// The assembly handler (step_isr.S) makes single periods and periods of trains; C takes the rest.
+// Both work on the same struct step_engine, so that offsets and sizes below must be those of the C
+// compiler: step_timer.c refuses to compile when one differs.
 #pragma once
 
 #include "base/literal.h"      // UNSIGNED
@@ -10,6 +14,7 @@
 #define QUIET_TICKS UNSIGNED(0xFFFF)
 
 // Layout of struct step_engine, of its runs and of the rings, checked in step_timer.c.
+// Of struct step_engine: its size and the offsets of its members, bytes.
 #define STEP_ISR_ENGINE_SIZE 28
 #define STEP_ISR_TAIL        0
 #define STEP_ISR_STATE       1
@@ -20,6 +25,7 @@
 #define STEP_ISR_STOP        24
 #define STEP_ISR_PULSE       25
 #define STEP_ISR_CUT         26
+// Of struct pulse_train: its size and the offsets of its members, bytes.
 #define STEP_ISR_TRAIN_SIZE  9
 #define STEP_ISR_SUM         0
 #define STEP_ISR_AFTER_SHORT 2
@@ -27,6 +33,7 @@
 #define STEP_ISR_SHORT_LOW   6
 #define STEP_ISR_LONG_LOW    7
 #define STEP_ISR_TOP_HIGH    8
+// Of struct step_ring: its size, and the distance from a low byte to its high byte.
 #define STEP_ISR_RING_SIZE   512
 #define STEP_ISR_HIGH_OFFSET 256
 
@@ -35,10 +42,13 @@
 
 #include "motion/step_engine.h" // struct step_engine
 
+// The state of each axis's interrupt, and the ring that it reads. The interrupt of the axis owns
+// the engine; the main loop samples it, or changes it with the step interrupt off.
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
 
-// What an axis's interrupt has done, as of one instant.
+// What an axis's interrupt has done, as of one instant. Called with interrupts on: they are off for
+// the few cycles of the reads and on afterwards.
 static inline struct engine_sample step_isr_sample(uint8_t axis)
 {
     const struct step_engine *engine = &step_engines[CONFIG_INDEX(axis)];
