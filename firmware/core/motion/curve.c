@@ -4,8 +4,8 @@
 #include "base/divide.h"   // divide_u32_u16
 #include "base/multiply.h" // multiply_*
 
-// As long as an interval is shorter than the last one by this much (ticks) or more, the curve cannot
-// have become flat.
+// As long as an interval is shorter than the last one by this much (ticks) or more, the curve
+// cannot have become flat.
 #define FLAT_CHANGE_MAX 6
 
 // Change of the interval from step to step, ticks, with which a flat curve becomes steep.

@@ -19,10 +19,10 @@ struct progress {
     uint8_t carried;
 };
 
-// Limits of speed * T, in units of 2^8. The interval changes by c = a*T/v^3 ticks from step to step,
-// and rounding adds one tick. Behind a step of q or q + 1 ticks the sums therefore belong to a place
-// up to c + 2 ticks from the root. Each tick adds speed * T, so that c + 2 times speed * T must fit
-// half the modulus. The limits are for c = 1 and, where their names say LOOSE, for c = 4.
+// Limits of speed * T, in units of 2^8. The interval changes by c = a*T/v^3 ticks from step to
+// step, and rounding adds one tick. Behind a step of q or q + 1 ticks the sums therefore belong to
+// a place up to c + 2 ticks from the root. Each tick adds speed * T, so that c + 2 times speed * T
+// must fit half the modulus. The limits are for c = 1 and, where their names say LOOSE, for c = 4.
 #define NARROW_MAX       0x002A0000
 #define NARROW_LOOSE_MAX 0x00150000
 #define WIDE_MAX         0x2A000000
@@ -57,6 +57,7 @@ static int32_t cube_of(uint16_t speed)
     return wide_times(wide_from_int32((int32_t)multiply_u32_u16(base, base)), base).high;
 }
 
+// speed * T, without its lowest 8 bits.
 static int32_t slope_of(uint32_t ticks, uint16_t speed)
 {
     return wide_times(wide_from_int32((int32_t)ticks), speed).high;
@@ -151,9 +152,9 @@ static inline struct progress make_flat_steps(struct curve_flat *flat,
                                            : curve_flat_wide(flat, &lows[slot], count);
 }
 
-// Store `value` in `count` slots from highs[slot] on. Only the low byte of the address advances: the
-// ring's arrays lie on 256-byte boundaries, so that the slots wrap. Four stores a pass take 4 cycles
-// an entry.
+// Store `value` in `count` slots from highs[slot] on. Only the low byte of the address advances:
+// the ring's arrays lie on 256-byte boundaries, so that the slots wrap. Four stores a pass take 4
+// cycles an entry.
 static inline void fill_highs(volatile uint8_t *highs,
                               uint8_t slot,
                               uint8_t count,
@@ -199,6 +200,7 @@ static inline void fill_highs(volatile uint8_t *highs,
     }
 }
 
+// Make q one tick longer.
 static void interval_up(struct curve_flat *flat)
 {
     struct wide slope_growth = wide_from_int32(flat->slope_growth);
@@ -212,6 +214,7 @@ static void interval_up(struct curve_flat *flat)
     flat->top++;
 }
 
+// Make q one tick shorter.
 static void interval_down(struct curve_flat *flat)
 {
     struct wide slope_growth = wide_from_int32(flat->slope_growth);

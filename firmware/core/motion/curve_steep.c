@@ -22,6 +22,7 @@
 // Most of half the change between the first intervals of a piece, ticks: its square fits 16 bits.
 #define START_CHANGE_MAX 255u
 
+// Add an entry to the sum of the batch.
 static void add_top(struct curve_steep *steep, uint16_t top)
 {
     uint32_t sum = (uint32_t)top + (uint16_t)((steep->tops[1] << 8) | steep->tops[0]);
@@ -258,7 +259,8 @@ static uint32_t make_slow_step(struct curve_steep *steep)
     return ticks;
 }
 
-// Make extrapolated steps, computed modulo 2^40, as long as extrapolation is good. Returns how many.
+// Make extrapolated steps, computed modulo 2^40, as long as extrapolation is good. Returns how
+// many.
 static uint8_t make_quick_steps(struct curve_steep *steep,
                                 volatile uint8_t *low,
                                 volatile uint8_t *high,

@@ -40,6 +40,7 @@ static void put_command(struct feed *feed, enum step_command command)
                (uint16_t)(((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command) + 1u));
 }
 
+// Give every waiting mark its place, `early` periods before the end of what is written.
 static void place_marks(struct feed *feed, uint8_t early)
 {
     while (feed->mark_placed != feed->mark_head) {
@@ -72,6 +73,7 @@ bool feed_fits_train(const struct feed *feed, const struct even *even)
            (even->remainder == 0 || ((uint8_t)even->base_ticks != 0));
 }
 
+// Write one entry of a pulse train; the sign of its number of steps tells which train.
 static void put_train(struct feed *feed, uint8_t train, uint8_t steps)
 {
     uint8_t slot = feed->head;
@@ -193,6 +195,7 @@ static void put_reversal(struct feed *feed)
     feed->negative = feed->due_negative;
 }
 
+// Leave the first interval of a line to the delay before the line, if the interval is short enough.
 static void merge_first_interval(struct feed *feed)
 {
     if (feed->merge && feed->pending_ticks <= MERGE_MAX_TICKS) {
@@ -208,8 +211,8 @@ void feed_make_room(struct feed *feed)
         return;
     }
     feed->merge = false;
-    // The direction may change on either side of this period. The period is therefore no shorter
-    // than the reversal time that is left.
+    // A reversal may follow, with this period before the change of direction and the time that is
+    // left behind it. The period is therefore no shorter than that time.
     if (feed->pending_ticks >= 2u * (uint32_t)feed->reversal_ticks + ROOM_MIN_TICKS) {
         put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->reversal_ticks));
     }

@@ -260,6 +260,7 @@ static uint8_t next_stop(const struct ledger *ledger,
     return sooner ? slot : tail;
 }
 
+// The train is over: account for its length and free it.
 static APART void pass_train(struct ledger *ledger,
                              struct feed_train *train,
                              uint32_t ticks)
@@ -366,6 +367,7 @@ static void add_idle(struct ledger *ledger, uint16_t idle_count)
     }
 }
 
+// True when the next entry is a command or belongs to a pulse train.
 static bool at_special(const struct ledger *ledger, uint8_t tail)
 {
     return ledger->retired != tail &&
@@ -413,6 +415,7 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
     }
 }
 
+// Follow entry by entry, but leave a block alone that the interrupt has not finished.
 static void follow_to_block(struct ledger *ledger,
                             struct feed *feed,
                             const struct engine_sample *sample)
