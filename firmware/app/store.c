@@ -19,9 +19,11 @@ _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot")
 #define STATE_CHANGED 0x02u
 #define STATE_BUSY    0x04u
 
-static uint8_t newest_slot = NO_SLOT; // of the newest record
-static uint8_t next_byte =
-    IDLE; // byte to write; the record's size: its first one once more
+// Slot of the newest record, or NO_SLOT.
+static uint8_t newest_slot = NO_SLOT;
+// Next byte of the record to write, or IDLE. RECORD_BYTES means the first byte once more: it is
+// erased first and written last, so that a record that is cut off by a power failure is invalid.
+static uint8_t next_byte = IDLE;
 static uint8_t store_flags;
 
 static uint16_t byte_address(uint8_t which, uint8_t byte)
@@ -29,6 +31,8 @@ static uint16_t byte_address(uint8_t which, uint8_t byte)
     return (uint16_t)(which * SLOT_STRIDE + byte);
 }
 
+// Read a slot into the settings. Returns true when the record is whole and its settings are
+// possible.
 static bool load_record(uint8_t which)
 {
     struct settings *record = settings_record();

@@ -221,8 +221,8 @@ void uart_drop(uint16_t count)
     uint8_t *to = first_byte;
     const uint8_t *from = first_byte + count;
 
-    // The receive interrupt waits only while one byte is moved, and it stays masked once no byte is
-    // left to move.
+    // The receive interrupt waits only while one byte is moved. When no byte is left to move, it
+    // stays masked until next_byte is right.
     for (;;) {
         UCSR0B = ENABLE_NONE;
         if (from == next_byte) {
