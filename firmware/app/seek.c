@@ -100,8 +100,8 @@ static APART void take_edge(void)
         drop_clock_edge();
     }
     if (seek.captured) {
-        // A bouncing switch makes more edges. The first edge gives the position; later ones only
-        // prolong the wait for a settled switch.
+        // A bouncing switch makes more edges. The first edge gives the position; later ones restart
+        // the time after which that edge counts as a disturbance.
         seek.captured_units = (uint16_t)clock_now_units();
     } else if (seek.trip_code == TRIP_NONE && is_new(&capture)) {
         note_switch_edge(&capture);

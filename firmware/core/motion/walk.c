@@ -9,7 +9,8 @@ static uint16_t edge_of(const struct piece *piece)
 }
 
 // Aim at the next special step behind step `index`. Special are the two steps around the pixel
-// edge, the step after these two, whose interval ends their shift, and the last step of the piece.
+// edge, the step after these two, whose interval makes up for their shift, and the piece's last
+// step.
 static void aim_at_special(struct walk *walk, uint16_t index)
 {
     uint16_t next = walk->piece->steps;

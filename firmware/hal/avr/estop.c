@@ -25,8 +25,7 @@ _Static_assert(BOARD_ESTOP_INT <= 3, "inputs from INT4 on have their sense in EI
 // Most interrupts of the input between two rounds of the main loop. A bouncing contact makes this
 // many edges; a contact that chatters without end takes no more processor time than that.
 #define EDGES_A_ROUND 16u
-// Number of interrupts left in this round. Only the start-up code uses this register, and only
-// before (cpu.c).
+// Interrupts left in this round. Before estop_start() the start-up code uses this register (cpu.c).
 #define EDGES_LEFT GPIOR2
 
 static volatile bool is_latched;
