@@ -11,8 +11,7 @@
 #define SLOW_DIVISOR   ((BAUD_CLOCK_100 + 96u) / 192u)
 #define SILENCE_COUNTS ((uint16_t)(BAUD_CLOCK_100 * 7uL / 1280u)) // 1750 us
 
-// Divides by subtraction: no other code of the firmware needs a 16-bit division, which would take
-// room.
+// Divide by subtraction, which takes less room than the library's division.
 baud_counts baud_divisor(uint16_t baud_100)
 {
     uint16_t left = (uint16_t)(BAUD_CLOCK_100 + baud_100 / 2u);
