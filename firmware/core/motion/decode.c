@@ -21,7 +21,7 @@
 // A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
 // because all steps in the ring are made even if the switch trips.
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
-// Steps of a curve that are decoded and published together: most, and most while the ring runs low.
+// Most steps of a curve that are decoded and published together; the second holds for a low ring.
 // The ledger accounts for such a batch as a whole, so that a batch's slots stay in use until then.
 #define CURVE_BATCH     (FEED_BLOCKS > 0 ? 60u : 120u)
 #define CURVE_BATCH_LOW 16u
