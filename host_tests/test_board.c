@@ -53,7 +53,7 @@ static void armed_line_runs_to_its_end(void)
     check_nothing_moves();
 }
 
-// A line that does not wait follows the one before it, unless that is over.
+// A line that does not wait for the clock follows the line before it, unless that one is over.
 static void line_after_a_rest_may_go_either_way_at_once(void)
 {
     bench_plain_line(1, 40, 3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A serial line with other boards on it: their requests and replies.
+// A bus with other boards: their requests and replies.
 #include <stdint.h>
 
 #include "bus_bench.h"

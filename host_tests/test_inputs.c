@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Switches over the fake board: the filter, and limits that stop what moves towards them.
+// SPDX-License-Identifier: MIT Switches of the fake board: the filter, and limit switches that stop
+// an axis that moves on towards them.
 #include <stdint.h>
 
 #include "fakes/board.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The line check where the direction changes, and of seeks, which may not change it.
+// The line check at reversals, and in seeks, which may not reverse.
 #include "line_checking.h"
 
 static void reversal_too_fast(void)
@@ -153,7 +153,7 @@ static void seek_does_not_wait(void)
     refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | LINE_START_OPEN), 0);
 }
 
-// When it trips its runs become neighbours that were none, rests between them are left out.
+// A seek that trips leaves out segments and rests, so that other segments become neighbours.
 static void seek_goes_one_way(void)
 {
     begin(SEEK, 0, 0);

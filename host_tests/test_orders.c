@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Commands in orders that nobody plans: twice, too late, beside each other, on axes in every state.
+// Commands in unplanned sequences: twice, too late, side by side, on axes in every state.
 #include <stdint.h>
 
 #include "app/round.h"
@@ -117,7 +117,7 @@ static void released_line_is_stopped_before_it_begins(void)
     check_usable(1);
 }
 
-// Whatever pulses without having been asked to is seen and ended.
+// Stray steps are noticed and ended.
 static void stray_steps_are_a_fault(void)
 {
     bench_rounds(20);

@@ -124,7 +124,7 @@ enum block_result axis_queue_block(struct axis *axis,
     return BLOCK_TAKEN;
 }
 
-// The word of the start mark at the front of the queue.
+// The word of the start mark, when that mark is at the front of the queue.
 static uint16_t front_word(const struct axis *axis)
 {
     struct segment mark = {0};

@@ -7,7 +7,7 @@
 // running line ends with a fault before (reference_overdue()).
 #define MISSED_MAX 4u
 
-// Compare the interval since the last edge with the pixel period: an interval counts as wrong when
+// Compare the interval since the last edge with the pixel period. watch->odd keeps the interval if
 // it is off by more than a sixteenth of the period.
 static void compare_interval(struct clock_watch *watch,
                              uint32_t period_ticks,
