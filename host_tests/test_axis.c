@@ -298,8 +298,8 @@ static void discard_forgets_an_armed_line(void)
     TEST_ASSERT_EQUAL_INT32(8, ledger_position(&bench.axis.ledger));
 }
 
-// Ahead of the clock, edges lie inside the pixels: a stretch of steps longer than a period follows
-// shorter ones without anything between them.
+// In a line that runs ahead of the clock, pixel edges lie inside the pixels: intervals longer than
+// a period may directly follow shorter ones.
 static void slow_steps_behind_a_dip(void)
 {
     // Speeds 0 0 8 16 24 8 8 16 32 32 32 16 0

@@ -101,7 +101,7 @@ static void single_steps_keep_to_the_budget(void)
     TEST_ASSERT_EQUAL_UINT16(0, round_of(0, &served));
 }
 
-// One axis has all of it, in two parts.
+// A single axis gets the whole budget, in two parts.
 static void one_axis_alone_has_the_whole_budget(void)
 {
     uint8_t served = 0;
@@ -187,7 +187,7 @@ static void at_most_three_axes_have_a_turn(void)
     TEST_ASSERT_EQUAL_UINT8(CONFIG_AXES > CALLS ? CONFIG_AXES - CALLS : 0, served);
 }
 
-// The moment of the release must not be missed, however much another axis could take.
+// The moment of a release must not be missed, even if another axis has much to decode.
 static void a_start_keeps_rounds_shorter_still(void)
 {
     uint16_t most = 0;

@@ -195,7 +195,7 @@ static void an_axis_that_runs_needs_the_clock_while_another_waits_for_go(void)
     TEST_ASSERT_EQUAL_UINT16(FAULT_pixel_clock_missing, fault());
 }
 
-// Its line would run, and be counted, without the motor.
+// The line would run and count steps without moving the motor.
 static void the_driver_of_an_armed_axis_stays_on(void)
 {
     bench_plain_line(0, 10, 50);

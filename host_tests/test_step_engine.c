@@ -133,7 +133,7 @@ static void empty_in_a_line_halts(void)
     TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
 }
 
-// The writer may be in the middle of adding to the ring when it runs empty.
+// The ring may run empty while the writer is adding an entry.
 static void halted_leaves_later_entries_alone(void)
 {
     put_command(STEP_COMMAND_BEGIN);
@@ -243,7 +243,7 @@ static void settles_only_at_rest(void)
     TEST_ASSERT_FALSE(engine.pulse);
 }
 
-// A halt inside step_engine_next() leaves what is being taken alone.
+// A halt inside step_engine_next() leaves the entry alone that is being taken.
 static void halted_while_it_takes(void)
 {
     engine.left = 5;
