@@ -13,8 +13,7 @@
 #include "unity.h"
 
 #define DELAY_TICKS 1500u
-#define FIRST_TICKS                                                                      \
-    900u // to the step before a train, which the train's first period carries
+#define FIRST_TICKS 900u // to the step before a train, on the train's first period
 
 static struct step_ring ring;
 static struct step_engine engine;

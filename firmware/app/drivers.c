@@ -13,10 +13,9 @@
 static struct {
     uint8_t on; // bit n: the driver of axis n is on
 #if FEATURE_DRIVER_TIMING
-    bool settling;        // a driver was switched on lately
-    uint16_t switched_ms; // time at which that driver was switched on
-    uint16_t moved_ms
-        [CONFIG_AXES]; // time at which each axis was last seen moving or switched on
+    bool settling;                  // a driver was switched on lately
+    uint16_t switched_ms;           // time at which that driver was switched on
+    uint16_t moved_ms[CONFIG_AXES]; // time of each axis's last movement or switching on
 #endif
 } drivers;
 

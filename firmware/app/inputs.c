@@ -13,11 +13,10 @@
 
 // The switches of one axis. Bits are as in hal/switches.h, set for a closed or tripped switch.
 struct look {
-    uint8_t state; // filtered
-    uint8_t seen;  // at the last look
-    uint16_t since_units
-        [SWITCHES];    // time of each switch's last change, low 16 bits; home first
-    uint16_t position; // low 16 bits, at the last look with a limit tripped
+    uint8_t state;                  // filtered
+    uint8_t seen;                   // at the last look
+    uint16_t since_units[SWITCHES]; // last change of each, low 16 bits; home first
+    uint16_t position;              // low 16 bits, at the last look with a limit tripped
 };
 
 static struct look switch_looks[CONFIG_AXES];

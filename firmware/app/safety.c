@@ -15,10 +15,9 @@
 #define RESET_UNEXPECTED 0x0Cu // brown-out, watchdog
 #define ESTOP_INVERTED   0x04u // bit of setting inputs_inverted
 
-static uint8_t
-    heartbeats[CONFIG_AXES]; // heartbeat of each step interrupt at its last check
-static uint8_t axes_alive;   // axes with a new heartbeat since the watchdog was fed
-static uint8_t looked_at;    // the axis to check next
+static uint8_t heartbeats[CONFIG_AXES]; // of each step interrupt, at its last check
+static uint8_t axes_alive; // axes with a new heartbeat since the watchdog was fed
+static uint8_t looked_at;  // the axis to check next
 
 static bool estop_inverted(void)
 {

@@ -119,8 +119,7 @@ static void judge_switch(void)
         line_trip(&axes_get(seeking_axis())->line);
     } else if (seek.captured && inputs_lasted(seek.captured_units) &&
                inputs_settled(seeking_axis())) {
-        seek.captured =
-            false; // the edge was a disturbance: the switch is as it was before
+        seek.captured = false; // a disturbance: the switch is as it was
     }
 }
 

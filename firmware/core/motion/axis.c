@@ -177,8 +177,7 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     axis->clocked = clocked;
     feed_hold(&axis->feed);
     axis_begin_line(axis, period, always_take_up);
-    axis->ledger.pixel =
-        0; // a fault before the line's first step counts to its first pixel
+    axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel
     return true;
 }
 

@@ -49,8 +49,7 @@ enum diagnosis {
 #define DEVICE_OBJECTS  3u
 #define DEVICE_CONFORMS 0x81u // basic; by stream and individually
 #define IDENTITY_MAX    64u
-#define IDENTITY_AT                                                                      \
-    128u // place of the text in the frame, behind the reply that is made of it
+#define IDENTITY_AT     128u // place of the text in the frame, behind the reply
 
 // True for words, false for bits. Data are named after the function that reads them.
 #define ARE_WORDS(data) (!FEATURE_BITS || (data) >= READ_HOLDING)

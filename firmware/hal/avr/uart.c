@@ -235,8 +235,7 @@ void uart_drop(uint16_t count)
     }
     next_byte = to;
     if (first_silence != first_byte) {
-        first_silence -=
-            count; // none any more (the front) if it was right behind these bytes
+        first_silence -= count; // the buffer's front if it was right behind these
     }
     UCSR0B = ENABLE_RECEIVE;
 }
