@@ -18,8 +18,8 @@
 #define PERMIT      0x2000u
 #define MAPPED      (ALL_AXES * (FIRST_STOP + FIRST_ARMED + 1u) | CLEAR_FAULT | PERMIT)
 
-// The permit's bit in input register `outputs`; the drivers have the lowest bits.
-#define OUTPUTS_PERMIT 0x0100u
+#define OUTPUTS_PERMIT                                                                   \
+    0x0100u // the permit's bit in input register `outputs`; drivers have the lowest bits
 
 #define GROUPS         5u
 #define GROUP_OF(coil) ((coil) < 12u ? (coil) / 4u : (coil) - 9u)
@@ -83,8 +83,8 @@ bool data_bit(uint16_t address, uint8_t which)
 
 // The orders that a write of coils asks for: one for each command, with its axes.
 struct coil_orders {
-    // Axes of each group's coils that are written 0 and 1; not 0 for a coil without an axis.
-    uint8_t masks[GROUPS][2];
+    uint8_t masks[GROUPS]
+                 [2]; // of the coils written 0 and 1; not 0 for a coil without an axis
 };
 
 static void collect_orders(struct coil_orders *orders,

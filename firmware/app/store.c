@@ -21,9 +21,10 @@ _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot")
 
 // Slot of the newest record, or NO_SLOT.
 static uint8_t newest_slot = NO_SLOT;
-// Next byte of the record to write, or IDLE. RECORD_BYTES means the first byte once more: it is
-// erased first and written last, so that a record that is cut off by a power failure is invalid.
-static uint8_t next_byte = IDLE;
+// The first byte is erased first and written last, so that a record that is cut off by a power
+// failure is invalid.
+static uint8_t next_byte =
+    IDLE; // next byte of the record to write; RECORD_BYTES: the first one once more
 static uint8_t store_flags;
 
 static uint16_t byte_address(uint8_t which, uint8_t byte)

@@ -10,8 +10,8 @@
 #define CHECK_EVERY_UNITS 1024u
 
 static uint32_t started_units;
-// Time of the last check, a multiple of CHECK_EVERY_UNITS; its quotient tells which axis is next.
-static uint16_t checked_units;
+static uint16_t
+    checked_units; // last check, a multiple of CHECK_EVERY_UNITS that tells whose turn it is
 
 void time_check_start(void)
 {

@@ -10,13 +10,11 @@
 
 // How far the loop over the steps got. The loop ends early where the high byte of q - 1 changes.
 struct progress {
-    // Ticks beyond q for each step, with q as it was at the start of the loop; may be negative.
-    uint16_t extra_ticks;
-    // Steps that were not made.
-    uint8_t left;
-    // Not 0: q - 1 ended in FF when an interval of q + 1 ticks was stored, so that the entry's low
-    // byte is 0 and its high byte is one too low.
-    uint8_t carried;
+    uint16_t
+        extra_ticks; // ticks beyond q of the loop's start, for each step; may be negative
+    uint8_t left;    // steps that were not made
+    uint8_t
+        carried; // not 0: a low byte is 0 by a carry, and its high byte is one too low
 };
 
 // Limits of speed * T, in units of 2^8. The interval changes by c = a*T/v^3 ticks from step to

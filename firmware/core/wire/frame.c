@@ -36,8 +36,8 @@ static const char request_rules[FUNCTIONS] IN_FLASH = {
     [6] = (char)(TO_ALL | FIXED(8u)),
     [7] = (char)FIXED(4u),
     [8] = (char)(IF(FEATURE_DIAGNOSIS) | FIXED(8u)),
-    // Not served. The broadcast bit is here because the reply has the length that goes with it.
-    [11] = (char)(RULE_BROADCAST | FIXED(4u)),
+    [11] =
+        (char)(RULE_BROADCAST | FIXED(4u)), // not served; the bit is for its reply alone
     [12] = (char)FIXED(4u),
     [15] = (char)(IF(FEATURE_BITS) | RULE_BROADCAST | COUNTED(9u, 6u)),
     [16] = (char)(TO_ALL | COUNTED(9u, 6u)),
