@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Anything at all on the serial line of a whole board: serial line, frame, server, registers,
-// queue, motion; natively, as the larger board on the fakes. What must hold, whatever came:
+// Any bytes on the bus of a whole board: bus port, frame, server, registers, queue, motion;
+// natively, as the larger board on the fakes. After any input this must hold:
 //
-//   * one reply to a request for this board, none to anything else; of the right form
+//   * a request for this board gets one reply of the right form, anything else gets none
 //   * a request that is answered with an exception changes no setting
 //   * settings stay in their ranges, and no promise inside the firmware is broken
-//   * after any input and a silence a valid request is answered
+//   * after a silence a valid request is answered
 #include <stddef.h>
 #include <string.h>
 
@@ -21,7 +21,7 @@
 #include "target.h"
 #include "wire/frame.h"
 
-// A slow main loop: most of the time goes into rounds.
+// Ticks of a round: the main loop is slow, so that most of the time goes into rounds.
 #define ROUND_TICKS    6000u
 #define TICKS_PER_16US 256u
 #define TICKS_PER_US   16u
@@ -31,13 +31,13 @@
 #define DIAGNOSE       8u
 #define RESTART        1u
 
-// What came since the line was silent and the board's reply was over.
+// The bytes since the bus was last silent and the board's reply had left.
 static uint8_t since_silence[SCRIPT_BYTES_MAX];
 static size_t count;
 static uint32_t last_byte_ticks;
 static unsigned replies;
 
-// The line's times, as it is set now.
+// The silence that ends a frame, by the present settings of the bus.
 static uint32_t silence_ticks(void)
 {
     return (uint32_t)fake_line.silence_counts * TICKS_PER_16US;
@@ -57,7 +57,7 @@ static void pass(uint32_t ticks)
     }
 }
 
-// Bytes of the shortest frame at the front of these; 0: none.
+// The number of bytes of the shortest frame at the front of these bytes; 0: no frame.
 static size_t whole_frame(const uint8_t *bytes, size_t number)
 {
     for (size_t length = 4; length <= number && length <= FRAME_MAX_BYTES; length++) {
@@ -68,7 +68,8 @@ static size_t whole_frame(const uint8_t *bytes, size_t number)
     return 0;
 }
 
-// The request that a reply is to: at the front, or behind whole frames for others or for all.
+// The request that a reply belongs to: at the front, or behind whole frames for other boards or for
+// all boards.
 static const uint8_t *asked(uint8_t address)
 {
     size_t from = 0;
@@ -107,15 +108,15 @@ static void check_board(void)
             (unsigned)faults_record()->argument);
 }
 
-// Until the board has had its say.
+// Let time pass until the board's reply has left, and check the reply.
 static void silence(void)
 {
     uint8_t address = (uint8_t)bench_settings()->unit_address;
     struct settings before = *settings_now();
     const uint8_t *reply = NULL;
 
-    // A frame a round is looked at, and the shortest has four bytes. The reply waits as long as the
-    // request has it, which may have changed that.
+    // The board takes one frame a round, and the shortest frame has four bytes. The reply is
+    // delayed by the setting as it is after the request, which may have changed it.
     pass(silence_ticks() + (2u + (uint32_t)count / 4u) * ROUND_TICKS);
     pass(bench_settings()->reply_delay_us * TICKS_PER_US + 2u * ROUND_TICKS);
     uint16_t sent = fake_sent(&reply);
@@ -141,7 +142,7 @@ static void send(const uint8_t *bytes, size_t number)
     }
 }
 
-// Two of them in a row are a silence.
+// Let a part of a silence pass; two parts in a row are a silence.
 static void gap(void)
 {
     uint32_t half_ticks = silence_ticks() / 2u;
@@ -167,7 +168,7 @@ static void ask(uint8_t function, uint8_t second)
     silence();
 }
 
-// Reads a register that every board has; first ends listen-only mode.
+// End listen-only mode, then read a register that every board has.
 static void probe(void)
 {
     silence();

@@ -27,7 +27,7 @@ static void check_echo(const uint8_t *request,
             "not the request's echo");
 }
 
-// Bytes of a write's echo, checksum included; 0: the function has none.
+// The number of bytes of a reply that repeats a write, with its checksum; 0: another kind of reply.
 static uint16_t echo_bytes(uint8_t function)
 {
     switch (function) {

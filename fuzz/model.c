@@ -114,7 +114,7 @@ uint8_t model_write_coils(struct model *at,
     return MODBUS_OK;
 }
 
-// The server's contract: it asks for what is mapped only.
+// By its contract the server asks only for addresses that are mapped.
 static void must_be_mapped(uint32_t from_start, uint16_t address, uint16_t count)
 {
     promise(count != 0 && model_mapped(from_start, address, count),

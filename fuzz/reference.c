@@ -10,7 +10,7 @@
 #define READ_WORDS  125u
 #define WRITE_BITS  1968u
 #define WRITE_WORDS 123u
-#define BOTH_WORDS  121u // written by function 23
+#define BOTH_WORDS  121u // most words that function 23 writes
 
 static uint8_t check(uint16_t number, uint32_t most, bool mapped)
 {
@@ -109,7 +109,7 @@ static uint8_t write_word(const struct asked *asked)
     return model_write(asked->world, asked_word(asked, 2), 1, &asked->bytes[4]);
 }
 
-// Byte count and length of a write of many agree with its number.
+// True when the byte count and the length of a write agree with its quantity.
 static bool counts_agree(const struct asked *asked, uint32_t bytes)
 {
     return asked->bytes[6] == bytes && asked->count == 7u + bytes;
@@ -180,7 +180,7 @@ static bool both_numbers_agree(const struct asked *asked, uint16_t read, uint16_
            asked->bytes[10] == 2u * write && asked->count == 11u + 2u * write;
 }
 
-// What to read, then what to write, both before anything is done.
+// Check the read part, then the write part, both before anything is done.
 static uint8_t write_and_read(const struct asked *asked)
 {
     if (asked->count < 11) {
@@ -208,7 +208,7 @@ static uint8_t write_and_read(const struct asked *asked)
 
 struct function {
     uint8_t code;
-    bool writes; // so that it makes sense to all
+    bool writes; // the function writes, so that it may be a broadcast
     uint8_t (*serve)(const struct asked *asked);
 };
 

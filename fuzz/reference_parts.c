@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define FILE_BYTES   7u // of a part of function 20
+#define FILE_BYTES   7u // bytes of one part of a request of function 20
 #define FILE_REPLY   0xF5u
 #define FILE_KIND    6u
 #define RECORD_MAX   9999u
@@ -105,7 +105,7 @@ uint8_t reference_identify(const struct asked *asked)
     return 0;
 }
 
-// Registers where files 1 to 3 begin.
+// The registers at which files 1 to 3 begin.
 static const uint16_t starts[] = {0, 0x0100, 0x0300, 0};
 
 static bool part_mapped(const struct asked *asked, uint16_t at)
@@ -135,7 +135,8 @@ static void reply_part(const struct asked *asked, uint16_t at)
     }
 }
 
-// Bytes of the replies to all parts; more than allowed when a number is out of its range.
+// The number of bytes of the replies to all parts; too large a number when a quantity is out of
+// range.
 static uint32_t parts_bytes(const struct asked *asked)
 {
     uint32_t bytes = 0;

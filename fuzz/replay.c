@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plays a kept corpus through a fuzzer's target without the fuzzer: with any compiler, as a test.
+// Runs a fuzzer's target on a stored corpus without the fuzzer: with any compiler, as a test.
 //
 //     fuzz-replay-NAME CORPUS.hex
 //
@@ -35,7 +35,7 @@ static int digit(char character)
     return found == NULL ? -1 : (int)(found - digits);
 }
 
-// The bytes of one line; false when it is not a row of bytes.
+// Read the bytes of one row of text; false when it is not a row of bytes.
 static int take_line(const char *text)
 {
     while (count < INPUT_MAX && digit(text[0]) >= 0 && digit(text[1]) >= 0) {

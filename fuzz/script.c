@@ -6,11 +6,11 @@
 #define FRAME_BYTES_MAX 256u
 #define PDU_BYTES_MAX   253u
 #define ITEM_KIND       0x07u
-#define ITEM_JOINED     0x08u // no silence before
-#define ITEM_RUNS_ON    0x10u // no silence after
+#define ITEM_JOINED     0x08u // no silence before this item
+#define ITEM_RUNS_ON    0x10u // no silence behind this item
 #define ITEM_SEEN_LATE  0x20u
 
-// Four bits at a time.
+// The checksum of a frame, computed four bits at a time.
 uint16_t script_crc(const uint8_t *bytes, size_t count)
 {
     static const uint16_t of_nibble[16] = {
@@ -86,7 +86,7 @@ static void seal(struct script_item *item, uint16_t spoil)
     append(item, (uint8_t)(crc >> 8));
 }
 
-// For another board, whatever address was given.
+// Address the item to another board, whatever address was given.
 static void make_foreign(struct script_item *item)
 {
     if (item->count != 0 && (item->bytes[0] == 0 || item->bytes[0] == SCRIPT_ADDRESS)) {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Anything at all on the serial line, through the frame parser into the server and back. What must
-// hold, whatever came:
+// Any bytes on the bus, through the frame parser into the server and back. After any input this
+// must hold:
 //
-//   * what is taken for a frame is one: address, length, checksum; what ends with silence and has a
-//     right checksum is never dropped; a foreign or a spoilt frame is never served
-//   * the reply is, byte for byte, what the reference works out; none to a broadcast, none in
-//     listen-only mode
-//   * a request to all spoils nothing of the bytes that follow it
-//   * the registers are what the reference makes of them: a request that fails changes nothing
-//   * after any input and a silence a valid request is answered
+//   * bytes that are taken for a frame have its address, length and checksum; bytes that end with a
+//     silence and have a right checksum are never dropped; a foreign or a damaged frame is never
+//     served
+//   * the reply is, byte for byte, the reply of the reference; there is no reply to a broadcast and
+//     none in listen-only mode
+//   * a broadcast leaves the bytes that follow it as they are
+//   * the registers are those of the reference: a request that fails changes nothing
+//   * after a silence a valid request is answered
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,17 +23,17 @@
 #include "wire/server.h"
 #include "wire/server_data.h"
 
-// The board's side of the line, as serial.c drives it; a copy of what it received beside it.
+// The board's end of the bus, driven as app/bus_port.c drives it, and a copy of the bytes received.
 struct line {
     struct frame *frame;
     struct server_counters counters;
     uint8_t received[FRAME_MAX_BYTES];
-    bool lazy;    // the main loop does not come by before the silence
+    bool lazy;    // the main loop does not look before the silence
     bool pending; // a request is complete; it is served at the next silence
     unsigned replies;
 };
 
-// What the parser said, against what it was given.
+// Compare the parser's verdict with the bytes that it was given.
 static void check_front(const struct line *line, enum frame_status status, bool ended)
 {
     const struct frame *frame = line->frame;
@@ -54,7 +55,7 @@ static void check_front(const struct line *line, enum frame_status status, bool 
             "ready without being a frame");
 }
 
-// The frame at the front is done with.
+// Drop the frame at the front of the buffer.
 static void drop(struct line *line)
 {
     struct frame *frame = line->frame;
@@ -119,7 +120,7 @@ static void serve(struct line *line)
     frame->length = request.length;
 }
 
-// As often as there is something to see.
+// Let the parser look as long as it finds frames.
 static void look(struct line *line, bool ended)
 {
     while (!line->pending) {
@@ -140,7 +141,7 @@ static void look(struct line *line, bool ended)
     }
 }
 
-// A request to this board alone makes it deaf until its reply is over.
+// Receive a byte. A request to this board alone disables reception until its reply has left.
 static void take_byte(struct line *line, uint8_t byte)
 {
     struct frame *frame = line->frame;
@@ -184,7 +185,7 @@ static void ask(struct line *line, const uint8_t *scripted, size_t count)
     silence(line);
 }
 
-// Reads one word, of which the reference knows the answer; first ends listen-only mode.
+// End listen-only mode, then read one word, of which the reference knows the value.
 static void probe(struct line *line)
 {
     static const uint8_t restart[] = {SCRIPT_REQUEST, 5, 8, 0, 1, 0, 0};
@@ -221,7 +222,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct script_item item;
     struct line line = {0};
 
-    // On the heap, so that the address sanitizer sees a write behind it.
+    // The frame is on the heap, so that the address sanitizer sees a write behind it.
     line.frame = calloc(1, sizeof *line.frame);
     if (line.frame == NULL) {
         return -1;

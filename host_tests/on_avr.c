@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The ground under a Unity suite on the simulated Mega: text leaves by UART 0, the verdict by
-// GPIOR0, and sleep with interrupts off ends the run. The build renames the suite's main.
+// Runs a Unity suite on a simulated board: text leaves by UART 0, the verdict by GPIOR0, and sleep
+// with interrupts off ends the simulation. The build renames the suite's main().
 
 #include <avr/interrupt.h> // cli
 #include <avr/io.h>        // UART 0, GPIOR0
@@ -9,10 +9,10 @@
 
 #include "unity.h" // board_put_char, suite_main, by way of unity_config.h
 
-// More failures than fit are still failures: GPIOR0 must not wrap to 0.
+// Most failures that are reported: a larger number would wrap in GPIOR0 and could become 0.
 #define FAILURES_MAX 255
 
-// The simulated line carries any speed: 2 MBd keeps the text from costing simulated time.
+// The simulated port carries any rate: at 2 MBd the text takes little simulated time.
 static void uart_open(void)
 {
     UBRR0 = 0;
@@ -25,7 +25,7 @@ void board_put_char(int character)
 {
     while ((UCSR0A & (1U << UDRE0)) == 0) {
     }
-    // Writing a one clears the flag: armed for the wait at the end.
+    // Writing a one clears the flag, on which the end of the test waits.
     UCSR0A |= (uint8_t)(1U << TXC0);
     UDR0 = (uint8_t)character;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The cycle tables at the heads of the assembly files, to the cycle. Only the AVR has them.
+// Measures the cycle tables at the heads of the assembly files, to the cycle. Only for the AVR.
 #include <stdint.h>
 
 #include "unity.h"
@@ -15,8 +15,8 @@
 #include "motion/step_ring.h"
 #include "motion/step_ring_sum.h"
 
-// curve_flat.c and curve_steep.c have these for themselves. What the first two return is not
-// looked at here.
+// Only curve_flat.c and curve_steep.c declare these routines. The tests ignore the results of the
+// first two.
 void curve_flat_narrow(struct curve_flat *flat, volatile uint8_t *low, uint8_t count);
 void curve_flat_wide(struct curve_flat *flat, volatile uint8_t *low, uint8_t count);
 uint8_t curve_steep_steps(struct curve_steep *steep,
@@ -25,9 +25,9 @@ uint8_t curve_steep_steps(struct curve_steep *steep,
 uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks);
 uint16_t curve_steep_root(uint32_t value);
 
-// The ATmega2560's `call` and `ret` together.
+// Cycles of `call` and `ret` together on the ATmega2560.
 #define CALL_AND_RETURN 10u
-// A part with up to 128 KB of flash takes so many less, where a routine calls another.
+// A part with up to 128 KB of flash takes this many cycles less where a routine calls another.
 #if defined(__AVR_3_BYTE_PC__)
 #define INNER_CALL_LESS 0u
 #else
@@ -47,7 +47,7 @@ typedef void flat_function(struct curve_flat *flat, volatile uint8_t *low, uint8
 static struct step_ring ring;
 static volatile uint32_t result;
 
-// What a measurement costs itself is measured with this: it returns at once.
+// Returns at once: the cost of a measurement itself is measured with this function.
 __attribute__((naked)) static void nothing(void)
 {
     __asm__ volatile("ret");
@@ -183,7 +183,7 @@ static void products(void)
     TEST_ASSERT_EQUAL_UINT16(40, product_cycles(multiply_u32_u16, 0x12345678uL, 0xABCD));
 }
 
-// No bit of the quotient set, then all of them.
+// First no bit of the quotient is set, then every bit is.
 static void quotients(void)
 {
     TEST_ASSERT_EQUAL_UINT16(202, quotient_cycles(0, 0, 1));
@@ -214,7 +214,7 @@ static struct curve_steep steep_at(uint32_t difference, uint32_t ticks, int16_t 
     };
 }
 
-// With a right guess.
+// The guess is right.
 #define FIT (94u + 145u + 25u)
 
 static uint16_t fit_cycles(uint32_t ticks, uint32_t guess, int16_t half)
@@ -237,7 +237,7 @@ static void fits(void)
     TEST_ASSERT_EQUAL_UINT16(FIT + 145 + 29 + 3 * 42, fit_cycles(1000, 1007, 0));
 }
 
-// What one more step costs: the sums of ticks carry nowhere.
+// The cost of one more step, where no sum of ticks carries.
 static uint16_t steep_step_cycles(int32_t change, uint8_t count)
 {
     struct curve_steep steep = steep_at(0x2000000uL, 1000, 0);

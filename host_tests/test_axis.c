@@ -69,7 +69,8 @@ static void full_queue_takes_all_or_nothing(void)
 
 static void refused_line_stays_out(void)
 {
-    // Start, parameter, 10 x 3 pixels from rest: oscillates at its first pixel.
+    // A start mark, its parameter and 10 pixels of 3 steps from rest: the line oscillates at its
+    // first pixel.
     static const uint8_t entries[] = {0x00, 0x31, 0, 0, 0, 0, 0, 0, 0, 10, 0, 3};
 
     TEST_ASSERT_EQUAL(BLOCK_REFUSED,
@@ -141,13 +142,14 @@ static void queue_plain(int16_t mark, int16_t count, uint16_t pixels)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
 }
 
-// The chained line's zero is the end of the one before: no gap in the step times.
+// The line zero of a chained line is the end of the line before, so that the step times have no
+// gap.
 static void chained_lines(void)
 {
     uint32_t last_step_ticks = 0;
 
     bench_open(1000, 1);
-    bench.limits.reversal_min_ticks = 1600; // ten steps in 16000 ticks may just turn
+    bench.limits.reversal_min_ticks = 1600; // ten steps in 16000 ticks may just reverse
     queue_plain(PLAIN_MARK, 10, 3);
     queue_plain(CHAINED_MARK, 10, 2);
     queue_plain(CHAINED_MARK, -10, 4);
@@ -166,13 +168,13 @@ static void chained_lines(void)
     TEST_ASSERT_EQUAL(AXIS_DONE, bench.axis.life.state);
 }
 
-// Where the decoded time ends, as seen from the present period.
+// The end of the decoded time, seen from the present period.
 static uint32_t decoded_end_ticks(void)
 {
     return bench.now_ticks + decode_ahead_ticks(&bench.axis);
 }
 
-// Two pixels, each a pulse train, decoded to their end: the end stays where it is while the
+// Two pixels, each a pulse train, are decoded to their end. The end does not move while the
 // interrupt continues.
 static void time_ahead_inside_a_train(void)
 {
@@ -192,7 +194,8 @@ static void time_ahead_inside_a_train(void)
     TEST_ASSERT_GREATER_THAN_UINT8(150, inside);
 }
 
-// 129 entries a pixel: the second does not fit behind the first and is handed over in parts.
+// A pixel takes 129 entries: the second pixel does not fit behind the first one and is handed over
+// in parts.
 static void trains_longer_than_the_ring_has_room(void)
 {
     bench_open(8, 1);
@@ -220,7 +223,7 @@ static void waiting_line_is_not_chained(void)
     TEST_ASSERT_EQUAL_INT32(20, bench.steps);
 }
 
-// A line longer than the memory may be armed when most of the memory is full.
+// A line that is longer than the queue may be armed when most of the queue is full.
 static void queue_long_start(void)
 {
     bench_open(1000, 1);
@@ -242,7 +245,7 @@ static void starving_halts_dry(void)
         TEST_ASSERT_FALSE(bench_finish_line());
     }
     TEST_ASSERT_EQUAL(DECODE_DRY, bench.axis.phase);
-    // The last decoded step is the next interval's to carry: it was never made.
+    // The next interval would carry the last decoded step, so that this step was never made.
     TEST_ASSERT_EQUAL_INT32(141, bench.steps);
     TEST_ASSERT_EQUAL_INT32(141, ledger_position(&bench.axis.ledger));
 }
@@ -295,8 +298,8 @@ static void discard_forgets_an_armed_line(void)
     TEST_ASSERT_EQUAL_INT32(8, ledger_position(&bench.axis.ledger));
 }
 
-// Ahead of the clock, edges lie inside the pixels: a stretch of steps longer than a period follows
-// shorter ones without anything between them.
+// In a line that runs ahead of the clock, pixel edges lie inside the pixels: intervals longer than
+// a period may directly follow shorter ones.
 static void slow_steps_behind_a_dip(void)
 {
     // Speeds 0 0 8 16 24 8 8 16 32 32 32 16 0
@@ -336,7 +339,7 @@ static void warning_is_reported(void)
     TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
 }
 
-// A block's entries are queued in their order.
+// The entries of a block are queued in their order.
 static void block_of_several_entries(void)
 {
     static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
@@ -354,7 +357,7 @@ static void block_of_several_entries(void)
     TEST_ASSERT_EQUAL_UINT16(0x102, segment.repeat);
 }
 
-// Periods that are written one by one before a pixel's segment begins.
+// Periods that are written one by one before a pixel's pulse train begins.
 static uint8_t singles_before_the_train(uint8_t stagger)
 {
     uint8_t singles = 0;
@@ -379,7 +382,8 @@ static void trains_of_several_axes_begin_some_steps_apart(void)
     TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6));
 }
 
-// Intervals of 64768 and 64769 ticks: the longer ones would read as a segment.
+// Intervals of 64768 and 64769 ticks: as a single period the longer one would read as a pulse
+// train.
 static void longest_single_period(void)
 {
     bench_open(16000000, 20uL * 64768u + 10u);
@@ -391,7 +395,7 @@ static void longest_single_period(void)
     TEST_ASSERT_EQUAL_UINT32(4, bench.axis.ledger.pixel);
 }
 
-// One that once ran dry and went on is not said to be dry when the next is merely late.
+// An axis that once ran dry and went on does not count as dry when its next entry is merely late.
 static void next_line_is_not_dry(void)
 {
     queue_long_start();
@@ -407,7 +411,7 @@ static void next_line_is_not_dry(void)
     run_to_the_end();
 }
 
-// Of the line that is to follow only its mark has come: it is begun when it can be.
+// Only the start mark of the following line has arrived: the line begins when that is possible.
 static void chained_line_that_is_only_a_mark_yet(void)
 {
     bench_open(1000, 1);

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
-// One axis makes the worked example complete, from blocks to STEP edges: every pixel edge sees the
-// position that the example names.
+// SPDX-License-Identifier: MIT One axis makes the whole worked example, from blocks to STEP edges:
+// at every pixel edge it has the position that the example gives.
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -9,8 +8,8 @@
 #include "fakes/worked_example.h"
 #include "unity.h"
 
-// Pixel edges of the line, from its zero: what the virtual interrupt's steps are counted
-// against.
+// Pixel edges of the line, from line zero on. The steps of the virtual interrupt are compared with
+// them.
 static struct pixel_grid grid;
 static uint32_t edge_ticks;
 static uint16_t edge; // number of that edge
@@ -75,7 +74,7 @@ static void run_worked_example(uint16_t backlash)
             check_newest_record(backlash);
         }
     }
-    // The last step stands on the last edge but for the trailing zero pixel.
+    // The last step falls on the last pixel edge before the trailing zero pixel.
     TEST_ASSERT_EQUAL_UINT16(worked_pixels(backlash) - (backlash != 0 ? 1u : 0u), edge);
     TEST_ASSERT_EQUAL_UINT32(worked_pixels(backlash), pixel);
 }

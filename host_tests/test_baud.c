@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The line's clock: every rate of the setting against arithmetic of 32 bits.
+// The rate of the bus: every value of the setting against 32-bit arithmetic.
 #include <stdint.h>
 
 #include "unity.h"

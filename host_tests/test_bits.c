@@ -131,7 +131,7 @@ static void all_or_none_are_done(void)
     TEST_ASSERT_EQUAL(AXIS_ARMED, axes_get(BENCH_THIRD)->life.state);
 }
 
-// Each alone may seek, both at once may not: one switch is watched at a time.
+// Each axis alone may seek, but not both at once, because only one switch is watched at a time.
 static void two_seeks_at_once_are_refused(void)
 {
     for (uint8_t i = 0; i < 2; i++) {
@@ -182,7 +182,7 @@ static void permit_is_switched_and_read(void)
     TEST_ASSERT_EQUAL(false, coil(PERMIT));
 }
 
-// A refused request that asks to arm touches no token; one that arms waits for none.
+// A refused request to arm leaves the token alone; an axis that is armed by a coil needs no token.
 static void coils_have_no_token(void)
 {
     load(0);

@@ -53,7 +53,7 @@ static void armed_line_runs_to_its_end(void)
     check_nothing_moves();
 }
 
-// A line that does not wait follows the one before it, unless that is over.
+// A line that does not wait for the clock follows the line before it, unless that one is over.
 static void line_after_a_rest_may_go_either_way_at_once(void)
 {
     bench_plain_line(1, 40, 3);
@@ -73,7 +73,7 @@ static uint32_t step_ticks(uint8_t axis, uint32_t steps_per_pixel)
     return fake_axes[axis].first_step_ticks - BENCH_PIXEL_TICKS / steps_per_pixel;
 }
 
-// Line zero is a whole number of pixel periods after an edge: an edge of the exact clock.
+// Line zero is a whole number of pixel periods behind a clock edge: an edge of the exact clock.
 static void axes_share_a_zero_on_the_pixel_clock(void)
 {
     static const int16_t counts[] = {10, 8, -16, 20};
@@ -99,7 +99,7 @@ static void axes_share_a_zero_on_the_pixel_clock(void)
     }
 }
 
-// With pixels that leave the time, zero is the very next place of the clock.
+// When a pixel leaves enough time, line zero is the next edge of the clock.
 static void start_is_one_period_after_an_edge(void)
 {
     bench_settings()->pixel_hz_num[1] = BENCH_SLOW_HZ;
@@ -165,7 +165,8 @@ static void queue_backlash_line(uint16_t mark)
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_entry(0, LINE_MARK_END, 0));
 }
 
-// The second line follows the first in the same direction; the setting says whether it takes up.
+// The second line follows the first in the same direction. The setting tells whether that line
+// takes up the backlash.
 static void check_policy(uint16_t policy, uint16_t first, uint16_t second)
 {
     setUp();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The serial line of the fake board: requests in, replies after the silence that ends them.
+// The bus port of the fake board: requests come in, replies leave after the silence that ends them.
 #include <stdint.h>
 #include <string.h>
 

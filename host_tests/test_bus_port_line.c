@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A serial line with masters that hurry: gaps, silences that nobody saw, bytes that come too early.
+// A bus with hasty masters: gaps, silences that the main loop missed, bytes that come too early.
 #include <stdint.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A serial line with other boards on it: their requests and replies.
+// A bus with other boards: their requests and replies.
 #include <stdint.h>
 
 #include "bus_bench.h"
@@ -21,7 +21,7 @@ static void foreign_request_has_no_reply(void)
     TEST_ASSERT_EQUAL_UINT16(ok + 1u, traffic_counters()->frames_ok);
 }
 
-// Requests and replies of every length rule.
+// Requests and replies by every rule of length.
 static void others_talk(void)
 {
     ask_axis_count(8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Settings of the serial line: address, rate, parity and delay count when the reply has left.
+// Settings of the bus: address, rate, parity and delay take effect when the reply has left.
 #include <stdint.h>
 
 #include "bus_bench.h"

@@ -85,7 +85,7 @@ static void missing_edges_do_not_shift_the_numbers(void)
     check_edge(ZERO_TICKS + 1600000uL + PERIOD_TICKS, 4, 0);
 }
 
-// No line waits so long for its clock: the line is the reference no longer, and nothing is walked.
+// No line waits this long for its clock, so that the line is no longer the reference.
 static void a_long_gap_ends_the_line(void)
 {
     clock_watch_follow(&watch, &period, ZERO_TICKS);

@@ -88,7 +88,7 @@ static int64_t travel(uint32_t ticks, uint16_t speed, uint16_t steps, uint32_t a
     return (int64_t)at * (slope + half * (int64_t)at);
 }
 
-// Step k at this tick: the smallest that satisfies the inequality.
+// Step k falls at this tick: the smallest tick that satisfies the inequality.
 static void check_step(
     uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t k, uint32_t at)
 {
@@ -98,7 +98,7 @@ static void check_step(
                      travel(ticks, speed, steps, at - 1u) < wanted);
 }
 
-// Every `stride`-th step is compared; all of them stand in the sum.
+// Compare every `stride`-th step; all steps are part of the sum.
 static void check_piece(uint32_t ticks, uint16_t speed, uint16_t steps, uint16_t stride)
 {
     struct curve curve;
@@ -151,7 +151,7 @@ static void longest_piece(void)
     check_piece(0xFFFFFFuL, 32766, 16383, 251);
 }
 
-// How a piece starts to be decoded.
+// The decoder with which a piece begins.
 static enum curve_flat_kind kind(uint32_t ticks, uint16_t speed, uint16_t steps)
 {
     struct curve curve;
@@ -160,7 +160,7 @@ static enum curve_flat_kind kind(uint32_t ticks, uint16_t speed, uint16_t steps)
     return (enum curve_flat_kind)curve.kind;
 }
 
-// Pieces on both sides of the limits between the three ways to decode.
+// Pieces on both sides of the limits between the three decoders.
 static void narrow_meets_wide(void)
 {
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NARROW, kind(524288uL, 1341, 1342));
@@ -210,7 +210,7 @@ static void between_flat_and_steep(void)
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, curve.kind);
 }
 
-// At and beyond the fastest end that 40 bits are enough for.
+// Pieces at and beyond the fastest end for which 40 bits are enough.
 static void too_wide_to_be_flat(void)
 {
     check_piece(0xFFFFFFuL, 0, 2688, 5);
@@ -396,7 +396,7 @@ static void random_steep_pieces(void)
     }
 }
 
-// Like those of a ramp at so many steps/s^2, pixel by pixel.
+// The pixels of a ramp and of its mirror image: the speed changes by `growth` in each pixel.
 static void check_ramp_of_batches(uint32_t ticks, uint16_t growth, uint8_t pixels)
 {
     for (uint16_t i = 0; i < pixels; i++) {
@@ -416,7 +416,7 @@ static void ramps_of_steep_pieces(void)
     check_ramp_of_batches(160000uL, 2, 20);
 }
 
-// The longest interval that a board can be asked for, and the guesses furthest off.
+// The longest interval that a board may have to make, and the worst guesses.
 static void slowest_steps(void)
 {
     for (uint16_t steps = 2; steps <= 300; steps = (uint16_t)(2u * steps - 1u)) {
@@ -428,7 +428,7 @@ static void slowest_steps(void)
     }
 }
 
-// The fastest steps that 40 bits are enough for, and no more than that.
+// The fastest steps for which 40 bits are enough, and none that are faster.
 static void flat_and_wide(void)
 {
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_WIDE, kind(0xFFFFFFuL, 5500, 6100));
@@ -437,7 +437,7 @@ static void flat_and_wide(void)
     check_batches(0xFFFFFFuL, 7000, 6000);
 }
 
-// 40 bits are not enough at the fast end of any of these, nor is any of them flat.
+// At the fast end of these pieces 40 bits are not enough, and none of the pieces is flat.
 static void steep_and_wide(void)
 {
     TEST_ASSERT_EQUAL_INT(CURVE_FLAT_NOT, kind(0xFFFFFFuL, 0, 5000));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What decoding costs the board, as budgets: cycles a step by kind of piece, and what a new piece
-// costs before its first step. Natively there is nothing to count and every budget holds.
+// Budgets of decoding on a board: cycles for each step by kind of piece, and cycles for a new piece
+// before its first step. Natively no cycles are counted, and every budget holds.
 #include <stdint.h>
 
 #include "motion/line.h"
@@ -49,9 +49,9 @@ void tearDown(void)
 }
 
 struct count {
-    uint32_t batch_cycles; // of all batches together
+    uint32_t batch_cycles; // cycles of all batches together
     uint16_t batch_steps;
-    uint32_t slow_cycles; // of all steps that no batch took
+    uint32_t slow_cycles; // cycles of all steps that were in no batch
     uint16_t slow_steps;
 };
 
@@ -143,7 +143,7 @@ static void steep(void)
     check_piece(160000uL, 60, 65, 205, 0);
 }
 
-// The first pixels from rest and the last to rest, and where 40 bits are not enough.
+// The first pixels from rest, the last pixels to rest, and pixels for which 40 bits are not enough.
 static void slow(void)
 {
     check_piece(533333uL, 0, 4, 0, 1800);
@@ -166,8 +166,8 @@ static void push(int16_t count, uint16_t repeat)
     (void)segment_queue_push(&queue, (struct segment){.count = count, .repeat = repeat});
 }
 
-// The worked example's kind of ramp. Backlash is taken up behind the ramp: two grids and an edge
-// inside every pixel.
+// A ramp like that of the worked example, with backlash: the line is shifted, which takes two grids
+// and puts an edge inside every pixel.
 static void check_new_pieces(uint16_t backlash, uint16_t budget)
 {
     static const int16_t counts[COUNTS] = {4, 12, 58, 142, 232, 322, 412, 456, 456};

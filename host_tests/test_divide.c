@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Quotients against the product that they must give back.
+// Quotients, checked by the product of quotient and divisor.
 #include <stdint.h>
 
 #include "base/divide.h"

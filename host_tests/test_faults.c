@@ -40,7 +40,7 @@ static void slow_pixels(void)
     bench_rounds(10);
 }
 
-// Nor does any axis stand ready to.
+// No axis is armed either.
 static void check_all_at_rest(void)
 {
     check_nothing_moves();
@@ -58,7 +58,7 @@ static void check_fault(enum fault code, uint8_t axis)
     TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STARTING));
 }
 
-// With the clock's edges where they are, a line runs on them from the kept position.
+// A line runs from the kept position on the clock edges as they come.
 static void check_new_line(uint8_t axis)
 {
     int32_t steps = fake_axes[axis].steps;
@@ -108,7 +108,8 @@ static void starved(void)
 static void decoder_late(void)
 {
     slow_pixels();
-    // 512.8 ticks a step: no run (feed_fits_train), so the ring holds less than a pixel.
+    // 512.8 ticks a step make no pulse train (feed_fits_train()), so that the ring holds less than
+    // a pixel.
     start_plain(1, 312, 20);
     bench_rounds(100);
     fake_pass(155000uL);
@@ -137,7 +138,7 @@ static void underrun(void)
     check_new_line(0);
 }
 
-// The timers begin at the start of every ring again, those of axes that had no part in it too.
+// Every timer begins again at the start of its ring, also those of axes that were not involved.
 static void restart_of_time_begins_every_ring_again(void)
 {
     start_plain(0, 10, 3);

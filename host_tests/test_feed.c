@@ -173,7 +173,7 @@ static uint32_t shortest_period(void)
 
     while (edges < 2) {
         uint32_t length = load_period();
-        // The period of the second step is not the interval's any more.
+        // The period of the second step no longer belongs to the interval.
         shortest = edges == 1 && length < shortest ? length : shortest;
     }
     return shortest;
@@ -217,7 +217,7 @@ static uint8_t entries_of(uint32_t interval)
     return (uint8_t)(feed.head - head);
 }
 
-// Above it begins what would read as a run or a command.
+// A longer period would read as a pulse train or a command.
 static void longest_interval_that_is_one_period(void)
 {
     TEST_ASSERT_EQUAL_UINT8(entries_of(500), entries_of(0xFD00));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Frames in the bytes of a line, looked at after every byte, and the silences between them.
+// Frames in the bytes of a bus and the silences between them; the parser looks after every byte.
 #include <stdint.h>
 #include <string.h>
 
@@ -63,7 +63,7 @@ static void check_over(enum frame_status status, const uint8_t *bytes, uint8_t l
     TEST_ASSERT_EQUAL_HEX8_ARRAY(sent.bytes, frame.bytes, sent_length);
 }
 
-// All bytes at once, with others behind them: the frame is found at the front.
+// All bytes arrive at once, with others behind them: the frame at the front is found.
 static void check_found_before_others(enum frame_status status)
 {
     setUp();
@@ -189,7 +189,7 @@ static void bad_checksum_is_bad_at_the_silence(void)
     }
 }
 
-// A known function in another shape: its length is found by silence.
+// A known function with another length: the silence tells the length.
 static void longer_than_predicted_is_ready_at_the_silence(void)
 {
     build((const uint8_t[]){ADDRESS, 3, 0, 0, 0, 1, 99, 98}, 8);
@@ -209,7 +209,8 @@ static void cut_off_frame_is_bad(void)
     }
 }
 
-// Two bytes that are the checksum of nothing, three of an address alone.
+// Two bytes that are the checksum of no bytes, and three bytes that are an address and its
+// checksum.
 static void too_short_is_bad_whatever_its_checksum(void)
 {
     build((const uint8_t[]){ADDRESS}, 0);
@@ -235,7 +236,7 @@ static void longest_frame_is_ready(void)
     TEST_ASSERT_EQUAL_UINT16(FRAME_MAX_BYTES, frame.length);
 }
 
-// More is predicted than there is room for.
+// The predicted length is longer than the buffer.
 static void overlong_frame_is_bad(void)
 {
     static uint8_t bytes[FRAME_MAX_BYTES - 2u] = {ADDRESS, 16, 0, 1, 0, 127, 0xFF};
@@ -247,7 +248,7 @@ static void overlong_frame_is_bad(void)
     TEST_ASSERT_EQUAL(FRAME_BAD, silence());
 }
 
-// No frame is so long: what comes behind it must find room.
+// No frame is this long, and there must be room for the bytes behind it.
 static void more_than_a_frame_is_bad_at_once(void)
 {
     static uint8_t bytes[FRAME_MAX_BYTES - 2u] = {OTHER, 4, 252};
@@ -283,7 +284,8 @@ static void seal_appends_low_byte_first(void)
     TEST_ASSERT_EQUAL_HEX8(0xCD, sent.bytes[7]);
 }
 
-// As the line gives it: the bad one dropped, the next already there whole, without silence.
+// As on the bus: the bad frame is dropped, and the next frame is already complete, without a
+// silence.
 static void whole_frame_behind_a_longer_bad_one(void)
 {
     static const uint8_t request[] = {ADDRESS, 4, 0, 3, 0, 1};

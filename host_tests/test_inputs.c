@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Switches over the fake board: the filter, and limits that stop what moves towards them.
+// SPDX-License-Identifier: MIT Switches of the fake board: the filter, and limit switches that stop
+// an axis that moves on towards them.
 #include <stdint.h>
 
 #include "fakes/board.h"
@@ -54,7 +54,7 @@ static void change_counts_when_it_lasts(void)
     TEST_ASSERT_EQUAL_HEX16(1u << (4u * BENCH_THIRD), bench_input(REG_INPUT_inputs));
 }
 
-// Each switch has a time of its own, on every axis.
+// Each switch of each axis is filtered with a time of its own.
 static void a_switch_that_changes_leaves_the_others_alone(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -188,7 +188,7 @@ static void chattering_limit_stays_what_it_was(void)
     TEST_ASSERT_EQUAL_HEX16(0x0040, bench_input(REG_INPUT_inputs));
 }
 
-// A position that becomes another one at rest is no movement.
+// A position that is changed at rest is no movement.
 static void zero_is_no_move_towards_a_limit(void)
 {
     run_line(1, 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Time, position and pixel edges as the ledger reads them off the consumed ring.
+// Time, position and pixel edges, as the ledger finds them in the entries that were taken.
 #include <stdint.h>
 
 #include "fakes/promise.h"
@@ -145,7 +145,7 @@ static void starts_of_the_last_three_periods(void)
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 2400u, ledger_period_start(&ledger, &feed, 2));
 }
 
-// Idle periods of the same sample lie behind the entries.
+// The idle periods of a sample come after the sample's entries.
 static void idle_after_entries(void)
 {
     begin_line();

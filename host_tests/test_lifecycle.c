@@ -18,7 +18,7 @@ void tearDown(void)
 #define PATH_EVENTS 6u
 #define END         ((char)LIFECYCLE_EVENTS)
 
-// How each state is reached from EMPTY.
+// The events that lead from EMPTY to each state.
 static const char paths[AXIS_STATES][PATH_EVENTS] IN_FLASH = {
     [AXIS_EMPTY] = {END},
     [AXIS_LOADING] = {LIFECYCLE_QUEUED, END},
@@ -64,7 +64,8 @@ static void every_state_can_be_reached(void)
 #define MOVING (BIT(AXIS_ARMED) | BIT(AXIS_STARTING) | BIT(AXIS_RUNNING))
 #define EVERY  ((1u << AXIS_STATES) - 1u)
 
-// What an event does: from these states to that one, from those nothing; else it is forbidden.
+// The effect of an event: in some states it leads to another state, in some it changes nothing, and
+// in all others it is forbidden.
 static void check(enum lifecycle_event event, uint16_t from, uint8_t to, uint16_t stays)
 {
     for (uint8_t state = 0; state < (uint8_t)AXIS_STATES; state++) {
@@ -114,7 +115,7 @@ static void a_stop_ends_every_state(void)
     check(LIFECYCLE_SETTLED, BIT(AXIS_STOPPING), AXIS_EMPTY, 0);
 }
 
-// The register knows eight states: nothing moves yet, or nothing is queued any more.
+// The register shows only eight states: two more states are shown as one of these.
 static void what_the_register_shows(void)
 {
     for (uint8_t state = 0; state < AXIS_STARTING; state++) {

@@ -93,7 +93,8 @@ static void anchors_without_backlash(void)
     check_worked_example(0, 32);
 }
 
-// One piece more than pixels: the delay and the backlash share the leading zero pixel.
+// There is one piece more than there are pixels: the delay and the take-up share the leading zero
+// pixel.
 static void anchors_with_backlash_of_a_quarter(void)
 {
     check_worked_example(250, 35);
@@ -176,7 +177,7 @@ static void no_take_up_leaves_the_zero_pixel_idle(void)
     TEST_ASSERT_EQUAL_UINT16(34, edges);
 }
 
-// Backlash at a fractional period: the line is back on the clock after the take-up.
+// Backlash with a fractional pixel period: after the take-up the line is on the clock again.
 static void take_up_ends_on_the_clock(uint16_t backlash)
 {
     setUp();
@@ -372,7 +373,8 @@ static void smooth_seek_stops_from_any_pixel(void)
     }
 }
 
-// Its speeds cannot be followed: it runs dry, which is a fault, before the first wrong step.
+// The speeds of this line cannot be made: it runs dry, which is a fault, before the first wrong
+// step.
 static void smooth_seek_that_is_not_mirrored_runs_dry(void)
 {
     queue_entry(LINE_MARK_START | LINE_START_SEEK | LINE_START_SMOOTH, 0);
@@ -393,7 +395,7 @@ static void smooth_seek_that_is_not_mirrored_runs_dry(void)
     TEST_ASSERT_EQUAL(LINE_DRY, line_next(&line, &piece));
 }
 
-// A pixel that would end below speed 0 is no pixel: dry before a wrong step is made.
+// A pixel must not end below speed 0: the line runs dry before a wrong step is made.
 static void smooth_pixel_too_slow_for_its_speed_runs_dry(void)
 {
     queue_entry(LINE_MARK_START | LINE_START_SMOOTH, 0);

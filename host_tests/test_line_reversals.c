@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The line check where the direction changes, and of seeks, which may not change it.
+// The line check at reversals, and in seeks, which may not reverse.
 #include "line_checking.h"
 
 static void reversal_too_fast(void)
@@ -19,7 +19,8 @@ static void slow_pixel_between_makes_the_reversal_possible(void)
     ends();
 }
 
-// A rest is as long whether it is sent at once or in parts, and never shorter for being longer.
+// A rest counts the same whether it is sent in one segment or in parts, and a longer rest never
+// counts as a shorter one.
 static void rests_add_up(void)
 {
     limits.pixel_ticks = 1000;
@@ -45,7 +46,8 @@ static void rests_add_up(void)
     ends();
 }
 
-// A chained line follows the one before it without a gap, so its direction counts too.
+// A chained line follows the line before it without a pause, so that reversals between the two are
+// checked too.
 static void reversal_into_a_chained_line(void)
 {
     begin_plain();
@@ -153,7 +155,7 @@ static void seek_does_not_wait(void)
     refused(LINE_malformed, 1, (int16_t)(LINE_MARK_START | LINE_START_OPEN), 0);
 }
 
-// When it trips its runs become neighbours that were none, rests between them are left out.
+// A seek that trips leaves out segments and rests, so that other segments become neighbours.
 static void seek_goes_one_way(void)
 {
     begin(SEEK, 0, 0);
@@ -173,7 +175,7 @@ static void seek_goes_one_way(void)
     taken(-300, 1);
 }
 
-// Its switch's edge must be placed among the steps.
+// A seek needs longer intervals, because the edge of its switch must be placed among the steps.
 static void seek_keeps_the_longer_intervals(void)
 {
     limits.min_interval_ticks = 200;

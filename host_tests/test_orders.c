@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Commands in orders that nobody plans: twice, too late, beside each other, on axes in every state.
+// Commands in unplanned sequences: twice, too late, side by side, on axes in every state.
 #include <stdint.h>
 
 #include "app/round.h"
@@ -117,7 +117,7 @@ static void released_line_is_stopped_before_it_begins(void)
     check_usable(1);
 }
 
-// Whatever pulses without having been asked to is seen and ended.
+// Stray steps are noticed and ended.
 static void stray_steps_are_a_fault(void)
 {
     bench_rounds(20);
@@ -168,7 +168,7 @@ static void loaded_line_survives_an_emergency_stop(void)
 static void permit_stays_off_after_an_emergency_stop(void)
 {
     fake_estop(false);
-    // The main loop has not heard of it yet.
+    // The main loop has not noticed the emergency stop yet.
     refused(0, COMMAND_PERMIT_ON);
     TEST_ASSERT_FALSE(fake_permit);
     TEST_ASSERT_FALSE(permit_is_on());
@@ -195,7 +195,7 @@ static void refused_block_leaves_an_armed_axis(void)
     TEST_ASSERT_EQUAL_UINT32(axes_get(0)->zero_ticks, axes_get(1)->zero_ticks);
 }
 
-// What fills the queue while the line before it ends can be armed.
+// A line that is queued while the line before it ends can be armed.
 static void second_line_longer_than_the_queue(void)
 {
     run_line(0, 10);
@@ -258,7 +258,7 @@ static void token_stays_for_the_other_armed_axis(void)
     TEST_ASSERT_EQUAL_UINT16(5, token_now());
 }
 
-// A clock of another frequency than set stops what waits for it or runs by it.
+// A pixel clock with another frequency than the setting stops axes that wait for it or run by it.
 static void check_clock_off(uint32_t num, uint32_t den)
 {
     fake_pixel_clock(fake_now_ticks() + 5000u, num, den);

@@ -42,7 +42,7 @@ static void three_pixels_of_30_hz(void)
     TEST_ASSERT_EQUAL_UINT32(0, grid.sum);
 }
 
-// Every place is summed up, every 97th compared: the divisions cost the board time.
+// Every place is summed up, but only every 97th is compared, because divisions take the board long.
 static void no_drift(uint32_t num, uint32_t den, uint32_t pixels)
 {
     uint64_t at = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs: evenly spaced steps that the step interrupt carries on by itself. Writer, interrupt and
-// ledger together, against the same steps one by one.
+// Pulse trains: evenly spaced steps that the step interrupt makes by itself. Writer, interrupt and
+// ledger together are compared with the same steps one by one.
 #include <stddef.h>
 #include <stdint.h>
 
@@ -13,7 +13,7 @@
 #include "unity.h"
 
 #define DELAY_TICKS 1500u
-#define FIRST_TICKS 900u // to the step before a run, carried by the run's first period
+#define FIRST_TICKS 900u // to the step before a train, on the train's first period
 
 static struct step_ring ring;
 static struct step_engine engine;
@@ -141,7 +141,7 @@ static void same_periods_as_one_by_one(void)
     }
 }
 
-// One run behind another, without a period between, through both of them and round the ring.
+// One train behind another without a period between them, with both trains and around the ring.
 static void train_follows_train(void)
 {
     struct even even;
@@ -226,7 +226,7 @@ static void single_periods_between_trains(void)
     }
 }
 
-// A pixel edge falls on the step that the run's first period carries.
+// A pixel edge falls on the step that the train's first period carries.
 static void edge_inside_the_first_entry(void)
 {
     struct even even;
@@ -244,7 +244,7 @@ static void edge_inside_the_first_entry(void)
     TEST_ASSERT_EQUAL_INT32(1, records_get(&ledger.records, 0).expected_steps);
 }
 
-// An edge of the clock in the delay before a run, seen when two periods of the run have begun.
+// A clock edge in the delay before a train, seen when two periods of the train have begun.
 static void capture_seen_late_is_of_the_delay(void)
 {
     struct even even;
@@ -258,7 +258,7 @@ static void capture_seen_late_is_of_the_delay(void)
     follow();
     TEST_ASSERT_EQUAL_UINT32(delay_start + 900u,
                              ledger_capture_ticks(&ledger, &feed, 1, 900));
-    // A count that the run's periods reach is taken as it was seen.
+    // A count that the train's periods reach is taken as it was seen.
     TEST_ASSERT_EQUAL_UINT32(ledger_period_start(&ledger, &feed, 1) + 100u,
                              ledger_capture_ticks(&ledger, &feed, 1, 100));
 }

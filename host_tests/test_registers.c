@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The register map over a machine on the fake board.
+// The register map of the fake board.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -139,7 +139,7 @@ static void settings_write_and_read_back(void)
     TEST_ASSERT_EQUAL_UINT16(77, limits_now()->max_acceleration);
 }
 
-// A finished line is the clock's reference no longer once the period may be another.
+// A finished line is no longer the reference of the clock once the period may have changed.
 static void new_settings_end_the_watch(void)
 {
     reference_follow(1000);
@@ -173,7 +173,7 @@ static void direction_times_limit_reversals(void)
     TEST_ASSERT_TRUE(limits_now()->reversal_min_ticks >= 2u * BENCH_TICKS_PER_MS);
 }
 
-// A queued line was checked against the settings it was queued under.
+// A queued line was checked against the settings at the time of its upload.
 static void settings_are_busy_while_a_line_is_queued(void)
 {
     bench_plain_line(0, 10, 20);
@@ -348,7 +348,7 @@ static void records_of_a_single_pixel(void)
     check_record(0, 1, 7);
 }
 
-// Where hosts look for them.
+// The addresses at which hosts expect these registers.
 static void each_axis_has_its_records(void)
 {
     bench_plain_line(BENCH_LAST, 5, 2);

@@ -16,7 +16,7 @@
 #define CALLS       3u
 #define SLOW_STEP   12u  // what a step of a slow curve counts
 #define ROOM_FOR    240u // entries: a ring is full enough then
-#define SINGLE_STEP 312  // a pixel of 160000 ticks: 512.8 ticks a step make no run
+#define SINGLE_STEP 312 // a pixel of 160000 ticks: 512.8 ticks a step make no pulse train
 
 static uint8_t heads[CONFIG_AXES];
 
@@ -50,7 +50,7 @@ static void arm_all(void)
     }
 }
 
-// Entries that axis i got since this was asked last.
+// Entries that axis i got since the last call.
 static uint8_t got(uint8_t i)
 {
     uint8_t entries = (uint8_t)(axes_get(i)->feed.head - heads[i]);
@@ -101,7 +101,7 @@ static void single_steps_keep_to_the_budget(void)
     TEST_ASSERT_EQUAL_UINT16(0, round_of(0, &served));
 }
 
-// One axis has all of it, in two parts.
+// A single axis gets the whole budget, in two parts.
 static void one_axis_alone_has_the_whole_budget(void)
 {
     uint8_t served = 0;
@@ -187,7 +187,7 @@ static void at_most_three_axes_have_a_turn(void)
     TEST_ASSERT_EQUAL_UINT8(CONFIG_AXES > CALLS ? CONFIG_AXES - CALLS : 0, served);
 }
 
-// The moment of the release must not be missed, however much another axis could take.
+// The moment of a release must not be missed, even if another axis has much to decode.
 static void a_start_keeps_rounds_shorter_still(void)
 {
     uint16_t most = 0;
@@ -254,7 +254,7 @@ static void an_axis_far_behind_is_followed_out_of_turn(void)
     }
 }
 
-// An edge comes while a ring is not full yet: it is let pass, for all of them.
+// A clock edge that comes before every ring is full is ignored for all axes.
 static void no_axis_starts_before_every_ring_is_full(void)
 {
     TEST_ASSERT_EQUAL(MODBUS_OK, bench_command(7, COMMAND_ENABLE));
@@ -280,7 +280,7 @@ static void no_axis_starts_before_every_ring_is_full(void)
     TEST_ASSERT_EQUAL_HEX8(7, bench_axes_in(AXIS_STARTING));
 }
 
-// More than one run must not begin at once: all axes cross a pixel's edge together.
+// All axes cross a pixel edge together, but no two pulse trains may begin at once.
 static void trains_begin_two_steps_apart(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {

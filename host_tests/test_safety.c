@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
-// What stops the machine, and what it may not be started by: emergency stop, silent bus, token,
-// watchdog, driver timing, permit output.
+// SPDX-License-Identifier: MIT Causes that stop the machine or keep it from starting: emergency
+// stop, silent bus, token, watchdog, driver timing, permit output.
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -93,7 +92,7 @@ static void estop_may_be_inverted(void)
     TEST_ASSERT_EQUAL_HEX16(0x10, bench_input(REG_INPUT_status) & 0x10u);
 }
 
-// No edge comes where it was tripped all along.
+// An input that is tripped from the start makes no edge.
 static void estop_tripped_from_the_start(void)
 {
     fake_power_on();
@@ -196,7 +195,7 @@ static void an_axis_that_runs_needs_the_clock_while_another_waits_for_go(void)
     TEST_ASSERT_EQUAL_UINT16(FAULT_pixel_clock_missing, fault());
 }
 
-// Its line would run, and be counted, without the motor.
+// The line would run and count steps without moving the motor.
 static void the_driver_of_an_armed_axis_stays_on(void)
 {
     bench_plain_line(0, 10, 50);
@@ -208,7 +207,7 @@ static void the_driver_of_an_armed_axis_stays_on(void)
     TEST_ASSERT_FALSE(fake_axes[0].enabled);
 }
 
-// The clock may rest until all boards are ready.
+// The pixel clock may stand still until all boards are ready.
 static void waiting_for_go_has_patience_with_the_clock(void)
 {
     bench_plain_line(0, 10, 50);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Seeks over the fake board: where they stop, which edge of the switch counts, how they fail.
+// Seeks on the fake board: where they stop, which edge of the switch counts, how they fail.
 #include <stdint.h>
 
 #include "app/round.h"

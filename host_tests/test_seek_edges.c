@@ -22,7 +22,7 @@ static void check_trip(uint32_t ticks, int32_t steps)
                             (int32_t)bench_input_wide(REG_INPUT_trip_position_steps));
 }
 
-// The clock has been seen, but not where.
+// The clock has been noticed, but its edge was not placed.
 static void check_clock_edge_is_ignored(void)
 {
     TEST_ASSERT_FALSE(pixel_clock_waiting());
@@ -46,7 +46,7 @@ static void close_at(uint8_t axis, uint32_t ticks, uint32_t then_ticks)
     fake_switch(axis, SWITCH_HOME, CLOSED);
     fake_pass(then_ticks);
     TEST_ASSERT_TRUE(pixel_clock_waiting());
-    // What a command asks for now must wait.
+    // A command that asks for the account now must wait.
     TEST_ASSERT_FALSE(axes_follow(axis));
     TEST_ASSERT_FALSE(axes_follow(CONFIG_SWITCH_CAPTURE_AXIS));
 }

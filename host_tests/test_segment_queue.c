@@ -86,7 +86,7 @@ static void clear_empties(void)
     check_pop(2);
 }
 
-// The indices are free running bytes: far more entries than they count.
+// The indices are free running bytes, so that the test queues far more entries than a byte counts.
 static void indices_wrap(uint8_t size)
 {
     static struct segment many[128];

@@ -37,7 +37,7 @@ static void check_read_exceptions(uint8_t function, uint16_t good_address)
     check_exception(function, MODBUS_ILLEGAL_ADDRESS);
     ask(function, 0xFFFF, 2);
     check_exception(function, MODBUS_ILLEGAL_ADDRESS);
-    // Both wrong: the quantity is looked at first.
+    // Both are wrong: the quantity is checked first.
     ask(function, 0xFFFF, 126);
     check_exception(function, MODBUS_ILLEGAL_VALUE);
     request(UNIT, function, good_address, 1);
@@ -170,7 +170,7 @@ static void broadcasts_write_without_a_reply(void)
     TEST_ASSERT_EQUAL_UINT16(5, counters.frames_ok);
 }
 
-// Of the bytes behind a broadcast the next frame may have come already.
+// The bytes behind a broadcast may already be the next frame.
 static void broadcasts_leave_what_follows_alone(void)
 {
     static const uint8_t requests[][12] = {

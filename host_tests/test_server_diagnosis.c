@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the Modbus server tells of itself: diagnosis, listen-only mode, identification.
+// The Modbus server's reports about itself: diagnosis, listen-only mode, identification.
 #include <stdint.h>
 #include <string.h>
 

@@ -68,7 +68,7 @@ static void one_file_as_long_as_fits(void)
     check_exception(20, MODBUS_ILLEGAL_VALUE);
 }
 
-// What is behind a frame may look like a request of an older one.
+// The bytes behind a frame may look like part of an older request.
 static void part_of_a_request_is_refused(void)
 {
     put_file(0, 1, 0, 1);

@@ -6,7 +6,7 @@
 #include "unity.h"
 #include "wire/register_map.h"
 
-// The store's view of them, which may be written.
+// The settings as the store sees them: they may be written.
 #define SETTINGS (*settings_record())
 
 void setUp(void)
@@ -32,7 +32,7 @@ static void defaults(void)
     TEST_ASSERT_TRUE(settings_are_possible());
 }
 
-// Words lie at their addresses.
+// Each setting's word lies at its address.
 static void words_by_address(void)
 {
     SETTINGS.words[REG_HOLDING_unit_address] = 77;

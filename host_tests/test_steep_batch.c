@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where a batch of steep steps ends, and what it leaves for the next one.
+// The end of a batch of steep steps, and the state that it leaves for the next batch.
 #include <stdint.h>
 
 #include "motion/curve_steep.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the step interrupt makes of hand-written ring entries.
+// The step engine on hand-written ring entries.
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -133,7 +133,7 @@ static void empty_in_a_line_halts(void)
     TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
 }
 
-// The writer may be in the middle of adding to the ring when it runs empty.
+// The ring may run empty while the writer is adding an entry.
 static void halted_leaves_later_entries_alone(void)
 {
     put_command(STEP_COMMAND_BEGIN);
@@ -152,7 +152,7 @@ static void halted_leaves_later_entries_alone(void)
     TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
 }
 
-// A turn is not lost when the ring is empty behind it.
+// A reversal is not lost when the ring is empty behind it.
 static void direction_before_an_idle_period(void)
 {
     put_command(STEP_COMMAND_NEGATIVE);
@@ -179,7 +179,7 @@ static void check_settled(bool settles, uint8_t slot)
     TEST_ASSERT_EQUAL_UINT8(settles ? slot : 0xEE, found);
 }
 
-// Whatever it does, and however often: no entry is taken any more.
+// A halted engine takes no entry, no matter how often it is asked.
 static void check_halts_from(enum step_engine_state state, enum step_engine_state then)
 {
     uint8_t tail = engine.tail;
@@ -243,7 +243,7 @@ static void settles_only_at_rest(void)
     TEST_ASSERT_FALSE(engine.pulse);
 }
 
-// A halt inside step_engine_next() leaves what is being taken alone.
+// A halt inside step_engine_next() leaves the entry alone that is being taken.
 static void halted_while_it_takes(void)
 {
     engine.left = 5;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Settings in two records: at every moment of a store the old ones or the new ones are found.
+// Settings in two records: at every moment of a store either the old or the new settings are found.
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -126,7 +126,7 @@ static void a_cut_leaves_the_old_or_the_new_settings(void)
     }
 }
 
-// Whatever happens to a record, the other one counts.
+// A damaged record of any kind is ignored, and the other record counts.
 static void a_damaged_record_is_none(void)
 {
     for (uint8_t i = 0; i < RECORD_BYTES; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The two promises of a walk: the last step at the end of the piece, and every step on
-// the right side of the pixel edge. Nothing else may move.
+// The two promises of a walk: the last step falls on the end of the piece, and every step is on the
+// right side of the pixel edge. No other step may move.
 #include <stdint.h>
 
 #include "motion/walk.h"
@@ -139,7 +139,7 @@ static void curved_edges_to_rest(void)
     check_edges_everywhere();
 }
 
-// The way the decoder walks: ordinary steps in bursts, special ones one by one.
+// Walk as the decoder does: ordinary steps in bursts, special steps one by one.
 static void walk_in_bursts(uint32_t *places)
 {
     struct walk walk;

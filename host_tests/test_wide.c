@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers of 40 bits against numbers of 64.
+// 40-bit numbers against 64-bit numbers.
 #include <stdint.h>
 
 #include "base/wide.h"

@@ -7,8 +7,8 @@
 #include "hal/step_timer.h"  // step_timer_*
 #include "hal/switches.h"    // switch_capture_waiting
 
-// All axes cross a pixel edge at the same time. To begin a pulse train costs a step interrupt more
-// than to continue one, so the axes begin their trains some steps apart.
+// All axes cross a pixel edge at the same time. A step interrupt takes longer to begin a pulse
+// train than to continue one, so that the axes begin their trains some steps apart.
 #define TRAIN_STAGGER_STEPS 2u
 
 static struct axis axes[CONFIG_AXES];
@@ -74,7 +74,8 @@ bool axes_any_queued(void)
     return queued;
 }
 
-// An edge was captured with a sample of this axis, which comes before any newer one.
+// True when an edge was captured that needs a sample of this axis. The account must come to that
+// sample before it follows a newer one.
 static bool capture_waits(uint8_t i)
 {
     return (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||

@@ -10,7 +10,8 @@
 
 #if FEATURE_BITS
 
-// Coils, as bits of a word: three groups of four, one for each axis, then two single ones.
+// The coils as bits of a word: three groups (driver, armed, stop) of four coils, one for each axis,
+// then two coils of the whole board.
 #define FIRST_ARMED 0x0010u
 #define FIRST_STOP  0x0100u
 #define CLEAR_FAULT 0x1000u
@@ -18,12 +19,12 @@
 #define MAPPED      (ALL_AXES * (FIRST_STOP + FIRST_ARMED + 1u) | CLEAR_FAULT | PERMIT)
 
 #define OUTPUTS_PERMIT                                                                   \
-    0x0100u // bit of input register `outputs`; the drivers are the lowest
+    0x0100u // the permit's bit in input register `outputs`; drivers have the lowest bits
 
 #define GROUPS         5u
 #define GROUP_OF(coil) ((coil) < 12u ? (coil) / 4u : (coil) - 9u)
 
-// What 0 and 1 command in each group.
+// The commands of a group's coils when 0 and when 1 is written.
 static const char coil_commands[] IN_FLASH = {
     COMMAND_DISABLE,
     COMMAND_ENABLE,
@@ -80,7 +81,7 @@ bool data_bit(uint16_t address, uint8_t which)
     return ((uint16_t)(word >> (address & 15u)) & 1u) != 0;
 }
 
-// One order for each command that the coils ask for, with the axes that it is for.
+// The orders that a write of coils asks for: one for each command, with its axes.
 struct coil_orders {
     uint8_t masks[GROUPS]
                  [2]; // of the coils written 0 and 1; not 0 for a coil without an axis
@@ -100,7 +101,8 @@ static void collect_orders(struct coil_orders *orders,
     }
 }
 
-// False when one of the orders is not possible. act: carry them out.
+// Check each order, or execute each order if `act` is set. Returns false when one of the orders is
+// not possible.
 static bool each_order(const struct coil_orders *orders, bool act)
 {
     for (uint8_t i = 0; i < 2u * GROUPS; i++) {
@@ -120,12 +122,13 @@ static bool each_order(const struct coil_orders *orders, bool act)
     return true;
 }
 
-// An axis that is armed here waits for no token.
+// All orders are checked before the first one is executed. The orders have no argument, so that an
+// axis that is armed here waits for no token.
 enum modbus_exception data_write_coils(uint16_t address,
                                        uint16_t count,
                                        const uint8_t *bits)
 {
-    // Behind the bits lies at least the checksum.
+    // Reading a second byte is safe: at least the checksum lies behind the bits.
     uint16_t values = (uint16_t)(bits[0] | (uint16_t)bits[1] << 8);
     struct coil_orders orders = {0};
 

@@ -15,20 +15,20 @@ _Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES,
                "the line receives into the bus_frame");
 _Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock");
 
-// Received in place, reversed into the reply in place, sent from there.
+// The one buffer of the bus: a request is received here, its reply replaces it and is sent from
+// here.
 static struct frame bus_frame;
 
-// A request to this board alone is answered before the board receives again: bytes between the
-// request and the silence before the reply, and bytes until the reply has left, are discarded.
-// Bytes behind any other frame are the next frame.
+// A request to this board alone is answered before the board receives again: bytes that come before
+// the reply has left are discarded. Bytes behind any other frame begin the next frame.
 static enum phase {
     LISTENING,
-    REQUESTED, // waits for silence
-    ANSWERED,  // waits for the reply's delay, without its checksum
+    REQUESTED, // a request is complete and waits for the silence behind it
+    ANSWERED,  // the reply is made, without its checksum, and waits for its delay
     SENDING,
 } phase;
 static uint8_t reply_bytes;
-static uint16_t reply_since_units; // the reply's delay runs
+static uint16_t reply_since_units; // start of the reply's delay
 
 static void apply_bus_settings(void)
 {
@@ -50,14 +50,15 @@ static void serve_request(void)
 {
     struct server_counters *counters = traffic_counters();
 
-    // In listen-only mode no request is executed: the bus is silent for what moves.
+    // In listen-only mode no request is executed, so that for a moving axis the bus counts as
+    // silent.
     if (!counters->listen_only) {
         traffic_note_request();
     }
     reply_bytes = server_serve(&bus_frame, counters);
 }
 
-// The bus settings take effect from here on.
+// Receive again; changed settings of the bus take effect now.
 static void resume_listening(void)
 {
     apply_bus_settings();
@@ -105,7 +106,8 @@ static void build_reply(void)
     }
 }
 
-// The checksum in a round of its own: motion waits for the longer of the two only.
+// Send the reply when its delay is over. The checksum is computed here, in another round than the
+// reply, so that motion waits for one of the two at a time.
 static void send_reply(void)
 {
     uint16_t waited_units = (uint16_t)((uint16_t)clock_now_units() - reply_since_units);
@@ -122,7 +124,8 @@ void bus_port_poll(void)
     if (phase == SENDING && !uart_sending()) {
         resume_listening();
     }
-    // One a round: a buffer full of short ones would keep the watchdog waiting at fast rates.
+    // Take one frame a round: at fast rates a buffer full of short frames would keep the watchdog
+    // waiting.
     if (phase == LISTENING) {
         take_frame();
     }

@@ -12,8 +12,8 @@
 #include "hal/pixel_clock.h" // pixel_clock_take
 
 #if FEATURE_CLOCK_STATISTICS
-// Pixels are counted from a line's own zero: only lines that share the reference's may take its
-// error.
+// Note the error of a clock edge in the records of the axes. Pixels are counted from a line's own
+// line zero, so that only lines with the line zero of the reference may take its errors.
 static void note_edge_error(uint32_t pixel)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -30,7 +30,7 @@ static void note_edge_error(uint32_t pixel)
 }
 #endif
 
-// The first axis whose line needs the clock, NO_AXIS if none.
+// The first axis whose line needs the pixel clock; NO_AXIS if there is none.
 static uint8_t first_clocked(void)
 {
     uint8_t i = 0;
@@ -42,8 +42,8 @@ static uint8_t first_clocked(void)
     return i;
 }
 
-// A fault of the first axis that needs the clock, if there is one. Those that wait for go have
-// patience with the clock; those that run have not.
+// Latch a fault of the first axis that needs the pixel clock, if there is one. Axes that wait for
+// command `go` tolerate a missing clock; running axes do not.
 static void clock_fault(enum fault code, uint16_t argument)
 {
     uint8_t axis = first_clocked();
@@ -52,7 +52,8 @@ static void clock_fault(enum fault code, uint16_t argument)
         (token_now() != 0 && (CONFIG_AXES == 1 || !start_clocked_axis_runs()))) {
         return;
     }
-    // An edge is placed by the account of an axis whose interrupt may not come any more.
+    // An edge is placed by the account of an axis, so that the interrupt of this axis must be
+    // alive.
     if (CONFIG_AXES > 1 && time_check_lags(CONFIG_PIXEL_CLOCK_AXIS)) {
         faults_latch_underrun(CONFIG_PIXEL_CLOCK_AXIS);
         return;
@@ -61,7 +62,8 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
-// Not inline: what a capture takes of the stack would lie below the decoder of steps.
+// Take a captured clock edge. Not inline, so that the capture does not take up stack below the
+// decoder of steps.
 static APART void take_capture(void)
 {
     struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
@@ -72,8 +74,8 @@ static APART void take_capture(void)
     if (!pixel_clock_take(&capture, &lost)) {
         return;
     }
-    // A command may have had the axis accounted for meanwhile, or its switch was captured too and
-    // it is not known which was first: the next edge will do.
+    // The edge cannot be placed if a command has brought the account past it meanwhile, or if the
+    // axis's switch was captured too and the order of the two is not known. The next edge serves.
     if (ledger_has_passed(&axis->ledger, &capture.sample) ||
         (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
         reference_edge_dropped();

@@ -24,8 +24,8 @@
 
 static struct order last_order;
 
-// A command for axes is checked and carried out for each axis of the order, a command for the board
-// once (axis 0).
+// A command for axes is checked and executed for each axis of the order; a command for the board is
+// checked and executed once, with axis 0.
 typedef bool (*command_test)(uint8_t axis, const struct order *order);
 typedef void (*command_action)(uint8_t axis, const struct order *order);
 
@@ -41,7 +41,8 @@ static bool always_possible(uint8_t axis, const struct order *order)
     return true;
 }
 
-// One token at a time: another would start, or hold back, what is armed already.
+// Only one token at a time: another token would start, or hold back, the axes that are armed
+// already.
 static bool token_fits(const struct order *order)
 {
     return !FEATURE_TOKENS || CONFIG_AXES == 1 || !axes_any_armed() ||
@@ -61,7 +62,8 @@ static bool front_is_seek(uint8_t i)
     return axis_seeks(axes_get(i), &opening);
 }
 
-// One switch is watched at a time; a seek is in memory whole, or it could not slow down at once.
+// Only one switch is watched at a time. A seek must be in memory as a whole, because otherwise it
+// could not slow down at once.
 static bool seek_fits(uint8_t i, const struct order *order)
 {
     if (!front_is_seek(i)) {
@@ -101,7 +103,7 @@ static void arm_axis(uint8_t i, const struct order *order)
     }
 #endif
     token_set(order->argument);
-    // Before the axis is one of those that need the clock.
+    // Call this before the axis itself counts as one that needs the clock.
     if (axis_waits_for_edge(axis)) {
         clock_edges_await();
     }
@@ -111,7 +113,7 @@ static void arm_axis(uint8_t i, const struct order *order)
     }
 }
 
-// Some axis waits for a token: this one, or a wrong one, which is a fault.
+// Possible while some axis waits for a token. A wrong token is possible too, and is a fault.
 static bool can_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
@@ -119,7 +121,7 @@ static bool can_go(uint8_t axis, const struct order *order)
     return token_now() != 0 && axes_first_moving() != NO_AXIS;
 }
 
-// Armed axes start on the next clock edge. Their patience with the clock begins now.
+// Let armed axes start on the next clock edge. The time in which that edge must come begins now.
 static void take_go(uint8_t axis, const struct order *order)
 {
     (void)axis;
@@ -153,7 +155,8 @@ static void stop_axis(uint8_t i, const struct order *order)
     }
 }
 
-// An armed axis begins by itself, and one that is stopping may have its last step before it.
+// True when the axis makes no steps: it does not run, is not armed, which would let it start by
+// itself, and is not stopping, since a last step may then be still to come.
 static bool is_still(uint8_t i, const struct order *order)
 {
     return does_not_run(i, order) && !lifecycle_armed(&axes_get(i)->life) &&
@@ -185,7 +188,7 @@ static void disable_driver(uint8_t i, const struct order *order)
     drivers_write(i, false);
 }
 
-// Timers and ledgers agree again; positions are kept.
+// Start timers and ledgers anew, so that they agree again. Positions are kept.
 static void restart_time(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -198,12 +201,13 @@ static void restart_time(void)
         axis_discard(axis, 0);
         ledger_restart(&axis->ledger, STEP_IDLE_TICKS);
     }
-    // A clock edge that waits is of the time before.
+    // A clock edge that waits was captured in the old time.
     (void)pixel_clock_drop();
     reference_rest();
 }
 
-// The emergency stop has halted every engine, those of queued lines too: these keep their lines.
+// Make an axis usable again. The emergency stop has halted every engine, also those of axes that
+// only have queued lines; such axes keep their lines.
 static void revive_axis(uint8_t i)
 {
     uint8_t slot = 0;
@@ -235,7 +239,7 @@ static void clear_fault(uint8_t axis, const struct order *order)
     if (!faults_any()) {
         return;
     }
-    // First of all: an emergency stop from here on is latched anew, and its fault follows.
+    // This comes first: an emergency stop from here on is latched anew, and its fault follows.
     estop_release();
     if (faults_time_lost()) {
         restart_time();
@@ -246,7 +250,8 @@ static void clear_fault(uint8_t axis, const struct order *order)
     faults_clear();
 }
 
-// What needs its key, and nothing queued: lines were checked against the settings of their time.
+// For commands that replace or store the settings: they need the key, and no line may be queued,
+// because lines are checked against the settings at the time of their upload.
 static bool has_key(uint8_t axis, const struct order *order)
 {
     (void)axis;
@@ -317,7 +322,8 @@ static const struct command_row command_table[] IN_FLASH = {
     [COMMAND_GO] = {can_go, take_go, false},
 };
 
-// Disarm and stop go to all boards at once, whatever axes each of them has.
+// True when the order names axes that exist. Disarm and stop may also name others: a broadcast
+// sends them to all boards, whatever axes each board has.
 static bool names_axes(const struct order *order)
 {
     bool others = order->command == COMMAND_DISARM || order->command == COMMAND_STOP;
@@ -326,8 +332,8 @@ static bool names_axes(const struct order *order)
            (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
 }
 
-// Ask, or act, for each axis of the order; a command for the board has axis 0 alone. False when one
-// of the axes makes the order impossible.
+// Check the command, or execute it if `act` is set, for each axis of the order; a command for the
+// board has only axis 0. Returns false when the order is not possible for one of the axes.
 static bool each_axis(const struct order *order, bool act)
 {
     struct command_row row;

@@ -6,16 +6,16 @@
 #include "hal/clock.h"      // clock_now_ms
 #include "hal/step_timer.h" // step_timer_enable
 
-// STEP of the last period is high for up to 4.1 ms, and an axis may have been looked at a few
-// rounds ago.
+// A driver stays on for this long after its axis was last seen moving: STEP of the last period is
+// high for up to 4.1 ms, and the axis may have been seen only a few rounds ago.
 #define LAST_STEP_MS 15u
 
 static struct {
-    uint8_t on; // bit n: that of axis n
+    uint8_t on; // bit n: the driver of axis n is on
 #if FEATURE_DRIVER_TIMING
-    bool settling;                  // one was switched on lately
-    uint16_t switched_ms;           // when that was
-    uint16_t moved_ms[CONFIG_AXES]; // when each axis was last seen moving or switched on
+    bool settling;                  // a driver was switched on lately
+    uint16_t switched_ms;           // time at which that driver was switched on
+    uint16_t moved_ms[CONFIG_AXES]; // time of each axis's last movement or switching on
 #endif
 } drivers;
 

@@ -10,12 +10,12 @@ struct event {
     uint8_t axis;
     uint16_t argument;
     uint32_t pixel;
-    uint32_t time_ms; // since reset; wraps after some hours (4.7 at 16 MHz)
+    uint32_t time_ms; // time since reset; wraps after some hours (4.7 at 16 MHz)
 };
 
 static struct {
     struct event ring[CONFIG_EVENTS];
-    uint16_t count; // since reset
+    uint16_t count; // events since reset; the ring keeps the newest CONFIG_EVENTS of them
 } events;
 
 void events_start(void)
@@ -65,7 +65,7 @@ uint16_t events_word(uint16_t address)
         return events.count;
     }
     offset = (uint16_t)(offset - REG_EVENT_HEADER);
-    // Oldest first.
+    // The oldest event that is kept comes first.
     uint16_t kept = events.count < CONFIG_EVENTS ? events.count : CONFIG_EVENTS;
     uint16_t index = (uint16_t)(events.count - kept + offset / (uint16_t)REG_EVENT_WORDS);
 

@@ -27,7 +27,7 @@ static void halt_axis(uint8_t i)
     axis_fail(axis);
 }
 
-// First the outputs: the record takes its time.
+// The outputs come first, because writing the record takes time.
 void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
 {
     permit_set(false);

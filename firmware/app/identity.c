@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Who this board is: in the image for the host, on the bus by function 17 and function 43/14.
+// The identity of this board: the host finds it in the image, and functions 17 and 43/14 return it
+// on the bus.
 #include "app/report.h"       // report_status
 #include "base/flash.h"       // IN_FLASH
 #include "config.h"           // CONFIG_*, FEATURE_DIAGNOSIS
@@ -8,7 +9,7 @@
 #define TEXT_OF(value)             #value
 #define VERSION_TEXT(major, minor) TEXT_OF(major) "." TEXT_OF(minor)
 
-// In every image, whatever its features: the host flashes no file without this text.
+// Every image has this text, whatever its features, because the host flashes no file without it.
 __attribute__((used)) static const char identity[] IN_FLASH =
     "pixstep " CONFIG_BOARD_NAME
     " " VERSION_TEXT(CONFIG_VERSION_MAJOR, CONFIG_VERSION_MINOR);

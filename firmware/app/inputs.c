@@ -11,11 +11,11 @@
 
 #define SWITCHES 3u
 
-// One axis's look at its switches. Bits as in hal/switches.h, set for closed or tripped.
+// The switches of one axis. Bits are as in hal/switches.h, set for a closed or tripped switch.
 struct look {
     uint8_t state;                  // filtered
     uint8_t seen;                   // at the last look
-    uint16_t since_units[SWITCHES]; // when each changed, low 16 bits; home first
+    uint16_t since_units[SWITCHES]; // last change of each, low 16 bits; home first
     uint16_t position;              // low 16 bits, at the last look with a limit tripped
 };
 
@@ -38,6 +38,7 @@ bool inputs_home_inverted(void)
     return (settings_now()->inputs_inverted & 1u) != 0;
 }
 
+// Switches that read high when they are closed or tripped.
 static uint8_t tripped_levels(void)
 {
     uint8_t home = inputs_home_inverted() ? SWITCH_HOME : 0;
@@ -46,6 +47,7 @@ static uint8_t tripped_levels(void)
     return (uint8_t)(home | limits);
 }
 
+// True when the time since since_units is longer than the filter time.
 static bool has_lasted(uint16_t now_units, uint16_t since_units)
 {
     return (uint16_t)(now_units - since_units) >
@@ -57,8 +59,8 @@ bool inputs_lasted(uint16_t since_units)
     return has_lasted((uint16_t)clock_now_units(), since_units);
 }
 
-// Each switch for itself: one that chatters must not hide another. The switches whose filtered
-// state has just changed.
+// Filter each switch by itself, since a chattering switch must not hide another one. Returns the
+// switches whose filtered state has just changed.
 static uint8_t filter_switches(struct look *inputs, uint8_t now)
 {
     uint16_t now_units = (uint16_t)clock_now_units();
@@ -80,8 +82,9 @@ static uint8_t filter_switches(struct look *inputs, uint8_t now)
     return changed;
 }
 
-// A limit stops what moves on towards it; what moves away from it, or stands there, may. The place
-// is noted at rest too: after a stop a last step may follow, and a zero moves it.
+// Latch a fault when an axis moves on towards a tripped limit switch. The axis may stand there or
+// move away. The position is noted at rest too, because a last step may follow a stop and homing
+// changes the position.
 static void watch_limits(uint8_t i, bool first_look)
 {
     struct axis *axis = axes_get(i);

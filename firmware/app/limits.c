@@ -24,7 +24,7 @@ void limits_apply_settings(void)
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
         .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
         .seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS,
-        // The direction changes in the middle of the interval.
+        // The direction changes in the middle of an interval, so that half of it must be enough.
         .reversal_min_ticks = (uint16_t)(2u * half_ticks),
         .max_acceleration = settings->max_acceleration,
         .start_stop_steps = settings->start_stop_steps,

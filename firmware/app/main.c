@@ -16,7 +16,7 @@ int main(void)
     board_start();
     settings_override_address(cpu_address_strap());
     bus_port_start();
-    // Last: from here on both must be served, the step interrupt in every idle period.
+    // Start these last: from here on both timers must be served, the step timers in every period.
     clock_start();
     time_check_start();
     cpu_start_interrupts();

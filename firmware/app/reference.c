@@ -62,7 +62,8 @@ void reference_await_edge(void)
     edge_seen_units = clock_now_units();
 }
 
-// Whole bytes and a small factor: every round asks.
+// Every round calls this function, so that it must be quick: shifts by whole bytes and a small
+// factor.
 bool reference_overdue(void)
 {
     return clock_now_units() - edge_seen_units >

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What each input register shows: a table in flash, because a function with a case for each of them
-// takes three times the room.
+// The contents of the input registers. They come from tables in flash, because a function with a
+// case for each register would take three times the room.
 #include "app/report.h"
 
 #include <stddef.h> // offsetof
@@ -97,7 +97,8 @@ static uint16_t ring_fill(uint8_t axis, bool low)
     return axis_ring_fill(axes_get(axis));
 }
 
-// Now, as the first of the two words is read; the second belongs to it.
+// The position at the instant when its first word is read; the second word belongs to that
+// position.
 static uint16_t position_steps(uint8_t axis, bool low)
 {
     if (!low) {
@@ -113,7 +114,7 @@ static uint16_t expected_steps(uint8_t axis, bool low)
     if (records->count == 0) {
         return 0;
     }
-    // Words 1 and 2.
+    // Words 1 and 2 of a record hold the expected position.
     return records_word(records, (uint8_t)(records->count - 1u), low ? 2 : 1);
 }
 
@@ -123,7 +124,7 @@ static uint16_t axis_state(uint8_t axis, bool low)
     return lifecycle_shown(&axes_get(axis)->life);
 }
 
-// Whose object a register shows a member of.
+// The module with the object whose member a register shows.
 enum owner {
     OWNER_FAULTS,
     OWNER_WATCH,
@@ -134,14 +135,14 @@ enum owner {
     OWNER_AXIS,
 };
 
-// Owners take the lowest bits of a kind.
+// The lowest bits of a member's kind are its owner.
 #define OWNER_MASK 0x07u
 
 enum width {
     WIDTH_BYTE = 0x08,
     WIDTH_WORD = 0x10,
-    WIDTH_HIGH = 0x18, // words of 32 bits
-    WIDTH_LOW = 0x20,
+    WIDTH_HIGH = 0x18, // high word of a member of 32 bits
+    WIDTH_LOW = 0x20,  // low word of a member of 32 bits
 };
 
 enum call {
@@ -150,7 +151,8 @@ enum call {
     KIND_CALL_LOW,
 };
 
-// A member: kind is its width and its owner, value its place in the owner's object.
+// Where a register's word comes from: a constant, a function's result or a member of an object. For
+// a member, kind is its width plus its owner, and value is its offset in the owner's object.
 struct source {
     union {
         uint16_t value;

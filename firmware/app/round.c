@@ -19,20 +19,23 @@
 #include "hal/step_timer.h"  // step_timer_*
 #include "motion/decode.h"   // decode_*
 
-// Steps decoded in one round; a round must stay short beside a serial frame's silence.
+// Cost of the steps decoded in one round: a round must stay short beside the silence of a bus
+// frame.
 #define DECODE_BUDGET  (CONFIG_AXES == 1 ? 120u : 240u)
 #define DECODE_AT_ONCE 120u
-#define DECODE_CALLS   3u // where there are several axes
-// While an axis waits for its release, a moment of a few milliseconds that must not be missed.
+#define DECODE_CALLS 3u // calls of the decoder in one round where there are several axes
+// The same while an axis waits for its release: the release must come within a few milliseconds.
 #define DECODE_BUDGET_STARTING 12u
-// Rounds in which every axis's switches are looked at once; an axis that seeks, in every round.
+// The switches of every axis are read once in this many rounds; those of a seeking axis, in every
+// round.
 #define INPUT_ROUNDS 4u
 
-// An axis's account may lag so many entries behind between its turns, one every so many rounds.
+// An axis is followed in turn, one axis every FOLLOW_ROUNDS rounds, and out of turn when its
+// account lags this many entries behind.
 #define FOLLOW_ENTRIES 64u
 #define FOLLOW_ROUNDS  8u
 
-static uint8_t rounds; // to look after one axis after the other
+static uint8_t rounds; // counts rounds, for work that serves one axis after the other
 
 void round_start(void)
 {
@@ -48,7 +51,8 @@ static void take_underruns(void)
     }
 }
 
-// The emergency stop may have halted the axis before this round has seen it.
+// The fault that halted the axis. The emergency stop may have halted it before this round has
+// noticed the stop.
 static enum fault why_halted(const struct axis *axis)
 {
     if (estop_latched()) {
@@ -57,8 +61,8 @@ static enum fault why_halted(const struct axis *axis)
     return axis->phase == DECODE_DRY ? FAULT_starved : FAULT_decoder_late;
 }
 
-// An interrupt that came too late halts its axis as well, perhaps since underruns were last looked
-// for.
+// Latch the fault of an axis that halted. An underrun halts an axis as well, and may have come
+// since this round took the underruns.
 static void name_halt(uint8_t i)
 {
     take_underruns();
@@ -68,7 +72,7 @@ static void name_halt(uint8_t i)
     }
 }
 
-// A running axis that halted or came to the end of its line.
+// Look after a running axis: it may have halted or come to the end of its line.
 static void supervise_running(uint8_t i)
 {
     struct axis *axis = axes_get(i);
@@ -95,8 +99,8 @@ static void supervise_axis(uint8_t i)
     witness_poll(i);
 }
 
-// Now and then one axis after the other; out of turn where much has happened: a look costs more
-// than what there is to see after a few steps.
+// Follow one axis after the other now and then, and out of turn an axis with much to account for.
+// To follow an axis after a few steps costs more than these steps are worth.
 static void follow_in_turn(void)
 {
     uint8_t due = CONFIG_AXES;
@@ -116,7 +120,7 @@ static void follow_in_turn(void)
     }
 }
 
-// One axis's switches after the other, as often on every board.
+// Read the switches of one axis after the other, each as often on every board.
 static void poll_inputs(void)
 {
     uint8_t axis = rounds % INPUT_ROUNDS;
@@ -176,8 +180,8 @@ static uint8_t least_buffered(const uint16_t *buffered)
     return found;
 }
 
-// The axis nearest to starving is served first, and again while no other is nearer. What the others
-// have ahead does not change meanwhile.
+// Decode for the least buffered axis first, and again for it until another axis is the least
+// buffered. What the other axes have buffered is measured once, at the start.
 static void decode_in_turn(uint8_t budget)
 {
     uint16_t buffered[CONFIG_AXES];
@@ -199,7 +203,8 @@ static void decode_in_turn(uint8_t budget)
 
 static void decode_some(void)
 {
-    // One that is held back by its token or driver may be so for long, beside others that run.
+    // Only an axis that is about to start counts: a token or a driver may hold an axis back for
+    // long while others run.
     bool starting = CONFIG_AXES == 1 ? axes_any_starting() : start_near();
 
     decode_in_turn(starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
@@ -208,14 +213,15 @@ static void decode_some(void)
 void round_poll(void)
 {
     cpu_section(CPU_SECTION_ROUND);
-    // First: behind an underrun the place of a clock edge is not known.
+    // Underruns come first: after an underrun the place of a clock edge is not known.
     take_underruns();
     clock_edges_poll();
     follow_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         supervise_axis(i);
     }
-    // Where the waits of one axis add up to less than its shortest interval nothing can lag.
+    // A single axis cannot lag: the waits of its interrupt add up to less than its shortest
+    // interval.
     if (CONFIG_AXES > 1) {
         time_check_poll();
     }

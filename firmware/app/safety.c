@@ -15,9 +15,9 @@
 #define RESET_UNEXPECTED 0x0Cu // brown-out, watchdog
 #define ESTOP_INVERTED   0x04u // bit of setting inputs_inverted
 
-static uint8_t heartbeats[CONFIG_AXES]; // of each step interrupt, at the last look
-static uint8_t axes_alive;              // axes that moved on since the watchdog was fed
-static uint8_t looked_at;               // the axis whose turn it is
+static uint8_t heartbeats[CONFIG_AXES]; // of each step interrupt, at its last check
+static uint8_t axes_alive; // axes with a new heartbeat since the watchdog was fed
+static uint8_t looked_at;  // the axis to check next
 
 static bool estop_inverted(void)
 {
@@ -31,16 +31,17 @@ void safety_start(void)
     axes_alive = 0;
     events_note(EVENT_RESET + cause, 0, 0, 0);
     estop_start(estop_inverted());
-    // A supply that comes up slowly is a brown-out too.
+    // A supply that comes up slowly sets the brown-out bit too, beside the power-on bit: no fault.
     if ((cause & RESET_POWER_ON) == 0 && (cause & RESET_UNEXPECTED) != 0) {
         faults_latch(FAULT_reset, 0, cause);
     }
     cpu_watchdog_start();
 }
 
-// Checks one axis a round. An axis whose interrupt came too late is halted and has no further
-// heartbeat; it does not keep the watchdog from being fed. An axis whose interrupt does not come at
-// all does: its timer repeats the last period, STEP edge included, and only a reset ends that.
+// Feed the watchdog when every axis is alive; one axis is checked in each round. A halted axis
+// counts as alive even without a new heartbeat. An axis whose interrupt does not come at all keeps
+// the watchdog from being fed: its timer repeats the last period, STEP edge included, and only a
+// reset ends that.
 static void feed_watchdog(void)
 {
     uint8_t i = looked_at;

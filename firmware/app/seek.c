@@ -25,7 +25,7 @@ const struct seek *seek_now(void)
     return &seek;
 }
 
-// The axis that seeks.
+// The axis that seeks. Only valid during a seek.
 static uint8_t seeking_axis(void)
 {
     return CONFIG_AXES == 1 ? 0 : seek.axis;
@@ -40,13 +40,14 @@ void seek_begin(uint8_t axis, bool opening)
         .trip_code = TRIP_NONE,
     };
     if (CONFIG_AXES == 1) {
-        reference_rest(); // the clock's edges are not seen meanwhile
+        reference_rest(); // the one capture serves the switch: clock edges are not seen meanwhile
     }
     switch_capture_start(axis, opening != inputs_home_inverted());
 }
 
-// Where the axis was at the edge. Both axes are followed exactly as far as when it was captured, so
-// that the edge lies in one of the last three periods.
+// Note where the seeking axis was at the switch's edge. The accounts of the axis that captures and
+// of the axis that seeks are brought exactly to the instant of the capture, so that the edge lies
+// in one of the last three periods.
 static void note_switch_edge(const struct switch_capture *capture)
 {
     struct axis *clock = axes_get(CONFIG_SWITCH_CAPTURE_AXIS);
@@ -66,8 +67,8 @@ static void note_switch_edge(const struct switch_capture *capture)
     seek.captured = true;
 }
 
-// A clock edge that waits may have an older sample of the seeking axis than the switch's: it cannot
-// be placed once the account has come to that one.
+// Drop a clock edge that waits. Its sample of the seeking axis may be older than the sample of the
+// switch's edge, and an edge cannot be placed once the account has passed its sample.
 static void drop_clock_edge(void)
 {
     if (pixel_clock_drop()) {
@@ -75,7 +76,7 @@ static void drop_clock_edge(void)
     }
 }
 
-// No command has had the axes accounted for since.
+// True when no command has brought the accounts past the samples of this capture.
 static bool is_new(const struct switch_capture *capture)
 {
     return !ledger_has_passed(&axes_get(CONFIG_SWITCH_CAPTURE_AXIS)->ledger,
@@ -84,7 +85,8 @@ static bool is_new(const struct switch_capture *capture)
             !ledger_has_passed(&axes_get(seeking_axis())->ledger, &capture->seeker));
 }
 
-// Not inline: what a capture takes of the stack would lie below the decoder of steps.
+// Take a captured edge of the switch. Not inline, so that the capture does not take up stack below
+// the decoder of steps.
 static APART void take_edge(void)
 {
     struct switch_capture capture;
@@ -92,18 +94,21 @@ static APART void take_edge(void)
     if (!switch_capture_take(&capture)) {
         return;
     }
-    // In this order: a clock edge that comes after this look is newer than the switch's.
+    // The order matters: a clock edge that comes after the switch's edge was taken is newer than
+    // it.
     if (CONFIG_AXES > 1 && seeking_axis() == CONFIG_PIXEL_CLOCK_AXIS) {
         drop_clock_edge();
     }
     if (seek.captured) {
-        // A switch that bounces has more edges: the first one counts.
+        // A bouncing switch makes more edges. The first edge gives the position; later ones restart
+        // the time after which that edge counts as a disturbance.
         seek.captured_units = (uint16_t)clock_now_units();
     } else if (seek.trip_code == TRIP_NONE && is_new(&capture)) {
         note_switch_edge(&capture);
     }
 }
 
+// End the motion when the filtered switch is as sought, or forget an edge that was a disturbance.
 static void judge_switch(void)
 {
     if (inputs_home_closed(seeking_axis()) != seek.opening) {
@@ -118,7 +123,7 @@ static void judge_switch(void)
     }
 }
 
-// Nothing of the seek is left: it was stopped, or its line discarded.
+// True when nothing of the seek is left because the axis was stopped or its line discarded.
 static bool at_rest(uint8_t state)
 {
     return state == AXIS_EMPTY || state == AXIS_STOPPING;
@@ -150,13 +155,13 @@ void seek_poll(void)
     }
     bool moving = lifecycle_moving(life);
 
-    // In this order: what is read after an edge was taken is not older than it.
+    // The order matters: a level that is read after an edge was taken is not older than that edge.
     take_edge();
     inputs_poll(axis);
     if (seek.trip_code == TRIP_NONE) {
         judge_switch();
     }
-    // How far it has come decides what is decoded next.
+    // A seek is decoded only a little ahead of the account, so that the account must keep up.
     (void)axes_follow(axis);
     if (!moving) {
         end_seek();
@@ -181,8 +186,8 @@ bool seek_can_zero(uint8_t axis)
 
 void seek_zero(uint8_t axis)
 {
-    // At rest every step has been taken note of. A look now could be newer than a pixel clock edge
-    // that was captured and waits.
+    // The account of an axis at rest already contains every step. Following the step interrupt now
+    // could bring the account past a pixel clock edge that was captured and waits.
     ledger_zero(&axes_get(axis)->ledger, seek.position_steps);
     seek.position_steps = 0;
 }

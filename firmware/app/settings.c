@@ -13,8 +13,7 @@
 #define INPUT_AXIS(offset, name, type, unit, meaning)
 #define COMMAND(address, name, type, unit, min, max, initial, meaning)
 
-// Low and high words of 32 bits are limited for themselves; what both mean is checked where it is
-// used.
+// Each word of a 32-bit setting has limits of its own; the whole value is checked where it is used.
 struct settings_limits {
     uint16_t min;
     uint16_t max;

@@ -19,9 +19,12 @@ _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot")
 #define STATE_CHANGED 0x02u
 #define STATE_BUSY    0x04u
 
-static uint8_t newest_slot = NO_SLOT; // of the newest record
+// Slot of the newest record, or NO_SLOT.
+static uint8_t newest_slot = NO_SLOT;
+// The first byte is erased first and written last, so that a record that is cut off by a power
+// failure is invalid.
 static uint8_t next_byte =
-    IDLE; // byte to write; the record's size: its first one once more
+    IDLE; // next byte of the record to write; RECORD_BYTES: the first one once more
 static uint8_t store_flags;
 
 static uint16_t byte_address(uint8_t which, uint8_t byte)
@@ -29,6 +32,8 @@ static uint16_t byte_address(uint8_t which, uint8_t byte)
     return (uint16_t)(which * SLOT_STRIDE + byte);
 }
 
+// Read a slot into the settings. Returns true when the record is whole and its settings are
+// possible.
 static bool load_record(uint8_t which)
 {
     struct settings *record = settings_record();

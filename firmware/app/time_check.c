@@ -6,17 +6,17 @@
 #include "hal/clock.h"      // clock_now_units
 #include "hal/step_timer.h" // step_timer_start
 
-// The division inside a run makes a check cost up to 1500 cycles.
+// Time between two checks. A check inside a pulse train divides and costs up to 1500 cycles.
 #define CHECK_EVERY_UNITS 1024u
 
 static uint32_t started_units;
 static uint16_t
-    checked_units; // a multiple of CHECK_EVERY_UNITS, which says whose turn it is
+    checked_units; // last check, a multiple of CHECK_EVERY_UNITS that tells whose turn it is
 
 void time_check_start(void)
 {
     step_timer_start();
-    // One axis is not looked at.
+    // A board with a single axis makes no checks.
     if (CONFIG_AXES > 1) {
         started_units = clock_now_units();
     }
@@ -27,7 +27,8 @@ void time_check_start(void)
 bool time_check_lags(uint8_t i)
 {
     struct axis *axis = axes_get(i);
-    // Rounded so that it is never ahead of the time at which the axis is followed.
+    // The time is rounded down, so that it is never ahead of the instant at which the account of
+    // the axis is brought up to date.
     uint32_t now_ticks = (clock_now_units() - started_units - 1u) * CLOCK_UNIT_TICKS;
 
     if (!axes_follow(i)) {

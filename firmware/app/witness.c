@@ -5,8 +5,8 @@
 #include "config.h"         // CONFIG_AXES
 #include "hal/step_timer.h" // step_timer_*
 
-// The last edge of a line may come up to STEP_TIMER_EDGE_TICKS after the axis is seen at rest: an
-// edge counts from the second look on, a round later.
+// The last edge of a line may come up to STEP_TIMER_EDGE_TICKS after the axis is first seen at
+// rest. An edge is therefore a stray step only from the second look at rest on, one round later.
 #define LOOKS_BEFORE 2u
 
 static uint8_t looks_at_rest[CONFIG_AXES];
@@ -20,7 +20,7 @@ void witness_poll(uint8_t i)
 {
     uint8_t *looks = &looks_at_rest[CONFIG_INDEX(i)];
 
-    // The first look at rest clears the flag that a running axis leaves.
+    // The first look at rest clears the flag that the running axis has left set.
     bool pulsed = step_timer_pulsed(i);
 
     if (step_timer_state(i) == STEP_ENGINE_HALTING) {

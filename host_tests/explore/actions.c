@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the host, or a hand at the emergency stop, may do.
+// The actions of the host, and those of a hand at the emergency stop.
 #include <string.h>
 
 #include "app/drivers.h"
@@ -13,10 +13,11 @@
 #include "explore/program.h"
 #include "explore/scene.h"
 
-// Everything that a refused order must leave as it was, byte by byte.
+// Room for everything that a refused order must leave as it was, compared byte by byte.
 #define OBSERVED_BYTES 4096u // room; observe() says how many they are
 
-// Twice, allocated before the first state is saved: what was observed is not part of a state.
+// Room for two observations. The memory is allocated before the first state is saved, so that
+// observations are not part of a state.
 static uint8_t *observed;
 
 void board_open(void)
@@ -49,7 +50,7 @@ static uint8_t *note_modules(uint8_t *seen)
     return note(seen, &permit, sizeof permit);
 }
 
-// Bytes noted.
+// Note everything that a refused order must leave alone. Returns the number of bytes.
 static size_t observe(uint8_t *to)
 {
     uint8_t permit = part_permit_high();

@@ -17,8 +17,8 @@
 #include "wire/register_map.h"
 #include "wire/server_data.h"
 
-#define PASS_MAX 200u // periods until what is awaited has come
-#define TRIES    4u   // to clear a fault
+#define PASS_MAX 200u // most periods until an awaited event has come
+#define TRIES    4u   // most attempts to clear a fault
 
 void scene_pixel_hz(uint16_t hz)
 {
@@ -154,7 +154,7 @@ bool board_excused(const volatile void *address)
         (const volatile uint8_t *)&step_engines[0] + offsetof(struct step_engine, trains);
     const volatile uint8_t *byte = address;
     // step_timer_heartbeat() takes the low byte. A command's handler counts an idle period with
-    // interrupts on: only a capture, which is not explored, could read half of that.
+    // interrupts on; only a capture could read half of that count, and captures are not explored.
     bool idle_count = address == &step_engines[0].idle_count;
 
     return idle_count ||
@@ -172,7 +172,7 @@ int32_t board_position(void)
     return (int32_t)position;
 }
 
-// Refused while a step is still to come.
+// Clear the fault. The board refuses while a step is still to come.
 static bool clears(void)
 {
     for (uint8_t i = 0; i < TRIES; i++) {

@@ -34,7 +34,7 @@ void judge_look(void)
     if (board_stopped()) {
         judged.permit_given = false;
     }
-    // What the timer holds still comes.
+    // After a halt the timer still makes the step that it holds already.
     if (board_halted()) {
         allow_at_most(1);
     }
@@ -43,9 +43,9 @@ void judge_look(void)
     }
 }
 
-// An AVR accesses words in two halves. Shared ones must be accessed with interrupts off; excused
-// are those of which the reader takes the low byte only, or that the protocol of the runs keeps
-// apart.
+// An AVR accesses words in two halves, so that shared words must be accessed with interrupts off.
+// Exceptions are words of which the reader takes the low byte only, and words that the protocol of
+// the pulse trains keeps apart.
 void judge_access(const volatile void *address, uint32_t bytes)
 {
     if (bytes > 1 && part.interrupts_on && !board_excused(address)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// pixstep-explore: every placement of hardware events over sequences of commands.
+// pixstep-explore: tries every placement of hardware events over sequences of commands.
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -56,12 +56,12 @@ static bool take_number(const char *text, uint8_t most, uint8_t *number)
 }
 
 struct options {
-    struct search_limits limits; // none: what the tests run
-    uint8_t first, last;         // scenarios
-    bool to_the_first;           // that breaks a rule
+    struct search_limits limits; // none: the limits that the tests use
+    uint8_t first, last;         // first and last scenario
+    bool to_the_first;           // end at the first way that breaks a rule
 };
 
-// What the tests run: some tens of seconds.
+// The limits that the tests use; the search takes some tens of seconds.
 static const struct search_limits usual[] = {
     {.actions = 3, .periods = 1, .pins = 0},
     {.actions = 2, .periods = 1, .pins = 1},

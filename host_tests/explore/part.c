@@ -8,15 +8,15 @@
 #include "explore/program.h"
 #include "explore/step_isr.h"
 
-#define DIR_BIT    4 // of port D, hal/boards/uno.def
+#define DIR_BIT    4 // bits of port D, from hal/boards/uno.def
 #define PERMIT_BIT 6
 #define ESTOP_BIT  2
 
-// Periods so long do not end while their own interrupt is served: 450 cycles of the emergency
-// stop's handler and 165 of a capture's come first at worst.
+// A period of this length or more does not end while its own interrupt is served: at worst 450
+// cycles of the emergency stop's handler and 165 cycles of a capture's handler come first.
 #define LATE_TICKS 1024u
 
-// Side effects of a write, due before the next access.
+// Side effects of a write. They are due before the next access.
 enum effect {
     EFFECT_NONE,
     EFFECT_FLAGS,
@@ -61,7 +61,7 @@ bool part_timer_served(void)
     return (TIMSK1 & (_BV(TOIE1) | _BV(OCIE1A))) != 0;
 }
 
-// Which bytes of the state are shared. Not part of the state itself.
+// The bytes of the state that are shared; these marks are not part of the state themselves.
 static uint8_t *shared;
 
 void part_open(void)
@@ -87,7 +87,7 @@ void part_power_on(void)
     PINC = 0xFF;
 }
 
-// Both compare registers are buffered in mode 15; in mode 0 they are not.
+// In mode 0 a write of a compare register takes effect at once; in mode 15 both are buffered.
 static void take_effect_at_once(void)
 {
     if ((TCCR1A & (_BV(WGM11) | _BV(WGM10))) == 0) {
@@ -128,7 +128,7 @@ void part_settle(void)
     take_effect_at_once();
 }
 
-// What an access of this register brings about, EFFECT_NONE of any other object.
+// The side effect of an access to this register; EFFECT_NONE for any other object.
 static uint8_t effect_of(const volatile void *address)
 {
     static const struct {
@@ -181,7 +181,7 @@ static void end_period(void)
     if (part.edge <= part.top) {
         TIFR1 = (uint8_t)(TIFR1 | _BV(OCF1B));
         part.edge_waits = true;
-        // 31 ticks from here: the handler's look at the flag comes before it.
+        // The edge comes 31 ticks from here, after the handler has looked at the flag.
         if (!part.in_fast) {
             make_edge();
         }
@@ -198,7 +198,7 @@ void part_happen(enum part_event event)
     EIFR = (uint8_t)_BV(INTF0);
 }
 
-// The few instructions of the naked handlers (estop.c, capture.h).
+// The few instructions of the naked handler in estop.c.
 static void estop_interrupt(void)
 {
     EIFR = 0;
@@ -239,7 +239,7 @@ static void enter(void (*handler)(void))
     program_clear_stack();
 }
 
-// In the order of their vectors.
+// Serve one pending interrupt, in the order of the vectors. False when none is pending.
 static bool serve_one(void)
 {
     if (!part.interrupts_on) {
@@ -295,7 +295,7 @@ void part_point(void)
     point_at(__builtin_return_address(0));
 }
 
-// A point of its own: inside, an interrupt has to wait.
+// Turning interrupts off is a point of its own, because an interrupt must wait behind it.
 void part_cli(void)
 {
     part_settle();
@@ -319,8 +319,8 @@ unsigned char part_interrupts_on(void)
     return part.interrupts_on;
 }
 
-// The 20 looks of the emergency stop's handler are one: what comes between two of them could as
-// well come before the first or behind the last.
+// The 20 looks of the emergency stop's handler count as one point: an event between two of them has
+// the same effect as one before the first look or behind the last.
 static bool same_look(const volatile void *address)
 {
     bool looks = address == &PIND;
@@ -359,7 +359,7 @@ static void touched(void *address, uint32_t bytes, bool writes, const void *pc)
     }
 }
 
-// What gcc calls before every access (-fsanitize=thread), in the place of its own library.
+// The functions that gcc calls before every access (-fsanitize=thread), in place of its library.
 // NOLINTBEGIN(misc-use-internal-linkage): only the compiler knows them
 #define ACCESS(name, bytes, writes)                                                      \
     void access_##name(void *address) __asm__("__tsan_" #name);                          \

@@ -12,13 +12,14 @@
 #include "explore/part.h"
 
 #define STACK_BYTES 65536u
-// Below the block that alloca() gives there is nothing of a frame but the call in work.
+// Below the block that alloca() returns, the stack holds only the call that is being made.
 #define STACK_MARGIN  64u
 #define STACK_CLEARED 2048u
 
-// Not part of the state: allocated, and set before the first state is saved.
+// The search's own data. They are allocated and set before the first state is saved, so that they
+// are not part of a state.
 struct host {
-    jmp_buf out; // of the program, to the search
+    jmp_buf out; // way out of the program, back to the search
     struct program_task task;
     const char *broken;
     uint16_t most_points;
@@ -26,10 +27,10 @@ struct host {
     uint8_t stack[STACK_BYTES];
 };
 
-// Where the program goes on: part of the state.
+// The place where the program goes on; it is part of the state.
 struct place {
     jmp_buf at;
-    uint8_t *low; // of its stack
+    uint8_t *low; // low end of the stack in use
 };
 
 static struct host *host;
@@ -46,7 +47,7 @@ void *allocate(void *old, size_t bytes)
     return room;
 }
 
-// The unmasked forms: nothing here depends on signals.
+// Uses the forms of setjmp() that do not save the signal mask, because nothing here needs signals.
 static __attribute__((noinline)) void leave(enum program_verdict verdict)
 {
     place.low = (uint8_t *)__builtin_alloca(16) - STACK_MARGIN;
@@ -55,7 +56,7 @@ static __attribute__((noinline)) void leave(enum program_verdict verdict)
     }
 }
 
-// What a piece leaves behind in the part's accounts is no part of a state between two.
+// Clear the part's accounts, so that a state between two pieces does not contain them.
 static void begin_piece(void)
 {
     part.points = 0;
@@ -101,7 +102,7 @@ void program_open(void)
     }
 }
 
-// These two stay apart from their callers because they come back twice.
+// These two functions are not inlined, because they return twice.
 __attribute__((noinline)) enum program_verdict program_go(const struct program_task *task)
 {
     int verdict = _setjmp(host->out);

@@ -15,7 +15,7 @@ void report_begin(FILE *report, uint8_t scenario)
         report, "broken: %s\nfrom \"%s\":\n", program_broken(), board_scenario(scenario));
 }
 
-// Events stand before the piece in which they happen.
+// Report one step. Events are written before the piece in which they happen.
 static void report_step(FILE *report, const struct step *step)
 {
     for (unsigned event = 0; event < PART_EVENT_KINDS; event++) {
@@ -36,7 +36,8 @@ static void report_step(FILE *report, const struct step *step)
 
 void report_way(FILE *report, const struct steps *steps, uint32_t last)
 {
-    // From the end to the beginning: a way is a few steps long.
+    // The steps are linked from the end to the beginning. A way has only a few steps, so that each
+    // step is found by walking from the end.
     for (uint32_t shown = STEP_FIRST; last != shown;) {
         uint32_t first = last;
         while (steps->steps[first].parent != shown) {

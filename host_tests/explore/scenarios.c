@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Situations to begin from.
+// The situations from which the search begins.
 #include "explore/board.h"
 #include "explore/judge.h"
 #include "explore/part.h"
 #include "explore/scene.h"
 
-// Single periods, a run, intervals of several periods, a reversal.
+// A line with single periods, a pulse train, intervals of several periods and a reversal.
 #define LINE(flags) BLOCK(START(flags), {3, 1}, {17, 1}, {1, 1}, {-1, 1}, END)
-// Behind its run, of which 17 + 3 steps are made but the last.
+// Position behind its pulse train: all of 3 + 17 steps are made except the last.
 #define BEHIND_TRAIN_STEPS 19
 
 static bool running(void)
@@ -43,7 +43,7 @@ static bool near_end_of_train(void)
     return in_delay() && scene_engine()->left == 1;
 }
 
-// Behind the run: the step is made, its interval goes on.
+// Behind the pulse train: the step is made, and the interval behind it goes on.
 static bool in_long_interval(void)
 {
     return in_delay() && judged.position >= BEHIND_TRAIN_STEPS && !scene_engine()->pulse;
@@ -163,7 +163,7 @@ static bool prepare_done(void)
     return load_and_arm() && scene_pass_until(finished);
 }
 
-// Streamed, and the host falls silent.
+// A line that the host streams, until the host falls silent.
 static bool load_open_line(void)
 {
     bool taken = BLOCK(START(0), {1, 1}, {2, 1});
@@ -200,7 +200,7 @@ static bool prepare_estop(void)
     return there && scene_pass_until(failed);
 }
 
-// Intervals short enough for an interrupt that comes too late.
+// Intervals that are short enough for an underrun.
 static bool load_fast(void)
 {
     scene_pixel_hz(1500);

@@ -15,16 +15,16 @@
 struct search {
     struct search_counts *counts;
     struct steps steps;
-    struct layer now, next;     // between pieces
-    struct layer here, further; // at points of the piece in work
-    struct layer judged;        // at rest
+    struct layer now, next;     // states between pieces
+    struct layer here, further; // states at points of the current piece
+    struct layer judged;        // states at rest
     struct state power_on;
-    const struct state *from; // in work
-    struct step last;         // taken from there
-    uint8_t scenario;         // read by what program_call() calls
+    const struct state *from; // the current state
+    struct step last;         // the step taken from there
+    uint8_t scenario;         // read by functions that program_call() calls
 };
 
-// Not part of the program's memory.
+// The search's data are not part of the program's memory.
 static struct search *search;
 
 static void save(struct state *state)
@@ -61,7 +61,8 @@ static void arrive(struct layer *layer, const uint8_t *left, bool with_step)
     state->schedules += search->from->schedules;
 }
 
-// These events are possible at the point of the restored state; they are taken from what is left.
+// Choose these events if they are possible at the point of the restored state, and take them from
+// those that are left.
 static bool choose(uint8_t events, uint8_t *left)
 {
     for (unsigned event = 0; event < PART_EVENT_KINDS; event++) {
@@ -75,7 +76,7 @@ static bool choose(uint8_t events, uint8_t *left)
     return true;
 }
 
-// From search->from to the next point or to the end of the piece.
+// Run the program from search->from to the next point or to the end of the piece.
 static enum program_verdict go_on(uint8_t piece, uint8_t events, bool disturbed)
 {
     uint8_t left[PART_EVENT_KINDS];
@@ -130,7 +131,7 @@ static enum program_verdict train_piece(const struct state *before, uint8_t piec
     return verdict;
 }
 
-// The pieces from `first` on, each from every state of the layer.
+// Run the pieces from `first` on, each from every state of the layer.
 static enum program_verdict segment_pieces(uint8_t first, uint8_t pieces)
 {
     enum program_verdict verdict = PROGRAM_FINE;
@@ -146,7 +147,7 @@ static enum program_verdict segment_pieces(uint8_t first, uint8_t pieces)
     return verdict;
 }
 
-// Whether this state was judged already, however many events are left.
+// True when this state was judged already, with any number of events left.
 static bool was_judged(const struct state *state)
 {
     uint64_t hash[2];
@@ -180,7 +181,7 @@ static void prepare(void)
     part_point();
 }
 
-// Where every sequence begins.
+// Make the state from which every sequence begins.
 static enum program_verdict begin(const struct search_limits *limits)
 {
     const uint64_t none[2] = {0, 0};
@@ -232,7 +233,7 @@ static void open_search(void)
     struct search *opened = allocate(NULL, sizeof *opened);
 
     memset(opened, 0, sizeof *opened);
-    // Before anything is saved: the pointer lies in what is.
+    // This must come before anything is saved, because the pointer itself lies in saved memory.
     search = opened;
     program_open();
     save(&search->power_on);

@@ -6,7 +6,7 @@
 
 #include "explore/program.h" // allocate
 
-// A power of two.
+// Slots of a new table, a power of two.
 #define FIRST_SLOTS 4096u
 
 static uint32_t *slot_of(const struct layer *layer, const uint64_t hash[2])

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// firmware/hal/avr/step_isr.S in C, statement by statement; its labels stand beside. One C
-// statement touches memory once where the assembly does, and this file is compiled like the
-// firmware: a point before every access. Interrupts are off but for call_c_nested.
+// firmware/hal/avr/step_isr.S in C, statement by statement; comments name the labels of the
+// assembly. A C statement touches memory once where the assembly does, and this file is compiled
+// like the firmware, so that there is a point before every access. Interrupts are off, except in
+// call_c_nested.
 #include "explore/step_isr.h"
 
 #include <avr/io.h>
@@ -144,7 +145,7 @@ static void command(uint8_t high)
     }
 }
 
-// step_isr_entry, .Lrare. True: a train was taken, its first period is to be loaded.
+// step_isr_entry, .Lrare. Returns true when a train was taken, whose first period must be loaded.
 static bool entry(void)
 {
     uint8_t tail = engine->tail;

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Contracts of the hal that the step engine has no part in, answered in the simplest way. Time
-// passes by a millisecond a round.
+// SPDX-License-Identifier: MIT The simplest stand-ins for the parts of the hal that the step engine
+// does not use. A round takes a millisecond.
 #include "explore/scene.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"

@@ -72,7 +72,7 @@ bool bench_start_line(void)
     return axis_released(axis);
 }
 
-// The ledger takes blocks that follow each other without a look at the marks.
+// The ledger accounts for successive blocks without reading the marks.
 static void check_blocks(const struct feed *feed)
 {
 #if FEED_BLOCKS > 0

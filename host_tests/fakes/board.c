@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Time, and the contracts that are nothing but time: clock, cpu, pins.
+// Fakes of time and of the simple contracts: clock, cpu, pins.
 #include "fakes/board.h"
 
 #include "fakes/board_parts.h"

@@ -17,7 +17,7 @@
 #include "wire/register_map.h"
 
 #define FIRST_EDGE_TICKS 5000u
-// Three quarters of the queue, and one: a line without end may be armed from there on.
+// Three quarters of the queue and one entry more: a line without its end may then be armed.
 #define LONG_ENTRIES (CONFIG_QUEUE_ENTRIES / 4u * 3u + 1u)
 
 void bench_clock_on(void)
@@ -30,7 +30,7 @@ void bench_clock_off(void)
     fake_pixel_clock(0, 0, 0);
 }
 
-// What a reset leaves at 0 on the board.
+// Clear everything that a reset of a board clears.
 static void forget(void)
 {
     drivers_start();
@@ -56,7 +56,8 @@ void bench_power_on(void)
     bench_clock_on();
 }
 
-// The tests stand in the place of a host that wrote the setting: no check, no effect on the rest.
+// A test that changes a setting here stands for a host that has written it. The value is not
+// checked, and the change has no other effect.
 struct settings *bench_settings(void)
 {
     return settings_record();

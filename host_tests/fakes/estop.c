@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// hal/estop.h over a level that a suite sets; without noise nothing needs to be confirmed.
+// A fake of hal/estop.h: a suite sets the level. There is no noise, so that one look is enough.
 #include "hal/estop.h"
 
 #include "fakes/board.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// hal/pixel_clock.h over an exact source of edges.
+// A fake of hal/pixel_clock.h with an exact source of edges.
 #include "hal/pixel_clock.h"
 
 #include "fakes/board.h"
@@ -9,7 +9,7 @@
 
 static struct pixel_period period;
 static struct pixel_grid grid;
-static uint32_t next_ticks; // edge at the pin
+static uint32_t next_ticks; // next edge at the pin
 static bool on;
 static bool waiting;
 static bool overrun;

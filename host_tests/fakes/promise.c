@@ -5,7 +5,7 @@
 
 uint16_t promise_broken;
 
-// Weak: a suite that links app gets app's.
+// Weak, so that a suite that links app gets the function of app.
 __attribute__((weak)) void require_failed(uint16_t line)
 {
     promise_broken = line;

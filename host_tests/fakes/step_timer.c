@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// hal/step_timer.h with a virtual interrupt: served at the start of the newest loaded
-// period, it loads the one behind that.
+// hal/step_timer.h with a virtual interrupt. The interrupt is served at the start of the newest
+// loaded period, and loads the period behind that one.
 #include "hal/step_timer.h"
 
 #include "fakes/board.h"
@@ -8,18 +8,19 @@
 
 struct timer {
     struct step_engine engine;
-    uint32_t start_ticks;   // of the newest loaded period,
-    uint32_t running_ticks; //   of the one before it,
-    uint32_t end_ticks;     //   and the newest one's end
+    uint32_t start_ticks;   // start of the newest loaded period
+    uint32_t running_ticks; // start of the period before that one
+    uint32_t end_ticks;     // end of the newest loaded period
     struct step_load held;  // the timer's registers
-    bool pulsed;            // its compare flag
+    bool pulsed;            // the timer's compare flag
     bool late;
-    bool stopped; // its interrupt is off
+    bool stopped; // the timer's interrupt is off
 };
 
 struct fake_axis fake_axes[CONFIG_AXES];
 static struct timer timers[CONFIG_AXES];
-// On the AVR they lie where the board's do, or the gap before them would cost the stack.
+// On the AVR the rings lie where the board's rings do: elsewhere the gap before them would take
+// memory from the stack.
 #if defined(__AVR__)
 #define AT_START_OF_RAM __attribute__((section(".step_rings,\"aw\",@nobits;")))
 #else

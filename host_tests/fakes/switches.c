@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// hal/switches.h over levels that a suite sets.
+// A fake of hal/switches.h: a suite sets the levels.
 #include "hal/switches.h"
 
 #include "fakes/board.h"

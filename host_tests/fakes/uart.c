@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// hal/uart.h: bytes arrive at the instant they are given; a reply leaves at line speed.
+// A fake of hal/uart.h: bytes arrive at the instant at which a suite gives them, and a reply leaves
+// at the rate of the bus.
 #include "hal/uart.h"
 
 #include <string.h>
@@ -14,7 +15,7 @@ struct fake_line fake_line;
 
 static uint8_t *buffer;
 static uint16_t received; // bytes in the buffer
-static uint16_t gap;      // before the first silence among them, 0 none
+static uint16_t gap; // number of bytes before the first silence among them, 0: no silence
 static bool deaf;
 static uint8_t overruns;
 static uint32_t last_byte_ticks;

@@ -21,7 +21,8 @@ const int16_t worked_ramp[WORKED_RAMP_PX] = {
     948,
 };
 
-// Spec 1.8, row B=0; with B=1000 the same up to pixel 15.
+// Expected positions of the worked example without backlash; with a backlash of 1000 steps they are
+// the same up to pixel 15.
 static const int16_t whole_positions[WORKED_ANCHORS_PX] = {
     4,
     16,
@@ -42,7 +43,7 @@ static const int16_t whole_positions[WORKED_ANCHORS_PX] = {
     6418,
 };
 
-// Spec 1.8, row B=250.
+// Expected positions of the worked example with a backlash of 250 steps.
 static const int16_t quarter_positions[WORKED_ANCHORS_PX] = {
     0,
     6,
@@ -73,7 +74,7 @@ uint16_t worked_pixels(uint16_t backlash_steps)
     return (uint16_t)(2u * WORKED_RAMP_PX + CONSTANT_PX + 2u * lead(backlash_steps));
 }
 
-// Runs between the marks; a zero pixel before and after when there is backlash.
+// The segments between the marks. With backlash there is a zero pixel before and after them.
 static bool worked_segment(uint16_t backlash_steps, uint8_t index, struct segment *entry)
 {
     uint8_t zeros = lead(backlash_steps);

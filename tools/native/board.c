@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// A board without hardware on standard input and output: the firmware's serial line, server,
-// registers and queues, natively, on the suites' fakes. Speaks as much of the simulator's control
-// protocol as a Modbus client needs, and shows what the queues hold:
+// A board without hardware on standard input and output: the firmware's bus port, server, registers
+// and queues, natively, on the suites' fakes. The program speaks as much of the simulator's control
+// protocol as a Modbus client needs, and shows the contents of the queues:
 //
 //   run CYCLES           ok CYCLE         let time pass
-//   tx HEX [TIMEOUT]     rx HEX CYCLE     send, then wait for the reply's end (rx - if none)
-//   pop AXIS             runs C,R C,R ... empty an axis' queue, as its decoder does
+//   tx HEX [TIMEOUT]     rx HEX CYCLE     send, then wait for the reply's end (rx -: no reply)
+//   pop AXIS             runs C,R C,R ... empty an axis's queue, as its decoder does
 //   quit                 ok
 //
-// Options are taken from the simulator's command line and not looked at.
+// The program accepts the options of the simulator's command line and ignores them.
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -24,7 +24,7 @@
 
 #define ADDRESS 1u
 #define ROUND_TICKS                                                                      \
-    8000u // the serial line is looked at more often than a silence is long
+    8000u // shorter than a silence on the bus, so that no silence is missed
 #define CHARACTER_TICKS ((uint32_t)(CONFIG_TIMER_HZ * 11u / 115200uL))
 #define CHUNK           8u // characters between two looks
 #define SILENCE_TICKS   28032u
@@ -48,7 +48,7 @@ static void run(uint64_t cycles)
     pass((uint32_t)cycles);
 }
 
-// The bytes of a row of hexadecimal digits; false if it is none.
+// Send the bytes of a row of hexadecimal digits; false if the row is malformed.
 static bool send_hex(const char *digits)
 {
     size_t length = strspn(digits, "0123456789abcdefABCDEF");
@@ -71,7 +71,7 @@ static bool send_hex(const char *digits)
     return true;
 }
 
-// What the board says; without a reply at least a silence passes.
+// Take the board's reply. When there is none, at least a silence passes.
 static uint16_t take_reply(const uint8_t **reply)
 {
     uint16_t sent = 0;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// pixstep-plan: the edges a board will make, from the same core, without a board. Runs go through
-// the board's own check, decoder and ring; a loop in place of the step interrupt reads the ring.
+// pixstep-plan: the edges that a board will make, from the same core, without a board. Segments go
+// through the board's own check, decoder and ring; a loop in place of the step interrupt reads the
+// ring.
 //
-//   stdin    one run a line: "count repeat"
+//   stdin    one segment in each row: "count repeat"
 //   stdout   CSV step,tick (tick 0 = line zero) or with --pixels pixel,tick,expected_steps
 //   exit     0 done, 2 refused or wrong use (one line on stderr)
 #include <getopt.h>
@@ -118,7 +119,7 @@ static void print_pixels(struct plan *plan, struct pixel_grid *grid, uint64_t *e
     }
 }
 
-// One period, as the step interrupt would load it.
+// Load one period as the step interrupt would do.
 static void load_period(struct plan *plan)
 {
     struct step_load load = step_engine_next(&plan->engine, &plan->ring);
@@ -151,7 +152,8 @@ static void release(struct plan *plan)
     plan->released = axis_released(&plan->axis);
 }
 
-// Decode, then let the interrupt's stand-in take one period; print what became known.
+// Decode, let the stand-in of the interrupt take one period, and print new edges, until the line is
+// over or needs more entries.
 static void run_line(struct plan *plan,
                      struct pixel_grid *grid,
                      uint64_t *edge,
@@ -199,7 +201,7 @@ static void queue_entry(struct plan *plan, int32_t count, uint32_t repeat)
     }
 }
 
-// A whole number and the blanks behind it; moves on behind them.
+// Read a whole number and skip the blanks behind it; *text moves behind them.
 static bool take_number(const char **text, long min, long max, long *value)
 {
     char *end = NULL;

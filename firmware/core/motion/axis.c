@@ -22,14 +22,16 @@ static APART struct segment read_segment(const uint8_t *bytes)
     };
 }
 
-// True when every entry is possible after what is queued; the check then stands behind the block.
+// True when every entry is possible after the queued ones. The axis's check then has passed the
+// whole block.
 static bool check_block(struct axis *axis,
                         const struct line_limits *limits,
                         const uint8_t *entries,
                         uint8_t count,
                         uint8_t *whole_lines)
 {
-    // At rest there is no line to follow without a gap: any direction may come next.
+    // An axis at rest has no line that the new one could follow without a pause: any direction may
+    // come next.
     if (axis->life.state == AXIS_EMPTY || axis->life.state == AXIS_DONE) {
         line_check_reset(&axis->check);
     }
@@ -52,7 +54,7 @@ static bool check_block(struct axis *axis,
     return true;
 }
 
-// There is room for all of them.
+// Queue the entries of a block. The caller has made sure that there is room for all of them.
 static void push_block(struct axis *axis, const uint8_t *entries, uint8_t count)
 {
     for (uint8_t i = 0; i < count; i++) {
@@ -60,7 +62,8 @@ static void push_block(struct axis *axis, const uint8_t *entries, uint8_t count)
     }
 }
 
-// A line longer than the memory may start when most of the memory is full.
+// Report that the axis may be armed: when the queue holds a whole line, or when most of the queue
+// is full, since a line may be longer than the queue.
 static void report_queue(struct axis *axis)
 {
     if (axis->whole_lines != 0 ||
@@ -71,12 +74,12 @@ static void report_queue(struct axis *axis)
     }
 }
 
-// May this block be checked and queued? BLOCK_TAKEN: it may.
+// Decide whether this block may be checked and queued. BLOCK_TAKEN means that it may.
 static enum block_result admit_block(const struct axis *axis,
                                      uint16_t block,
                                      uint8_t count)
 {
-    // What is queued will be discarded when the axis rests.
+    // The queue will be discarded as soon as the axis is at rest.
     if (axis->life.state == AXIS_STOPPING) {
         return BLOCK_FULL;
     }
@@ -121,7 +124,7 @@ enum block_result axis_queue_block(struct axis *axis,
     return BLOCK_TAKEN;
 }
 
-// The start mark's word, when it is in front.
+// The word of the start mark, when that mark is at the front of the queue.
 static uint16_t front_word(const struct axis *axis)
 {
     struct segment mark = {0};
@@ -212,7 +215,7 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     axis->phase = DECODE_OUTSIDE;
     feed_reset(&axis->feed, axis->feed.ring, ring_slot);
     axis->feed.negative = axis->ledger.negative;
-    // A run's rest was cut off and accounted for before: ledger_follow() sees the cut.
+    // A pulse train that was cut off is accounted for already: ledger_follow() sees the cut.
     ledger_skip_to(&axis->ledger, ring_slot);
     axis->feed.written_ticks = axis->ledger.taken_ticks;
     (void)lifecycle_report(&axis->life, LIFECYCLE_SETTLED);
@@ -226,8 +229,8 @@ void axis_line_finished(struct axis *axis)
     }
 }
 
-// A queued line that does not wait for the clock follows at once. Seeks stand alone: their switch
-// is watched from arming to rest.
+// True when the next queued line follows at once, because it does not wait for the clock. A seek
+// never follows another line and none follows it: its switch is watched from arming to rest.
 static bool line_chains(const struct axis *axis)
 {
     return start_queued(axis) && !axis->line.seek &&

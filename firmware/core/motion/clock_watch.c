@@ -3,10 +3,12 @@
 
 #include "base/apart.h" // APART
 
-// No running line survives so many missing edges (reference_overdue()): the line is over.
+// Most missing edges in a row while a line is followed. With more of them the line must be over: a
+// running line ends with a fault before (reference_overdue()).
 #define MISSED_MAX 4u
 
-// The interval since the edge before, if it is off by more than a sixteenth of the pixel period.
+// Compare the interval since the last edge with the pixel period. watch->odd keeps the interval if
+// it is off by more than a sixteenth of the period.
 static void compare_interval(struct clock_watch *watch,
                              uint32_t period_ticks,
                              uint32_t edge_ticks)
@@ -69,7 +71,7 @@ bool clock_watch_edge(struct clock_watch *watch,
     if ((int32_t)(edge_ticks - watch->next_ticks) < -half_period) {
         return false;
     }
-    // Edges that never came are passed over, so that one gap does not shift all later ones.
+    // Edges that never came are skipped, so that one gap does not shift all later edges.
     while ((int32_t)(edge_ticks - watch->next_ticks) > half_period) {
         if (missed == MISSED_MAX) {
             watch->following = false;

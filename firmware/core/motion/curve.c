@@ -4,18 +4,20 @@
 #include "base/divide.h"   // divide_u32_u16
 #include "base/multiply.h" // multiply_*
 
-// No interval of a curve that may have become flat differs by as much from the one before.
+// As long as an interval is shorter than the last one by this much (ticks) or more, the curve
+// cannot have become flat.
 #define FLAT_CHANGE_MAX 6
 
-// How a curve begins to be steep that was flat.
+// Change of the interval from step to step, ticks, with which a flat curve becomes steep.
 #define STEEPEN_CHANGE 2
 
-// Out of the way of what goes on at every batch.
+// For rare work: keep it out of the functions that every batch passes through.
 #define COLD __attribute__((noinline))
 
-// A curve is flat for now if the interval changes by less than two ticks from step to step, that is
-// if gain_growth / 2 < difference: then the change stays well below four ticks for a sixteenth as
-// many steps as the interval has ticks. Below an eighth of a tick it does so for any batch.
+// True when growth, whatever its sign, is below slope. A curve is flat for now if its interval
+// changes by less than two ticks from step to step, that is if gain_growth / 2 < difference: the
+// change then stays well below four ticks for a sixteenth as many steps as the interval has ticks.
+// A change below an eighth of a tick stays below four ticks for a whole batch of any length.
 static bool is_below(int32_t growth_high, int32_t slope_high)
 {
     return (growth_high < 0 ? -growth_high : growth_high) < slope_high;
@@ -51,13 +53,14 @@ void curve_start(struct curve *curve,
     }
 }
 
-// Has a curve that speeds up become flat? Below three ticks it may: the change only shrinks.
+// Make a curve that speeds up flat once its interval changes by less than three ticks from step to
+// step. The curve then stays flat, because the change only shrinks.
 static COLD void curve_flatten(struct curve *curve)
 {
     struct curve_place at = curve->state.steep.at;
     uint16_t ticks = (uint16_t)curve->state.steep.last_ticks;
     uint8_t kind = curve->state.steep.end_kind;
-    // Both without their lowest 8 bits.
+    // Both are without their lowest 8 bits.
     uint32_t half_slope_growth = multiply_u32_u16((uint16_t)at.half, ticks) >> 8;
     uint32_t half_gain_growth = multiply_u32_u16(half_slope_growth, ticks);
     uint32_t slope = (uint32_t)at.slope.high;
@@ -69,7 +72,7 @@ static COLD void curve_flatten(struct curve *curve)
     }
 }
 
-// A curve that slows down is no longer flat.
+// Make a curve that slows down steep: its interval changes too much from step to step.
 static COLD void curve_steepen(struct curve *curve)
 {
     uint16_t last_ticks = (uint16_t)(curve->state.flat.flat.top + 1u);
@@ -81,7 +84,7 @@ static COLD void curve_steepen(struct curve *curve)
     curve_steep_enter(&curve->state.steep, &at, last_ticks, STEEPEN_CHANGE);
 }
 
-// Choose how to go on, and for how many steps of `count`.
+// Choose the decoder of the next steps. Returns for how many of `count` steps the choice holds.
 static uint8_t choose_kind(struct curve *curve, uint8_t count)
 {
     const struct curve_flat *flat = &curve->state.flat.flat;

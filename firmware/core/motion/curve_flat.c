@@ -8,32 +8,33 @@
 #include "motion/curve_flat_layout.h"
 #include "motion/step_ring.h" // struct step_ring
 
-// How far the steps' loop got. It ends early where the high byte of q - 1 changes.
+// How far the loop over the steps got. The loop ends early where the high byte of q - 1 changes.
 struct progress {
     uint16_t
-        extra_ticks; // beyond (q - 1) + 1 at the start for each step; may be negative
-    uint8_t left;    // steps not made
+        extra_ticks; // ticks beyond q of the loop's start, for each step; may be negative
+    uint8_t left;    // steps that were not made
     uint8_t
-        carried; // not 0: some low byte is 0 because q - 1 ended in FF and q was taken
+        carried; // not 0: a low byte is 0 by a carry, and its high byte is one too low
 };
 
-// From step to step the interval changes by c = a*T/v^3 ticks, and rounding adds one: behind a step
-// that took q or q + 1 the sums belong to a place up to c + 2 ticks from the root, and so many
-// times speed * T, which is what a tick adds, must fit half the modulus. For c = 1 and c = 4
-// (loose), in units of 2^8:
+// Limits of speed * T, in units of 2^8. The interval changes by c = a*T/v^3 ticks from step to
+// step, and rounding adds one tick. Behind a step of q or q + 1 ticks the sums therefore belong to
+// a place up to c + 2 ticks from the root. Each tick adds speed * T, so that c + 2 times speed * T
+// must fit half the modulus. The limits are for c = 1 and, where their names say LOOSE, for c = 4.
 #define NARROW_MAX       0x002A0000
 #define NARROW_LOOSE_MAX 0x00150000
 #define WIDE_MAX         0x2A000000
 #define WIDE_LOOSE_MAX   0x15000000
-// slope_growth is below c * v^2, and narrow it has three bytes.
+// slope_growth is below c * v^2, and the narrow loop keeps three bytes of it.
 #define NARROW_SPEED_MAX       2800u
 #define NARROW_LOOSE_SPEED_MAX 1400u
-// Speeds with cubes that fit 40 bits.
+// Largest speed whose cube fits 40 bits.
 #define CUBE_MAX 8191u
-// Intervals stay 16 bits long while this many times the speed is more than T.
+// An interval fits 16 bits as long as T is no more than this many times the speed.
 #define INTERVAL_MAX 0xFB00u
 
-// By the largest speed * T, without its lowest 8 bits, and that speed.
+// The kind of a curve whose largest speed is `speed`; slope: speed * T without its lowest 8 bits.
+// loose: the interval may change by up to 4 ticks from step to step, else by up to 1.
 static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
 {
     if (slope >= (loose ? WIDE_LOOSE_MAX : WIDE_MAX)) {
@@ -45,7 +46,8 @@ static enum curve_flat_kind kind_of(int32_t slope, uint16_t speed, bool loose)
                : CURVE_FLAT_WIDE;
 }
 
-// What a*T may be at least for the interval to change by a tick; the lowest 8 bits are missing.
+// The cube of the speed, without its lowest 8 bits: the a*T at which the interval changes by one
+// tick from step to step.
 static int32_t cube_of(uint16_t speed)
 {
     uint16_t base = speed < CUBE_MAX ? speed : CUBE_MAX;
@@ -53,6 +55,7 @@ static int32_t cube_of(uint16_t speed)
     return wide_times(wide_from_int32((int32_t)multiply_u32_u16(base, base)), base).high;
 }
 
+// speed * T, without its lowest 8 bits.
 static int32_t slope_of(uint32_t ticks, uint16_t speed)
 {
     return wide_times(wide_from_int32((int32_t)ticks), speed).high;
@@ -128,7 +131,8 @@ _Static_assert(offsetof(struct curve_flat, residual) == CURVE_FLAT_RESIDUAL &&
 _Static_assert(sizeof(struct progress) == 4 && offsetof(struct progress, left) == 2,
                "known to curve_flat_steps.S");
 
-// curve_flat_steps.S. Low bytes of the entries go to `low` and behind, by an 8-bit index.
+// In curve_flat_steps.S: make up to `count` steps. The entries' low bytes go to `low` and behind;
+// only the low byte of the address advances, so that the ring wraps.
 struct progress curve_flat_narrow(struct curve_flat *flat,
                                   volatile uint8_t *low,
                                   uint8_t count);
@@ -146,8 +150,9 @@ static inline struct progress make_flat_steps(struct curve_flat *flat,
                                            : curve_flat_wide(flat, &lows[slot], count);
 }
 
-// highs[slot] and behind, by an 8-bit index: the ring's arrays lie on 256-byte boundaries. Four at
-// a time: 4 cycles an entry.
+// Store `value` in `count` slots from highs[slot] on. Only the low byte of the address advances:
+// the ring's arrays lie on 256-byte boundaries, so that the slots wrap. Four stores a pass take 4
+// cycles an entry.
 static inline void fill_highs(volatile uint8_t *highs,
                               uint8_t slot,
                               uint8_t count,
@@ -193,6 +198,7 @@ static inline void fill_highs(volatile uint8_t *highs,
     }
 }
 
+// Make q one tick longer.
 static void interval_up(struct curve_flat *flat)
 {
     struct wide slope_growth = wide_from_int32(flat->slope_growth);
@@ -206,6 +212,7 @@ static void interval_up(struct curve_flat *flat)
     flat->top++;
 }
 
+// Make q one tick shorter.
 static void interval_down(struct curve_flat *flat)
 {
     struct wide slope_growth = wide_from_int32(flat->slope_growth);
@@ -219,7 +226,7 @@ static void interval_down(struct curve_flat *flat)
     flat->top--;
 }
 
-// Move q by one if neither q nor q + 1 will do; what that adds to a step.
+// Move q by one tick if the next step fits neither q nor q + 1. Returns the move, 0 for none.
 static int8_t move_interval(struct curve_flat *flat)
 {
     struct wide value = wide_add(flat->residual, flat->gain);
@@ -236,7 +243,8 @@ static int8_t move_interval(struct curve_flat *flat)
     return 0;
 }
 
-// Move q as far as needed; false when q - 1 has got another high byte.
+// Move q until the next step takes q or q + 1. False when the high byte of q - 1 has changed, which
+// ends the loop over the steps.
 static bool fit_interval(struct curve_flat *flat, uint8_t left, uint16_t *extra_ticks)
 {
     uint8_t high = (uint8_t)(flat->top >> 8);
@@ -249,7 +257,7 @@ static bool fit_interval(struct curve_flat *flat, uint8_t left, uint16_t *extra_
     return moved == 0;
 }
 
-// What curve_flat_steps.S does.
+// The steps as curve_flat_steps.S makes them, for every other processor.
 static struct progress make_flat_steps(struct curve_flat *flat,
                                        bool narrow,
                                        volatile uint8_t *lows,
@@ -284,7 +292,8 @@ static struct progress make_flat_steps(struct curve_flat *flat,
 
 #endif
 
-// Entries whose low byte is 0 by a carry need the next high byte.
+// Give each entry whose low byte is 0 by a carry the next high byte. The first entry's high byte is
+// not in the ring yet but in *made.
 static void carry_highs(struct step_ring *ring,
                         uint8_t slot,
                         uint8_t count,
@@ -324,7 +333,8 @@ void curve_flat_burst(struct curve_flat *flat,
         }
         struct progress progress = make_flat_steps(flat, narrow, ring->low, slot, count);
         uint8_t done = (uint8_t)(count - progress.left);
-        // Moves of q were counted for the steps that were left too, and those begin anew.
+        // Each move of q was counted for the steps that are left, too. Those steps begin anew with
+        // the moved q, so that their share is taken back.
         uint16_t moved = (uint16_t)(progress.left * (uint16_t)(flat->top - top));
         uint32_t extra_ticks = (uint32_t)(int32_t)(int16_t)(progress.extra_ticks - moved);
         made->ticks += multiply_u32_u16((uint32_t)top + 1u, done) + extra_ticks;

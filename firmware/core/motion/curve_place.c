@@ -10,7 +10,7 @@ void curve_place_start(struct curve_place *place,
 {
     struct wide factor = wide_from_int32((int32_t)ticks);
     struct wide slope = wide_times(factor, start_speed);
-    // T*T from the halves of T.
+    // T*T, as the sum of T times each half of T.
     struct wide lower = wide_times(factor, (uint16_t)ticks);
     uint32_t upper = multiply_u32_u16(ticks, (uint16_t)(ticks >> 16));
 

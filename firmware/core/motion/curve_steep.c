@@ -8,18 +8,21 @@
 #include "motion/curve_steep_layout.h"
 #include "motion/step_ring.h" // struct step_ring
 
-// Why 40 bits are enough behind a guess that missed by no more than this: it misses by the second
-// difference g = 3c*c/d of the intervals (c: change from step to step) and up to 4 ticks by
-// rounding, so g was below 16. Where the last difference D is above 2^28.9, c/d = 2h*d/D is below
-// a fourteenth, and the next miss below 23 + 4 ticks: below 2^39 / D up to D = 2^34.2. Beyond, T
-// being below 2^24 and 2h below 2^15, g itself is below 2^39 / D - 4 up to D = 2^36.4, the limit.
-// Where D is smaller there is room for any miss that could follow.
+// Behind a guess that missed by no more than this, 40 bits are enough for the next step. A guess
+// misses by the second difference g = 3c*c/d of the intervals (d: interval, c: its change from step
+// to step) and by up to 4 ticks of rounding, so g was below 16. Let D be the last difference:
+//   D above 2^28.9: c/d = 2h*d/D is below a fourteenth, and the next miss is below 23 + 4 ticks,
+//       which is below 2^39 / D up to D = 2^34.2;
+//   D above 2^34.2: T is below 2^24 and 2h below 2^15, so that g itself is below 2^39 / D - 4 up to
+//       D = 2^36.4, the limit;
+//   a smaller D leaves room for any miss that could follow.
 #define MISS_MAX ((uint32_t)CURVE_STEEP_MISS_MAX)
-// Intervals to extrapolate from.
+// Longest interval to extrapolate from, ticks.
 #define QUICK_TICKS_MAX 0x7FFFu
-// Half the change at the start of a piece: its square has 16 bits.
+// Most of half the change between the first intervals of a piece, ticks: its square fits 16 bits.
 #define START_CHANGE_MAX 255u
 
+// Add an entry to the sum of the batch.
 static void add_top(struct curve_steep *steep, uint16_t top)
 {
     uint32_t sum = (uint32_t)top + (uint16_t)((steep->tops[1] << 8) | steep->tops[0]);
@@ -43,16 +46,18 @@ _Static_assert(offsetof(struct curve_steep, at.residual) == CURVE_STEEP_RESIDUAL
                    offsetof(struct curve_steep, first_high) == CURVE_STEEP_FIRST_HIGH,
                "known to curve_steep_fit.S and curve_steep_steps.S");
 
-// curve_steep_fit.S.
+// In curve_steep_fit.S:
 
-// The interval from a guess (1..2^24-1) of it, and the state behind the step.
+// The next interval, ticks, from a guess of it (1..2^24-1). Moves *steep behind the step.
 uint32_t curve_steep_fit(struct curve_steep *steep, uint32_t ticks);
 
 // Largest r with r * r <= value. 370 cycles.
 uint16_t curve_steep_root(uint32_t value);
 
-// curve_steep_steps.S. Entries go to `low` and behind, by an 8-bit index, and 256 bytes higher, but
-// for the first. The low byte of the address behind the last.
+// In curve_steep_steps.S: make up to `count` steps as long as extrapolation is good. The entries'
+// low bytes go to `low` and behind, where only the low byte of the address advances; their high
+// bytes go 256 bytes higher, except the first one, which goes to steep->first_high. Returns the low
+// byte of the address behind the last entry.
 uint8_t curve_steep_steps(struct curve_steep *steep,
                           volatile uint8_t *low,
                           uint8_t count);
@@ -105,7 +110,7 @@ static uint16_t curve_steep_root(uint32_t value)
     return root;
 }
 
-// One extrapolated step, modulo 2^40.
+// Make one extrapolated step, computed modulo 2^40.
 static void make_quick_step(struct curve_steep *steep)
 {
     struct wide half = wide_from_int32(steep->at.half);
@@ -138,7 +143,7 @@ static void make_quick_step(struct curve_steep *steep)
     steep->at.slope = wide_add(difference, twice_half);
 }
 
-// What curve_steep_steps.S does.
+// The steps as curve_steep_steps.S makes them, for every other processor.
 static uint8_t make_steep_steps(struct curve_steep *steep,
                                 volatile uint8_t *low,
                                 volatile uint8_t *high,
@@ -184,9 +189,10 @@ void curve_steep_enter(struct curve_steep *steep,
     steep->good = last_ticks <= QUICK_TICKS_MAX;
 }
 
-// At the start speed v an interval has q = T/v ticks and changes by 2u = 2qh/(v*v) to the next one.
-// The first has q - u, and another before it would have had q + u. What this leaves out, the second
-// difference, is 12*u*u/q.
+// Extrapolate from the start speed, as if the piece had an interval before its first one. At the
+// start speed v an interval has q = T/v ticks, and the next one is shorter by 2u = 2qh/(v*v). The
+// first interval has q - u ticks, and one before it would have had q + u: that is kept as the last
+// interval. This leaves out the second difference, 12*u*u/q. False when the numbers are too large.
 static bool foresee_change(struct curve_steep *steep, uint32_t ticks, uint16_t speed)
 {
     int16_t half = steep->at.half;
@@ -218,8 +224,8 @@ void curve_steep_start(struct curve_steep *steep,
     steep->seen = 2;
     steep->good = foresee_change(steep, ticks, start_speed);
     if (!steep->good) {
-        // The first interval is 2T / (v + sqrt(v*v + 4h)): good to an eighth. v has 11 bits here,
-        // and the quotient has its upper 8 at least.
+        // Guess the first interval, 2T / (v + sqrt(v*v + 4h)), to an eighth. v has 11 bits here,
+        // and the quotient has at least its upper 8 bits.
         uint32_t square =
             multiply_u32_u16(start_speed, start_speed) + 4u * (uint32_t)(int32_t)at->half;
         uint16_t speeds = (uint16_t)(4u * start_speed + curve_steep_root(16u * square));
@@ -232,8 +238,9 @@ void curve_steep_start(struct curve_steep *steep,
     }
 }
 
-// A step by a guess that may be far off. It must not be so far that 48 bits are not enough: the
-// next interval is never below 0.41 of the last.
+// Make a step from a guess that may be far off. The guess must not be so far off that 48 bits are
+// not enough. The next interval is never below 0.41 of the last one, so that half the last interval
+// is the smallest guess where the curve speeds up.
 static uint32_t make_slow_step(struct curve_steep *steep)
 {
     uint32_t last = steep->last_ticks;
@@ -252,7 +259,8 @@ static uint32_t make_slow_step(struct curve_steep *steep)
     return ticks;
 }
 
-// Extrapolated steps as long as they are good: how many.
+// Make extrapolated steps, computed modulo 2^40, as long as extrapolation is good. Returns how
+// many.
 static uint8_t make_quick_steps(struct curve_steep *steep,
                                 volatile uint8_t *low,
                                 volatile uint8_t *high,
@@ -268,7 +276,7 @@ static uint8_t make_quick_steps(struct curve_steep *steep,
     return made;
 }
 
-// The same where 40 bits are not enough.
+// Make extrapolated steps where 40 bits are not enough. Returns how many.
 static uint8_t make_wide_steps(struct curve_steep *steep,
                                struct step_ring *ring,
                                uint8_t slot,

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include "motion/decode.h"
 
-// Entries that must be free for a round of decoding to begin: a few steps at a time would cost more
-// in getting there than in decoding.
+// Entries of the ring that must be free for a round of decoding to begin: with a few steps at a
+// time the calls would cost more than the decoding.
 #define DECODE_ROOM 64u
-// And with fewer a round ends.
+// A round of decoding ends when fewer entries than this are free.
 #define DECODE_ROOM_LEFT 32u
 // A round of decoding must stay short: the bus and the starts of lines wait for it. Costs in units
 // of a step of a flat curve, about 60 cycles.
 #define STEEP_STEP_SHIFT 1u
 #define SLOW_STEP_COST   12u
-// Fewer evenly spaced steps are not worth a pulse train,
+// Fewer evenly spaced steps than this are not worth a pulse train,
 #define TRAIN_MIN_STEPS 16u
 // unless their interval is short. Below this interval (ticks) the step interrupt cannot switch from
 // a single period to a pulse train in time, only from one train to another.
 #define TRAIN_ENTRY_MIN_TICKS 160u
-// The next pulse train waits until one of the two is free if the newer train is at least this long:
-// that is time enough for the main loop to return. Otherwise single periods follow for the moment.
+// The next pulse train waits until one of the two trains is free if the newer one is at least this
+// long, ticks: the main loop then returns in time. Otherwise single periods follow for the moment.
 #define TRAIN_WAIT_TICKS ((uint32_t)0x10000)
-// A seek is decoded no further ahead than this (8 ms, several rounds of the main loop), because all
-// steps in the ring are made even if the switch trips.
+// A seek is decoded no further ahead than this, ticks (8 ms, several rounds of the main loop),
+// because all steps in the ring are made even if the switch trips.
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
-// Steps of a curve that are decoded and published together: at most, and while the ring runs low.
-// The ledger takes what was decoded together as a whole, so that much of the ring may lie idle.
+// Most steps of a curve that are decoded and published together; the second holds for a low ring.
+// The ledger accounts for such a batch as a whole, so that a batch's slots stay in use until then.
 #define CURVE_BATCH     (FEED_BLOCKS > 0 ? 60u : 120u)
 #define CURVE_BATCH_LOW 16u
 
@@ -53,15 +53,15 @@ uint32_t decode_ahead_ticks(const struct axis *axis)
     return ahead;
 }
 
-// The piece in work is the last for now.
+// True when no piece may be begun for now: no mark is left, or a seek is decoded far enough ahead.
 static bool no_more_pieces(const struct axis *axis)
 {
     return feed_marks_full(&axis->feed) ||
            (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
 }
 
-// False when nothing can be decoded now. Not inline: its registers would lie on the stack below the
-// decoder of steps.
+// Begin the next piece. False when nothing can be decoded now. Not inline, so that its registers do
+// not lie on the stack below the decoder of steps.
 static bool __attribute__((noinline)) next_piece(struct axis *axis,
                                                  const struct pixel_period *period,
                                                  bool always_take_up)
@@ -83,7 +83,7 @@ static bool __attribute__((noinline)) next_piece(struct axis *axis,
     }
 }
 
-// Steps that must pass before the piece may become a pulse train.
+// Steps that must still pass before the piece may become a pulse train.
 static uint8_t to_stagger(const struct axis *axis)
 {
     uint16_t taken = walk_taken(&axis->walk);
@@ -91,7 +91,7 @@ static uint8_t to_stagger(const struct axis *axis)
     return taken >= axis->stagger ? 0 : (uint8_t)(axis->stagger - taken);
 }
 
-// The next steps can be handed over as a pulse train.
+// True when the next steps can be handed over as a pulse train.
 static bool train_due(const struct axis *axis)
 {
     const struct even *even = &axis->walk.steps.even;
@@ -103,7 +103,7 @@ static bool train_due(const struct axis *axis)
            to_stagger(axis) == 0 && feed_fits_train(&axis->feed, even);
 }
 
-// A train is due but none is free, and there is time to wait for one.
+// True when a train is due but none is free, and there is time to wait for one.
 static bool train_awaited(const struct axis *axis)
 {
     const struct feed *feed = &axis->feed;
@@ -127,7 +127,7 @@ bool decode_is_ahead(const struct axis *axis)
     return phase == DECODE_PIECE && !feed_busy(&axis->feed) && no_more_pieces(axis);
 }
 
-// Behind a step: its pixel edge, more steps or the next piece.
+// Go on behind a step: to its pixel edge, to more steps or to the next piece.
 static void pass_step(struct axis *axis)
 {
     bool over = walk_done(&axis->walk);
@@ -139,7 +139,7 @@ static void pass_step(struct axis *axis)
     }
 }
 
-// Hand as many of the steps to come as the ring has room for to the interrupt.
+// Hand the next steps to the interrupt as a pulse train, as many as the ring has room for.
 static void decode_train(struct axis *axis)
 {
     uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
@@ -154,7 +154,7 @@ static void decode_train(struct axis *axis)
     pass_step(axis);
 }
 
-// Ordinary steps, evenly spaced: a whole burst with everything in registers.
+// Decode ordinary steps, evenly spaced: a whole burst with everything in registers.
 static uint32_t burst_even(struct axis *axis, uint8_t count)
 {
     struct step_ring *ring = axis->feed.ring;
@@ -173,8 +173,9 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
     return sum;
 }
 
-// Ordinary steps of a curve, up to `count`, as long as the decoder's fast path finds them. They
-// become visible all at once: the sentinel behind them, then the first one's high byte.
+// Decode up to `count` ordinary steps of a curve, as long as the fast decoders can make them. The
+// steps become visible to the interrupt all at once: the empty slot behind them is stored first,
+// and then the high byte of the first entry.
 static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
     struct step_ring *ring = axis->feed.ring;
@@ -199,7 +200,7 @@ static uint32_t burst_curve(struct axis *axis, uint8_t *count)
     return made.ticks;
 }
 
-// The cost of a step is 2 to this power.
+// The cost of one step is 2 to this power.
 static uint8_t cost_shift(const struct axis *axis)
 {
     return axis->walk.curved && axis->walk.steps.curve.kind == CURVE_FLAT_NOT
@@ -207,7 +208,7 @@ static uint8_t cost_shift(const struct axis *axis)
                : 0;
 }
 
-// Ordinary steps that budget, space and the walk allow.
+// The number of ordinary steps that budget, space in the ring and the walk allow.
 static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift)
 {
     uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
@@ -226,7 +227,7 @@ static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift
     return count;
 }
 
-// As many of them as can be had; what they cost.
+// Decode as many ordinary steps as possible. Returns what they cost of a round's budget.
 static uint8_t decode_burst(struct axis *axis, uint8_t budget)
 {
     uint8_t shift = cost_shift(axis);
@@ -251,8 +252,8 @@ static uint8_t decode_burst(struct axis *axis, uint8_t budget)
     return (uint8_t)(count << shift);
 }
 
-// One step, special or ordinary. Returns what it cost of a round's budget: long intervals of a
-// curve come from the decoder's slow path.
+// Decode one step, special or ordinary. Returns what it cost of a round's budget: long intervals of
+// a curve come from the slow path of its decoder.
 static uint8_t decode_step(struct axis *axis)
 {
     uint32_t ticks = walk_next(&axis->walk);
@@ -262,7 +263,8 @@ static uint8_t decode_step(struct axis *axis)
     return axis->walk.curved ? SLOW_STEP_COST : 1u;
 }
 
-// What the steps cost of a round's budget; 0: they must wait.
+// Decode the next steps in the way that suits them. Returns what they cost of a round's budget, or
+// 0 if they must wait.
 static uint8_t decode_steps(struct axis *axis, uint8_t budget)
 {
     if (train_awaited(axis)) {

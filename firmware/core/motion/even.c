@@ -12,7 +12,7 @@ void even_start(struct even *even, uint32_t ticks, uint16_t steps)
 
 uint32_t even_skip(struct even *even, uint16_t steps)
 {
-    // A whole round needs no division.
+    // All steps of the piece together need no division.
     if (steps == even->steps) {
         return steps * even->base_ticks + even->remainder;
     }

@@ -5,14 +5,15 @@
 
 #include "base/require.h" // REQUIRE
 
-// A long interval is cut into periods of this length; the last piece is then at least
+// A long interval is cut into periods of this length, ticks. The last period is then at least
 // STEP_PERIOD_MAX_TICKS - CHUNK_TICKS long, which leaves time for the commands around it.
 #define CHUNK_TICKS 0x8000u
-// The front of a held line: its begin command and two delay periods.
+// Slots at the front of a held line: its begin command and two periods of the delay.
 #define HELD_SLOTS 3u
-// The first interval of a line is merged into the delay before it up to this length.
+// Longest first interval of a line that is merged into the delay before it, ticks.
 #define MERGE_MAX_TICKS 0x7000u
-// Shortest period that is made of waiting time alone: the commands around it need so much.
+// Shortest period that is made of waiting time alone, ticks: the commands around a period need this
+// much time.
 #define ROOM_MIN_TICKS 1024u
 
 void feed_reset(struct feed *feed, struct step_ring *ring, uint8_t head)
@@ -39,6 +40,7 @@ static void put_command(struct feed *feed, enum step_command command)
                (uint16_t)(((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command) + 1u));
 }
 
+// Give every waiting mark its place, `early` periods before the end of what is written.
 static void place_marks(struct feed *feed, uint8_t early)
 {
     while (feed->mark_placed != feed->mark_head) {
@@ -49,7 +51,8 @@ static void place_marks(struct feed *feed, uint8_t early)
     }
 }
 
-// One period; the marks that waited for the lead's period can be placed behind it.
+// Write one period. Marks that waited for the period that carries the lead's STEP edge are placed
+// behind that period.
 static void put_chunk(struct feed *feed, uint16_t ticks)
 {
     if (feed->pulse != feed->lead) {
@@ -70,6 +73,7 @@ bool feed_fits_train(const struct feed *feed, const struct even *even)
            (even->remainder == 0 || ((uint8_t)even->base_ticks != 0));
 }
 
+// Write one entry of a pulse train; the sign of its number of steps tells which train.
 static void put_train(struct feed *feed, uint8_t train, uint8_t steps)
 {
     uint8_t slot = feed->head;
@@ -112,7 +116,8 @@ void feed_train(struct feed *feed,
     while (steps != 0) {
         uint16_t now = steps > STEP_TRAIN_ENTRY_MAX ? STEP_TRAIN_ENTRY_MAX : steps;
         put_train(feed, train, (uint8_t)now);
-        // Marks that wait for the step before, which the first period carries, come behind that.
+        // Waiting marks belong behind the step before the train. The train's first period carries
+        // the edge of that step, so that the marks come right behind that period.
         place_marks(feed, (uint8_t)(now - 1u));
         steps = (uint16_t)(steps - now);
     }
@@ -176,7 +181,8 @@ void feed_release(struct feed *feed, uint32_t delay_ticks)
     feed_front_released(feed, delay_ticks);
 }
 
-// The direction changes in the middle of the interval, inside a period that does not pulse.
+// Write an interval with a reversal: the direction changes in the middle of the interval, inside a
+// period that does not pulse.
 static void put_reversal(struct feed *feed)
 {
     if (feed->lead) {
@@ -189,6 +195,7 @@ static void put_reversal(struct feed *feed)
     feed->negative = feed->due_negative;
 }
 
+// Leave the first interval of a line to the delay before the line, if the interval is short enough.
 static void merge_first_interval(struct feed *feed)
 {
     if (feed->merge && feed->pending_ticks <= MERGE_MAX_TICKS) {
@@ -204,7 +211,8 @@ void feed_make_room(struct feed *feed)
         return;
     }
     feed->merge = false;
-    // What is written may stand between two directions: it is no shorter than what is left.
+    // A reversal may follow, with this period before the change of direction and the time that is
+    // left behind it. The period is therefore no shorter than that time.
     if (feed->pending_ticks >= 2u * (uint32_t)feed->reversal_ticks + ROOM_MIN_TICKS) {
         put_chunk(feed, (uint16_t)(feed->pending_ticks - feed->reversal_ticks));
     }
@@ -261,7 +269,7 @@ void feed_end(struct feed *feed)
 {
     REQUIRE(!feed_busy(feed));
     if (feed->lead || feed->pending_ticks != 0) {
-        // The last step needs a period of its own to stand in, however little time is left.
+        // The last step needs a period of its own for its edge, however little time is left.
         if (feed->pending_ticks < STEP_IDLE_TICKS) {
             feed->pending_ticks = STEP_IDLE_TICKS;
         }

@@ -43,7 +43,8 @@ static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pul
     }
 }
 
-// Note the fresh periods' lengths: they stand in the ring until the next ones are accounted for.
+// Note the lengths of the fresh periods while the ring still holds them: their slots may be written
+// again as soon as the next periods are accounted for.
 static void note_fresh(struct ledger *ledger)
 {
     const struct step_ring *ring = ledger->ring;
@@ -51,7 +52,7 @@ static void note_fresh(struct ledger *ledger)
     for (; ledger->fresh != 0; ledger->fresh--) {
         uint8_t at = (uint8_t)(ledger->retired - ledger->fresh);
         uint16_t top_ticks = (uint16_t)(ring->high[at] << 8);
-        // What was taken since the last command pulses as that said.
+        // No command came after the fresh periods, so that they pulse as the last command said.
         uint16_t ticks = (uint16_t)(top_ticks + ring->low[at] + 1u);
         shift_lengths(ledger, ticks, ledger->pulse);
     }
@@ -183,7 +184,7 @@ static void count_periods(struct ledger *ledger, uint8_t count, uint32_t ticks)
 {
     uint8_t fresh = (uint8_t)(ledger->fresh + (count < 3u ? count : 3u));
 
-    // Fewer than three new ones leave some of those before among the last three.
+    // With fewer than three new periods some earlier ones are still among the last three.
     if (fresh > 3u) {
         note_fresh(ledger);
         fresh = count < 3u ? count : 3u;
@@ -197,7 +198,8 @@ static void count_periods(struct ledger *ledger, uint8_t count, uint32_t ticks)
     }
 }
 
-// Single periods up to the given slot or another kind of entry, one by one.
+// Account for single periods, one by one, up to slot `stop` or an entry of another kind. Returns
+// their length, ticks.
 static uint32_t walk_periods(struct ledger *ledger, uint8_t stop)
 {
     uint8_t slot = ledger->retired;
@@ -210,7 +212,7 @@ static uint32_t walk_periods(struct ledger *ledger, uint8_t stop)
     return ticks;
 }
 
-// The block at `retired`: as a whole, or its first periods up to `stop`.
+// Account for the block at `retired`: for the whole block, or for its periods before slot `stop`.
 static void take_block(struct ledger *ledger,
                        struct feed *feed,
                        struct feed_block *block,
@@ -228,7 +230,8 @@ static void take_block(struct ledger *ledger,
     }
 }
 
-// Single periods up to the given slot, another kind of entry or the start or end of a block.
+// Account for single periods up to slot `stop`, an entry of another kind or the start or end of a
+// block.
 static void take_periods(struct ledger *ledger, struct feed *feed, uint8_t stop)
 {
     struct feed_block *block = feed_next_block(feed);
@@ -243,7 +246,7 @@ static void take_periods(struct ledger *ledger, struct feed *feed, uint8_t stop)
     }
 }
 
-// The next mark's slot if it comes before the given one, else that one.
+// The next mark's slot if it comes before slot `tail`, else `tail`.
 static uint8_t next_stop(const struct ledger *ledger,
                          const struct feed *feed,
                          uint8_t tail)
@@ -257,6 +260,7 @@ static uint8_t next_stop(const struct ledger *ledger,
     return sooner ? slot : tail;
 }
 
+// The train is over: account for its length and free it.
 static APART void pass_train(struct ledger *ledger,
                              struct feed_train *train,
                              uint32_t ticks)
@@ -269,8 +273,8 @@ static APART void pass_train(struct ledger *ledger,
     train->steps = 0;
 }
 
-// The last intervals of a train that is over, backwards from the interrupt's sum: the interval
-// before was the long one if and only if the sum is below what any short one leaves.
+// Note the last intervals of a train that is over, backwards from the interrupt's sum: an interval
+// was a long one if and only if it left a sum below the least that a short one leaves.
 static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_t loaded)
 {
     const struct pulse_train *carried = &feed->engine_trains[ledger->train];
@@ -296,7 +300,7 @@ static void note_lengths(struct ledger *ledger, const struct feed *feed, uint16_
     }
 }
 
-// Close the train when all of it was loaded, or when the rest was cut off.
+// Close the train when all of it was loaded, or when its rest was cut off.
 static void settle_train(struct ledger *ledger, struct feed *feed, bool cut)
 {
     struct feed_train *train = &feed->trains[ledger->train];
@@ -320,7 +324,8 @@ static void __attribute__((noinline)) arrive_in_train(struct ledger *ledger,
     settle_train(ledger, feed, sample->cut);
 }
 
-// The interrupt has come so far: `retired` is where it reads next, or the account is behind.
+// The account has come to slot `retired`, where the interrupt reads next unless the account lags:
+// close a train that is over, and pass the marks of this slot.
 static inline void ledger_arrive(struct ledger *ledger,
                                  struct feed *feed,
                                  const struct engine_sample *sample)
@@ -333,7 +338,7 @@ static inline void ledger_arrive(struct ledger *ledger,
     }
 }
 
-// A command, or an entry of a pulse train.
+// Account for a command or for one entry of a pulse train.
 static void take_special(struct ledger *ledger)
 {
     note_fresh(ledger);
@@ -353,14 +358,16 @@ static void take_special(struct ledger *ledger)
 
 static void add_idle(struct ledger *ledger, uint16_t idle_count)
 {
-    // Idle periods come after the entries: they are loaded only when the ring is empty, and a new
-    // line is released only after a ledger_follow() that saw every idle period before it.
+    // Idle periods come after the entries: the interrupt loads idle periods only when the ring is
+    // empty, and a new line is released only after a ledger_follow() that saw every idle period
+    // before that line.
     while (ledger->idle_seen != idle_count) {
         ledger->idle_seen++;
         add_quiet_period(ledger, STEP_IDLE_TICKS);
     }
 }
 
+// True when the next entry is a command or belongs to a pulse train.
 static bool at_special(const struct ledger *ledger, uint8_t tail)
 {
     return ledger->retired != tail &&
@@ -383,7 +390,7 @@ void ledger_follow(struct ledger *ledger,
     add_idle(ledger, sample->idle_count);
 }
 
-// The frequent case: blocks that are over, one after the other. Every step of a curve is in one.
+// The frequent case, since blocks hold the steps of curves: account for whole blocks that are over.
 static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
 {
     uint32_t ticks = 0;
@@ -397,8 +404,8 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
             block->count > (uint8_t)(behind - count)) {
             break;
         }
-        // No pixel edge lies between this block and the one before it (feed_plain() and put_chunk()
-        // in feed.c): the step before an edge is never in a block, nor is the one behind it.
+        // No pixel edge lies between this block and the one before it: neither the step before an
+        // edge nor the step behind it is ever in a block (feed_plain() and put_chunk() in feed.c).
         ticks += block->ticks;
         count = (uint8_t)(count + block->count);
         feed_drop_block(feed);
@@ -408,6 +415,7 @@ static void take_blocks(struct ledger *ledger, struct feed *feed, uint8_t tail)
     }
 }
 
+// Follow entry by entry, but leave a block alone that the interrupt has not finished.
 static void follow_to_block(struct ledger *ledger,
                             struct feed *feed,
                             const struct engine_sample *sample)
@@ -428,7 +436,7 @@ void ledger_follow_blocks(struct ledger *ledger,
                           struct feed *feed,
                           const struct engine_sample *sample)
 {
-    // After an idle period or a cut nothing stays behind that could be taken as a whole.
+    // After an idle period or a cut no block is left to be accounted for as a whole later.
     if (FEED_BLOCKS == 0 || sample->cut || sample->idle_count != ledger->idle_seen) {
         ledger_follow(ledger, feed, sample);
         return;

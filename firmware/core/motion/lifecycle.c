@@ -14,7 +14,7 @@
 #define FAULT    AXIS_FAULT
 #define STARTING AXIS_STARTING
 #define STOPPING AXIS_STOPPING
-#define NO       AXIS_STATES // forbidden
+#define NO       AXIS_STATES // the event is forbidden in this state
 
 // clang-format off
 static const char next_state[LIFECYCLE_EVENTS][AXIS_STATES] IN_FLASH = {

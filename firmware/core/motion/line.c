@@ -6,7 +6,7 @@
 #include "base/multiply.h"  // multiply_u32_u16
 #include "build_features.h" // FEATURE_*
 
-// Still ahead of the pixel clock.
+// True until the backlash steps are made: the line's pieces run ahead of the pixel edges.
 static inline bool is_shifted(const struct line *line)
 {
     return FEATURE_BACKLASH && line->shifted;
@@ -36,7 +36,7 @@ void line_begin(struct line *line,
     line->to_edge_ticks = pixel_grid_advance(&line->edges);
 }
 
-// The next pixel edge lies in this piece, after edge_steps of its steps.
+// Place the next pixel edge in this piece, after edge_steps of the piece's steps.
 static APART void place_edge(struct line *line, struct piece *piece, uint16_t edge_steps)
 {
     piece->has_edge = true;
@@ -48,12 +48,14 @@ static APART void place_edge(struct line *line, struct piece *piece, uint16_t ed
         pixel_grid_advance(&line->edges) - (piece->ticks - piece->edge_ticks);
 }
 
+// Move the line's position by the steps of this piece.
 static APART void count_steps(struct line *line, const struct piece *piece)
 {
     line->position += piece->negative ? -(int32_t)piece->steps : piece->steps;
 }
 
-// The non-pulsing start of the leading zero pixel. False when backlash = line speed: no wait.
+// Make the start of the leading zero pixel, a piece without steps. False when the backlash equals
+// the line speed: the piece would have no length.
 static bool delay_piece(struct line *line, struct piece *piece)
 {
     uint32_t ticks = pixel_grid_start_shifted(
@@ -65,7 +67,7 @@ static bool delay_piece(struct line *line, struct piece *piece)
     return ticks != 0;
 }
 
-// The backlash steps, at line speed up to the next pixel edge.
+// Make the backlash take-up: the backlash steps, at line speed, up to the next pixel edge.
 static void take_up_piece(struct line *line, struct piece *piece)
 {
     *piece = (struct piece){
@@ -78,9 +80,9 @@ static void take_up_piece(struct line *line, struct piece *piece)
     count_steps(line, piece);
 }
 
-// Steps made when a fraction f = backlash/line_speed = B/V of a shifted pixel has passed: the floor
-// of v0*f + h*f*f = B*(v0*V + h*B) / (V*V) in exact arithmetic. The division is by V twice, and the
-// product divided before it grows beyond 32 bits.
+// Steps that a shifted pixel has made when its fraction f = backlash/line_speed = B/V has passed:
+// the floor of v0*f + h*f*f = B*(v0*V + h*B) / (V*V) in exact arithmetic. The code divides by V
+// twice, the first time before the product grows beyond 32 bits.
 static APART uint16_t steps_at_edge(const struct line *line, uint16_t steps)
 {
     uint16_t backlash = line->backlash_steps;
@@ -130,7 +132,8 @@ static enum line_status pixel_piece(struct line *line, struct piece *piece)
     return LINE_PIECE;
 }
 
-// Pixels of the segment in work are to be made.
+// True when the current segment has pixels left to make. A seek that has tripped leaves out pixels
+// at its speed until its slowdown begins.
 static bool segment_has_pixels(struct line *line)
 {
     if (line->segment.repeat == 0) {
@@ -145,7 +148,8 @@ static bool segment_has_pixels(struct line *line)
     return !line->leaving_out;
 }
 
-// Have a segment in work: LINE_PIECE when there is one.
+// Take entries from the queue until a segment has pixels to make. Returns LINE_PIECE when there is
+// such a segment, else whether the queue is dry or the line is over.
 static enum line_status take_segment(struct line *line)
 {
     while (!segment_has_pixels(line)) {

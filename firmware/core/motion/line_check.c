@@ -5,7 +5,8 @@
 #include "base/multiply.h"  // multiply_u32_u16
 #include "build_features.h" // FEATURE_*
 
-// The curve decoder multiplies speeds by piece lengths in 40 bits and takes 2 * count.
+// Largest count: the curve decoder multiplies speeds, which are up to 2 * count, by piece lengths
+// in 40 bits.
 #define COUNT_MAX 16383
 
 void line_check_reset(struct line_check *check)
@@ -13,7 +14,7 @@ void line_check_reset(struct line_check *check)
     *check = (struct line_check){.phase = LINE_CHECK_OUTSIDE};
 }
 
-// A seek whose down mark is still to come.
+// True in a seek whose down mark is still to come.
 static inline bool is_seek(const struct line_check *check)
 {
     return FEATURE_HOMING && check->seek;
@@ -24,7 +25,7 @@ static inline bool has_backlash(const struct line_check *check)
     return FEATURE_BACKLASH && check->backlash_steps != 0;
 }
 
-// A seek does not wait for the clock.
+// A seek must not wait for the pixel clock, and only a seek may have the bit for an opening switch.
 static bool seek_bits_fit(uint16_t word)
 {
     uint16_t without = (word & LINE_START_SEEK) != 0 ? LINE_START_WAIT : LINE_START_OPEN;
@@ -44,7 +45,9 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
     if (!FEATURE_HOMING && (word & LINE_START_SEEK) != 0) {
         return LINE_not_built;
     }
-    // A seek is started by itself.
+    // A line that waits for the clock starts from rest, and so does a seek, which is always armed
+    // by itself. Any other line may follow the one before without a pause and inherits its
+    // direction.
     bool chained = (word & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
     int8_t direction = check->direction;
     uint16_t rest_ticks = check->rest_ticks;
@@ -108,7 +111,8 @@ static uint16_t steps_of(struct segment entry)
     return magnitude_of(entry.count);
 }
 
-// The edge of a seek's switch is placed by the capture interrupt, which needs the longer intervals.
+// A seek needs longer intervals than other lines: the capture interrupt places the switch's edge
+// among the steps.
 static uint16_t shortest_interval(const struct line_check *check,
                                   const struct line_limits *limits)
 {
@@ -138,8 +142,8 @@ static int8_t APART direction_of(const struct line_check *check, struct segment 
     return negative ? -1 : 1;
 }
 
-// The speed whose interval is the first one of a run after a rest: the count itself, or its root
-// where the pixel starts from rest and accelerates.
+// The speed whose interval is as long as the first interval after a rest: the count itself in a
+// plain line, and its root, rounded up, in a smooth line, where the pixel accelerates from rest.
 static uint16_t first_speed(const struct line_check *check, struct segment entry)
 {
     uint16_t steps = steps_of(entry);
@@ -154,7 +158,7 @@ static uint16_t first_speed(const struct line_check *check, struct segment entry
     return root;
 }
 
-// A reversal from pixel to pixel, faster than the motor can start and stop.
+// True for a reversal from one pixel to the next that is faster than the motor can start and stop.
 static bool lacks_ramp(const struct line_check *check,
                        const struct line_limits *limits,
                        struct segment entry)
@@ -166,7 +170,8 @@ static bool lacks_ramp(const struct line_check *check,
            (steps_of(entry) > most || magnitude_of(last) > most);
 }
 
-// The direction changes in the middle of the time since the last step.
+// Refuse a reversal that leaves the driver too little time. The direction changes in the middle of
+// the time between two steps, so that this time must be long enough.
 static enum line_error check_reversal(const struct line_check *check,
                                       const struct line_limits *limits,
                                       struct segment entry)
@@ -193,6 +198,7 @@ static enum line_error check_reversal(const struct line_check *check,
                : LINE_none;
 }
 
+// Keep the direction of the last pixel with steps, and the time at rest since then.
 static void note_direction(struct line_check *check,
                            const struct line_limits *limits,
                            struct segment entry)
@@ -210,7 +216,8 @@ static void note_direction(struct line_check *check,
     }
 }
 
-// Equal counts entered at another speed: the error e = v - n only changes its sign, for ever.
+// Refuse equal counts that begin at another speed than their own, or warn of them: from pixel to
+// pixel the error e = v - n only changes its sign, for ever.
 static enum line_error check_equal_counts(struct line_check *check, struct segment entry)
 {
     uint16_t amplitude = magnitude_of((int16_t)((int16_t)check->speed - entry.count));
@@ -234,7 +241,7 @@ static bool too_steep(const struct line_limits *limits, int16_t acceleration)
            magnitude_of(acceleration) > limits->max_acceleration;
 }
 
-// Speeds and accelerations of a smooth run; `end_speed` is that of its first pixel.
+// Check speeds and accelerations of a smooth segment; `end_speed` is that of its first pixel.
 static enum line_error APART check_smooth_speed(struct line_check *check,
                                                 const struct line_limits *limits,
                                                 struct segment entry,
@@ -260,7 +267,7 @@ static enum line_error APART check_smooth_speed(struct line_check *check,
     return LINE_none;
 }
 
-// What the arithmetic of a smooth pixel does not allow.
+// Refuse counts that the arithmetic of a smooth pixel does not allow.
 static enum line_error check_smooth_shape(const struct line_check *check,
                                           struct segment entry,
                                           int16_t end_speed)
@@ -278,7 +285,8 @@ static enum line_error check_smooth_segment(struct line_check *check,
                                             const struct line_limits *limits,
                                             struct segment entry)
 {
-    // Both are at most 2 * COUNT_MAX.
+    // Twice the count and the speed are both at most 2 * COUNT_MAX, so that 16 bits hold the
+    // result.
     int16_t end_speed = (int16_t)(2 * entry.count - (int16_t)check->speed);
     enum line_error error = check_smooth_shape(check, entry, end_speed);
 
@@ -297,7 +305,7 @@ static enum line_error check_smooth_segment(struct line_check *check,
     return error;
 }
 
-// The end mark, or the down mark of a seek.
+// Check the end mark of a line, or the down mark of a seek.
 static enum line_error check_mark(struct line_check *check, struct segment entry)
 {
     if (is_seek(check) && (uint16_t)entry.count == LINE_MARK_DOWN) {

@@ -5,10 +5,10 @@
 #include "base/divide.h"   // divide_with_rest
 #include "base/multiply.h" // multiply_u32_u16
 
-// Of the two halves of a number in memory.
+// Index of the lower half of a 32-bit number in memory, 0 or 1.
 #define LOW_HALF (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)
 
-// to += by, both whole + rest / divisor; the period's divisor is known.
+// *to += *by. Both are whole_ticks + remainder / divisor, and they have the divisor of *to.
 static APART void add_period(struct pixel_period *to, const struct pixel_period *by)
 {
     uint32_t room = to->divisor - by->remainder;
@@ -22,8 +22,8 @@ static APART void add_period(struct pixel_period *to, const struct pixel_period 
     }
 }
 
-// timer_hz * den / num bit by bit of timer_hz, by doubling: the product's 64 bits would need a
-// library of their own on a small part.
+// Compute timer_hz * den / num by doubling, one bit of timer_hz after the other: a product of 64
+// bits would need a library of its own, which a small part has no room for.
 bool pixel_period_set(struct pixel_period *period,
                       uint32_t timer_hz,
                       uint32_t num,
@@ -73,25 +73,26 @@ uint32_t pixel_grid_advance(struct pixel_grid *grid)
     return period->whole_ticks;
 }
 
-// Half a number of 32 bits as it lies in memory, which is all that a small part can multiply.
+// One half of a 32-bit number as it lies in memory: on a small part a product has factors of 16
+// bits at most.
 typedef uint16_t __attribute__((may_alias)) half;
 
-// *a * b + *c * d + more; b and d of 15 bits.
+// *a * b + *c * d + more, where b and d have 15 bits.
 static APART uint32_t
 sum_of_products(const half *a, uint16_t b, const half *c, uint16_t d, uint16_t more)
 {
     return (uint32_t)*a * b + (uint32_t)*c * d + more;
 }
 
-// The first place of a shifted grid is P (V-B)/V with P = q + r/d, V the line speed and V-B the
-// share. q (V-B) = ticks * V + rest, so it is
+// A shifted grid begins at P (V-B)/V, where P = q + r/d is the pixel period, V the line speed and
+// V-B the share. With q (V-B) = ticks * V + rest this is
 //
 //     ticks + N / (d V)   with N = rest * d + r (V-B), less than 2 d V
 //
-// A step of P adds r V to N: what N leaves over when V divides it never changes, and N / V walks as
-// the sum of a grid does.
+// Each further period adds r V to N. The remainder of N divided by V therefore never changes, and
+// the whole part of N / V advances as the sum of a grid does.
 //
-// N / V into the grid's sum; true when a tick is carried.
+// Store N / V as the grid's sum. Returns true when a whole tick is carried.
 static APART bool start_fraction(struct pixel_grid *grid,
                                  uint16_t rest,
                                  uint16_t share,

@@ -25,7 +25,7 @@ void records_add(struct records *records,
     }
 }
 
-// The slot so many records before the next one, 1..RECORDS_KEPT.
+// The slot `back` records (1..RECORDS_KEPT) before the next one.
 static uint8_t slot_before_next(const struct records *records, uint8_t back)
 {
     uint8_t next = records->next;

@@ -21,8 +21,8 @@ static struct step_load idle_load(struct step_engine *engine, bool reverses)
         .top_ticks = STEP_IDLE_TICKS - 1u, .idle = true, .reverses = reverses};
 }
 
-// Take the next entry if it is a pulse train's. The engine looks one period ahead, so that a train
-// continues without a longer path to its first period.
+// Take the next entry if it belongs to a pulse train. The engine looks one period ahead for such an
+// entry, so that the first period of an entry takes no longer path than the others.
 static void take_train_entry(struct step_engine *engine, const struct step_ring *ring)
 {
     uint8_t tail = engine->tail;
@@ -35,7 +35,8 @@ static void take_train_entry(struct step_engine *engine, const struct step_ring 
     }
 }
 
-// left: periods of the train, not 0.
+// Load the next period of a pulse train. left: periods that the entry has left, negative for the
+// second train, not 0.
 static struct step_load train_load(struct step_engine *engine,
                                    const struct step_ring *ring,
                                    int8_t left,
@@ -73,7 +74,7 @@ bool step_engine_settle(struct step_engine *engine, struct step_ring *ring, uint
     return true;
 }
 
-// False: the line is over.
+// Execute a command of the ring. Returns false when the line is over.
 static bool engine_execute(struct step_engine *engine, uint8_t command, bool *reverses)
 {
     if (command <= STEP_COMMAND_PULSE) {
@@ -95,7 +96,8 @@ struct step_load step_engine_take(struct step_engine *engine,
 {
     bool reverses = false;
 
-    // What the writer adds after a halt must never be taken for a part of the line.
+    // A halted engine takes nothing: entries that the writer adds after a halt must never be taken
+    // for a part of the line.
     if (engine->state >= STEP_ENGINE_HALTED) {
         engine->state = STEP_ENGINE_HALTED;
         return idle_load(engine, reverses);

@@ -8,7 +8,9 @@ static uint16_t edge_of(const struct piece *piece)
     return piece->has_edge ? piece->edge_steps : NO_EDGE;
 }
 
-// Special steps: the two around the edge, the one after them (it sees their shift), the last.
+// Aim at the next special step behind step `index`. Special are the two steps around the pixel
+// edge, the step after these two, whose interval makes up for their shift, and the piece's last
+// step.
 static void aim_at_special(struct walk *walk, uint16_t index)
 {
     uint16_t next = walk->piece->steps;
@@ -42,6 +44,8 @@ void walk_start(struct walk *walk, const struct piece *piece)
     }
 }
 
+// The tick of special step `index`, counted from the start of the piece. Steps stay on their side
+// of the pixel edge, and the last step falls on the end of the piece.
 static uint32_t place_special(const struct walk *walk, uint16_t index)
 {
     const struct piece *piece = walk->piece;
@@ -58,7 +62,8 @@ static uint32_t place_special(const struct walk *walk, uint16_t index)
     return tick;
 }
 
-// Not inline: its registers would lie on the stack below the curve's decoder.
+// Shift a special step to its tick. Not inline, so that the registers that this function saves do
+// not lie on the stack below the curve's decoder.
 static uint32_t __attribute__((noinline)) shift_special(struct walk *walk, uint32_t ticks)
 {
     uint16_t index = walk->last_special;
@@ -69,7 +74,8 @@ static uint32_t __attribute__((noinline)) shift_special(struct walk *walk, uint3
     ticks += skew - before;
     walk->at_edge = index == edge_of(walk->piece);
     if (index < walk->piece->steps) {
-        // Rounding and the exact place of an edge are less than a tick apart.
+        // 16 bits hold the shift: rounding and the exact place of an edge are less than a tick
+        // apart.
         walk->skew_ticks = (int16_t)skew;
         aim_at_special(walk, index);
     }
@@ -81,7 +87,7 @@ uint32_t walk_next(struct walk *walk)
     uint32_t ticks = 0;
 
     walk->until--;
-    // The very last step is at the end of the piece, whatever the decoder would say.
+    // The very last step falls on the end of the piece; the decoder is not asked for it.
     if (walk->until != 0 || walk->last_special != walk->piece->steps) {
         ticks =
             walk->curved ? curve_next(&walk->steps.curve) : even_next(&walk->steps.even);

@@ -3,14 +3,15 @@
 
 #define SLOWEST_100 96u
 #define FASTEST_100 10000u
-// At most 2.5 % off: clock / (divisor * rate) from 39/40 to 41/40.
+// A rate may be off by 2.5 % at most: clock / (divisor * rate) is between 39/40 and 41/40.
 #define PRODUCT_MIN (BAUD_CLOCK_100 / 41u * 40u + BAUD_CLOCK_100 % 41u * 40u / 41u + 1u)
 #define PRODUCT_MAX (BAUD_CLOCK_100 / 39u * 40u + BAUD_CLOCK_100 % 39u * 40u / 39u)
-// The standard's 1750 us count above 19200 baud, 3.5 characters up to there; plus the next one.
+// The silence that ends a frame is 3.5 characters up to 19200 baud and 1750 us above, by the
+// standard. The next character is added, because the receiver reports a character at its end.
 #define SLOW_DIVISOR   ((BAUD_CLOCK_100 + 96u) / 192u)
 #define SILENCE_COUNTS ((uint16_t)(BAUD_CLOCK_100 * 7uL / 1280u)) // 1750 us
 
-// Without a division, which nothing else of the firmware's 16 bits needs.
+// Divide by subtraction, which takes less room than the library's division.
 baud_counts baud_divisor(uint16_t baud_100)
 {
     uint16_t left = (uint16_t)(BAUD_CLOCK_100 + baud_100 / 2u);
@@ -32,7 +33,8 @@ bool baud_possible(uint16_t baud_100)
     return product >= PRODUCT_MIN && product <= PRODUCT_MAX;
 }
 
-// A bit is 8 cycles by the divisor: 11 bits are 88/256 of a count, 49.5 bits 1 + 140/256.
+// A bit takes 8 cycles times the divisor, and a count is 256 cycles. Times the divisor, a character
+// of 11 bits is therefore 88/256 of a count, and 4.5 characters (49.5 bits) are 1 + 140/256.
 uint16_t baud_silence_counts(baud_counts divisor)
 {
     uint16_t first = divisor >= SLOW_DIVISOR ? divisor : SILENCE_COUNTS;

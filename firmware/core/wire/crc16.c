@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "wire/crc16.h"
 
-// What the usual table of 256 entries holds for a byte, worked out: the table would take RAM.
-// Each bit of the byte contributes 0xC001 and its own shift by 6 and 7.
+// Compute what the usual table of 256 entries holds for a byte, because the table would take RAM.
+// The parity of the byte contributes 0xC001, and each bit contributes itself shifted by 6 and by 7.
 static uint16_t byte_remainder(uint8_t byte)
 {
     uint8_t fold = (uint8_t)(byte ^ (byte >> 4));
-    // byte << 6: from the other side it is two shifts.
+    // byte << 6, computed as byte << 8 >> 2: two shifts instead of six.
     uint16_t spread = (uint16_t)((uint16_t)byte << 8);
 
     spread = (uint16_t)(spread >> 1);

@@ -7,22 +7,22 @@
 
 #if FEATURE_FILES
 
-#define COUNT_AT      2u // number of bytes of all requests, or of all replies
-#define FIRST_AT      3u
-#define REQUEST_BYTES 7u // kind, file, record, number of words
+#define COUNT_AT 2u // place of the number of bytes of all requests, or of all replies
+#define FIRST_AT 3u
+#define REQUEST_BYTES 7u // bytes of a request: kind, file, record, number of words
 #define BYTES_MIN     7u
 #define BYTES_MAX     0xF5u
 #define KIND          6u
 #define RECORD_MAX    9999u
 #define FILES         3u
 #define SETTINGS_FILE 3u
-#define REPLY_HEADER  2u // length, kind
+#define REPLY_HEADER  2u // bytes before the words of a reply: length, kind
 
-// What is left of a request once it was found right: number of words, then the register.
+// A plan is what is kept of a request that was found right: number of words, then first register.
 #define PLAN_BYTES   3u
 #define PLAN_HOLDING 0x80u
 
-// First register of a file.
+// The first register of a file.
 static uint16_t file_start(uint16_t file)
 {
     static const uint16_t starts[FILES] = {REG_RECORD_BASE, REG_EVENT_BASE, 0u};
@@ -54,7 +54,7 @@ static void plan_reply(uint8_t *to, const uint8_t *request)
     put_word(&to[1], address);
 }
 
-// Returns the byte behind what was written.
+// Write one reply from its plan. Returns the byte behind the reply.
 static uint8_t *write_reply(uint8_t *to, const uint8_t *planned)
 {
     bool holding = (planned[0] & PLAN_HOLDING) != 0;
@@ -71,7 +71,7 @@ static uint8_t *write_reply(uint8_t *to, const uint8_t *planned)
     return to;
 }
 
-// Quantities, then addresses; the bytes that all replies take.
+// Check all quantities, then the addresses. *reply_bytes gets the number of bytes of all replies.
 static enum modbus_exception check_requests(const uint8_t *bytes, uint16_t *reply_bytes)
 {
     enum modbus_exception found = MODBUS_OK;
@@ -105,9 +105,10 @@ enum modbus_exception files_read(struct frame *frame)
     if (exception != MODBUS_OK) {
         return exception;
     }
-    // The replies may be longer than the requests, which they take the place of: the requests are
-    // made short and put at the buffer's end. Each reply has at least 4 bytes, each plan 3, and all
-    // replies end 8 bytes before the buffer does: none reaches a plan that is still needed.
+    // The replies overwrite the requests and may be longer than those. The requests are therefore
+    // shortened to plans, and the plans are moved to the end of the buffer. A reply has at least 4
+    // bytes, a plan has 3, and all replies together end 8 bytes before the buffer does: no reply
+    // reaches a plan that is still needed.
     for (uint8_t i = 0; i < requests; i++) {
         plan_reply(&bytes[FIRST_AT + i * PLAN_BYTES],
                    &bytes[FIRST_AT + i * REQUEST_BYTES]);

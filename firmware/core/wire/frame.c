@@ -7,12 +7,13 @@
 #include "wire/crc16.h"     // crc16
 
 #define FRAME_MIN_BYTES 4u
-#define FUNCTIONS       25u // those with a place in the table
-#define IDENTIFICATION  43u // the one that is served outside of it
-#define READ_STATUS     7u
-#define EXCEPTION       0x80u
+#define FUNCTIONS       25u // functions with a place in the table
+#define IDENTIFICATION 43u // the one function that is served without a place in the table
+#define READ_STATUS    7u
+#define EXCEPTION      0x80u
 
-// A length: so many bytes, and as many more as a byte of the frame says; which one, in bits 4, 5.
+// The length in a rule: a fixed number of bytes, to which a byte of the frame may add. Bits 4 and 5
+// tell which byte that is; 0: none.
 #define FIXED(bytes) (bytes)
 #define COUNTED(bytes, at)                                                               \
     ((bytes) | ((at) == 2u ? 0x10u : (at) == 6u ? 0x20u : 0x30u)) // 2, 6 or 10
@@ -24,7 +25,8 @@
 #define TO_ALL      (RULE_SERVED | RULE_BROADCAST)
 #define IF(feature) ((feature) ? RULE_SERVED : 0u)
 
-// Every function that has a place in the standard.
+// The rule of every function that the standard defines, served here or not: the length of a foreign
+// request must be known as well.
 static const char request_rules[FUNCTIONS] IN_FLASH = {
     [1] = (char)(IF(FEATURE_BITS) | FIXED(8u)),
     [2] = (char)(IF(FEATURE_BITS) | FIXED(8u)),
@@ -35,7 +37,7 @@ static const char request_rules[FUNCTIONS] IN_FLASH = {
     [7] = (char)FIXED(4u),
     [8] = (char)(IF(FEATURE_DIAGNOSIS) | FIXED(8u)),
     [11] =
-        (char)(RULE_BROADCAST | FIXED(4u)), // not served; its reply is as long as theirs
+        (char)(RULE_BROADCAST | FIXED(4u)), // not served; the bit is for its reply alone
     [12] = (char)FIXED(4u),
     [15] = (char)(IF(FEATURE_BITS) | RULE_BROADCAST | COUNTED(9u, 6u)),
     [16] = (char)(TO_ALL | COUNTED(9u, 6u)),
@@ -67,7 +69,8 @@ uint16_t frame_length_by(const struct frame *frame, uint8_t rule)
     return RULE_COUNT(rule) ? (uint16_t)(length + frame->bytes[RULE_AT(rule)]) : length;
 }
 
-// A reply's form, from the request's: what all may be told is answered by its beginning.
+// The rule of a foreign board's reply, from the rule of its request. A request that may be a
+// broadcast is answered by its first 6 bytes and a checksum, any other by counted data.
 static uint8_t reply_rule(uint8_t function, uint8_t rule)
 {
     if ((function & EXCEPTION) != 0 || function == READ_STATUS) {
@@ -76,6 +79,7 @@ static uint8_t reply_rule(uint8_t function, uint8_t rule)
     return (rule & RULE_BROADCAST) != 0 ? FIXED(8u) : COUNTED(5u, 2u);
 }
 
+// True when a frame of this length is there and its checksum is right.
 static APART bool ends_at(struct frame *frame, uint16_t length)
 {
     if (length < FRAME_MIN_BYTES || length > frame->received) {
@@ -85,6 +89,7 @@ static APART bool ends_at(struct frame *frame, uint16_t length)
     return crc16(frame->bytes, length) == 0;
 }
 
+// True when a frame by this rule is there. A length that was tried before is not tried again.
 static APART bool ends_by(struct frame *frame, uint8_t rule)
 {
     uint16_t length = frame_length_by(frame, rule);
@@ -92,7 +97,8 @@ static APART bool ends_by(struct frame *frame, uint8_t rule)
     return length > frame->tried && ends_at(frame, length);
 }
 
-// Nothing more of it will come: silence, or more bytes than any frame has.
+// True when the frame cannot become longer: a silence has ended it, or it has more bytes than any
+// frame may have.
 static bool is_over(const struct frame *frame, bool ended)
 {
     return ended || frame->received > FRAME_MAX_BYTES;
@@ -108,7 +114,8 @@ enum frame_status frame_look(struct frame *frame, bool ended, uint8_t address)
     if (received == 0) {
         return FRAME_PARTIAL;
     }
-    // A wrong checksum may only mean a frame of another shape: what follows decides.
+    // A wrong checksum may just mean a frame of another shape, so that the frame is only bad when
+    // nothing more follows.
     if (ends_by(frame, rule) || (foreign && ends_by(frame, reply_rule(function, rule))) ||
         (ended && ends_at(frame, received))) {
         frame_reset(frame);

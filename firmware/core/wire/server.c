@@ -29,19 +29,19 @@ enum function {
     READ_DEVICE = 43,
 };
 
-// Sub-functions of DIAGNOSE.
+// Sub-functions of function 8.
 enum diagnosis {
     LOOPBACK = 0,
     RESTART = 1,
     DIAGNOSTIC_REGISTER = 2,
-    INPUT_DELIMITER = 3, // of another transmission mode
+    INPUT_DELIMITER = 3, // belongs to the ASCII mode, which is not served
     LISTEN_ONLY = 4,
     CLEAR_COUNTERS = 10,
     FIRST_COUNTER = 11,
     LAST_COUNTER = 18,
 };
 
-#define REPLY_TO_WRITE 6u // address, function, first, number
+#define REPLY_TO_WRITE 6u // bytes: address, function, first register, number of registers
 #define ON             0xFFu
 
 #define DEVICE_MEI      14u // the kind of function 43 that is served
@@ -49,12 +49,12 @@ enum diagnosis {
 #define DEVICE_OBJECTS  3u
 #define DEVICE_CONFORMS 0x81u // basic; by stream and individually
 #define IDENTITY_MAX    64u
-#define IDENTITY_AT     128u // in the frame, beside the reply that is made of it
+#define IDENTITY_AT     128u // place of the text in the frame, behind the reply
 
-// Words, by the function that reads them; else bits.
+// True for words, false for bits. Data are named after the function that reads them.
 #define ARE_WORDS(data) (!FEATURE_BITS || (data) >= READ_HOLDING)
 
-// Data by the function that reads it. Quantity, then address.
+// Check the quantity, then the address. `data` is the function that reads this kind of data.
 static APART enum modbus_exception check_range(uint16_t address,
                                                uint16_t count,
                                                uint8_t data)
@@ -74,7 +74,8 @@ static APART enum modbus_exception check_range(uint16_t address,
     return mapped ? MODBUS_OK : MODBUS_ILLEGAL_ADDRESS;
 }
 
-// What is mapped is less than 256 bits.
+// Read words or bits into the reply. The number left fits 8 bits, since fewer than 256 bits are
+// mapped and a request has at most 125 words.
 static APART enum modbus_exception read_data(struct frame *frame,
                                              uint16_t address,
                                              uint16_t count,
@@ -110,7 +111,8 @@ static APART enum modbus_exception read_data(struct frame *frame,
     return MODBUS_OK;
 }
 
-// `from`: the data in the request. As many of them as fit a frame is what the standard allows.
+// Write words or bits. `from`: the data in the request. The frame's size is the only limit of the
+// quantity: the standard allows as many as fit a frame.
 static APART enum modbus_exception write_data(uint16_t address,
                                               uint16_t count,
                                               uint8_t *from,
@@ -126,7 +128,8 @@ static APART enum modbus_exception write_data(uint16_t address,
 }
 
 #if FEATURE_DIAGNOSIS
-// The new word in the place of the checksum: of a request to all nothing behind it is ours.
+// Serve function 22. The new word takes the place of the request's checksum; behind the checksum of
+// a broadcast the buffer may already hold the next frame.
 static enum modbus_exception mask_word(uint8_t *bytes, uint16_t address)
 {
     uint16_t keep = get_word(&bytes[4]);
@@ -183,13 +186,13 @@ static bool known_diagnosis(uint8_t which)
            (which <= LISTEN_ONLY || which >= CLEAR_COUNTERS);
 }
 
-// Only a restart may be told more than nothing.
+// The data must be 0. A restart may also have FF00.
 static bool right_data(const uint8_t *bytes)
 {
     return bytes[5] == 0 && (bytes[4] == 0 || (bytes[4] == ON && bytes[3] == RESTART));
 }
 
-// The request comes back, with a number in the place of its data.
+// Serve function 8: the reply is the request with a number in the place of its data.
 static enum modbus_exception serve_diagnosis(struct frame *frame,
                                              struct server_counters *counters)
 {
@@ -213,7 +216,8 @@ static enum modbus_exception serve_diagnosis(struct frame *frame,
     } else if (which == LISTEN_ONLY) {
         counters->listen_only = true;
     } else {
-        // Two functions: who may be here in listen-only mode asks for its end.
+        // Sub-functions 1 and 10 both clear the counters, and with them the listen-only mode. In
+        // that mode only sub-function 1, which asks for its end, comes here.
         *counters = (struct server_counters){0};
         return MODBUS_OK;
     }
@@ -233,7 +237,8 @@ static enum modbus_exception serve_identity(struct frame *frame)
     return MODBUS_OK;
 }
 
-// The words of the identity as objects, from this one on, or this one alone.
+// Write the words of the identity as objects of the reply: object `first` and those behind it, or
+// object `first` alone.
 static void put_objects(struct frame *frame, uint8_t first, bool one)
 {
     uint8_t *bytes = frame->bytes;
@@ -300,7 +305,8 @@ static enum modbus_exception write_coil(uint8_t *bytes, uint16_t address)
 
 #endif
 
-// The functions of data: where they begin and how many, or a value.
+// Serve a function that reads or writes data. `first` is the first address, and `second` is the
+// quantity or a value.
 static enum modbus_exception serve_data(struct frame *frame)
 {
     uint8_t *bytes = frame->bytes;
@@ -313,7 +319,8 @@ static enum modbus_exception serve_data(struct frame *frame)
         return write_coil(bytes, first);
 #endif
     case WRITE_WORD:
-        // From the place of the checksum: the reply repeats the word as it came.
+        // The word is written from a copy in the place of the checksum, so that the reply repeats
+        // the word as it came.
         put_word(&bytes[6], second);
         return write_data(first, 1, &bytes[6], READ_HOLDING);
     case WRITE_COILS:
@@ -352,7 +359,8 @@ static enum modbus_exception serve_function(struct frame *frame,
     }
 }
 
-// Function, then the request's length; most replies are as long as what they repeat.
+// Check the function, then the request's length, and serve the request. Most replies repeat the
+// request and are as long as it is; the other functions set frame->reply.
 static enum modbus_exception serve_checked(struct frame *frame,
                                            uint8_t rule,
                                            struct server_counters *counters)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Timer 0 at clk/64: one count is a unit, one overflow 256 of them (1.024 ms at 16 MHz).
+// The coarse clock is timer 0 at clk/64: one count is a unit, and the timer overflows every 256
+// units (1.024 ms at 16 MHz).
 #include "hal/clock.h"
 
 #include <avr/interrupt.h>
@@ -8,7 +9,7 @@
 
 static volatile uint32_t timer0_overflows;
 
-// Budget: 70 cycles, once a millisecond, the step interrupts let in at once.
+// Budget: 70 cycles, once a millisecond. The step interrupts are let in at once.
 ISR(TIMER0_OVF_vect, ISR_NOBLOCK)
 {
     timer0_overflows++;
@@ -21,8 +22,9 @@ void clock_start(void)
     TIMSK0 = (uint8_t)_BV(TOIE0);
 }
 
-// An overflow may wait behind step interrupts while the count has long wrapped: it is looked for.
-// One that was served in between is a reason to look again, not one to hold interrupts off.
+// The overflow interrupt may still wait behind step interrupts although the count has wrapped, so
+// that its flag is read too. If the interrupt is served between the reads, they are repeated, which
+// needs no time with interrupts off.
 uint32_t clock_now_units(void)
 {
     uint32_t high = 0;
@@ -34,7 +36,7 @@ uint32_t clock_now_units(void)
         low = TCNT0;
         pending = (TIFR0 & _BV(TOV0)) != 0;
     } while (high != timer0_overflows);
-    // The flag may have appeared behind a count that had not wrapped yet.
+    // A large count was read before the wrap: the flag was then set between the two reads.
     if (pending && low < 128u) {
         high++;
     }

@@ -5,7 +5,8 @@
 #include <avr/io.h>
 #include <avr/wdt.h>
 
-// Behind the last of the program's data, where the linker says that the stack's room begins.
+// A known word at the lower end of the stack's room, which the linker puts behind the program's
+// data. A stack that grows too far overwrites it.
 #define CANARY 0xC5A3u
 extern volatile uint16_t canary __asm__("__heap_start");
 
@@ -17,7 +18,8 @@ void cpu_start(void)
     address_strap = GPIOR2;
     GPIOR0 = 0; // flags of hal/avr/capture.h; a boot loader may have used it
     reset_cause = (uint8_t)(MCUSR & 0x0Fu);
-    // A watchdog that caused the reset runs on, and would fire again in a few milliseconds.
+    // A watchdog that has caused the reset keeps running and would fire again in a few
+    // milliseconds.
     MCUSR = 0;
     WDTCSR = (uint8_t)(_BV(WDCE) | _BV(WDE));
     WDTCSR = 0;

@@ -20,7 +20,7 @@ void eeprom_write(uint16_t address, uint8_t byte)
 {
     EEAR = address;
     EEDR = byte;
-    // The second within four cycles of the first.
+    // The part demands the second store within four cycles of the first.
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
         EECR = (uint8_t)_BV(EEMPE);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The input is on an external interrupt, BOARD_ESTOP_INT.
+// The emergency stop input is on the external interrupt BOARD_ESTOP_INT.
 #include "hal/estop.h"
 
 #include <avr/interrupt.h>
@@ -11,7 +11,8 @@
 #include "hal/avr/pins.h"   // pins_write_permit
 #include "hal/step_timer.h" // step_timer_halt
 
-// Its vector, and its bits in the registers: two for the sense of each of the first four inputs.
+// The interrupt's vector and its bits in the registers. EICRA has two bits for the sense of each of
+// the first four inputs.
 #define VECTOR_OF_INT(number) INT##number##_vect
 #define VECTOR_OF(number)     VECTOR_OF_INT(number)
 #define ESTOP_VECTOR          VECTOR_OF(BOARD_ESTOP_INT)
@@ -19,12 +20,12 @@
 #define ESTOP_ANY_EDGE        _BV(2 * BOARD_ESTOP_INT)
 _Static_assert(BOARD_ESTOP_INT <= 3, "inputs from INT4 on have their sense in EICRB");
 
-// Looks at the pin, 8 cycles apart.
+// The pin must be tripped at this many looks in a row, 8 cycles apart.
 #define CONFIRM_LOOKS 20u
-// Interrupts between two rounds of the main loop: a contact that bounces has so many edges, and one
-// that chatters without end takes no more time than theirs.
+// Most interrupts of the input between two rounds of the main loop. A bouncing contact makes this
+// many edges; a contact that chatters without end takes no more processor time than that.
 #define EDGES_A_ROUND 16u
-// Those left, in a register that the start-up code alone has used before (cpu.c).
+// Interrupts left in this round. Before estop_start() the start-up code uses this register (cpu.c).
 #define EDGES_LEFT GPIOR2
 
 static volatile bool is_latched;
@@ -40,6 +41,7 @@ static inline bool is_high(void)
 #include BOARD_FILE
 }
 
+// Switch PERMIT off, latch the stop and halt every axis.
 static void stop_all(void)
 {
     pins_write_permit(false);
@@ -49,7 +51,7 @@ static void stop_all(void)
     }
 }
 
-// Long enough to be no noise.
+// True when the input stays tripped for too long to be noise.
 static bool stays_tripped(void)
 {
     bool trips = trips_when_high;
@@ -62,8 +64,9 @@ static bool stays_tripped(void)
     return true;
 }
 
-// True when the next edge is to be looked at too. Budget: 450 cycles, 1000 on the Mega, once a
-// round at most; 230 for each edge that proves to be none. Interrupts are off for 25 at a time.
+// Stop if the input stays tripped. Returns true when the next edge shall interrupt again. Budget:
+// 450 cycles (1000 on the Mega) for a stop, at most once a round; 230 for each edge that proves to
+// be noise. Interrupts are off for 25 cycles at a time.
 static bool estop_look(void) __asm__("estop_look") __attribute__((used));
 static bool estop_look(void)
 {
@@ -78,9 +81,9 @@ static bool estop_look(void)
     return true;
 }
 
-// Masks itself while it looks, and lets the step interrupts in after 9 cycles. Takes its source in
-// again only when it has left the stack but for 4 bytes: edges without end do not pile up.
-// Interrupts are off for 4 cycles there.
+// The handler masks its own source while it looks, and lets the step interrupts in after 9 cycles.
+// It enables its source again only when it has left the stack except for 4 bytes, so that endless
+// edges do not pile up there. Interrupts are off for 4 cycles at that point.
 ISR(ESTOP_VECTOR, ISR_NAKED)
 {
     __asm__ volatile("cbi %[mask], %[bit]\n\t"
@@ -139,7 +142,8 @@ void estop_start(bool tripped_high)
 void estop_poll(bool tripped_high)
 {
     trips_when_high = tripped_high;
-    // Latched: a line may have begun at the very instant. Tripped: without an edge, or behind too
+    // Stop once more while the stop is latched: a line may have begun at the very instant of the
+    // interrupt. The input may also be tripped without an interrupt, when there was no edge or too
     // many of them.
     if (is_latched || stays_tripped()) {
         stop_all();
@@ -169,7 +173,7 @@ void permit_write(bool on)
         pins_write_permit(false);
         return;
     }
-    // The interrupt comes before or after this, never between the decision and the pin.
+    // Interrupts are off, so that the emergency stop cannot come between the decision and the pin.
     ATOMIC_BLOCK(ATOMIC_FORCEON)
     {
         if (!is_latched) {

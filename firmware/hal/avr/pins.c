@@ -93,7 +93,7 @@ static void write_permit(bool high)
 #undef WANT_PERMIT
 }
 
-// Called in the step interrupt, and from main with the axis at rest.
+// Called in the step interrupt, and in the main loop while the axis is at rest.
 void pins_write_direction(uint8_t axis, bool negative)
 {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The 16-bit timers in fast PWM mode 15: TOP is OCRnA, STEP is OCnB inverting.
+// The step timers are the 16-bit timers in fast PWM mode 15: OCRnA holds TOP, and STEP is output
+// OCnB, inverting.
 #include "hal/step_timer.h"
 
 #include <avr/interrupt.h>
@@ -34,21 +35,22 @@ KNOWN(sizeof(struct step_ring), STEP_ISR_RING_SIZE);
 KNOWN(offsetof(struct step_ring, high), STEP_ISR_HIGH_OFFSET);
 
 struct step_engine step_engines[CONFIG_AXES];
-// On a 256-byte boundary: the linker puts this section first in RAM.
+// The rings lie on 256-byte boundaries, because the linker puts this section first in RAM.
 struct step_ring step_rings[CONFIG_AXES]
     __attribute__((section(".step_rings,\"aw\",@nobits;")));
 
-static volatile uint8_t late_axes; // bit n: axis n came too late
+static volatile uint8_t late_axes; // bit n: the step interrupt of axis n came too late
 
 struct step_ring *step_timer_ring(uint8_t axis)
 {
     return &step_rings[CONFIG_INDEX(axis)];
 }
 
-// A command, or the end of the entries: the rare cases of the interrupt. Called with interrupts on
-// but for this timer's own. Off they are for as long as the compare registers and the port need it:
-// TEMP is shared with the capture's reads, the port with other axes. Budget: 320 cycles, 50 of them
-// with interrupts off. The entries around a command are long enough for it (feed.c).
+// The rare cases of the step interrupt: a command, or the end of the entries. The assembly half
+// calls this handler with interrupts on, except for this timer's own. The handler turns interrupts
+// off only while it writes the compare registers, because TEMP is shared with the capture's reads,
+// and while it writes the port, because other axes share it. Budget: 320 cycles, 50 of them with
+// interrupts off. The entries around a command are long enough for it (feed.c).
 #define COMMAND_HANDLER(axis, timer)                                                     \
     void step_isr_command_##axis(void);                                                  \
     void step_isr_command_##axis(void)                                                   \
@@ -60,10 +62,10 @@ struct step_ring *step_timer_ring(uint8_t axis)
         {                                                                                \
             OCR##timer##B = edge_ticks;                                                  \
             OCR##timer##A = load.top_ticks;                                              \
-            /* TEMP, for a run that comes next (step_isr.S). */                          \
+            /* Leave TEMP ready for a pulse train that comes next (step_isr.S). */       \
             OCR##timer##AH = step_engines[axis].train_high;                              \
             step_engine_count(&step_engines[axis], &load);                               \
-            /* A stale flag would count this period twice, see halt in step_isr.S. */    \
+            /* A stale flag would count this period twice: see halt in step_isr.S. */    \
             TIFR##timer = (uint8_t)_BV(OCF##timer##A);                                   \
         }                                                                                \
         if (load.reverses) {                                                             \
@@ -73,10 +75,10 @@ struct step_ring *step_timer_ring(uint8_t axis)
             }                                                                            \
         }                                                                                \
     }
-// What the compare A interrupt of a halted axis does (step_isr.S, halted_handler). Each idle period
-// loads the registers anew, whatever they should hold already: no STEP edge can come from them.
-// Clearing the overflow flag does what serving it would have done, so that a capture can tell
-// periods apart.
+// The work of a halted axis's compare A interrupt (halted_handler in step_isr.S). Every idle period
+// loads the registers anew, although they should hold these values already, so that no STEP edge
+// can come from a register that was overwritten. Clearing the overflow flag stands in for the
+// overflow interrupt, which is off: a capture tells periods apart by this flag.
 #define LOAD_IDLE(axis, timer)                                                           \
     do {                                                                                 \
         OCR##timer##B = QUIET_TICKS;                                                     \
@@ -85,19 +87,20 @@ struct step_ring *step_timer_ring(uint8_t axis)
         step_engines[axis].state = STEP_ENGINE_HALTED;                                   \
         step_engines[axis].idle_count++;                                                 \
     } while (0)
-// The compare A interrupt in place of the overflow interrupt.
+// Enable the compare A interrupt in place of the overflow interrupt.
 #define GIVE_WAY(timer)                                                                  \
     TIMSK##timer = (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A))
-// From now on the compare A interrupt serves the axis and loads idle periods. Its flag is a stale
-// one unless this period's end is what set it; an end that comes while it is being cleared is
-// served here. In every state of the engine: what the timer does is not for the engine to know.
+// Halt an axis: from now on its compare A interrupt serves the axis and loads idle periods. The
+// compare A flag is stale unless the end of this period has set it. If the period ends while the
+// flag is being cleared, the idle period is loaded here. The halt does the same in every state of
+// the engine, because the engine's state does not tell what the timer is doing.
 //
-// A command handler (step_isr.S) has masked all of its timer's interrupts while it takes entries,
-// and gives way itself when it is done.
+// A command handler (step_isr.S) masks all interrupts of its timer while it takes entries. When the
+// halt interrupts such a handler, the handler itself gives way as soon as it is done.
 //
 // Interrupts are off for 25 cycles: when the period ends meanwhile, the compare A interrupt must
-// still load the next one before the shortest interval is over. The engine's fields follow with
-// interrupts on: the overflow interrupt, which would change them, is off by then.
+// still load the next one before the shortest interval is over. The engine's fields are changed
+// with interrupts on, because the overflow interrupt, which also changes them, is off by then.
 //
 //     TOV   compare A
 //     no    stale, cleared: the next end sets it
@@ -126,8 +129,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
             step_engine_halt(&step_engines[axis]);                                       \
         }                                                                                \
     }
-// The next period began before its successor was loaded, so the step after it would be late: the
-// assembly half has taken the pin from the timer before that edge. Interrupts off.
+// An underrun: the next period began before its successor was loaded, so that the step after it
+// would be late. The assembly half has already taken the pin from the timer, before that edge.
+// Called with interrupts off.
 #define LATE_HANDLER(axis, timer)                                                        \
     void step_isr_late_##axis(void);                                                     \
     void step_isr_late_##axis(void)                                                      \
@@ -145,7 +149,7 @@ void step_timer_halt(uint8_t which){
 #include BOARD_FILE
 }
 
-// Compare registers are not buffered in mode 0: load them there, then enter mode 15, stopped.
+// Load the compare registers in mode 0, where they are not buffered; then enter mode 15, stopped.
 #define PREPARE_FUNCTION(timer)                                                          \
     static void prepare_##timer(void)                                                    \
     {                                                                                    \
@@ -164,7 +168,8 @@ void step_timer_halt(uint8_t which){
 #define BOARD_AXIS(axis, timer) PREPARE_FUNCTION(timer)
 #include BOARD_FILE
 
-// One store after the other, two cycles apart; each timer starts that much further on.
+// The stores that start the timers follow each other two cycles apart. Each timer therefore starts
+// from a count that is two cycles further on, and all timers count in phase.
 #define START_CYCLES 2u
 static void start_in_phase(void)
 {
@@ -238,7 +243,7 @@ bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
     return published;
 }
 
-// The overflow interrupt takes over again from the one of a halted axis.
+// Let the overflow interrupt take over again from the compare A interrupt of a halted axis.
 #define RESUME_CASE(number, timer)                                                       \
     case (number):                                                                       \
         TIMSK##timer =                                                                   \
@@ -269,7 +274,8 @@ bool step_timer_settle(uint8_t axis, uint8_t *slot)
     return settled;
 }
 
-// The flag that each STEP edge's own match sets; nothing else looks at it.
+// Read and clear the compare B flag. The match that makes a STEP edge sets it, and no other code
+// uses it.
 #define PULSED_CASE(number, timer)                                                       \
     case (number):                                                                       \
         pulsed = (TIFR##timer & _BV(OCF##timer##B)) != 0;                                \
@@ -288,8 +294,8 @@ bool step_timer_pulsed(uint8_t axis)
     return pulsed;
 }
 
-// The pin stays with the timer: taken away while it is high, it would rise once more when it is
-// given back.
+// The pin stays with the timer. A pin that is taken from the timer while it is high would rise once
+// more when the timer gets it back.
 #define SILENCE_CASE(number, timer)                                                      \
     case (number):                                                                       \
         ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \

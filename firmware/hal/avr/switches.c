@@ -29,14 +29,14 @@ uint8_t switches_read(uint8_t axis)
     return levels;
 }
 
-// The comparator is a source of timer 1's capture alone, on every part.
+// On every part the analog comparator can trigger the capture of timer 1 and of no other timer.
 #define BOARD_AXIS(axis, timer)                                                          \
     _Static_assert((timer) != 1 || (axis) == CONFIG_SWITCH_CAPTURE_AXIS,                 \
                    "BOARD_SWITCH_CAPTURE_AXIS is the axis of timer 1");                  \
     _Static_assert((timer) != BOARD_PIXEL_CLOCK_TIMER ||                                 \
                        (axis) == CONFIG_PIXEL_CLOCK_AXIS,                                \
                    "BOARD_PIXEL_CLOCK_AXIS is the axis of BOARD_PIXEL_CLOCK_TIMER");
-// Home switches lie on the multiplexer's inputs of their axes' numbers.
+// The home switch of axis n is on input n of the ADC's multiplexer.
 #define BOARD_PIN(signal, axis, port, bit, header_pin)                                   \
     BOARD_KEEP(WANT_##signal)                                                            \
     (_Static_assert((axis) == (bit),                                                     \
@@ -49,7 +49,7 @@ uint8_t switches_read(uint8_t axis)
 #if FEATURE_HOMING
 
 #if CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS
-// The one timer's capture serves the switch or the pixel clock.
+// One timer's capture serves both: the switch during a seek, else the pixel clock.
 bool switch_capture_take(struct switch_capture *capture)
 {
     bool lost = false;
@@ -110,8 +110,8 @@ bool switch_capture_waiting(void)
 }
 #endif
 
-// Choosing input and edge can make an edge of its own: what was captured before the comparator's
-// and the capture's own stages have settled is forgotten.
+// Selecting an input or the direction of the edge can make an edge by itself. A capture from the
+// time before the comparator and the capture unit have settled is therefore dropped.
 #define SETTLE_LOOPS 6 // of three cycles
 
 static APART void choose_input(uint8_t axis, uint8_t comparator, bool rising)
@@ -127,13 +127,15 @@ static APART void choose_input(uint8_t axis, uint8_t comparator, bool rising)
     (void)switch_capture_take(&stale);
 }
 
-// The pin is compared with the bandgap reference: above it the comparator's output is low.
+// The comparator compares the pin with the bandgap reference: its output is low while the pin is
+// above the reference, so that a rising pin is a falling edge of the output.
 void switch_capture_start(uint8_t axis, bool to_high)
 {
     choose_input(axis, (uint8_t)(_BV(ACBG) | _BV(ACIC)), !to_high);
 }
 
-// The reference stays on: it takes 70 us to settle, and would be an edge meanwhile.
+// The reference stays on: when switched on, it takes 70 us to settle and could make an edge
+// meanwhile.
 void switch_capture_stop(void)
 {
     choose_input(0, (uint8_t)_BV(ACBG), true);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// USART 0, and timer 2 for silences. Interrupt handlers only move one byte. Receiving pauses while
-// sending: the line is half duplex, so only one of the three handlers is active at a time.
+// The bus is on USART 0; timer 2 measures silences. An interrupt handler only moves one byte.
+// Receiving pauses during sending, because the bus is half duplex: only one of the three handlers
+// is active at a time.
 //
-// Every byte sets timer 2 back to 0; its compare flag, for which no interrupt is enabled, is the
-// silence: the next byte's handler and the main loop find it there, however late they look.
+// Every received byte sets timer 2 back to 0. The timer's compare flag, for which no interrupt is
+// enabled, stands for a silence: the next byte's handler and the main loop find the flag set,
+// however late they look.
 #include "hal/uart.h"
 
 #include <avr/interrupt.h>
@@ -11,11 +13,11 @@
 
 #include "hal/avr/pins.h" // pins_write_rs485
 
-// Timer 2 counts 256 cycles, or 1024 where its eight bits would not do.
+// A count of timer 2 is 256 cycles, or 1024 where eight bits of shorter counts are not enough.
 #define COUNT_256  ((uint8_t)(_BV(CS22) | _BV(CS21)))
 #define COUNT_1024 ((uint8_t)(_BV(CS22) | _BV(CS21) | _BV(CS20)))
 
-// The upper four bits of UBRR0 stay 0 where a divisor has eight.
+// Where a divisor has eight bits, the upper four bits of UBRR0 stay 0.
 #if UART_DIVISOR_BITS == 8
 #define RATE_REGISTER UBRR0L
 #else
@@ -25,17 +27,18 @@
 #define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
 #define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
 
+// The buffer's front.
 static uint8_t *first_byte;
 
-// Where the next byte goes to or comes from, and where that ends.
+// The place of the next byte to receive or to send, and the end of that data.
 static uint8_t *volatile next_byte;
 static uint8_t *volatile end_byte;
 
-// Where the first silence behind any byte came; the buffer's front: there was none.
+// The place in the buffer behind which the first silence came; the buffer's front: no silence yet.
 static uint8_t *volatile first_silence;
 static volatile uint8_t overruns;
 
-static volatile uint8_t control_after; // UCSR0B, once the handler is over
+static volatile uint8_t control_after; // what UCSR0B gets at the end of the handler
 
 #if defined(USART_RX_vect)
 #define RECEIVE_VECTOR  USART_RX_vect
@@ -47,7 +50,8 @@ static volatile uint8_t control_after; // UCSR0B, once the handler is over
 #define COMPLETE_VECTOR USART0_TX_vect
 #endif
 
-// The receiver is off from the making of a reply to its end: what comes then belongs to nobody.
+// Values of UCSR0B. The receiver is off from the moment when a reply is made until it has left:
+// bytes that come meanwhile belong to no request.
 #define ENABLE_NONE     ((uint8_t)(_BV(RXEN0) | _BV(TXEN0)))
 #define ENABLE_RECEIVE  ((uint8_t)(_BV(RXCIE0) | _BV(RXEN0) | _BV(TXEN0)))
 #define ENABLE_MUTE     ((uint8_t)(_BV(TXEN0)))
@@ -55,10 +59,10 @@ static volatile uint8_t control_after; // UCSR0B, once the handler is over
 #define ENABLE_COMPLETE ((uint8_t)(_BV(TXCIE0) | _BV(TXEN0)))
 
 // A handler first masks its own source and then lets the step interrupts in, before it saves
-// anything else: it keeps them waiting for 15 cycles (17 on the Mega). Its body is another
-// function, an interrupt handler to the compiler. Its source is taken in again when the body has
-// left the stack, with interrupts off: where handlers are slower than the line, each would nest in
-// the one before.
+// anything else. The step interrupts therefore wait for 15 cycles at most (17 on the Mega). The
+// handler's body is another function, which the compiler treats as an interrupt handler. The source
+// is enabled again with interrupts off, when the body has left the stack: otherwise each handler
+// would nest in the one before, where handlers are slower than the bus.
 #define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \
@@ -75,7 +79,8 @@ static volatile uint8_t control_after; // UCSR0B, once the handler is over
     }                                                                                    \
     static void serial_##body(void)
 
-// 14 cycles (15) behind the body. The instruction behind SEI comes before any interrupt.
+// The end of every handler: 14 cycles behind the body (15 on the Mega). SEI lets RET execute before
+// any interrupt, so that handlers do not pile up on the stack.
 static void serial_over(void) __asm__("serial_over") __attribute__((naked, used));
 static void serial_over(void)
 {
@@ -89,8 +94,8 @@ static void serial_over(void)
                      : [value] "i"(&control_after), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));
 }
 
-// Budget: 125 cycles, once a character (176 cycles at 1,000,000 baud); behind a silence only, else
-// 110.
+// Budget: 125 cycles for the first character behind a silence, 110 for any other; a character takes
+// 176 cycles at 1,000,000 baud.
 SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
 {
     uint8_t status = UCSR0A;
@@ -104,8 +109,8 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
             first_silence = to;
         }
     }
-    // A byte with a wrong parity or stop bit is left out: the frame's checksum then fails, as it
-    // does after a byte that was lost.
+    // A byte with a wrong parity or stop bit is left out. The frame's checksum then fails, as it
+    // also does when a byte was lost.
     if ((status & (_BV(DOR0) | _BV(FE0) | _BV(UPE0))) != 0) {
         if ((status & _BV(DOR0)) != 0) {
             overruns++;
@@ -123,8 +128,9 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
     uint8_t byte = *from;
 
     from++;
-    // Where step interrupts kept this one waiting the line has run empty, and said so: that is not
-    // the reply's end. At once: with the byte, before it can have left.
+    // When step interrupts have delayed this handler, the transmitter has run empty and set TXC0,
+    // although the reply is not at its end. Clear that flag together with the store of the byte,
+    // before the byte can have left.
     cli();
     UDR0 = byte;
     UCSR0A = (uint8_t)(_BV(TXC0) | _BV(U2X0));
@@ -163,7 +169,7 @@ void uart_start(uint8_t *bytes)
 
 void uart_set(uart_divisor divisor, enum uart_parity parity, uint16_t silence_counts)
 {
-    // Odd is 3 and even is 2 in the place where the setting has 1 and 2.
+    // The parity field of UCSR0C is 3 for odd and 2 for even, where `parity` is 1 and 2.
     uint8_t format =
         parity == UART_NONE
             ? FORMAT_NONE
@@ -191,8 +197,9 @@ bool uart_silent(void)
 
 bool uart_received(uint16_t *count)
 {
-    // In this order: a byte that comes meanwhile ends the silence, or is behind it and not one of
-    // these. The first byte of all leaves no gap behind it.
+    // The order of the three reads matters: a byte that comes meanwhile either ends the silence, or
+    // it comes after the silence and is not counted here. A silence ahead of the first byte in the
+    // buffer is not a silence behind any byte.
     cli();
     const uint8_t *to = next_byte;
     sei();
@@ -214,7 +221,8 @@ void uart_drop(uint16_t count)
     uint8_t *to = first_byte;
     const uint8_t *from = first_byte + count;
 
-    // The receiver is kept waiting for one byte's turn at a time; in the end nothing is left over.
+    // The receive interrupt waits only while one byte is moved. When no byte is left to move, it
+    // stays masked until next_byte is right.
     for (;;) {
         UCSR0B = ENABLE_NONE;
         if (from == next_byte) {
@@ -227,7 +235,7 @@ void uart_drop(uint16_t count)
     }
     next_byte = to;
     if (first_silence != first_byte) {
-        first_silence -= count; // the front when it was at this end
+        first_silence -= count; // the buffer's front if it was right behind these
     }
     UCSR0B = ENABLE_RECEIVE;
 }

@@ -3,10 +3,10 @@
 //
 //     pixstep-libmodbus PORT BOARD ID AXES HZ     its name, number, axes, ticks a second
 //
-// First a line with the board's register `features`, then a line a case on standard output: its
-// name (as in hostile/clients/cases.py), a tab, "ok", "exception 01" if the board does not serve
-// the function that the case wants, or what is wrong. Cases that libmodbus has no way to ask for
-// are not in its list.
+// Standard output begins with a row that has the board's register `features`. A row for each case
+// follows: the name of the case (as in hostile/clients/cases.py), a tab, and then "ok", "exception
+// 01" if the board does not serve the function that the case needs, or what is wrong. Cases that
+// libmodbus cannot send are not in its list.
 #include <errno.h>
 #include <modbus.h>
 #include <stdarg.h>
@@ -57,7 +57,7 @@ static bool same(long found, long wanted)
     return found == wanted || wrong("%ld, not %ld", found, wanted);
 }
 
-// What a call of libmodbus must return when it is served.
+// True when a call of libmodbus has ended without an error.
 static bool good(int result)
 {
     return result >= 0 || wrong("%s", modbus_strerror(errno));
@@ -106,7 +106,7 @@ static bool reset(void)
     return write_pair(DIR_SETUP, DIR_DEFAULT, DIR_DEFAULT);
 }
 
-// Requests that libmodbus would not make itself; unit and function first.
+// Send a request that libmodbus itself would not make. It begins with unit and function.
 static int raw(uint8_t function, uint16_t first, uint16_t second, int data)
 {
     uint8_t request[REPLY_MAX] = {UNIT,
