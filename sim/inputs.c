@@ -48,7 +48,7 @@ void inputs_drive(struct inputs *in, char port, unsigned bit, bool level, uint64
     if (in->wire_log != NULL && !ports_is_driven(in->ports, port, bit, level)) {
         wire_log_pin(in->wire_log, port, bit, level, cycle);
     }
-    ports_drive(in->ports, port, bit, level);
+    ports_drive(in->ports, port, bit, level, cycle);
     switches_pin_driven(in->switches, port, bit, level, cycle);
     inputs_follow_port(in, (unsigned)(port - 'A'), cycle);
 }

@@ -9,6 +9,10 @@
 #include "access.h"
 #include "peripheral.h"
 
+// From a level at the pin to PINx: 0.5 to 1.5 cycles on the part. An instruction that begins in the
+// very cycle of the change still reads the level before.
+#define SYNCHRONIZER_CYCLES 1
+
 static unsigned index_of(char port)
 {
     return (unsigned)(port - 'A');
@@ -56,7 +60,33 @@ bool ports_is_driven(const struct ports *p, char port, unsigned bit, bool level)
     return driven && before == level;
 }
 
-void ports_drive(struct ports *p, char port, unsigned bit, bool level)
+// PINx takes the levels over.
+static void take_levels(struct ports *p)
+{
+    for (unsigned index = 0; index < PORTS_COUNT; index++) {
+        char port = (char)('A' + index);
+
+        for (unsigned bit = 0; p->pins[index].arriving >> bit != 0; bit++) {
+            if ((p->pins[index].arriving >> bit & 1U) != 0) {
+                avr_raise_irq(pin_irq(p, port, bit),
+                              p->pins[index].driven_level >> bit & 1U);
+            }
+        }
+        p->pins[index].arriving = 0;
+    }
+}
+
+static avr_cycle_count_t on_synchronized(struct avr_t *avr,
+                                         avr_cycle_count_t when,
+                                         void *param)
+{
+    (void)avr;
+    (void)when;
+    take_levels(param);
+    return 0;
+}
+
+void ports_drive(struct ports *p, char port, unsigned bit, bool level, uint64_t cycle)
 {
     unsigned index = index_of(port);
     uint8_t mask = (uint8_t)(1U << bit);
@@ -69,7 +99,12 @@ void ports_drive(struct ports *p, char port, unsigned bit, bool level)
     external.mask = p->pins[index].driven_mask;
     external.value = p->pins[index].driven_level;
     (void)avr_ioctl(p->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL((uint32_t)port), &external);
-    avr_raise_irq(pin_irq(p, port, bit), level ? 1 : 0);
+    p->pins[index].arriving |= mask;
+    if (p->avr->cycle > cycle) {
+        take_levels(p);
+    } else {
+        avr_cycle_timer_register(p->avr, SYNCHRONIZER_CYCLES, on_synchronized, p);
+    }
 }
 
 static void on_port_written(struct avr_irq_t *irq, uint32_t value, void *param)

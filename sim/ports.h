@@ -31,6 +31,7 @@ struct ports {
     struct {
         uint8_t port, ddr;                 // as last written
         uint8_t driven_mask, driven_level; // from outside
+        uint8_t arriving;                  // driven levels that PINx does not show yet
     } pins[PORTS_COUNT];
 };
 
@@ -57,5 +58,7 @@ bool ports_is_high_output(const struct ports *ports, char port, unsigned bit);
 // The pin is already driven to this level from outside.
 bool ports_is_driven(const struct ports *ports, char port, unsigned bit, bool level);
 
-// Drives a pin from outside, from now on. The part must have the pin.
-void ports_drive(struct ports *ports, char port, unsigned bit, bool level);
+// Drives a pin from outside, from this cycle on, not after the present one. The part must have the
+// pin. ports_level() has the level at once, PINx a cycle later: its synchronizer.
+void ports_drive(
+    struct ports *ports, char port, unsigned bit, bool level, uint64_t cycle);
