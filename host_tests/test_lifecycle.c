@@ -118,7 +118,7 @@ static void a_stop_ends_every_state(void)
 // The register shows only eight states: two more states are shown as one of these.
 static void what_the_register_shows(void)
 {
-    for (uint8_t state = 0; state < AXIS_STARTING; state++) {
+    for (uint8_t state = 0; state < (uint8_t)AXIS_STARTING; state++) {
         reach((enum axis_state)state);
         TEST_ASSERT_EQUAL_UINT8(state, lifecycle_shown(&life));
     }

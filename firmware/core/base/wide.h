@@ -41,7 +41,7 @@ static inline struct wide wide_from_int32(int32_t value)
 // The number with 64 bits, exactly. For tests and for processors that have them.
 static inline int64_t wide_to(struct wide value)
 {
-    return ((int64_t)value.high << 8) | value.low;
+    return (int64_t)value.high * 256 + value.low;
 }
 
 #if defined(__AVR__)
