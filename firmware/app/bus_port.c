@@ -11,9 +11,9 @@
 #include "wire/baud.h"    // baud_*
 #include "wire/frame.h"   // struct frame
 
-_Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES,
-               "the line receives into the bus_frame");
-_Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL, "the line's clock");
+_Static_assert(FRAME_ROOM_BYTES == UART_BUFFER_BYTES, "the port receives into the frame");
+_Static_assert(CONFIG_TIMER_HZ / 8u == BAUD_CLOCK_100 * 100uL,
+               "the clock that divisors are counted in");
 
 // The one buffer of the bus: a request is received here, its reply replaces it and is sent from
 // here.

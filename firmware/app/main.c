@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "app/board.h"      // board_start
-#include "app/bus_port.h"   // serial_*
+#include "app/bus_port.h"   // bus_port_*
 #include "app/round.h"      // round_poll
 #include "app/safety.h"     // safety_start
 #include "app/settings.h"   // settings_override_address

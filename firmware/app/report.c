@@ -250,7 +250,7 @@ static const struct source more_sources[] IN_FLASH = {
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 _Static_assert(COUNT(board_sources) == REG_AXIS_BASE,
-               "the first area ends where the axis_sources begin");
+               "the board's registers end where the axes' begin");
 _Static_assert(COUNT(axis_sources) == REG_AXIS_STRIDE,
                "an axis's registers follow each other");
 

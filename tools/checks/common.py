@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the rules share: the repository's files, and how a rule ends."""
 
+import argparse
 import re
 import subprocess
 import sys
@@ -34,6 +35,14 @@ def board_names(root: Path = ROOT) -> list[str]:
 def build_folder(board: str, root: Path = ROOT) -> Path:
     """Where a board's build is."""
     return root / "build" / board
+
+
+def table_options(about: str) -> argparse.Namespace:
+    """Read the command line of a rule that keeps a table in a document: `check`, `write`."""
+    parser = argparse.ArgumentParser(description=about)
+    parser.add_argument("--check", type=Path, metavar="FILE", help="compare with the table in FILE")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="rewrite the table in FILE")
+    return parser.parse_args()
 
 
 def finish(rule: str, looked_at: str, problems: list[str]) -> None:

@@ -12,14 +12,13 @@ A switch has to be worth some flash, or what it is there for stays in the image 
 may differ from the table by SLACK_BYTES, and with another compiler nothing is compared.
 """
 
-import argparse
 import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from avr_stack import ImageError
-from common import ROOT, board_names, build_folder, finish
+from common import ROOT, board_names, build_folder, finish, table_options
 from feature_builds import BuildError, Maker, read_build, run
 from map_file import MapError
 from module_sizes import compiler_of
@@ -203,17 +202,9 @@ def judge(costs: Costs, compiler: str, path: Path) -> list[str]:
     return found
 
 
-def arguments() -> argparse.Namespace:
-    """Read the command line."""
-    parser = argparse.ArgumentParser(description="What each feature takes of each board.")
-    parser.add_argument("--check", type=Path, metavar="FILE", help="compare with the table in FILE")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="rewrite the table in FILE")
-    return parser.parse_args()
-
-
 def main() -> None:
     """Build, measure, print, write, judge."""
-    options = arguments()
+    options = table_options("What each feature takes of each board.")
     source = ROOT / "firmware" / "build_features.def"
     features = read_features(source.read_text(encoding="utf-8"))
     try:

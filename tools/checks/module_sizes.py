@@ -10,13 +10,12 @@ those of modules that are optimised as one program from the image's symbols (who
 Another compiler version makes different code: the rule then prints so and compares nothing.
 """
 
-import argparse
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import whole_program
-from common import ROOT, board_names, build_folder, finish, repository_files
+from common import ROOT, board_names, build_folder, finish, repository_files, table_options
 from map_file import GAPS, STUBS, WHOLE_PROGRAM, Bytes, Image, MapError, read_map
 from modules import ModuleError, module_of, objects, short
 
@@ -216,17 +215,9 @@ def judge(now: Record, path: Path) -> list[str]:
     return found
 
 
-def arguments() -> argparse.Namespace:
-    """Read the command line."""
-    parser = argparse.ArgumentParser(description="Flash and RAM of each module of the images.")
-    parser.add_argument("--check", type=Path, metavar="FILE", help="compare with the table in FILE")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="rewrite the table in FILE")
-    return parser.parse_args()
-
-
 def main() -> None:
     """Measure, print, write, judge."""
-    options = arguments()
+    options = table_options("Flash and RAM of each module of the images.")
     try:
         now = measure(board_names())
         if options.write:
