@@ -65,11 +65,12 @@ static void take_levels(struct ports *p)
 {
     for (unsigned index = 0; index < PORTS_COUNT; index++) {
         char port = (char)('A' + index);
+        unsigned arriving = p->pins[index].arriving;
+        unsigned level = p->pins[index].driven_level;
 
-        for (unsigned bit = 0; p->pins[index].arriving >> bit != 0; bit++) {
-            if ((p->pins[index].arriving >> bit & 1U) != 0) {
-                avr_raise_irq(pin_irq(p, port, bit),
-                              p->pins[index].driven_level >> bit & 1U);
+        for (unsigned bit = 0; arriving >> bit != 0; bit++) {
+            if ((arriving >> bit & 1U) != 0) {
+                avr_raise_irq(pin_irq(p, port, bit), level >> bit & 1U);
             }
         }
         p->pins[index].arriving = 0;
