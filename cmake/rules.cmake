@@ -2,8 +2,6 @@
 # The project's rules as tests (label `rules`): who may include whom, what must not be in an image,
 # how large it may be, how plain the text is, whether a generated table still says what the source
 # says. Those about the text and the code need nothing but Python's own library.
-find_program(PIXSTEP_PYTHON NAMES python3 HINTS "${CMAKE_SOURCE_DIR}/build/venv/bin" REQUIRED)
-
 # rule(<name> <program> <argument>...): a test `rules.<name>` that runs a program from the root.
 function(rule name)
     add_test(NAME rules.${name} COMMAND ${ARGN} WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}")

@@ -17,9 +17,7 @@ from deffiles import TableError
 
 def tables(firmware: Path) -> dict:
     """Return everything that the .def files say; raises TableError for a mistake in one."""
-    faults = register_rows.codes(
-        firmware / "core/base/faults.def", "FAULT", register_rows.FAULT
-    )
+    faults = register_rows.codes(firmware / "core/base/faults.def", "FAULT", register_rows.FAULT)
     line_errors = register_rows.codes(
         firmware / "core/motion/line_errors.def", "LINE_ERROR", register_rows.LINE_ERROR
     )

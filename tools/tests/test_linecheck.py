@@ -24,7 +24,7 @@ def test_worked_example_is_fine(backlash):
     ("counts", "error"),
     [
         ([4, 4], None),
-        ([4, 12], ("ends_moving", 2)),
+        ([4, 12], ("ends_moving", 3)),
         ([4, 3], ("reverses_inside_pixel", 2)),
         ([4, 0], ("zero_while_moving", 2)),
         ([4, -4], ("negative_count", 2)),
@@ -41,7 +41,7 @@ def test_named_errors(counts, error):
 @pytest.mark.parametrize(
     ("counts", "backlash", "error"),
     [
-        ([0, 4, 8, 4, 0], 9, ("backlash_over_speed", 0)),
+        ([0, 4, 8, 4, 0], 9, ("backlash_over_speed", 1)),
         ([4, 8, 4], 4, ("backlash_no_room", 1)),
         ([0, 4, 8, 4, 0], 8, None),
     ],
@@ -51,7 +51,7 @@ def test_backlash(counts, backlash, error):
 
 
 def test_backlash_on_a_plain_line():
-    assert names([0, 5, 0], decode=PLAIN, backlash=1) == [("backlash_plain", 0)]
+    assert names([0, 5, 0], decode=PLAIN, backlash=1) == [("backlash_plain", 1)]
 
 
 def test_hazard_of_constant_counts_from_rest():

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Where the package finds what the build makes for it, in a clone and installed alike.
 
-                             in a clone                    installed from a wheel
-    tables, C core           build/host/python             pixstep/_built
-    images of the boards     build/BOARD/firmware          pixstep/_built
-    pixstep-sim              PIXSTEP_SIM, build/host/bin   PIXSTEP_SIM, PATH
+                         in a clone                    installed from a wheel
+tables, C core           build/host/python             pixstep/_built
+images of the boards     build/BOARD/firmware          pixstep/_built
+pixstep-sim              PIXSTEP_SIM, build/host/bin   PIXSTEP_SIM, PATH
 """
 
 import os
@@ -39,9 +39,12 @@ def source(relative: str) -> Path:
 
 def made(name: str) -> Path:
     """Return a file that the build makes for the package: tables, the C core."""
-    if installed():
-        return _INSTALLED / name
-    return _built(root() / "build" / "host" / "python" / name)
+    return _built(_made(name))
+
+
+def have_made(name: str) -> bool:
+    """True if the build has made this file for the package."""
+    return _made(name).is_file()
 
 
 def program(name: str) -> Path:
@@ -98,6 +101,11 @@ def _program(name: str) -> Path | None:
         return root() / "build" / "host" / "bin" / name
     found = shutil.which(name)
     return Path(found) if found else None
+
+
+def _made(name: str) -> Path:
+    folder = _INSTALLED if installed() else root() / "build" / "host" / "python"
+    return folder / name
 
 
 def _place(board: str, suffix: str) -> Path:

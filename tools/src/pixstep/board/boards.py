@@ -110,9 +110,7 @@ def _board(row: dict) -> Board:
         **own,
         tick_hz=row["cpu_hz"],
         all_features=bool(row["all_features"]),
-        programmer=Programmer(
-            row["avrdude_part"], row["avrdude_programmer"], row["avrdude_baud"]
-        ),
+        programmer=Programmer(row["avrdude_part"], row["avrdude_programmer"], row["avrdude_baud"]),
         timers={int(axis): timer for axis, timer in row["timers"].items()},
         pins=tuple(Pin(**pin) for pin in row["pins"]),
     )
