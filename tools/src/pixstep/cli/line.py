@@ -10,6 +10,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
+from pixstep.board.limits import named
 from pixstep.cli import reversal
 from pixstep.cli.options import (
     DECODE,
@@ -28,7 +29,6 @@ from pixstep.cli.options import (
 from pixstep.errors import UserError
 from pixstep.lines import linecheck, planner
 from pixstep.lines.line import Line
-from pixstep.lines.rational import period_ticks
 from pixstep.profiles import generator
 
 
@@ -80,9 +80,11 @@ def line_make(
 @backlash_option
 @raw_option
 @line_option
-@click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
+@click.option("--pixel-hz", type=HZ, help="Check the board's step rate and reversals too.")
 @clock_option
-@click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
+@click.option(
+    "--min-interval", type=click.IntRange(1, 65_535), help="Ticks. [default: the board's]"
+)
 @click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
 @click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
 @click.option(
@@ -96,13 +98,14 @@ def line_make(
 def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as_json, **limits):
     """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 2 refused."""
     checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
-    bounds = linecheck.Limits(
+    of_board = named(board, pixel_hz).of(checked) if pixel_hz else linecheck.Limits()
+    bounds = replace(
+        of_board,
         max_speed=limits["max_speed"],
         max_acceleration=limits["max_acceleration"],
         start_stop=limits["start_stop"],
         jerk_warning=limits["jerk_warn"],
-        min_interval_ticks=limits["min_interval"],
-        period_ticks=period_ticks(pixel_hz, boards.load(board).tick_hz) if pixel_hz else None,
+        min_interval_ticks=limits["min_interval"] or of_board.min_interval_ticks,
     )
     found = linecheck.check(checked, bounds)
     status = linecheck.exit_status(found)
@@ -143,7 +146,8 @@ def ticks(csv, decode, pixel_hz, backlash, raw, line_number, board, timer_hz, pi
     refuse_input(output, csv)
     chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
     tick_hz = timer_hz or boards.load(board).tick_hz
-    planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels)
+    limits = named(board, pixel_hz, tick_hz).of_core()
+    planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels, limits=limits)
     say(planned.warnings)
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1

@@ -5,7 +5,8 @@ import click
 from rich.console import Console
 
 from pixstep import atomic, progress
-from pixstep.board import boards
+from pixstep.board import boards, limits
+from pixstep.board.limits import BoardLimits
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
     DECODE,
@@ -86,7 +87,7 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
     if not force_upload:
-        _refuse_bad(lines)
+        _refuse_bad(lines, limits.named(board, options["pixel_hz"]))
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},
@@ -173,10 +174,11 @@ def _plants(lines: list[Line], options: dict) -> dict:
     return {"plants": plants, "ideals": ideals}
 
 
-def _refuse_bad(lines: list[Line]) -> None:
+def _refuse_bad(lines: list[Line], board: BoardLimits) -> None:
     """Raise for the first line that the host check refuses; nothing is uploaded then."""
     for line in lines:
-        errors = [item for item in linecheck.check(line) if item.severity == linecheck.ERROR]
+        found = linecheck.check(line, board.of(line))
+        errors = [item for item in found if item.severity == linecheck.ERROR]
         if errors:
             first = errors[0]
             raise UserError(

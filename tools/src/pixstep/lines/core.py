@@ -16,7 +16,7 @@ from pixstep.errors import UserError
 
 FIRST_WARNING = 32  # codes from here on are warnings: the line is taken
 LIBRARY = "_core.pyd" if sys.platform == "win32" else "_core.abi3.so"
-_NO_LIMIT = 0xFFFFFFFF
+NO_LIMIT = 0xFFFFFFFF  # ticks of a pixel
 _VALUES = 1 << 16  # planned at once
 _MOST_OF_ENTRY = 7  # findings: four limits, an oscillation, another error, a warning
 
@@ -31,7 +31,7 @@ class CoreLimits:
     in steps/pixel. What is left out is no limit.
     """
 
-    pixel_ticks: int = _NO_LIMIT
+    pixel_ticks: int = NO_LIMIT
     min_interval_ticks: int = 0
     smooth_min_interval_ticks: int = 0
     seek_min_interval_ticks: int = 0
@@ -74,8 +74,7 @@ def plan(
 ) -> np.ndarray:
     """Return the tick of each STEP edge, or with `pixels` a row (tick, steps) for each pixel edge.
 
-    The line must be one that `check` passes. Raises UserError for a pixel frequency that the board
-    cannot carry.
+    The line must be one that `check` passes, the frequency one that `rational.refuse_period` does.
     """
     ffi, lib = _core().ffi, _core().lib
     rows = list(entries)
@@ -84,10 +83,7 @@ def plan(
         tick_hz, hz.numerator, hz.denominator, _limits(limits), segments, len(rows), pixels
     )
     if not begun:
-        raise UserError(
-            f"pixel frequency {float(hz):g} Hz: the pixel period must be 1024 to 16777215 timer "
-            f"ticks"
-        )
+        raise MemoryError
     made = ffi.gc(begun, lib.plan_end)
     parts = []
     while True:

@@ -13,9 +13,9 @@ from fractions import Fraction
 from itertools import groupby, pairwise
 
 from pixstep.lines import core
-from pixstep.lines.core import Code, CoreLimits
+from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
 from pixstep.lines.line import Line
-from pixstep.lines.runs import COUNT_RANGE, queue_entries
+from pixstep.lines.runs import COUNT_RANGE, MAX_WORD, queue_entries
 
 ERROR = "error"
 WARNING = "warning"
@@ -43,18 +43,21 @@ class Limits:
     reversal_ticks: int | None = None
 
     def of_board(self) -> CoreLimits:
-        """Return those that a board has too, as its firmware takes them."""
-        shortest = self.min_interval_ticks or 0
-        known = {} if self.period_ticks is None else {"pixel_ticks": int(self.period_ticks)}
-        return CoreLimits(
-            min_interval_ticks=shortest if known else 0,
-            smooth_min_interval_ticks=shortest if known else 0,
-            seek_min_interval_ticks=shortest if known else 0,
-            reversal_min_ticks=(self.reversal_ticks or 0) if known else 0,
-            max_acceleration=self.max_acceleration or 0,
-            start_stop_steps=self.start_stop or 0,
-            **known,
-        )
+        """Return those that a board has too, as its firmware takes them.
+
+        Without a period no interval is known. What is above 16 bits is no limit there.
+        """
+        words = {
+            "max_acceleration": self.max_acceleration or 0,
+            "start_stop_steps": self.start_stop or 0,
+        }
+        if self.period_ticks is not None:
+            names = ("min_interval_ticks", "smooth_min_interval_ticks", "seek_min_interval_ticks")
+            words |= dict.fromkeys(names, self.min_interval_ticks or 0)
+            words["reversal_min_ticks"] = self.reversal_ticks or 0
+        capped = {name: min(value, MAX_WORD) for name, value in words.items()}
+        pixel_ticks = NO_LIMIT if self.period_ticks is None else int(self.period_ticks)
+        return CoreLimits(min(pixel_ticks, NO_LIMIT), **capped)
 
 
 @dataclass(frozen=True)
@@ -263,7 +266,7 @@ def _speed_findings(line: Line, limits: Limits) -> Iterator[Finding]:
     if not limits.max_speed:
         return
     ones = dict.fromkeys(("min_interval_ticks", "smooth_min_interval_ticks"), 1)
-    for code in core.check(entries(line), CoreLimits(limits.max_speed, **ones)):
+    for code in core.check(entries(line), CoreLimits(min(limits.max_speed, NO_LIMIT), **ones)):
         if code.name == "too_fast":
             speed = _top_speed(line, code.pixel)
             text = f"speed {speed} is above {limits.max_speed}"

@@ -11,6 +11,7 @@ from pixstep.errors import UserError
 from pixstep.lines import core, linecheck
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
+from pixstep.lines.rational import refuse_period
 
 EDGES, PIXELS = ("step", "tick"), ("pixel", "tick", "expected_steps")
 _SHORTEST_TICKS = 64  # below this the core's ring cannot be filled in time on any board
@@ -55,6 +56,7 @@ def plan(
     Raises LineRefusedError if the core's line check refuses, UserError for a pixel frequency that
     no board can carry.
     """
+    refuse_period(hz, tick_hz)
     limits = limits or loosest(hz, tick_hz)
     entries = linecheck.entries(line)
     found = core.check(entries, limits)

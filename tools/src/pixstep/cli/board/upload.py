@@ -6,7 +6,7 @@ from fractions import Fraction
 import click
 
 from pixstep import progress
-from pixstep.board import run, uploading
+from pixstep.board import limits, run, uploading
 from pixstep.board.client import Board
 from pixstep.board.world import World
 from pixstep.cli.board.group import (
@@ -100,11 +100,11 @@ def _check(known: Known, lines: dict[int, Line], hz: Fraction | None, *, force: 
         return
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
-    limits = uploading.limits(known.board, hz)
+    found = limits.connected(known.board, hz)
     for item in lines.values():
         say(
-            f"{item.name}: {found.name} at pixel {found.pixel}: {found.message}"
-            for found in uploading.check(item, limits)
+            f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
+            for one in uploading.check(item, found)
         )
 
 
@@ -132,7 +132,7 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
             run.arm(board, axes)
         note_unattended(board)
     state, where = run.states(board, axes), run.positions(board, axes)
-    hz = uploading.limits(board).pixel_hz
+    hz = limits.connected(board).pixel_hz
     return {
         "unit": board.unit,
         "pixel_hz": hz_text(hz),
