@@ -40,11 +40,11 @@ def build(folder: Path) -> Path:
     """Build the wheel and return its file."""
     made = folder / "dist"
     shutil.rmtree(made, ignore_errors=True)
+    images = f"cmake.define.PIXSTEP_IMAGES={ROOT / 'build'}"
     call([
         sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check",
         "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", made,
-        "-C", f"build-dir={folder / 'build'}", "-C", f"cmake.define.PIXSTEP_IMAGES={ROOT / 'build'}",
-        ROOT,
+        "-C", f"build-dir={folder / 'build'}", "-C", images, ROOT,
     ])  # fmt: skip
     (wheel,) = made.glob("*.whl")
     return wheel

@@ -13,8 +13,10 @@
 #define DELAY_TICKS   1000u
 
 // A period passes no more pixel edges than there are marks.
-_Static_assert(RECORDS_KEPT >= FEED_MARKS, "a period passes more pixel edges than are kept");
-_Static_assert(PLAN_MIN_ROOM / 2u >= 2u * FEED_MARKS, "a period makes more rows than fit");
+_Static_assert(RECORDS_KEPT >= FEED_MARKS,
+               "a period passes more pixel edges than are kept");
+_Static_assert(PLAN_MIN_ROOM / 2u >= 2u * FEED_MARKS,
+               "a period makes more rows than fit");
 
 struct plan {
     struct step_ring ring;
