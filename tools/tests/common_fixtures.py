@@ -101,23 +101,24 @@ def mbpoll():
     _need(shutil.which("mbpoll") is not None, "mbpoll", "is not installed")
 
 
-def invoker(command):
-    """Return a function that runs a command line of `command`; a traceback fails the test."""
+@pytest.fixture
+def invoked():
+    """Return the command that `invoke` runs."""
+    return main
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch, invoked):
+    """Return a function that runs a command line in an empty folder: status, output, stderr."""
+    monkeypatch.chdir(tmp_path)
 
     def run(*words, status=0):
-        done = CliRunner().invoke(command, [str(word) for word in words])
+        done = CliRunner().invoke(invoked, [str(word) for word in words])
         assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
         assert done.exit_code == status, done.output
         return done
 
     return run
-
-
-@pytest.fixture
-def invoke(tmp_path, monkeypatch):
-    """Return a function that runs a command line in an empty folder: status, output, stderr."""
-    monkeypatch.chdir(tmp_path)
-    return invoker(main)
 
 
 @pytest.fixture
