@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-# The boards' images in a wheel of the Python package. `pip install .` builds them with avr-gcc;
-# --config-settings=cmake.define.PIXSTEP_IMAGES=OFF leaves them out, and a folder in the place of OFF
-# says where they were built, as in a clone's `build`.
+# The boards' images in a wheel of the package. `pip install .` builds them with avr-gcc;
+# --config-settings=cmake.define.PIXSTEP_IMAGES=OFF leaves them out, and a folder in the place of
+# OFF says where they were built, as in a clone's `build`.
 add_custom_target(wheel_parts DEPENDS python_parts)
 set(PIXSTEP_IMAGES BUILD CACHE STRING "Images in the wheel: BUILD, OFF, or a folder that has them")
 

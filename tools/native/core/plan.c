@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A line goes through the board's own queue, decoder and ring; a loop in place of the step interrupt
-// reads the ring.
+// A line goes through the board's own queue, decoder and ring; a loop in place of the step
+// interrupt reads the ring.
 #include <stdlib.h>
 
 #include "base/require.h"
