@@ -57,7 +57,6 @@ COMMANDS = {
     "go": 13,
 }
 MAX_EVENTS = 256  # of any board's event log; each says its own in event_capacity
-AXIS_STATES = ("empty", "loading", "loaded", "armed", "running", "done", "refused", "fault")
 _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
 
 
@@ -215,3 +214,6 @@ def _named(registers: tuple[Register, ...], name: str) -> Register:
         if register.name == name:
             return register
     raise UserError(f"the register map has no register {name!r}")
+
+
+AXIS_STATES = tuple(register_map().axis_input("axis_state").values.values())
