@@ -10,7 +10,7 @@ from pixstep.board.client import Board
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
 from pixstep.lines.linecheck import Limits
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.rational import period_ticks, refuse_period
 
 _MICROSECONDS = 1_000_000
 
@@ -60,10 +60,11 @@ class BoardLimits:
 def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None) -> BoardLimits:
     """Return the limits of a board with its default settings; at another timer's rate if given.
 
-    Raises UserError for an unknown board.
+    Raises UserError for an unknown board, and for a pixel frequency that a board cannot carry.
     """
     board = boards.load(name)
     rate = tick_hz or board.tick_hz
+    refuse_period(pixel_hz, rate)
     known = settings.defaults()
     return BoardLimits(
         pixel_hz,

@@ -56,7 +56,7 @@ class Code:
 def check(entries: Iterable[Entry], limits: CoreLimits) -> list[Code]:
     """Check a line as a board does; the first error is the one that the board gives."""
     ffi, lib = _core().ffi, _core().lib
-    rows = list(entries)
+    rows = _words(entries)
     room = _MOST_OF_ENTRY * len(rows)
     found = ffi.new("struct core_finding[]", max(room, 1))
     segments = ffi.new("struct segment[]", rows)
@@ -77,7 +77,7 @@ def plan(
     The line must be one that `check` passes, the frequency one that `rational.refuse_period` does.
     """
     ffi, lib = _core().ffi, _core().lib
-    rows = list(entries)
+    rows = _words(entries)
     segments = ffi.new("struct segment[]", rows)  # kept until the plan ends
     begun = lib.plan_begin(
         tick_hz, hz.numerator, hz.denominator, _limits(limits), segments, len(rows), pixels
@@ -96,6 +96,11 @@ def plan(
         parts.append(values[:count])
     found = np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
     return found.reshape(-1, 2) if pixels else found
+
+
+def _words(entries: Iterable[Entry]) -> list[Entry]:
+    """Return entries with the words of marks and parameters as the signed counts they are."""
+    return [((count + 0x8000 & 0xFFFF) - 0x8000, repeat) for count, repeat in entries]
 
 
 def _limits(limits: CoreLimits):
