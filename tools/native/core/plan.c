@@ -119,8 +119,7 @@ static void fill_queue(struct plan *plan)
 
 static bool line_over(const struct plan *plan)
 {
-    return plan->axis.phase == DECODE_OUTSIDE &&
-           plan->axis.ledger.retired == plan->axis.feed.head;
+    return plan->axis.phase == DECODE_OUTSIDE && axis_ring_fill(&plan->axis) == 0;
 }
 
 static void arm(struct plan *plan)
