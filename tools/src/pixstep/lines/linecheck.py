@@ -10,7 +10,7 @@ want: a limit of the jerk, and of the acceleration of plain lines.
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
-from itertools import groupby, pairwise
+from itertools import groupby, islice, pairwise, takewhile
 
 from pixstep.lines import core
 from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
@@ -80,7 +80,7 @@ def check(line: Line, limits: Limits | None = None) -> list[Finding]:
     """Return all findings of a line, in pixel order, errors first at the same pixel."""
     limits = limits or Limits()
     codes = core.check(entries(line), limits.of_board())
-    found = [_finding(line, code, limits) for code in codes]
+    found = [item for code in codes for item in _spread(line, _finding(line, code, limits))]
     found += [*_speed_findings(line, limits), *_motor_findings(line, codes, limits)]
     return sorted(found, key=lambda item: (item.pixel, item.severity))
 
@@ -167,9 +167,24 @@ def oscillations(line: Line) -> Iterator[Oscillation]:
 
 def _run_at(line: Line, pixel: int) -> Oscillation:
     """Return the equal counts that begin at a pixel."""
-    count = line.counts[pixel - 1]
-    _, run = next(groupby(line.counts[pixel - 1 :]))
-    return Oscillation(pixel, len(list(run)), count, line.speeds[pixel - 1])
+    return Oscillation(
+        pixel, _equal_counts(line, pixel), line.counts[pixel - 1], line.speeds[pixel - 1]
+    )
+
+
+def _equal_counts(line: Line, pixel: int) -> int:
+    """Return how many equal counts begin at a pixel."""
+    count, behind = line.counts[pixel - 1], islice(line.counts, pixel - 1, None)
+    return sum(1 for _ in takewhile(lambda other: other == count, behind))
+
+
+def _spread(line: Line, item: Finding) -> Iterator[Finding]:
+    """Yield a finding, of a plain line that is too fast for each of its equal pixels."""
+    length = 1
+    if item.name == "too_fast" and not line.smooth:
+        length = _equal_counts(line, item.pixel)
+    for pixel in range(item.pixel, item.pixel + length):
+        yield replace(item, pixel=pixel)
 
 
 def _finding(line: Line, code: Code, limits: Limits) -> Finding:
@@ -270,7 +285,7 @@ def _speed_findings(line: Line, limits: Limits) -> Iterator[Finding]:
         if code.name == "too_fast":
             speed = _top_speed(line, code.pixel)
             text = f"speed {speed} is above {limits.max_speed}"
-            yield Finding(code.name, ERROR, code.pixel, text)
+            yield from _spread(line, Finding(code.name, ERROR, code.pixel, text))
 
 
 def _motor_findings(line: Line, codes: list[Code], limits: Limits) -> Iterator[Finding]:
