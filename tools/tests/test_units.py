@@ -35,7 +35,7 @@ def test_a_fraction_of_a_hertz_stays_exact():
 
 @pytest.mark.parametrize(
     ("text", "order"),
-    [("", SPEED), ("-4", SPEED), ("4mm/s", SPEED), ("4steps/s2", SPEED), ("4steps/s", JERK)],
+    [("", SPEED), ("-4", SPEED), ("4mm/px3", SPEED), ("4steps/s2", SPEED), ("4steps/s", JERK)],
 )
 def test_refused(text, order):
     with pytest.raises(UserError, match="expected"):

@@ -14,6 +14,7 @@ from pixstep.cli import (
     home,
     hostile,
     line,
+    machinedefaults,
     move,
     profile,
     show,
@@ -45,3 +46,4 @@ _groups = (
 for command in (command for group in _groups for command in group.COMMANDS):
     main.add_command(command)
 line.line.add_command(show.line_show)
+machinedefaults.offer(main)

@@ -16,6 +16,7 @@ from pixstep.cli.options import (
     pixel_hz_option,
     raw_option,
 )
+from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -32,7 +33,7 @@ from pixstep.simulation.simtask import simulate
 @pixel_hz_option
 @click.option(
     "--backlash",
-    type=click.IntRange(min=0),
+    type=StepsType(0),
     multiple=True,
     help="Steps; once, or per line.",
 )
