@@ -9,6 +9,7 @@ default of the command itself. A file is read only when a command asks for one o
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,10 +19,10 @@ from click.core import ParameterSource
 
 from pixstep.cli.quantities import set_scale
 from pixstep.errors import UserError
+from pixstep.lines.units import SPEED, Quantity, Scale
 from pixstep.machine import finding
 
 if TYPE_CHECKING:
-    from pixstep.lines.units import Scale
     from pixstep.machine.model import Machine, MachineBoard, Motor
 
 _FACTS_OF = "pixstep.machine"
@@ -125,13 +126,7 @@ class Facts(dict):
 def in_force(ctx: click.Context) -> str | None:
     """Return the path of the machine file that a command used, for its JSON."""
     facts = ctx.meta.get(_FACTS_OF)
-    return str(facts.machine.path) if facts and facts.machine else None
-
-
-def motor_of(ctx: click.Context) -> Motor | None:
-    """Return the motor of the command line or the machine's only one; None without a machine."""
-    facts = ctx.meta.get(_FACTS_OF)
-    return facts.motor if facts and facts.machine else None
+    return None if facts is None or facts.machine is None else str(facts.machine.path)
 
 
 def by_machine(ctx: click.Context, name: str) -> bool:
@@ -213,6 +208,15 @@ def _limit(key: str) -> Callable[[Facts], object]:
     return lambda facts: facts.motor.limit(key)
 
 
+def _top_speed(facts: Facts) -> Quantity | None:
+    """The highest speed of a profile within the motor's limit: even, in steps/pixel."""
+    limit = facts.motor.limit("max_speed")
+    if limit is None:
+        return None
+    speed = limit.per_pixel(facts.machine.pixel_hz) // 2 * 2
+    return Quantity(Fraction(speed), SPEED, False, str(speed))
+
+
 def _play(facts: Facts) -> int | None:
     return facts.motor.backlash_steps or None
 
@@ -240,7 +244,7 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
     "profile": _profile,
     "pixels": _of_line("pixels"),
     "lead_in": _of_line("lead_in"),
-    "top_speed": _limit("max_speed"),
+    "top_speed": _top_speed,
     "max_speed": _limit("max_speed"),
     "max_acceleration": _limit("max_acceleration"),
     "max_jerk": _limit("max_jerk"),

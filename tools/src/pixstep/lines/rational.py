@@ -11,7 +11,7 @@ _FRACTION = re.compile(r"[0-9]{1,10}/[0-9]{1,10}")
 _UNIT = re.compile(r" *(k|M|m)?Hz$")
 _PREFIXES = {None: 1, "m": Fraction(1, 1000), "k": 1000, "M": 1_000_000}
 _U32_MAX = 0xFFFFFFFF
-_PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
+PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
 
 def parse_hz(text: str) -> Fraction:
@@ -53,7 +53,7 @@ def edge_tick(pixel: int, period: Fraction) -> int:
 
 def refuse_period(hz: Fraction, tick_hz: int) -> None:
     """Raise UserError for a frequency whose pixel period a board's grid cannot carry."""
-    low, high = _PERIOD_TICKS
+    low, high = PERIOD_TICKS
     if not low <= period_ticks(hz, tick_hz) <= high:
         raise UserError(
             f"pixel frequency {float(hz):g} Hz: the period must be {low} to {high} ticks"
