@@ -10,7 +10,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.cli import machinedefaults, reversal
+from pixstep.cli import line_import, machinedefaults, reversal
 from pixstep.cli.options import (
     DECODE,
     FILE,
@@ -220,5 +220,6 @@ def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHead
 
 
 line.add_command(reversal.line_compensate)
+line.add_command(line_import.line_import)
 
 COMMANDS = (line, ticks)

@@ -184,6 +184,9 @@ def _axis(facts: Facts) -> int:
 
 
 def _axes(facts: Facts) -> list[int] | None:
+    """Which axes a command acts on, if --motor says so."""
+    if not facts.multiple("axes"):
+        return None
     return [motor.axis for motor in facts.motors] if facts.names else None
 
 
