@@ -53,7 +53,7 @@ class Facts(dict):
         try:
             return _FACTS[name](self)
         except UserError:
-            if param.required:
+            if param.required or self.names:
                 raise
             return None
 

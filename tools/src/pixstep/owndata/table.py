@@ -113,7 +113,7 @@ def _separator(texts: Sequence[str]) -> str:
 
 def _fields(text: str, separator: str) -> list[str]:
     if not separator:
-        return text.split()
+        return [word.strip('"') for word in text.split()]
     fields = next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
     return [field.strip() for field in fields]
 
