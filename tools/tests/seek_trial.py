@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
-
 from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs
@@ -15,7 +14,7 @@ from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
-from pixstep.simulation.randomlines import Bounds, smooth_case
+from pixstep_dev.randomlines.cases import Bounds, smooth_case
 
 SEEK, SEEK_OPEN, DOWN, START, END = 0x81, 0x181, (3, 0), 0x01, (2, 0)
 HZ = (Fraction(30), Fraction(100), Fraction(30000, 1001))

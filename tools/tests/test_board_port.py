@@ -14,7 +14,6 @@ import time
 from pathlib import Path
 
 import pytest
-
 from pixstep import formats, natives
 from pixstep.board import connection
 from pixstep.board.connection import PortOptions

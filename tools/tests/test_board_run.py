@@ -4,7 +4,6 @@
 import json
 
 import pytest
-
 from console import put
 from pixstep import natives
 from test_board_stop import BROADCAST

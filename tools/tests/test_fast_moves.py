@@ -8,9 +8,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
-from click.testing import CliRunner
-
 from bench import Bench
+from click.testing import CliRunner
 from pixstep import formats
 from pixstep.board import boards
 from pixstep.cli.main import main

@@ -8,9 +8,8 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
-
 import reference_reader
+from click.testing import CliRunner
 from mutants import good_files, mutate
 from pixstep import formats
 from pixstep.cli.main import main

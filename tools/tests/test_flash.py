@@ -7,7 +7,6 @@ import shutil
 import stat
 
 import pytest
-
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep import natives
 from pixstep.board import flash

@@ -4,7 +4,6 @@
 from fractions import Fraction
 
 import pytest
-
 from clock import TICK_HZ
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.linecheck import Limits, check, exit_status, propose_repair

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 import pytest
-
 from pixstep import formats, natives
 from pixstep.cli import machinedefaults
 from pixstep.cli.main import main

@@ -5,7 +5,6 @@ import random
 from fractions import Fraction
 
 import pytest
-
 from clock import TICK_HZ
 from pixstep.board import boards
 from pixstep.errors import UserError
@@ -13,7 +12,7 @@ from pixstep.lines import exact, planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import edge_tick, period_ticks
-from pixstep.simulation.randomlines import PIXEL_HZ, Bounds, Case, case
+from pixstep_dev.randomlines.cases import PIXEL_HZ, Bounds, Case, case
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("plan_program")

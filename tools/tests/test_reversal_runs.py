@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-
 from bench import Bench
 from pixstep import formats
 from pixstep.board import boards

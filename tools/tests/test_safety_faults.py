@@ -4,14 +4,13 @@ the stack, a token that does not fit.
 """
 
 import pytest
-
 from bench import Bench
 from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
-from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.robustness.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

@@ -2,12 +2,11 @@
 """A stop reaches whom it is for: behind damaged replies of others, with a mask for all boards."""
 
 import pytest
-
 from bench import Bench
 from pixstep.board import boards
-from pixstep.hostile.orders import frames
-from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.robustness.orders import frames
+from pixstep_dev.robustness.wire import seal
 from test_bus import DIAGNOSING
 
 pytestmark = pytest.mark.usefixtures("simulator")

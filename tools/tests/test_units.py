@@ -4,7 +4,6 @@
 from fractions import Fraction
 
 import pytest
-
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
