@@ -95,7 +95,7 @@ def test_the_motor_of_lines_is_the_only_one_or_named(machine):
 def test_a_mistake_is_named_by_line_key_and_value(put, old, new, message):
     path = put(GOOD.replace(old, new, 1).encode(), "m.toml")
     assert any(text.startswith(f"{path}:{message}") for text in reading.problems(path))
-    with pytest.raises(UserError, match="^[^\n]*$"):
+    with pytest.raises(UserError, match=r"^[^\n]*$"):
         reading.load(path)
 
 
