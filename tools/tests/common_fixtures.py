@@ -8,9 +8,10 @@ PIXSTEP_REQUIRE_BUILT is set (as the project's own test command does): then it f
 import os
 import shutil
 
-import faultbench
 import pytest
 from click.testing import CliRunner
+
+import faultbench
 from console import make_console, one, two  # noqa: F401 (fixtures)
 from pixstep import natives
 from pixstep.board import boards

@@ -5,6 +5,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
+
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep import formats
 from pixstep.board import connection

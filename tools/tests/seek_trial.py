@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
+
 from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs

@@ -9,6 +9,8 @@ import json
 from fractions import Fraction
 
 import pytest
+from rich.console import Console
+
 from clock import TICK_HZ
 from pixstep.board import boards
 from pixstep.lines import planner
@@ -19,7 +21,6 @@ from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 from pixstep_dev.randomlines import campaign
 from pixstep_dev.randomlines.cases import rate_case
-from rich.console import Console
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("simulator")

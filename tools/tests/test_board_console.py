@@ -3,6 +3,7 @@
 
 import pytest
 from click.testing import CliRunner
+
 from pixstep.cli.main import main
 from pixstep_dev.robustness.wire import seal
 

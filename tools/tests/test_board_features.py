@@ -2,6 +2,7 @@
 """What a board's image was built without: `pixstep board` names it, and sends nothing."""
 
 import pytest
+
 from console import put
 from pixstep.board import features, run
 from pixstep.board.client import Board, MissingFeatureError

@@ -5,6 +5,7 @@ import json
 from fractions import Fraction
 
 import pytest
+
 from console import put
 from pixstep import natives
 from pixstep.board import boards, features

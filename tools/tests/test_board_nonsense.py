@@ -4,6 +4,7 @@
 import random
 
 import pytest
+
 from console import put
 from pixstep import natives
 from pixstep_dev.robustness.wire import seal

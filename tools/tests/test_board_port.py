@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import pytest
+
 from pixstep import formats, natives
 from pixstep.board import connection
 from pixstep.board.connection import PortOptions

@@ -4,6 +4,7 @@
 import json
 
 import pytest
+
 from console import put
 from pixstep import natives
 from test_board_stop import BROADCAST

@@ -2,6 +2,7 @@
 """`pixstep board` on fake boards: get, set, settings."""
 
 import pytest
+
 from pixstep.board import registers as regs
 
 # Get and set

@@ -7,13 +7,14 @@ import pty
 import tty
 
 import pytest
+from serial import SerialTimeoutException
+
 from console import put
 from fake_board import FakeBoard, FakeWorld
 from pixstep.board import run
 from pixstep.board.client import Board, LineLostError
 from pixstep.board.port import Port
 from pixstep.board.transport import SerialClient
-from serial import SerialTimeoutException
 
 
 def interrupt():

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+
 from pixstep import formats, natives
 from pixstep.board import boards
 from pixstep.board import registers as regs

@@ -2,6 +2,7 @@
 """The real images on a line of bytes: gaps, other boards, hurried masters, rates and parities."""
 
 import pytest
+
 from bench import Bench
 from pixstep import natives
 from pixstep.board import boards

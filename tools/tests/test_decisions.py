@@ -7,6 +7,7 @@ Q1, Q2, Q4, Q5, Q12 and Q13 concern files alone: test_formats.py.
 from fractions import Fraction
 
 import pytest
+
 from bench import Bench
 from clock import TICK_HZ
 from pixstep.board import registers as regs

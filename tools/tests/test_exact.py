@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+
 from clock import TICK_HZ
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, Line

@@ -8,8 +8,9 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
-from bench import Bench
 from click.testing import CliRunner
+
+from bench import Bench
 from pixstep import formats
 from pixstep.board import boards
 from pixstep.cli.main import main

@@ -6,8 +6,9 @@ import random
 from fractions import Fraction
 
 import pytest
-from bench import QUIET_S, Bench
 from click.testing import CliRunner
+
+from bench import QUIET_S, Bench
 from pixstep import formats
 from pixstep.board import boards
 from pixstep.board.client import BoardError

@@ -4,6 +4,7 @@
 from fractions import Fraction
 
 import pytest
+
 from faultbench import FaultBench
 from pixstep import natives
 from pixstep.board import boards

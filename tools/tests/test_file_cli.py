@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 
 import pytest
+
 from mutants import HEADER, LINES
 from pixstep import formats
 from worked import MPOS, PRN, SAMPLE_CSV

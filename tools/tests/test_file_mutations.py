@@ -8,8 +8,9 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-import reference_reader
 from click.testing import CliRunner
+
+import reference_reader
 from mutants import good_files, mutate
 from pixstep import formats
 from pixstep.cli.main import main

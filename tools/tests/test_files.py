@@ -2,6 +2,7 @@
 """Readers as strict as the formats, every refusal naming file, line and value."""
 
 import pytest
+
 from pixstep import formats
 from pixstep.errors import UserError
 from worked import MPOS, PRN, SAMPLE_CSV

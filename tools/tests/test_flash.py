@@ -7,6 +7,7 @@ import shutil
 import stat
 
 import pytest
+
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep import natives
 from pixstep.board import flash

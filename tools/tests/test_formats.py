@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import pytest
 from click.testing import CliRunner
+
 from mutants import HEADER, LINES, sealed
 from pixstep import formats
 from pixstep.cli.main import main

@@ -8,6 +8,7 @@ that runs, whatever holds interrupts off at that moment: a period made twice is 
 import random
 
 import pytest
+
 from bench import Bench
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line

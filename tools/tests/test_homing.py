@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import pytest
 from click.testing import CliRunner
+
 from homebench import HomeBench
 from pixstep.board import boards
 from pixstep.cli.main import main

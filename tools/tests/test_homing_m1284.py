@@ -2,6 +2,7 @@
 """Homings from random places with random delays of the switch, at another clock: the m1284's."""
 
 import pytest
+
 from homebench import assert_repeats, repeat
 
 pytestmark = pytest.mark.usefixtures("simulator")

@@ -2,6 +2,7 @@
 """A thousand homings from random places with random delays of the switch: the mega's 500."""
 
 import pytest
+
 from homebench import assert_repeats, repeat
 
 pytestmark = pytest.mark.usefixtures("simulator")

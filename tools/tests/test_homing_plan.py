@@ -6,6 +6,7 @@ import random
 from fractions import Fraction
 
 import pytest
+
 from fake_home import FakeHome, Plant
 from pixstep.board import world
 from pixstep.errors import UserError

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import pytest
 from click.testing import CliRunner
+
 from homebench import PROFILE as STEEP
 from homebench import HomeBench, assert_repeats, repeat
 from pixstep.board import boards

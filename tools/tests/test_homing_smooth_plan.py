@@ -6,6 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+
 from fake_home import FakeHome, Plant
 from pixstep.errors import UserError
 from pixstep.lines import linecheck, runs

@@ -6,6 +6,7 @@ import re
 from fractions import Fraction
 
 import pytest
+
 from pixstep import natives
 from pixstep.board import boards, capability
 from pixstep.errors import UserError

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.lines import linecheck

@@ -4,6 +4,7 @@
 from fractions import Fraction
 
 import pytest
+
 from clock import TICK_HZ
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.linecheck import Limits, check, exit_status, propose_repair

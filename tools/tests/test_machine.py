@@ -5,6 +5,7 @@ import json
 from fractions import Fraction
 
 import pytest
+
 from pixstep import tomltext
 from pixstep.board import boards
 from pixstep.errors import UserError

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 import pytest
+
 from pixstep import formats, natives
 from pixstep.cli import machinedefaults
 from pixstep.cli.main import main

@@ -4,6 +4,7 @@
 from fractions import Fraction
 
 import pytest
+
 from pixstep import formats, natives
 from pixstep.errors import UserError
 from pixstep.profiles.madefor import OtherFrequency

@@ -7,6 +7,7 @@ import sys
 import threading
 
 import pytest
+
 from pixstep import atomic, formats, outfolder
 from pixstep.errors import UserError
 

@@ -9,6 +9,8 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
+
 from clock import TICK_HZ
 from pixstep import formats
 from pixstep.board import boards, registers
@@ -18,7 +20,6 @@ from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation import edges, plots, report
-from rich.console import Console
 from worked import worked_line
 
 SWEEP = tuple(n * way for way in (1, -1) for n in (2, 4, 6, 8, 10, 12, 10, 8, 6, 4, 2)) * 2

@@ -5,6 +5,7 @@ import random
 from fractions import Fraction
 
 import pytest
+
 from clock import TICK_HZ
 from pixstep.board import boards
 from pixstep.errors import UserError

@@ -5,6 +5,7 @@ import itertools
 import random
 
 import pytest
+
 from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.lines import linecheck

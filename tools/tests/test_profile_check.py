@@ -5,6 +5,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
+
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, SMOOTH

@@ -8,6 +8,7 @@ import random
 
 import pytest
 from click.testing import CliRunner
+
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from matplotlib.transforms import Bbox
+
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError

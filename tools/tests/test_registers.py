@@ -2,6 +2,7 @@
 """The .def reader, the register map and the board tables."""
 
 import pytest
+
 from pixstep.board import boards, deffiles, registers
 from pixstep.errors import UserError
 

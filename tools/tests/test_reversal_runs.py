@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+
 from bench import Bench
 from pixstep import formats
 from pixstep.board import boards

@@ -5,6 +5,7 @@ import math
 from itertools import accumulate, pairwise
 
 import pytest
+
 from pixstep.reversals.compensate import Request, compensate
 from pixstep.reversals.play import load_positions
 from pixstep.reversals.takeup import MotionLimits

@@ -7,6 +7,7 @@ import re
 from itertools import pairwise
 
 import pytest
+
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.linecheck import Limits, check

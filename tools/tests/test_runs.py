@@ -4,6 +4,7 @@
 import random
 
 import pytest
+
 from pixstep.errors import UserError
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line

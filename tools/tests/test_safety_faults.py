@@ -4,6 +4,7 @@ the stack, a token that does not fit.
 """
 
 import pytest
+
 from bench import Bench
 from faultbench import FaultBench
 from pixstep.board import boards

@@ -6,6 +6,7 @@ runs of an image.
 """
 
 import pytest
+
 from seek_trial import Run, Trial
 
 pytestmark = pytest.mark.usefixtures("simulator")

@@ -2,6 +2,7 @@
 """The self-test: a person who does what is asked, one who errs, one who is not there."""
 
 import pytest
+
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep.board import boards, selftest
 from pixstep.board.client import Board, BoardError

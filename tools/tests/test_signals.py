@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+
 from console import put
 from pixstep import natives, signals
 

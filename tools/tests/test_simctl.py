@@ -6,6 +6,7 @@ and safety stand on.
 from dataclasses import replace
 
 import pytest
+
 from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs

@@ -6,8 +6,9 @@ import sys
 from fractions import Fraction
 from pathlib import Path
 
-import fake_runner
 import pytest
+
+import fake_runner
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simctl import SimulatorError

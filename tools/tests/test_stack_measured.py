@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import pytest
 import sizes
+
 from bench import Bench
 from pixstep import natives
 from pixstep.board import boards

@@ -2,6 +2,7 @@
 """A stop reaches whom it is for: behind damaged replies of others, with a mask for all boards."""
 
 import pytest
+
 from bench import Bench
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line

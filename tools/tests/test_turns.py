@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+
 from bench import Bench
 from pixstep.board.client import LineRefusedByBoardError
 from pixstep.lines.line import PLAIN, Line

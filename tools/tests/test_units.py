@@ -4,6 +4,7 @@
 from fractions import Fraction
 
 import pytest
+
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED

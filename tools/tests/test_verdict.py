@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+
 from clock import TICK_HZ
 from pixstep.errors import UserError
 from pixstep.lines import exact

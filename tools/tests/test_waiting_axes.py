@@ -4,6 +4,7 @@
 from fractions import Fraction
 
 import pytest
+
 from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs

@@ -10,6 +10,7 @@ interrupt would leave them that took a pulsing period for an idle one:
 """
 
 import pytest
+
 from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
