@@ -30,6 +30,7 @@ from pixstep.cli.quantities import (
     JERK_TYPE,
     SPEED_TYPE,
     PixelsType,
+    WholeHzType,
     scale_of,
     whole_limit,
     whole_speed,
@@ -162,7 +163,7 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as
 @raw_option
 @line_option
 @clock_option
-@click.option("--timer-hz", type=click.IntRange(1), help="Ticks a second.  [default: the board's]")
+@click.option("--timer-hz", type=WholeHzType(), help="Ticks a second.  [default: the board's]")
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
 def ticks(csv, decode, pixel_hz, backlash, raw, line_number, board, timer_hz, pixels, output):

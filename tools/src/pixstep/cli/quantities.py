@@ -11,6 +11,7 @@ import click
 
 from pixstep.errors import UserError
 from pixstep.lines import units
+from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Quantity, Scale
 
 _SCALE = "pixstep.scale"
@@ -92,6 +93,18 @@ class PixelsType(_Parsed):
     def _parse(self, text: str, ctx: click.Context | None) -> int:
         pixels = units.parse_pixels(text)
         return _within(pixels, self.least, self.most)
+
+
+class WholeHzType(_Parsed):
+    """A frequency of a whole number of Hz: 16000000 or 16 MHz."""
+
+    name = "HZ"
+
+    def _parse(self, text: str, ctx: click.Context | None) -> int:
+        hz = parse_hz(text)
+        if hz.denominator != 1:
+            raise UserError(f"{text} is not a whole number of Hz")
+        return int(hz)
 
 
 class TimeType(_Parsed):

@@ -11,7 +11,7 @@ from rich.console import Console
 from pixstep import formats
 from pixstep.cli.machinedefaults import by_machine
 from pixstep.cli.options import DECODE, FILE, HZ, backlash_option, raw_option, refuse_input, say
-from pixstep.cli.quantities import limit_options, whole_limit
+from pixstep.cli.quantities import PixelsType, limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
@@ -25,7 +25,7 @@ from pixstep.profiles.drawing import Drawing
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
 @raw_option
-@click.option("--lead-in", type=click.IntRange(0),
+@click.option("--lead-in", type=PixelsType(0),
               help="Constant pixels before the image, to mark its start. Default: the header's.",
               )  # fmt: skip
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: the header's.")

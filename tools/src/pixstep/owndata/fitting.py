@@ -13,13 +13,13 @@ from itertools import pairwise
 
 
 def fit(positions: Sequence[Fraction]) -> list[int]:
-    """Return counts of a smooth line that goes along positions at the pixel edges, rising ones.
+    """Return counts of a smooth line that goes along positions at the pixel edges, rising from 0.
 
     It begins and ends at rest; its steps may differ from those asked for by a few.
     """
     speeds, place = [0], Fraction(0)
     for k in range(1, len(positions) - 1):
-        missing = positions[k - 1] - positions[0] - place
+        missing = positions[k - 1] - place
         wanted = (positions[k + 1] - positions[k - 1]) / 2 + missing / 2
         speeds.append(max(0, 2 * round(wanted / 2)))
         place += Fraction(speeds[-2] + speeds[-1], 2)
@@ -28,11 +28,11 @@ def fit(positions: Sequence[Fraction]) -> list[int]:
 
 
 def largest_error(counts: Sequence[int], positions: Sequence[Fraction]) -> tuple[Fraction, int]:
-    """Return how far a line is from positions at the worst pixel edge, in steps, and which."""
+    """Return how far a line is from positions, the first 0, at the worst pixel edge, and which."""
     place, worst, at = 0, Fraction(0), 0
     for pixel, (count, wanted) in enumerate(zip(counts, positions[1:], strict=True), 1):
         place += count
-        error = abs(place - (wanted - positions[0]))
+        error = abs(wanted - place)
         if error > worst:
             worst, at = error, pixel
     return worst, at

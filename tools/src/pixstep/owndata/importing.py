@@ -50,7 +50,7 @@ class Imported:
 
 @dataclass(frozen=True)
 class _Motion:
-    """Exact positions at the pixel edges in steps, the start included; where each came from."""
+    """Exact positions at the pixel edges in steps, from 0 at the start; where each came from."""
 
     table: Table
     column: Column
@@ -92,7 +92,7 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[Column, lis
     """Return the column with its quantity and unit, and what was assumed of them."""
     quantity = request.quantity or column.quantity
     unit = request.unit or column.unit
-    whole = all(value.denominator == 1 for value in read.values(column.number))
+    whole = unit is None and _all_whole(read.values(column.number))
     if quantity not in QUANTITIES and unit is None and whole:
         quantity, unit = STEPS, "steps"
     if quantity not in QUANTITIES or (unit is None and not (quantity == STEPS or whole)):
@@ -110,6 +110,10 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[Column, lis
         raise UserError(f"{read.path}: {read.title(column.number)}: steps in {unit}: --quantity?")
     text = f"{read.title(column.number)} is {words[quantity]}"
     return Column(column.number, quantity, unit), [text]
+
+
+def _all_whole(values: list[Fraction]) -> bool:
+    return all(value.denominator == 1 for value in values)
 
 
 def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
@@ -137,26 +141,27 @@ def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
 
 def _motion(read: Table, column: Column, request: Request) -> _Motion:
     """Return the motion in steps of the motor, as exact as the numbers are."""
-    factor = columns.factor(column.unit, column.quantity, request.scale, request.pixel_hz)
-    values = [
-        value * factor * (-1 if request.negative else 1) for value in read.values(column.number)
-    ]
+    try:
+        factor = columns.factor(column.unit, column.quantity, request.scale, request.pixel_hz)
+    except UserError as error:
+        raise UserError(f"{read.path}: {read.title(column.number)}: {error}") from None
+    factor = -factor if request.negative else factor
+    values = [value * factor for value in read.values(column.number)]
     if column.quantity != POSITION:
         return _Motion(read, column, tuple(accumulate(values, initial=Fraction(0))), 0)
     if len(values) < 2:
         raise read.error(0, column.number, "one position is no motion: two at least")
-    return _Motion(read, column, tuple(values), 1)
+    start = values[0]
+    return _Motion(read, column, tuple(value - start for value in values), 1)
 
 
 def _counts(motion: _Motion, whole: bool) -> list[int]:
     """Return the steps of each pixel; positions are rounded, so that errors never add up."""
-    start = motion.positions[0]
-    places = [position - start for position in motion.positions]
     if whole:
-        for pixel, place in enumerate(places[1:]):
+        for pixel, place in enumerate(motion.positions[1:]):
             if place.denominator != 1:
                 raise motion.error(pixel, "not a whole number of steps")
-    counts = [after - before for before, after in pairwise(round(place) for place in places)]
+    counts = [after - before for before, after in pairwise(map(round, motion.positions))]
     for pixel, count in enumerate(counts):
         if abs(count) > MAX_COUNT:
             raise motion.error(pixel, f"{count} steps in a pixel, the most are {MAX_COUNT}")

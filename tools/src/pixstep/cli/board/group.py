@@ -124,7 +124,7 @@ _LINE_OPTIONS = (
     ),
     click.option(
         "--timeout", type=TimeType("s", 0.01, 60), metavar="TIME",
-        help=f"Seconds to wait for a reply.  [default: {TIMEOUT_S}]",
+        help=f"Time to wait for a reply, s.  [default: {TIMEOUT_S}]",
     ),
 )  # fmt: skip
 
