@@ -96,6 +96,14 @@ def test_a_smooth_motor_going_backwards(load):
     assert any("--negative" in text for text in made.assumed)
 
 
+def test_a_motor_that_is_turned_round_says_when_it_is_not(load):
+    fall, rise = "pos_mm\n1\n0.99\n", "pos_mm\n0\n0.01\n"
+    for text, negative, option in ((rise, True, "--negative"), (fall, False, "--no-negative")):
+        made = load(text, SMOOTH, negative=True)
+        assert made.line.negative is negative and made.line.counts == (4,)
+        assert any(f"{option} for" in said for said in made.assumed)
+
+
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [

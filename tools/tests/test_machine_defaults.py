@@ -169,6 +169,26 @@ def test_a_bad_file_stops_every_command_that_asks_it(here, invoke):
     assert invoke("file", "info", PROFILE).stdout
 
 
+def test_what_is_for_all_boards_stays_for_all_boards(here, monkeypatch):
+    monkeypatch.chdir(here)
+    stop = asked(["board", "stop"])
+    assert stop["units"] is None and not stop["axes"] and stop["port"] == "/dev/none"
+    assert asked(["board", "scan"])["units"] == "all"
+    assert asked(["board", "info"])["units"] == (7,)
+    one = asked(["board", "stop", "--motor", "M40"])
+    assert one["units"] == (7,) and list(one["axes"]) == [2]
+    assert asked(["board", "arm", "--motor", "M39"])["axes"] == (1,)
+    assert not asked(["board", "arm"])["axes"]
+
+
+def test_a_bad_file_does_not_keep_a_board_from_being_stopped(here, invoke, monkeypatch):
+    (here / "machine.toml").write_text("[clock]\npixel = 0\n", encoding="utf-8")
+    monkeypatch.setenv("PIXSTEP_PORT", "/dev/none")
+    stopping = invoke("board", "stop", status=2).stderr
+    assert "machine.toml:1: boards: is missing: not used" in stopping and "/dev/none" in stopping
+    assert "not used" not in invoke("board", "arm", status=2).stderr
+
+
 def test_the_commands_that_are_offered_a_machine():
     served = {
         " ".join(words)

@@ -67,7 +67,7 @@ def line() -> None:
 @backlash_option
 @click.option("--lead-in", type=PixelsType(), default=0, help="Constant pixels before the image.")
 @click.option("--plain", is_flag=True, help="For a plain motor: each entry is a count.")
-@click.option("--negative", is_flag=True, help="Plain lines: negative counts.")
+@click.option("--negative/--no-negative", help="Plain lines: negative counts.")
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
 @click.option("--jerk-warn", type=JERK_TYPE, help="Warn of larger acceleration changes.")
 @click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")

@@ -43,7 +43,7 @@ SCHEMA = 1
     help="steps, mm, um, deg ...; of speeds also mm/s or um/px.  [default: by the header]",
 )
 @click.option("--pixel-hz", type=HZ, help="Pixel clock: for speeds per second, and to check times.")
-@click.option("--negative", is_flag=True, help="Turn the direction round.")
+@click.option("--negative/--no-negative", help="Turn the direction round.")
 @click.option("--fit", is_flag=True, help="Smooth motors: make the nearest line that they can.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")

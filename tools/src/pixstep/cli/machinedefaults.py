@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _FACTS_OF = "pixstep.machine"
 _GROUPS = ("line", "move", "home", "board", "profile")
 _COMMANDS = ("ticks", "sim", "flash", "limits")
+_FIRST_UNIT = "1"  # the default address of commands that act on one board
 _FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
 
 
@@ -68,14 +69,24 @@ class Facts(dict):
             )
         if path is None:
             return None
-        from pixstep.machine import reading  # pydantic takes a while to load
-
-        machine = reading.load(path)
-        for name in self.names:
+        machine = self._load(path)
+        for name in self.names if machine else ():
             _ = machine[name]
-        if self.own_motor in machine.motors:
+        if machine and self.own_motor in machine.motors:
             self.names = (self.own_motor,)
         return machine
+
+    def _load(self, path: Path) -> Machine | None:
+        """Read a file; one that is wrong must not keep anybody from stopping a board."""
+        from pixstep.machine import reading  # pydantic takes a while to load
+
+        try:
+            return reading.load(path)
+        except UserError as error:
+            if self.words != ["board", "stop"] or self.names:
+                raise
+            click.echo(f"note: {error}: not used", err=True)
+            return None
 
     @cached_property
     def motors(self) -> list[Motor]:
@@ -190,6 +201,13 @@ def _axes(facts: Facts) -> list[int] | None:
     return [motor.axis for motor in facts.motors] if facts.names else None
 
 
+def _units(facts: Facts) -> str | None:
+    """One address where a command wants one; what asks or stops all boards goes on doing so."""
+    if facts.params["units"].default != _FIRST_UNIT and not facts.names:
+        return None
+    return str(facts.board.unit)
+
+
 def _profile(facts: Facts) -> Path | None:
     """A PRN for lines; one for moves or homing."""
     use = next((word for word in ("line", "home") if word in facts.words), "move")
@@ -235,7 +253,7 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
     "baud": _of_board("baud"),
     "parity": _of_board("parity"),
     "unit": _of_board("unit"),
-    "units": lambda facts: str(facts.board.unit),
+    "units": _units,
     "axis": _axis,
     "axes": _axes,
     "decode": _decode,

@@ -173,7 +173,7 @@ def _line(motion: _Motion, counts: list[int], request: Request) -> tuple[Line, l
     name = str(motion.table.path)
     if request.decode != SMOOTH:
         return Line(tuple(counts), request.decode, name=name), []
-    negative, said = _direction(motion, counts)
+    negative, said = _direction(motion, counts, request.negative)
     forward = [abs(count) for count in counts]
     line = Line(tuple(forward), SMOOTH, negative=negative, name=name)
     if not request.fit:
@@ -184,13 +184,18 @@ def _line(motion: _Motion, counts: list[int], request: Request) -> tuple[Line, l
     return Line(tuple(fitted), SMOOTH, negative=negative, name=name), said
 
 
-def _direction(motion: _Motion, counts: Sequence[int]) -> tuple[bool, list[str]]:
-    """Return whether a smooth line runs backwards; raise UserError if it goes both ways."""
+def _direction(motion: _Motion, counts: Sequence[int], turned: bool) -> tuple[bool, list[str]]:
+    """Return whether a smooth line runs backwards; raise UserError if it goes both ways.
+
+    `turned`: backwards is what is usual for this motor.
+    """
     signs = {1 if count > 0 else -1 for count in counts if count}
     if len(signs) > 1:
         first = next(1 if count > 0 else -1 for count in counts if count)
         pixel = next(k for k, count in enumerate(counts) if count * first < 0)
         raise motion.error(pixel, "a smooth line has one direction: this pixel turns back")
-    if signs == {-1}:
-        return True, ["the motor runs backwards: --negative for `sim` and `board upload`"]
-    return False, []
+    negative = signs == {-1}
+    if not negative and not turned:
+        return False, []
+    word, option = ("backwards", "--negative") if negative else ("forwards", "--no-negative")
+    return negative, [f"the motor runs {word}: {option} for `sim` and `board upload`"]

@@ -39,7 +39,7 @@ POLICIES = {"always": 0, "on_reversal": 1}
 @click.option("--axis", type=AXIS, default=0, show_default=True, help="Axis of the first line.")
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @click.option("--backlash", type=StepsType(0), multiple=True, help="Steps; once, or per line.")
-@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @click.option("--backlash-policy", type=click.Choice(list(POLICIES)), help="Set the policy.")
 @click.option("--arm", is_flag=True, help="Arm the axes once the lines are loaded.")
