@@ -10,6 +10,7 @@ from functools import cache
 from pixstep import tables
 from pixstep.errors import UserError
 
+_MICROSECONDS = 1_000_000
 _OF_ROW = (  # members of a board that are called as in its file
     "name", "label", "id", "part", "mcu", "flash_bytes", "ram_bytes", "queue_entries",
     "min_interval_ticks", "smooth_min_interval_ticks", "seek_min_interval_ticks",
@@ -72,6 +73,14 @@ class Board:
     def tick_ns(self) -> float:
         """Length of a timer tick."""
         return 1e9 / self.tick_hz
+
+    def reversal_ticks(self, driver_us: int, tick_hz: int | None = None) -> int:
+        """Return the shortest interval with a reversal in its middle (firmware/app/limits.c).
+
+        `driver_us` is the longer of the driver's set-up and hold times.
+        """
+        driver_ticks = driver_us * (tick_hz or self.tick_hz) // _MICROSECONDS
+        return 2 * (driver_ticks + self.reversal_margin_ticks)
 
     @property
     def mhz_text(self) -> str:

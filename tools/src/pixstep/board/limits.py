@@ -12,8 +12,6 @@ from pixstep.lines.line import Line
 from pixstep.lines.linecheck import Limits
 from pixstep.lines.rational import period_ticks, refuse_period
 
-_MICROSECONDS = 1_000_000
-
 
 @dataclass(frozen=True)
 class BoardLimits:
@@ -72,7 +70,7 @@ def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None) -> BoardLim
         board.min_interval_ticks,
         board.smooth_min_interval_ticks,
         board.seek_min_interval_ticks,
-        _reversal_ticks(board, known, rate),
+        board.reversal_ticks(_driver_us(known), rate),
         known["max_acceleration"],
         known["start_stop_steps"],
     )
@@ -93,13 +91,11 @@ def connected(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
         state["min_interval_ticks"],
         state["smooth_min_interval_ticks"],
         table.seek_min_interval_ticks if table else 0,
-        _reversal_ticks(table, known, rate) if table else 0,
+        table.reversal_ticks(_driver_us(known)) if table else 0,
         known["max_acceleration"],
         known["start_stop_steps"],
     )
 
 
-def _reversal_ticks(board: boards.Board, known: Mapping[str, int], tick_hz: int) -> int:
-    """Return the shortest interval with a reversal in its middle (firmware/app/limits.c)."""
-    driver_us = max(known["dir_setup_us"], known["dir_hold_us"])
-    return 2 * (driver_us * tick_hz // _MICROSECONDS + board.reversal_margin_ticks)
+def _driver_us(known: Mapping[str, int]) -> int:
+    return max(known["dir_setup_us"], known["dir_hold_us"])
