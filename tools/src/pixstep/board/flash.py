@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.errors import UserError
+from pixstep.errors import PlainError, UserError
 
 # Three times what writing and verifying a full Mega takes; avrdude without a board goes on for
 # minutes, at full load.
@@ -86,7 +86,7 @@ def run(words: list[str]) -> None:
         )
 
 
-class FlashError(Exception):
+class FlashError(PlainError):
     """The board was not flashed, or does not say so afterwards."""
 
 

@@ -7,15 +7,15 @@ import click
 
 from pixstep.board import connection, flash
 from pixstep.board.boards import BOARD_NAMES
-from pixstep.board.client import BoardError
 from pixstep.board.connection import PortOptions
 from pixstep.board.flash import FlashError, Image
-from pixstep.cli.board.group import complain, line_options, unit_option
-from pixstep.cli.options import FILE, say
+from pixstep.cli.board.group import line_options, unit_option
+from pixstep.cli.command import FILE, command
+from pixstep.cli.options import say
 from pixstep.errors import UserError
 
 
-@click.command("flash")
+@command("flash")
 @click.option("--board", type=click.Choice(BOARD_NAMES), required=True)
 @line_options
 @unit_option
@@ -28,8 +28,7 @@ from pixstep.errors import UserError
     show_default=True,
     help="Ask the board afterwards what it is.",
 )
-@click.pass_context
-def flash_command(ctx, line, unit, board, hex_file, verify, dry_run, ask):
+def flash_command(line, unit, board, hex_file, verify, dry_run, ask):
     """Write the firmware to a board by avrdude through its boot loader, then ask what it is.
 
     Builds nothing: tools/build does. Settings stored on the board stay: --unit, --baud and
@@ -43,15 +42,11 @@ def flash_command(ctx, line, unit, board, hex_file, verify, dry_run, ask):
     if dry_run:
         click.echo(shlex.join(words))
         return
-    try:
-        flash.run(words)
-        if verify:
-            click.echo(f"{line.port}: the flash is as in {image.path}")
-        if ask:
-            _ask(image, line, unit)
-    except (FlashError, BoardError) as error:
-        complain(error)
-        ctx.exit(1)
+    flash.run(words)
+    if verify:
+        click.echo(f"{line.port}: the flash is as in {image.path}")
+    if ask:
+        _ask(image, line, unit)
 
 
 def _ask(image: Image, options: PortOptions, unit: int) -> None:

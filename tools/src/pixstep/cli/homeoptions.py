@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from pixstep.cli.options import DECODE, FILE, line_option, raw_option, say
+from pixstep.cli.command import FILE
+from pixstep.cli.options import DECODE, line_option, raw_option, say
 from pixstep.lines.line import PLAIN
 from pixstep.moves import accel, homesim, legs
 from pixstep.profiles import names

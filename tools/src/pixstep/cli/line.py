@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line make`, `pixstep line check`, `pixstep ticks`: from a profile to planned edges."""
 
-import json
 import time
 from dataclasses import replace
 from fractions import Fraction
@@ -11,18 +10,21 @@ import click
 from pixstep import atomic, formats
 from pixstep.board import boards
 from pixstep.cli import reversal
+from pixstep.cli.command import FILE, OUTPUT, command, group
 from pixstep.cli.options import (
     DECODE,
-    FILE,
     HZ,
+    STATUSES,
+    VERDICTS,
     backlash_option,
     clock_option,
+    json_option,
     line_option,
     load_line,
     pixel_hz_option,
     raw_option,
-    refuse_input,
     say,
+    show_json,
     teller,
 )
 from pixstep.errors import UserError
@@ -32,7 +34,7 @@ from pixstep.lines.rational import period_ticks
 from pixstep.profiles import generator
 
 
-@click.group()
+@group()
 def line() -> None:
     """Make and check line files."""
 
@@ -48,7 +50,7 @@ def line() -> None:
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
-@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
 @click.pass_context
 def line_make(
     ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, jerk_warn, name, output
@@ -57,7 +59,6 @@ def line_make(
 
     Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
     """
-    refuse_input(output, prn)
     speeds, notes = formats.read_prn(prn, lenient=lenient)
     say(notes)
     request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
@@ -91,10 +92,10 @@ def line_make(
     help="steps/pixel; up to here a plain line may start, stop and turn without a ramp.",
 )
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@json_option
 @click.pass_context
 def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as_json, **limits):
-    """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 2 refused."""
+    """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 3 refused."""
     checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
     bounds = linecheck.Limits(
         max_speed=limits["max_speed"],
@@ -106,7 +107,7 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as
     )
     found = linecheck.check(checked, bounds)
     status = linecheck.exit_status(found)
-    verdict = ("fine", "warnings", "refused")[status]
+    verdict = VERDICTS[status]
     if as_json:
         report = {
             "file": str(csv),
@@ -119,15 +120,15 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as
             "line_speed": checked.line_speed if status < 2 else None,
             "findings": linecheck.as_json(found),
         }
-        click.echo(json.dumps(report, indent=2))
+        show_json(report)
     else:
         for pixels, item in _gathered(found):
             click.echo(f"{csv}: {pixels}: {item.severity} {item.name}: {item.message}")
         click.echo(f"{csv}: {verdict}: {checked.pixels} pixels, {checked.total_steps} steps")
-    ctx.exit(status)
+    ctx.exit(STATUSES[status])
 
 
-@click.command()
+@command()
 @click.argument("csv", metavar="FILE", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @pixel_hz_option
@@ -137,10 +138,9 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as
 @clock_option
 @click.option("--timer-hz", type=click.IntRange(1), help="Ticks a second.  [default: the board's]")
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
-@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
 def ticks(csv, decode, pixel_hz, backlash, raw, line_number, board, timer_hz, pixels, output):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
-    refuse_input(output, csv)
     chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
     tick_hz = timer_hz or boards.load(board).tick_hz
     planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels)

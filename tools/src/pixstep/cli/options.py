@@ -1,24 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""What the commands share: option types, the reading of line files, notes, errors."""
+"""What the commands share: option types, the reading of line files, notes."""
 
-import contextlib
-import errno
 import functools
-import os
+import json
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 
 import click
 
-from pixstep import atomic, formats, signals
+from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.errors import UserError
+from pixstep.cli.command import FILE as FILE
+from pixstep.cli.command import FOLDER, OUTPUT
+from pixstep.cli.command import Group as Group
+from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
 
-FILE = click.Path(path_type=Path, dir_okay=False)
-FOLDER = click.Path(path_type=Path, file_okay=False)
+VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
+STATUSES = (FINE, NEGATIVE, REFUSED)  # the exit statuses of these verdicts
+SCHEMA = 1  # of all --json output; a field that is added does not change it
 
 
 class _Hz(click.ParamType):
@@ -54,52 +56,24 @@ clock_option = click.option(
 raw_option = click.option(
     "--raw", is_flag=True, help="Take every row after a CSV header as a value."
 )
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="Print facts as JSON, for programs."
+)
+out_option = click.option(
+    "--out",
+    type=FOLDER,
+    required=True,
+    help="Folder for the results; replaces only what an earlier run has left there.",
+)
+plots_option = click.option("--plot", is_flag=True, help="Draw pictures (PNG) into the folder.")
+no_check_option = click.option(
+    "--no-check", "check", is_flag=True, default=True, flag_value=False,
+    help="Leave the host's check of the line out: let the board judge it.",
+)  # fmt: skip
 LINE_NUMBER = click.IntRange(min=1)
 line_option = click.option(
     "--line", "line_number", type=LINE_NUMBER, metavar="N", help="Line N of a file of many lines."
 )
-
-
-class Group(click.Group):
-    """Turns what ends a command early into one line and an exit status.
-
-    A UserError, and what the system refuses, is 2; Ctrl-C, SIGTERM and SIGHUP are 128 and the
-    signal's number.
-    """
-
-    def main(self, *arguments, **options) -> object:
-        """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
-        with signals.caught():
-            return super().main(*arguments, **options)
-
-    def invoke(self, ctx: click.Context) -> object:
-        """Run a command."""
-        try:
-            return super().invoke(ctx)
-        except UserError as error:
-            _tell(str(error))
-            return ctx.exit(2)
-        except KeyboardInterrupt as error:
-            _tell(f"ended by {signals.name(error)}")
-            return ctx.exit(signals.status(error))
-        except OSError as error:
-            if error.errno == errno.EPIPE:  # click ends the command in order
-                raise
-            named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
-            _tell(f"{named}{error.strerror or error}")
-            return ctx.exit(2)
-        except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
-            ended = error.__context__
-            if not isinstance(ended, KeyboardInterrupt):
-                raise
-            _tell(f"ended by {signals.name(ended)}")
-            return ctx.exit(signals.status(ended))
-
-
-def _tell(text: str) -> None:
-    """Print a line on the error stream, if that is still there: a closed terminal is not."""
-    with contextlib.suppress(OSError):
-        click.echo(f"pixstep: {text}", err=True)
 
 
 def load_line(
@@ -127,24 +101,16 @@ def teller(output: Path | None) -> Callable[..., None]:
     return functools.partial(click.echo, err=atomic.is_stdout(output))
 
 
-def refuse_json_beside(output: Path | None, *, as_json: bool) -> None:
-    """Refuse to write a file and JSON to the same stream."""
-    if as_json and atomic.is_stdout(output):
-        raise UserError("--json and the output both go to the standard output: name a file")
+def plot_option(*other: str, what: str = "Draw into a file") -> Callable:
+    """Return the option --plot of a command without a folder for results."""
+    return click.option(
+        "--plot", *other, type=OUTPUT, metavar="FILE", help=f"{what}: .png, .svg or .pdf."
+    )
 
 
-def refuse_input(output: Path | None, *inputs: Path) -> None:
-    """Refuse an output that is one of the inputs: a slip would lose what cannot be made again."""
-    for path in inputs:
-        with contextlib.suppress(OSError):
-            if output is not None and output.samefile(path):
-                raise UserError(f"{output}: is the input: name another file for the output")
-
-
-def refuse_same(output: Path, other: Path | None, option: str) -> None:
-    """Refuse two outputs in one file."""
-    if other is not None and os.path.realpath(output) == os.path.realpath(other):
-        raise UserError(f"{other}: {option} and -o are the same file")
+def show_json(facts: dict) -> None:
+    """Print facts as JSON, with the version of its layout."""
+    click.echo(json.dumps({"schema": SCHEMA, **facts}, indent=2))
 
 
 def say(notes) -> None:

@@ -6,18 +6,21 @@ from rich.console import Console
 
 from pixstep import atomic, progress
 from pixstep.board import boards
+from pixstep.cli.command import FILE, FOLDER, OUTPUT, command
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
     DECODE,
-    FILE,
-    FOLDER,
     LINE_NUMBER,
+    json_option,
     load_line,
+    no_check_option,
+    out_option,
     pixel_hz_option,
+    plots_option,
     raw_option,
 )
 from pixstep.cli.results import deliver
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.simulation import campaign, demo, report
@@ -25,7 +28,7 @@ from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
 
-@click.command()
+@command()
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
@@ -40,17 +43,12 @@ from pixstep.simulation.simtask import simulate
 @click.option("--pixel-ppm", type=float, default=0.0, help="Frequency error of the pixel clock.")
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-@click.option(
-    "--out",
-    type=FOLDER,
-    required=True,
-    help="Folder for the results; replaces only those of earlier runs.",
-)
+@out_option
 @click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
 @click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
-@click.option("--force-upload", is_flag=True, help="Upload even what the host check refuses.")
-@click.option("--plot", is_flag=True, help="Draw plots (PNG) into the folder.")
+@no_check_option
+@plots_option
 @click.option(
     "--plant",
     multiple=True,
@@ -65,7 +63,7 @@ from pixstep.simulation.simtask import simulate
     help="CSV that the load should follow: a compensated line's original; per line.",
 )
 @click.option("--vcd", is_flag=True, help="Write run.vcd for GTKWave into the folder.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@json_option
 @raw_option
 @click.option(
     "--line",
@@ -76,16 +74,16 @@ from pixstep.simulation.simtask import simulate
     help="Line N of files of many lines; once, or per line file.",
 )
 @click.pass_context
-def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **options):
+def sim(ctx, csv, board, decode, backlash, out, check, plot, as_json, **options):
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
-    Exit status 0 only if the verdict is pass, 1 if it is not, 2 for a refused line or misuse.
+    Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
     lines = read_lines(csv, decode, backlash, options)
     last = options["axis"] + len(lines) - 1
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
-    if not force_upload:
+    if check:
         _refuse_bad(lines)
     job = Job(
         board=board,
@@ -104,11 +102,12 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
     ctx.exit(deliver(judged.summary, out, report.print_page, as_json=as_json))
 
 
-@click.command("demo")
+@command("demo")
 @click.option(
     "--out",
     type=FOLDER,
-    help="Folder for the results; replaces only those of earlier runs.  [default: build/demo]",
+    help="Folder for the results; replaces only what an earlier run has left there.  "
+    "[default: build/demo]",
 )
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.pass_context
@@ -117,7 +116,7 @@ def demo_command(ctx, out, serial_load):
     ctx.exit(0 if demo.run(Console(highlight=False), out, serial_load=serial_load) else 1)
 
 
-@click.command("campaign")
+@command("campaign")
 @click.option("--lines", type=click.IntRange(min=1), default=200, show_default=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, help="Default: both.")
@@ -125,7 +124,7 @@ def demo_command(ctx, out, serial_load):
 @click.option("--min-interval", type=click.IntRange(1), default=533, show_default=True)
 @click.option("--axes", type=click.IntRange(1, 4), default=1, help="Lines at once, one an axis.")
 @click.option("--serial-load", is_flag=True)
-@click.option("-o", "--output", type=FILE, help="JSON file to write.")
+@click.option("-o", "--output", type=OUTPUT, help="JSON file to write.")
 @click.pass_context
 def campaign_command(ctx, board, output, **options):
     """Run random valid lines on a simulated board; exit status 0 only if every one passes."""
@@ -179,9 +178,9 @@ def _refuse_bad(lines: list[Line]) -> None:
         errors = [item for item in linecheck.check(line) if item.severity == linecheck.ERROR]
         if errors:
             first = errors[0]
-            raise UserError(
+            raise RefusedError(
                 f"{line.name}: line refused: {first.name} at pixel {first.pixel}: {first.message} "
-                f"(--force-upload lets the board judge it)"
+                f"(--no-check lets the board judge it)"
             )
 
 

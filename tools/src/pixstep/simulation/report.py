@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pixstep import atomic
+from pixstep.errors import FINE, NEGATIVE, REFUSED
 
 PIXELS_HEADER = "board,axis,pixel,edge_cycle,expected_steps,actual_steps"
 
@@ -47,8 +48,8 @@ def write_pixels(path: Path, rows: list[PixelRow]) -> None:
 
 
 def exit_status(summary: dict) -> int:
-    """Return 0 for a pass, 1 for a failure, 2 for a line that the board refused."""
-    return {"pass": 0, "refused": 2}.get(summary["verdict"], 1)
+    """Return the exit status of a verdict: pass, fail, or a line that the board refused."""
+    return {"pass": FINE, "refused": REFUSED}.get(summary["verdict"], NEGATIVE)
 
 
 def print_page(console: Console, summary: dict) -> None:

@@ -15,6 +15,7 @@ from pixstep.cli.board.group import (
     stopping,
     units_option,
 )
+from pixstep.cli.command import command
 from pixstep.errors import UserError
 
 TOKEN = click.IntRange(1, 0xFFFF)
@@ -23,7 +24,7 @@ TOKEN = click.IntRange(1, 0xFFFF)
 def _simple(name: str, code: str, done: str, text: str) -> click.Command:
     """Return a command that gives one command to some axes of some boards."""
 
-    @click.command(name, help=text)
+    @command(name, help=text)
     @line_options
     @units_option
     @axes_option
@@ -39,7 +40,7 @@ def _give(item: Known, code: str, axes: list[int], done: str) -> None:
     click.echo(f"board {item.board.unit}: {axes_text(axes)} {done}")
 
 
-@click.command("arm")
+@command("arm")
 @line_options
 @units_option
 @axes_option
@@ -62,7 +63,7 @@ def arm_command(line, units, axes, token):
             note_unattended(item.board)
 
 
-@click.command("clear")
+@command("clear")
 @line_options
 @units_option
 def clear_command(line, units):
@@ -80,7 +81,7 @@ def _clear(item: Known) -> None:
     click.echo(f"board {item.board.unit}: {done}")
 
 
-@click.command("permit")
+@command("permit")
 @click.argument("state", type=click.Choice(["on", "off"]))
 @line_options
 @units_option

@@ -8,16 +8,17 @@ import click
 from pixstep import progress
 from pixstep.board import run, settings
 from pixstep.board.client import Board, BoardError
-from pixstep.cli.board.group import json_option, line_options, one_board, stopping, unit_option
+from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan
-from pixstep.cli.options import HZ
+from pixstep.cli.options import HZ, json_option
 from pixstep.lines.rational import refuse_period
 from pixstep.moves import homing
 from pixstep.moves.homesim import INVERTED
 from pixstep.moves.homing import Homed, HomingError
 
 
-@click.command("home")
+@command("home")
 @home_options
 @line_options
 @unit_option

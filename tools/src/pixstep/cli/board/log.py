@@ -12,26 +12,21 @@ from pixstep import atomic, signals
 from pixstep.board import features, logs
 from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
-from pixstep.cli.board.group import (
-    Known,
-    axes_option,
-    json_option,
-    line_options,
-    one_board,
-    unit_option,
-)
+from pixstep.cli.board.group import Known, axes_option, line_options, one_board, unit_option
+from pixstep.cli.command import OUTPUT, Group, group
+from pixstep.cli.options import json_option
 
 _MOST_WAIT_S = 0.5
 _MOVES = ("armed", "running")
 _FOLLOW_S = 0.2
 output_option = click.option(
-    "-o", "--output", type=click.Path(path_type=Path, dir_okay=False),
+    "-o", "--output", type=OUTPUT,
     help="CSV file to write, whole at the end.  [default: the terminal]",
 )  # fmt: skip
 follow_option = click.option("--follow", is_flag=True, help="Go on until Ctrl-C.")
 
 
-class _LogGroup(click.Group):
+class _LogGroup(Group):
     """`log` by itself is `log records`."""
 
     def parse_args(self, ctx, args):
@@ -41,7 +36,7 @@ class _LogGroup(click.Group):
         return super().parse_args(ctx, args)
 
 
-@click.group("log", cls=_LogGroup)
+@group("log", cls=_LogGroup)
 def log_group() -> None:
     """Records pixel by pixel; the log of faults and resets.
 

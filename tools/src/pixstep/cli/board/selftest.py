@@ -5,14 +5,9 @@ import click
 
 from pixstep.board import selftest
 from pixstep.board.selftest import FAILED, OK, Result, SelfTest
-from pixstep.cli.board.group import (
-    axes_option,
-    json_option,
-    line_options,
-    one_board,
-    show_json,
-    unit_option,
-)
+from pixstep.cli.board.group import axes_option, line_options, one_board, unit_option
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, show_json
 
 _COLOURS = {OK: "green", FAILED: "red", selftest.SKIPPED: "yellow"}
 
@@ -29,7 +24,7 @@ class _Asked:
         click.echo(text, err=True)
 
 
-@click.command("selftest")
+@command("selftest")
 @line_options
 @unit_option
 @axes_option

@@ -1,24 +1,15 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board settings`: export, import, store, defaults, diff."""
 
-from pathlib import Path
-
 import click
 
 from pixstep import atomic
 from pixstep.board import settings, settingsfile
 from pixstep.board.client import Board
-from pixstep.cli.board.group import (
-    boards,
-    json_option,
-    line_options,
-    one_board,
-    show_json,
-    unit_option,
-    units_option,
-)
+from pixstep.cli.board.group import boards, line_options, one_board, unit_option, units_option
 from pixstep.cli.board.put import change_text
-from pixstep.cli.options import FILE
+from pixstep.cli.command import FILE, OUTPUT, group
+from pixstep.cli.options import json_option, show_json
 from pixstep.errors import UserError
 
 _ADDRESS, _BOARD = "unit_address", "board"
@@ -30,13 +21,13 @@ skip_option = click.option(
 )
 
 
-@click.group("settings")
+@group("settings")
 def settings_group() -> None:
     """All settings: as a TOML file and back, stored, defaults."""
 
 
 @settings_group.command("export")
-@click.argument("file", type=click.Path(path_type=Path, dir_okay=False, allow_dash=True))
+@click.argument("file", type=OUTPUT)
 @line_options
 @unit_option
 def export_command(file, line, unit):

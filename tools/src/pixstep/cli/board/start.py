@@ -12,17 +12,17 @@ from pixstep.cli.board.group import (
     Known,
     axes_option,
     boards,
-    json_option,
     line_options,
     note_unattended,
-    show_json,
     stopping,
     units_option,
 )
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, show_json
 from pixstep.errors import UserError
 
 
-@click.command("start")
+@command("start")
 @line_options
 @units_option
 @axes_option

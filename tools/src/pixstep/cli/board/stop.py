@@ -6,20 +6,12 @@ import click
 from pixstep.board import run
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
-from pixstep.cli.board.group import (
-    ALL,
-    UNITS,
-    Known,
-    axes_option,
-    complain,
-    each_of,
-    line_options,
-    opened,
-)
+from pixstep.cli.board.group import ALL, UNITS, Known, axes_option, each_of, line_options, opened
+from pixstep.cli.command import command, complain
 from pixstep.errors import UserError
 
 
-@click.command("stop")
+@command("stop")
 @line_options
 @click.option("--unit", "units", type=UNITS, help="Addresses.  [default: broadcast to all]")
 @axes_option

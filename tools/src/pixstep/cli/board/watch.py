@@ -19,11 +19,12 @@ from pixstep.board.connection import Connection
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
 from pixstep.cli.board.group import Known, boards, line_options, units_option
 from pixstep.cli.board.watchview import AXIS_COLUMNS, page
+from pixstep.cli.command import command
 
 Pair = tuple[Snapshot, Snapshot | None]
 
 
-@click.command("watch")
+@command("watch")
 @line_options
 @units_option
 @click.option(

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""The classes that all commands are made of: their files, their errors, their exit status."""
+
+import contextlib
+import errno
+import functools
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+
+from pixstep import atomic, signals
+from pixstep.errors import MISUSE, PlainError, UserError
+
+FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+class OutFile(click.Path):
+    """A file that a command writes; "-" is the standard output."""
+
+    def __init__(self, *, folder: bool = False) -> None:
+        super().__init__(path_type=Path, dir_okay=folder, allow_dash=True)
+
+
+class OutFolder(click.Path):
+    """A folder for the results of a run."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, file_okay=False)
+
+
+OUTPUT = OutFile()
+OUTPUT_OR_FOLDER = OutFile(folder=True)
+FOLDER = OutFolder()
+_FORCE = "force"
+
+
+class Command(click.Command):
+    """A command whose outputs replace nothing unless --force says so, and its inputs never.
+
+    Every command that writes files has --force by itself.
+    """
+
+    def __init__(self, *arguments, **options) -> None:
+        super().__init__(*arguments, **options)
+        if any(isinstance(param.type, (OutFile, OutFolder)) for param in self.params):
+            self.params.append(
+                click.Option(
+                    ["--force"],
+                    is_flag=True,
+                    expose_value=False,
+                    callback=_note_force,
+                    help="Replace files that exist.",
+                )
+            )
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run the command under the rules for its files."""
+        outputs = list(_paths(ctx, OutFile))
+        inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
+        with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
+            refuse_outputs(ctx, outputs)
+            return super().invoke(ctx)
+
+
+class Group(click.Group):
+    """Turns what ends a command early into one line and an exit status.
+
+    A PlainError has its own; what the system refuses is misuse; Ctrl-C, SIGTERM and SIGHUP are 128
+    and the signal's number.
+    """
+
+    command_class = Command
+    group_class = type
+
+    def main(self, *arguments, **options) -> object:
+        """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
+        with signals.caught():
+            return super().main(*arguments, **options)
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run a command."""
+        try:
+            result = super().invoke(ctx)
+            if sys.stdout:
+                sys.stdout.flush()  # a full disk is told of here, not when Python ends
+            return result
+        except PlainError as error:
+            complain(error)
+            return ctx.exit(error.status)
+        except KeyboardInterrupt as error:
+            complain(f"ended by {signals.name(error)}")
+            return ctx.exit(signals.status(error))
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # click ends the command in order
+                raise
+            named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
+            complain(f"{named}{error.strerror or error}")
+            return ctx.exit(MISUSE)
+        except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
+            ended = error.__context__
+            if not isinstance(ended, KeyboardInterrupt):
+                raise
+            complain(f"ended by {signals.name(ended)}")
+            return ctx.exit(signals.status(ended))
+
+
+command = functools.partial(click.command, cls=Command)
+group = functools.partial(click.group, cls=Group)
+
+
+def complain(error: Exception | str) -> None:
+    """Print an error as its one line, if its stream is still there: a closed terminal is not."""
+    with contextlib.suppress(OSError):
+        click.echo(f"pixstep: {error}", err=True)
+
+
+def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:
+    ctx.meta[_FORCE] = value
+
+
+def _is_input(param: click.Parameter) -> bool:
+    return not isinstance(param.type, (OutFile, OutFolder))
+
+
+def _paths(ctx: click.Context, kind: type, wanted=lambda _: True) -> Iterator[tuple[str, Path]]:
+    """Yield the paths given for parameters of a type, with the parameter's name."""
+    for param in ctx.command.params:
+        if isinstance(param.type, kind) and wanted(param):
+            value = ctx.params.get(param.name)
+            values = value if isinstance(value, tuple) else (value,)
+            yield from ((_name(param), path) for path in values if path is not None)
+
+
+def _name(param: click.Parameter) -> str:
+    return (
+        min(param.opts, key=len) if isinstance(param, click.Option) else param.human_readable_name
+    )
+
+
+def refuse_outputs(ctx: click.Context, outputs: list[tuple[str, Path]]) -> None:
+    """Refuse outputs that exist, are inputs, or share a file or a stream; each with its option."""
+    seen: dict[str, str] = {}
+    for name, path in outputs:
+        stream = atomic.is_stdout(path)
+        place = str(atomic.STDOUT) if stream else os.path.realpath(path)
+        if place in seen and not _is_sink(path):
+            raise UserError(f"{path}: {seen[place]} and {name} are the same file")
+        seen[place] = name
+        if stream and ctx.params.get("as_json"):
+            raise UserError("--json and the output both go to the standard output: name a file")
+        atomic.refuse(path)
+
+
+def _is_sink(path: Path) -> bool:
+    """Whether two outputs may go there, as into /dev/null."""
+    return path.is_char_device() and not atomic.is_stdout(path)
