@@ -136,7 +136,8 @@ def test_the_command_makes_what_line_check_accepts(tmp_path, monkeypatch):
         pixels = 2 * shortest_pixels(limits) + 1
         run(
             "make", "--profile", name, "--speed", limits.top_speed, "--pixels", pixels,
-            "--pixel-hz", 30, "--jerk-warn", limits.max_jerk, "-o", "line.csv", "--force", group="line",
+            "--pixel-hz", 30, "--jerk-warn", limits.max_jerk, "-o", "line.csv", "--force",
+            group="line",
         )  # fmt: skip
         checked = run(
             "check", "line.csv", "--decode", "smooth", "--max-acceleration",

@@ -11,9 +11,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.cli.command import FILE as FILE
 from pixstep.cli.command import FOLDER, OUTPUT
-from pixstep.cli.command import Group as Group
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
