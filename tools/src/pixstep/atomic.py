@@ -80,7 +80,7 @@ def replacing(target: Path) -> Iterator[Path]:
     target = Path(target)
     with told_of(target):
         place = _place(target)
-        part = _part(place or Path(tempfile.gettempdir(), target.name))
+        part = _part(place) if place else _stream_part(target)
     try:
         with told_of(target, part.path):
             yield part.path
@@ -142,6 +142,16 @@ def is_stdout(target: Path | None) -> bool:
         return False
 
 
+def is_stream(target: Path) -> bool:
+    """Whether a target is no file but can be written to: the standard output, a device, a FIFO."""
+    if is_stdout(target):
+        return True
+    try:
+        return _is_sink(target.stat().st_mode)
+    except OSError:
+        return False
+
+
 def write_bytes(target: Path, data: bytes) -> None:
     """Write `data` to `target` atomically."""
     with replacing(target) as temporary:
@@ -174,7 +184,7 @@ def _place(target: Path) -> Path | None:
     place = Path(os.path.realpath(target))
     if place.exists():
         kind = target.stat().st_mode
-        if stat.S_ISCHR(kind) or stat.S_ISFIFO(kind):
+        if _is_sink(kind):
             return None
         if not stat.S_ISREG(kind):
             what = "a folder" if stat.S_ISDIR(kind) else "no file"
@@ -186,10 +196,20 @@ def _place(target: Path) -> Path | None:
     return place
 
 
+def _is_sink(mode: int) -> bool:
+    return stat.S_ISCHR(mode) or stat.S_ISFIFO(mode)
+
+
 def _part(place: Path) -> Part:
     """Make an empty file beside a place; its suffix says the format as the place's does."""
     suffix = place.suffix if len(os.fsencode(place.suffix)) <= _LONGEST_SUFFIX else ""
     return unfinished.file(place.parent, suffix)
+
+
+def _stream_part(target: Path) -> Part:
+    """Make an empty file for what goes to a stream; a drawing takes its format from the suffix."""
+    suffix = target.suffix if target.suffix in (".svg", ".pdf") else ".png"
+    return unfinished.file(Path(tempfile.gettempdir()), suffix)
 
 
 def _rename(part: Part, target: Path, place: Path) -> None:

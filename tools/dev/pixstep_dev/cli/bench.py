@@ -10,7 +10,7 @@ from rich.text import Text
 
 from pixstep import natives, progress
 from pixstep.board import boards
-from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.command import FILE, PICTURE, command
 from pixstep.errors import UserError
 from pixstep_dev import markdown
 from pixstep_dev.bench import compare, figures, run, tables
@@ -45,7 +45,7 @@ _PIPE_WIDTH = 160  # columns, where no terminal says
 )
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.option("--write", type=FILE, help="Rewrite the figures in FILE between its markers.")
-@click.option("--plot", type=OUTPUT, help="Draw the ramp's edge errors into FILE (PNG).")
+@click.option("--plot", type=PICTURE, help="Draw the ramp's edge errors into FILE (PNG).")
 @click.pass_context
 def bench(ctx, only, names, quick, comparing, saved, as_json, write, plot):
     """Measure cycles, rates, CPU share, edge errors, waits and sizes of all boards' images.

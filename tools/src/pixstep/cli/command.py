@@ -14,6 +14,7 @@ import click
 from pixstep import atomic, signals
 from pixstep.errors import MISUSE, PlainError, UserError
 
+PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
 
 
@@ -24,6 +25,17 @@ class OutFile(click.Path):
         super().__init__(path_type=Path, dir_okay=folder, allow_dash=True)
 
 
+class OutPicture(OutFile):
+    """A drawing that a command writes; its name says the format, a stream gets PNG."""
+
+    def convert(self, value, param, ctx) -> Path:
+        """Refuse a name that says no format."""
+        path = super().convert(value, param, ctx)
+        if path.suffix.lower() not in PICTURES and not atomic.is_stream(path):
+            raise UserError(f"{path}: a drawing ends with {', '.join(PICTURES)}")
+        return path
+
+
 class OutFolder(click.Path):
     """A folder for the results of a run."""
 
@@ -32,6 +44,7 @@ class OutFolder(click.Path):
 
 
 OUTPUT = OutFile()
+PICTURE = OutPicture()
 OUTPUT_OR_FOLDER = OutFile(folder=True)
 FOLDER = OutFolder()
 _FORCE = "force"

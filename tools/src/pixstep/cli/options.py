@@ -11,7 +11,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.cli.command import FOLDER, OUTPUT
+from pixstep.cli.command import FOLDER, PICTURE
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
@@ -102,7 +102,7 @@ def teller(output: Path | None) -> Callable[..., None]:
 def plot_option(*other: str, what: str = "Draw into a file") -> Callable:
     """Return the option --plot of a command without a folder for results."""
     return click.option(
-        "--plot", *other, type=OUTPUT, metavar="FILE", help=f"{what}: .png, .svg or .pdf."
+        "--plot", *other, type=PICTURE, metavar="FILE", help=f"{what}: .png, .svg or .pdf."
     )
 
 
