@@ -4,10 +4,8 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 from pixstep import formats
-from pixstep.cli.main import main
 from worked import ACCELERATING, PRN
 
 
@@ -114,10 +112,15 @@ def test_ticks_of_a_refused_line(pixstep, tmp_path):
     assert not (tmp_path / "t.csv").exists()
 
 
-def test_notes_go_to_the_error_stream(tmp_path):
-    path = tmp_path / "lf.csv"
-    path.write_text("     4\n    12\n     8\n")
-    done = CliRunner().invoke(main, ["line", "check", str(path), "--decode", "smooth", "--json"])
+def test_line_check_and_file_check_agree_on_line_ends(invoke, tmp_path):
+    (tmp_path / "lf.csv").write_text("     4\n    12\n     8\n")
+    words = ("line", "check", "lf.csv", "--decode", "smooth")
+    for done in (
+        invoke(*words, status=3).stderr,
+        invoke("file", "check", "lf.csv", status=3).stdout,
+    ):
+        assert "ends with LF, CR LF expected" in done and "(--lenient accepts it)" in done
+    done = invoke(*words, "--lenient", "--json")
     assert json.loads(done.stdout)["verdict"] == "fine"
     assert "LF instead of CR LF" in done.stderr
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line make`, `pixstep line check`, `pixstep ticks`: from a profile to planned edges."""
 
+import functools
 import time
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import click
 
@@ -27,7 +29,7 @@ from pixstep.cli.options import (
     show_json,
     teller,
 )
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck, planner
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
@@ -80,6 +82,9 @@ def line_make(
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
 @raw_option
+@click.option(
+    "--lenient", is_flag=True, help="Accept LF and a missing final newline, as `file check` does."
+)
 @line_option
 @click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
 @clock_option
@@ -94,9 +99,21 @@ def line_make(
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @json_option
 @click.pass_context
-def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as_json, **limits):
-    """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 3 refused."""
-    checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
+def line_check(
+    ctx, csv, decode, backlash, raw, lenient, line_number, pixel_hz, board, as_json, **limits
+):
+    """Check a line of a CSV or CSB file, and the file's form as `file check` does.
+
+    Exit status 0 fine, 1 warnings, 3 refused.
+    """
+    checked = load_line(
+        csv,
+        decode,
+        backlash,
+        raw=raw,
+        number=line_number,
+        read=functools.partial(_read_strictly, lenient=lenient),
+    )
     bounds = linecheck.Limits(
         max_speed=limits["max_speed"],
         max_acceleration=limits["max_acceleration"],
@@ -148,6 +165,24 @@ def ticks(csv, decode, pixel_hz, backlash, raw, line_number, board, timer_hz, pi
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1
     teller(output)(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
+
+
+def _read_strictly(path: Path, *, raw: bool, lenient: bool) -> formats.MotionFile:
+    """Read a file as `file check` does; a refusal that --lenient would lift says so."""
+    try:
+        return formats.read_motion(path, raw=raw, lenient=lenient, strict=not lenient)
+    except RefusedError as error:
+        if lenient or not _reads_leniently(path, raw=raw):
+            raise
+        raise RefusedError(f"{error} (--lenient accepts it)") from None
+
+
+def _reads_leniently(path: Path, *, raw: bool) -> bool:
+    try:
+        formats.read_motion(path, raw=raw, lenient=True)
+    except UserError:
+        return False
+    return True
 
 
 def _gathered(found: list[linecheck.Finding]) -> list[tuple[str, linecheck.Finding]]:

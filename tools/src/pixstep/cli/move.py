@@ -9,6 +9,7 @@ from pixstep.board import boards
 from pixstep.cli.command import OUTPUT, group
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
 from pixstep.cli.options import (
+    details_option,
     json_option,
     out_option,
     pixel_hz_option,
@@ -67,9 +68,10 @@ def move_show(plot, as_json, **options):
 @click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True)
 @out_option
 @plots_option
+@details_option
 @json_option
 @click.pass_context
-def move_sim(ctx, board, axis, out, plot, as_json, **options):
+def move_sim(ctx, board, axis, out, plot, details, as_json, **options):
     """Make a move on a simulated board and judge every STEP edge and where it ends.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse.
@@ -81,7 +83,7 @@ def move_sim(ctx, board, axis, out, plot, as_json, **options):
         done = fasttask.simulate(job, out, plot=plot, progress=show)
 
     def page(console: Console, summary: dict) -> None:
-        report.print_page(console, summary)
+        report.print_page(console, summary, details=details)
         click.echo(headline(job.move, job.pixel_hz))
         click.echo(
             f"ends at {_known(summary['move']['position_register_steps'])} by the board's position "

@@ -64,6 +64,9 @@ out_option = click.option(
     help="Folder for the results; replaces only what an earlier run has left there.",
 )
 plots_option = click.option("--plot", is_flag=True, help="Draw pictures (PNG) into the folder.")
+details_option = click.option(
+    "--details", is_flag=True, help="Print every interrupt's count, cycles and latest start too."
+)
 no_check_option = click.option(
     "--no-check", "check", is_flag=True, default=True, flag_value=False,
     help="Leave the host's check of the line out: let the board judge it.",
@@ -82,14 +85,15 @@ def load_line(
     raw: bool = False,
     negative: bool = False,
     number: int | None = None,
+    read: Callable[..., formats.MotionFile] = formats.read_motion,
 ) -> Line:
     """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
 
     `number` chooses a line, from 1; without it the file must hold only one.
     """
-    read = formats.read_motion(path, raw=raw)
-    chosen = read.line(number)
-    say(read.notes)
+    file = read(path, raw=raw)
+    chosen = file.line(number)
+    say(file.notes)
     name = str(path) if number is None else f"{path} line {number}"
     return Line(chosen.values, decode, backlash, negative, name=name)
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep sim` and `pixstep demo`: lines on a simulated board, judged."""
 
+import functools
+
 import click
 from rich.console import Console
 
@@ -11,6 +13,7 @@ from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
     DECODE,
     LINE_NUMBER,
+    details_option,
     json_option,
     load_line,
     no_check_option,
@@ -49,6 +52,7 @@ from pixstep.simulation.simtask import simulate
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
 @no_check_option
 @plots_option
+@details_option
 @click.option(
     "--plant",
     multiple=True,
@@ -74,7 +78,7 @@ from pixstep.simulation.simtask import simulate
     help="Line N of files of many lines; once, or per line file.",
 )
 @click.pass_context
-def sim(ctx, csv, board, decode, backlash, out, check, plot, as_json, **options):
+def sim(ctx, csv, board, decode, backlash, out, check, plot, details, as_json, **options):
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
@@ -99,7 +103,8 @@ def sim(ctx, csv, board, decode, backlash, out, check, plot, as_json, **options)
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)
-    ctx.exit(deliver(judged.summary, out, report.print_page, as_json=as_json))
+    page = functools.partial(report.print_page, details=details)
+    ctx.exit(deliver(judged.summary, out, page, as_json=as_json))
 
 
 @command("demo")

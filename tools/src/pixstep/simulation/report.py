@@ -52,8 +52,8 @@ def exit_status(summary: dict) -> int:
     return {"pass": FINE, "refused": REFUSED}.get(summary["verdict"], NEGATIVE)
 
 
-def print_page(console: Console, summary: dict) -> None:
-    """Print the one-page verdict of a run."""
+def print_page(console: Console, summary: dict, *, details: bool = False) -> None:
+    """Print the verdict of a run, with `details` the figures of every interrupt too."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
     for reason in summary["reasons"]:
@@ -61,7 +61,7 @@ def print_page(console: Console, summary: dict) -> None:
     if summary.get("refusal"):
         return
     console.print(_axes_table(summary))
-    if summary.get("handlers"):
+    if details and summary.get("handlers"):
         console.print(_handlers_table(summary))
     console.print(_footer(summary), highlight=False, soft_wrap=True)
 
