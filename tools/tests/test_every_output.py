@@ -29,6 +29,7 @@ PROFILE = ("--top-speed", 20, "--max-acceleration", 4, "--max-jerk", 4, "--name"
 CALLS = {
     "board log records -o": ("board", "log", "records"),
     "board settings export FILE": ("board", "settings", "export"),
+    "completion -o": ("completion", "bash"),
     "demo --out": ("demo",),
     "file convert OUT": ("file", "convert", "line.csv", "--to", "csv"),
     "home sim --out": ("home", "sim", FAST, "--board", "uno", *AT_30, "--plant", "home=2000,hyst=8,"
@@ -38,6 +39,8 @@ CALLS = {
     "line compensate -o": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration", 9,
                            "--start-stop", 9),
     "line make -o": ("line", "make", "--profile", PRN, "--speed", 1000, "--pixels", 60, *AT_30),
+    "line plan -o": ("line", "plan", *LINE, *AT_30),
+    "line sim --out": ("line", "sim", *LINE, *AT_30, "--board", "uno"),
     "line show -o": ("line", "show", *LINE),
     "move make -o": ("move", "make", FAST, "--steps", 900, *AT_30),
     "move show --plot": ("move", "show", FAST, "--steps", 900, *AT_30),

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from pixstep import formats, natives
 from pixstep.cli.command import Group
-from pixstep.cli.file import file_group
+from pixstep.cli.main import file as file_group
 from pixstep.formats import meaning
 from pixstep.formats.examine import NAMES, check_name, examine_bytes
 from pixstep.formats.findings import ERROR, LENIENT, STRICT, Rules

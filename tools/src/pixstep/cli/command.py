@@ -4,12 +4,15 @@
 import contextlib
 import errno
 import functools
+import importlib
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, MutableMapping
 from pathlib import Path
+from typing import NamedTuple
 
 import click
+from click.shell_completion import CompletionItem
 
 from pixstep import atomic, signals
 from pixstep.errors import MISUSE, PlainError, UserError
@@ -78,6 +81,43 @@ class Command(click.Command):
             return super().invoke(ctx)
 
 
+class Late(NamedTuple):
+    """A command that is imported when it is called, so that help and completion are quick."""
+
+    place: str  # module:name
+    about: str  # the first sentence of its help
+
+
+class _Commands(MutableMapping):
+    """The commands of a group by name; those that come late are imported when looked up."""
+
+    def __init__(self, late: Mapping[str, Late]) -> None:
+        self.late = late
+        self._loaded: dict[str, click.Command] = {}
+
+    def __getitem__(self, name: str) -> click.Command:
+        if name not in self._loaded:
+            module, _, attribute = self.late[name].place.partition(":")
+            self._loaded[name] = getattr(importlib.import_module(module), attribute)
+        return self._loaded[name]
+
+    def __setitem__(self, name: str, new: click.Command) -> None:
+        self._loaded[name] = new
+
+    def __delitem__(self, name: str) -> None:
+        del self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**self.late, **self._loaded})
+
+    def __len__(self) -> int:
+        return len({**self.late, **self._loaded})
+
+    def about(self, name: str) -> str:
+        """Return the first sentence of a command's help, without an import where that can be."""
+        return self.late[name].about if name in self.late else self[name].get_short_help_str(500)
+
+
 class Group(click.Group):
     """Turns what ends a command early into one line and an exit status.
 
@@ -87,6 +127,28 @@ class Group(click.Group):
 
     command_class = Command
     group_class = type
+
+    def __init__(self, *arguments, late: Mapping[str, Late] | None = None, **options) -> None:
+        super().__init__(*arguments, **options)
+        commands = _Commands(late or {})
+        commands.update(self.commands)
+        self.commands = commands
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        rows = [(name, self.commands.about(name)) for name in self.list_commands(ctx)]
+        if rows:
+            with formatter.section("Commands"):
+                formatter.write_dl(rows)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete the name of a command without importing any."""
+        found = [
+            CompletionItem(name, help=self.commands.about(name))
+            for name in self.list_commands(ctx)
+            if name.startswith(incomplete)
+        ]
+        return found + click.Command.shell_complete(self, ctx, incomplete)
 
     def main(self, *arguments, **options) -> object:
         """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""

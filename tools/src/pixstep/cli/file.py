@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, formats
-from pixstep.cli.command import FILE, OUTPUT, group
+from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     DECODE,
     HZ,
@@ -36,15 +36,7 @@ _lenient_option = click.option(
 )
 
 
-@group("file")
-def file_group() -> None:
-    """Look into, check, convert PRN, CSV and CSB.
-
-    The format is recognised by the content. Layouts, quirks and messages: docs/FILES.md.
-    """
-
-
-@file_group.command()
+@command("info")
 @click.argument("path", metavar="FILE", type=FILE)
 @raw_option
 @json_option
@@ -63,7 +55,7 @@ def info(path: Path, raw: bool, as_json: bool) -> None:
         click.echo(f"  {label:<16} {text}")
 
 
-@file_group.command()
+@command("check")
 @click.argument("path", metavar="FILE", type=FILE)
 @_lenient_option
 @raw_option
@@ -97,7 +89,7 @@ def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json
     ctx.exit(status)
 
 
-@file_group.command()
+@command("convert")
 @click.argument("source", metavar="IN", type=FILE)
 @click.argument("target", metavar="OUT", type=OUTPUT)
 @click.option("--to", type=click.Choice(KINDS), help="Format.  [default: by the name of OUT]")
@@ -207,6 +199,3 @@ def _converted(source: Path, read, kind: str, options: dict) -> tuple:
         if str(error).startswith(shown_path(source)):
             raise
         raise UserError(f"{shown_path(source)}: {error}") from None
-
-
-COMMANDS = (file_group,)

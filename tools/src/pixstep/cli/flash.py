@@ -61,6 +61,3 @@ def _ask(image: Image, options: PortOptions, unit: int) -> None:
     if text != wanted:
         raise FlashError(f"{options.port}: the board says {text!r}, the image is {wanted!r}")
     click.echo(f"{options.port}: unit {unit} is {text}")
-
-
-COMMANDS = (flash_command,)

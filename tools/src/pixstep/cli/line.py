@@ -11,8 +11,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.cli import reversal
-from pixstep.cli.command import FILE, OUTPUT, command, group
+from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     DECODE,
     HZ,
@@ -36,12 +35,7 @@ from pixstep.lines.rational import period_ticks
 from pixstep.profiles import generator
 
 
-@group()
-def line() -> None:
-    """Make and check line files."""
-
-
-@line.command("make")
+@command("make")
 @click.option("--profile", "prn", type=FILE, required=True, help="Acceleration profile, PRN.")
 @click.option("--speed", type=int, required=True, help="Constant speed, steps/pixel (even).")
 @click.option("--pixels", type=int, required=True, help="Length of the whole line, pixels.")
@@ -77,7 +71,7 @@ def line_make(
         ctx.exit(_warn_of_jerk(made, speed, jerk_warn))
 
 
-@line.command("check")
+@command("check")
 @click.argument("csv", metavar="FILE", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
@@ -145,7 +139,7 @@ def line_check(
     ctx.exit(STATUSES[status])
 
 
-@command()
+@command("ticks")
 @click.argument("csv", metavar="FILE", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @pixel_hz_option
@@ -225,8 +219,3 @@ def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHead
         raise UserError(f"header name {name!r} is longer than 20 characters")
     frequency = f"{float(hz):.10g}"
     return formats.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)
-
-
-line.add_command(reversal.line_compensate)
-
-COMMANDS = (line, ticks)

@@ -6,7 +6,7 @@ from rich.console import Console
 
 from pixstep import formats, progress
 from pixstep.board import boards
-from pixstep.cli.command import OUTPUT, group
+from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
 from pixstep.cli.options import (
     details_option,
@@ -26,12 +26,7 @@ from pixstep.simulation import report
 _MOST_ROWS = 40
 
 
-@group()
-def move() -> None:
-    """Fast moves of exactly N steps by a CSV acceleration profile."""
-
-
-@move.command("make")
+@command("make")
 @plan_options
 @pixel_hz_option
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write (plain).")
@@ -42,7 +37,7 @@ def move_make(output, **options):
     teller(output)(f"{output}: {headline(job.move, job.pixel_hz)}")
 
 
-@move.command("show")
+@command("show")
 @plan_options
 @pixel_hz_option
 @plot_option(what="Draw speed and position over time")
@@ -61,7 +56,7 @@ def move_show(plot, as_json, **options):
     _print_runs(job)
 
 
-@move.command("sim")
+@command("sim")
 @plan_options
 @pixel_hz_option
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
@@ -117,6 +112,3 @@ def _print_runs(job: fastsim.MoveJob) -> None:
 
 def _known(value: int | None) -> str:
     return "no position" if value is None else str(value)
-
-
-COMMANDS = (move,)

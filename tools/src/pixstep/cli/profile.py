@@ -7,8 +7,7 @@ from pathlib import Path
 
 import click
 
-from pixstep.cli import profile_make, profile_repair
-from pixstep.cli.command import FILE, group
+from pixstep.cli.command import FILE, command
 from pixstep.cli.options import (
     DECODE,
     HZ,
@@ -38,12 +37,7 @@ _FORMS = {
 _REPAIRABLE = {"speed", "oscillates", "reverses_inside_pixel"}
 
 
-@group()
-def profile() -> None:
-    """Make, check, repair and show acceleration profiles."""
-
-
-@profile.command("check")
+@command("check")
 @click.argument("file", type=FILE)
 @click.option("--decode", type=DECODE,
               help="What the motor is. Default: by the motor in the name, else both.",
@@ -76,7 +70,7 @@ def profile_check(ctx, file, decode, raw, lenient, pixel_hz, as_json, **limits):
     ctx.exit(STATUSES[status])
 
 
-@profile.command("show")
+@command("show")
 @click.argument("file", type=FILE)
 @click.option("--decode", type=DECODE,
               help="Default: by the motor in the name, else smooth.")  # fmt: skip
@@ -200,9 +194,3 @@ def _check_json(path: Path, found: list[readings.Reading], status: int) -> dict:
         ],
         "advice": list(_advice(found)),
     }
-
-
-profile.add_command(profile_make.profile_make)
-profile.add_command(profile_repair.profile_repair)
-
-COMMANDS = (profile,)

@@ -43,7 +43,7 @@ from pixstep.profiles.drawing import Drawing
 @plot_option("-o", "--output")
 @json_option
 def line_show(csv, decode, backlash, raw, lead_in, pixel_hz, plot, as_json, **limits):
-    """Show speed, acceleration, jerk and position of a line: a table, and with --plot a drawing."""
+    """Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing."""
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
     if read.header:

@@ -31,7 +31,7 @@ from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
 
-@command()
+@command("sim")
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
@@ -150,6 +150,3 @@ def _refuse_bad(lines: list[Line]) -> None:
                 f"{line.name}: line refused: {first.name} at pixel {first.pixel}: {first.message} "
                 f"(--no-check lets the board judge it)"
             )
-
-
-COMMANDS = (sim, demo_command)

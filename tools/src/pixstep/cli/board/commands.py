@@ -98,13 +98,6 @@ def permit_command(state, line, units):
     each_board(line, units, switch)
 
 
-COMMANDS = (
-    arm_command,
-    _simple(
-        "disarm", "disarm", "disarmed", "Take armed axes back and forget what they have queued."
-    ),
-    clear_command,
-    _simple("enable", "enable", "enabled", "Switch drivers on: their motors hold."),
-    _simple("disable", "disable", "disabled", "Switch drivers of axes at rest off."),
-    permit_command,
-)
+disarm_command = _simple("disarm", "disarm", "disarmed", "Disarm axes and discard their queues.")
+enable_command = _simple("enable", "enable", "enabled", "Switch drivers on: their motors hold.")
+disable_command = _simple("disable", "disable", "disabled", "Switch drivers of axes at rest off.")

@@ -268,6 +268,3 @@ def _settings_text(stored: dict) -> str:
         return "defaults, nothing is stored" if not stored["differ"] else "not stored"
     text = f"stored as record {stored['record']}"
     return f"{text}; those in force differ from it" if stored["differ"] else text
-
-
-COMMANDS = (scan_command, info_command, features_command)

@@ -82,6 +82,3 @@ def text(reading: Reading) -> str:
     words = f" ({reading.words})" if reading.words else ""
     unit = values.unit_text(reading.item.register)
     return f"{reading.item.name} = {reading.value}{unit}{words}"
-
-
-COMMANDS = (get_command,)

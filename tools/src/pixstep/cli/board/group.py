@@ -18,7 +18,7 @@ from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
 from pixstep.board.port import PARITIES
 from pixstep.board.transport import BAUD, TIMEOUT_S
-from pixstep.cli.command import complain, group
+from pixstep.cli.command import complain
 from pixstep.cli.options import say
 from pixstep.errors import UserError
 
@@ -37,16 +37,6 @@ class StoppedError(BoardError):
     def __init__(self, message: str, status: int) -> None:
         super().__init__(message)
         self.status = status
-
-
-@group("board")
-def board() -> None:
-    """Talk to boards on a serial line: look, set, upload, start, home, move, log.
-
-    Exit status 0 fine, 1 if a board did not do as asked, 2 for misuse, 3 for what a check or the
-    board refuses, 130, 143 or 129 if Ctrl-C, SIGTERM or SIGHUP ended it; what it moves is stopped
-    then.
-    """
 
 
 class _Units(click.ParamType):

@@ -77,6 +77,3 @@ def _text(unit: int, homed: Homed) -> str:
         f"now position 0; stands on {homed.position_steps}, {len(homed.legs)} legs in "
         f"{seconds:.1f} s"
     )
-
-
-COMMANDS = (home_command,)

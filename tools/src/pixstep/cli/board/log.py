@@ -13,7 +13,7 @@ from pixstep.board import features, logs
 from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
 from pixstep.cli.board.group import Known, axes_option, line_options, one_board, unit_option
-from pixstep.cli.command import OUTPUT, Group, group
+from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.options import json_option
 
 _MOST_WAIT_S = 0.5
@@ -26,25 +26,7 @@ output_option = click.option(
 follow_option = click.option("--follow", is_flag=True, help="Go on until Ctrl-C.")
 
 
-class _LogGroup(Group):
-    """`log` by itself is `log records`."""
-
-    def parse_args(self, ctx, args):
-        """Put the word in that was left out."""
-        if not args or args[0] not in {*self.commands, *ctx.help_option_names}:
-            args = ["records", *args]
-        return super().parse_args(ctx, args)
-
-
-@group("log", cls=_LogGroup)
-def log_group() -> None:
-    """Records pixel by pixel; the log of faults and resets.
-
-    `log` by itself is `log records`.
-    """
-
-
-@log_group.command("records")
+@command("records")
 @line_options
 @unit_option
 @axes_option
@@ -81,7 +63,7 @@ def records_command(line, unit, axes, output, follow):
     click.get_current_context().exit(ended or int(bool(missed)))
 
 
-@log_group.command("events")
+@command("events")
 @line_options
 @unit_option
 @follow_option
@@ -163,6 +145,3 @@ def _text(event: Event) -> str:
         return f"{time}: {event.text}"
     where = f"axis {event.axis}, pixel {event.pixel}, argument {event.argument}"
     return f"{time}: {event.text} ({where})"
-
-
-COMMANDS = (log_group,)

@@ -56,6 +56,3 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         return
     click.echo(headline(move, hz))
     click.echo(f"board {unit} axis {axis}: from position {before} to {after}")
-
-
-COMMANDS = (move_command,)

@@ -73,6 +73,3 @@ def change_text(change: dict | Change) -> str:
     words = meanings.words(register, row["new"])
     unit = values.unit_text(register)
     return f"{row['name']}: {row['old']} -> {row['new']}{unit}" + (f" ({words})" if words else "")
-
-
-COMMANDS = (set_command,)

@@ -80,6 +80,3 @@ def _print_end(test: SelfTest) -> None:
         for verdict in (OK, FAILED, selftest.SKIPPED)
     }
     click.echo(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
-
-
-COMMANDS = (selftest_command,)

@@ -8,7 +8,7 @@ from pixstep.board import settings, settingsfile
 from pixstep.board.client import Board
 from pixstep.cli.board.group import boards, line_options, one_board, unit_option, units_option
 from pixstep.cli.board.put import change_text
-from pixstep.cli.command import FILE, OUTPUT, group
+from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import json_option, show_json
 from pixstep.errors import UserError
 
@@ -21,12 +21,7 @@ skip_option = click.option(
 )
 
 
-@group("settings")
-def settings_group() -> None:
-    """All settings: as a TOML file and back, stored, defaults."""
-
-
-@settings_group.command("export")
+@command("export")
 @click.argument("file", type=OUTPUT)
 @line_options
 @unit_option
@@ -44,7 +39,7 @@ def export_command(file, line, unit):
     click.echo(f"{file}: {len(found)} settings of board {unit} ({known.who.board})")
 
 
-@settings_group.command("import")
+@command("import")
 @click.argument("file", type=FILE)
 @line_options
 @units_option
@@ -85,7 +80,7 @@ def import_command(file, line, units, skip, store, dry_run, as_json):
         show_json({"file": str(file), "written": not dry_run, "boards": rows})
 
 
-@settings_group.command("store")
+@command("store")
 @line_options
 @units_option
 def store_command(line, units):
@@ -96,7 +91,7 @@ def store_command(line, units):
             click.echo(f"board {item.board.unit}: stored as record {serial}")
 
 
-@settings_group.command("defaults")
+@command("defaults")
 @line_options
 @units_option
 @click.option("--store", is_flag=True, help="Store them too; else the stored ones return at reset.")
@@ -116,7 +111,7 @@ def defaults_command(line, units, store):
             click.echo(f"stored as record {settings.store(known[0].board, found.world)}")
 
 
-@settings_group.command("diff")
+@command("diff")
 @click.argument("file", type=FILE, required=False)
 @line_options
 @unit_option
@@ -171,6 +166,3 @@ def _print(row: dict, *, dry_run: bool) -> None:
         click.echo(f"  {change_text(change)}")
     if "record" in row:
         click.echo(f"  stored as record {row['record']}")
-
-
-COMMANDS = (settings_group,)

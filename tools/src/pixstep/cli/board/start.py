@@ -83,6 +83,3 @@ def _row(lines: run.Lines) -> dict:
         {"axis": axis, "state": states[axis], "position_steps": where[axis]} for axis in lines.axes
     ]
     return {"unit": lines.board.unit, "axes": axes}
-
-
-COMMANDS = (start_command,)

@@ -79,6 +79,3 @@ def _tell(item: Known, rests: dict[int, run.Rest]) -> None:
     ]
     if moving:
         raise BoardError(f"board {unit}: NOT at rest: {', '.join(moving)}")
-
-
-COMMANDS = (stop_command,)

@@ -166,6 +166,3 @@ def _print(summary: dict) -> None:
             f"{row['pixels']} pixels, {row['steps']} steps, {row['seconds']:g} s: {row['state']}, "
             f"position {row['position_steps']}"
         )
-
-
-COMMANDS = (upload_command,)

@@ -149,6 +149,3 @@ def _rates_text(now: Snapshot, before: Snapshot | None) -> str:
     if not rates:
         return ", ".join(f"{name} {now.inputs[name]}" for name in names)
     return ", ".join(f"{name} {now.inputs[name]} ({rates[name]:.1f}/s)" for name in names)
-
-
-COMMANDS = (watch_command,)
