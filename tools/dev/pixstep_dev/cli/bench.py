@@ -11,6 +11,7 @@ from rich.text import Text
 from pixstep import natives, progress
 from pixstep.board import boards
 from pixstep.cli.command import FILE, PICTURE, command
+from pixstep.cli.options import SCHEMA
 from pixstep.errors import UserError
 from pixstep_dev import markdown
 from pixstep_dev.bench import compare, figures, run, tables
@@ -81,7 +82,8 @@ def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None)
         markdown.write(write, _MARKERS, _document(measured))
         click.echo(f"{write}: written", err=True)
     if as_json:
-        click.echo(json.dumps(compare.compare(measured) if comparing else measured, indent=2))
+        shown = compare.compare(measured) if comparing else {"schema": SCHEMA, **measured}
+        click.echo(json.dumps(shown, indent=2))
     elif not write:
         console = Console(highlight=False)
         if not console.is_terminal:

@@ -15,6 +15,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from pixstep import atomic, signals
+from pixstep.cli.examples import EXAMPLES
 from pixstep.errors import MISUSE, PlainError, UserError
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -71,6 +72,15 @@ class Command(click.Command):
                     help="Replace files that exist.",
                 )
             )
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples; they are not wrapped, so that they can be copied."""
+        super().format_epilog(ctx, formatter)
+        program, _, name = ctx.command_path.partition(" ")
+        if name in EXAMPLES:
+            with formatter.section("Examples"):
+                for example in EXAMPLES[name]:
+                    formatter.write(f"{'':{formatter.current_indent}}{program} {example}\n")
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""

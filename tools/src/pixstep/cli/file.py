@@ -12,11 +12,11 @@ from pixstep.cli.options import (
     DECODE,
     HZ,
     LINE_NUMBER,
+    deliver_facts,
     json_option,
     raw_option,
     say,
     show_json,
-    teller,
 )
 from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
 from pixstep.formats import prn
@@ -105,7 +105,10 @@ def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json
 @click.option("--date", metavar="CTIME", help="As 'Mon Oct 12 15:13:35 2009'.  [default: now]")
 @_lenient_option
 @raw_option
-def convert(source: Path, target: Path, to, lenient: bool, raw: bool, **options):
+@json_option
+def convert(
+    source: Path, target: Path, to, lenient: bool, raw: bool, as_json: bool, **options
+) -> None:
     """Write a file in another format.
 
     Nothing is lost and no meaning is changed without being told to; text is written with CR LF.
@@ -122,7 +125,14 @@ def convert(source: Path, target: Path, to, lenient: bool, raw: bool, **options)
     count = f"{len(lines)} lines, " if len(lines) > 1 else ""
     values = sum(len(values) for values in lines)
     told = f"{shown_path(target)}: {NAMES[kind]}, {count}{values} values, {len(data)} bytes"
-    teller(target)(told)
+    facts = {
+        "file": str(target),
+        "kind": kind,
+        "lines": len(lines),
+        "values": values,
+        "bytes": len(data),
+    }
+    deliver_facts(facts, told, target, as_json=as_json)
 
 
 def _examined(path: Path, lenient: bool, raw: bool, smooth: bool) -> Examined:

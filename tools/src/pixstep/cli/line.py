@@ -19,6 +19,7 @@ from pixstep.cli.options import (
     VERDICTS,
     backlash_option,
     clock_option,
+    deliver_facts,
     json_option,
     line_option,
     load_line,
@@ -26,12 +27,11 @@ from pixstep.cli.options import (
     raw_option,
     say,
     show_json,
-    teller,
 )
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck, planner
-from pixstep.lines.line import Line
-from pixstep.lines.rational import period_ticks
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.rational import hz_text, period_ticks
 from pixstep.profiles import generator
 
 
@@ -42,33 +42,47 @@ from pixstep.profiles import generator
 @pixel_hz_option
 @backlash_option
 @click.option("--lead-in", type=int, default=0, help="Constant pixels before the image.")
-@click.option("--plain", is_flag=True, help="For a plain motor: each entry is a count.")
+@click.option("--decode", type=DECODE, help="What the motor is.  [default: smooth]")
+@click.option("--plain", is_flag=True, hidden=True)  # an older spelling of --decode plain
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
 @click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
 @click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
+@json_option
 @click.pass_context
-def line_make(
-    ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, jerk_warn, name, output
-):
+def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_json, **options):
     """Make a line from an acceleration profile: up, constant speed, down.
 
     Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
     """
-    speeds, notes = formats.read_prn(prn, lenient=lenient)
+    plain = options["plain"] or options["decode"] == PLAIN
+    if options["plain"] and options["decode"] == SMOOTH:
+        raise UserError("--plain and --decode smooth contradict each other")
+    speeds, notes = formats.read_prn(prn, lenient=options["lenient"])
     say(notes)
     request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
     made = generator.generate(speeds, request, str(prn))
-    formats.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
+    formats.write_csv(output, made.counts, _header(options["name"], lead_in, pixel_hz))
     steps = sum(made.counts) + backlash
     rate = float(speed * pixel_hz)
-    teller(output)(
+    facts = {
+        "file": str(output),
+        "pixels": len(made.counts),
+        "accelerating_pixels": made.accelerating_pixels,
+        "image_pixel": made.image_pixel,
+        "steps": steps,
+        "backlash_steps": backlash,
+        "speed_steps_s": rate,
+        "pixel_hz": hz_text(pixel_hz),
+    }
+    text = (
         f"{output}: {len(made.counts)} pixels, {made.accelerating_pixels} accelerating, image from "
         f"pixel {made.image_pixel}, {steps} steps with backlash {backlash}, "
         f"{rate:g} steps/s at {float(pixel_hz):g} Hz"
     )
-    if jerk_warn is not None and not plain:
-        ctx.exit(_warn_of_jerk(made, speed, jerk_warn))
+    deliver_facts(facts, text, output, as_json=as_json)
+    if options["jerk_warn"] is not None and not plain:
+        ctx.exit(_warn_of_jerk(made, speed, options["jerk_warn"]))
 
 
 @command("check")
@@ -150,15 +164,18 @@ def line_check(
 @click.option("--timer-hz", type=click.IntRange(1), help="Ticks a second.  [default: the board's]")
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
-def ticks(csv, decode, pixel_hz, backlash, raw, line_number, board, timer_hz, pixels, output):
+@json_option
+def ticks(csv, decode, pixel_hz, backlash, board, timer_hz, pixels, output, as_json, **options):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
-    chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
+    chosen = load_line(csv, decode, backlash, raw=options["raw"], number=options["line_number"])
     tick_hz = timer_hz or boards.load(board).tick_hz
     planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels)
     say(planned.warnings)
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1
-    teller(output)(f"{output}: {rows} {'pixel edges' if pixels else 'steps'}")
+    what = "pixel edges" if pixels else "steps"
+    facts = {"file": str(output), "of": what, "rows": rows, "tick_hz": tick_hz}
+    deliver_facts(facts, f"{output}: {rows} {what}", output, as_json=as_json)
 
 
 def _read_strictly(path: Path, *, raw: bool, lenient: bool) -> formats.MotionFile:

@@ -9,6 +9,7 @@ from pixstep.board import boards
 from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
 from pixstep.cli.options import (
+    deliver_facts,
     details_option,
     json_option,
     out_option,
@@ -16,7 +17,6 @@ from pixstep.cli.options import (
     plot_option,
     plots_option,
     show_json,
-    teller,
 )
 from pixstep.cli.results import deliver
 from pixstep.errors import UserError
@@ -30,11 +30,14 @@ _MOST_ROWS = 40
 @plan_options
 @pixel_hz_option
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write (plain).")
-def move_make(output, **options):
+@json_option
+def move_make(output, as_json, **options):
     """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
     job = _job(options)
     formats.write_csv(output, list(job.move.counts))
-    teller(output)(f"{output}: {headline(job.move, job.pixel_hz)}")
+    facts = {"file": str(output), **fastsim.plan_summary(job)}
+    text = f"{output}: {headline(job.move, job.pixel_hz)}"
+    deliver_facts(facts, text, output, as_json=as_json)
 
 
 @command("show")

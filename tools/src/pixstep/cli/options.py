@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """What the commands share: option types, the reading of line files, notes."""
 
+import contextlib
 import functools
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -113,6 +114,36 @@ def plot_option(*other: str, what: str = "Draw into a file") -> Callable:
 def show_json(facts: dict) -> None:
     """Print facts as JSON, with the version of its layout."""
     click.echo(json.dumps({"schema": SCHEMA, **facts}, indent=2))
+
+
+def show_json_row(facts: dict) -> None:
+    """Print facts as one row of JSON, where more rows follow as they come."""
+    click.echo(json.dumps({"schema": SCHEMA, **facts}))
+
+
+def deliver_facts(facts: dict, text: str, output: Path | None = None, *, as_json: bool) -> None:
+    """Print facts as JSON, or as text on the stream that is free for words."""
+    if as_json:
+        show_json(facts)
+    else:
+        teller(output)(text)
+
+
+@contextlib.contextmanager
+def board_rows(*, as_json: bool) -> Iterator[Callable[[dict, str], None]]:
+    """Yield what takes a board's facts, as data and as text; JSON comes at the end, whole."""
+    rows: list[dict] = []
+
+    def take(row: dict, text: str) -> None:
+        rows.append(row)
+        if not as_json:
+            click.echo(text)
+
+    try:
+        yield take
+    finally:
+        if as_json:
+            show_json({"boards": rows})
 
 
 def say(notes) -> None:

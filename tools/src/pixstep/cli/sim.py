@@ -21,9 +21,10 @@ from pixstep.cli.options import (
     pixel_hz_option,
     plots_option,
     raw_option,
+    show_json,
 )
 from pixstep.cli.results import deliver
-from pixstep.errors import RefusedError, UserError
+from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.simulation import demo, report
@@ -115,10 +116,15 @@ def sim(ctx, csv, board, decode, backlash, out, check, plot, details, as_json, *
     "[default: build/demo]",
 )
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
+@json_option
 @click.pass_context
-def demo_command(ctx, out, serial_load):
+def demo_command(ctx, out, serial_load, as_json):
     """Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD."""
-    ctx.exit(0 if demo.run(Console(highlight=False), out, serial_load=serial_load) else 1)
+    console = Console(highlight=False, quiet=as_json)
+    done = demo.run(console, out, serial_load=serial_load)
+    if as_json:
+        show_json(done.summary)
+    ctx.exit(FINE if done.passed else NEGATIVE)
 
 
 def _plants(lines: list[Line], options: dict) -> dict:

@@ -2,6 +2,7 @@
 """The main job on the worked example: profile, line, plan, simulated board, verdict, drawings."""
 
 import time
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
@@ -23,8 +24,16 @@ _OWN = ("line.csv", "ticks.csv")  # besides those of the simulated run
 REQUEST = generator.LineRequest(speed=1000, pixels=60, backlash=250)
 
 
-def run(console: Console, out: Path | None = None, *, serial_load: bool = False) -> bool:
-    """Run the worked example into `out`; print a page; return True if all of it is right."""
+@dataclass(frozen=True)
+class Demo:
+    """What came out: whether all of it is right, and the summary of the run."""
+
+    passed: bool
+    summary: dict
+
+
+def run(console: Console, out: Path | None = None, *, serial_load: bool = False) -> Demo:
+    """Run the worked example into `out`, print what came out and return it."""
     started = time.monotonic()
     out = out or natives.root() / "build" / "demo"
     source = natives.source(PROFILE)
@@ -32,7 +41,7 @@ def run(console: Console, out: Path | None = None, *, serial_load: bool = False)
     with outfolder.of_run(out, (*_OWN, *simtask.names())) as folder:
         line, judged, host_right = _run(folder, out, source, speeds, serial_load=serial_load)
     _print(console, judged.summary, line, host_right, started, out)
-    return judged.passed and all(host_right)
+    return Demo(judged.passed and all(host_right), judged.summary)
 
 
 def _run(

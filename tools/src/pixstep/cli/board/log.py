@@ -2,7 +2,6 @@
 """`pixstep board log`: per-pixel records into a CSV as they come; the event log."""
 
 import contextlib
-import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
 from pixstep.cli.board.group import Known, axes_option, line_options, one_board, unit_option
 from pixstep.cli.command import OUTPUT, command
-from pixstep.cli.options import json_option
+from pixstep.cli.options import json_option, show_json_row
 
 _MOST_WAIT_S = 0.5
 _MOVES = ("armed", "running")
@@ -132,7 +131,7 @@ def _print(events: list[Event], seen: int, *, as_json: bool) -> int:
             continue
         if as_json:
             row = {"name": event.name, "text": event.text}
-            click.echo(json.dumps({**vars(event), **row}))
+            show_json_row({**vars(event), **row})
         else:
             click.echo(_text(event))
     return max([seen, *(event.number for event in events)])
