@@ -86,6 +86,15 @@ _add_table(
 )
 
 
+def _grammar() -> str:
+    from pixstep_dev.docs import grammar  # loads every command
+
+    return grammar.grammar()
+
+
+_add_table("grammar", _grammar, "All commands and their options, for docs/COMMANDS.md.")
+
+
 def _commands() -> str:
     from pixstep_dev.docs import commands  # pymodbus takes a while to load
 
