@@ -143,7 +143,7 @@ def test_commands_refuse_in_one_line(tmp_path, monkeypatch):
         readable = strict or any(
             reference_reader.read(data, lenient=True, raw=raw) for raw in (0, 1)
         )
-        expected = {"convert damaged out.csv --force --plain --drop-header": strict is None}
+        expected = {"convert damaged out.csv --force --decode plain --drop-header": strict is None}
         expected["info damaged"] = not readable
         expected["info damaged --json"] = not readable
         for command, refused in expected.items():

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from pixstep.board import settings, values
 from pixstep.board.client import Board, BoardError, Upload
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.lines.linecheck import Finding, Limits
@@ -53,13 +53,13 @@ def limits(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
 
 
 def check(line: Line, found: BoardLimits) -> list[Finding]:
-    """Return the findings of a line; raises UserError naming the first that refuses it."""
+    """Return the findings of a line; raises RefusedError naming the first that refuses it."""
     findings = linecheck.check(line, found.of(line))
     errors = [item for item in findings if item.severity == linecheck.ERROR]
     if errors:
         first = errors[0]
         where = f"pixel {first.pixel}" if first.pixel else "the line as a whole"
-        raise UserError(
+        raise RefusedError(
             f"{line.name}: line refused: {first.name} at {where}: {first.message} (nothing was "
             f"sent; `pixstep line check` shows all)"
         )

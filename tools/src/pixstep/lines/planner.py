@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from pixstep import natives
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines import runs
 from pixstep.lines.line import Line
 from pixstep.lines.rational import hz_text
@@ -15,7 +15,7 @@ from pixstep.lines.rational import hz_text
 _REFUSED = "line refused:"
 
 
-class LineRefusedError(UserError):
+class LineRefusedError(RefusedError):
     """The core refused the line; the message names the error, the pixel and why."""
 
 
