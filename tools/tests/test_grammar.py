@@ -16,11 +16,12 @@ from pixstep.cli.command import Late, OutFile, OutFolder, OutPicture
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
 from pixstep.cli.options import SCHEMA
+from pixstep.cli.quantities import StepsType
 
 # One meaning each; a command that has the option at all has it with this kind of value.
 MEANINGS = {
     "--axis": "an axis",
-    "--backlash": "a count",
+    "--backlash": "a number of steps",
     "--board": "a board's name",
     "--decode": "smooth or plain",
     "--force": "a flag",
@@ -74,6 +75,8 @@ def meaning(option):
         return "a folder"
     if isinstance(kind, click.Choice):
         return "smooth or plain" if list(kind.choices) == ["smooth", "plain"] else "a board's name"
+    if isinstance(kind, StepsType):
+        return "a number of steps"
     if isinstance(kind, click.IntRange):
         return "an axis" if kind.max == 3 else "a count"
     return "a frequency" if kind.name == "HZ" else kind.name
@@ -252,7 +255,7 @@ def completed(words):
 
 
 def test_commands_options_and_values_are_completed():
-    assert completed(["li"]) == ["line"]
+    assert completed(["li"]) == ["limits", "line"]
     assert completed(["line", "ma"]) == ["make"]
     assert completed(["sim", "--dec"]) == ["--decode"]
     assert completed(["sim", "--decode", "s"]) == ["smooth"]

@@ -55,7 +55,7 @@ EXAMPLES = {
     ),
     "limits": ("limits --board mega --axes 2 --pixel-hz 200",),
     "line import": (
-        "line import positions.csv --motor M40 -o line.csv",
+        "line import positions.csv --decode plain --column 2 -o line.csv",
         "line import steps.txt --decode plain --quantity steps -o line.csv",
     ),
     "line make": (

@@ -34,7 +34,8 @@ _LINE = {
         "reversal:line_compensate", "Take up the play at every reversal of a plain line."
     ),
     "import": _by_machine(
-        "line_import:line_import", "Make a line of your own table: CSV, or what numpy writes."
+        "line_import:line_import",
+        "Make a line of your own table: CSV, or what numpy's savetxt writes.",
     ),
     "plan": _by_machine(
         "line:ticks",
