@@ -120,17 +120,22 @@ class Facts(dict):
         scales = {motor.steps_per_unit for motor in self.motors}
         return scales.pop() if len(scales) == 1 else None
 
+    def said(self, name: str) -> object:
+        """Return what a parameter is so far; None if nothing says it, or not yet."""
+        value = self.ctx.params.get(name)
+        return value if isinstance(value, (str, tuple, bool, Path)) else None
+
     def multiple(self, name: str) -> bool:
         """True if a parameter of the command may be given several times."""
         return bool(getattr(self.params[name], "multiple", False))
 
     def other_kind(self) -> bool:
         """True if the command line says another kind of motor than the file."""
-        words = self.ctx.params.get("decode") or ()
+        words = self.said("decode") or ()
         words = (words,) if isinstance(words, str) else words
         kinds = {motor.decode for motor in self.motors}
         return bool(set(words) - kinds) or (
-            bool(self.ctx.params.get("plain")) and kinds != {"plain"}
+            bool(self.said("plain")) and kinds != {"plain"}
         )
 
 
@@ -151,7 +156,7 @@ def _decode(facts: Facts) -> object:
         return None
     if not facts.multiple("decode"):
         return facts.motor.decode
-    files = len(facts.ctx.params.get("csv") or ())
+    files = len(facts.said("csv") or ())
     if files != len(facts.motors):
         raise UserError(
             f"{files} lines for {len(facts.motors)} motor{'s' if len(facts.motors) > 1 else ''}: "
