@@ -43,6 +43,7 @@ def grammar() -> str:
 def _commands(
     command: click.Command = main, words: str = ""
 ) -> Iterator[tuple[str, click.Command]]:
+    """Yield every command with the words that call it."""
     if not isinstance(command, click.Group):
         yield words, command
         return
@@ -52,9 +53,8 @@ def _commands(
 
 
 def _options(command: click.Command) -> list[click.Option]:
-    return [
-        param for param in command.params if isinstance(param, click.Option) if not param.hidden
-    ]
+    options = (param for param in command.params if isinstance(param, click.Option))
+    return [option for option in options if not option.hidden]
 
 
 def _cells(command: click.Command) -> tuple[str, str, str]:
@@ -82,7 +82,7 @@ def _short(option: click.Option) -> str:
     """Return the name to know an option by: of --ask/--no-ask the one that changes anything."""
     if option.secondary_opts and option.default:
         return option.secondary_opts[0]
-    return min(option.opts, key=len)
+    return "--plot" if "--plot" in option.opts else min(option.opts, key=len)
 
 
 def _having(commands: dict[str, click.Command], name: str) -> str:
