@@ -46,7 +46,7 @@ static inline bool faults_any(void)
     return faults_record()->code != FAULT_none;
 }
 
-// The timers and the ledgers disagree: axes_account() and time_check_start() must run before the
+// The timers and the ledgers disagree: axes_advance_rested() and time_check_start() must run before the
 // fault is cleared.
 bool faults_time_lost(void);
 

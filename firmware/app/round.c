@@ -67,7 +67,7 @@ static void name_halt(uint8_t i)
 {
     take_underruns();
     if (axes_get(i)->life.state == AXIS_RUNNING) {
-        (void)axes_follow(i);
+        (void)axes_advance(i);
         faults_latch(why_halted(axes_get(i)), i, 0);
     }
 }
@@ -111,11 +111,11 @@ static void follow_in_turn(void)
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
-        uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
+        uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
         // Full marks keep the decoder from the next pixel.
         if (i == due || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
-            behind >= FOLLOW_ENTRIES || feed_marks_full(&axis->feed)) {
-            axes_follow_due(i);
+            behind >= FOLLOW_ENTRIES || stream_marks_full(&axis->feed.stream)) {
+            axes_advance_due(i);
         }
     }
 }
@@ -137,7 +137,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);
 
-    axes_follow_due(i);
+    axes_advance_due(i);
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(
         axis, reference_period(), settings_now()->backlash_policy == 0, budget);

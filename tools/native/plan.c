@@ -139,7 +139,7 @@ static void follow(struct plan *plan)
 {
     struct engine_sample sample = step_engine_sample(&plan->engine);
 
-    ledger_follow(&plan->axis.ledger, &plan->axis.feed, &sample);
+    axis_advance(&plan->axis, &sample, LEDGER_EXACTLY);
 }
 
 static void release(struct plan *plan)
@@ -159,8 +159,7 @@ static void run_line(struct plan *plan,
                      uint64_t *edge,
                      bool last)
 {
-    while (plan->axis.phase != DECODE_OUTSIDE ||
-           plan->axis.ledger.retired != plan->axis.feed.head) {
+    while (plan->axis.phase != DECODE_OUTSIDE || axis_ring_fill(&plan->axis) != 0) {
         decode_axis(&plan->axis, &plan->period, true, DECODE_BUDGET);
         if (plan->axis.phase == DECODE_DRY && !last &&
             axis_ring_fill(&plan->axis) < 128u) {
