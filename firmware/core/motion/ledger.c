@@ -140,7 +140,7 @@ static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *m
 
 static void pass_marks(struct ledger *ledger, struct stream *stream)
 {
-    while (stream_at_mark(stream)) {
+    while (stream_mark_within(stream, 0)) {
         const struct stream_mark *mark = stream_mark(stream);
 
         if (ledger->left > mark->early) {
@@ -296,18 +296,24 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
     }
 }
 
+// Account for idle periods, all at once however many. They come after the entries: the interrupt
+// loads idle periods only when the ring is empty, and a new line is released only after a
+// ledger_advance() that saw every idle period before that line.
 static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle_count)
 {
-    // Idle periods come after the entries: the interrupt loads idle periods only when the ring is
-    // empty, and a new line is released only after a ledger_advance() that saw every idle period
-    // before that line.
-    while (ledger->idle_seen != idle_count) {
-        ledger->idle_seen++;
-        note_fresh(ledger, stream, 0);
-        shift_lengths(ledger, STEP_IDLE_TICKS, false);
-        ledger->loaded_ticks += STEP_IDLE_TICKS;
-        stream_delay(stream, STEP_IDLE_TICKS);
+    uint16_t count = (uint16_t)(idle_count - ledger->idle_seen);
+    uint32_t ticks = (uint32_t)count * STEP_IDLE_TICKS;
+
+    if (count == 0) {
+        return;
     }
+    note_fresh(ledger, stream, 0);
+    for (uint8_t i = count < 3u ? (uint8_t)count : 3u; i != 0; i--) {
+        shift_lengths(ledger, STEP_IDLE_TICKS, false);
+    }
+    ledger->idle_seen = idle_count;
+    ledger->loaded_ticks += ticks;
+    stream_delay(stream, ticks);
 }
 
 void ledger_advance(struct ledger *ledger,

@@ -83,17 +83,14 @@ static inline bool ledger_due(const struct ledger *ledger,
         return true;
     }
     if (ledger->train == LEDGER_NO_TRAIN) {
-        return behind != 0 ? !stream_inside_batch(stream, sample->tail)
-                           : stream_at_mark(stream);
+        if (behind != 0) {
+            return !stream_inside_batch(stream, sample->tail);
+        }
+    } else if (sample->left == 0 || sample->train != ledger->train || sample->cut ||
+               behind >= LEDGER_LAG_ENTRIES) {
+        return true; // a train that is over must become free
     }
-    // A train that is over must become free.
-    if (sample->left == 0 || sample->train != ledger->train || sample->cut ||
-        behind >= LEDGER_LAG_ENTRIES) {
-        return true;
-    }
-    const struct stream_mark *mark = stream_mark(stream);
-
-    return mark != NULL && (uint8_t)(mark->slot - stream->retired) <= behind;
+    return stream_mark_within(stream, behind);
 }
 
 // True when the account of an axis at rest is ahead of this sample, so that nothing can be placed

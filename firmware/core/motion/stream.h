@@ -197,12 +197,13 @@ static inline const struct stream_mark *stream_mark(const struct stream *stream)
                : &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
 }
 
-// True when the reader has come to the oldest mark's slot.
-static inline bool stream_at_mark(const struct stream *stream)
+// True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader has
+// come to that slot.
+static inline bool stream_mark_within(const struct stream *stream, uint8_t count)
 {
     const struct stream_mark *mark = stream_mark(stream);
 
-    return mark != NULL && mark->slot == stream->retired;
+    return mark != NULL && (uint8_t)(mark->slot - stream->retired) <= count;
 }
 
 // The oldest mark was passed.
@@ -270,8 +271,8 @@ static inline uint16_t stream_train_base(const struct stream *stream, uint8_t tr
     return (uint16_t)(top_ticks + carried->short_low + 1u);
 }
 
-// An idle period came before whatever is not passed yet.
-static inline void stream_delay(struct stream *stream, uint16_t ticks)
+// Idle periods came before whatever is not passed yet.
+static inline void stream_delay(struct stream *stream, uint32_t ticks)
 {
     stream->end_ticks += ticks;
 }
