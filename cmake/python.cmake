@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: MIT
 # The Python tests, one ctest entry a file (label `python`), run by the clone's own environment.
-file(GLOB files CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/tools/tests/test_*.py")
+# tools/tests: the product's; tools/dev/tests: the proof's.
+file(
+    GLOB files CONFIGURE_DEPENDS
+    "${CMAKE_SOURCE_DIR}/tools/tests/test_*.py" "${CMAKE_SOURCE_DIR}/tools/dev/tests/test_*.py"
+)
 foreach(file IN LISTS files)
     get_filename_component(name "${file}" NAME_WE)
     string(REGEX REPLACE "^test_" "py." name "${name}")
