@@ -233,7 +233,7 @@ static uint8_t left_behind(uint8_t entries)
     // The next rounds are no axis's turn.
     round_start();
     bench_rounds(1);
-    TEST_ASSERT_TRUE(axes_advance(1));
+    TEST_ASSERT_TRUE(axes_advance(1, LEDGER_EXACTLY));
     while (behind(1) < entries) {
         fake_pass(256);
     }

@@ -82,7 +82,7 @@ static bool capture_waits(uint8_t i)
            (FEATURE_HOMING && switch_capture_waiting());
 }
 
-static bool advance_axis(uint8_t i, enum ledger_extent extent)
+bool axes_advance(uint8_t i, enum ledger_extent extent)
 {
     struct axis *axis = axes_get(i);
     struct engine_sample sample = step_timer_sample(i);
@@ -93,27 +93,18 @@ static bool advance_axis(uint8_t i, enum ledger_extent extent)
     if (extent == LEDGER_EXACTLY ||
         ledger_due(&axis->ledger, &axis->feed.stream, &sample)) {
         cpu_section(CPU_SECTION_LEDGER);
-        axis_advance(axis, &sample, extent);
+        ledger_advance(&axis->ledger, &axis->feed.stream, &sample, extent);
         cpu_section(CPU_SECTION_ROUND);
     }
     return true;
 }
 
-void axes_advance_due(uint8_t axis)
+void axes_advance_rested(uint8_t i)
 {
-    (void)advance_axis(axis, LEDGER_BY_BATCHES);
-}
+    struct axis *axis = axes_get(i);
+    struct engine_sample sample = step_timer_sample(i);
 
-bool axes_advance(uint8_t axis)
-{
-    return advance_axis(axis, LEDGER_EXACTLY);
-}
-
-void axes_advance_rested(uint8_t axis)
-{
-    struct engine_sample sample = step_timer_sample(axis);
-
-    axis_advance(axes_get(axis), &sample, LEDGER_EXACTLY);
+    ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
 }
 
 void axes_stop(uint8_t i)

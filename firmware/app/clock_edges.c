@@ -58,7 +58,7 @@ static void clock_fault(enum fault code, uint16_t argument)
         faults_latch_underrun(CONFIG_PIXEL_CLOCK_AXIS);
         return;
     }
-    (void)axes_advance(axis);
+    (void)axes_advance(axis, LEDGER_EXACTLY);
     faults_latch(code, axis, argument);
 }
 
@@ -81,7 +81,7 @@ static APART void take_capture(void)
         reference_edge_dropped();
         return;
     }
-    axis_advance(axis, &capture.sample, LEDGER_EXACTLY);
+    ledger_advance(&axis->ledger, &axis->feed.stream, &capture.sample, LEDGER_EXACTLY);
     uint32_t edge_ticks =
         ledger_capture_ticks(
             &axis->ledger, &axis->feed.stream, capture.back, capture.ticks) -

@@ -67,7 +67,7 @@ static void name_halt(uint8_t i)
 {
     take_underruns();
     if (axes_get(i)->life.state == AXIS_RUNNING) {
-        (void)axes_advance(i);
+        (void)axes_advance(i, LEDGER_EXACTLY);
         faults_latch(why_halted(axes_get(i)), i, 0);
     }
 }
@@ -115,7 +115,7 @@ static void follow_in_turn(void)
         // Full marks keep the decoder from the next pixel.
         if (i == due || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
             behind >= FOLLOW_ENTRIES || stream_marks_full(&axis->feed.stream)) {
-            axes_advance_due(i);
+            (void)axes_advance(i, LEDGER_BY_BATCHES);
         }
     }
 }
@@ -137,7 +137,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);
 
-    axes_advance_due(i);
+    (void)axes_advance(i, LEDGER_BY_BATCHES);
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(
         axis, reference_period(), settings_now()->backlash_policy == 0, budget);

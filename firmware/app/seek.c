@@ -53,9 +53,11 @@ static void note_switch_edge(const struct switch_capture *capture)
     struct axis *clock = axes_get(CONFIG_SWITCH_CAPTURE_AXIS);
     struct axis *axis = axes_get(seeking_axis());
 
-    axis_advance(clock, &capture->edge.sample, LEDGER_EXACTLY);
+    ledger_advance(
+        &clock->ledger, &clock->feed.stream, &capture->edge.sample, LEDGER_EXACTLY);
     if (CONFIG_AXES > 1 && axis != clock) {
-        axis_advance(axis, &capture->seeker, LEDGER_EXACTLY);
+        ledger_advance(
+            &axis->ledger, &axis->feed.stream, &capture->seeker, LEDGER_EXACTLY);
     }
     seek.ticks =
         ledger_period_start(&clock->ledger, &clock->feed.stream, capture->edge.back) +
@@ -163,7 +165,7 @@ void seek_poll(void)
         judge_switch();
     }
     // A seek is decoded only a little ahead of the account, so that the account must keep up.
-    (void)axes_advance(axis);
+    (void)axes_advance(axis, LEDGER_EXACTLY);
     if (!moving) {
         end_seek();
     }

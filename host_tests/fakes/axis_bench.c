@@ -98,7 +98,7 @@ struct step_load bench_period(void)
     check_batches(&bench.axis.feed.stream);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);
-    axis_advance(&bench.axis, &sample, LEDGER_EXACTLY);
+    ledger_advance(&bench.axis.ledger, &bench.axis.feed.stream, &sample, LEDGER_EXACTLY);
     if (load.pulse) {
         bench.steps += bench.engine.negative ? -1 : 1;
     }

@@ -139,7 +139,7 @@ static void follow(struct plan *plan)
 {
     struct engine_sample sample = step_engine_sample(&plan->engine);
 
-    axis_advance(&plan->axis, &sample, LEDGER_EXACTLY);
+    ledger_advance(&plan->axis.ledger, &plan->axis.feed.stream, &sample, LEDGER_EXACTLY);
 }
 
 static void release(struct plan *plan)

@@ -162,14 +162,6 @@ void axis_line_decoded(struct axis *axis,
                        const struct pixel_period *period,
                        bool always_take_up);
 
-// Advance the account of the axis to a sample of its step interrupt, ledger_advance().
-static inline void axis_advance(struct axis *axis,
-                                const struct engine_sample *sample,
-                                enum ledger_extent extent)
-{
-    ledger_advance(&axis->ledger, &axis->feed.stream, sample, extent);
-}
-
 // Entries in the ring that the ledger has not accounted for.
 static inline uint8_t axis_ring_fill(const struct axis *axis)
 {

@@ -90,7 +90,7 @@ void feed_fill_front(struct feed *feed, uint32_t delay_ticks)
 
 void feed_front_released(struct feed *feed, uint32_t delay_ticks)
 {
-    feed->stream.end_ticks += delay_ticks;
+    stream_delay(&feed->stream, delay_ticks);
     feed->held = false;
     feed->merge = false;
 }

@@ -166,27 +166,6 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
-// Account for single periods that the reader has just passed.
-static void count_periods(struct ledger *ledger,
-                          const struct stream *stream,
-                          uint8_t count,
-                          uint32_t ticks)
-{
-    if (count >= 3u) {
-        ledger->fresh = 3;
-    } else {
-        // Some earlier periods are still among the last three.
-        if (ledger->fresh + count > 3u) {
-            note_fresh(ledger, stream, count);
-        }
-        ledger->fresh = (uint8_t)(ledger->fresh + count);
-    }
-    ledger->loaded_ticks += ticks;
-    if (ledger->pulse) {
-        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
-    }
-}
-
 // Account for single periods. Returns false when the interrupt is inside a batch that must be taken
 // as a whole.
 static bool take_periods(struct ledger *ledger,
@@ -200,7 +179,19 @@ static bool take_periods(struct ledger *ledger,
     if (count == 0) {
         return false;
     }
-    count_periods(ledger, stream, count, ticks);
+    if (count >= 3u) {
+        ledger->fresh = 3;
+    } else {
+        // Some earlier periods are still among the last three.
+        if (ledger->fresh + count > 3u) {
+            note_fresh(ledger, stream, count);
+        }
+        ledger->fresh = (uint8_t)(ledger->fresh + count);
+    }
+    ledger->loaded_ticks += ticks;
+    if (ledger->pulse) {
+        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
+    }
     return true;
 }
 

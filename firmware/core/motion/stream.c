@@ -28,25 +28,15 @@ void stream_put_period(struct stream *stream, uint16_t ticks)
     stream_place_marks(stream, 0);
 }
 
-void stream_put_command(struct stream *stream, enum step_command command)
+// Append an entry that is no period. It is stored like a period whose high byte says so.
+static void put_entry(struct stream *stream, uint16_t high_low)
 {
-    // A command is stored like a period whose high byte says so.
-    uint16_t ticks =
-        (uint16_t)(((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command) + 1u);
-
-    stream->head = stream_write(stream->ring, stream->head, ticks);
+    stream->head = stream_write(stream->ring, stream->head, (uint16_t)(high_low + 1u));
 }
 
-// Append one entry of a pulse train; the sign of its number of steps tells which train.
-static void put_train_entry(struct stream *stream, uint8_t train, uint8_t steps)
+void stream_put_command(struct stream *stream, enum step_command command)
 {
-    uint8_t slot = stream->head;
-    uint8_t next = (uint8_t)(slot + 1u);
-
-    stream->ring->high[next] = STEP_HIGH_EMPTY;
-    stream->ring->low[slot] = train == 0 ? steps : (uint8_t)-steps;
-    stream->ring->high[slot] = STEP_HIGH_TRAIN;
-    stream->head = next;
+    put_entry(stream, (uint16_t)((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command));
 }
 
 static void fill_train(struct pulse_train *train, const struct even *even)
@@ -74,8 +64,11 @@ void stream_put_train(struct stream *stream,
     stream->trains[train] = (struct stream_train){steps, even->sum, ticks};
     stream->newest_train = train;
     while (steps != 0) {
-        uint16_t now = steps > STEP_TRAIN_ENTRY_MAX ? STEP_TRAIN_ENTRY_MAX : steps;
-        put_train_entry(stream, train, (uint8_t)now);
+        uint8_t now =
+            steps > STEP_TRAIN_ENTRY_MAX ? STEP_TRAIN_ENTRY_MAX : (uint8_t)steps;
+        // The sign of the number of steps tells which train.
+        uint8_t low = train == 0 ? now : (uint8_t)-now;
+        put_entry(stream, (uint16_t)((uint16_t)STEP_HIGH_TRAIN << 8 | low));
         stream_place_marks(stream, (uint8_t)(now - 1u));
         steps = (uint16_t)(steps - now);
     }
@@ -119,22 +112,26 @@ static uint8_t sooner(const struct stream *stream, uint8_t one, uint8_t other)
     return first ? one : other;
 }
 
-// Pass single periods one by one, up to slot `stop` or an entry of another kind.
-static uint8_t pass_summed(struct stream *stream, uint8_t stop, uint32_t *ticks)
-{
-    uint8_t first = stream->retired;
-
-    *ticks = step_ring_sum(stream->ring, &stream->retired, stop);
-    return (uint8_t)(stream->retired - first);
-}
-
-#if STREAM_BATCHES > 0
 // The oldest batch, NULL if there is none.
 static struct stream_batch *oldest_batch(struct stream *stream)
 {
+#if STREAM_BATCHES > 0
     return stream->batch_tail == stream->batch_head
                ? NULL
                : &stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)];
+#else
+    (void)stream;
+    return NULL;
+#endif
+}
+
+static void drop_batch(struct stream *stream)
+{
+#if STREAM_BATCHES > 0
+    stream->batch_tail++;
+#else
+    (void)stream;
+#endif
 }
 
 // Pass the batches that follow one another up to slot `tail`, as long as they are over.
@@ -150,12 +147,11 @@ static uint8_t pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks
            batch->count <= (uint8_t)(tail - stream->retired)) {
         *ticks += batch->ticks;
         stream->retired = (uint8_t)(stream->retired + batch->count);
-        stream->batch_tail++;
+        drop_batch(stream);
         batch = oldest_batch(stream);
     }
     return (uint8_t)(stream->retired - first);
 }
-#endif
 
 uint8_t stream_pass_periods(struct stream *stream,
                             uint8_t tail,
@@ -163,29 +159,27 @@ uint8_t stream_pass_periods(struct stream *stream,
                             uint32_t *ticks)
 {
     const struct stream_mark *mark = stream_mark(stream);
-    uint8_t stop = mark == NULL ? tail : sooner(stream, mark->slot, tail);
-
-#if STREAM_BATCHES > 0
     struct stream_batch *batch = oldest_batch(stream);
+    uint8_t first = stream->retired;
+    uint8_t stop = mark == NULL ? tail : sooner(stream, mark->slot, tail);
+    bool at_batch = batch != NULL && batch->slot == first;
 
-    if (batch == NULL) {
-        return pass_summed(stream, stop, ticks);
+    if (at_batch) {
+        uint8_t count = pass_batches(stream, tail, ticks);
+        if (count != 0 || whole) {
+            return count;
+        }
+    } else if (batch != NULL) {
+        stop = sooner(stream, batch->slot, stop);
     }
-    if (batch->slot != stream->retired) {
-        return pass_summed(stream, sooner(stream, batch->slot, stop), ticks);
-    }
-    uint8_t count = pass_batches(stream, tail, ticks);
-    if (count == 0 && !whole) {
-        count = pass_summed(stream, stop, ticks);
+    *ticks = step_ring_sum(stream->ring, &stream->retired, stop);
+    uint8_t count = (uint8_t)(stream->retired - first);
+    if (at_batch) {
         batch->slot = stream->retired;
         batch->count = (uint8_t)(batch->count - count);
         batch->ticks -= *ticks;
     }
     return count;
-#else
-    (void)whole;
-    return pass_summed(stream, stop, ticks);
-#endif
 }
 
 uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index)

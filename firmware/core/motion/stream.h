@@ -102,6 +102,12 @@ static inline uint8_t stream_space(const struct stream *stream)
     return (uint8_t)(STEP_RING_CAPACITY - stream_used(stream));
 }
 
+// Time comes before whatever is not passed yet: idle periods, or the delay of a held line.
+static inline void stream_delay(struct stream *stream, uint32_t ticks)
+{
+    stream->end_ticks += ticks;
+}
+
 // The writer's end. The caller keeps to stream_space().
 
 // Write one period into `slot`, while the caller keeps the head. The store of the empty slot behind
@@ -269,12 +275,6 @@ static inline uint16_t stream_train_base(const struct stream *stream, uint8_t tr
     uint16_t top_ticks = (uint16_t)((uint16_t)carried->top_high << 8);
 
     return (uint16_t)(top_ticks + carried->short_low + 1u);
-}
-
-// Idle periods came before whatever is not passed yet.
-static inline void stream_delay(struct stream *stream, uint32_t ticks)
-{
-    stream->end_ticks += ticks;
 }
 
 // The train (0 or 1) is over.
