@@ -29,8 +29,8 @@ void axes_start(void);
 struct axis *axes_get(uint8_t axis);
 
 // Advance an axis's account to what its step interrupt has done by now; by batches, only when the
-// account has fallen behind far enough to be worth the time. Returns false and changes nothing when a
-// captured edge must be taken first, because the edge is placed by an older sample.
+// account has fallen behind far enough to be worth the time. Returns false and changes nothing when
+// a captured edge must be taken first, because the edge is placed by an older sample.
 bool axes_advance(uint8_t i, enum ledger_extent extent);
 
 // The same exactly for an axis at rest, even if a captured edge waits: before the axis's lines are

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The writer's end of an axis's stream: intervals in, timer periods and commands out. Main loop only.
+// The writer's end of an axis's stream: intervals in, timer periods and commands out. Main loop
+// only.
 //
 // A period begins with its STEP edge. The periods of an interval therefore carry the edge of the
 // step BEFORE the interval (the lead), and the first period of the next interval carries the step
@@ -79,8 +80,8 @@ void feed_front_released(struct feed *feed, uint32_t delay_ticks);
 // may be busy afterwards, so that feed_pump() must write the rest.
 void feed_step(struct feed *feed, uint32_t interval_ticks, bool negative);
 
-// True when each step in this direction needs nothing but one period. stream_space() periods of up to
-// STEP_PERIOD_MAX_TICKS may then be appended as a batch instead of by feed_step().
+// True when each step in this direction needs nothing but one period. stream_space() periods of up
+// to STEP_PERIOD_MAX_TICKS may then be appended as a batch instead of by feed_step().
 static inline bool feed_plain(const struct feed *feed, bool negative)
 {
     return feed->lead && feed->pulse && feed->pending_ticks == 0 &&

@@ -39,8 +39,8 @@ static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pul
     }
 }
 
-// Note the lengths of the fresh periods, which stand `count` slots before the reader's end, while the
-// ring still holds them: the slots may be written again once more periods are accounted for.
+// Note the lengths of the fresh periods, which stand `count` slots before the reader's end, while
+// the ring still holds them: the slots may be written again once more periods are accounted for.
 static void note_fresh(struct ledger *ledger, const struct stream *stream, uint8_t count)
 {
     for (; ledger->fresh != 0; ledger->fresh--) {

@@ -101,8 +101,9 @@ static inline bool ledger_has_passed(const struct ledger *ledger,
     return (int16_t)(sample->idle_count - ledger->idle_seen) < 0;
 }
 
-// Advance the account of time and steps to the sample: consume entries, batches, marks and trains of
-// the stream, and write a record at each pixel edge on the way. Samples must not go back in time.
+// Advance the account of time and steps to the sample: consume entries, batches, marks and trains
+// of the stream, and write a record at each pixel edge on the way. Samples must not go back in
+// time.
 void ledger_advance(struct ledger *ledger,
                     struct stream *stream,
                     const struct engine_sample *sample,

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The stream of an axis: what its decoder wrote and its ledger accounts for, in one order. Its
 // entries stand in the step ring; beside them stand notes of what the entries alone do not tell.
-// Main loop only; the step interrupt reads the entries between the two ends and writes nothing here.
+// Main loop only; the step interrupt reads the entries between the two ends and writes nothing.
 //
 //                   reader's end                            writer's end
 //     entries    ...  | retired ...          tail |  ...          head |
-//                     |<- made, not accounted for->|<- still to make ->|
+//                     |<- made, not accounted for->|<-- still to make ---->|
 //     batches         oldest ...                    ... newest     lengths of periods
 //     marks           oldest ...                    ... newest     line starts, pixel edges
 //     trains          0, 1                                         evenly spaced steps
 //
-// feed.c alone calls the functions of the writer's end, ledger.c alone those of the reader's end;
-// the others only read. A slot may be written again as soon as the reader has passed it, except for
+// feed.c, and decode.c for batches, call the functions of the writer's end, ledger.c alone those of
+// the reader's end; the others only read. A slot may be written again as soon as the reader has passed it, except for
 // the last three, whose periods may still be asked for.
 #pragma once
 
@@ -25,8 +25,8 @@
 // Pixel edges and line starts that can be decoded ahead, a power of two.
 #define STREAM_MARKS 8u
 
-// Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader adds
-// up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
+// Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader
+// adds up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
 #if !defined(STREAM_BATCHES)
 #define STREAM_BATCHES 8u
 #endif
@@ -203,8 +203,8 @@ static inline const struct stream_mark *stream_mark(const struct stream *stream)
                : &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
 }
 
-// True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader has
-// come to that slot.
+// True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader
+// has come to that slot.
 static inline bool stream_mark_within(const struct stream *stream, uint8_t count)
 {
     const struct stream_mark *mark = stream_mark(stream);
@@ -247,8 +247,8 @@ static inline uint8_t stream_pass_entry(struct stream *stream)
     return stream->ring->low[stream->retired++];
 }
 
-// Pass single periods up to slot `tail`, the next mark or an entry of another kind, or a batch. With
-// `whole` set a batch that the interrupt has not finished is not passed. Returns the number of
+// Pass single periods up to slot `tail`, the next mark or an entry of another kind, or a batch.
+// With `whole` set a batch that the interrupt has not finished is not passed. Returns the number of
 // periods, and their length in *ticks; 0: the interrupt is inside such a batch.
 uint8_t stream_pass_periods(struct stream *stream,
                             uint8_t tail,
