@@ -85,8 +85,9 @@ static bool capture_waits(uint8_t i)
 static bool follow_axis(uint8_t i, bool all)
 {
     struct axis *axis = axes_get(i);
-    struct engine_sample sample = step_timer_sample(i);
+    struct engine_sample sample;
 
+    step_timer_sample(i, &sample);
     if (capture_waits(i)) {
         return false;
     }
@@ -115,8 +116,9 @@ bool axes_follow(uint8_t axis)
 void axes_account(uint8_t axis)
 {
     struct axis *rested = axes_get(axis);
-    struct engine_sample sample = step_timer_sample(axis);
+    struct engine_sample sample;
 
+    step_timer_sample(axis, &sample);
     ledger_follow(&rested->ledger, &rested->feed, &sample);
 }
 
