@@ -77,8 +77,9 @@ static inline struct wide wide_sub(struct wide a, struct wide b)
 static inline __attribute__((always_inline)) struct wide wide_times(struct wide a,
                                                                     uint16_t factor)
 {
-    register uint16_t by __asm__("r18") = factor;
+    __asm__("" : "+r"(a.low), "+r"(factor));
     register int32_t high __asm__("r20") = a.high;
+    register uint16_t by __asm__("r18") = factor;
     register uint8_t low __asm__("r24") = a.low;
     register int32_t product_high __asm__("r18");
     register uint8_t product_low __asm__("r22");

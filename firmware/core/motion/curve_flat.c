@@ -3,7 +3,6 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/apart.h"     // APART
 #include "base/multiply.h"  // multiply_*
 #include "build_features.h" // FEATURE_NARROW_CURVES
 #include "motion/curve_flat_layout.h"
@@ -67,10 +66,10 @@ enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed)
     return kind_of(slope_of(ticks, top_speed), top_speed, true);
 }
 
-APART enum curve_flat_kind curve_flat_kind(uint32_t ticks,
-                                           uint16_t start_speed,
-                                           uint16_t end_speed,
-                                           bool *stays)
+enum curve_flat_kind curve_flat_kind(uint32_t ticks,
+                                     uint16_t start_speed,
+                                     uint16_t end_speed,
+                                     bool *stays)
 {
     bool faster = end_speed > start_speed;
     uint16_t top = faster ? end_speed : start_speed;
