@@ -23,7 +23,8 @@ from pixstep.lines.units import SPEED, Quantity, Scale
 from pixstep.machine import finding
 
 if TYPE_CHECKING:
-    from pixstep.machine.model import Machine, MachineBoard, Motor
+    from pixstep.machine.model import MachineBoard, Motor
+    from pixstep.machine.reading import Machine
 
 _FACTS_OF = "pixstep.machine"
 _GROUPS = ("line", "move", "home", "board", "profile")
@@ -81,7 +82,7 @@ class Facts(dict):
         from pixstep.machine import reading  # pydantic takes a while to load
 
         try:
-            return reading.load(path)
+            return reading.Machine.load(path)
         except UserError as error:
             if self.words != ["board", "stop"] or self.names:
                 raise
@@ -134,9 +135,7 @@ class Facts(dict):
         words = self.said("decode") or ()
         words = (words,) if isinstance(words, str) else words
         kinds = {motor.decode for motor in self.motors}
-        return bool(set(words) - kinds) or (
-            bool(self.said("plain")) and kinds != {"plain"}
-        )
+        return bool(set(words) - kinds) or (bool(self.said("plain")) and kinds != {"plain"})
 
 
 def in_force(ctx: click.Context) -> str | None:
