@@ -65,7 +65,7 @@ def machine_check(ctx, file, as_json):
 
     errors, warnings = reading.problems(path), []
     if not errors:
-        warnings = list(describe.warnings(reading.load(path)))
+        warnings = list(describe.warnings(reading.Machine.load(path)))
     severity = 2 if errors else int(bool(warnings))
     verdict = VERDICTS[severity]
     if as_json:
@@ -87,7 +87,7 @@ def machine_show(file, as_json):
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
     from pixstep.machine import describe, reading
 
-    found = reading.load(_path(file))
+    found = reading.Machine.load(_path(file))
     told = describe.as_json(found)
     if as_json:
         show_json(told)
