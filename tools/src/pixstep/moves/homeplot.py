@@ -1,23 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The picture of a homing: where the load was, leg by leg, and how fast it moved."""
 
-from functools import partial
 from pathlib import Path
 
-import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from pixstep import atomic
+from pixstep import plotting
 from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
 from pixstep.moves.fastplot import thousands
 from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Leg
 from pixstep.moves.legjudge import leg_edges
-from pixstep.simulation.plots import BAND, BOARD, FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE
 
 # One colour a leg, in the order of LEGS.
 COLOURS = dict(zip(LEGS, ("#7b6ca8", MADE, IDEAL, "#c9a66b", BOARD, "#4c8c5c"), strict=True))
@@ -27,24 +25,16 @@ _FINAL = LEGS[4:]  # what the magnified view shows
 
 def draw(run: HomeRun, path: Path, verdict: str) -> Path:
     """Write the picture of a homing that made at least one step."""
-    with mpl.rc_context(STYLE):
-        figure = _figure(run, verdict)
-        atomic.write_with(path, partial(figure.savefig, pil_kwargs={"optimize": True}))
-        plt.close(figure)
-    return path
+    with plotting.styled():
+        return plotting.write(_figure(run, verdict), path, pil_kwargs={"optimize": True})
 
 
 def _figure(run: HomeRun, verdict: str) -> Figure:
     rows = [["place", "near"], ["speed", "near"]] if run.homed else [["place"], ["speed"]]
-    figure, panels = plt.subplot_mosaic(
-        rows,
-        figsize=(12.5, 7.4),
-        layout="constrained",
-        width_ratios=[1.75, 1] if run.homed else [1],
-        height_ratios=[1.6, 1],
-    )
-    figure.suptitle("Homing\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
-    figure.text(0.012, 0.948, _subtitle(run, verdict), fontsize=9.5, color=FAINT, va="top")
+    figure = plotting.figure((12.5, 7.4))
+    plotting.heading(figure, "Homing", _subtitle(run, verdict))
+    widths = [1.75, 1] if run.homed else [1]
+    panels = figure.subplot_mosaic(rows, width_ratios=widths, height_ratios=[1.6, 1])
     place, speed = panels["place"], panels["speed"]
     speed.sharex(place)
     origin_s = run.legs[0].began_s
@@ -99,7 +89,7 @@ def _finish_place(axes: Axes, run: HomeRun) -> None:
     axes.tick_params(labelbottom=False)
     axes.yaxis.set_major_formatter(thousands)
     handles = [
-        mpl.lines.Line2D([], [], color=COLOURS[name], lw=2.6, label=name)
+        Line2D([], [], color=COLOURS[name], lw=2.6, label=name)
         for name in LEGS
         if name in {leg.name for leg in run.legs}
     ]
@@ -224,7 +214,5 @@ def _subtitle(run: HomeRun, verdict: str) -> str:
     return f"{text}; {run.error or verdict}"
 
 
-def _marker(shape: str, label: str) -> mpl.lines.Line2D:
-    return mpl.lines.Line2D(
-        [], [], ls="", marker=shape, ms=7, mfc="white", mec=INK, mew=1.3, label=label
-    )
+def _marker(shape: str, label: str) -> Line2D:
+    return Line2D([], [], ls="", marker=shape, ms=7, mfc="white", mec=INK, mew=1.3, label=label)
