@@ -11,16 +11,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import BoardError, Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_dev.markdown import table
 from pixstep_dev.robustness.wire import seal
 
@@ -61,10 +58,8 @@ class Cell:
 class _Trial:
     """One board with axis 1 in one state."""
 
-    def __init__(self, sim: Simulator) -> None:
-        self.sim = sim
-        sim.wait_s(BOOT_S)
-        self.board = Board(SimClient(sim))
+    def __init__(self, run: SimulatedBoard) -> None:
+        self.sim, self.board = run.simulator, run.board
         self.board.set_pixel_hz(HZ)
         self.board.write_setting("bus_timeout_ms", 0)
 
@@ -167,8 +162,8 @@ def _request(unit: int, name: str) -> bytes:
 
 @contextmanager
 def _trial(state: str) -> Iterator[_Trial]:
-    with Simulator(SimOptions([(BOARD, natives.image(BOARD))], HZ)) as sim:
-        trial = _Trial(sim)
+    with SimulatedBoard(BOARD, HZ) as run:
+        trial = _Trial(run)
         if state != "fault":
             trial.board.permit(True)
         getattr(trial, state)()

@@ -4,8 +4,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pymodbus.client import ModbusSerialClient
-
 from pixstep.board import transport
 from pixstep.board.client import Board
 from pixstep.board.port import BOOT_S, NO_PARITY, is_pty
@@ -37,7 +35,7 @@ class PortOptions:
 class Connection:
     """An open line and the time that its boards live in."""
 
-    modbus: ModbusSerialClient
+    modbus: transport.FittingClient
     world: World
     port: str = "the simulator"
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pymodbus.client import ModbusSerialClient
-
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.board.errors import (
@@ -21,6 +19,7 @@ from pixstep.board.errors import (
 )
 from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
 from pixstep.board.stretches import MOST_WORDS, places, values
+from pixstep.board.transport import FittingClient
 from pixstep.board.wire import Wire
 
 
@@ -59,7 +58,7 @@ _CURES = {  # what keeps settings from being changed, by the state of an axis
 class Board(Wire):
     """One board on the line; `unit` is its Modbus address."""
 
-    def __init__(self, modbus: ModbusSerialClient, unit: int = 1) -> None:
+    def __init__(self, modbus: FittingClient, unit: int = 1) -> None:
         super().__init__(modbus, unit)
         self.map = regs.register_map()
         self._record_capacity = 0

@@ -7,18 +7,25 @@ default. Opening clears it, so that only the first opening after plugging in res
 
 import errno
 import os
-import termios
 from dataclasses import dataclass, replace
 
 import serial
 
 from pixstep.errors import UserError
 
+try:
+    import termios
+except ImportError:  # Windows
+    termios = None  # type: ignore[assignment]
+
 PARITIES = ("E", "O", "N")
 NO_PARITY = "N"
 BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2
-_PTY = "/dev/pts/"
+_PTYS = ("/dev/pts/", "/dev/ttys")  # Linux, macOS
+
+# What a port raises that went away, or cannot do what it was asked for.
+TROUBLE: tuple[type[Exception], ...] = (OSError, ValueError, *((termios.error,) if termios else ()))
 
 
 @dataclass(frozen=True)
@@ -68,7 +75,7 @@ class Port:
                 exclusive=True,
             )
             opened.pixstep_reset = _hold_dtr(opened) and not is_pty(self.name)
-        except (OSError, ValueError, termios.error) as error:
+        except TROUBLE as error:
             if opened:
                 opened.close()
             raise UserError(f"{self.name}: {self._reason(error)}") from None
@@ -94,18 +101,23 @@ class Port:
 
 def _code(error: BaseException | None) -> int | None:
     """Return the system's number of an error; a terminal's own errors have it as argument."""
-    if isinstance(error, termios.error):
+    if termios and isinstance(error, termios.error):
         return error.args[0]
     return getattr(error, "errno", None)
 
 
 def is_pty(name: str) -> bool:
     """True for a pseudo terminal, such as the simulator's."""
-    return os.path.realpath(name).startswith(_PTY)
+    return os.path.realpath(name).startswith(_PTYS)
 
 
 def _hold_dtr(opened: serial.Serial) -> bool:
-    """Keep DTR when the port is closed; return whether it was not kept before."""
+    """Keep DTR when the port is closed; return whether it was not kept before.
+
+    Windows always drops it.
+    """
+    if not termios:
+        return True
     flags = termios.tcgetattr(opened.fileno())
     was_dropped = bool(flags[_CFLAG] & termios.HUPCL)
     flags[_CFLAG] &= ~termios.HUPCL

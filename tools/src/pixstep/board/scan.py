@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pixstep.board import meanings
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, ExceptionReplyError, NoReplyError
+from pixstep.board.transport import FittingClient
 
 UNITS = range(1, 248)
 BAUDS = (115_200, 19_200, 9_600, 38_400, 57_600, 250_000, 500_000, 1_000_000)
@@ -36,7 +37,9 @@ class Found:
         return dict(vars(self))
 
 
-def scan(modbus, units: Iterable[int] = UNITS, progress: Progress = lambda _: None) -> list[Found]:
+def scan(
+    modbus: FittingClient, units: Iterable[int] = UNITS, progress: Progress = lambda _: None
+) -> list[Found]:
     """Ask every address once; return what answered."""
     wanted = list(units)
     found = []
@@ -74,11 +77,8 @@ def look(board: Board) -> Found | None:
 
 
 @contextlib.contextmanager
-def quickly(modbus, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
-    """Let a client on a port ask once only and wait briefly, as long as this lasts."""
-    if not hasattr(modbus, "patience"):
-        yield
-        return
+def quickly(modbus: FittingClient, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
+    """Let a client ask once only and wait briefly, as long as this lasts."""
     before = modbus.patience
     modbus.patience = (timeout_s, 0)
     try:

@@ -94,7 +94,7 @@ def _read_back(board: Board, changed: set[str]) -> dict[str, int]:
     except NoReplyError:
         if not changed.intersection((_ADDRESS, *_LINE)):
             raise
-        place = getattr(board.modbus, "place", "the line")
+        place = board.modbus.place or "the line"
         raise BoardError(
             f"board {board.unit}: it has taken the change and does not answer any more on {place}; "
             f"unless they are stored, a reset brings the settings before back"
@@ -105,7 +105,7 @@ def follow(board: Board, new: dict[str, int], changed: set[str]) -> None:
     """Let the client talk to the board as its new settings say."""
     if _ADDRESS in changed:
         board.unit = new[_ADDRESS]
-    if changed.intersection(_LINE) and hasattr(board.modbus, "follow"):
+    if changed.intersection(_LINE):
         board.modbus.follow(100 * new["baud_100"], _PARITY_LETTERS[new["parity"]])
 
 
