@@ -27,6 +27,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 from pixstep.profiles import generator
+from pixstep.progress import Progress, unseen
 from pixstep.simulation import demo
 from pixstep.simulation.edges import HEADER
 from pixstep.simulation.simboard import SimulatedBoard
@@ -246,7 +247,7 @@ def compare(
     wanted: list[Job],
     run_old: Callable[[Job], Made],
     run_new: Callable[[Job], Made],
-    show: Callable[[float], None] = lambda _: None,
+    show: Progress = unseen,
 ) -> Outcome:
     """Run every job on both and count."""
     outcome = Outcome()

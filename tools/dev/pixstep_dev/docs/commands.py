@@ -17,6 +17,7 @@ from pixstep.board.client import BoardError, Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_dev.markdown import table
 from pixstep_dev.robustness.wire import seal
@@ -31,8 +32,6 @@ _HALTING = 3  # enum step_engine_state
 _ESTOP = "emergency stop"
 _AXIS_COMMANDS = ("arm", "disarm", "stop", "discard", "enable", "disable", "zero")
 ROWS = (*_AXIS_COMMANDS, "permit_on", "permit_off", "go", "clear_fault", _ESTOP)
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -198,7 +197,7 @@ def _try(state: str, row: str) -> Cell:
         return Cell(accepted, after, after != before, dropped, moves)
 
 
-def cells(progress: Progress = lambda _: None) -> dict[tuple[str, str], Cell]:
+def cells(progress: Progress = unseen) -> dict[tuple[str, str], Cell]:
     """Try every command in every state."""
     pairs = [(row, state) for row in ROWS for state in STATES]
     found = {}
@@ -208,7 +207,7 @@ def cells(progress: Progress = lambda _: None) -> dict[tuple[str, str], Cell]:
     return found
 
 
-def commands(progress: Progress = lambda _: None) -> str:
+def commands(progress: Progress = unseen) -> str:
     """Return the table as Markdown."""
     found = cells(progress)
     rows = [

@@ -13,7 +13,6 @@ and the position that the board reports is the number of edges that the simulato
 
 import random
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -24,6 +23,7 @@ from pixstep.board.client import BoardError, Upload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 
 # Confirmation of the input, what keeps its interrupt waiting, and halting the axes one by one.
@@ -33,8 +33,6 @@ PIXEL_HZ = Fraction(100)
 _LINE_PX = 30
 _SETTLE_S = 0.01
 _AT_ONCE = 100  # stops on one simulator: its list of edges stays short
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ def steady_smooth_ticks(board: boards.Board) -> int:
     return 300 if board.axes == 1 else 400 * board.axes
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")

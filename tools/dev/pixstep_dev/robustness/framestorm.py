@@ -10,7 +10,7 @@ import itertools
 import random
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -20,6 +20,7 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_dev.robustness import strikes, wire
 
@@ -31,8 +32,6 @@ _HOUSEKEEPING = 20  # strikes between two looks at the board
 _LOOK_S = 0.1  # how long the undisturbed run looks away
 _REFILL = 8  # free entries worth a block
 _SAME_CYCLE = 64  # lines that may stand in another order at once
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def line(axis: int, parts: int) -> Line:
     return Line(tuple(counts), SMOOTH if smooth else PLAIN, negative=axis == 2)
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     pixels = plan.frames * _FRAME_S * PIXEL_HZ

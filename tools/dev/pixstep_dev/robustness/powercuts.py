@@ -6,19 +6,17 @@ on from what the one before has left behind.
 """
 
 import random
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep.board import settings
 from pixstep.board.client import Board, BoardError
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simctl import Simulator
 
 _STORE_S = 0.17  # of which 43 bytes take 3.4 ms each
 _COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ def random_settings(rng: random.Random) -> dict[str, int]:
     }
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")

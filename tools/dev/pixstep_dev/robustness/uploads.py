@@ -20,6 +20,7 @@ from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upl
 from pixstep.board.transport import SimClient
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
 from pixstep_dev.robustness.noise import Model, NoisyLine
@@ -31,8 +32,6 @@ _STEPS_PX = 40  # counts are smaller, so that lines are short on the simulated b
 _NATIVE_AXES = 4
 _LOOK_S = 0.05
 PIXEL_HZ = Fraction(200)
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def random_entries(rng: random.Random, most: int) -> list[tuple[int, int]]:
     return entries if len(entries) <= most else random_entries(rng, most)
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the board cannot be run."""
     rng = random.Random(f"{plan.seed} {plan.board}")
     outcome = Outcome(plan)

@@ -18,7 +18,7 @@ try:
 except ImportError:  # Windows
     termios = None  # type: ignore[assignment]
 
-PARITIES = ("E", "O", "N")
+PARITIES = {"E": 2, "N": 0, "O": 1}  # by letter, the likeliest first: the value of the setting
 NO_PARITY = "N"
 BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2

@@ -8,6 +8,7 @@ from pixstep.board import registers as regs
 from pixstep.board import stretches, values
 from pixstep.board.client import Board, BoardError, NoReplyError
 from pixstep.board.device import STORING
+from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.world import World
 from pixstep.lines.rational import refuse_period
@@ -15,7 +16,7 @@ from pixstep.lines.rational import refuse_period
 STORED, DIFFERS = 1, 2  # bits of settings_state
 _STORE_LIMIT_S = 5.0
 _POLL_S = 0.02
-_PARITY_LETTERS = "NOE"
+_PARITY_LETTERS = {value: letter for letter, value in PARITIES.items()}
 _LINE = ("baud_100", "parity")
 _ADDRESS = "unit_address"
 

@@ -14,13 +14,14 @@ from fractions import Fraction
 from pixstep.board import meanings, stretches
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
+from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place
 from pixstep.errors import UserError
 from pixstep.lines.rational import parse_hz
 
 PIXEL_HZ, BAUD, PARITY = "pixel_hz", "baud", "parity"
-_PARITIES = {"N": 0, "NONE": 0, "O": 1, "ODD": 1, "E": 2, "EVEN": 2}
+_PARITIES = {word: PARITIES[word[0]] for word in ("N", "NONE", "O", "ODD", "E", "EVEN")}
 _WIDE = "*"
 _MOST_BITS = 64  # of a number that is shown
 _MOST_SHOWN = 40  # characters of a text

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Homing on a simulated board with a load and its switches: run it, keep what it left behind."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -12,6 +11,7 @@ from pixstep.errors import UserError
 from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
 from pixstep.moves.legs import HomingPlan
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import AxisEdges, read_edges
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simrun import scratch_folder
@@ -106,7 +106,7 @@ class HomeRun:
         return self.error.legs if isinstance(self.error, HomingError) else ()
 
 
-def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: None) -> HomeRun:
+def run(job: HomeJob, out: Path, progress: Progress = unseen) -> HomeRun:
     """Run a homing; leave OUTPUTS in `out`.
 
     Raises UserError if the simulator cannot run; what the board does wrong is in the result.
@@ -145,7 +145,7 @@ def home_edges(path: Path, job: HomeJob) -> list[tuple[int, int]]:
     ]
 
 
-def _home(done: HomeRun, simulated: SimulatedBoard, progress: Callable[[float], None]) -> None:
+def _home(done: HomeRun, simulated: SimulatedBoard, progress: Progress) -> None:
     """Set the board up, home, and ask the simulator where everything is."""
     job, axis, simulator = done.job, done.job.plan.axis, simulated.simulator
     settings = {"inputs_inverted": INVERTED[job.inverted]}

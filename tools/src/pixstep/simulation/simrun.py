@@ -8,7 +8,7 @@ runs can be compared edge by edge.
 import contextlib
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -20,14 +20,13 @@ from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Rec
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
 
 _POLICIES = {"always": 0, "on_reversal": 1}
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ class RunResult:
     requests: dict[str, int] = field(default_factory=dict)
 
 
-def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResult:
+def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     """Run a job; leave edges, clock, serial (.csv) and, if asked, run.vcd in `out`, each whole.
 
     With plants also plant.csv.

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """One simulated run from lines to files on disk: run, judge, write, plot."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from pixstep import atomic, outfolder
 from pixstep.board import registers as regs
 from pixstep.lines.rational import hz_text
+from pixstep.progress import Progress, unseen
 from pixstep.simulation import report
 from pixstep.simulation.judge import Judgement, judge
 from pixstep.simulation.load import AxisLoad, axis_load
@@ -32,9 +32,7 @@ def names() -> list[str]:
     return [*OUTPUTS, *(prefix + name for prefix in prefixes for name in _PLOTS)]
 
 
-def simulate(
-    job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
-) -> Judgement:
+def simulate(job: Job, out: Path, *, plots: bool = False, progress: Progress = unseen) -> Judgement:
     """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`.
 
     Raises UserError if a file is in the way that no earlier run has written.
@@ -43,10 +41,8 @@ def simulate(
         return _simulate(job, out, plots, progress)
 
 
-def _simulate(
-    job: Job, out: Path, plots: bool, progress: Callable[[float], None] | None
-) -> Judgement:
-    result = run_job(job, out, progress or (lambda _: None))
+def _simulate(job: Job, out: Path, plots: bool, progress: Progress) -> Judgement:
+    result = run_job(job, out, progress)
     judged = judge(result)
     loads = follow_loads(result, judged)
     report.write_pixels(out / "pixels.csv", judged.pixels)
