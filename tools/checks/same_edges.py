@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import formats, natives, progress
+from pixstep import demo, formats, natives, progress
 from pixstep.board import boards
 from pixstep.board.client import BoardError, LineRefusedByBoardError
 from pixstep.errors import UserError
@@ -28,7 +28,6 @@ from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 from pixstep.profiles import generator
 from pixstep.progress import Progress, unseen
-from pixstep.simulation import demo
 from pixstep.simulation.edges import HEADER
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simctl import BOOT_S

@@ -4,7 +4,7 @@
 import click
 from rich.console import Console
 
-from pixstep import progress
+from pixstep import demo, progress
 from pixstep.board import boards
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
@@ -20,7 +20,7 @@ from pixstep.cli.results import deliver
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
-from pixstep.simulation import demo, report
+from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
