@@ -9,6 +9,7 @@ import contextlib
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -24,7 +25,7 @@ MADE = "#1f6f8b"
 BOARD = "#c8553d"
 BAND = "#e8f1f2"
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "figure.dpi": 110,
     "savefig.dpi": 140,
     "font.size": 10,
@@ -46,7 +47,7 @@ STYLE = {
 
 
 @contextlib.contextmanager
-def styled(**more: object) -> Iterator[None]:
+def styled(**more: Any) -> Iterator[None]:
     """Make and write figures in this style as long as this lasts."""
     with mpl.rc_context(STYLE | more):
         yield
@@ -71,7 +72,7 @@ def shade(axes: Axes, spans: list[tuple[int, int]]) -> None:
         axes.axvspan(first - 1, last, color=BOARD, alpha=0.13, lw=0, zorder=0)
 
 
-def write(made: Figure, path: Path, **options: object) -> Path:
+def write(made: Figure, path: Path, **options: Any) -> Path:
     """Write a figure in the format of the suffix, whole or not at all; return the path."""
     atomic.write_with(path, partial(made.savefig, **options))
     return path

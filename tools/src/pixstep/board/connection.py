@@ -59,9 +59,8 @@ def open_port(options: PortOptions, say: Say = lambda _: None) -> Connection:
         parity=options.real_parity,
         timeout_s=options.timeout_s or transport.TIMEOUT_S,
     )
-    client.connect()
     world = WallClock()
-    if client.socket.pixstep_reset:
+    if client.connect_reset():
         say(
             f"opening {options.port} for the first time resets a board that is plugged in by USB: "
             f"waiting {BOOT_S:g} s for its boot loader"

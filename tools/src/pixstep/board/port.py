@@ -50,12 +50,12 @@ class Port:
         """Return the port at another rate and parity."""
         return replace(self, baud=baud, parity=parity)
 
-    def open(self, timeout_s: float) -> serial.Serial:
+    def open(self, timeout_s: float) -> tuple[serial.Serial, bool]:
         """Open it for this process alone.
 
         Raises UserError naming the port and why: it is missing, not allowed, in use, or cannot
-        have this rate or parity. `pixstep_reset` of what is returned is true if the opening has
-        reset a board that resets on opening.
+        have this rate or parity. With the port comes whether the opening has reset a board that
+        resets on opening.
         """
         if (
             is_pty(self.name) and self.parity != NO_PARITY
@@ -74,12 +74,12 @@ class Port:
                 write_timeout=timeout_s,
                 exclusive=True,
             )
-            opened.pixstep_reset = _hold_dtr(opened) and not is_pty(self.name)
+            has_reset = _hold_dtr(opened) and not is_pty(self.name)
         except TROUBLE as error:
             if opened:
                 opened.close()
             raise UserError(f"{self.name}: {self._reason(error)}") from None
-        return opened
+        return opened, has_reset
 
     def _reason(self, error: Exception) -> str:
         """Return in words why the port cannot be opened."""

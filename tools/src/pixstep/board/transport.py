@@ -94,9 +94,15 @@ class SerialClient(FittingClient):
 
     def connect(self) -> bool:
         """Open the port unless it is open; raises UserError saying why it cannot be."""
-        if self.socket is None:
-            self.socket = self.port.open(self.comm_params.timeout_connect)
+        self.connect_reset()
         return True
+
+    def connect_reset(self) -> bool:
+        """Open the port unless it is open; return whether that has reset a board."""
+        if self.socket is not None:
+            return False
+        self.socket, has_reset = self.port.open(self.comm_params.timeout_connect)
+        return has_reset
 
     def settle(self) -> None:
         """Let the bytes on their way in both directions pass, and drop those that came.
@@ -227,6 +233,6 @@ def _fits(request: ModbusPDU, reply: ModbusPDU) -> bool:
         case 8:
             return reply.sub_function_code == request.sub_function_code
         case 23:
-            return len(reply.registers) == request.read_count
+            return len(reply.registers) == getattr(request, "read_count", None)
         case _:
             return True

@@ -29,7 +29,7 @@ def simulate(
 def _simulate(job: MoveJob, out: Path, plot: bool, progress: Progress) -> MoveRun:
     done = run(job, progress, out=out)
     report.write_pixels(out / "pixels.csv", done.judged.pixels)
-    if plot and done.result.edges is not None:
+    if plot:
         from pixstep.moves import fastplot  # matplotlib takes a second to load
 
         done.judged.summary["plots"] = [str(fastplot.draw_run(done, out / "move.png"))]

@@ -2,6 +2,7 @@
 """The picture of a homing: where the load was, leg by leg, and how fast it moved."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +14,7 @@ from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
 from pixstep.moves.fastplot import thousands
 from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
-from pixstep.moves.homing import LEGS, Leg
+from pixstep.moves.homing import LEGS, Homed, Leg
 from pixstep.moves.legjudge import leg_edges
 from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE
 
@@ -30,7 +31,8 @@ def draw(run: HomeRun, path: Path, verdict: str) -> Path:
 
 
 def _figure(run: HomeRun, verdict: str) -> Figure:
-    rows = [["place", "near"], ["speed", "near"]] if run.homed else [["place"], ["speed"]]
+    rows: list[Any] = [["place", "near"], ["speed", "near"]]
+    rows = rows if run.homed else [["place"], ["speed"]]
     figure = plotting.figure((12.5, 7.4))
     plotting.heading(figure, "Homing", _subtitle(run, verdict))
     widths = [1.75, 1] if run.homed else [1]
@@ -44,7 +46,7 @@ def _figure(run: HomeRun, verdict: str) -> Figure:
     _finish_place(place, run)
     _finish_speed(speed, run)
     if run.homed:
-        _draw_near(panels["near"], run)
+        _draw_near(panels["near"], run, run.homed)
     return figure
 
 
@@ -61,8 +63,7 @@ def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_s: float, width: floa
     times, places = _course(run, leg, origin_s)
     if len(times):
         axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
-    edges = switch_edges(run, leg) if leg.trip else []
-    if edges:
+    if leg.trip and (edges := switch_edges(run, leg, leg.trip)):
         when = edges[0] / run.job.tick_hz - origin_s
         made = int(np.searchsorted(times, when + 1 / run.job.tick_hz)) - 1
         marker, _ = _MARKERS[leg.trip.code]
@@ -171,11 +172,11 @@ def _limits(axes: Axes, run: HomeRun) -> None:
 
 def _counting_edge_s(run: HomeRun) -> float:
     """Return when the last captured edge came: the one that became position 0."""
-    leg = [leg for leg in run.legs if leg.trip][-1]
-    return switch_edges(run, leg)[0] / run.job.tick_hz
+    leg, trip = [(leg, leg.trip) for leg in run.legs if leg.trip][-1]
+    return switch_edges(run, leg, trip)[0] / run.job.tick_hz
 
 
-def _draw_near(axes: Axes, run: HomeRun) -> None:
+def _draw_near(axes: Axes, run: HomeRun, homed: Homed) -> None:
     """Draw the legs around the edge that counts, step by step."""
     shown = [leg for leg in run.legs if leg.name in _FINAL and leg.steps]
     origin_s = _counting_edge_s(run)
@@ -193,7 +194,7 @@ def _draw_near(axes: Axes, run: HomeRun) -> None:
         times, places = _course(run, shown[-1], origin_s)
         axes.plot(times[-1:], places[-1:], "o", ms=8, mfc="white", mec=INK, mew=1.5, zorder=7)
         axes.annotate(
-            f"position {run.homed.position_steps}",
+            f"position {homed.position_steps}",
             xy=(times[-1], places[-1]),
             xytext=(4, 14 if shown[-1].steps > 0 else -14),
             textcoords="offset points",

@@ -92,7 +92,7 @@ class HomeRun:
     job: HomeJob
     homed: Homed | None = None
     error: BoardError | None = None
-    edges: AxisEdges | None = None
+    edges: AxisEdges = field(default_factory=AxisEdges)
     switch_edges: list[tuple[int, int]] = field(default_factory=list)  # (cycle, 1 closed)
     counted_steps: int = 0
     load_steps: int = 0

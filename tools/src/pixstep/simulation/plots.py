@@ -125,9 +125,9 @@ def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
     ends = [k for k in range(flat, line.pixels) if line.speeds[k + 1] < line.speeds[k]]
     if flat < 4 or not ends or ends[0] - flat < 12:
         return
-    inset = axes.inset_axes([flat + 0.3 * (ends[0] - flat), 0.14 * axes.get_ylim()[1],
-                             0.55 * (ends[0] - flat), 0.62 * axes.get_ylim()[1]],
-                            transform=axes.transData)  # fmt: skip
+    top, wide = axes.get_ylim()[1], ends[0] - flat
+    place = (flat + 0.3 * wide, 0.14 * top, 0.55 * wide, 0.62 * top)
+    inset = axes.inset_axes(place, transform=axes.transData)
     inset.plot(*ideal, color=IDEAL, lw=5, alpha=0.55)
     inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
     inset.set_xlim(0.5, flat + 0.2)
@@ -188,7 +188,7 @@ def _edge_error(trace: Trace) -> Figure:
         _line(BOARD, 1, "one tick"),
     ]
     _legend(over, handles)
-    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=MADE, alpha=0.85)
+    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101).tolist(), color=MADE, alpha=0.85)
     spread.set_xlabel("error, ticks")
     spread.set_ylabel("steps")
     spread.set_title("Distribution")

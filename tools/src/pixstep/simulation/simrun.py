@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
+
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
@@ -21,7 +23,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
+from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
@@ -67,11 +69,11 @@ class RunResult:
     """What a run left behind, for the verdict."""
 
     job: Job
-    edges: EdgeLog | None = None
-    clock: list[int] = field(default_factory=list)
+    edges: EdgeLog = field(default_factory=EdgeLog)
+    clock: np.ndarray = field(default_factory=no_cycles)
     plants: dict[tuple[int, int], AxisPlant] = field(default_factory=dict)
     records: dict[int, dict[int, Record]] = field(default_factory=dict)
-    axis_states: dict[int, dict[str, int]] = field(default_factory=dict)
+    axis_states: dict[int, Mapping[str, int]] = field(default_factory=dict)
     refused: LineRefusedByBoardError | None = None
     trouble: list[str] = field(default_factory=list)
     stats_armed: dict = field(default_factory=dict)
@@ -168,7 +170,7 @@ class _Watch(Watch):
     load: SerialLoad | None
     progress: Progress
 
-    def seen(self, registers: Mapping[int, dict[str, int]]) -> None:
+    def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
         """Note the registers and read the new records of all axes."""
         for axis, found in registers.items():
             self.result.axis_states[axis] = found

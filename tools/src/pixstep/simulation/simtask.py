@@ -62,8 +62,9 @@ def follow_loads(result: RunResult, judged: Judgement) -> list[AxisLoad]:
     for row in judged.summary["axes"]:
         axis = row["axis"]
         mine = [index for index, pixel in enumerate(judged.pixels) if pixel.axis == axis]
-        cycles = [judged.pixels[index].edge_cycle for index in mine]
-        if axis not in result.job.plants or not cycles or None in cycles:
+        known = (judged.pixels[index].edge_cycle for index in mine)
+        cycles = [cycle for cycle in known if cycle is not None]
+        if axis not in result.job.plants or not cycles or len(cycles) < len(mine):
             continue
         line, ideal = result.job.lines[axis], result.job.ideals.get(axis)
         found = axis_load(axis, line, ideal, result.plants[0, axis], cycles)
