@@ -146,7 +146,7 @@ static void restart_part(void *board, bool cold)
     struct board *b = board;
     uint64_t cycle = b->avr->cycle;
 
-    hang_end(&b->hang, b->avr, cold);
+    hang_end(&b->hang, b->avr, &b->program, cold);
     irq_stats_section(&b->stats, b->stats.section, cycle);
     avr_reset(b->avr);
     b->avr->cycle = cycle; // simavr may set it back; the boards' common time goes on
@@ -297,7 +297,11 @@ static void attach_outside(struct board *b)
     pixel_input_attach(&b->pixel_input, b->avr, b->kind, &b->inputs);
     mechanics_attach(&b->mechanics, b->avr, &b->wiring.host, &b->inputs, &b->switches);
     schedule_attach(&b->schedule, b->avr, &b->inputs, &b->supply);
-    run_loop_attach(&b->run_loop, b->avr, &b->stats, &b->skips, &b->wiring.run_loop);
+    run_loop_attach(&b->run_loop,
+                    b->avr,
+                    &b->stats,
+                    &(struct run_loop_image){&b->program, &b->skips},
+                    &b->wiring.run_loop);
 }
 
 // Our models take over between the part's init and its first reset, in which simavr's timers would
@@ -324,6 +328,11 @@ __attribute__((format(printf, 3, 0))) static void log_errors_only(avr_t *avr,
     }
 }
 
+static bool know_instructions(struct board *b)
+{
+    return skips_find(&b->skips, b->avr) && plain_decode(&b->program, b->avr);
+}
+
 static bool load_image(struct board *b, const char *path)
 {
     elf_firmware_t *image = calloc(1, sizeof *image);
@@ -341,7 +350,7 @@ static bool load_image(struct board *b, const char *path)
         set_error(b, "%s: too large for the %s", path, b->kind->mcu);
     } else {
         avr_load_firmware(b->avr, image);
-        loaded = skips_find(&b->skips, b->avr);
+        loaded = know_instructions(b);
         if (!loaded) {
             set_error(b, "out of memory");
         }
@@ -439,12 +448,12 @@ bool board_hang_axis(struct board *b, unsigned axis)
 {
     const struct timer16 *timer = outputs_axis_timer(&b->outputs, axis);
 
-    return hang_vector(&b->hang, b->avr, timer->part->overflow.vector);
+    return hang_vector(&b->hang, b->avr, &b->program, timer->part->overflow.vector);
 }
 
 void board_end_hang(struct board *b)
 {
-    hang_end(&b->hang, b->avr, true);
+    hang_end(&b->hang, b->avr, &b->program, true);
     choose_run_state(b);
 }
 
@@ -456,5 +465,6 @@ void board_close(struct board *b)
         b->avr = NULL;
         symbols_free(&b->symbols);
         skips_free(&b->skips);
+        plain_free(&b->program);
     }
 }

@@ -80,7 +80,8 @@ struct board {
     avr_t *avr;
     struct run_loop run_loop;
     struct irq_stats stats;
-    struct skips skips; // of the image
+    struct plain_program program; // of the image, as are:
+    struct skips skips;
 
     // What events need.
     struct timers timers;

@@ -352,7 +352,7 @@ static bool make_hang_at(struct board *b, char *word)
     if (!read_place(b, word, SYMBOL_FLASH, b->avr->flashend, &address, &left)) {
         return false;
     }
-    if (!hang_at(&b->hang, b->avr, (uint32_t)address)) {
+    if (!hang_at(&b->hang, b->avr, &b->program, (uint32_t)address)) {
         control_answer("error hang: no instruction can be patched at 0x%" PRIx64,
                        address);
         return false;

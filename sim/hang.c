@@ -6,9 +6,23 @@
 #define TO_ITSELF  0xCFFFU // rjmp .-2
 #define WORD_BYTES 2U
 
-static bool patch(struct hang *h, avr_t *avr, uint32_t address, uint16_t opcode)
+static void write_word(avr_t *avr,
+                       struct plain_program *program,
+                       uint32_t address,
+                       uint16_t opcode)
 {
-    uint8_t *flash = &avr->flash[address];
+    avr->flash[address] = (uint8_t)opcode;
+    avr->flash[address + 1U] = (uint8_t)(opcode >> 8);
+    plain_patched(program, avr, address);
+}
+
+static bool patch(struct hang *h,
+                  avr_t *avr,
+                  struct plain_program *program,
+                  uint32_t address,
+                  uint16_t opcode)
+{
+    const uint8_t *flash = &avr->flash[address];
 
     if (h->patches == HANG_PATCHES) {
         return false;
@@ -16,38 +30,38 @@ static bool patch(struct hang *h, avr_t *avr, uint32_t address, uint16_t opcode)
     h->patch[h->patches].address = address;
     h->patch[h->patches].before = (uint16_t)(flash[0] | flash[1] << 8);
     h->patches++;
-    flash[0] = (uint8_t)opcode;
-    flash[1] = (uint8_t)(opcode >> 8);
+    write_word(avr, program, address, opcode);
     return true;
 }
 
 // The last first: one place may be patched twice.
-static void unpatch(struct hang *h, avr_t *avr)
+static void unpatch(struct hang *h, avr_t *avr, struct plain_program *program)
 {
     while (h->patches > 0) {
         unsigned last = --h->patches;
-        uint8_t *flash = &avr->flash[h->patch[last].address];
 
-        flash[0] = (uint8_t)h->patch[last].before;
-        flash[1] = (uint8_t)(h->patch[last].before >> 8);
+        write_word(avr, program, h->patch[last].address, h->patch[last].before);
     }
 }
 
-void hang_end(struct hang *h, avr_t *avr, bool power_on)
+void hang_end(struct hang *h, avr_t *avr, struct plain_program *program, bool power_on)
 {
     if (power_on || !h->kept) {
-        unpatch(h, avr);
+        unpatch(h, avr, program);
         *h = (struct hang){0};
     }
 }
 
-bool hang_vector(struct hang *h, avr_t *avr, uint8_t vector)
+bool hang_vector(struct hang *h,
+                 avr_t *avr,
+                 struct plain_program *program,
+                 uint8_t vector)
 {
-    return patch(h, avr, (uint32_t)vector * avr->vector_size, RETI);
+    return patch(h, avr, program, (uint32_t)vector * avr->vector_size, RETI);
 }
 
-bool hang_at(struct hang *h, avr_t *avr, uint32_t address)
+bool hang_at(struct hang *h, avr_t *avr, struct plain_program *program, uint32_t address)
 {
     return address % WORD_BYTES == 0 && address < avr->flashend &&
-           patch(h, avr, address, TO_ITSELF);
+           patch(h, avr, program, address, TO_ITSELF);
 }

@@ -10,6 +10,8 @@
 
 #include <sim_avr.h>
 
+#include "plain.h"
+
 #define HANG_PATCHES 16 // of flash at a time
 
 struct hang {
@@ -24,12 +26,21 @@ struct hang {
 };
 
 // The handler of this interrupt returns at its vector. False if HANG_PATCHES are in flash.
-bool hang_vector(struct hang *hang, avr_t *avr, uint8_t vector);
+bool hang_vector(struct hang *hang,
+                 avr_t *avr,
+                 struct plain_program *program,
+                 uint8_t vector);
 
 // The instruction at this flash address (bytes) jumps to itself. False if HANG_PATCHES are in flash
 // or no instruction can be at the address.
-bool hang_at(struct hang *hang, avr_t *avr, uint32_t address);
+bool hang_at(struct hang *hang,
+             avr_t *avr,
+             struct plain_program *program,
+             uint32_t address);
 
 // The part is reset, or the faults end on request: restores the image, unless the faults are kept.
 // A power-on ends even those.
-void hang_end(struct hang *hang, avr_t *avr, bool power_on);
+void hang_end(struct hang *hang,
+              avr_t *avr,
+              struct plain_program *program,
+              bool power_on);

@@ -88,14 +88,35 @@ static void serve_if_due(struct run_loop *loop, avr_t *avr)
     irq_stats_interrupts_off(loop->stats, avr->sreg[S_I] == 0);
 }
 
-// One instruction, the events due by its end, and an interrupt if one may be served.
-static inline void execute_one(struct run_loop *loop, avr_t *avr)
+// True while nothing can come between two instructions but an event: no interrupt waits that the
+// program lets in, and none will be let in by what has just been executed.
+static bool is_undisturbed(const avr_t *avr)
+{
+    return avr->interrupt_state == 0 || (avr->interrupt_state > 0 && avr->sreg[S_I] == 0);
+}
+
+// Plain instructions up to the next event, or up to one for simavr and that one too. Returns the
+// program counter of the next instruction.
+static inline avr_flashaddr_t execute_up_to_event(const struct run_loop *loop, avr_t *avr)
+{
+    const avr_cycle_timer_slot_t *event = avr->cycle_timers.timer;
+
+    if (is_undisturbed(avr) &&
+        plain_run(loop->image.program, avr, (event != NULL) ? event->when : loop->end)) {
+        return avr->pc;
+    }
+    return skips_mend(loop->image.skips, avr, avr_run_one(avr));
+}
+
+// Instructions up to the next event or interrupt, the events due by then, and an interrupt if one
+// may be served.
+static inline void execute(struct run_loop *loop, avr_t *avr)
 {
     avr_flashaddr_t next_pc = avr->pc;
 
     if (avr->state == cpu_Running) {
         loop->stats->woken = false;
-        next_pc = skips_mend(loop->skips, avr, avr_run_one(avr));
+        next_pc = execute_up_to_event(loop, avr);
     }
     if (event_is_due(avr)) {
         (void)avr_cycle_timer_process(avr);
@@ -132,7 +153,7 @@ static void execute_handlers(struct run_loop *loop)
     avr_t *avr = loop->avr;
 
     if (avr->state != cpu_Running || loop->stats->depth > 0 || avr->sreg[S_I] == 0) {
-        execute_one(loop, avr);
+        execute(loop, avr);
         return;
     }
     jump_to_itself(avr, avr->interrupt_state == 0);
@@ -177,7 +198,7 @@ static void execute_in_state(struct run_loop *loop)
         break;
     case RUN_PROGRAM:
     default:
-        execute_one(loop, loop->avr);
+        execute(loop, loop->avr);
         break;
     }
 }
@@ -187,12 +208,12 @@ static void execute_in_state(struct run_loop *loop)
 void run_loop_attach(struct run_loop *loop,
                      avr_t *avr,
                      struct irq_stats *stats,
-                     const struct skips *skips,
+                     const struct run_loop_image *image,
                      const struct run_loop_hooks *hooks)
 {
     loop->avr = avr;
     loop->stats = stats;
-    loop->skips = skips;
+    loop->image = *image;
     loop->hooks = hooks;
     loop->state = RUN_PROGRAM;
 }
@@ -229,7 +250,7 @@ bool run_loop_run(struct run_loop *loop, uint64_t cycle)
     run_loop_schedule(loop);
     while (can_go_on(avr) && avr->cycle < cycle) {
         if (loop->state == RUN_PROGRAM) {
-            execute_one(loop, avr);
+            execute(loop, avr);
         } else {
             execute_in_state(loop);
         }

@@ -21,6 +21,7 @@
 #include <sim_avr.h>
 
 #include "irq_stats.h"
+#include "plain.h"
 #include "skips.h"
 
 enum run_state {
@@ -39,10 +40,16 @@ struct run_loop_hooks {
     void (*requested)(void *board);
 };
 
+// What is known of the image's instructions.
+struct run_loop_image {
+    const struct plain_program *program;
+    const struct skips *skips;
+};
+
 struct run_loop {
     avr_t *avr;
     struct irq_stats *stats;
-    const struct skips *skips;
+    struct run_loop_image image;
     const struct run_loop_hooks *hooks;
     enum run_state state;  // the board sets it
     uint64_t end;          // of the present call of run_loop_run
@@ -53,7 +60,7 @@ struct run_loop {
 void run_loop_attach(struct run_loop *loop,
                      avr_t *avr,
                      struct irq_stats *stats,
-                     const struct skips *skips,
+                     const struct run_loop_image *image,
                      const struct run_loop_hooks *hooks);
 
 // Executes until the part has reached this cycle (it may pass it by the rest of an instruction) or

@@ -14,9 +14,7 @@ class Synchronizer(SimTest):
     def go(self, board, commands=()):
         """The samples, and the cycle in which the first of them was taken."""
         path = self.folder / "edges.csv"
-        with Session(
-            image(board, "synchronizer"), options=["--edges", str(path)]
-        ) as sim:
+        with Session(image(board, "synchronizer"), options=["--edges", str(path)]) as sim:
             self.assertEqual(sim.ask("pin 0 C 3 0"), "ok")
             for command in commands:
                 self.assertEqual(sim.ask(command), "ok", command)
@@ -36,9 +34,7 @@ class Synchronizer(SimTest):
             for n in range(-3, SAMPLES):
                 samples, again = self.go(board, [f"pin 0 C 3 1 at {first + n}"])
                 self.assertEqual(again, first)
-                self.assertEqual(
-                    samples, [int(k > n) for k in range(SAMPLES)], (board, n)
-                )
+                self.assertEqual(samples, [int(k > n) for k in range(SAMPLES)], (board, n))
 
     def test_a_pulse_of_one_cycle_is_one_sample(self):
         for board in IMAGES:

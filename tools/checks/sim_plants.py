@@ -322,7 +322,7 @@ PLANTS = (
     Plant(
         "a skip over ADIW that passes two words",
         RUN,
-        "skips_mend(loop->skips, avr, avr_run_one(avr));",
+        "skips_mend(loop->image.skips, avr, avr_run_one(avr));",
         "avr_run_one(avr);",
     ),
     # Ports

@@ -10,7 +10,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.cli import reversal
+from pixstep.cli import line_import, machinedefaults, reversal
 from pixstep.cli.options import (
     DECODE,
     FILE,
@@ -25,11 +25,23 @@ from pixstep.cli.options import (
     say,
     teller,
 )
+from pixstep.cli.quantities import (
+    ACCELERATION_TYPE,
+    JERK_TYPE,
+    SPEED_TYPE,
+    PixelsType,
+    WholeHzType,
+    scale_of,
+    whole_limit,
+    whole_speed,
+)
 from pixstep.errors import UserError
 from pixstep.lines import linecheck, planner
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
-from pixstep.profiles import generator
+from pixstep.profiles import generator, madefor
+
+MOST_PIXELS = 2_000_000  # what a file can hold
 
 
 @click.group()
@@ -39,30 +51,43 @@ def line() -> None:
 
 @line.command("make")
 @click.option("--profile", "prn", type=FILE, required=True, help="Acceleration profile, PRN.")
-@click.option("--speed", type=int, required=True, help="Constant speed, steps/pixel (even).")
-@click.option("--pixels", type=int, required=True, help="Length of the whole line, pixels.")
+@click.option(
+    "--speed",
+    type=SPEED_TYPE,
+    required=True,
+    help="Constant speed: 1000 (steps/pixel, even), 30000steps/s or 12mm/s.",
+)
+@click.option(
+    "--pixels",
+    type=PixelsType(most=MOST_PIXELS),
+    required=True,
+    help="Length of the whole line, pixels.",
+)
 @pixel_hz_option
 @backlash_option
-@click.option("--lead-in", type=int, default=0, help="Constant pixels before the image.")
+@click.option("--lead-in", type=PixelsType(), default=0, help="Constant pixels before the image.")
 @click.option("--plain", is_flag=True, help="For a plain motor: each entry is a count.")
+@click.option("--negative/--no-negative", help="Plain lines: negative counts.")
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
-@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
+@click.option("--jerk-warn", type=JERK_TYPE, help="Warn of larger acceleration changes.")
 @click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
 @click.pass_context
-def line_make(
-    ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, plain, lenient, jerk_warn, name, output
-):
+def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, plain, output, **options):
     """Make a line from an acceleration profile: up, constant speed, down.
 
     Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
     """
     refuse_input(output, prn)
-    speeds, notes = formats.read_prn(prn, lenient=lenient)
-    say(notes)
+    speeds, notes = formats.read_prn(prn, lenient=options["lenient"])
+    say([*notes, *madefor.notes(prn, None, pixel_hz, refuse=True)])
+    speed = whole_speed(speed, pixel_hz, scale_of(ctx), smooth=not plain)
+    jerk_warn = whole_limit(options["jerk_warn"], pixel_hz, least=0)
     request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
     made = generator.generate(speeds, request, str(prn))
-    formats.write_csv(output, made.counts, _header(name, lead_in, pixel_hz))
+    sign = -1 if plain and options["negative"] else 1
+    counts = [sign * count for count in made.counts]
+    formats.write_csv(output, counts, _header(options["name"], lead_in, pixel_hz))
     steps = sum(made.counts) + backlash
     rate = float(speed * pixel_hz)
     teller(output)(
@@ -83,24 +108,26 @@ def line_make(
 @click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
 @clock_option
 @click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
-@click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
-@click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
+@click.option("--max-speed", type=SPEED_TYPE, help="steps/px or steps/s")
+@click.option("--max-acceleration", type=ACCELERATION_TYPE, help="steps/px2 or steps/s2")
 @click.option(
     "--start-stop",
-    type=click.IntRange(1),
-    help="steps/pixel; up to here a plain line may start, stop and turn without a ramp.",
+    type=SPEED_TYPE,
+    help="steps/px or steps/s; up to here a plain line may start, stop and turn without a ramp.",
 )
-@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
+@click.option("--jerk-warn", type=JERK_TYPE, help="Warn of larger acceleration changes.")
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.pass_context
 def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as_json, **limits):
     """Check a line of a CSV or CSB file: exit status 0 fine, 1 warnings, 2 refused."""
-    checked = load_line(csv, decode, backlash, raw=raw, number=line_number)
+    checked = load_line(
+        csv, decode, backlash, raw=raw, number=line_number, pixel_hz=pixel_hz, refuse_faster=True
+    )
     bounds = linecheck.Limits(
-        max_speed=limits["max_speed"],
-        max_acceleration=limits["max_acceleration"],
-        start_stop=limits["start_stop"],
-        jerk_warning=limits["jerk_warn"],
+        max_speed=whole_limit(limits["max_speed"], pixel_hz),
+        max_acceleration=whole_limit(limits["max_acceleration"], pixel_hz),
+        start_stop=whole_limit(limits["start_stop"], pixel_hz),
+        jerk_warning=whole_limit(limits["jerk_warn"], pixel_hz, least=0),
         min_interval_ticks=limits["min_interval"],
         period_ticks=period_ticks(pixel_hz, boards.load(board).tick_hz) if pixel_hz else None,
     )
@@ -110,6 +137,7 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as
     if as_json:
         report = {
             "file": str(csv),
+            "machine": machinedefaults.in_force(ctx),
             "line": line_number or 1,
             "decode": decode,
             "backlash": backlash,
@@ -135,13 +163,13 @@ def line_check(ctx, csv, decode, backlash, raw, line_number, pixel_hz, board, as
 @raw_option
 @line_option
 @clock_option
-@click.option("--timer-hz", type=click.IntRange(1), help="Ticks a second.  [default: the board's]")
+@click.option("--timer-hz", type=WholeHzType(), help="Ticks a second.  [default: the board's]")
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
 def ticks(csv, decode, pixel_hz, backlash, raw, line_number, board, timer_hz, pixels, output):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
     refuse_input(output, csv)
-    chosen = load_line(csv, decode, backlash, raw=raw, number=line_number)
+    chosen = load_line(csv, decode, backlash, raw=raw, number=line_number, pixel_hz=pixel_hz)
     tick_hz = timer_hz or boards.load(board).tick_hz
     planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels)
     say(planned.warnings)
@@ -193,5 +221,6 @@ def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHead
 
 
 line.add_command(reversal.line_compensate)
+line.add_command(line_import.line_import)
 
 COMMANDS = (line, ticks)

@@ -10,7 +10,10 @@ from pixstep.cli import (
     flash,
     home,
     late,
+    limits,
     line,
+    machine,
+    machinedefaults,
     move,
     profile,
     show,
@@ -29,6 +32,8 @@ _groups = (
     file,
     profile,
     line,
+    machine,
+    limits,
     sim,
     move,
     home,
@@ -39,3 +44,4 @@ _groups = (
 for command in (command for group in _groups for command in group.COMMANDS):
     main.add_command(command)
 line.line.add_command(show.line_show)
+machinedefaults.offer(main)

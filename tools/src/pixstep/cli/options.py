@@ -13,16 +13,18 @@ import click
 
 from pixstep import atomic, formats, signals
 from pixstep.board import boards
+from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
+from pixstep.profiles import madefor
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 FOLDER = click.Path(path_type=Path, file_okay=False)
 
 
 class _Hz(click.ParamType):
-    """An exact frequency: 30, 29.97 or 30000/1001."""
+    """An exact frequency: 30, 29.97Hz or 30000/1001."""
 
     name = "HZ"
 
@@ -42,7 +44,7 @@ pixel_hz_option = click.option(
     "--pixel-hz", type=HZ, required=True, help="30, 29.97 or 30000/1001."
 )
 backlash_option = click.option(
-    "--backlash", type=click.IntRange(min=0), default=0, show_default=True, help="Steps of play."
+    "--backlash", type=StepsType(0), default=0, show_default=True, help="Steps of play, or 3um."
 )
 clock_option = click.option(
     "--board",
@@ -110,14 +112,19 @@ def load_line(
     raw: bool = False,
     negative: bool = False,
     number: int | None = None,
+    pixel_hz: Fraction | None = None,
+    refuse_faster: bool = False,
 ) -> Line:
     """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
 
-    `number` chooses a line, from 1; without it the file must hold only one.
+    `number` chooses a line, from 1; without it the file must hold only one. A file that was made
+    for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
+    higher.
     """
     read = formats.read_motion(path, raw=raw)
     chosen = read.line(number)
     say(read.notes)
+    say(madefor.notes(path, read.header, pixel_hz, refuse=refuse_faster))
     name = str(path) if number is None else f"{path} line {number}"
     return Line(chosen.values, decode, backlash, negative, name=name)
 

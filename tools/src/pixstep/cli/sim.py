@@ -16,6 +16,7 @@ from pixstep.cli.options import (
     pixel_hz_option,
     raw_option,
 )
+from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -32,7 +33,7 @@ from pixstep.simulation.simtask import simulate
 @pixel_hz_option
 @click.option(
     "--backlash",
-    type=click.IntRange(min=0),
+    type=StepsType(0),
     multiple=True,
     help="Steps; once, or per line.",
 )
@@ -47,7 +48,7 @@ from pixstep.simulation.simtask import simulate
     help="Folder for the results; replaces only those of earlier runs.",
 )
 @click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
-@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
 @click.option("--force-upload", is_flag=True, help="Upload even what the host check refuses.")
 @click.option("--plot", is_flag=True, help="Draw plots (PNG) into the folder.")
