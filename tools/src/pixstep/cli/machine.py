@@ -64,11 +64,12 @@ def machine_check(ctx, file, as_json):
     Exit status 0 fine, 1 warnings (what a board cannot do, profiles that are missing), 2 refused.
     """
     path = _path(file)
-    from pixstep.machine import describe, reading
+    from pixstep.machine import describe
+    from pixstep.machine.model import Machine
 
-    errors, warnings = reading.problems(path), []
+    errors, warnings = Machine.problems(path), []
     if not errors:
-        warnings = list(describe.warnings(reading.load(path)))
+        warnings = list(describe.warnings(Machine.load(path)))
     status = 2 if errors else int(bool(warnings))
     verdict = ("fine", "warnings", "refused")[status]
     if as_json:
@@ -88,9 +89,10 @@ def machine_check(ctx, file, as_json):
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 def machine_show(file, as_json):
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
-    from pixstep.machine import describe, reading
+    from pixstep.machine import describe
+    from pixstep.machine.model import Machine
 
-    found = reading.load(_path(file))
+    found = Machine.load(_path(file))
     told = describe.as_json(found)
     if as_json:
         click.echo(json.dumps(told, indent=2))

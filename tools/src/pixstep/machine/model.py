@@ -15,9 +15,10 @@ from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale
+from pixstep.machine import reading
+from pixstep.machine.reading import Problem
 
 LAST_UNIT = 247
-PARITIES = ("E", "O", "N")
 
 
 def _by(parse: Callable[[str], Any]) -> BeforeValidator:
@@ -149,9 +150,26 @@ class Machine(_Table):
     @classmethod
     def load(cls, path: str | Path) -> "Machine":
         """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
-        from pixstep.machine import reading
+        machine, found = cls._read(Path(path))
+        if machine is None or found:
+            raise UserError(found[0])
+        return machine
 
-        return reading.load(Path(path))
+    @classmethod
+    def problems(cls, path: str | Path) -> list[str]:
+        """Return every mistake of a file, a line of text each, in the order of the file.
+
+        Raises UserError for a file that is no TOML at all.
+        """
+        return cls._read(Path(path))[1]
+
+    @classmethod
+    def _read(cls, path: Path) -> tuple["Machine | None", list[str]]:
+        """Return the machine, None if a value is wrong, and the mistakes."""
+        machine, found = reading.read(path, cls, contradictions)
+        if machine:
+            machine._path = path
+        return machine, found
 
     @property
     def path(self) -> Path:
@@ -194,9 +212,6 @@ class Machine(_Table):
         """Return the file of a profile (`line`, `move` or `home`), relative to the machine's."""
         name = getattr(motor.profiles, use)
         return self.path.parent / name if name else None
-
-
-Problem = tuple[tuple[str, ...], str]
 
 
 def contradictions(machine: Machine) -> Iterator[Problem]:
