@@ -19,3 +19,11 @@ endforeach()
 
 # These talk to a simulated board over a pseudo terminal, in real time: nothing runs beside them.
 set_tests_properties(py.tutorial py.console_doc py.board_port PROPERTIES RUN_SERIAL TRUE)
+
+# The wheel, installed into an empty environment. It takes the images that are built here.
+add_test(
+    NAME wheel.install
+    COMMAND "${PIXSTEP_PYTHON}" tools/checks/wheel.py "${CMAKE_BINARY_DIR}/wheel"
+    WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+)
+set_tests_properties(wheel.install PROPERTIES LABELS python TIMEOUT 600)

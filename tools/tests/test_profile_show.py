@@ -257,9 +257,9 @@ def test_misuse(tmp_path):
     text = run("line", "show", MPOS, "--decode", "smooth", "-o", tmp_path / "a.txt", status=2)
     assert "a drawing ends with .png, .svg, .pdf" in text
     text = run("line", "show", MPOS, "--decode", "smooth", "--backlash", 1001, status=2)
-    assert "above the line speed 1000" in text
+    assert "backlash 1001, speed 1000" in text
     text = run("line", "show", MPOS, "--decode", "plain", "--backlash", 1, status=2)
-    assert "only a smooth line" in text
+    assert "needs a smooth line" in text
     text = run("profile", "show", MPOS, "--speed", 10, status=2)
     assert "--speed is for a PRN" in text
     assert list(tmp_path.iterdir()) == []

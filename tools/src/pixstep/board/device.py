@@ -274,7 +274,7 @@ class Board(Wire):
         return f"{text} Then `pixstep board clear`." if text else ""
 
     def refusal(self, axis: int) -> LineRefusedByBoardError:
-        """Return the refusal of an axis in state refused."""
+        """Return the last refusal of an axis."""
         state = self.axis(axis)
         codes = regs.line_errors()
         code = state["line_error"]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
-from pixstep import plotting, progress
+from pixstep import atomic, plotting, progress
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
@@ -23,7 +23,7 @@ _DENSE = 240  # pixels from which single marks would run together
 
 def save(drawing: Drawing, path: Path) -> None:
     """Write the figure in the format of the suffix. Raises UserError for an unknown suffix."""
-    if path.suffix.lower() not in SUFFIXES:
+    if path.suffix.lower() not in SUFFIXES and not atomic.is_stream(path):
         raise UserError(f"{path}: a drawing ends with {', '.join(SUFFIXES)}")
     below = {"axes.axisbelow": True}
     with progress.shown("drawing") as progressed, plotting.styled(**below):
