@@ -38,6 +38,7 @@ set_tests_properties(
 rule(circles "${PIXSTEP_PYTHON}" "${checks}/circles.py" "${CMAKE_BINARY_DIR}")
 rule(writable "${PIXSTEP_PYTHON}" "${checks}/writable.py" "${CMAKE_BINARY_DIR}")
 rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check DESIGN.md)
+rule(package_graph "${PIXSTEP_PYTHON}" "${checks}/package_graph.py" --check DESIGN.md)
 rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/TIMING.md)
 # Every feature switch turned over, for every board: what it changes is compiled once more.
 rule(features "${PIXSTEP_PYTHON}" "${checks}/features.py" --check docs/TIMING.md)

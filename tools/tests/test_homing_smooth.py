@@ -107,7 +107,7 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
             place = 2000 - rng.randint(1, (60, 700)[index % 2])
             bench.sim.knobs(0, axis, f"start={place},delay={rng.randint(0, 16_000)}")
             bench.sim.run(50_000)
-            found = homing.home(bench.board, plan, bench.hz, homesim.SimWorld(bench.sim))
+            found = homing.home(bench.board, plan, bench.hz, bench.world)
             made += [leg for leg in found.legs if leg.decode == SMOOTH]
         bench.sim.command("flush")
     edges, tick_hz = read_edges(path).axis(0, axis), boards.load(board).tick_hz

@@ -61,11 +61,16 @@ def machine_check(ctx, file, as_json):
     Exit status 0 fine, 1 warnings (what a board cannot do, profiles that are missing), 3 refused.
     """
     path = _path(file)
-    from pixstep.machine import describe, reading
+    from pixstep.machine import describe
+    from pixstep.machine.model import Machine
 
-    errors, warnings = reading.problems(path), []
+    errors, warnings = Machine.problems(path), []
     if not errors:
+<<<<<<< HEAD
         warnings = list(describe.warnings(reading.Machine.load(path)))
+=======
+        warnings = list(describe.warnings(Machine.load(path)))
+>>>>>>> wt-link
     severity = 2 if errors else int(bool(warnings))
     verdict = VERDICTS[severity]
     if as_json:
@@ -85,9 +90,14 @@ def machine_check(ctx, file, as_json):
 @json_option
 def machine_show(file, as_json):
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
-    from pixstep.machine import describe, reading
+    from pixstep.machine import describe
+    from pixstep.machine.model import Machine
 
+<<<<<<< HEAD
     found = reading.Machine.load(_path(file))
+=======
+    found = Machine.load(_path(file))
+>>>>>>> wt-link
     told = describe.as_json(found)
     if as_json:
         show_json(told)

@@ -6,7 +6,7 @@ import functools
 import click
 from rich.console import Console
 
-from pixstep import progress
+from pixstep import demo, progress
 from pixstep.board import boards, limits
 from pixstep.board.limits import BoardLimits
 from pixstep.cli.command import FILE, FOLDER, command
@@ -29,7 +29,7 @@ from pixstep.cli.results import deliver
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
-from pixstep.simulation import demo, report
+from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
