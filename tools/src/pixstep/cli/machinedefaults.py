@@ -78,14 +78,10 @@ class Facts(dict):
 
     def _load(self, path: Path) -> Machine | None:
         """Read a file; one that is wrong must not keep anybody from stopping a board."""
-        from pixstep.machine.model import Machine  # pydantic takes a while to load
+        from pixstep.machine import reading  # pydantic takes a while to load
 
         try:
-<<<<<<< HEAD
             return reading.Machine.load(path)
-=======
-            return Machine.load(path)
->>>>>>> wt-link
         except UserError as error:
             if self.words != ["board", "stop"] or self.names:
                 raise

@@ -15,10 +15,9 @@ from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale
-from pixstep.machine import reading
-from pixstep.machine.reading import Problem
 
 LAST_UNIT = 247
+PARITIES = ("E", "O", "N")
 
 
 def _by(parse: Callable[[str], Any]) -> BeforeValidator:
@@ -147,33 +146,6 @@ class Tables(_Table):
     line: LineTable = LineTable()
     _path: Path = PrivateAttr(default=Path("machine.toml"))
 
-<<<<<<< HEAD
-=======
-    @classmethod
-    def load(cls, path: str | Path) -> "Machine":
-        """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
-        machine, found = cls._read(Path(path))
-        if machine is None or found:
-            raise UserError(found[0])
-        return machine
-
-    @classmethod
-    def problems(cls, path: str | Path) -> list[str]:
-        """Return every mistake of a file, a line of text each, in the order of the file.
-
-        Raises UserError for a file that is no TOML at all.
-        """
-        return cls._read(Path(path))[1]
-
-    @classmethod
-    def _read(cls, path: Path) -> tuple["Machine | None", list[str]]:
-        """Return the machine, None if a value is wrong, and the mistakes."""
-        machine, found = reading.read(path, cls, contradictions)
-        if machine:
-            machine._path = path
-        return machine, found
-
->>>>>>> wt-link
     @property
     def path(self) -> Path:
         """The file."""
@@ -217,14 +189,10 @@ class Tables(_Table):
         return self.path.parent / name if name else None
 
 
-<<<<<<< HEAD
 Problem = tuple[tuple[str, ...], str]
 
 
 def contradictions(machine: Tables) -> Iterator[Problem]:
-=======
-def contradictions(machine: Machine) -> Iterator[Problem]:
->>>>>>> wt-link
     """Yield the keys and the reason of whatever does not fit the rest of the file."""
     if machine.line.motor and machine.line.motor not in machine.motors:
         yield ("line", "motor"), f"there is no motor of this name: {', '.join(machine.motors)}"
