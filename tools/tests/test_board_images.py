@@ -189,7 +189,7 @@ def test_events_of_the_image(live):
     lines = one.out("log", "events").splitlines()
     assert lines[0].endswith("reset: power-on")
     assert "estop: the emergency stop input was tripped" in lines[1]
-    assert "built without events (bit 4" in live("uno").err("log", "events", status=2)
+    assert "built without events (bit 4" in live("uno").err("log", "events", status=3)
 
 
 @pytest.mark.parametrize("name", with_feature("diagnosis"))
@@ -235,8 +235,8 @@ def test_the_host_refuses_what_the_board_would(live, name):
     one.out("set", "pixel_hz=100")
     limit = one.json("get", "min_interval_ticks")["boards"][0]["registers"][0]["value"]
     most = boards.load(name).tick_hz // 100 // limit
-    assert "too_fast" in one.err("upload", put([most + 1] * 3), "--decode", "plain", status=2)
-    text = one.err("upload", "line.csv", "--decode", "plain", "--force", status=2)
+    assert "too_fast" in one.err("upload", put([most + 1] * 3), "--decode", "plain", status=3)
+    text = one.err("upload", "line.csv", "--decode", "plain", "--no-check", status=3)
     assert "axis 0: line refused: too_fast at pixel 1" in text
     one.out("stop", "--unit", 1)
     one.out("upload", put([most] * 3), "--decode", "plain")

@@ -32,5 +32,5 @@ def test_commands_count_ticks_by_the_board(invoke, tmp_path):
         invoke("ticks", *words, "--pixels", "-o", "t.csv")
         assert line.with_name("t.csv").read_text().split()[1] == f"1,{ticks},100"
         invoke("line", "check", *words, "--min-interval", ticks // 100)
-        text = invoke("line", "check", *words, "--min-interval", ticks // 100 + 1, status=2).output
+        text = invoke("line", "check", *words, "--min-interval", ticks // 100 + 1, status=3).output
         assert f"a step every {ticks / 100:.1f} ticks" in text

@@ -200,7 +200,7 @@ def test_new_check_and_show(pixstep, invoke, tmp_path):
 
 def test_check_lists_all_mistakes_and_warnings(pixstep, put):
     put(GOOD.replace("axis = 0", "axis = 9").replace('"plain"', '"x"').encode(), "machine.toml")
-    assert len(pixstep("machine", "check", status=2).splitlines()) == 2
+    assert len(pixstep("machine", "check", status=3).splitlines()) == 2
     slow = GOOD.replace("128 steps/px2", "1 steps/px2").replace("30 mm/s", "999 mm/s")
     put(slow.encode(), "machine.toml")
     output = pixstep("machine", "check", status=1)

@@ -81,7 +81,7 @@ static void follow(struct plan *plan)
 {
     struct engine_sample sample = step_engine_sample(&plan->engine);
 
-    ledger_follow(&plan->axis.ledger, &plan->axis.feed, &sample);
+    ledger_advance(&plan->axis.ledger, &plan->axis.feed.stream, &sample, LEDGER_EXACTLY);
 }
 
 static void release(struct plan *plan)

@@ -3,7 +3,7 @@
 
 from pixstep.board.client import Board, BoardError, Upload
 from pixstep.board.limits import BoardLimits
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.lines.linecheck import Finding
@@ -11,14 +11,15 @@ from pixstep.lines.runs import queue_entries
 
 
 def check(line: Line, found: BoardLimits) -> list[Finding]:
-    """Return the findings of a line; raises UserError naming the first that refuses it."""
+    """Return the findings of a line; raises RefusedError naming the first that refuses it."""
     findings = linecheck.check(line, found.of(line))
     errors = [item for item in findings if item.severity == linecheck.ERROR]
     if errors:
         first = errors[0]
-        raise UserError(
-            f"{line.name}: line refused: {first.name} at pixel {first.pixel}: {first.message} "
-            f"(nothing was sent; `pixstep line check` shows all)"
+        where = f"pixel {first.pixel}" if first.pixel else "the line as a whole"
+        raise RefusedError(
+            f"{line.name}: line refused: {first.name} at {where}: {first.message} (nothing was "
+            f"sent; `pixstep line check` shows all)"
         )
     return findings
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from pixstep.cli.options import DECODE, FILE, line_option, raw_option, say
+from pixstep.cli.command import FILE
+from pixstep.cli.options import DECODE, line_option, raw_option, say
 from pixstep.cli.quantities import SPEED_TYPE, StepsType, TimeType, whole_speed
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep limits`: what a board, or a motor of the machine, can do at a pixel frequency."""
 
-import json
 from fractions import Fraction
 
 import click
@@ -11,7 +10,8 @@ from rich.table import Table
 from pixstep.board import boards, capability
 from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability
 from pixstep.cli import machinedefaults
-from pixstep.cli.options import pixel_hz_option
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, pixel_hz_option, show_json
 from pixstep.cli.quantities import (
     TimeType,
     limit_options,
@@ -24,10 +24,8 @@ from pixstep.profiles import make
 from pixstep.profiles.make import ProfileLimits
 from pixstep.simulation.report import new_table
 
-SCHEMA = 1
 
-
-@click.command("limits")
+@command("limits")
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--axes", type=click.IntRange(1), help="Axes that move at once.  [default: all]")
 @pixel_hz_option
@@ -39,7 +37,7 @@ SCHEMA = 1
     help="The longer of the board's settings dir_setup_us and dir_hold_us.",
 )
 @limit_options
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@json_option
 @click.pass_context
 def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
     """Show what a board can do: rates, accelerations, shortest lines, reversals.
@@ -54,7 +52,7 @@ def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
     told = _facts(able, axes) | {"machine": machinedefaults.in_force(ctx)}
     told["shortest_line"] = _shortest(able, limits)
     if as_json:
-        click.echo(json.dumps(told, indent=2))
+        show_json(told)
     else:
         _print(Console(highlight=False), able, told, scale_of(ctx))
 
@@ -63,7 +61,6 @@ def _facts(able: Capability, axes: int) -> dict:
     """Return everything as plain data."""
     low, high = able.clock_range_hz
     return {
-        "schema": SCHEMA,
         "board": able.board.name,
         "axes": axes,
         "pixel_hz": str(able.pixel_hz),
@@ -202,6 +199,3 @@ def _print_shortest(console: Console, line: dict) -> None:
         f"{line['pixels_with_backlash']} with backlash",
         soft_wrap=True,
     )
-
-
-COMMANDS = (limits_command,)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep machine`: begin, check and show a machine file."""
 
-import json
 from fractions import Fraction
 from pathlib import Path
 
@@ -11,7 +10,15 @@ from rich.table import Table
 
 from pixstep import atomic
 from pixstep.board import boards
-from pixstep.cli.options import FILE, pixel_hz_option, teller
+from pixstep.cli.command import OUTPUT, command
+from pixstep.cli.options import (
+    STATUSES,
+    VERDICTS,
+    deliver_facts,
+    json_option,
+    pixel_hz_option,
+    show_json,
+)
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
@@ -24,16 +31,7 @@ _file_argument = click.argument(
 )
 
 
-@click.group()
-def machine() -> None:
-    """Machine files: pixel clock, boards and motors, as defaults of all commands.
-
-    A file is found by --machine, else by PIXSTEP_MACHINE, else as machine.toml in the current
-    folder.
-    """
-
-
-@machine.command("new")
+@command("new")
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @pixel_hz_option
 @click.option(
@@ -41,27 +39,26 @@ def machine() -> None:
     help="A motor, as M39:smooth or M40:plain; again for more.  [default: M39:smooth]",
 )  # fmt: skip
 @click.option(
-    "-o", "--output", type=FILE, default=finding.NAME, show_default=True, help="File to write."
+    "-o", "--output", type=OUTPUT, default=finding.NAME, show_default=True, help="File to write."
 )
-@click.option("--force", is_flag=True, help="Replace a file that is there.")
-def machine_new(board, pixel_hz, motors, output, force):
+@json_option
+def machine_new(board, pixel_hz, motors, output, as_json):
     """Begin a machine file: valid as it is, with a comment for every key."""
-    if output.exists() and not atomic.is_stdout(output) and not force:
-        raise UserError(f"{output}: already exists (--force replaces it)")
     from pixstep.machine import template
 
     atomic.write_text(output, template.text(board, pixel_hz, _motors(motors)))
-    teller(output)(f"{output}: edit it, then `pixstep machine check`")
+    text = f"{output}: edit it, then `pixstep machine check`"
+    deliver_facts({"machine": str(output)}, text, output, as_json=as_json)
 
 
-@machine.command("check")
+@command("check")
 @_file_argument
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@json_option
 @click.pass_context
 def machine_check(ctx, file, as_json):
     """Check a machine file: every mistake with its line, key and value.
 
-    Exit status 0 fine, 1 warnings (what a board cannot do, profiles that are missing), 2 refused.
+    Exit status 0 fine, 1 warnings (what a board cannot do, profiles that are missing), 3 refused.
     """
     path = _path(file)
     from pixstep.machine import describe, reading
@@ -69,23 +66,23 @@ def machine_check(ctx, file, as_json):
     errors, warnings = reading.problems(path), []
     if not errors:
         warnings = list(describe.warnings(reading.load(path)))
-    status = 2 if errors else int(bool(warnings))
-    verdict = ("fine", "warnings", "refused")[status]
+    severity = 2 if errors else int(bool(warnings))
+    verdict = VERDICTS[severity]
     if as_json:
-        report = {"schema": describe.SCHEMA, "machine": str(path), "verdict": verdict}
-        click.echo(json.dumps(report | {"errors": errors, "warnings": warnings}, indent=2))
+        report = {"machine": str(path), "verdict": verdict}
+        show_json(report | {"errors": errors, "warnings": warnings})
     else:
         for text in errors:
             click.echo(text)
         for text in warnings:
             click.echo(f"{path}: warning: {text}")
         click.echo(f"{path}: {verdict}")
-    ctx.exit(status)
+    ctx.exit(STATUSES[severity])
 
 
-@machine.command("show")
+@command("show")
 @_file_argument
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@json_option
 def machine_show(file, as_json):
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
     from pixstep.machine import describe, reading
@@ -93,7 +90,7 @@ def machine_show(file, as_json):
     found = reading.load(_path(file))
     told = describe.as_json(found)
     if as_json:
-        click.echo(json.dumps(told, indent=2))
+        show_json(told)
         return
     console = Console(highlight=False)
     console.print(
@@ -164,6 +161,3 @@ def _motors_table(told: dict) -> Table:
             str(motor["backlash_steps"]), speed, acceleration,
         )  # fmt: skip
     return table
-
-
-COMMANDS = (machine,)

@@ -6,7 +6,8 @@ from fractions import Fraction
 
 import click
 
-from pixstep.cli.options import FILE, line_option, raw_option, say
+from pixstep.cli.command import FILE
+from pixstep.cli.options import line_option, raw_option, say
 from pixstep.cli.quantities import SPEED_TYPE, StepsType, whole_limit
 from pixstep.moves import accel, fast
 from pixstep.moves.fast import FastMove

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line compensate`: take up the play at the reversals of a plain line."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,16 +10,8 @@ from rich.console import Console
 from rich.table import Table
 
 from pixstep import atomic, formats
-from pixstep.cli.options import (
-    FILE,
-    HZ,
-    raw_option,
-    refuse_input,
-    refuse_json_beside,
-    refuse_same,
-    say,
-    teller,
-)
+from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.options import HZ, json_option, plot_option, raw_option, say, show_json, teller
 from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType, whole_limit
 from pixstep.errors import UserError
 from pixstep.lines.linecheck import MAX_COUNT
@@ -57,7 +48,7 @@ class _Pixels(click.ParamType):
         return pixels
 
 
-@click.command("compensate")
+@command("compensate")
 @click.argument("csv", type=FILE)
 @click.option(
     "--play", type=StepsType(1), required=True, help="Between motor and load: steps, or 25um."
@@ -92,9 +83,9 @@ class _Pixels(click.ParamType):
     "unknown: the first motion takes up all of it too.",
 )
 @raw_option
-@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
-@click.option("--plot", type=FILE, help="Picture to draw (PNG).")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
+@plot_option()
+@json_option
 @click.pass_context
 def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     """Take up the play at every reversal of a plain line.
@@ -104,10 +95,6 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     pixels outside these transitions keep their counts. Exit status 1 if the next reversal breaks a
     transition off before all of the play is taken up, 2 if a transition does not fit.
     """
-    for path in (output, plot):
-        refuse_input(path, csv)
-    refuse_json_beside(output, as_json=as_json)
-    refuse_same(output, plot, "--plot")
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
     limits = _limits(options)
@@ -120,7 +107,7 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
         if plot:
             _draw(made, request, csv, plot)
     if as_json:
-        click.echo(json.dumps(_report(csv, output, request, made), indent=2))
+        show_json(_report(csv, output, request, made))
     else:
         _print(Console(highlight=False, stderr=atomic.is_stdout(output)), output, request, made)
     ctx.exit(0 if made.complete else 1)

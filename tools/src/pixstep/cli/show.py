@@ -1,16 +1,26 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line show`, and what it has in common with `pixstep profile show`."""
 
-import json
 from fractions import Fraction
 from pathlib import Path
 
 import click
 from rich.console import Console
 
-from pixstep import formats
+from pixstep import atomic, formats
+from pixstep.cli.command import FILE, command
 from pixstep.cli.machinedefaults import by_machine
-from pixstep.cli.options import DECODE, FILE, HZ, backlash_option, raw_option, refuse_input, say
+from pixstep.cli.options import (
+    DECODE,
+    HZ,
+    backlash_option,
+    json_option,
+    plot_option,
+    raw_option,
+    say,
+    show_json,
+    teller,
+)
 from pixstep.cli.quantities import PixelsType, limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -20,7 +30,7 @@ from pixstep.profiles import madefor, page
 from pixstep.profiles.drawing import Drawing
 
 
-@click.command("show")
+@command("show")
 @click.argument("csv", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
@@ -30,12 +40,11 @@ from pixstep.profiles.drawing import Drawing
               )  # fmt: skip
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: the header's.")
 @limit_options
-@click.option("-o", "--output", type=FILE, help="Drawing to write: .png, .svg or .pdf.")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@plot_option("-o", "--output")
+@json_option
 @click.pass_context
-def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, output, as_json, **limits):
-    """Show speed, acceleration, jerk and position of a line: a table, and with -o a drawing."""
-    refuse_input(output, csv)
+def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, plot, as_json, **limits):
+    """Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing."""
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
     pixel_hz = used_frequency(ctx, csv, read.header)
@@ -45,7 +54,7 @@ def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, output, as_jso
     _refuse_backlash(shown)
     bounds = drawn_limits(limits, pixel_hz)
     drawing = Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
-    show_drawing(drawing, output, as_json=as_json)
+    show_drawing(drawing, plot, as_json=as_json)
 
 
 def used_frequency(
@@ -106,9 +115,11 @@ def show_drawing(drawing: Drawing, output: Path | None, *, as_json: bool) -> Non
             "image_pixel": drawing.image_pixel,
             **page.figures_json(figures, drawing.pixel_hz),
         }
-        click.echo(json.dumps(report, indent=2))
+        show_json(report)
         return
-    click.echo(f"{line.name}: decoded as {line.decode}")
-    Console().print(page.figures_table(figures, drawing.pixel_hz))
+    tell = teller(output)
+    tell(f"{line.name}: decoded as {line.decode}")
+    console = Console(stderr=atomic.is_stdout(output))
+    console.print(page.figures_table(figures, drawing.pixel_hz))
     if output is not None:
-        click.echo(f"{output}: drawn")
+        tell(f"{output}: drawn")

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError
 from pixstep.lines import core, linecheck
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
@@ -17,7 +17,7 @@ EDGES, PIXELS = ("step", "tick"), ("pixel", "tick", "expected_steps")
 _SHORTEST_TICKS = 64  # below this the core's ring cannot be filled in time on any board
 
 
-class LineRefusedError(UserError):
+class LineRefusedError(RefusedError):
     """The core refused the line; the message names the error, the pixel and why."""
 
 

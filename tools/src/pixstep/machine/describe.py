@@ -9,7 +9,6 @@ from pixstep.errors import UserError
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, unit
 from pixstep.machine.model import Limits, Machine, Motor
 
-SCHEMA = 1
 ORDERS = {
     "max_speed": SPEED,
     "max_acceleration": ACCELERATION,
@@ -21,7 +20,6 @@ ORDERS = {
 def as_json(machine: Machine) -> dict:
     """Return everything that a machine file says, and what follows from it."""
     return {
-        "schema": SCHEMA,
         "machine": str(machine.path),
         "pixel_hz": str(machine.pixel_hz),
         "line": machine.line.model_dump(),

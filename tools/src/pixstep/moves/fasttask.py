@@ -18,12 +18,16 @@ def simulate(
     plot: bool = False,
     progress: Callable[[float], None] = lambda _: None,
 ) -> MoveRun:
-    """Run a move and write OUTPUTS (move.png only if asked) to `out`.
+    """Run a move and write OUTPUTS (move.png only if asked) to `out`, all or none.
 
-    Raises UserError if a file is in the way that no earlier run has written.
+    Raises UserError if a file is in the way that is not as an earlier run left it.
     """
-    with outfolder.of_run(out, OUTPUTS):
-        return _simulate(job, out, plot, progress)
+    with outfolder.of_run(out, OUTPUTS) as folder:
+        done = _simulate(job, folder, plot, progress)
+    summary = done.judged.summary
+    if "plots" in summary:
+        summary["plots"] = [str(out / name) for name in summary["plots"]]
+    return done
 
 
 def _simulate(job: MoveJob, out: Path, plot: bool, progress: Callable[[float], None]) -> MoveRun:
@@ -32,6 +36,6 @@ def _simulate(job: MoveJob, out: Path, plot: bool, progress: Callable[[float], N
     if plot and done.result.edges is not None:
         from pixstep.moves import fastplot  # matplotlib takes a second to load
 
-        done.judged.summary["plots"] = [str(fastplot.draw_run(done, out / "move.png"))]
+        done.judged.summary["plots"] = [fastplot.draw_run(done, out / "move.png").name]
     atomic.write_json(out / "summary.json", done.judged.summary)
     return done

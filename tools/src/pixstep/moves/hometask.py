@@ -19,12 +19,15 @@ def simulate(
     plot: bool = False,
     progress: Callable[[float], None] = lambda _: None,
 ) -> dict:
-    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked).
+    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked), all or none.
 
-    Raises UserError if a file is in the way that no earlier run has written.
+    Raises UserError if a file is in the way that is not as an earlier run left it.
     """
-    with outfolder.of_run(out, OUTPUTS):
-        return _simulate(job, out, plot, progress)
+    with outfolder.of_run(out, OUTPUTS) as folder:
+        summary = _simulate(job, folder, plot, progress)
+    if "plots" in summary:
+        summary["plots"] = [str(out / name) for name in summary["plots"]]
+    return summary
 
 
 def _simulate(job: HomeJob, out: Path, plot: bool, progress: Callable[[float], None]) -> dict:
@@ -33,6 +36,6 @@ def _simulate(job: HomeJob, out: Path, plot: bool, progress: Callable[[float], N
     if plot and len(done.edges.rising):
         from pixstep.moves import homeplot  # matplotlib takes a second to load
 
-        summary["plots"] = [str(homeplot.draw(done, out / "homing.png", summary["verdict"]))]
+        summary["plots"] = [homeplot.draw(done, out / "homing.png", summary["verdict"]).name]
     atomic.write_json(out / "summary.json", summary)
     return summary

@@ -25,7 +25,7 @@ _DENSE = 240  # pixels from which single marks would run together
 
 def save(drawing: Drawing, path: Path) -> None:
     """Write the figure in the format of the suffix. Raises UserError for an unknown suffix."""
-    if path.suffix.lower() not in SUFFIXES:
+    if path.suffix.lower() not in SUFFIXES and not atomic.is_stream(path):
         raise UserError(f"{path}: a drawing ends with {', '.join(SUFFIXES)}")
     with progress.shown("drawing") as progressed, mpl.rc_context({**STYLE, "axes.axisbelow": True}):
         figure = build(drawing)

@@ -4,6 +4,7 @@
 import contextlib
 import os
 import selectors
+import signal
 import subprocess
 from collections.abc import Sequence
 from typing import Self
@@ -34,7 +35,7 @@ class SimPipe:
             )
         except OSError as error:
             raise UserError(f"{command[0]}: {error.strerror or error}") from None
-        self._pending = b""
+        self._pending, self._ended = b"", ""
         self._ready = selectors.DefaultSelector()
         self._ready.register(self._process.stdout, selectors.EVENT_READ)
 
@@ -46,6 +47,8 @@ class SimPipe:
 
     def command(self, text: str) -> str:
         """Send one command and return its answer."""
+        if self._ended:
+            raise SimulatorError(self._ended)
         try:
             self._process.stdin.write(text.encode() + b"\n")
             self._process.stdin.flush()
@@ -93,4 +96,10 @@ class SimPipe:
         self._process.kill()
         _, errors = self._process.communicate()
         lines = errors.decode(errors="replace").strip().splitlines()
-        return f"simulator: ended: {lines[-1] if lines else self._process.returncode}"
+        self._ended = f"simulator: ended: {lines[-1] if lines else self._status()}"
+        return self._ended
+
+    def _status(self) -> str:
+        """Return in words how the process ended: its exit status, or the signal's description."""
+        status = self._process.returncode
+        return signal.strsignal(-status) if status < 0 else f"exit status {status}"

@@ -35,25 +35,31 @@ def names() -> list[str]:
 def simulate(
     job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
 ) -> Judgement:
-    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`.
+    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`, all or none.
 
-    Raises UserError if a file is in the way that no earlier run has written.
+    Raises UserError if a file is in the way that is not as an earlier run left it.
     """
-    with outfolder.of_run(out, names()):
-        return _simulate(job, out, plots, progress)
+    with outfolder.of_run(out, names()) as folder:
+        return simulate_into(job, folder, out, plots=plots, progress=progress)
 
 
-def _simulate(
-    job: Job, out: Path, plots: bool, progress: Callable[[float], None] | None
+def simulate_into(
+    job: Job,
+    folder: Path,
+    out: Path,
+    *,
+    plots: bool = False,
+    progress: Callable[[float], None] | None = None,
 ) -> Judgement:
-    result = run_job(job, out, progress or (lambda _: None))
+    """Run a job and leave the files in `folder`; the summary names them by their place in `out`."""
+    result = run_job(job, folder, progress or (lambda _: None))
     judged = judge(result)
     loads = follow_loads(result, judged)
-    report.write_pixels(out / "pixels.csv", judged.pixels)
-    atomic.write_json(out / "summary.json", judged.summary)
+    report.write_pixels(folder / "pixels.csv", judged.pixels)
+    atomic.write_json(folder / "summary.json", judged.summary)
     if plots:
-        judged.summary["plots"] = [str(path) for path in draw_plots(result, judged, out)]
-        judged.summary["plots"] += [str(path) for path in _draw_loads(job, loads, out)]
+        drawn = [*draw_plots(result, judged, folder), *_draw_loads(job, loads, folder)]
+        judged.summary["plots"] = [str(out / path.name) for path in drawn]
     return judged
 
 

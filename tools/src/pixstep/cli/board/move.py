@@ -6,21 +6,14 @@ import click
 from pixstep import progress
 from pixstep.board import limits, run, settings, uploading
 from pixstep.board.client import BoardError
-from pixstep.cli.board.group import (
-    AXIS,
-    json_option,
-    line_options,
-    one_board,
-    show_json,
-    stopping,
-    unit_option,
-)
+from pixstep.cli.board.group import AXIS, line_options, one_board, stopping, unit_option
+from pixstep.cli.command import command
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
-from pixstep.cli.options import HZ
+from pixstep.cli.options import HZ, json_option, show_json
 from pixstep.lines.rational import refuse_period
 
 
-@click.command("move")
+@command("move")
 @plan_options
 @line_options
 @unit_option
@@ -63,6 +56,3 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         return
     click.echo(headline(move, hz))
     click.echo(f"board {unit} axis {axis}: from position {before} to {after}")
-
-
-COMMANDS = (move_command,)

@@ -5,14 +5,9 @@ import click
 
 from pixstep.board import selftest
 from pixstep.board.selftest import FAILED, OK, Result, SelfTest
-from pixstep.cli.board.group import (
-    axes_option,
-    json_option,
-    line_options,
-    one_board,
-    show_json,
-    unit_option,
-)
+from pixstep.cli.board.group import axes_option, line_options, one_board, unit_option
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, show_json
 from pixstep.cli.quantities import StepsType, TimeType
 
 _COLOURS = {OK: "green", FAILED: "red", selftest.SKIPPED: "yellow"}
@@ -30,7 +25,7 @@ class _Asked:
         click.echo(text, err=True)
 
 
-@click.command("selftest")
+@command("selftest")
 @line_options
 @unit_option
 @axes_option
@@ -85,6 +80,3 @@ def _print_end(test: SelfTest) -> None:
         for verdict in (OK, FAILED, selftest.SKIPPED)
     }
     click.echo(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
-
-
-COMMANDS = (selftest_command,)

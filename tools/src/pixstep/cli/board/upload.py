@@ -13,16 +13,24 @@ from pixstep.board.world import World
 from pixstep.cli.board.group import (
     AXIS,
     Known,
-    json_option,
     line_options,
     note_unattended,
     one_board,
-    show_json,
     stopping,
     unit_option,
 )
+from pixstep.cli.command import FILE, command
 from pixstep.cli.manylines import read_lines
-from pixstep.cli.options import DECODE, FILE, HZ, LINE_NUMBER, raw_option, say
+from pixstep.cli.options import (
+    DECODE,
+    HZ,
+    LINE_NUMBER,
+    json_option,
+    no_check_option,
+    raw_option,
+    say,
+    show_json,
+)
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
@@ -32,7 +40,7 @@ from pixstep.profiles import madefor
 POLICIES = {"always": 0, "on_reversal": 1}
 
 
-@click.command("upload")
+@command("upload")
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @line_options
 @unit_option
@@ -50,20 +58,20 @@ POLICIES = {"always": 0, "on_reversal": 1}
     help="With --arm: follow the lines to their end. A line longer than the queue needs that; "
     "without it a board stops when no request comes for bus_timeout_ms (3 s by default).",
 )
-@click.option("--force", is_flag=True, help="Send even what the host check refuses.")
+@no_check_option
 @json_option
 @raw_option
 @click.option(
     "--line", "line_number", type=LINE_NUMBER, metavar="N", multiple=True,
     help="Line N of files of many lines; once, or per line file.",
 )  # fmt: skip
-def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as_json, **options):
+def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as_json, **options):
     """Queue lines, one file an axis; with --arm run them.
 
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
     refuse is not sent.
     """
-    read = read_lines(csv, decode, backlash, options, refuse_faster=not force)
+    read = read_lines(csv, decode, backlash, options, refuse_faster=check)
     lines = dict(enumerate(read, axis))
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
@@ -72,8 +80,9 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as
         if options["pixel_hz"]:
             refuse_period(options["pixel_hz"], known.board.tick_hz())
         else:
-            _compare(csv, settings.pixel_hz(known.board), force=force)
-        _check(known, lines, options["pixel_hz"], force=force)
+            _compare(csv, settings.pixel_hz(known.board), check=check)
+        if check:
+            _check(known, lines, options["pixel_hz"])
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):
             raise UserError(
@@ -95,20 +104,18 @@ def _set(board: Board, options: dict) -> None:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
 
-def _compare(csv: tuple[Path, ...], hz: Fraction, *, force: bool) -> None:
+def _compare(csv: tuple[Path, ...], hz: Fraction, *, check: bool) -> None:
     """Say which files were made for another frequency than the board's; refuse a lower one."""
     for path in csv:
         header = formats.read_motion(path, raw=True).header
-        say(madefor.notes(path, header, hz, refuse=not force))
+        say(madefor.notes(path, header, hz, refuse=check))
 
 
-def _check(known: Known, lines: dict[int, Line], hz: Fraction | None, *, force: bool) -> None:
+def _check(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
     """Check lines with the board's limits; warnings go to the error stream.
 
     `hz` is the pixel frequency that the board will be set to, if another than its own.
     """
-    if force:
-        return
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
     found = limits.connected(known.board, hz)
@@ -170,6 +177,3 @@ def _print(summary: dict) -> None:
             f"{row['pixels']} pixels, {row['steps']} steps, {row['seconds']:g} s: {row['state']}, "
             f"position {row['position_steps']}"
         )
-
-
-COMMANDS = (upload_command,)
