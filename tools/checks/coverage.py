@@ -22,8 +22,8 @@ from pathlib import Path
 
 from common import ROOT, finish
 
-from pixstep import docs
 from pixstep.errors import UserError
+from pixstep_dev import markdown
 
 BUILD = ROOT / "build" / "coverage"
 REPORT = BUILD / "report" / "index.html"
@@ -173,7 +173,7 @@ def table(files: list[File]) -> str:
         missed = sum(len(file.missed) for file in own)
         share = _share(sum(file.taken for file in own), sum(file.branches for file in own))
         rows.append((f"all of `{layer}`", f"{lines - missed} of {lines}", share))
-    return docs.table(("file", "lines reached", "branches taken"), rows)
+    return markdown.table(("file", "lines reached", "branches taken"), rows)
 
 
 def outdated(path: Path, files: list[File]) -> list[str]:
@@ -206,7 +206,7 @@ def main() -> None:
         run_suites()
         files = count(options.html)
         if options.write:
-            docs.write(options.write, TABLE, table(files))
+            markdown.write(options.write, TABLE, table(files))
         problems = unreached(files) + uncounted(files) + bare_exclusions()
         problems += outdated(options.check, files) if options.check else []
     except (CoverageError, UserError, OSError) as error:

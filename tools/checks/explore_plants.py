@@ -48,7 +48,8 @@ class Change:
 
 SINGLE = ("--actions", "1", "--pins", "1", "--from")
 
-# What the tests `explore`, `explore.pins` and `explore.periods` run, from the situation in which a defect is found.
+# What the tests explore, explore.pins and explore.periods run, from the situation in which a
+# defect is found.
 WIDE = ("--actions", "3", "--periods", "1", "--from")
 PINS = ("--actions", "1", "--periods", "1", "--pins", "1", "--from")
 PERIODS = ("--actions", "1", "--periods", "2", "--from")

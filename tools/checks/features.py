@@ -24,8 +24,8 @@ from map_file import MapError
 from module_sizes import compiler_of
 from sizes import limits_of, memory_bytes
 
-from pixstep import docs
 from pixstep.errors import UserError
+from pixstep_dev import markdown
 
 TABLE = "features"
 SLACK_BYTES = 48
@@ -144,7 +144,7 @@ def table(features: list[Feature], costs: Costs, compiler: str) -> str:
         )
         for one in features
     ]
-    return f"Compiler of the features: avr-gcc {compiler}.\n\n{docs.table(head, rows)}\n"
+    return f"Compiler of the features: avr-gcc {compiler}.\n\n{markdown.table(head, rows)}\n"
 
 
 def parse(text: str) -> tuple[Costs, str]:
@@ -212,7 +212,7 @@ def main() -> None:
         text = table(features, costs, compiler)
         problems += worthless(costs)
         if options.write and not problems:
-            docs.write(options.write, TABLE, text)
+            markdown.write(options.write, TABLE, text)
         if options.check:
             problems += judge(costs, compiler, options.check)
     except (BuildError, ImageError, MapError, UserError, OSError) as error:

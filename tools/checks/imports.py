@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Rule: the modules of the Python package do not import each other in a circle.
+"""Rule: the modules of a Python package do not import each other in a circle.
 
-An import inside a function or under TYPE_CHECKING counts too: it only hides a circle.
+An import inside a function or under TYPE_CHECKING counts too: it only hides a circle. Prints how
+large the product (pixstep) and its proof (pixstep_dev) are. The packages' directions are
+import-linter's business (imports.toml).
 """
 
 import ast
@@ -10,12 +12,12 @@ from pathlib import Path
 from common import ROOT, finish
 from layers import find_circles
 
-PACKAGE = ROOT / "tools" / "src" / "pixstep"
+PACKAGES = (ROOT / "tools" / "src" / "pixstep", ROOT / "tools" / "dev" / "pixstep_dev")
 
 
-def module_name(file: Path) -> str:
-    """Dotted name of a file of the package."""
-    parts = [PACKAGE.name, *file.relative_to(PACKAGE).with_suffix("").parts]
+def module_name(package: Path, file: Path) -> str:
+    """Dotted name of a file of a package."""
+    parts = [package.name, *file.relative_to(package).with_suffix("").parts]
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
@@ -34,13 +36,18 @@ def imported_names(file: Path, name: str) -> set[str]:
 
 
 def main() -> None:
-    """Build the graph of modules and look for circles."""
-    files = {module_name(file): file for file in sorted(PACKAGE.rglob("*.py"))}
-    graph = {
-        name: sorted((imported_names(file, name) & files.keys()) - {name, PACKAGE.name})
-        for name, file in files.items()
-    }
-    finish("imports", f"{len(files)} Python modules", find_circles(graph))
+    """Build each package's graph of modules and look for circles."""
+    sizes, problems = [], []
+    for package in PACKAGES:
+        files = {module_name(package, file): file for file in sorted(package.rglob("*.py"))}
+        graph = {
+            name: sorted((imported_names(file, name) & files.keys()) - {name, package.name})
+            for name, file in files.items()
+        }
+        lines = sum(len(file.read_text(encoding="utf-8").splitlines()) for file in files.values())
+        sizes.append(f"{package.name} {len(files)} modules, {lines} lines")
+        problems += find_circles(graph)
+    finish("imports", "; ".join(sizes), problems)
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ from circles import FIRMWARE, SIM, Uses, firmware_graph, sim_graph
 from common import ROOT, board_names, build_folder, finish
 from modules import Graph, ModuleError, short
 
-from pixstep import docs
 from pixstep.errors import UserError
+from pixstep_dev import markdown
 
 WIDTH = 100
 TABLES = ("firmware-modules", "sim-modules")
@@ -129,8 +129,8 @@ def deliver(options: argparse.Namespace) -> list[str]:
     stale = []
     for name, drawn in drawings().items():
         if options.write:
-            docs.write(options.write, name, drawn)
-        elif not docs.check(options.check, name, drawn):
+            markdown.write(options.write, name, drawn)
+        elif not markdown.check(options.check, name, drawn):
             stale.append(
                 f"{options.check}: the drawing {name} is out of date: "
                 f"build/venv/bin/python tools/checks/module_graph.py --write {options.check}"

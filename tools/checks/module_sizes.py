@@ -19,8 +19,8 @@ from common import ROOT, board_names, build_folder, finish, repository_files, ta
 from map_file import GAPS, STUBS, WHOLE_PROGRAM, Bytes, Image, MapError, read_map
 from modules import ModuleError, module_of, objects, short
 
-from pixstep import docs
 from pixstep.errors import UserError
+from pixstep_dev import markdown
 
 TABLE = "modules"
 FLASH_SLACK_BYTES = 16
@@ -136,7 +136,7 @@ def table(record: Record) -> str:
         taken = [boards[board] for boards in record.sizes.values() if board in boards]
         sums += [str(sum(one.flash for one in taken)), str(sum(one.ram for one in taken))]
     lines = [f"Compiler of the modules: avr-gcc {record.compiler}.", ""]
-    return "\n".join(lines) + "\n" + docs.table(head, [*rows, ("all", *sums)]) + "\n"
+    return "\n".join(lines) + "\n" + markdown.table(head, [*rows, ("all", *sums)]) + "\n"
 
 
 def cells(record: Record, module: str) -> list[str]:
@@ -221,7 +221,7 @@ def main() -> None:
     try:
         now = measure(board_names())
         if options.write:
-            docs.write(options.write, TABLE, table(now))
+            markdown.write(options.write, TABLE, table(now))
         problems = judge(now, options.check) if options.check else []
     except (MapError, UserError, OSError) as error:
         finish("module_sizes", "nothing measured", [str(error)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The state machine of tools/tests/test_orders.py finds what is planted in the Uno's image.
+"""The state machine of tools/dev/tests/test_orders.py finds what is planted in the Uno's image.
 
     orders_plants.py [PLANT...]
 
@@ -25,9 +25,10 @@ STEP_ISR = "firmware/hal/avr/step_isr.S"
 EXAMPLES = 600
 FOUND = 9  # exit status
 
+PLACES = ("dev/tests", "tests", "dev", "src")  # where the test and what it needs are
 RUN = f"""
 import sys
-sys.path[:0] = [{str(ROOT / "tools" / "tests")!r}, {str(ROOT / "tools" / "src")!r}]
+sys.path[:0] = {[str(ROOT / "tools" / place) for place in PLACES]!r}
 from hypothesis import Phase, settings
 from hypothesis.stateful import run_state_machine_as_test
 import test_orders

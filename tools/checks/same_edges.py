@@ -29,10 +29,11 @@ from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 from pixstep.profiles import generator
-from pixstep.simulation import campaign, demo
+from pixstep.simulation import demo
 from pixstep.simulation.edges import HEADER
 from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_S, SETTLE_PIXELS, Job
+from pixstep_dev.randomlines import campaign
 
 CLOCK_START_MS = 20
 UPLOAD_MS = 60  # for the requests before the first block of an axis, with a margin

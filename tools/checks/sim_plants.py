@@ -16,7 +16,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from common import ROOT, finish
+from common import ROOT, board_names, build_folder, finish
 from planting import compile_words, link_words, swapped
 
 MISSED_AT_MOST = 1
@@ -41,6 +41,7 @@ UART_REGISTERS = "uart_registers.c"
 EEPROM = "eeprom.c"
 WATCHDOG = "watchdog.c"
 EXTINT = "extint.c"
+PORTS = "ports.c"
 COMPARATOR = "comparator.c"
 RUN = "run_loop.c"
 STATS = "irq_stats.c"
@@ -324,6 +325,19 @@ PLANTS = (
         "skips_mend(loop->image.skips, avr, avr_run_one(avr));",
         "avr_run_one(avr);",
     ),
+    # Ports
+    Plant(
+        "a level that PINx shows at once",
+        PORTS,
+        "    if (p->avr->cycle > cycle) {",
+        "    if (p->avr->cycle >= cycle) {",
+    ),
+    Plant(
+        "a synchronizer of two cycles",
+        PORTS,
+        "#define SYNCHRONIZER_CYCLES 1",
+        "#define SYNCHRONIZER_CYCLES 2",
+    ),
 )
 
 
@@ -349,7 +363,7 @@ def with_plant(build: Path, plant: Plant, folder: Path) -> Path:
 
 def suites() -> list[Path]:
     """Return the simulator's suites, the quickest of the models' first."""
-    first = ("interrupts", "uart", "timers", "eeprom", "watchdog", "extint", "comparator")
+    first = ("interrupts", "uart", "timers", "eeprom", "watchdog", "extint", "comparator", "ports")
     named = [ROOT / "sim" / "tests" / f"test_{name}.py" for name in first]
     rest = sorted(set((ROOT / "sim" / "tests").glob("test_*.py")) - set(named))
     return named + rest
@@ -357,12 +371,12 @@ def suites() -> list[Path]:
 
 def find(program: Path) -> str:
     """Return the first suite that fails with this program; nothing when none does."""
-    environment = os.environ | {
-        "PIXSTEP_SIM": str(program),
-        "PIXSTEP_UNO_IMAGES": str(ROOT / "build" / "uno" / "sim" / "tests" / "images"),
-        "PIXSTEP_MEGA_IMAGES": str(ROOT / "build" / "mega" / "sim" / "tests" / "images"),
-        "PYTHONDONTWRITEBYTECODE": "1",
+    images = {
+        f"PIXSTEP_{board.upper()}_IMAGES": str(build_folder(board) / "sim/tests/images")
+        for board in board_names()
     }
+    own = {"PIXSTEP_SIM": str(program), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = os.environ | images | own
     for suite in suites():
         try:
             done = subprocess.run(

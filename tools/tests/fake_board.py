@@ -11,7 +11,7 @@ from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
-from pixstep.hostile.wire import crc16
+from pixstep_dev.robustness.wire import crc16
 
 MAP = regs.register_map()
 FAULT = {code.name: code.code for code in regs.faults().values()}

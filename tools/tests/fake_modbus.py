@@ -3,7 +3,7 @@
 
 import struct
 
-from pixstep.hostile.wire import seal
+from pixstep_dev.robustness.wire import seal
 
 ILLEGAL, ADDRESS, VALUE, FAILURE, BUSY = 1, 2, 3, 4, 6
 

@@ -10,16 +10,20 @@ import json
 import os
 import sys
 from fractions import Fraction
+from pathlib import Path
 
 from clock import TICK_HZ
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.hostile.wire import crc16, seal
 from pixstep.lines import exact, runs
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import edge_tick, period_ticks
+from pixstep_dev.robustness.wire import crc16, seal
 
+# PYTHONPATH of this program: what a test has on its own path, a child does not.
+_TOOLS = Path(__file__).resolve().parents[1]
+PATH = os.pathsep.join(str(_TOOLS / folder) for folder in ("src", "dev"))
 BYTE_CYCLES = 11 * TICK_HZ // 115_200
 GAP_CYCLES = 28_000
 QUEUE_SLOTS = 64

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The real images in the simulator: every edge and every position of whole lines.
 
-`pixstep campaign --lines 200 --board mega` runs the long form of the random set.
+`pixstep-dev campaign --lines 200 --board mega` runs the long form of the random set.
 """
 
 import io
@@ -15,11 +15,12 @@ from clock import TICK_HZ
 from pixstep.board import boards
 from pixstep.lines import planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.simulation import campaign, demo
+from pixstep.simulation import demo
 from pixstep.simulation.edges import read_edges
-from pixstep.simulation.randomlines import rate_case
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
+from pixstep_dev.randomlines import campaign
+from pixstep_dev.randomlines.cases import rate_case
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("simulator")

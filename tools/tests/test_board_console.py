@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from pixstep.cli.main import main
-from pixstep.hostile.wire import seal
+from pixstep_dev.robustness.wire import seal
 
 # Errors
 
@@ -118,7 +118,7 @@ def test_info_names_the_fault(one):
 
 @pytest.mark.parametrize(
     "words",
-    [["board"], ["board", "settings"], ["board", "log"], ["hostile"], ["fuzz"]],
+    [["board"], ["board", "settings"], ["board", "log"]],
     ids=" ".join,
 )
 def test_help_of_every_command(words):

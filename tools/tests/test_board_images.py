@@ -11,10 +11,10 @@ from pixstep import natives
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
-from pixstep.hostile.wire import seal
 from pixstep.moves.homesim import SimWorld
 from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_S
+from pixstep_dev.robustness.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

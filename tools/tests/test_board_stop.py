@@ -5,7 +5,7 @@ from itertools import pairwise
 
 from console import put
 from pixstep.board import registers as regs
-from pixstep.hostile.wire import seal
+from pixstep_dev.robustness.wire import seal
 
 # A frame for what every board has, one for what each larger kind of board adds.
 BROADCAST = [(1 << more) - (1 << axes) for axes, more in pairwise((0, *regs.AXIS_COUNTS))]

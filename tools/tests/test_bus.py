@@ -6,11 +6,11 @@ import pytest
 from bench import Bench
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.hostile import wire
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simctl import SimOptions, Simulator
 from pixstep.simulation.simrun import BOOT_S
+from pixstep_dev.robustness import wire
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

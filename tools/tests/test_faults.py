@@ -10,11 +10,11 @@ from click.testing import CliRunner
 
 from bench import QUIET_S, Bench
 from pixstep import formats
-from pixstep.bench import lines
 from pixstep.board import boards
 from pixstep.board.client import BoardError
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.bench import lines
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

@@ -7,11 +7,11 @@ import pytest
 
 from faultbench import FaultBench
 from pixstep import natives
-from pixstep.bench import lines
 from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.bench import lines
 
 STARTING = 8  # enum axis_state
 

@@ -12,9 +12,9 @@ import pytest
 from bench import Bench
 from effort import cases
 from pixstep.board import boards
-from pixstep.hostile.estops import BOUND_CYCLES
-from pixstep.hostile.orders import frames
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.robustness.estops import BOUND_CYCLES
+from pixstep_dev.robustness.orders import frames
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

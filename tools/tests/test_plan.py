@@ -13,7 +13,7 @@ from pixstep.lines import exact, planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.linecheck import check, refused
 from pixstep.lines.rational import edge_tick, period_ticks
-from pixstep.simulation.randomlines import PIXEL_HZ, Bounds, Case, case
+from pixstep_dev.randomlines.cases import PIXEL_HZ, Bounds, Case, case
 from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("plan_program")

@@ -10,8 +10,8 @@ from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
-from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.robustness.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES

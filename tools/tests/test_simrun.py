@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import fake_runner
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simctl import SimulatorError
@@ -15,7 +16,7 @@ from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 from worked import worked_line
 
-FAKE = [sys.executable, str(Path(__file__).with_name("fake_runner.py"))]
+FAKE = [sys.executable, fake_runner.__file__]
 HZ = Fraction(30)
 
 
@@ -27,7 +28,7 @@ def fake_job(lines, **changes):
 @pytest.fixture(autouse=True)
 def source_path(monkeypatch):
     """Let the double import the package as pytest does."""
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent.parent / "src"))
+    monkeypatch.setenv("PYTHONPATH", fake_runner.PATH)
     monkeypatch.delenv("DEFECT", raising=False)
 
 

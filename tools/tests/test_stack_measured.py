@@ -9,12 +9,12 @@ import sizes
 
 from bench import Bench
 from pixstep import natives
-from pixstep.bench import lines
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError, Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.serialload import SerialLoad
+from pixstep_dev.bench import lines
 
 pytestmark = pytest.mark.usefixtures("simulator")
 HZ = Fraction(100)

@@ -5,9 +5,9 @@ import pytest
 
 from bench import Bench
 from pixstep.board import boards
-from pixstep.hostile.orders import frames
-from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.robustness.orders import frames
+from pixstep_dev.robustness.wire import seal
 from test_bus import DIAGNOSING
 
 pytestmark = pytest.mark.usefixtures("simulator")

@@ -6,12 +6,12 @@ from fractions import Fraction
 import pytest
 
 from bench import Bench
-from pixstep.bench import lines
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.client import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
+from pixstep_dev.bench import lines
 from test_bus import ALL, UNIT, Master, frame
 
 pytestmark = pytest.mark.usefixtures("simulator")

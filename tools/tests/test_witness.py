@@ -14,8 +14,8 @@ import pytest
 from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.hostile.wire import seal
 from pixstep.lines.line import PLAIN, Line
+from pixstep_dev.robustness.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
 

@@ -4,9 +4,9 @@
 //     pixstep-libmodbus PORT BOARD ID AXES HZ     its name, number, axes, ticks a second
 //
 // Standard output begins with a row that has the board's register `features`. A row for each case
-// follows: the name of the case (as in hostile/clients/cases.py), a tab, and then "ok", "exception
-// 01" if the board does not serve the function that the case needs, or what is wrong. Cases that
-// libmodbus cannot send are not in its list.
+// follows: the name of the case (as in robustness/clients/cases.py), a tab, and then "ok",
+// "exception 01" if the board does not serve the function that the case needs, or what is wrong.
+// Cases that libmodbus cannot send are not in its list.
 #include <errno.h>
 #include <modbus.h>
 #include <stdarg.h>

@@ -5,14 +5,11 @@ import click
 
 from pixstep import __version__
 from pixstep.cli import (
-    bench,
     board,
-    docs,
     file,
     flash,
-    fuzz,
     home,
-    hostile,
+    late,
     line,
     move,
     profile,
@@ -25,7 +22,7 @@ from pixstep.cli.options import Group
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="pixstep")
 def main() -> None:
-    """Line files to exact STEP edges: make, check, plan, simulate, prove."""
+    """Line files to exact STEP edges: make, check, plan, simulate."""
 
 
 _groups = (
@@ -37,10 +34,7 @@ _groups = (
     home,
     board,
     flash,
-    bench,
-    fuzz,
-    hostile,
-    docs,
+    late,
 )
 for command in (command for group in _groups for command in group.COMMANDS):
     main.add_command(command)

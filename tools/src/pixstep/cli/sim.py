@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""`pixstep sim`, `pixstep demo` and `pixstep campaign`: lines on a simulated board, judged."""
+"""`pixstep sim` and `pixstep demo`: lines on a simulated board, judged."""
 
 import click
 from rich.console import Console
 
-from pixstep import atomic, progress
+from pixstep import progress
 from pixstep.board import boards
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
@@ -20,7 +20,7 @@ from pixstep.cli.results import deliver
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
-from pixstep.simulation import campaign, demo, report
+from pixstep.simulation import demo, report
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
@@ -117,43 +117,6 @@ def demo_command(ctx, out, serial_load):
     ctx.exit(0 if demo.run(Console(highlight=False), out, serial_load=serial_load) else 1)
 
 
-@click.command("campaign")
-@click.option("--lines", type=click.IntRange(min=1), default=200, show_default=True)
-@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
-@click.option("--decode", type=DECODE, multiple=True, help="Default: both.")
-@click.option("--seed", type=int, default=1, show_default=True)
-@click.option("--min-interval", type=click.IntRange(1), default=533, show_default=True)
-@click.option("--axes", type=click.IntRange(1, 4), default=1, help="Lines at once, one an axis.")
-@click.option("--serial-load", is_flag=True)
-@click.option("-o", "--output", type=FILE, help="JSON file to write.")
-@click.pass_context
-def campaign_command(ctx, board, output, **options):
-    """Run random valid lines on a simulated board; exit status 0 only if every one passes."""
-    plan = campaign.Plan(
-        board=board,
-        lines=options["lines"],
-        decodes=options["decode"] or ("smooth", "plain"),
-        seed=options["seed"],
-        min_interval_ticks=options["min_interval"],
-        axes=options["axes"],
-        serial_load=options["serial_load"],
-    )
-    with progress.shown(f"{board} campaign") as show:
-        outcome = campaign.run(plan, show)
-    for row in outcome["results"]:
-        worst = report.ticks_text(row["max_edge_error_ticks"])
-        click.echo(
-            f"{board} {row['decode']}: {row['passed']} of {row['lines']} lines pass, "
-            f"{row['steps']} steps, worst edge error {worst} ticks, "
-            f"worst rms {1000 * row['max_rms_edge_error_us']:.1f} ns"
-        )
-        for failure in row["failures"]:
-            click.echo(f"  line {failure['index']}: {'; '.join(failure['reasons'])}")
-    if output:
-        atomic.write_json(output, outcome)
-    ctx.exit(0 if outcome["verdict"] == "pass" else 1)
-
-
 def _plants(lines: list[Line], options: dict) -> dict:
     """Return the plants and the ideal counts of a job, by axis."""
     knobs = per_line(options["plant"], len(lines), None, "--plant")
@@ -185,4 +148,4 @@ def _refuse_bad(lines: list[Line]) -> None:
             )
 
 
-COMMANDS = (sim, demo_command, campaign_command)
+COMMANDS = (sim, demo_command)

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT
+"""All figures, in the order in which they are shown."""
+
+from pixstep_dev.bench import (
+    accuracy,
+    decode,
+    handlers,
+    overload,
+    ramp,
+    rates,
+    share,
+    simspeed,
+    sizes,
+    waits,
+)
+from pixstep_dev.bench.figure import Figure
+
+FIGURES: tuple[Figure, ...] = tuple(
+    module.FIGURE
+    for module in (
+        handlers, decode, rates, share, ramp, accuracy, overload, waits, sizes, simspeed,
+    )
+)  # fmt: skip
+NAMES = tuple(figure.name for figure in FIGURES)
+
+
+def chosen(only: tuple[str, ...] = (), *, quick: bool = False) -> list[Figure]:
+    """Return the figures with these names (none: all); `quick` leaves the long searches out."""
+    return [
+        figure
+        for figure in FIGURES
+        if (not only or figure.name in only) and not (quick and figure.long)
+    ]

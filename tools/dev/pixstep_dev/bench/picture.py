@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""The ramp as a picture: every edge's error, its distribution, and the peers' on one scale."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pixstep import atomic
+from pixstep.board import boards
+from pixstep.simulation import plots
+from pixstep_dev.bench import compare, lines, ramp
+
+_BOARD = "uno"
+_HZ = Fraction(100)  # the line's counts are the ramp itself
+_TICK_HZ = boards.load(_BOARD).tick_hz
+_TICK_US = 1e6 / _TICK_HZ
+
+
+def draw(path: Path) -> None:
+    """Run the ramp and draw it into `path`."""
+    errors, _ = ramp.errors_us(_BOARD, _HZ)
+    with mpl.rc_context(plots.STYLE):
+        figure = _figure(errors)
+        atomic.write_with(path, figure.savefig)
+        plt.close(figure)
+
+
+def _figure(errors: np.ndarray) -> Figure:
+    figure, axes = plt.subplot_mosaic(
+        [["over", "spread"], ["peers", "peers"]],
+        figsize=(11, 7.6),
+        layout="constrained",
+        gridspec_kw={"height_ratios": [3, 2], "width_ratios": [4, 1]},
+    )
+    title = f"Ramp from 0 to {ramp.PEAK:,} steps/s at {lines.RAMP_STEPS_PER_S2:,} steps/s²: "
+    figure.suptitle(f"{title}edge minus √(2k/a)", x=0.012, ha="left", fontsize=14,
+                    weight="bold", color=plots.INK)  # fmt: skip
+    _over_time(axes["over"], errors)
+    _spread(axes["spread"], errors)
+    _peers(axes["peers"], errors - errors.mean())
+    return figure
+
+
+def _over_time(axes: Axes, errors: np.ndarray) -> None:
+    """Draw the error of every edge, from line zero."""
+    when = ramp.ideal_ticks(len(errors), _TICK_HZ) / _TICK_HZ * 1e3
+    axes.axhspan(0, _TICK_US, color=plots.BAND, zorder=0)
+    for bound in (0, _TICK_US):
+        axes.axhline(bound, color=plots.BOARD, lw=0.8, ls=(0, (4, 3)))
+    axes.plot(when, errors, ".", ms=2.6, mew=0, alpha=0.6, color=plots.MADE, rasterized=True)
+    axes.axhline(errors.mean(), color=plots.IDEAL, lw=1.6)
+    axes.text(when[-1] * 1.01, errors.mean(), "mean", color=plots.INK, va="bottom", fontsize=9)
+    axes.set_xlim(0, when[-1] * 1.06)
+    axes.set_ylim(-0.25 * _TICK_US, 1.25 * _TICK_US)
+    axes.set_xlabel("ms after line zero")
+    axes.set_ylabel("µs")
+    axes.set_title(
+        f"Error of each of {len(errors):,} edges; dashed: one timer tick ({1e9 / _TICK_HZ:g} ns)"
+    )
+
+
+def _spread(axes: Axes, errors: np.ndarray) -> None:
+    """Draw the distribution of the errors, beside their axis."""
+    bins = np.linspace(-0.25 * _TICK_US, 1.25 * _TICK_US, 61)
+    axes.hist(errors, bins=bins, orientation="horizontal", color=plots.MADE, alpha=0.85)
+    axes.set_ylim(-0.25 * _TICK_US, 1.25 * _TICK_US)
+    axes.tick_params(labelleft=False)
+    axes.set_xlabel("edges")
+    axes.set_title("Distribution")
+
+
+def _peers(axes: Axes, errors: np.ndarray) -> None:
+    """Draw max and RMS of ours and the peers' on one logarithmic scale."""
+    goal = compare.goal("ramp")
+    ours = (float(np.abs(errors).max()), float(np.sqrt(np.mean(errors**2))))
+    rows = [("pixstep", ours), *((peer.project, peer.values) for peer in goal.peers)]
+    rows = [rows[0], *sorted(rows[1:], key=lambda row: row[1][0])]
+    place = np.arange(len(rows))
+    for part, (name, offset, fade) in enumerate((("max", -0.19, 1.0), ("RMS", 0.19, 0.5))):
+        values = [row[1][part] for row in rows]
+        colours = [plots.MADE] + [plots.FAINT] * (len(rows) - 1)
+        axes.barh(place + offset, values, height=0.36, left=1e-3, color=colours, alpha=fade)
+        for where, value in zip(place + offset, values, strict=True):
+            text = f"{name} {compare.number(value)}"
+            axes.text(value * 1.12, where, text, va="center", fontsize=8.5, color=plots.INK)
+    axes.set_xscale("log")
+    axes.set_xlim(1e-2, 3e4)
+    axes.set_yticks(place, [row[0] for row in rows])
+    axes.invert_yaxis()
+    axes.grid(axis="y", visible=False)
+    axes.set_axisbelow(True)
+    axes.set_xlabel("µs, logarithmic; pixstep: after removing the mean")
+    axes.set_title("Edge error beside other AVR step generators")

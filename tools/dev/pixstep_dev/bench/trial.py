@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""How a run ended: clean, refused, with a named fault, without an answer, or wrong.
+
+Wrong is the one that must never be: an edge off its exact instant by a tick or more, missing,
+doubled or in the wrong direction, and no fault said so before.
+"""
+
+from dataclasses import dataclass
+
+from pixstep.simulation import verdict
+from pixstep_dev.bench.drive import Outcome, Run, drive
+
+CLEAN, REFUSED, FAULT, MUTE, WRONG = "clean", "refused", "fault", "mute", "wrong"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How one run ended; `detail` names the line error, the fault or what was wrong."""
+
+    kind: str
+    detail: str = ""
+    steps: int = 0
+
+    @property
+    def text(self) -> str:
+        """Return the end in a few words."""
+        return f"{self.kind} {self.detail}".strip()
+
+
+def attempt(run: Run) -> Trial:
+    """Run it and say how it ended."""
+    return judge(drive(run))
+
+
+def judge(outcome: Outcome) -> Trial:
+    """Return how a run ended, the exact instants of every line being the measure."""
+    reasons = _reasons(outcome)
+    if outcome.refused:
+        kind = WRONG if outcome.steps else REFUSED
+        return Trial(kind, outcome.refused, outcome.steps)
+    if outcome.trouble and not outcome.steps:
+        return Trial(MUTE, outcome.trouble)
+    if reasons:
+        return Trial(WRONG, "; ".join(reasons), outcome.steps)
+    if outcome.fault:
+        return Trial(FAULT, outcome.fault, outcome.steps)
+    if outcome.trouble:
+        return Trial(MUTE, outcome.trouble, outcome.steps)
+    return Trial(CLEAN, "", outcome.steps)
+
+
+def _reasons(outcome: Outcome) -> list[str]:
+    """Return what is wrong with the edges. After a fault a line may be cut short, not changed."""
+    if outcome.refused:
+        return []
+    run, reasons, zeros = outcome.run, [], set()
+    for axis, line in sorted(run.lines.items()):
+        edges = outcome.edges.axis(0, axis)
+        found = verdict.judge_axis(
+            line, run.period, edges, axis, tick_hz=run.tick_hz, stopped=bool(outcome.fault)
+        )
+        reasons += [f"axis {axis}: {text}" for text in found.reasons]
+        if verdict.find_zero(line, run.period, edges.rising) is not None:  # else it is a guess
+            zeros.add(found.line_zero_cycle)
+    if len(zeros) > 1:
+        reasons.append(f"the axes do not share one line zero: cycles {sorted(zeros)}")
+    elif zeros:
+        _, reason = verdict.judge_clock(*zeros, run.period, outcome.clock)
+        reasons += [reason] if reason else []
+    idle = set(outcome.edges.axes) - {(0, axis) for axis in run.lines}
+    made = [axis for _, axis in sorted(idle) if len(outcome.edges.axis(0, axis).rising)]
+    return reasons + [f"axis {axis} has no line and made steps" for axis in made]

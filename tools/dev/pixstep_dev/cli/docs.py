@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep-dev docs`: the generated tables of the documentation."""
+
+from collections.abc import Callable
+
+import click
+
+from pixstep import progress
+from pixstep.cli.options import FILE
+from pixstep_dev import markdown
+from pixstep_dev.docs import faults, files, tables
+
+_check = click.option("--check", type=FILE, help="Fail if the table in FILE is out of date.")
+_write = click.option("--write", type=FILE, help="Rewrite the table in FILE between its markers.")
+
+
+@click.group("docs")
+def docs_group() -> None:
+    """Tables generated from the firmware's own tables."""
+
+
+@docs_group.command()
+@click.option("--check", "action", flag_value="check", default=True, help="Say what differs.")
+@click.option("--write", "action", flag_value="write", help="Rewrite outputs and pictures too.")
+@click.argument("file", type=FILE)
+@click.pass_context
+def tutorial(ctx, file, action):
+    """Walk a document: run its commands, compare what they print and draw with what it shows.
+
+    Exit status 0 if all is as it says, 1 if not (or was not, with --write).
+    """
+    from pixstep_dev.tutorial import check as walk  # matplotlib takes a second to load
+
+    with progress.shown("walking") as show:
+        complaints = (walk.refresh if action == "write" else walk.check)(file, show)
+    for text in complaints:
+        click.echo(text, err=True)
+    if complaints and action == "write":
+        click.echo(f"{file}: rewritten where it can be; look at it, shorten it, check it")
+    ctx.exit(1 if complaints else 0)
+
+
+def _deliver(ctx: click.Context, name: str, content: str, check, write) -> None:
+    """Print, check or write one generated part."""
+    if check:
+        good = markdown.check(check, name, content)
+        if not good:
+            click.echo(
+                f"{check}: the {name} table is out of date: "
+                f"pixstep-dev docs {name} --write {check}",
+                err=True,
+            )
+        ctx.exit(0 if good else 1)
+    if write:
+        changed = markdown.write(write, name, content)
+        click.echo(f"{write}: {'rewritten' if changed else 'up to date'}")
+        return
+    click.echo(markdown.marked(name, content), nl=False)
+
+
+def _add_table(name: str, make: Callable[[], str], text: str) -> None:
+    """Add the command that delivers one generated part."""
+
+    @docs_group.command(name, help=text)
+    @_check
+    @_write
+    @click.pass_context
+    def table(ctx, check, write):
+        _deliver(ctx, name, make(), check, write)
+
+
+_add_table(
+    "protocol", tables.protocol, "Register map, faults and line errors, for docs/PROTOCOL.md."
+)
+_add_table("wiring", tables.wiring, "Pin tables of the boards, for docs/WIRING.md.")
+_add_table("flashing", tables.flashing, "avrdude's command lines, for docs/FLASHING.md.")
+_add_table(
+    "files",
+    files.files,
+    "Meanings, messages, bytes of a CSB and listings, for docs/FILES.md.",
+)
+_add_table(
+    "faults",
+    faults.faults,
+    "Faults and line errors with cause, cure and test, for docs/FAULTS.md.",
+)
+
+
+def _commands() -> str:
+    from pixstep_dev.docs import commands  # pymodbus takes a while to load
+
+    with progress.shown("commands") as show:
+        return commands.commands(show)
+
+
+_add_table(
+    "commands",
+    _commands,
+    "What each command does in each state, tried on the simulated board, for docs/PROTOCOL.md.",
+)
+
+
+def _conformance() -> str:
+    from pixstep_dev.robustness.clients import conformance  # pymodbus takes a while to load
+
+    with progress.shown("clients") as show:
+        return conformance.table(conformance.run(progress=show))
+
+
+_add_table(
+    "conformance",
+    _conformance,
+    "What mbpoll, libmodbus and pymodbus get from the simulated boards, for docs/PROTOCOL.md.",
+)
+
+COMMANDS = (docs_group,)

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+"""The `pixstep-dev` command. Exit status: 0 fine, 1 a promise broken, 2 refused."""
+
+import click
+
+from pixstep import __version__
+from pixstep.cli.options import Group
+from pixstep_dev.cli import bench, campaign, docs, fuzz, mutants, robustness
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="pixstep-dev")
+def main() -> None:
+    """Prove pixstep: measure, inject faults, fuzz, mutate, keep the documents true."""
+
+
+for group in (bench, campaign, robustness, fuzz, mutants, docs):
+    for command in group.COMMANDS:
+        main.add_command(command)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep-dev mutants`: small changes of the firmware that the tests must see."""
+
+import json
+
+import click
+
+from pixstep import progress
+from pixstep.cli.options import FILE
+from pixstep_dev.mutants import stages
+
+
+@click.command()
+@click.option(
+    "--count", type=click.IntRange(min=1), default=400, show_default=True, help="Mutants."
+)
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option(
+    "--last",
+    type=click.Choice(stages.NAMES),
+    default=stages.NAMES[-1],
+    show_default=True,
+    help="The last kind of test that is tried.",
+)
+@click.option(
+    "--jobs", type=click.IntRange(min=1), default=2, show_default=True, help="Mutants at a time."
+)
+@click.option(
+    "--again", type=FILE, help="Try only the survivors of FILE, which --json has printed."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print every mutant and its fate as JSON.")
+@click.option("--write", type=FILE, help="Rewrite the figures in FILE (docs/MUTANTS.md).")
+@click.pass_context
+def mutants(ctx, count, seed, last, jobs, again, as_json, write):
+    """Change the firmware in small ways; see which tests notice.
+
+    Each mutant changes one operator, constant, condition, statement or returned value of
+    firmware/core or firmware/app, in a copy. It is tried by the native suites, then by the suites
+    on AVR, pixstep-explore, and the tests on all images, until one of them fails.
+
+    Exit status 0 only if every survivor is judged (tools/dev/pixstep_dev/data/mutants.toml).
+    """
+    from pixstep_dev import markdown
+    from pixstep_dev.mutants import campaign, judged, record
+
+    judgements = judged.read()
+    kept = campaign.read(again) if again else None
+    names = stages.NAMES[: stages.NAMES.index(last) + 1]
+    with progress.shown(f"{count} mutants") as show:
+        plan = campaign.Plan(count, seed, names, jobs)
+        outcome = campaign.run(plan, show, kept, lambda one: judged.equivalent(judgements, one))
+    if write:
+        markdown.write(write, record.NAME, record.markdown(outcome, judgements))
+    if as_json:
+        click.echo(json.dumps(campaign.facts(outcome), indent=1))
+    else:
+        _say(outcome, judgements)
+    ctx.exit(1 if judged.score(outcome, judgements).open else 0)
+
+
+def _say(outcome, judgements) -> None:
+    """Print the figures, and the survivors that nobody has judged."""
+    from pixstep_dev.mutants import judged, record
+
+    click.echo(record.summary(outcome, judgements))
+    for fate, number in sorted(outcome.counts().items()):
+        click.echo(f"  {number:>5,} {fate}")
+    for trial in outcome.survivors:
+        if not judged.of(judgements, trial.mutant):
+            mutant = trial.mutant
+            click.echo(f"FAIL: {mutant.file}:{mutant.line}: {mutant.was}")
+            click.echo(f"      survives as {mutant.becomes}")
+
+
+COMMANDS = (mutants,)

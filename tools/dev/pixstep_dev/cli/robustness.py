@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep-dev robustness`: campaigns of injected faults and of foreign clients."""
+
+import json
+from dataclasses import asdict
+
+import click
+
+from pixstep import progress
+from pixstep.board import boards
+from pixstep.cli.options import Group
+from pixstep_dev.cli.orders import orders
+
+_seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+_json = click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+
+
+@click.group("robustness", cls=Group)
+def robustness_group() -> None:
+    """What may happen to a board: mutated frames, a bad line, other clients, cuts and stops."""
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=100_000, show_default=True, help="Frames."
+)
+@_seed
+@_json
+@click.pass_context
+def frames(ctx, board, count, seed, as_json):
+    """Send mutated frames while every axis moves.
+
+    Compares every STEP edge: runs the same lines undisturbed and under fire. Exit status 0 only if
+    the edges are the same to the cycle and the board answers, at rest and without a fault,
+    afterwards.
+    """
+    from pixstep_dev.robustness import framestorm  # pymodbus takes a while to load
+
+    with progress.shown(f"{board}: {count} frames") as show:
+        outcome = framestorm.run(framestorm.Plan(board, count, seed), show)
+    if as_json:
+        click.echo(json.dumps(asdict(outcome), indent=2))
+    else:
+        _say_frames(board, outcome)
+    ctx.exit(1 if outcome.complaints else 0)
+
+
+def _say_frames(board: str, outcome) -> None:
+    """Print what a storm did."""
+    click.echo(
+        f"{board}: {outcome.frames:,} frames in {outcome.seconds:.0f} simulated seconds, "
+        f"{outcome.answers:,} answered, {outcome.exceptions:,} of these by an exception"
+    )
+    click.echo(
+        f"  {outcome.edges:,} STEP edges, {outcome.turns} direction changes moved by at most "
+        f"{outcome.turn_shift_cycles} cycles"
+    )
+    for kind, number in sorted(outcome.kinds.items()):
+        click.echo(f"  {number:>7,} {kind}")
+    for name, value in outcome.counters.items():
+        click.echo(f"  board's {name}: {value}")
+    _say_complaints(outcome.complaints, "not one STEP edge differs")
+
+
+def _say_complaints(complaints: list[str], otherwise: str) -> None:
+    for text in complaints:
+        click.echo(f"FAIL: {text}")
+    if not complaints:
+        click.echo(f"  {otherwise}")
+
+
+@robustness_group.command()
+@click.option(
+    "--board",
+    type=click.Choice(("native", *boards.BOARD_NAMES)),
+    default="native",
+    show_default=True,
+    help="The firmware natively, or an image in the simulator.",
+)
+@click.option(
+    "--count", type=click.IntRange(min=1), default=200_000, show_default=True, help="Blocks."
+)
+@click.option(
+    "--garbage",
+    is_flag=True,
+    help="Random bytes at the end of half of the frames: some pass the checksum; goes on then.",
+)
+@_seed
+@_json
+@click.pass_context
+def uploads(ctx, board, count, garbage, seed, as_json):
+    """Upload lines over a bad serial line.
+
+    Bits turned over, bursts, bytes lost and added, frames lost and repeated. Both ends are the real
+    ones: the host's client and the firmware. Exit status 0 only if every queue held exactly what
+    was sent (natively), every line played exactly (in the simulator).
+    """
+    from pixstep_dev.robustness import noise
+    from pixstep_dev.robustness import uploads as campaign
+
+    model = noise.Model(0.5, (noise.garbage,)) if garbage else noise.Model()
+    plan = campaign.Plan(board, count, seed, model, go_on=garbage)
+    with progress.shown(f"{board}: {count} blocks") as show:
+        outcome = campaign.run(plan, show)
+    if as_json:
+        click.echo(json.dumps(_upload_facts(outcome), indent=2))
+    else:
+        _say_uploads(board, outcome)
+    ctx.exit(1 if outcome.complaints else 0)
+
+
+def _upload_facts(outcome) -> dict:
+    facts = {name: value for name, value in vars(outcome).items() if name != "plan"}
+    return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
+
+
+def _say_uploads(board: str, outcome) -> None:
+    """Print what a campaign did."""
+    click.echo(
+        f"{board}: {outcome.blocks:,} blocks of {outcome.lines:,} lines, "
+        f"{outcome.entries:,} entries, {outcome.requests:,} requests, "
+        f"{outcome.given_up:,} times begun again after every retry had failed"
+    )
+    if outcome.steps:
+        click.echo(f"  {outcome.steps:,} steps made and counted")
+    for name, number in sorted(outcome.noise.items()):
+        click.echo(f"  {number:>7,} {name}")
+    click.echo(f"  {outcome.undetected:,} spoilt frames had a right checksum all the same")
+    if outcome.complaints:
+        click.echo(
+            f"  {outcome.reported} lines ended with an error, {outcome.silent} were silently wrong"
+        )
+    _say_complaints(outcome.complaints, "every queue was exact")
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), multiple=True, help="Default: all.")
+@click.pass_context
+def clients(ctx, board):
+    """Run a list of cases by mbpoll, libmodbus and pymodbus.
+
+    Against every image in the simulator.
+
+    `pixstep-dev docs conformance --write docs/PROTOCOL.md` keeps its table. Exit status 0 only if
+    no case fails.
+    """
+    from pixstep_dev.robustness.clients import conformance
+
+    with progress.shown("clients") as show:
+        results = conformance.run(board or boards.BOARD_NAMES, show)
+    click.echo(conformance.table(results), nl=False)
+    failures = conformance.failures(results)
+    for text in failures:
+        click.echo(f"FAIL: {text}", err=True)
+    ctx.exit(1 if failures else 0)
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--count", type=click.IntRange(min=1), default=1000, show_default=True, help="Stops.")
+@_seed
+@_json
+@click.pass_context
+def estops(ctx, board, count, seed, as_json):
+    """Press the emergency stop at random cycles of a run.
+
+    Every axis runs a random line.
+
+    Exit status 0 only if the edges stop within the bound, the permit output is off, the fault is
+    named and every reported position is the number of edges made.
+    """
+    from pixstep_dev.robustness import estops as campaign
+
+    with progress.shown(f"{board}: {count} stops") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+    if as_json:
+        click.echo(json.dumps(asdict(outcome), indent=2))
+    else:
+        click.echo(
+            f"{board}: {outcome.stops:,} stops, {outcome.moving:,} of them in motion, "
+            f"{outcome.edges:,} STEP edges"
+        )
+        click.echo(
+            f"  the last edge but one comes {outcome.latest_cycles} cycles behind the stop at "
+            f"most, the permit's end {outcome.permit_cycles}; bound {campaign.BOUND_CYCLES}"
+        )
+        _say_complaints(outcome.complaints, "every position is the number of edges made")
+    ctx.exit(1 if outcome.complaints else 0)
+
+
+@robustness_group.command()
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True, help="Cuts.")
+@_seed
+@_json
+@click.pass_context
+def powercuts(ctx, board, count, seed, as_json):
+    """Cut the supply at random cycles of a settings store.
+
+    Exit status 0 only if after every cut the board has the old settings or the new ones, whole.
+    """
+    from pixstep_dev.robustness import powercuts as campaign
+
+    with progress.shown(f"{board}: {count} cuts") as show:
+        outcome = campaign.run(campaign.Plan(board, count, seed), show)
+    if as_json:
+        click.echo(json.dumps(asdict(outcome), indent=2))
+    else:
+        click.echo(
+            f"{board}: {outcome.cuts:,} cuts, {outcome.in_a_byte:,} of them inside a byte; then "
+            f"{outcome.old:,} times the old settings, {outcome.new:,} times the new"
+        )
+        _say_complaints(outcome.complaints, "always one of them, whole")
+    ctx.exit(1 if outcome.complaints else 0)
+
+
+robustness_group.add_command(orders)
+
+COMMANDS = (robustness_group,)

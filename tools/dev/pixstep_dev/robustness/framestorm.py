@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: MIT
+"""Mutated frames against an image while lines run: not one STEP edge may differ.
+
+The same lines are run twice, armed at the same cycle: once under fire, once undisturbed. The two
+edge lists must be the same to the byte, and the board must answer, at rest and without a fault,
+when it is over.
+"""
+
+import itertools
+import random
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import BinaryIO
+
+from pixstep import natives
+from pixstep.board import boards
+from pixstep.board import registers as regs
+from pixstep.board.client import Board, BoardError, Upload
+from pixstep.board.transport import SimClient
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.runs import queue_entries
+from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simrun import BOOT_S
+from pixstep_dev.robustness import strikes, wire
+
+PIXEL_HZ = Fraction(30)
+PART_PX = 62
+_PARTS = 4
+_FRAME_S = Fraction(12, 1000)  # more than a strike takes, with what is asked in between
+_HOUSEKEEPING = 20  # strikes between two looks at the board
+_LOOK_S = 0.1  # how long the undisturbed run looks away
+_REFILL = 8  # free entries worth a block
+_SAME_CYCLE = 64  # lines that may stand in another order at once
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """So many mutated frames against one board."""
+
+    board: str
+    frames: int
+    seed: int = 1
+
+
+@dataclass
+class Outcome:
+    """What a storm did. `complaints` is empty if every promise was kept."""
+
+    plan: Plan
+    frames: int = 0
+    kinds: Counter = field(default_factory=Counter)
+    answers: int = 0
+    exceptions: int = 0
+    edges: int = 0
+    turns: int = 0
+    turn_shift_cycles: int = 0
+    seconds: float = 0.0
+    complaints: list[str] = field(default_factory=list)
+    counters: dict[str, int] = field(default_factory=dict)
+
+    def complain(self, text: str) -> None:
+        """Note a broken promise; a few say enough."""
+        if len(self.complaints) < 20:
+            self.complaints.append(text)
+
+
+def hump(step: int, pixels: int, hold: int) -> list[int]:
+    """Return counts of a smooth rise to `step * pixels` steps/pixel, `hold` pixels and the fall."""
+    rise = [step * (2 * index + 1) // 2 for index in range(pixels)]
+    return [*rise, *[step * pixels] * hold, *reversed(rise)]
+
+
+def line(axis: int, parts: int) -> Line:
+    """Return an axis' line, smooth or plain in turn: slow humps, every fourth with a fast one.
+
+    The axes take turns at being fast, so that together they ask for no more than the board makes.
+    """
+    fast = [*hump(80, 12, 4), 0, 0, *hump(8, 4, 22), 0, 0]
+    slow = [*hump(8, 4, PART_PX - 10), 0, 0]
+    smooth = axis % 2 == 0
+    counts: list[int] = []
+    for part in range(parts):
+        sign = 1 if smooth or part % 3 else -1
+        counts += [sign * count for count in (fast if part % _PARTS == axis else slow)]
+    return Line(tuple(counts), SMOOTH if smooth else PLAIN, negative=axis == 2)
+
+
+def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+    """Run a plan; raises UserError if the simulator cannot run."""
+    outcome = Outcome(plan)
+    pixels = plan.frames * _FRAME_S * PIXEL_HZ
+    lines = {axis: line(axis, int(pixels) // PART_PX + 1) for axis in range(_axes(plan.board))}
+    with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
+        folder = Path(name)
+        with _Run(plan, lines, folder / "quiet.csv") as quiet:
+            quiet.follow(lambda share: progress(share / 5))
+        with _Run(plan, lines, folder / "storm.csv") as storm:
+            storm.strike(outcome, lambda share: progress(0.2 + 0.8 * share))
+        _compare(folder / "quiet.csv", folder / "storm.csv", outcome)
+    if outcome.frames < plan.frames:
+        outcome.complain(f"only {outcome.frames} frames while the lines ran")
+    return outcome
+
+
+class _Run:
+    """One board with its lines running; a context manager that ends with whole edge lists."""
+
+    def __init__(self, plan: Plan, lines: dict[int, Line], edges: Path) -> None:
+        images = [(plan.board, natives.image(plan.board))]
+        self._options = SimOptions(images, PIXEL_HZ, edges=edges)
+        self._plan, self._lines = plan, lines
+
+    def __enter__(self) -> "_Run":
+        self._simulator = Simulator(self._options)
+        try:
+            self._start()
+        except BaseException:
+            self._simulator.kill()
+            raise
+        return self
+
+    def __exit__(self, kind, *_: object) -> None:
+        if kind is None:
+            self._simulator.quit()
+        self._simulator.kill()
+
+    def _start(self) -> None:
+        """Bring the board up to its first clock edge with every axis armed."""
+        self._simulator.wait_s(BOOT_S)
+        self._board = Board(SimClient(self._simulator))
+        self._board.set_pixel_hz(PIXEL_HZ)
+        self._board.write_setting("bus_timeout_ms", 0)  # a storm may leave no request whole
+        axes = sorted(self._lines)
+        self._board.command("enable", axes)
+        self._uploads = [
+            Upload(self._board, axis, queue_entries(self._lines[axis])) for axis in axes
+        ]
+        for upload in self._uploads:
+            upload.push()
+        self._board.command("arm", axes)
+        while self._states() != {"running"}:
+            self._simulator.wait_s(0.01)
+
+    def _states(self) -> set[str]:
+        return {regs.AXIS_STATES[found["axis_state"]] for found in self._look()}
+
+    def _look(self) -> list[dict[str, int]]:
+        self._seen = self._board.axes(len(self._lines))
+        return self._seen
+
+    def _keep_up(self) -> bool:
+        """Stream, look at the board; return False when no axis runs any more."""
+        states = self._states()
+        pushed = 0
+        for upload, seen in zip(self._uploads, self._seen, strict=True):
+            if not upload.done and seen["queue_free"] >= _REFILL:
+                pushed += upload.push()
+        if pushed:
+            self._look()  # another block is next
+        return "running" in states
+
+    def _share(self) -> float:
+        return self._seen[0]["pixel"] / self._lines[0].pixels
+
+    def follow(self, progress: Progress) -> None:
+        """Let the lines run undisturbed to their end."""
+        while self._keep_up():
+            progress(self._share())
+            self._simulator.wait_s(_LOOK_S)
+        self._simulator.wait_s(0.1)
+
+    def strike(self, outcome: Outcome, progress: Progress) -> None:
+        """Send mutated frames until the lines are over, then look at the board."""
+        plan = self._plan
+        safety = wire.Safety(len(self._lines), lambda axis: self._seen[axis]["next_block"])
+        rng = random.Random(f"{plan.seed} {plan.board}")
+        generator = strikes.Generator(
+            rng, self._board.unit, safety, strikes.Pauses.at(self._simulator.tick_hz)
+        )
+        running = True
+        try:
+            while running:
+                for strike in itertools.islice(generator, _HOUSEKEEPING):
+                    self._send(strike, outcome, generator)
+                self._simulator.run(generator.pauses.certain)
+                generator.silence()
+                running = self._keep_up()
+                progress(self._share())
+            self._simulator.wait_s(0.1)
+            self._judge(outcome)
+        except BoardError as error:
+            outcome.complain(f"after {outcome.frames} frames: {error}")
+        outcome.seconds = self._simulator.cycle / self._simulator.tick_hz
+
+    def _send(self, strike: strikes.Strike, outcome: Outcome, generator) -> None:
+        """Send the pieces of a strike and look at what comes back."""
+        outcome.frames += 1
+        outcome.kinds[strike.kind] += 1
+        reply = b""
+        for piece, pause in strike.pieces:
+            if piece:
+                reply = self._simulator.transmit(piece, pause)
+            else:
+                self._simulator.run(pause)
+            if reply and piece:
+                outcome.answers += 1
+                complaint = reply_fault(strike, reply, self._board.unit)
+                if complaint:
+                    outcome.complain(f"frame {outcome.frames}, {strike.kind}: {complaint}")
+                outcome.exceptions += reply[1] >= 0x80
+        if strike.request and not reply:
+            outcome.complain(
+                f"frame {outcome.frames}, {strike.kind}: {strike.request.hex()} was not answered"
+            )
+        if reply:
+            generator.silence()
+
+    def _judge(self, outcome: Outcome) -> None:
+        """The board is at rest, without a fault, and its positions are the simulator's."""
+        state = self._board.inputs()
+        outcome.counters = {
+            name: state[name] for name in ("frames_ok", "crc_errors", "exceptions", "rx_overruns")
+        }
+        if state["fault_code"]:
+            outcome.complain(self._board.fault_text())
+        for axis, found in enumerate(self._look()):
+            done = regs.AXIS_STATES[found["axis_state"]]
+            if done != "done" or found["lines_done"] != 1:
+                outcome.complain(f"axis {axis}: {done} after {found['lines_done']} lines")
+            made = self._simulator.steps(0, axis)
+            wanted = sum(self._lines[axis].counts) * (-1 if self._lines[axis].negative else 1)
+            if not made == found["position_steps"] == wanted:
+                outcome.complain(
+                    f"axis {axis}: {made} steps, position {found['position_steps']}, not {wanted}"
+                )
+
+
+def reply_fault(strike: strikes.Strike, reply: bytes, unit: int) -> str:
+    """Return what is wrong with a reply to a strike, empty if nothing."""
+    if strike.silent:
+        return f"answered by {reply.hex()}"
+    if len(reply) < 5 or wire.crc16(reply) or reply[0] != unit:
+        return f"a malformed reply {reply.hex()}"
+    if strike.request and reply[1] & 0x7F != strike.request[1]:
+        return f"another function's reply {reply.hex()}"
+    reads = strike.request and strike.request[1] == 4
+    if reads and reply[1:3] != bytes([4, 2 * strike.request[5]]):
+        return f"a read answered by {reply.hex()}"
+    return ""
+
+
+def _compare(quiet: Path, storm: Path, outcome: Outcome) -> None:
+    """Compare two edge lists up to the last STEP edge: behind it settings may change.
+
+    STEP to the cycle; all else, which the program writes, in its order.
+    """
+    others: tuple[list[bytes], list[bytes]] = ([], [])
+    missing: Counter = Counter()
+    end = 0
+    with quiet.open("rb") as left, storm.open("rb") as right:
+        steps = [_steps(file, apart) for file, apart in zip((left, right), others, strict=True)]
+        for one, other in itertools.zip_longest(*steps, fillvalue=b""):
+            outcome.edges += 1
+            end = _cycle_of(one) if one else end
+            if one == other:
+                continue
+            # Edges of one cycle may stand in any order.
+            missing[one] += 1
+            missing[other] -= 1
+            missing = Counter({edge: number for edge, number in missing.items() if number})
+            if len(missing) > _SAME_CYCLE:
+                break
+    if missing:
+        edge = min(missing, key=_cycle_of)
+        where = "only undisturbed" if missing[edge] > 0 else "only under fire"
+        outcome.complain(f"edges differ from {edge.decode().strip()!r} on, which is {where}")
+    _compare_others(
+        *([edge for edge in edges if _cycle_of(edge) <= end] for edges in others), outcome
+    )
+
+
+def _steps(file: BinaryIO, apart: list[bytes]) -> Iterator[bytes]:
+    """Yield the STEP edges of a list; put the others, the heading left out, into `apart`."""
+    next(file)
+    for edge in file:
+        if b"STEP" in edge:
+            yield edge
+        else:
+            apart.append(edge)
+
+
+def _compare_others(quiet: list[bytes], storm: list[bytes], outcome: Outcome) -> None:
+    """Compare DIR, ENABLE and PERMIT, output by output: the same edges, and how far DIR moved."""
+    found = [sorted(edges, key=lambda edge: edge.split(b",")[1:4]) for edges in (quiet, storm)]
+    kinds = [[edge.split(b",")[1:] for edge in edges] for edges in found]
+    outcome.turns = sum(kind[2] == b"DIR" for kind in kinds[0])
+    if kinds[0] != kinds[1]:
+        outcome.complain("other edges of direction, enable or permit outputs than undisturbed")
+        return
+    found = [[edge for edge in edges if b",DIR," in edge] for edges in found]
+    shifts = (abs(_cycle_of(a) - _cycle_of(b)) for a, b in zip(*found, strict=True))
+    outcome.turn_shift_cycles = max(shifts, default=0)
+
+
+def _cycle_of(edge: bytes) -> int:
+    """Return the cycle of a line of an edge list; the end of the list is last."""
+    return int(edge.split(b",")[0]) if edge else 1 << 62
+
+
+def _axes(board: str) -> int:
+    return boards.load(board).axes

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: MIT
+"""Random pairs and triples of commands, many an hour: counted, judged, each to be had again.
+
+A batch of trials shares one simulator. Trial `seed:index` always follows the same trials of its
+batch, so that it happens again to the cycle.
+"""
+
+import random
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pixstep.simulation.simctl import SimulatorError
+from pixstep_dev.robustness.orders import lines, together, trials
+from pixstep_dev.robustness.orders.guard import Guard
+from pixstep_dev.robustness.orders.world import World
+
+BATCH = 50
+_DECADES = (10, 100, 1000, 10_000, 100_000)
+_KEPT = 200  # complaints that an outcome holds
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """So many trials of one board, from trial `first` on."""
+
+    board: str
+    count: int
+    seed: int = 1
+    first: int = 0
+    estop: float = 0.0  # share of the trials in which the emergency stop is pressed
+    together: bool = False  # axes armed together, instead of pairs of commands
+    image: Path | None = None
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A trial that broke a promise; `seed:index` replays it."""
+
+    seed: int
+    index: int
+    tried: tuple[str, ...]
+    complaints: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """One line."""
+        more = f" (and {len(self.complaints) - 1} more)" if len(self.complaints) > 1 else ""
+        return f"{self.seed}:{self.index} {', '.join(self.tried)}: {self.complaints[0]}{more}"
+
+
+@dataclass
+class Outcome:
+    """What happened."""
+
+    plan: Plan
+    trials: int = 0
+    edges: int = 0
+    cycles: int = 0
+    pairs: Counter = field(default_factory=Counter)  # (command, the next one)
+    speeds: Counter = field(default_factory=Counter)  # trials, by the decade that they stay below
+    faults: Counter = field(default_factory=Counter)
+    started: Counter = field(default_factory=Counter)  # of axes armed together: all, none, split
+    failed: int = 0
+    failures: list[Failure] = field(default_factory=list)
+
+
+def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+    """Run a plan; raises UserError if the simulator cannot run."""
+    outcome = Outcome(plan)
+    index = plan.first
+    while index < plan.first + plan.count:
+        end = min(index // BATCH * BATCH + BATCH, plan.first + plan.count)
+        for _ in batch(plan, index, end, outcome):
+            progress(outcome.trials / plan.count)
+        index = end
+    return outcome
+
+
+def batch(plan: Plan, first: int, end: int, outcome: Outcome):
+    """Do the trials of a batch from its beginning, count those from `first` on; yield each."""
+    index = first // BATCH * BATCH
+    while index < end:
+        with World(plan.board, plan.image, clock_hz(plan, index)) as world:
+            guard = Guard(world)
+            good = True
+            while good and index < end:
+                trial = make(plan, index, world)
+                begun, made = world.cycle, _edges(world)
+                good = attempt(guard, trial)
+                if index >= first:
+                    outcome.cycles += world.cycle - begun
+                    outcome.edges += _edges(world) - made
+                    _count(outcome, trial, guard, index)
+                    yield trial
+                index += 1
+
+
+def replay(plan: Plan, index: int, say: Callable[[str], None]) -> bool:
+    """Do trial `index` again behind those of its batch, and tell of every action; True if good."""
+    number = index // BATCH * BATCH
+    good = True
+    while number <= index:
+        with World(plan.board, plan.image, clock_hz(plan, number)) as world:
+            guard = Guard(world)
+            good = True
+            while good and number <= index:
+                guard.say = say if number == index else None
+                good = attempt(guard, make(plan, number, world))
+                number += 1
+    return good
+
+
+def clock_hz(plan: Plan, index: int) -> int:
+    """Return the pixel clock of a trial's batch."""
+    rng = random.Random(f"{plan.board} clock {plan.seed}:{index // BATCH}")
+    return rng.choice(lines.clock_hz(plan.board))
+
+
+def make(plan: Plan, index: int, world: World) -> trials.Trial:
+    """Return a trial by its number."""
+    place = trials.Place(plan.board, world.axes, world.clock_hz)
+    if plan.together:
+        return together.make(random.Random(f"together {plan.seed}:{index}"), place)
+    rng = random.Random(f"{plan.board} {plan.seed}:{index}")
+    return trials.make(rng, place, plan.estop)
+
+
+def attempt(guard: Guard, trial: trials.Trial) -> bool:
+    """Do a trial and recover; False if anything did not hold: the simulator is then of no use."""
+    guard.complaints.clear()
+    guard.seen_faults.clear()
+    guard.started = ""
+    try:
+        before = [guard.world.edges(axis).count for axis in range(guard.world.axes)]
+        for action in trial.actions:
+            guard.do(action)
+        if isinstance(trial, together.Together):
+            guard.started = together.judge(guard, trial, before)
+        return guard.recover() and not guard.complaints
+    except SimulatorError as error:
+        guard.complain(str(error))
+        return False
+
+
+def _edges(world: World) -> int:
+    return sum(world.edges(axis).count for axis in range(world.axes))
+
+
+def _count(outcome: Outcome, trial: trials.Trial, guard: Guard, index: int) -> None:
+    outcome.trials += 1
+    outcome.pairs.update(zip(trial.tried, trial.tried[1:], strict=False))
+    outcome.speeds[next(top for top in _DECADES if trial.steps_s <= top)] += 1
+    outcome.faults.update(guard.seen_faults)
+    if guard.started:
+        outcome.started[guard.started] += 1
+    if guard.complaints:
+        outcome.failed += 1
+        if len(outcome.failures) < _KEPT:
+            outcome.failures.append(
+                Failure(outcome.plan.seed, index, trial.tried, tuple(guard.complaints))
+            )

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""Runs the steps of a document in one shell, in an empty home folder with the clone in it."""
+
+import contextlib
+import os
+import shlex
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+
+from pixstep import natives
+from pixstep.errors import UserError
+from pixstep_dev.tutorial.document import Step
+
+CLONE = "pixstep"  # ~/pixstep, as the document has it
+_LIMIT_S = 300
+_LOOK_S = 0.2
+
+# The status of the last command is given on, so that `echo $?` shows a reader's.
+_HEAD = """status() { return "$1"; }
+last=0
+"""
+_STEP = """status "$last"; {{ {command}
+}} >{log} 2>&1; last=$?; echo "$last" >{log}.status
+"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a step printed on both streams and its exit status; None if it was not reached."""
+
+    step: Step
+    printed: list[str]
+    status: int | None
+
+
+def walk(
+    steps: tuple[Step, ...], home: Path, logs: Path, progress: Callable[[float], None]
+) -> list[Outcome]:
+    """Run all steps in `home`, which must be empty; `logs` keeps their outputs.
+
+    `progress` is told the share done. Raises UserError if the walk takes longer than _LIMIT_S.
+    """
+    (home / CLONE).symlink_to(natives.root())
+    paths = [logs / f"step-{index}" for index in range(len(steps))]
+    script = logs / "walk.sh"
+    script.write_text(_HEAD + "".join(map(_lines, steps, paths)), encoding="utf-8")
+    _run(script, home, lambda: progress(len(list(logs.glob("*.status"))) / max(1, len(steps))))
+    return [_outcome(step, path) for step, path in zip(steps, paths, strict=True)]
+
+
+def _lines(step: Step, log: Path) -> str:
+    return _STEP.format(command=step.command, log=shlex.quote(str(log)))
+
+
+def _run(script: Path, home: Path, look: Callable[[], None]) -> None:
+    """Run the script, looking at it now and then; end whatever it left running."""
+    end = time.monotonic() + _LIMIT_S
+    shell = subprocess.Popen(
+        ["bash", str(script)],
+        cwd=home,
+        env=_environment(home),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        while not _ended(shell):
+            look()
+            if time.monotonic() > end:
+                raise UserError(f"the walk takes longer than {_LIMIT_S} s")
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(shell.pid, signal.SIGTERM)
+        shell.wait()
+
+
+def _ended(shell: subprocess.Popen) -> bool:
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        shell.wait(_LOOK_S)
+    return shell.returncode is not None
+
+
+def _environment(home: Path) -> dict[str, str]:
+    """Return a reader's environment: no colours, 80 columns, the fonts' cache where it is."""
+    kept = {name: os.environ[name] for name in ("PATH", "UNITY_DIR") if name in os.environ}
+    return kept | {
+        "HOME": str(home),
+        "LANG": "C.UTF-8",
+        "TERM": "dumb",
+        "MPLCONFIGDIR": mpl.get_configdir(),
+    }
+
+
+def _outcome(step: Step, log: Path) -> Outcome:
+    status = log.with_name(f"{log.name}.status")
+    if not status.exists():
+        return Outcome(step, [], None)
+    text = log.read_text(encoding="utf-8", errors="replace")
+    return Outcome(step, text.splitlines(), int(status.read_text(encoding="ascii")))

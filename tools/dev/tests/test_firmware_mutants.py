@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT
+"""The mutation run: which changes a source offers, and what is said to have become of each."""
+
+import json
+import subprocess
+from collections import Counter
+
+import pytest
+
+from pixstep import natives
+from pixstep.errors import UserError
+from pixstep_dev.mutants import campaign, judged, operators, programs, record
+from pixstep_dev.mutants.campaign import Outcome, Plan, Trial
+
+CODE = """\
+#include <a-b.h> // 1 + 1
+#define SIZE 0x10u
+/* 1 + 1 */
+static const char *text = "1 + 1";
+bool f(int16_t a)
+{
+    _Static_assert(sizeof a == 2, "size");
+    int16_t b = (int16_t)-a;
+    g(b,
+      a);
+    for (; b < a; b++) {
+        b |= (uint8_t)~a;
+    }
+    if (!a && b) {
+        return a >= b;
+    }
+    switch (a) {
+    case 3:
+        break;
+    }
+    return true;
+}
+"""
+
+
+def changes(text, kind):
+    """Return what each mutant of a kind puts where."""
+    found = operators.mutants("a.c", text)
+    return [(one.line, one.right, one.wrong) for one in found if one.kind == kind]
+
+
+def test_each_operator_is_changed_where_it_stands():
+    assert changes(CODE, "relation") == [
+        (11, "<", "<="), (11, "<", ">="), (15, ">=", "<"), (15, ">=", ">"),
+    ]  # fmt: skip
+    assert changes(CODE, "arithmetic") == [(11, "++", "--")]
+    assert changes(CODE, "constant") == [
+        (2, "0x10u", "0x11u"), (2, "0x10u", "0xFu"), (18, "3", "2"), (18, "3", "4"),
+    ]  # fmt: skip
+    assert changes(CODE, "logic") == [
+        (14, "!", ""), (14, "!a && b", "!(!a && b)"), (14, "&&", "||"),
+    ]  # fmt: skip
+    assert changes(CODE, "bits") == [(12, "|=", "&="), (12, "~", "")]
+    assert changes(CODE, "return") == [(15, "a >= b", "!(a >= b)"), (21, "true", "false")]
+
+
+def test_statements_go_and_lines_stay():
+    assert changes(CODE, "statement") == [
+        (9, "g(b,\n      a);", ";\n"), (12, "b |= (uint8_t)~a;", ";"), (19, "break;", ";"),
+    ]  # fmt: skip
+    for mutant in operators.mutants("a.c", CODE):
+        changed = mutant.apply(CODE)
+        assert changed != CODE
+        assert changed.count("\n") == CODE.count("\n")
+    with pytest.raises(ValueError, match="is no longer"):
+        operators.mutants("a.c", CODE)[0].apply("something else")
+
+
+EVEN = "firmware/core/motion/even.c"
+
+
+def of_even(right, wrong):
+    """Return a change of even.c; `right` is there once."""
+    text = (natives.root() / EVEN).read_text(encoding="utf-8")
+    assert text.count(right) == 1
+    return operators.Mutant(EVEN, 0, "relation", text.index(right), right, wrong, "", right, wrong)
+
+
+@pytest.fixture
+def native(simulator, tmp_path):
+    """Return a campaign by the native suites."""
+    return campaign.Campaign(Plan(1, stages=("native",)), tmp_path)
+
+
+def tree():
+    """Return what git says of the sources."""
+    command = ["git", "status", "--porcelain", "--", "firmware", "host_tests"]
+    done = subprocess.run(command, cwd=natives.root(), capture_output=True, check=False)
+    return done.stdout
+
+
+def test_a_wrong_start_is_killed_by_the_suite_of_its_file(native):
+    before = tree()
+    trial = native.run(of_even("(uint16_t)(steps - 1u)", "(uint16_t)(steps + 1u)"))
+    assert (trial.fate, trial.by) == ("native", "native even")
+    assert tree() == before
+
+
+def test_a_quicker_way_to_the_same_survives(native):
+    """The general way gives the same for a whole round: other code, the same behaviour."""
+    trial = native.run(of_even("steps == even->steps", "0"))
+    assert (trial.fate, trial.passed) == ("survived", ("native",))
+
+
+def test_the_same_code_is_equivalent(native):
+    assert native.run(of_even("steps - 1u", "steps - 0x1u")).fate == "equivalent"
+
+
+def test_what_does_not_compile_is_no_mutant(native):
+    assert native.run(of_even("steps - 1u", "steps - ")).fate == "invalid"
+
+
+def test_an_image_is_linked_of_the_changed_objects(simulator, tmp_path):
+    """Unless a change is one, the image is the build's to the byte."""
+    build, workshop = programs.Build("uno"), programs.Workshop(tmp_path)
+    program = build.program("firmware/pixstep-uno.elf")
+    image = (build.folder / program.target).read_bytes()
+    file = natives.root() / EVEN
+    text = file.read_text(encoding="utf-8")
+    for wrong, same in (("steps - 0x1u", True), ("steps + 1u", False)):
+        workshop.change(file, of_even("steps - 1u", wrong).apply(text))
+        assert (workshop.link(program).read_bytes() == image) == same
+
+
+def folders():
+    """Return what runs have left in the build folder."""
+    return sorted((natives.root() / "build" / "mutants").glob("*"))
+
+
+def test_ctrl_c_leaves_nothing(simulator, monkeypatch):
+    before, sources = folders(), tree()
+    monkeypatch.setattr(campaign.Campaign, "measure", lambda self: None)
+    shown = []
+
+    def press(share):
+        shown.append(share)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        campaign.run(Plan(2, stages=("native",)), press)
+    assert len(shown) == 1
+    assert folders() == before
+    assert tree() == sources
+
+
+def outcome(*fates):
+    """Return an outcome with a mutant for each fate."""
+    text = "bool f(void)\n{\n" + "    return a < b;\n" * len(fates) + "}\n"
+    found = [one for one in operators.mutants("f.c", text) if one.wrong == "<="]
+    return Outcome(Plan(3), "digest", 9, [Trial(*pair) for pair in zip(found, fates, strict=True)])
+
+
+def test_figures_and_survivors_are_recorded():
+    made = outcome("native", "survived", "equivalent", "invalid")
+    assert "50.0 % are killed" in record.summary(made, {})
+    assert "### Survivors that are not judged" in record.markdown(made, {})
+    survivor = made.survivors[0].mutant
+    assert survivor.inside == "f"
+    known = {judged.key(survivor): judged.Judgement("equivalent", "b is odd")}
+    assert "100.0 % are killed" in record.summary(made, known)
+    assert "return a <= b;`\n  b is odd" in record.markdown(made, known)
+
+
+def test_an_outcome_is_read_again(tmp_path):
+    made, path = outcome("native", "survived"), tmp_path / "mutants.json"
+    path.write_text(json.dumps(campaign.facts(made)))
+    assert campaign.read(path) == made
+    for text in ("{}", "[", '{"plan": 1}'):
+        path.write_text(text)
+        with pytest.raises(UserError, match=r"not what .* prints"):
+            campaign.read(path)
+
+
+def test_kept_judgements_are_judgements(tmp_path):
+    """Each of one mutant of the sources as they are: what is judged is still there."""
+    paths = {natives.root() / key[0] for key in judged.read()}
+    there = Counter(judged.key(one) for one in campaign.offered(sorted(paths)))
+    assert {key: there[key] for key in judged.read() if there[key] != 1} == {}
+    path = tmp_path / "table.toml"
+    path.write_text(
+        '[[judged]]\nfile="a"\ninside="f"\nwas="b"\nbecomes="c"\nverdict="fine"\nwhy="d"\n'
+    )
+    with pytest.raises(UserError, match="no judgement"):
+        judged.read(path)
+    with pytest.raises(UserError, match="No such file"):
+        judged.read(tmp_path / "none.toml")

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: MIT
+"""docs/TUTORIAL.md does what it says: walked in an empty folder; and the walker finds faults."""
+
+import json
+import re
+import subprocess
+
+import matplotlib.image
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from pixstep import natives
+from pixstep.cli.main import main
+from pixstep_dev.cli.main import main as main_dev
+from pixstep_dev.tutorial import check, document, pictures, session
+
+TUTORIAL = natives.root() / "docs" / "TUTORIAL.md"
+LEAST_STEPS = 40  # a tutorial whose blocks are no longer recognised is shorter
+
+
+@pytest.fixture(scope="module")
+def tutorial():
+    return document.parse(TUTORIAL.read_text(encoding="utf-8"))
+
+
+def block(*lines):
+    return "\n".join(["```console", *lines, "```"])
+
+
+def found_in(tmp_path, text):
+    """Return the complaints about a document of its own, without the file's name."""
+    path = tmp_path / "DOC.md"
+    path.write_text(f"{text}\n", encoding="utf-8")
+    return [item.removeprefix(f"{path}:") for item in check.check(path)]
+
+
+@pytest.mark.usefixtures("plan_program", "simulator", "mbpoll")
+def test_the_tutorial_is_true(tutorial):
+    assert len(tutorial.steps) >= LEAST_STEPS and len(tutorial.pictures) == 5
+    assert check.check(TUTORIAL) == []
+
+
+def test_what_cannot_be_run_exists(tutorial):
+    """Targets, presets, scripts, options of commands that need network, root or a board."""
+    assert {item.needs for item in tutorial.not_run} == set(document.NOT_RUN)
+    for item in tutorial.not_run:
+        words = item.command.split()
+        judge = JUDGES[words[0]]
+        assert judge(words[1:]), f"{item.line}: {item.command}"
+
+
+def _apt(words):
+    return words[:2] == ["apt-get", "install"] and "=git\n" in read("tools/setup")
+
+
+def _clone(words):
+    return words[0] == "clone" and words[-1] == f"~/{session.CLONE}"
+
+
+def _cmake(words):
+    """The build preset exists, and each target of it is one that the images have."""
+    presets = json.loads(read("CMakePresets.json"))["buildPresets"]
+    flash = re.search(r"add_custom_target\(\s*flash\b", read("cmake/flash.cmake"))
+    options = dict(zip(words[1::2], words[2::2], strict=True))
+    return (
+        words[0] == "--build"
+        and options["--preset"] in {preset["name"] for preset in presets}
+        and options["--target"] == "flash"
+        and flash is not None
+    )
+
+
+def _setup(words):
+    return words in ([], ["run"]) and "run | all) ;;" in read("tools/setup")
+
+
+def _mbpoll(words):
+    """Every option is one of mbpoll's, every type one that it names."""
+    usage = subprocess.run(["mbpoll", "-h"], capture_output=True, text=True, check=False).stdout
+    known = set(re.findall(r"^  (-\w)\b", usage, flags=re.MULTILINE))
+    types = set(re.findall(r"^  -t (\S+)", usage, flags=re.MULTILINE))
+    kinds = [words[index + 1] for index, word in enumerate(words) if word == "-t"]
+    return {word for word in words if word.startswith("-")} <= known and set(kinds) <= types
+
+
+def read(path):
+    return natives.source(path).read_text(encoding="utf-8")
+
+
+def _pixstep(words):
+    """The command exists; with what follows it, up to its help text."""
+    command = main
+    while words and not words[0].startswith("-"):
+        command, words = command.commands[words[0]], words[1:]
+    known = {option for item in command.params for option in item.opts}
+    return {word for word in words if word.startswith("--")} <= known
+
+
+JUDGES = {
+    "sudo": _apt,
+    "git": _clone,
+    "cd": lambda words: words == [f"~/{session.CLONE}"],
+    "tools/setup": _setup,
+    f"~/{session.CLONE}/tools/setup": _setup,
+    "tools/build": lambda words: not words and bool(read("tools/build")),
+    "cmake": _cmake,
+    "stty": lambda words: words[0] == "-F" and words[2:] == ["-hupcl"],
+    "mbpoll": _mbpoll,
+    "export": lambda words: words[0].startswith("PIXSTEP_PORT=/dev/"),
+    "pixstep": _pixstep,
+}
+
+
+def test_judges_refuse():
+    assert not _cmake(["--build", "--preset", "mega", "--target", "burn"])
+    assert not _cmake(["--build", "--preset", "nano", "--target", "flash"])
+    assert not _setup(["everything"])
+    assert not _pixstep(["flash", "--burn", "now"])
+
+
+@pytest.mark.usefixtures("mbpoll")
+@pytest.mark.parametrize("words", ["-z 3", "-t 9", "-t 3:octal"])
+def test_unknown_options_of_mbpoll_are_found(words):
+    assert not _mbpoll(words.split())
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed", "same"),
+    [
+        (["a", "b"], ["a", "b"], True),
+        (["a", "b"], ["a", "c"], False),
+        (["a"], ["a", "b"], False),
+        (["a", "b"], ["a"], False),
+        (["a", "...", "d"], ["a", "b", "c", "d"], True),
+        (["a", "...", "d"], ["a", "d"], True),
+        (["a", "...", "d"], ["a", "b", "c"], False),
+        (["took ... s"], ["took 1.5 s"], True),
+        (["took ... s"], ["took 1.5", " s"], False),
+        (["x.y"], ["xzy"], False),
+        (["[0]:    2"], ["[0]:\t2  "], True),
+        (["[0]: 2"], ["[0]:\t2"], False),
+        ([], [], True),
+        ([], ["a"], False),
+        (["..."], [], True),
+        (["a", "", "b"], ["a", "b"], False),
+    ],
+)
+def test_rule_of_the_dots(shown, printed, same):
+    assert document.agrees(shown, printed) is same
+
+
+def test_parts_of_a_document():
+    text = "\n".join([
+        "words", "```console", "$ one \\", "    more", "out", "$ two", "```",
+        '![p](a.png "b/c.png")', "```sh root", "reboot  # now", "", "# only words", "```",
+        "```text", "$ no command", "```",
+    ])  # fmt: skip
+    found = document.parse(text)
+    assert [(s.line, s.command, s.shown) for s in found.steps] == [
+        (3, "one \\\n    more", ("out",)),
+        (6, "two", ()),
+    ]
+    assert found.not_run == (document.NotRun(10, "reboot", "root"),)
+    assert found.pictures == (document.Picture(8, "a.png", "b/c.png"),)
+    assert found.complaints == ()
+    assert found.with_outputs({6: ["new"]}) == text.replace("$ two", "$ two\nnew") + "\n"
+    assert found.with_outputs({3: []}) == text.replace("    more\nout", "    more") + "\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("```bash\nls\n```", "1: a block of unknown kind 'bash'"),
+        ("```sh wings\nfly\n```", "1: a block of unknown kind 'sh wings'"),
+        ("```console\nout\n```", "2: output without a command"),
+        ("![p](a.png)", "1: a.png: no title says what makes it"),
+    ],
+)
+def test_unclear_places_are_found(text, complaint):
+    assert document.parse(text).complaints == (complaint,)
+
+
+@pytest.mark.usefixtures("mbpoll")
+def test_faults_are_found(tmp_path):
+    text = block(
+        "$ mkdir ~/first-line && cd ~/first-line", "$ echo right", "wrong", "$ false", "$ true",
+        "$ (exit 3)", "$ echo $?", "3", "$ pwd", ".../home/first-line", "$ nothing 2>/dev/null",
+    )  # fmt: skip
+    assert found_in(tmp_path, text) == [
+        "3: prints something else: echo right\n    right",
+        "5: exit status 1, not shown: false",
+        "12: exit status 127, not shown: nothing 2>/dev/null",
+    ]
+
+
+@pytest.mark.usefixtures("mbpoll")
+def test_steps_behind_an_exit_are_not_reached(tmp_path):
+    assert found_in(tmp_path, block("$ exit 0", "$ echo x", "x")) == [
+        "2: not reached: exit 0",
+        "3: not reached: echo x",
+    ]
+
+
+@pytest.mark.usefixtures("mbpoll")
+def test_what_is_left_running_is_ended(tmp_path):
+    pid = tmp_path / "pid"
+    assert found_in(tmp_path, block(f"$ sleep 250 & echo $! >{pid}")) == []
+    state = subprocess.run(
+        ["ps", "-o", "stat=", "-p", pid.read_text()], capture_output=True, text=True, check=False
+    ).stdout.strip()
+    assert state in ("", "Z")
+
+
+@pytest.mark.usefixtures("mbpoll")
+def test_write_refreshes(tmp_path):
+    path = tmp_path / "DOC.md"
+    picture = TUTORIAL.parent / "tutorial" / "tens.png"
+    steps = ["$ mkdir ~/first-line && cd ~/first-line", f"$ cp {picture} made.png", "$ echo new"]
+    picture_of = '![p](pictures/shown.png "made.png")'
+    path.write_text(f"{block(*steps, 'old', 'older')}\n{picture_of}\n", encoding="utf-8")
+    arguments = ["docs", "tutorial", str(path)]
+    assert CliRunner().invoke(main_dev, [*arguments, "--check"]).exit_code == 1
+    assert not (tmp_path / "pictures").exists()
+    assert CliRunner().invoke(main_dev, [*arguments, "--write"]).exit_code == 1
+    assert path.read_text(encoding="utf-8") == f"{block(*steps, 'new')}\n{picture_of}\n"
+    assert (tmp_path / "pictures" / "shown.png").read_bytes() == picture.read_bytes()
+    assert CliRunner().invoke(main_dev, arguments).exit_code == 0
+
+
+@pytest.fixture
+def picture(tmp_path):
+    """Return a function that writes a picture of a curve and gives its path."""
+
+    def write(name, shift=0, height=200):
+        pixels = np.ones((height, 300, 3))
+        for column in range(300):
+            pixels[int(20 + column / 3) + shift : int(20 + column / 3) + shift + 2, column] = 0
+        matplotlib.image.imsave(tmp_path / name, pixels)
+        return tmp_path / name
+
+    return write
+
+
+def test_pictures(picture, tmp_path):
+    shown = picture("shown.png")
+    assert pictures.difference(shown, picture("same.png")) == ""
+    assert pictures.difference(shown, picture("hair.png", shift=1)) == ""
+    assert "% of its pixels differ" in pictures.difference(shown, picture("moved.png", shift=3))
+    assert "300 x 200" in pictures.difference(shown, picture("low.png", height=190))
+    assert "missing" in pictures.difference(shown, tmp_path / "none.png")

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: MIT
+"""Commands of pixstep-dev that `pixstep` offers too, to those who have it: `pixstep bench`."""
+
+import importlib
+
+import click
+
+from pixstep.errors import UserError
+
+_PACKAGE = "pixstep_dev"
+
+
+class _Late(click.Command):
+    """Stands for a command until somebody calls it: the product needs no pixstep-dev."""
+
+    def __init__(self, name: str, *, module: str, about: str) -> None:
+        super().__init__(name, short_help=about)
+        self._module = module
+
+    def make_context(self, info_name, args, parent=None, **extra) -> click.Context:
+        """Return the context of the command itself; raises UserError where it is not installed."""
+        try:
+            module = importlib.import_module(self._module)
+        except ModuleNotFoundError as error:
+            if error.name != _PACKAGE:
+                raise
+            raise UserError(
+                f"{self.name} is part of pixstep-dev, which measures and proves pixstep; "
+                "it is not installed"
+            ) from None
+        real: click.Command = getattr(module, self.name)
+        return real.make_context(info_name, args, parent, **extra)
+
+
+COMMANDS = (
+    _Late(
+        "bench",
+        module=f"{_PACKAGE}.cli.bench",
+        about="Measure cycles, rates, CPU share, edge errors, waits, sizes.",
+    ),
+)
