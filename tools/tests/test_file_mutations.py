@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Damaged files, 10,000 in a long check: read rightly or refused in one line, as a second reader."""
+"""Damaged files, 10,000 in a long check: read rightly or refused in one line, as a second reader.
 
 import random
 import re
