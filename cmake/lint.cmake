@@ -25,7 +25,8 @@ function(lint name)
 endfunction()
 
 set(tidy "${PIXSTEP_PYTHON}" "${CMAKE_SOURCE_DIR}/tools/checks/tidy.py")
-set(tidy_host "${PIXSTEP_clang_tidy}" "${CMAKE_BINARY_DIR}" firmware host_tests sim tools/native fuzz)
+set(tidy_host "${PIXSTEP_clang_tidy}" "${CMAKE_BINARY_DIR}" firmware host_tests sim tools/native
+              fuzz)
 set(tidy_avr "${PIXSTEP_clang_tidy}" "${PIXSTEP_MEGA_BUILD}" firmware)
 lint(format "${PIXSTEP_clang_format}" --dry-run -Werror ${sources})
 lint(tidy.host ${tidy} --without-paths ${tidy_host})

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # The Python tests (label `python`), run by the clone's own environment. A file that simulates for
-# more than some seconds is a ctest entry of its own, `py.<name>`; the others share an interpreter by
-# the dozen, `py.short.<n>`, since most of their time is the import of libraries. A file that knows
-# more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label `long`).
+# more than some seconds is a ctest entry of its own, `py.<name>`; the others share an interpreter
+# by the dozen, `py.short.<n>`, since most of their time is the import of libraries. A file that
+# knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
+# `long`).
 set(PIXSTEP_LONG_RUNNING
     bad_line bench board board_images board_nonsense bus estops exact explore fast_moves faults
     faults_provoked faults_table file_mutations framestorm fuzzing halts homing homing_m1284

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Damaged files, 10,000 in a long check: read rightly or refused in one line, as a second reader.
+"""10,000 damaged files (fewer in the quick check): read rightly or refused in one line.
+
+A second reader says what is right.
+"""
 
 import random
 import re
