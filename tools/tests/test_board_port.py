@@ -98,7 +98,7 @@ def moving(pixstep, sim_port, tmp_path, monkeypatch):
     """
     monkeypatch.setenv("PIXSTEP_PORT", sim_port)
     pixstep("board", "set", "pixel_hz=100", "bus_timeout_ms=0")
-    formats.write_csv(tmp_path / "long.csv", ([9] * 20 + [11] * 20) * 1500)  # streamed
+    formats.write_csv(tmp_path / "long.csv", ([9] * 8 + [11] * 8) * 750)  # streamed
     words = ("board", "upload", "long.csv", "--decode", "plain", "--arm")
     pid, master = pty.fork()
     if pid == 0:
