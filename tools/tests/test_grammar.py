@@ -20,7 +20,7 @@ from pixstep.cli.options import SCHEMA
 # One meaning each; a command that has the option at all has it with this kind of value.
 MEANINGS = {
     "--axis": "an axis",
-    "--backlash": "a count",
+    "--backlash": "steps",
     "--board": "a board's name",
     "--decode": "smooth or plain",
     "--force": "a flag",
@@ -76,7 +76,7 @@ def meaning(option):
         return "smooth or plain" if list(kind.choices) == ["smooth", "plain"] else "a board's name"
     if isinstance(kind, click.IntRange):
         return "an axis" if kind.max == 3 else "a count"
-    return "a frequency" if kind.name == "HZ" else kind.name
+    return {"HZ": "a frequency", "STEPS": "steps"}.get(kind.name, kind.name)
 
 
 @every_command
@@ -252,7 +252,7 @@ def completed(words):
 
 
 def test_commands_options_and_values_are_completed():
-    assert completed(["li"]) == ["line"]
+    assert completed(["li"]) == ["limits", "line"]
     assert completed(["line", "ma"]) == ["make"]
     assert completed(["sim", "--dec"]) == ["--decode"]
     assert completed(["sim", "--decode", "s"]) == ["smooth"]

@@ -233,7 +233,7 @@ def test_csv_for_fast_moves_and_homing(tmp_path, monkeypatch):
         (["--motor", "M39"], "have no use"),
         (["--max-jerk", "1"], "jerk limit 1 steps/px3 is below 2"),
         (["--max-jerk", "40steps/s3"], "needs --pixel-hz"),
-        (["--max-jerk", "40steps/px2"], "expected steps/px3 or steps/s3"),
+        (["--max-jerk", "40steps/px2"], "expected a number of steps/px3 or steps/s3"),
     ],
 )
 def test_misuse_is_refused_in_one_line(tmp_path, monkeypatch, more, message):

@@ -59,6 +59,7 @@ class Board:
     min_interval_ticks: int  # of plain lines
     smooth_min_interval_ticks: int
     seek_min_interval_ticks: int
+    reversal_margin_ticks: int  # of a reversal, beside the driver's set-up and hold times
     programmer: Programmer
     timers: dict[int, int]
     pins: tuple[Pin, ...]
@@ -130,6 +131,7 @@ def _read(path: Path) -> Board:
         min_interval_ticks=number("MIN_INTERVAL_TICKS"),
         smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
         seek_min_interval_ticks=number("SEEK_MIN_INTERVAL_TICKS"),
+        reversal_margin_ticks=number("REVERSAL_MARGIN_TICKS"),
         programmer=Programmer(
             text("AVRDUDE_PART"), text("AVRDUDE_PROGRAMMER"), number("AVRDUDE_BAUD")
         ),

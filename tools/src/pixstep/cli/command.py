@@ -15,6 +15,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from pixstep import atomic, signals
+from pixstep.cli import machinedefaults
 from pixstep.cli.examples import EXAMPLES
 from pixstep.errors import MISUSE, PlainError, UserError
 
@@ -96,6 +97,7 @@ class Late(NamedTuple):
 
     place: str  # module:name
     about: str  # the first sentence of its help
+    machine: bool = False  # whether a machine file gives it defaults
 
 
 class _Commands(MutableMapping):
@@ -107,8 +109,11 @@ class _Commands(MutableMapping):
 
     def __getitem__(self, name: str) -> click.Command:
         if name not in self._loaded:
-            module, _, attribute = self.late[name].place.partition(":")
+            late = self.late[name]
+            module, _, attribute = late.place.partition(":")
             self._loaded[name] = getattr(importlib.import_module(module), attribute)
+            if late.machine:
+                machinedefaults.offer(self._loaded[name])
         return self._loaded[name]
 
     def __setitem__(self, name: str, new: click.Command) -> None:

@@ -53,12 +53,17 @@ EXAMPLES = {
     "line compensate": (
         "line compensate ideal.csv --play 40 --max-acceleration 10 --start-stop 4 -o made.csv",
     ),
+    "limits": ("limits --board mega --axes 2 --pixel-hz 200",),
+    "line import": ("line import table.csv --decode plain -o line.csv",),
     "line make": (
         f"line make --profile {_PRN} --speed 1000 --pixels 60 --pixel-hz 30 -o line.csv",
     ),
     "line plan": (f"line plan {_SMOOTH} --pixel-hz 30000/1001 -o ticks.csv",),
     "line show": (f"line show {_SMOOTH} --plot line.png",),
     "line sim": (f"line sim {_SMOOTH} --board mega --pixel-hz 30 --out run --plot",),
+    "machine check": ("machine check printer.toml",),
+    "machine new": ("machine new --board mega --pixel-hz 30 --motor M39:smooth --motor M40:plain",),
+    "machine show": ("machine show --json",),
     "move make": (f"move make {_MOVE} --pixel-hz 30 -o move.csv",),
     "move show": (f"move show {_MOVE} --pixel-hz 30 --plot move.png",),
     "move sim": (f"move sim {_MOVE} --pixel-hz 30 --board mega --out move --plot",),

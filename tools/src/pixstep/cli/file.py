@@ -18,6 +18,7 @@ from pixstep.cli.options import (
     say,
     show_json,
 )
+from pixstep.cli.quantities import PixelsType
 from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
 from pixstep.formats import prn
 from pixstep.formats.convert import HeaderChanges, Request
@@ -100,7 +101,7 @@ def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json
 @click.option("--drop-header", is_flag=True, help="The header may be lost.")
 @click.option("--header", "name", metavar="NAME", help="Profile name, at most 20 characters.")
 @click.option("--haps", type=click.IntRange(0, 9999), help="Entries usable in homing.")
-@click.option("--lead-in", type=click.IntRange(0, 999_999), help="Constant pixels before image.")
+@click.option("--lead-in", type=PixelsType(0, 999_999), help="Constant pixels before image.")
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency: 30, 29.97 or 30000/1001.")
 @click.option("--date", metavar="CTIME", help="As 'Mon Oct 12 15:13:35 2009'.  [default: now]")
 @_lenient_option

@@ -12,6 +12,7 @@ import click
 from pixstep import atomic, formats
 from pixstep.board import boards
 from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.machinedefaults import by_machine, in_force
 from pixstep.cli.options import (
     DECODE,
     HZ,
@@ -28,24 +29,47 @@ from pixstep.cli.options import (
     say,
     show_json,
 )
+from pixstep.cli.quantities import (
+    ACCELERATION_TYPE,
+    JERK_TYPE,
+    SPEED_TYPE,
+    PixelsType,
+    WholeHzType,
+    scale_of,
+    whole_limit,
+    whole_speed,
+)
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck, planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import hz_text, period_ticks
-from pixstep.profiles import generator
+from pixstep.profiles import generator, madefor
+
+MOST_PIXELS = 2_000_000  # what a file can hold
 
 
 @command("make")
 @click.option("--profile", "prn", type=FILE, required=True, help="Acceleration profile, PRN.")
-@click.option("--speed", type=int, required=True, help="Constant speed, steps/pixel (even).")
-@click.option("--pixels", type=int, required=True, help="Length of the whole line, pixels.")
+@click.option(
+    "--speed",
+    type=SPEED_TYPE,
+    required=True,
+    help="Constant speed: 1000 (steps/pixel, even), 30000steps/s or 12mm/s.",
+)
+@click.option(
+    "--pixels",
+    type=PixelsType(most=MOST_PIXELS),
+    required=True,
+    help="Length of the whole line, pixels.",
+)
 @pixel_hz_option
 @backlash_option
-@click.option("--lead-in", type=int, default=0, help="Constant pixels before the image.")
+@click.option("--lead-in", type=PixelsType(), default=0, help="Constant pixels before the image.")
 @click.option("--decode", type=DECODE, help="What the motor is.  [default: smooth]")
 @click.option("--plain", is_flag=True, hidden=True)  # an older spelling of --decode plain
+@click.option("--negative/--no-negative", help="Plain lines: negative counts.")
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
-@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
+@click.option("--jerk-warn", type=JERK_TYPE, help="Warn of larger acceleration changes.")
 @click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
 @json_option
@@ -55,14 +79,18 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
 
     Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
     """
-    plain = options["plain"] or options["decode"] == PLAIN
-    if options["plain"] and options["decode"] == SMOOTH:
+    plain = options["decode"] == PLAIN if options["decode"] else options["plain"]
+    if options["decode"] == SMOOTH and options["plain"] and not by_machine(ctx, "plain"):
         raise UserError("--plain and --decode smooth contradict each other")
     speeds, notes = formats.read_prn(prn, lenient=options["lenient"])
-    say(notes)
+    say([*notes, *madefor.notes(prn, None, pixel_hz, refuse=True)])
+    speed = whole_speed(speed, pixel_hz, scale_of(ctx), smooth=not plain)
+    jerk_warn = whole_limit(options["jerk_warn"], pixel_hz, least=0)
     request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
     made = generator.generate(speeds, request, str(prn))
-    formats.write_csv(output, made.counts, _header(options["name"], lead_in, pixel_hz))
+    sign = -1 if plain and options["negative"] else 1
+    counts = [sign * count for count in made.counts]
+    formats.write_csv(output, counts, _header(options["name"], lead_in, pixel_hz))
     steps = sum(made.counts) + backlash
     rate = float(speed * pixel_hz)
     facts = {
@@ -81,8 +109,8 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
         f"{rate:g} steps/s at {float(pixel_hz):g} Hz"
     )
     deliver_facts(facts, text, output, as_json=as_json)
-    if options["jerk_warn"] is not None and not plain:
-        ctx.exit(_warn_of_jerk(made, speed, options["jerk_warn"]))
+    if jerk_warn is not None and not plain:
+        ctx.exit(_warn_of_jerk(made, speed, jerk_warn))
 
 
 @command("check")
@@ -97,14 +125,14 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
 @click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
 @clock_option
 @click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
-@click.option("--max-speed", type=click.IntRange(1), help="steps/pixel")
-@click.option("--max-acceleration", type=click.IntRange(1), help="steps/pixel2")
+@click.option("--max-speed", type=SPEED_TYPE, help="steps/px or steps/s")
+@click.option("--max-acceleration", type=ACCELERATION_TYPE, help="steps/px2 or steps/s2")
 @click.option(
     "--start-stop",
-    type=click.IntRange(1),
-    help="steps/pixel; up to here a plain line may start, stop and turn without a ramp.",
+    type=SPEED_TYPE,
+    help="steps/px or steps/s; up to here a plain line may start, stop and turn without a ramp.",
 )
-@click.option("--jerk-warn", type=click.IntRange(0), help="Warn of larger acceleration changes.")
+@click.option("--jerk-warn", type=JERK_TYPE, help="Warn of larger acceleration changes.")
 @json_option
 @click.pass_context
 def line_check(
@@ -120,13 +148,15 @@ def line_check(
         backlash,
         raw=raw,
         number=line_number,
+        pixel_hz=pixel_hz,
+        refuse_faster=True,
         read=functools.partial(_read_strictly, lenient=lenient),
     )
     bounds = linecheck.Limits(
-        max_speed=limits["max_speed"],
-        max_acceleration=limits["max_acceleration"],
-        start_stop=limits["start_stop"],
-        jerk_warning=limits["jerk_warn"],
+        max_speed=whole_limit(limits["max_speed"], pixel_hz),
+        max_acceleration=whole_limit(limits["max_acceleration"], pixel_hz),
+        start_stop=whole_limit(limits["start_stop"], pixel_hz),
+        jerk_warning=whole_limit(limits["jerk_warn"], pixel_hz, least=0),
         min_interval_ticks=limits["min_interval"],
         period_ticks=period_ticks(pixel_hz, boards.load(board).tick_hz) if pixel_hz else None,
     )
@@ -136,6 +166,7 @@ def line_check(
     if as_json:
         report = {
             "file": str(csv),
+            "machine": in_force(ctx),
             "line": line_number or 1,
             "decode": decode,
             "backlash": backlash,
@@ -161,13 +192,20 @@ def line_check(
 @raw_option
 @line_option
 @clock_option
-@click.option("--timer-hz", type=click.IntRange(1), help="Ticks a second.  [default: the board's]")
+@click.option("--timer-hz", type=WholeHzType(), help="Ticks a second.  [default: the board's]")
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
 @json_option
 def ticks(csv, decode, pixel_hz, backlash, board, timer_hz, pixels, output, as_json, **options):
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
-    chosen = load_line(csv, decode, backlash, raw=options["raw"], number=options["line_number"])
+    chosen = load_line(
+        csv,
+        decode,
+        backlash,
+        raw=options["raw"],
+        number=options["line_number"],
+        pixel_hz=pixel_hz,
+    )
     tick_hz = timer_hz or boards.load(board).tick_hz
     planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels)
     say(planned.warnings)

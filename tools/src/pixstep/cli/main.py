@@ -7,10 +7,16 @@ from pixstep import __version__
 from pixstep.cli.command import Group, Late, group
 
 _PLACE = "pixstep.cli."
+_HELP = {"help_option_names": ["-h", "--help"]}
 
 
 def _late(place: str, about: str) -> Late:
-    return Late(_PLACE + place, about)
+    return Late(_PLACE + place, about, machine=True)
+
+
+def _without_machine(late: dict[str, Late]) -> dict[str, Late]:
+    """Return commands that take nothing from a machine file."""
+    return {name: one._replace(machine=False) for name, one in late.items()}
 
 
 _LINE = {
@@ -27,6 +33,10 @@ _LINE = {
     ),
     "compensate": _late(
         "reversal:line_compensate", "Take up the play at every reversal of a plain line."
+    ),
+    "import": _late(
+        "line_import:line_import",
+        "Make a line of your own table: CSV, or what numpy's savetxt writes.",
     ),
     "plan": _late(
         "line:ticks",
@@ -121,7 +131,33 @@ _BOARD = {
     "move": _late("board.move:move_command", "Move an axis by exactly N steps."),
     "selftest": _late("board.selftest:selftest_command", "Walk through the wiring of a new board."),
 }
+_MACHINE = {
+    "new": _late(
+        "machine:machine_new", "Begin a machine file: valid as it is, with a comment for every key."
+    ),
+    "check": _late(
+        "machine:machine_check", "Check a machine file: every mistake with its line, key and value."
+    ),
+    "show": _late(
+        "machine:machine_show",
+        "Show the machine in force: its file, clock, boards and motors, in steps and pixels.",
+    ),
+}
+_ALONE = {
+    "demo": _late(
+        "sim:demo_command",
+        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
+    ),
+    "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
+    "completion": _late(
+        "completion:completion", "Complete commands, options and files in the shell: install it."
+    ),
+}
 _MAIN = {
+    "limits": _late(
+        "limits:limits_command",
+        "Show what a board can do: rates, accelerations, shortest lines, reversals.",
+    ),
     "sim": _late(
         "sim:sim",
         "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
@@ -130,17 +166,9 @@ _MAIN = {
         "line:ticks",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
     ),
-    "demo": _late(
-        "sim:demo_command",
-        "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
-    ),
     "flash": _late(
         "flash:flash_command",
         "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
-    ),
-    "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
-    "completion": _late(
-        "completion:completion", "Complete commands, options and files in the shell: install it."
     ),
 }
 
@@ -160,7 +188,7 @@ def line() -> None:
     """Make, check, plan and simulate line files."""
 
 
-@group("file", late=_FILE)
+@group("file", late=_without_machine(_FILE))
 def file() -> None:
     """Look into, check, convert PRN, CSV and CSB.
 
@@ -181,6 +209,15 @@ def move() -> None:
 @group("home", late=_HOME)
 def home() -> None:
     """Find the home switch and make its edge position 0."""
+
+
+@group("machine", late=_without_machine(_MACHINE))
+def machine() -> None:
+    """Machine files: pixel clock, boards and motors, as defaults of all commands.
+
+    A file is found by --machine, else by PIXSTEP_MACHINE, else as machine.toml in the current
+    folder.
+    """
 
 
 @group("settings", late=_SETTINGS)
@@ -204,7 +241,11 @@ def board() -> None:
     """
 
 
-@group("main", late=_MAIN, context_settings={"help_option_names": ["-h", "--help"]})
+@group(
+    "main",
+    late={**_MAIN, **_without_machine(_ALONE)},
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(__version__, prog_name="pixstep")
 def main() -> None:
     """Line files to exact STEP edges: make, check, plan, simulate.
@@ -217,5 +258,5 @@ def main() -> None:
 
 for _nested in (settings, log):
     board.add_command(_nested)
-for _group in (line, file, profile, move, home, board):
+for _group in (line, file, profile, move, home, board, machine):
     main.add_command(_group)

@@ -33,7 +33,7 @@ _MOST_ROWS = 40
 @json_option
 def move_make(output, as_json, **options):
     """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
-    job = _job(options)
+    job = _job(options, refuse=True)
     formats.write_csv(output, list(job.move.counts))
     facts = {"file": str(output), **fastsim.plan_summary(job)}
     text = f"{output}: {headline(job.move, job.pixel_hz)}"
@@ -91,10 +91,10 @@ def move_sim(ctx, board, axis, out, plot, details, as_json, **options):
     ctx.exit(deliver(done.judged.summary, out, page, as_json=as_json))
 
 
-def _job(options: dict, board: str = "", axis: int = 0) -> fastsim.MoveJob:
-    """Read the profile and plan the move."""
+def _job(options: dict, board: str = "", axis: int = 0, *, refuse: bool = False) -> fastsim.MoveJob:
+    """Read the profile and plan the move; `refuse` a profile for a lower pixel frequency."""
     pixel_hz = options["pixel_hz"]
-    profile, planned = read_plan(options, pixel_hz)
+    profile, planned = read_plan(options, pixel_hz, refuse=refuse)
     return fastsim.MoveJob(profile, planned, board, axis, pixel_hz)
 
 

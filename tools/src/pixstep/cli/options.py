@@ -13,9 +13,11 @@ import click
 from pixstep import atomic, formats
 from pixstep.board import boards
 from pixstep.cli.command import FOLDER, PICTURE
+from pixstep.cli.quantities import StepsType
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
+from pixstep.profiles import madefor
 
 VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
 STATUSES = (FINE, NEGATIVE, REFUSED)  # the exit statuses of these verdicts
@@ -23,7 +25,7 @@ SCHEMA = 1  # of all --json output; a field that is added does not change it
 
 
 class _Hz(click.ParamType):
-    """An exact frequency: 30, 29.97 or 30000/1001."""
+    """An exact frequency: 30, 29.97Hz or 30000/1001."""
 
     name = "HZ"
 
@@ -43,7 +45,7 @@ pixel_hz_option = click.option(
     "--pixel-hz", type=HZ, required=True, help="30, 29.97 or 30000/1001."
 )
 backlash_option = click.option(
-    "--backlash", type=click.IntRange(min=0), default=0, show_default=True, help="Steps of play."
+    "--backlash", type=StepsType(0), default=0, show_default=True, help="Steps of play, or 3um."
 )
 clock_option = click.option(
     "--board",
@@ -86,15 +88,20 @@ def load_line(
     raw: bool = False,
     negative: bool = False,
     number: int | None = None,
+    pixel_hz: Fraction | None = None,
+    refuse_faster: bool = False,
     read: Callable[..., formats.MotionFile] = formats.read_motion,
 ) -> Line:
     """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
 
-    `number` chooses a line, from 1; without it the file must hold only one.
+    `number` chooses a line, from 1; without it the file must hold only one. A file that was made
+    for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
+    higher.
     """
     file = read(path, raw=raw)
     chosen = file.line(number)
     say(file.notes)
+    say(madefor.notes(path, file.header, pixel_hz, refuse=refuse_faster))
     name = str(path) if number is None else f"{path} line {number}"
     return Line(chosen.values, decode, backlash, negative, name=name)
 

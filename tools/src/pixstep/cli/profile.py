@@ -2,7 +2,6 @@
 """`pixstep profile`: make, check, repair and show acceleration profiles."""
 
 from collections.abc import Iterator
-from fractions import Fraction
 from pathlib import Path
 
 import click
@@ -19,12 +18,17 @@ from pixstep.cli.options import (
     say,
     show_json,
 )
-from pixstep.cli.quantities import limit_options, whole_limit
-from pixstep.cli.show import drawn_limits, show_drawing
+from pixstep.cli.quantities import (
+    SPEED_TYPE,
+    limit_options,
+    scale_of,
+    whole_limit,
+    whole_speed,
+)
+from pixstep.cli.show import drawn_limits, show_drawing, used_frequency
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import parse_hz
 from pixstep.profiles import generator, names, page, readings
 from pixstep.profiles.drawing import Drawing
 
@@ -48,14 +52,14 @@ _REPAIRABLE = {"speed", "oscillates", "reverses_inside_pixel"}
 @limit_options
 @json_option
 @click.pass_context
-def profile_check(ctx, file, decode, raw, lenient, pixel_hz, as_json, **limits):
+def profile_check(ctx, file, decode, raw, lenient, as_json, **limits):
     """Check a profile under every reading of its file.
 
     Exit status 0 fine, 1 warnings or a reading that fails, 3 no reading is sound.
     """
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
-    hz = _frequency(read, pixel_hz)
+    hz = used_frequency(ctx, read.path, read.header)
     bounds = linecheck.Limits(
         max_speed=whole_limit(limits["max_speed"], hz),
         max_acceleration=whole_limit(limits["max_acceleration"], hz),
@@ -74,34 +78,26 @@ def profile_check(ctx, file, decode, raw, lenient, pixel_hz, as_json, **limits):
 @click.argument("file", type=FILE)
 @click.option("--decode", type=DECODE,
               help="Default: by the motor in the name, else smooth.")  # fmt: skip
-@click.option("--speed", type=click.IntRange(1), help="Draw the line up to this speed, steps/px.")
+@click.option("--speed", type=SPEED_TYPE, help="Draw the line up to this speed, steps/px.")
 @raw_option
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in a PRN.")
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: by the name or the header.")
 @limit_options
 @plot_option("-o", "--output")
 @json_option
-def profile_show(file, decode, speed, raw, lenient, pixel_hz, plot, as_json, **limits):
+@click.pass_context
+def profile_show(ctx, file, decode, speed, raw, lenient, plot, as_json, **limits):
     """Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing."""
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
-    hz = _frequency(read, pixel_hz)
+    hz = used_frequency(ctx, read.path, read.header)
+    speed = None if speed is None else whole_speed(speed, hz, scale_of(ctx), smooth=decode != PLAIN)
     decode = decode or _motor(file) or SMOOTH
     counts = _counts(read, decode, speed)
     line = Line(counts, decode, name=str(file))
     bounds = drawn_limits(limits, hz)
     drawing = Drawing(line, file.name, hz, bounds, going_on=True)
     show_drawing(drawing, plot, as_json=as_json)
-
-
-def _frequency(read: readings.ProfileFile, given: Fraction | None) -> Fraction | None:
-    """Return the pixel frequency given, or that of the header, or that of the name."""
-    if given is not None:
-        return given
-    if read.header:
-        return parse_hz(read.header.pixel_hz)
-    named = names.parse(read.path)
-    return named.pixel_hz if named else None
 
 
 def _motor(path: Path) -> str | None:

@@ -10,7 +10,7 @@ import click
 from pixstep import atomic, formats
 from pixstep.cli.command import OUTPUT, OUTPUT_OR_FOLDER, command, refuse_outputs
 from pixstep.cli.options import DECODE, HZ, json_option, say, show_json, teller
-from pixstep.cli.quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE
+from pixstep.cli.quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE, PixelsType
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, Line
@@ -39,7 +39,7 @@ from pixstep.profiles.stretches import START
 @click.option("--name", metavar="TEXT", help="Name in the CSV's header, up to 20 characters.")
 @click.option("--haps", type=click.IntRange(0, 9999),
               help="HAPs of the CSV: entries used in homing. Default: all.")  # fmt: skip
-@click.option("--lead-in", type=click.IntRange(0, 999_999), default=0, show_default=True,
+@click.option("--lead-in", type=PixelsType(0, 999_999), default=0, show_default=True,
               help="LeadIn of the CSV: constant pixels before the image.")  # fmt: skip
 @json_option
 @click.pass_context

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from pixstep import atomic, formats
 from pixstep.cli.command import FILE, command
+from pixstep.cli.machinedefaults import by_machine
 from pixstep.cli.options import (
     DECODE,
     HZ,
@@ -20,13 +21,12 @@ from pixstep.cli.options import (
     show_json,
     teller,
 )
-from pixstep.cli.quantities import limit_options, whole_limit
+from pixstep.cli.quantities import PixelsType, limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
-from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
-from pixstep.profiles import page
+from pixstep.profiles import madefor, page
 from pixstep.profiles.drawing import Drawing
 
 
@@ -35,25 +35,41 @@ from pixstep.profiles.drawing import Drawing
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
 @raw_option
-@click.option("--lead-in", type=click.IntRange(0),
+@click.option("--lead-in", type=PixelsType(0),
               help="Constant pixels before the image, to mark its start. Default: the header's.",
               )  # fmt: skip
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: the header's.")
 @limit_options
 @plot_option("-o", "--output")
 @json_option
-def line_show(csv, decode, backlash, raw, lead_in, pixel_hz, plot, as_json, **limits):
+@click.pass_context
+def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, plot, as_json, **limits):
     """Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing."""
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
+    pixel_hz = used_frequency(ctx, csv, read.header)
     if read.header:
-        pixel_hz = pixel_hz or parse_hz(read.header.pixel_hz)
         lead_in = read.header.lead_in_px if lead_in is None else lead_in
     shown = Line(read.values, decode, backlash, name=str(csv))
     _refuse_backlash(shown)
     bounds = drawn_limits(limits, pixel_hz)
     drawing = Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
     show_drawing(drawing, plot, as_json=as_json)
+
+
+def used_frequency(
+    ctx: click.Context, path: Path, header: formats.ProfileHeader | None
+) -> Fraction | None:
+    """Return --pixel-hz, else the frequency of the file itself, else that of the machine.
+
+    A file that was made for another one than is given gets a note.
+    """
+    given = ctx.params["pixel_hz"]
+    own = madefor.frequency(path, header)
+    if own is None or (given and not by_machine(ctx, "pixel_hz")):
+        say(madefor.notes(path, header, given))
+        return given
+    return own
 
 
 def _refuse_backlash(line: Line) -> None:

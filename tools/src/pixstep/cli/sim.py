@@ -23,6 +23,7 @@ from pixstep.cli.options import (
     raw_option,
     show_json,
 )
+from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
 from pixstep.lines import linecheck
@@ -39,7 +40,7 @@ from pixstep.simulation.simtask import simulate
 @pixel_hz_option
 @click.option(
     "--backlash",
-    type=click.IntRange(min=0),
+    type=StepsType(0),
     multiple=True,
     help="Steps; once, or per line.",
 )
@@ -49,7 +50,7 @@ from pixstep.simulation.simtask import simulate
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @out_option
 @click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
-@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
 @no_check_option
 @plots_option

@@ -20,6 +20,7 @@ from pixstep.board.port import PARITIES
 from pixstep.board.transport import BAUD, TIMEOUT_S
 from pixstep.cli.command import complain
 from pixstep.cli.options import say
+from pixstep.cli.quantities import TimeType
 from pixstep.errors import UserError
 
 ALL = "all"
@@ -84,8 +85,8 @@ _LINE_OPTIONS = (
         help="[default: E; N on a pseudo terminal, which has no parity]",
     ),
     click.option(
-        "--timeout", type=click.FloatRange(0.01, 60), metavar="S",
-        help=f"Seconds to wait for a reply.  [default: {TIMEOUT_S}]",
+        "--timeout", type=TimeType("s", 0.01, 60), metavar="TIME",
+        help=f"Time to wait for a reply, s.  [default: {TIMEOUT_S}]",
     ),
 )  # fmt: skip
 

@@ -34,7 +34,7 @@ def home_command(line, unit, as_json, **options):
         known.board.require("homing")
         pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
         refuse_period(pixel_hz, known.board.tick_hz())
-        plan = make_plan(options, pixel_hz)
+        plan = make_plan(options, pixel_hz, refuse=True)
         _set(known.board, options)
         run.command(known.board, "enable", [plan.axis])
         try:

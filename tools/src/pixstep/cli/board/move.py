@@ -31,7 +31,7 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         known.axes((axis,))
         hz = pixel_hz or settings.pixel_hz(board)
         refuse_period(hz, board.tick_hz())
-        _profile, move = read_plan(options, hz)
+        _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))
         uploading.check(planned, uploading.limits(board, hz))
         if pixel_hz:

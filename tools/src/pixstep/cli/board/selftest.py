@@ -8,6 +8,7 @@ from pixstep.board.selftest import FAILED, OK, Result, SelfTest
 from pixstep.cli.board.group import axes_option, line_options, one_board, unit_option
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, show_json
+from pixstep.cli.quantities import StepsType, TimeType
 
 _COLOURS = {OK: "green", FAILED: "red", selftest.SKIPPED: "yellow"}
 
@@ -32,15 +33,14 @@ class _Asked:
 @click.option(
     "--limit",
     "limit_s",
-    type=click.FloatRange(1, 600),
-    default=30.0,
+    type=TimeType("s", 1, 600),
+    default="30s",
     show_default=True,
-    metavar="S",
-    help="Seconds to wait for a switch.",
+    help="Time to wait for a switch.",
 )
 @click.option(
     "--steps",
-    type=click.IntRange(1, 100_000),
+    type=StepsType(1, 100_000),
     default=200,
     show_default=True,
     help="Slow steps to turn each motor, and back.",

@@ -2,11 +2,12 @@
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
 from fractions import Fraction
+from pathlib import Path
 
 import click
 
-from pixstep import progress
-from pixstep.board import run, uploading
+from pixstep import formats, progress
+from pixstep.board import run, settings, uploading
 from pixstep.board.client import Board
 from pixstep.board.world import World
 from pixstep.cli.board.group import (
@@ -30,9 +31,11 @@ from pixstep.cli.options import (
     say,
     show_json,
 )
+from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import hz_text, refuse_period
+from pixstep.profiles import madefor
 
 POLICIES = {"always": 0, "on_reversal": 1}
 
@@ -43,10 +46,8 @@ POLICIES = {"always": 0, "on_reversal": 1}
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True, help="Axis of the first line.")
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
-@click.option(
-    "--backlash", type=click.IntRange(min=0), multiple=True, help="Steps; once, or per line."
-)
-@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--backlash", type=StepsType(0), multiple=True, help="Steps; once, or per line.")
+@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @click.option("--backlash-policy", type=click.Choice(list(POLICIES)), help="Set the policy.")
 @click.option("--arm", is_flag=True, help="Arm the axes once the lines are loaded.")
@@ -70,13 +71,16 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
     refuse is not sent.
     """
-    lines = dict(enumerate(read_lines(csv, decode, backlash, options), axis))
+    read = read_lines(csv, decode, backlash, options, refuse_faster=check)
+    lines = dict(enumerate(read, axis))
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
         if options["backlash_policy"]:
             known.board.require("backlash")
         if options["pixel_hz"]:
             refuse_period(options["pixel_hz"], known.board.tick_hz())
+        else:
+            _compare(csv, settings.pixel_hz(known.board), refuse=check)
         if check:
             _check(known, lines, options["pixel_hz"])
         streamed = _streamed(known.board, lines)
@@ -98,6 +102,13 @@ def _set(board: Board, options: dict) -> None:
         board.set_pixel_hz(options["pixel_hz"])
     if options["backlash_policy"]:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
+
+
+def _compare(csv: tuple[Path, ...], hz: Fraction, *, refuse: bool) -> None:
+    """Say which files were made for another frequency than the board's; refuse a lower one."""
+    for path in csv:
+        header = formats.read_motion(path, raw=True).header
+        say(madefor.notes(path, header, hz, refuse=refuse))
 
 
 def _check(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:

@@ -20,6 +20,7 @@ from pixstep.cli.board.group import Known, boards, line_options, units_option
 from pixstep.cli.board.watchview import AXIS_COLUMNS, page
 from pixstep.cli.command import command
 from pixstep.cli.options import show_json_row
+from pixstep.cli.quantities import TimeType
 
 Pair = tuple[Snapshot, Snapshot | None]
 
@@ -29,11 +30,10 @@ Pair = tuple[Snapshot, Snapshot | None]
 @units_option
 @click.option(
     "--interval",
-    type=click.FloatRange(0.05, 3600),
-    default=0.5,
+    type=TimeType("s", 0.05, 3600),
+    default="0.5s",
     show_default=True,
-    metavar="S",
-    help="Seconds from one look to the next.",
+    help="Time from one look to the next.",
 )
 @click.option("--count", type=click.IntRange(1), metavar="N", help="End after so many looks.")
 @click.option("--once", is_flag=True, help="Look once; the same as --count 1.")
