@@ -182,7 +182,9 @@ def test_the_command_writes_the_line_and_says_what_it_assumed(invoke, put, tmp_p
     assert "line.csv: 3 pixels, 1600 steps, smooth" in done.stdout
     assert "note: column 1 'pos_mm' is the position at each pixel edge in mm" in done.stderr
     assert formats.read_csv(tmp_path / "line.csv").values == (400, 800, 400)
-    told = json.loads(invoke("line", "import", "own.csv", "-o", "line.csv", "--json").stdout)
+    told = json.loads(
+        invoke("line", "import", "own.csv", "-o", "line.csv", "--json", "--force").stdout
+    )
     assert (told["schema"], told["pixels"], told["machine"]) == (1, 3, "machine.toml")
     assert "is the input" in invoke("line", "import", "own.csv", "-o", "own.csv", status=2).stderr
 
@@ -190,7 +192,7 @@ def test_the_command_writes_the_line_and_says_what_it_assumed(invoke, put, tmp_p
 def test_a_line_that_a_smooth_motor_cannot_make_is_not_written(invoke, put, tmp_path):
     put(b"5\n7\n7\n7\n3\n", "own.csv")
     words = ("line", "import", "own.csv", "--decode", "smooth", "-o", "line.csv")
-    said = invoke(*words, status=2).stderr
+    said = invoke(*words, status=3).stderr
     assert "own.csv: pixel 2: oscillates: 3 pixels of 7 entered" in said
     assert "(--fit makes the nearest line)" in said and not (tmp_path / "line.csv").exists()
     assert "--fit: the nearest line" in invoke(*words, "--fit").stderr

@@ -8,7 +8,6 @@ import click
 import pytest
 
 from pixstep import formats, natives
-from pixstep.cli import machinedefaults
 from pixstep.cli.main import main
 
 PROFILE = "AccProfM39-30Hz-1.PRN"
@@ -189,10 +188,19 @@ def test_a_bad_file_does_not_keep_a_board_from_being_stopped(here, invoke, monke
     assert "not used" not in invoke("board", "arm", status=2).stderr
 
 
+def leaves(command, words=()):
+    """Yield every command that is no group, with the words for it."""
+    if not isinstance(command, click.Group):
+        yield words, command
+        return
+    for name, nested in command.commands.items():
+        yield from leaves(nested, (*words, name))
+
+
 def test_the_commands_that_are_offered_a_machine():
     served = {
         " ".join(words)
-        for words, command in machinedefaults._leaves(main, ())
+        for words, command in leaves(main)
         if any(param.name == "machine" for param in command.params)
     }
     assert {"line make", "line check", "line show", "line import", "ticks", "sim", "limits",

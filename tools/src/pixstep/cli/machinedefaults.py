@@ -125,8 +125,9 @@ class Facts(dict):
 
     def other_kind(self) -> bool:
         """True if the command line says another kind of motor than the file."""
-        words = self.ctx.params.get("decode") or ()
+        words = self.ctx.params.get("decode")
         words = (words,) if isinstance(words, str) else words
+        words = words if isinstance(words, tuple) else ()  # click has a mark of its own for none
         kinds = {motor.decode for motor in self.motors}
         return bool(set(words) - kinds) or (
             bool(self.ctx.params.get("plain")) and kinds != {"plain"}
