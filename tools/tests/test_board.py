@@ -12,10 +12,10 @@ import pytest
 from rich.console import Console
 
 from clock import TICK_HZ
+from pixstep import demo
 from pixstep.board import boards
 from pixstep.lines import planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.simulation import demo
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate

@@ -11,9 +11,8 @@ from pixstep import natives
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
-from pixstep.moves.homesim import SimWorld
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import SimOptions
 from pixstep_dev.robustness.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -25,14 +24,9 @@ class Live:
 
     def __init__(self, make, names, hz=100, **options):
         images = [(name, natives.image(name)) for name in names]
-        self.sim = Simulator(SimOptions(images, Fraction(hz), **options))
-        self.names = names
-        try:
-            self.sim.wait_s(BOOT_S)
-        except BaseException:
-            self.sim.kill()
-            raise
-        self.console = make(self.sim, SimWorld(self.sim))
+        link = SimLink(SimOptions(images, Fraction(hz), **options))
+        self.sim, self.names = link.simulator, names
+        self.console = make(self.sim, link.world)
 
     def __getattr__(self, name):
         return getattr(self.console, name)

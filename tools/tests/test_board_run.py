@@ -92,7 +92,7 @@ def test_upload_checks_what_the_settings_forbid(one):
     assert "reversal_without_ramp at pixel 2" in one.err(
         "upload", name, "--decode", "plain", status=3
     )
-    smooth = put([20, 20], "s.csv")
+    smooth = put([5, 10, 5], "s.csv")
     assert "acceleration at pixel 1" in one.err("upload", smooth, "--decode", "smooth", status=3)
     assert one.board.axes[0].state == "empty"
 

@@ -16,11 +16,12 @@ from pixstep.cli.command import Late, OutFile, OutFolder, OutPicture
 from pixstep.cli.examples import EXAMPLES
 from pixstep.cli.main import main
 from pixstep.cli.options import SCHEMA
+from pixstep.cli.quantities import StepsType
 
 # One meaning each; a command that has the option at all has it with this kind of value.
 MEANINGS = {
     "--axis": "an axis",
-    "--backlash": "steps",
+    "--backlash": "a number of steps",
     "--board": "a board's name",
     "--decode": "smooth or plain",
     "--force": "a flag",
@@ -74,9 +75,11 @@ def meaning(option):
         return "a folder"
     if isinstance(kind, click.Choice):
         return "smooth or plain" if list(kind.choices) == ["smooth", "plain"] else "a board's name"
+    if isinstance(kind, StepsType):
+        return "a number of steps"
     if isinstance(kind, click.IntRange):
         return "an axis" if kind.max == 3 else "a count"
-    return {"HZ": "a frequency", "STEPS": "steps"}.get(kind.name, kind.name)
+    return "a frequency" if kind.name == "HZ" else kind.name
 
 
 @every_command

@@ -10,7 +10,7 @@ from pixstep import tomltext
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.machine import reading, template
-from pixstep.machine.model import Machine
+from pixstep.machine.reading import Machine
 
 GOOD = """\
 [clock]
@@ -97,7 +97,7 @@ def test_a_mistake_is_named_by_line_key_and_value(put, old, new, message):
     path = put(GOOD.replace(old, new, 1).encode(), "m.toml")
     assert any(text.startswith(f"{path}:{message}") for text in reading.problems(path))
     with pytest.raises(UserError, match=r"^[^\n]*$"):
-        reading.load(path)
+        Machine.load(path)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_a_new_file_is_valid_with_all_its_comments_taken_in(put, board):
         lines.append(bare if line != bare and " = " in bare else line)
     full = put("\n".join(lines).encode())
     assert reading.problems(full) == []
-    motor = reading.load(full)["M39"]
+    motor = Machine.load(full)["M39"]
     assert motor.profiles.line and motor.limits.max_jerk and motor.limits.start_stop
     assert len(lines) == len(text.splitlines()) and max(map(len, lines)) <= 100
 

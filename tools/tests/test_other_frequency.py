@@ -33,7 +33,7 @@ TICKS = ("ticks", "line.csv", "--decode", "smooth", "--backlash", "2", "-o", "ne
 
 @pytest.mark.parametrize("words", [MAKE, CHECK, MOVE])
 def test_faster_is_refused_before_anything_is_written(files, invoke, words):
-    said = invoke(*words, "--pixel-hz", "300", status=2).stderr
+    said = invoke(*words, "--pixel-hz", "300", status=3).stderr
     assert f"{WARNED}300 Hz: its accelerations per second are 100 times as high" in said
     assert said.count("\n") == 1 and not (files / "new.csv").exists()
 
@@ -74,7 +74,7 @@ def test_the_machines_clock_does_not_hide_the_header(files, invoke):
     invoke("machine", "new", "--board", "mega", "--pixel-hz", "50")
     shown = invoke(*SHOW)
     assert "made for" not in shown.stderr and "240" in shown.stdout  # 8 steps/px at 30 Hz
-    assert f"{WARNED}50 Hz" in invoke(*CHECK, status=2).stderr
+    assert f"{WARNED}50 Hz" in invoke(*CHECK, status=3).stderr
 
 
 def test_frequencies_that_look_alike_are_told_apart():

@@ -5,23 +5,26 @@ import json
 
 import pytest
 
+from effort import cases
 from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
+from pixstep.simulation.simctl import Simulator
 from pixstep_dev.robustness import estops
 
 BOARDS = boards.BOARD_NAMES
+STOPS = cases(20, 60)
 
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", BOARDS)
 def test_stops_at_random_cycles(invoke, board):
-    done = invoke("robustness", "estops", "--board", board, "--count", 60, "--seed", 7, "--json")
+    done = invoke("robustness", "estops", "--board", board, "--count", STOPS, "--seed", 7, "--json")
     outcome = json.loads(done.stdout)
     assert done.exit_code == 0, outcome["complaints"]
-    assert outcome["stops"] == 60
-    assert outcome["moving"] > 40
+    assert outcome["stops"] == STOPS
+    assert outcome["moving"] > STOPS // 2
     assert 0 < outcome["latest_cycles"] <= estops.BOUND_CYCLES
     assert 0 < outcome["permit_cycles"] <= estops.BOUND_CYCLES
 
@@ -58,7 +61,7 @@ def test_stops_while_a_command_is_taken(tmp_path, board, stride, counts):
     """The stop's interrupt comes at every place of the step interrupt's longest way."""
     outcome = estops.Outcome(estops.Plan(board, 1))
     with AtCommands(board, tmp_path / "edges.csv") as stopper:
-        for offset in range(-700, 700, stride):
+        for offset in range(-700, 700, cases(7 * stride, stride)):
             stopper.board.command("permit_on", [])
             stopper.stop_behind_a_step(counts, offset, outcome)
     assert outcome.complaints == []
@@ -73,7 +76,7 @@ def test_an_edge_too_many_is_a_complaint(monkeypatch):
 
 @pytest.mark.usefixtures("simulator")
 def test_a_wrong_position_is_a_complaint(monkeypatch):
-    monkeypatch.setattr(estops.Simulator, "steps", lambda *_: 123_456_789)
+    monkeypatch.setattr(Simulator, "steps", lambda *_: 123_456_789)
     outcome = estops.run(estops.Plan("uno", 2))
     assert any("123456789 steps made" in text for text in outcome.complaints)
 

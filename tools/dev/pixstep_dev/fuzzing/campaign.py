@@ -3,19 +3,17 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 from pixstep import natives
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 from pixstep_dev import markdown
 from pixstep_dev.fuzzing import corpus, fuzzer, sources
 
 # What the kept corpus may grow to.
 INPUTS_MAX = 190
 BYTES_MAX = 40_000
-
-Progress = Callable[[float], None]
 
 
 def program(target: str) -> Path:
@@ -24,7 +22,7 @@ def program(target: str) -> Path:
 
 
 def run(
-    target: str, limits: fuzzer.Limits, *, grow: bool = False, progress: Progress = lambda _: None
+    target: str, limits: fuzzer.Limits, *, grow: bool = False, progress: Progress = unseen
 ) -> fuzzer.Outcome:
     """Fuzz a target from its kept corpus on; with `grow` keep the inputs that reach more.
 
@@ -66,14 +64,14 @@ def _spread(inputs: list[bytes], most: int) -> list[bytes]:
     return inputs[:: max(1, -(-len(inputs) // most))] if most > 0 else []
 
 
-def plant(defect: sources.Defect, seconds: int) -> tuple[fuzzer.Outcome, int]:
+def plant(defect: sources.Defect, limits: fuzzer.Limits) -> tuple[fuzzer.Outcome, int]:
     """Fuzz a target with a planted defect; return the outcome and the corpus' inputs."""
     kept = corpus.read(corpus.path(defect.target))
     with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
         folder = Path(name)
         corpus.unpack(kept, folder / "corpus")
         built = sources.build_with(defect, folder / "build")
-        return fuzzer.run(built, folder / "corpus", fuzzer.Limits(seconds=seconds)), len(kept)
+        return fuzzer.run(built, folder / "corpus", limits), len(kept)
 
 
 def record(target: str, limits: fuzzer.Limits, outcome: fuzzer.Outcome, path: Path) -> None:

@@ -77,9 +77,8 @@ class Capability:
 
     @property
     def reversal_ticks(self) -> int:
-        """Shortest interval between two steps of opposite direction (firmware/app/limits.c)."""
-        driver = self.driver_us * self.board.tick_hz // 1_000_000
-        return 2 * (driver + self.board.reversal_margin_ticks)
+        """Shortest interval between two steps of opposite direction."""
+        return self.board.reversal_ticks(self.driver_us)
 
     @property
     def reversal_s(self) -> Fraction:

@@ -29,8 +29,8 @@ class Image:
 
 
 def built_image(board: str) -> Path:
-    """Return the image that the build leaves for a board."""
-    return natives.root() / "build" / board / "firmware" / f"pixstep-{board}.hex"
+    """Return the image that the build leaves for a board, or the wheel brought."""
+    return natives.hex_image(board)
 
 
 def read_image(path: Path) -> Image:

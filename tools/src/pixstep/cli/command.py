@@ -97,7 +97,7 @@ class Late(NamedTuple):
 
     place: str  # module:name
     about: str  # the first sentence of its help
-    machine: bool = False  # whether a machine file gives it defaults
+    machine: bool = False  # a machine file gives it defaults
 
 
 class _Commands(MutableMapping):
@@ -113,7 +113,7 @@ class _Commands(MutableMapping):
             module, _, attribute = late.place.partition(":")
             self._loaded[name] = getattr(importlib.import_module(module), attribute)
             if late.machine:
-                machinedefaults.offer(self._loaded[name])
+                machinedefaults.add_options(self._loaded[name])
         return self._loaded[name]
 
     def __setitem__(self, name: str, new: click.Command) -> None:

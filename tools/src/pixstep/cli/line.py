@@ -11,8 +11,9 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
+from pixstep.board.limits import named
+from pixstep.cli import machinedefaults
 from pixstep.cli.command import FILE, OUTPUT, command
-from pixstep.cli.machinedefaults import by_machine, in_force
 from pixstep.cli.options import (
     DECODE,
     HZ,
@@ -42,7 +43,7 @@ from pixstep.cli.quantities import (
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck, planner
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import hz_text, period_ticks
+from pixstep.lines.rational import hz_text
 from pixstep.profiles import generator, madefor
 
 MOST_PIXELS = 2_000_000  # what a file can hold
@@ -79,8 +80,8 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
 
     Exit status 1 if the line is written but its acceleration changes by more than --jerk-warn.
     """
-    plain = options["decode"] == PLAIN if options["decode"] else options["plain"]
-    if options["decode"] == SMOOTH and options["plain"] and not by_machine(ctx, "plain"):
+    plain = options["plain"] or options["decode"] == PLAIN
+    if options["plain"] and options["decode"] == SMOOTH:
         raise UserError("--plain and --decode smooth contradict each other")
     speeds, notes = formats.read_prn(prn, lenient=options["lenient"])
     say([*notes, *madefor.notes(prn, None, pixel_hz, refuse=True)])
@@ -122,9 +123,11 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
     "--lenient", is_flag=True, help="Accept LF and a missing final newline, as `file check` does."
 )
 @line_option
-@click.option("--pixel-hz", type=HZ, help="Check the step rate too, at this frequency.")
+@click.option("--pixel-hz", type=HZ, help="Check the board's step rate and reversals too.")
 @clock_option
-@click.option("--min-interval", type=click.IntRange(1), help="Shortest step interval, ticks.")
+@click.option(
+    "--min-interval", type=click.IntRange(1, 65_535), help="Ticks. [default: the board's]"
+)
 @click.option("--max-speed", type=SPEED_TYPE, help="steps/px or steps/s")
 @click.option("--max-acceleration", type=ACCELERATION_TYPE, help="steps/px2 or steps/s2")
 @click.option(
@@ -148,17 +151,18 @@ def line_check(
         backlash,
         raw=raw,
         number=line_number,
+        read=functools.partial(_read_strictly, lenient=lenient),
         pixel_hz=pixel_hz,
         refuse_faster=True,
-        read=functools.partial(_read_strictly, lenient=lenient),
     )
-    bounds = linecheck.Limits(
+    of_board = named(board, pixel_hz).of(checked) if pixel_hz else linecheck.Limits()
+    bounds = replace(
+        of_board,
         max_speed=whole_limit(limits["max_speed"], pixel_hz),
         max_acceleration=whole_limit(limits["max_acceleration"], pixel_hz),
         start_stop=whole_limit(limits["start_stop"], pixel_hz),
         jerk_warning=whole_limit(limits["jerk_warn"], pixel_hz, least=0),
-        min_interval_ticks=limits["min_interval"],
-        period_ticks=period_ticks(pixel_hz, boards.load(board).tick_hz) if pixel_hz else None,
+        min_interval_ticks=limits["min_interval"] or of_board.min_interval_ticks,
     )
     found = linecheck.check(checked, bounds)
     status = linecheck.exit_status(found)
@@ -166,7 +170,7 @@ def line_check(
     if as_json:
         report = {
             "file": str(csv),
-            "machine": in_force(ctx),
+            "machine": machinedefaults.in_force(ctx),
             "line": line_number or 1,
             "decode": decode,
             "backlash": backlash,
@@ -207,7 +211,8 @@ def ticks(csv, decode, pixel_hz, backlash, board, timer_hz, pixels, output, as_j
         pixel_hz=pixel_hz,
     )
     tick_hz = timer_hz or boards.load(board).tick_hz
-    planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels)
+    limits = named(board, pixel_hz, tick_hz).of_core()
+    planned = planner.plan(chosen, pixel_hz, tick_hz=tick_hz, pixels=pixels, limits=limits)
     say(planned.warnings)
     atomic.write_text(output, planned.csv)
     rows = planned.csv.count("\n") - 1

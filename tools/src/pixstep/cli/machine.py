@@ -47,9 +47,8 @@ def machine_new(board, pixel_hz, motors, output, as_json):
     from pixstep.machine import template
 
     atomic.write_text(output, template.text(board, pixel_hz, _motors(motors)))
-    facts = {"file": str(output), "board": board}
     text = f"{output}: edit it, then `pixstep machine check`"
-    deliver_facts(facts, text, output, as_json=as_json)
+    deliver_facts({"machine": str(output)}, text, output, as_json=as_json)
 
 
 @command("check")
@@ -66,9 +65,9 @@ def machine_check(ctx, file, as_json):
 
     errors, warnings = reading.problems(path), []
     if not errors:
-        warnings = list(describe.warnings(reading.load(path)))
-    status = 2 if errors else int(bool(warnings))
-    verdict = VERDICTS[status]
+        warnings = list(describe.warnings(reading.Machine.load(path)))
+    severity = 2 if errors else int(bool(warnings))
+    verdict = VERDICTS[severity]
     if as_json:
         report = {"machine": str(path), "verdict": verdict}
         show_json(report | {"errors": errors, "warnings": warnings})
@@ -78,7 +77,7 @@ def machine_check(ctx, file, as_json):
         for text in warnings:
             click.echo(f"{path}: warning: {text}")
         click.echo(f"{path}: {verdict}")
-    ctx.exit(STATUSES[status])
+    ctx.exit(STATUSES[severity])
 
 
 @command("show")
@@ -88,7 +87,7 @@ def machine_show(file, as_json):
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
     from pixstep.machine import describe, reading
 
-    found = reading.load(_path(file))
+    found = reading.Machine.load(_path(file))
     told = describe.as_json(found)
     if as_json:
         show_json(told)

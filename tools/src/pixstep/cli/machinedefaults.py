@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Defaults from a machine file: options --machine and --motor, and what they fill in.
 
-`offer` gives both options to every command that has something a machine file knows. An option on
+`add_options` gives both to a command that has something a machine file knows. An option on
 the command line comes first, then an environment variable, then the machine file, then the
 default of the command itself. A file is read only when a command asks for one of its values.
 """
@@ -23,10 +23,11 @@ from pixstep.lines.units import SPEED, Quantity, Scale
 from pixstep.machine import finding
 
 if TYPE_CHECKING:
-    from pixstep.machine.model import Machine, MachineBoard, Motor
+    from pixstep.machine.model import MachineBoard, Motor
+    from pixstep.machine.reading import Machine
 
 _FACTS_OF = "pixstep.machine"
-_SHORT = {("line", "sim"): ["sim"], ("line", "plan"): ["ticks"]}  # two names of one command
+_OTHER_NAMES = {("line", "sim"): ["sim"], ("line", "plan"): ["ticks"]}
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
 _FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
 
@@ -80,7 +81,7 @@ class Facts(dict):
         from pixstep.machine import reading  # pydantic takes a while to load
 
         try:
-            return reading.load(path)
+            return reading.Machine.load(path)
         except UserError as error:
             if self.words != ["board", "stop"] or self.names:
                 raise
@@ -119,19 +120,23 @@ class Facts(dict):
         scales = {motor.steps_per_unit for motor in self.motors}
         return scales.pop() if len(scales) == 1 else None
 
+    def said(self, name: str) -> object:
+        """Return what a parameter is so far; None if nothing says it, or not yet."""
+        value = self.ctx.params.get(name)
+        return value if isinstance(value, (str, tuple, bool, Path)) else None
+
     def multiple(self, name: str) -> bool:
         """True if a parameter of the command may be given several times."""
         return bool(getattr(self.params[name], "multiple", False))
 
     def other_kind(self) -> bool:
         """True if the command line says another kind of motor than the file."""
-        words = self.ctx.params.get("decode")
+        words = self.said("decode") or ()
         words = (words,) if isinstance(words, str) else words
-        words = words if isinstance(words, tuple) else ()  # click has a mark of its own for none
         kinds = {motor.decode for motor in self.motors}
-        return bool(set(words) - kinds) or (
-            bool(self.ctx.params.get("plain")) and kinds != {"plain"}
-        )
+        if self.said("plain"):
+            words = ("plain",)
+        return bool(set(words) - kinds)
 
 
 def in_force(ctx: click.Context) -> str | None:
@@ -147,11 +152,14 @@ def by_machine(ctx: click.Context, name: str) -> bool:
 
 def _decode(facts: Facts) -> object:
     """Every line has a motor: the one there is serves one line only."""
-    if not (facts.params["decode"].required or facts.names or "home" in facts.words):
+    asked = facts.params["decode"].required or facts.names or facts.words == ["line", "make"]
+    if facts.said("plain") or not (asked or "home" in facts.words):
+        return None
+    if facts.words == ["profile", "make"] and not facts.said("csv"):
         return None
     if not facts.multiple("decode"):
         return facts.motor.decode
-    files = len(facts.ctx.params.get("csv") or ())
+    files = len(facts.said("csv") or ())
     if files != len(facts.motors):
         raise UserError(
             f"{files} lines for {len(facts.motors)} motor{'s' if len(facts.motors) > 1 else ''}: "
@@ -166,12 +174,6 @@ def _backlash(facts: Facts) -> object:
         return None
     steps = [motor.backlash_steps if motor.smooth else 0 for motor in facts.motors]
     return steps if facts.multiple("backlash") else steps[0]
-
-
-def _plain(facts: Facts) -> bool | None:
-    if facts.words[0] != "line" and not facts.names:
-        return None
-    return not facts.motor.smooth
 
 
 def _negative(facts: Facts) -> bool | None:
@@ -257,7 +259,6 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
     "axis": _axis,
     "axes": _axes,
     "decode": _decode,
-    "plain": _plain,
     "backlash": _backlash,
     "negative": _negative,
     "play": _play,
@@ -274,15 +275,15 @@ _FACTS: dict[str, Callable[[Facts], object]] = {
 }
 
 
-def offer(command: click.Command) -> None:
-    """Give --machine and --motor to a command that a machine file can help."""
+def add_options(command: click.Command) -> None:
+    """Give --machine and --motor to a command, if a machine file knows any of its values.
+
+    A command's own --motor keeps its meaning and chooses the motor too. Calling it again for a
+    command that has two names changes nothing.
+    """
     names = {param.name for param in command.params}
-    if names & _FACTS.keys() and "machine" not in names:
-        _add_options(command)
-
-
-def _add_options(command: click.Command) -> None:
-    """Add both options; a command's own --motor keeps its meaning and chooses the motor too."""
+    if "machine" in names or not names & _FACTS.keys():
+        return
     own = next((param for param in command.params if param.name == "motor"), None)
     many = any(
         param.name == "decode" and getattr(param, "multiple", False) for param in command.params
@@ -327,7 +328,7 @@ def _words(ctx: click.Context) -> list[str]:
     while ctx.parent is not None:
         words.insert(0, ctx.info_name or "")
         ctx = ctx.parent
-    return _SHORT.get(tuple(words), words)
+    return _OTHER_NAMES.get(tuple(words), words)
 
 
 def _note_motor(ctx: click.Context, _param: click.Parameter, value: object) -> None:

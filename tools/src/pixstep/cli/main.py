@@ -7,42 +7,41 @@ from pixstep import __version__
 from pixstep.cli.command import Group, Late, group
 
 _PLACE = "pixstep.cli."
-_HELP = {"help_option_names": ["-h", "--help"]}
 
 
-def _late(place: str, about: str) -> Late:
-    return Late(_PLACE + place, about, machine=True)
+def _late(place: str, about: str, *, machine: bool = False) -> Late:
+    return Late(_PLACE + place, about, machine)
 
 
-def _without_machine(late: dict[str, Late]) -> dict[str, Late]:
-    """Return commands that take nothing from a machine file."""
-    return {name: one._replace(machine=False) for name, one in late.items()}
+def _by_machine(place: str, about: str) -> Late:
+    """Return a command that a machine file gives defaults."""
+    return _late(place, about, machine=True)
 
 
 _LINE = {
-    "make": _late(
+    "make": _by_machine(
         "line:line_make", "Make a line from an acceleration profile: up, constant speed, down."
     ),
-    "check": _late(
+    "check": _by_machine(
         "line:line_check",
         "Check a line of a CSV or CSB file, and the file's form as `file check` does.",
     ),
-    "show": _late(
+    "show": _by_machine(
         "show:line_show",
         "Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing.",
     ),
-    "compensate": _late(
+    "compensate": _by_machine(
         "reversal:line_compensate", "Take up the play at every reversal of a plain line."
     ),
-    "import": _late(
+    "import": _by_machine(
         "line_import:line_import",
         "Make a line of your own table: CSV, or what numpy's savetxt writes.",
     ),
-    "plan": _late(
+    "plan": _by_machine(
         "line:ticks",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
     ),
-    "sim": _late(
+    "sim": _by_machine(
         "sim:sim",
         "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
     ),
@@ -53,122 +52,139 @@ _FILE = {
     "convert": _late("file:convert", "Write a file in another format."),
 }
 _PROFILE = {
-    "make": _late(
+    "make": _by_machine(
         "profile_make:profile_make",
         "Make the shortest acceleration profile within limits of acceleration and jerk.",
     ),
-    "check": _late("profile:profile_check", "Check a profile under every reading of its file."),
-    "show": _late(
+    "check": _by_machine(
+        "profile:profile_check", "Check a profile under every reading of its file."
+    ),
+    "show": _by_machine(
         "profile:profile_show",
         "Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing.",
     ),
-    "repair": _late(
+    "repair": _by_machine(
         "profile_repair:profile_repair",
         "Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.",
     ),
 }
 _MOVE = {
-    "make": _late(
+    "make": _by_machine(
         "move:move_make",
         "Write a move as a plain line: one signed count per pixel, the fewest pixels there are.",
     ),
-    "show": _late("move:move_show", "Show a move: how fast in which pixels, how long, where."),
-    "sim": _late(
+    "show": _by_machine(
+        "move:move_show", "Show a move: how fast in which pixels, how long, where."
+    ),
+    "sim": _by_machine(
         "move:move_sim",
         "Make a move on a simulated board and judge every STEP edge and where it ends.",
     ),
 }
 _HOME = {
-    "sim": _late(
+    "sim": _by_machine(
         "home:home_sim",
         "Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.",
     ),
 }
 _SETTINGS = {
-    "export": _late("board.settings:export_command", "Write all settings in force to a TOML file."),
-    "import": _late(
+    "export": _by_machine(
+        "board.settings:export_command", "Write all settings in force to a TOML file."
+    ),
+    "import": _by_machine(
         "board.settings:import_command", "Set what a TOML file says, all or nothing; read it back."
     ),
-    "store": _late(
+    "store": _by_machine(
         "board.settings:store_command", "Store the settings in force: they outlast power."
     ),
-    "defaults": _late("board.settings:defaults_command", "Put the default settings into force."),
-    "diff": _late("board.settings:diff_command", "Compare with a TOML file, or with the defaults."),
+    "defaults": _by_machine(
+        "board.settings:defaults_command", "Put the default settings into force."
+    ),
+    "diff": _by_machine(
+        "board.settings:diff_command", "Compare with a TOML file, or with the defaults."
+    ),
 }
 _LOG = {
-    "records": _late(
+    "records": _by_machine(
         "board.log:records_command", "Write per-pixel records as CSV, each as it comes."
     ),
-    "events": _late("board.log:events_command", "Print faults and resets with their times."),
+    "events": _by_machine("board.log:events_command", "Print faults and resets with their times."),
 }
 _BOARD = {
-    "scan": _late("board.find:scan_command", "Look for boards at every address of the line."),
-    "info": _late("board.find:info_command", "Show what boards are and how they are."),
-    "features": _late("board.find:features_command", "Show what boards' images were built with."),
-    "get": _late("board.get:get_command", "Read registers by name, or all of them."),
-    "set": _late(
+    "scan": _by_machine("board.find:scan_command", "Look for boards at every address of the line."),
+    "info": _by_machine("board.find:info_command", "Show what boards are and how they are."),
+    "features": _by_machine(
+        "board.find:features_command", "Show what boards' images were built with."
+    ),
+    "get": _by_machine("board.get:get_command", "Read registers by name, or all of them."),
+    "set": _by_machine(
         "board.put:set_command", "Change settings, all of them in one request: all or none."
     ),
-    "watch": _late("board.watch:watch_command", "Watch boards live; Ctrl-C ends it."),
-    "upload": _late(
+    "watch": _by_machine("board.watch:watch_command", "Watch boards live; Ctrl-C ends it."),
+    "upload": _by_machine(
         "board.upload:upload_command", "Queue lines, one file an axis; with --arm run them."
     ),
-    "start": _late(
+    "start": _by_machine(
         "board.start:start_command", "Start loaded lines, of several boards on one clock edge."
     ),
-    "stop": _late(
+    "stop": _by_machine(
         "board.stop:stop_command", "Stop what moves, at once, and forget what is queued."
     ),
-    "arm": _late("board.commands:arm_command", "Arm loaded axes by hand, with a token if wanted."),
-    "disarm": _late("board.commands:disarm_command", "Disarm axes and discard their queues."),
-    "clear": _late("board.commands:clear_command", "Clear the latched fault."),
-    "enable": _late("board.commands:enable_command", "Switch drivers on: their motors hold."),
-    "disable": _late("board.commands:disable_command", "Switch drivers of axes at rest off."),
-    "permit": _late(
+    "arm": _by_machine(
+        "board.commands:arm_command", "Arm loaded axes by hand, with a token if wanted."
+    ),
+    "disarm": _by_machine("board.commands:disarm_command", "Disarm axes and discard their queues."),
+    "clear": _by_machine("board.commands:clear_command", "Clear the latched fault."),
+    "enable": _by_machine("board.commands:enable_command", "Switch drivers on: their motors hold."),
+    "disable": _by_machine("board.commands:disable_command", "Switch drivers of axes at rest off."),
+    "permit": _by_machine(
         "board.commands:permit_command", "Switch the permit output, the gate of a laser or spindle."
     ),
-    "home": _late("board.home:home_command", "Home an axis: its switch's edge becomes position 0."),
-    "move": _late("board.move:move_command", "Move an axis by exactly N steps."),
-    "selftest": _late("board.selftest:selftest_command", "Walk through the wiring of a new board."),
+    "home": _by_machine(
+        "board.home:home_command", "Home an axis: its switch's edge becomes position 0."
+    ),
+    "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
+    "selftest": _by_machine(
+        "board.selftest:selftest_command", "Walk through the wiring of a new board."
+    ),
 }
 _MACHINE = {
     "new": _late(
         "machine:machine_new", "Begin a machine file: valid as it is, with a comment for every key."
     ),
     "check": _late(
-        "machine:machine_check", "Check a machine file: every mistake with its line, key and value."
+        "machine:machine_check",
+        "Check a machine file: every mistake with its line, key and value.",
     ),
     "show": _late(
         "machine:machine_show",
         "Show the machine in force: its file, clock, boards and motors, in steps and pixels.",
     ),
 }
-_ALONE = {
+_MAIN = {
+    "limits": _by_machine(
+        "limits:limits_command",
+        "Show what a board can do: rates, accelerations, shortest lines, reversals.",
+    ),
+    "sim": _by_machine(
+        "sim:sim",
+        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
+    ),
+    "ticks": _by_machine(
+        "line:ticks",
+        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
+    ),
     "demo": _late(
         "sim:demo_command",
         "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
     ),
+    "flash": _by_machine(
+        "flash:flash_command",
+        "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
+    ),
     "bench": _late("late:BENCH", "Measure cycles, rates, CPU share, edge errors, waits, sizes."),
     "completion": _late(
         "completion:completion", "Complete commands, options and files in the shell: install it."
-    ),
-}
-_MAIN = {
-    "limits": _late(
-        "limits:limits_command",
-        "Show what a board can do: rates, accelerations, shortest lines, reversals.",
-    ),
-    "sim": _late(
-        "sim:sim",
-        "Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.",
-    ),
-    "ticks": _late(
-        "line:ticks",
-        "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
-    ),
-    "flash": _late(
-        "flash:flash_command",
-        "Write the firmware to a board by avrdude through its boot loader, then ask what it is.",
     ),
 }
 
@@ -188,7 +204,16 @@ def line() -> None:
     """Make, check, plan and simulate line files."""
 
 
-@group("file", late=_without_machine(_FILE))
+@group("machine", late=_MACHINE)
+def machine() -> None:
+    """Machine files: pixel clock, boards and motors, as defaults of all commands.
+
+    A file is found by --machine, else by PIXSTEP_MACHINE, else as machine.toml in the current
+    folder.
+    """
+
+
+@group("file", late=_FILE)
 def file() -> None:
     """Look into, check, convert PRN, CSV and CSB.
 
@@ -209,15 +234,6 @@ def move() -> None:
 @group("home", late=_HOME)
 def home() -> None:
     """Find the home switch and make its edge position 0."""
-
-
-@group("machine", late=_without_machine(_MACHINE))
-def machine() -> None:
-    """Machine files: pixel clock, boards and motors, as defaults of all commands.
-
-    A file is found by --machine, else by PIXSTEP_MACHINE, else as machine.toml in the current
-    folder.
-    """
 
 
 @group("settings", late=_SETTINGS)
@@ -241,11 +257,7 @@ def board() -> None:
     """
 
 
-@group(
-    "main",
-    late={**_MAIN, **_without_machine(_ALONE)},
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+@group("main", late=_MAIN, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="pixstep")
 def main() -> None:
     """Line files to exact STEP edges: make, check, plan, simulate.
@@ -258,5 +270,5 @@ def main() -> None:
 
 for _nested in (settings, log):
     board.add_command(_nested)
-for _group in (line, file, profile, move, home, board, machine):
+for _group in (line, machine, file, profile, move, home, board):
     main.add_command(_group)

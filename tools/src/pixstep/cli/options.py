@@ -88,9 +88,9 @@ def load_line(
     raw: bool = False,
     negative: bool = False,
     number: int | None = None,
+    read: Callable[..., formats.MotionFile] = formats.read_motion,
     pixel_hz: Fraction | None = None,
     refuse_faster: bool = False,
-    read: Callable[..., formats.MotionFile] = formats.read_motion,
 ) -> Line:
     """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
 

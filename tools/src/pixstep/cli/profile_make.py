@@ -9,7 +9,6 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.cli.command import OUTPUT, OUTPUT_OR_FOLDER, command, refuse_outputs
-from pixstep.cli.machinedefaults import by_machine
 from pixstep.cli.options import DECODE, HZ, json_option, say, show_json, teller
 from pixstep.cli.quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE, PixelsType
 from pixstep.errors import UserError
@@ -57,8 +56,6 @@ def profile_make(ctx, top_speed, max_acceleration, max_jerk, pixel_hz, output, a
     )
     path = _prn_path(output, pixel_hz, options["motor"], options["variant"])
     speeds = make.shortest_profile(limits)
-    if by_machine(ctx, "decode") and options["csv"] is None:
-        options["decode"] = None
     csv = _csv_parts(options, speeds, pixel_hz)
     csv_outputs = [("--csv", options["csv"])] if csv else []
     refuse_outputs(ctx, [("-o", path), *csv_outputs])

@@ -6,8 +6,9 @@ import functools
 import click
 from rich.console import Console
 
-from pixstep import progress
-from pixstep.board import boards
+from pixstep import demo, progress
+from pixstep.board import boards, limits
+from pixstep.board.limits import BoardLimits
 from pixstep.cli.command import FILE, FOLDER, command
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
@@ -28,7 +29,7 @@ from pixstep.cli.results import deliver
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
-from pixstep.simulation import demo, report
+from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
@@ -90,7 +91,7 @@ def sim(ctx, csv, board, decode, backlash, out, check, plot, details, as_json, *
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
     if check:
-        _refuse_bad(lines)
+        _refuse_bad(lines, limits.named(board, options["pixel_hz"]))
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},
@@ -147,10 +148,11 @@ def _plants(lines: list[Line], options: dict) -> dict:
     return {"plants": plants, "ideals": ideals}
 
 
-def _refuse_bad(lines: list[Line]) -> None:
+def _refuse_bad(lines: list[Line], board: BoardLimits) -> None:
     """Raise for the first line that the host check refuses; nothing is uploaded then."""
     for line in lines:
-        errors = [item for item in linecheck.check(line) if item.severity == linecheck.ERROR]
+        found = linecheck.check(line, board.of(line))
+        errors = [item for item in found if item.severity == linecheck.ERROR]
         if errors:
             first = errors[0]
             raise RefusedError(

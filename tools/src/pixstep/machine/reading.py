@@ -8,18 +8,22 @@ from pydantic import ValidationError
 
 from pixstep import tomltext
 from pixstep.errors import UserError
-from pixstep.machine.model import Machine, contradictions
+from pixstep.machine.model import Tables, contradictions
 
 _MOST_SHOWN = 40  # characters of a value in a message
 _REASONS = {"missing": "is missing", "extra_forbidden": "unknown key", "too_short": "is empty"}
 
 
-def load(path: Path) -> Machine:
-    """Return a machine. Raises UserError for the first mistake of its file."""
-    machine, found = _read(path)
-    if machine is None or found:
-        raise UserError(found[0])
-    return machine
+class Machine(Tables):
+    """A machine that a file describes: Machine.load("machine.toml")["M39"]."""
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Machine":
+        """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
+        machine, found = _read(Path(path))
+        if machine is None or found:
+            raise UserError(found[0])
+        return machine
 
 
 def problems(path: Path) -> list[str]:

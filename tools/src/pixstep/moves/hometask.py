@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A simulated homing from plan to files on disk: run, judge, write, plot."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from pixstep import atomic, outfolder
 from pixstep.moves import homesim
 from pixstep.moves.homejudge import judge
 from pixstep.moves.homesim import HomeJob
+from pixstep.progress import Progress, unseen
 
 OUTPUTS = (*homesim.OUTPUTS, "summary.json", "homing.png")
 
@@ -17,7 +17,7 @@ def simulate(
     out: Path,
     *,
     plot: bool = False,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = unseen,
 ) -> dict:
     """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked), all or none.
 
@@ -30,7 +30,7 @@ def simulate(
     return summary
 
 
-def _simulate(job: HomeJob, out: Path, plot: bool, progress: Callable[[float], None]) -> dict:
+def _simulate(job: HomeJob, out: Path, plot: bool, progress: Progress) -> dict:
     done = homesim.run(job, out, progress)
     summary = judge(done)
     if plot and len(done.edges.rising):

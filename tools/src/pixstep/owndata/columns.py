@@ -95,7 +95,7 @@ def _counts_up(table: Table, column: int) -> bool:
     return values[0] in (0, 1) and values == [values[0] + k for k in range(len(values))]
 
 
-def factor(unit: str, quantity: str, scale: units.Scale | None, hz: Fraction | None) -> Fraction:
+def factor_of(unit: str, quantity: str, scale: units.Scale | None, hz: Fraction | None) -> Fraction:
     """Return steps (a pixel, for speeds) for 1 of a unit: steps, mm, um/px, mm/s."""
     order = units.SPEED if quantity == SPEED and "/" in unit else units.DISTANCE
     given = units.parse(f"1 {unit}", order).in_steps(scale)

@@ -12,9 +12,17 @@ from pixstep.lines import linecheck
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.linecheck import MAX_COUNT
 from pixstep.lines.units import Scale, parse_seconds
-from pixstep.owndata import columns, fitting, table
-from pixstep.owndata.columns import POSITION, QUANTITIES, SPEED, STEPS, Column
-from pixstep.owndata.table import Table
+from pixstep.owndata.columns import (
+    POSITION,
+    QUANTITIES,
+    SPEED,
+    STEPS,
+    Column,
+    choose,
+    factor_of,
+)
+from pixstep.owndata.fitting import fit, largest_error
+from pixstep.owndata.table import Table, read_table
 
 _CLOCK_TOLERANCE = Fraction(1, 1000)
 
@@ -68,15 +76,15 @@ def import_line(path: str | Path, request: Request) -> Imported:
     Raises UserError naming file, line, column and value of what cannot be a line of this motor, and
     for a file that does not say what its numbers are where the request does not either.
     """
-    read = table.read(Path(path))
-    column, times = columns.choose(read, request.column)
+    read = read_table(Path(path))
+    column, times = choose(read, request.column)
     column, assumed = _meaning(read, column, request)
     if times is not None and times.number != column.number:
         assumed += _check_clock(read, times, request.pixel_hz)
     motion = _motion(read, column, request)
     counts = _counts(motion, column.quantity == STEPS)
     line, more = _line(motion, counts, request)
-    error, pixel = fitting.largest_error(
+    error, pixel = largest_error(
         [line.direction * count for count in line.counts], motion.positions
     )
     if error:
@@ -142,7 +150,7 @@ def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
 def _motion(read: Table, column: Column, request: Request) -> _Motion:
     """Return the motion in steps of the motor, as exact as the numbers are."""
     try:
-        factor = columns.factor(column.unit, column.quantity, request.scale, request.pixel_hz)
+        factor = factor_of(column.unit, column.quantity, request.scale, request.pixel_hz)
     except UserError as error:
         raise UserError(f"{read.path}: {read.title(column.number)}: {error}") from None
     factor = -factor if request.negative else factor
@@ -179,7 +187,7 @@ def _line(motion: _Motion, counts: list[int], request: Request) -> tuple[Line, l
     if not request.fit:
         return line, said
     sign = -1 if negative else 1
-    fitted = fitting.fit([sign * place for place in motion.positions])
+    fitted = fit([sign * place for place in motion.positions])
     said.append("--fit: the nearest line with even speeds at the pixel edges, from rest to rest")
     return Line(tuple(fitted), SMOOTH, negative=negative, name=name), said
 

@@ -65,7 +65,7 @@ class Table:
         return Fraction(text)
 
 
-def read(path: Path) -> Table:
+def read_table(path: Path) -> Table:
     """Read a table. Raises UserError naming the place of what is no table of numbers."""
     lines = _lines(path)
     data = [(number, text) for number, text in lines if text and not text.startswith("#")]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError
 from pixstep.formats import ProfileHeader
 from pixstep.profiles import names
 
@@ -50,9 +50,9 @@ class OtherFrequency:
         return f"make one for this frequency, or {change} if the higher accelerations are meant"
 
     def refuse_faster(self) -> str:
-        """Return the warning. Raises UserError if the motion is another one."""
+        """Return the warning. Raises RefusedError if the motion is another one."""
         if self.too_fast:
-            raise UserError(f"{self.source}: {self.text}: {self.remedy}")
+            raise RefusedError(f"{self.source}: {self.text}: {self.remedy}")
         return f"{self.source}: {self.text}"
 
 
@@ -77,7 +77,7 @@ def compare(
 def notes(
     path: Path, header: ProfileHeader | None, used: Fraction | None, *, refuse: bool = False
 ) -> list[str]:
-    """Return a warning if the frequencies differ; raise UserError for a faster one on `refuse`."""
+    """Return a warning if the frequencies differ; RefusedError for a faster one on `refuse`."""
     other = compare(path, header, used)
     if other is None:
         return []

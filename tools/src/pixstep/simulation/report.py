@@ -29,9 +29,9 @@ class PixelRow:
 
     def text(self, *, loads: bool = False) -> str:
         """Return the row, with the load's column if asked; an unknown value is empty."""
-        values = (self.board, self.axis, self.pixel)
-        values += (self.edge_cycle, self.expected_steps, self.actual_steps)
-        values += (self.load_steps,) if loads else ()
+        values: list[int | None] = [self.board, self.axis, self.pixel]
+        values += [self.edge_cycle, self.expected_steps, self.actual_steps]
+        values += [self.load_steps] if loads else []
         return ",".join("" if value is None else str(value) for value in values)
 
 

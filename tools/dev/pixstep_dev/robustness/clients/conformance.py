@@ -4,12 +4,12 @@
 import contextlib
 import selectors
 import subprocess
-import time
 from collections.abc import Callable, Iterator
 
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 from pixstep_dev import markdown
 from pixstep_dev.robustness.clients import by_libmodbus, by_mbpoll, by_pymodbus, cases
 
@@ -18,8 +18,7 @@ CLIENTS: dict[str, Callable[[str, str], dict[str, str]]] = {
     "libmodbus": by_libmodbus.run,
     "pymodbus": by_pymodbus.run,
 }
-_START_S = 20
-_BOOT_S = 0.3  # what is sent while a board starts is lost
+_START_S = 120
 
 Results = dict[tuple[str, str], dict[str, str]]  # by client and board: result by case
 
@@ -39,7 +38,6 @@ def pty_board(board: str) -> Iterator[str]:
         if not port:
             process.kill()
             raise UserError(f"simulator: no pseudo terminal: {process.stderr.read().strip()}")
-        time.sleep(_BOOT_S)
         yield port
     finally:
         process.kill()
@@ -48,7 +46,7 @@ def pty_board(board: str) -> Iterator[str]:
 
 def run(
     names: tuple[str, ...] = boards.BOARD_NAMES,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = unseen,
 ) -> Results:
     """Run the list with every client on these boards, each on a fresh one."""
     results: Results = {}

@@ -9,7 +9,8 @@ from pixstep.board import features, meanings, scan, settings
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
-from pixstep.board.scan import BAUDS, PARITIES, Found
+from pixstep.board.port import PARITIES
+from pixstep.board.scan import BAUDS, Found
 from pixstep.board.snapshot import LINE_COUNTERS
 from pixstep.cli.board.group import (
     ALL,

@@ -4,7 +4,7 @@
 import click
 
 from pixstep import progress
-from pixstep.board import run, settings, uploading
+from pixstep.board import limits, run, settings, uploading
 from pixstep.board.client import BoardError
 from pixstep.cli.board.group import AXIS, line_options, one_board, stopping, unit_option
 from pixstep.cli.command import command
@@ -33,7 +33,7 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         refuse_period(hz, board.tick_hz())
         _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))
-        uploading.check(planned, uploading.limits(board, hz))
+        uploading.check(planned, limits.connected(board, hz))
         if pixel_hz:
             board.set_pixel_hz(pixel_hz)
         before = run.positions(board, [axis])[axis]

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pixstep import formats, progress
-from pixstep.board import run, settings, uploading
+from pixstep.board import limits, run, settings, uploading
 from pixstep.board.client import Board
 from pixstep.board.world import World
 from pixstep.cli.board.group import (
@@ -80,7 +80,7 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as
         if options["pixel_hz"]:
             refuse_period(options["pixel_hz"], known.board.tick_hz())
         else:
-            _compare(csv, settings.pixel_hz(known.board), refuse=check)
+            _compare(csv, settings.pixel_hz(known.board), check=check)
         if check:
             _check(known, lines, options["pixel_hz"])
         streamed = _streamed(known.board, lines)
@@ -104,11 +104,11 @@ def _set(board: Board, options: dict) -> None:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
 
-def _compare(csv: tuple[Path, ...], hz: Fraction, *, refuse: bool) -> None:
+def _compare(csv: tuple[Path, ...], hz: Fraction, *, check: bool) -> None:
     """Say which files were made for another frequency than the board's; refuse a lower one."""
     for path in csv:
         header = formats.read_motion(path, raw=True).header
-        say(madefor.notes(path, header, hz, refuse=refuse))
+        say(madefor.notes(path, header, hz, refuse=check))
 
 
 def _check(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
@@ -118,11 +118,11 @@ def _check(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
     """
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
-    limits = uploading.limits(known.board, hz)
+    found = limits.connected(known.board, hz)
     for item in lines.values():
         say(
-            f"{item.name}: {found.name} at pixel {found.pixel}: {found.message}"
-            for found in uploading.check(item, limits)
+            f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
+            for one in uploading.check(item, found)
         )
 
 
@@ -150,7 +150,7 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
             run.arm(board, axes)
         note_unattended(board)
     state, where = run.states(board, axes), run.positions(board, axes)
-    hz = uploading.limits(board).pixel_hz
+    hz = limits.connected(board).pixel_hz
     return {
         "unit": board.unit,
         "pixel_hz": hz_text(hz),
