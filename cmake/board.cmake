@@ -43,7 +43,7 @@ function(pixstep_read_board name)
     math(EXPR baud_clock_100 "${BOARD_CPU_HZ} / 800")
     set(BOARD_DEFINITIONS
         "BOARD_FILE=<hal/boards/${name}.def>" "RECORDS_KEPT=${BOARD_RECORDS}u"
-        "FEED_BLOCKS=${BOARD_FEED_BLOCKS}u" "BAUD_CLOCK_100=${baud_clock_100}u"
+        "STREAM_BATCHES=${BOARD_STREAM_BATCHES}u" "BAUD_CLOCK_100=${baud_clock_100}u"
         PARENT_SCOPE
     )
 endfunction()

@@ -7,7 +7,7 @@
 set(PIXSTEP_LONG_RUNNING
     bad_line bench board board_images board_nonsense bus estops exact explore fast_moves faults
     faults_provoked faults_table file_mutations framestorm fuzzing halts homing homing_m1284
-    homing_mega homing_smooth homing_uno orders orders_kept powercuts reversal_runs rules
+    homing_mega homing_smooth homing_uno one_check orders orders_kept powercuts reversal_runs rules
     safety_faults seek_campaign simrun stack_measured switches turns waiting_axes witness
 )
 # These talk to a simulated board over a pseudo terminal, in real time.
@@ -70,3 +70,11 @@ endforeach()
 foreach(name IN LISTS PIXSTEP_ALONE)
     set_tests_properties(py.${name} PROPERTIES RUN_SERIAL TRUE)
 endforeach()
+
+# The wheel, installed into an empty environment. It takes the images that are built here.
+add_test(
+    NAME wheel.install
+    COMMAND "${PIXSTEP_PYTHON}" tools/checks/wheel.py "${CMAKE_BINARY_DIR}/wheel"
+    WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+)
+set_tests_properties(wheel.install PROPERTIES LABELS python TIMEOUT 600)

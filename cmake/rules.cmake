@@ -2,8 +2,6 @@
 # The project's rules as tests (label `rules`): who may include whom, what must not be in an image,
 # how large it may be, how plain the text is, whether a generated table still says what the source
 # says. Those about the text and the code need nothing but Python's own library.
-find_program(PIXSTEP_PYTHON NAMES python3 HINTS "${CMAKE_SOURCE_DIR}/build/venv/bin" REQUIRED)
-
 # rule(<name> <program> <argument>...): a test `rules.<name>` that runs a program from the root.
 function(rule name)
     add_test(NAME rules.${name} COMMAND ${ARGN} WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}")
@@ -14,6 +12,7 @@ set(checks "${CMAKE_SOURCE_DIR}/tools/checks")
 rule(layers "${PIXSTEP_PYTHON}" "${checks}/layers.py")
 rule(imports "${PIXSTEP_PYTHON}" "${checks}/imports.py")
 rule(protocol "${PIXSTEP_PYTHON}" -m pixstep_dev docs protocol --check docs/PROTOCOL.md)
+rule(commands "${PIXSTEP_PYTHON}" -m pixstep_dev docs grammar --check docs/COMMANDS.md)
 rule(files "${PIXSTEP_PYTHON}" -m pixstep_dev docs files --check docs/FILES.md)
 rule(faults "${PIXSTEP_PYTHON}" -m pixstep_dev docs faults --check docs/FAULTS.md)
 rule(wiring "${PIXSTEP_PYTHON}" -m pixstep_dev docs wiring --check docs/WIRING.md)
@@ -39,6 +38,7 @@ set_tests_properties(
 rule(circles "${PIXSTEP_PYTHON}" "${checks}/circles.py" "${CMAKE_BINARY_DIR}")
 rule(writable "${PIXSTEP_PYTHON}" "${checks}/writable.py" "${CMAKE_BINARY_DIR}")
 rule(module_graph "${PIXSTEP_PYTHON}" "${checks}/module_graph.py" --check DESIGN.md)
+rule(package_graph "${PIXSTEP_PYTHON}" "${checks}/package_graph.py" --check DESIGN.md)
 rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/TIMING.md)
 # All feature switches of a board turned over; each by itself, with what it costs, takes longer.
 rule(features "${PIXSTEP_PYTHON}" "${checks}/features.py" --together)

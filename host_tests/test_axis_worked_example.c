@@ -24,7 +24,7 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
-    TEST_ASSERT_FALSE(bench.edge_between_blocks);
+    TEST_ASSERT_FALSE(bench.edge_between_batches);
 }
 
 static void watch_edges(void)

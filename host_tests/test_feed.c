@@ -30,11 +30,11 @@ void setUp(void)
 {
     chance_seed(0x5EED0004uL);
     promise_broken = 0;
-    feed.negative = false;
     feed.reversal_ticks = 0;
     engine.negative = false;
     step_engine_reset(&engine, &ring);
-    feed_reset(&feed, &ring, 0);
+    feed.stream.ring = &ring;
+    feed_reset(&feed, 0, false, 0);
     now_ticks = STEP_IDLE_TICKS;
     before_ticks = 0;
     before_pulse = false;
@@ -71,7 +71,7 @@ static uint32_t load_period(void)
 
 static void consume(void)
 {
-    while (engine.tail != feed.head) {
+    while (engine.tail != feed.stream.head) {
         TEST_ASSERT_TRUE(load_period() <= STEP_PERIOD_MAX_TICKS);
     }
 }
@@ -211,10 +211,10 @@ static uint8_t entries_of(uint32_t interval)
     feed_hold(&feed);
     step(500, false);
     (void)release();
-    uint8_t head = feed.head;
+    uint8_t head = feed.stream.head;
     step(interval, false);
     step(500, false);
-    return (uint8_t)(feed.head - head);
+    return (uint8_t)(feed.stream.head - head);
 }
 
 // A longer period would read as a pulse train or a command.
@@ -266,15 +266,15 @@ static void check_reversal_behind_zero_pixels(uint16_t needed_ticks, bool writte
     feed_hold(&feed);
     step(2000, false);
     (void)release();
-    uint8_t head = feed.head;
-    while (!feed_marks_full(&feed)) {
+    uint8_t head = feed.stream.head;
+    while (!stream_marks_full(&feed.stream)) {
         feed_quiet(&feed, pixel_ticks);
         pump();
         feed_mark_here(&feed, false, 0);
         feed_make_room(&feed);
         interval += pixel_ticks;
     }
-    TEST_ASSERT_EQUAL(written_early, feed.head != head);
+    TEST_ASSERT_EQUAL(written_early, feed.stream.head != head);
     step(pixel_ticks, true);
     interval += pixel_ticks;
     step(2000, true);
@@ -360,27 +360,29 @@ static void missing_end_halts(void)
 
 static void space_counts_from_the_retired_slot(void)
 {
-    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, feed_space(&feed, 0));
+    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, stream_space(&feed.stream));
     feed_hold(&feed);
     step(500, false);
     step(500, false);
-    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY - feed.head, feed_space(&feed, 0));
-    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, feed_space(&feed, feed.head));
+    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY - feed.stream.head,
+                            stream_space(&feed.stream));
+    feed.stream.retired = feed.stream.head;
+    TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, stream_space(&feed.stream));
 }
 
 static void check_burst(uint8_t head_before)
 {
-    TEST_ASSERT_TRUE((uint8_t)(feed.head - head_before) <= FEED_BURST);
+    TEST_ASSERT_TRUE((uint8_t)(feed.stream.head - head_before) <= FEED_BURST);
 }
 
 static void step_in_bursts(uint32_t interval, bool negative)
 {
-    uint8_t head = feed.head;
+    uint8_t head = feed.stream.head;
 
     feed_step(&feed, interval, negative);
     check_burst(head);
     while (feed_busy(&feed)) {
-        head = feed.head;
+        head = feed.stream.head;
         feed_pump(&feed);
         check_burst(head);
     }
@@ -389,7 +391,7 @@ static void step_in_bursts(uint32_t interval, bool negative)
 // As the writer does it: commands are never left without the period behind them.
 static void consume_behind(void)
 {
-    while ((uint8_t)(feed.head - engine.tail) > FEED_BURST) {
+    while ((uint8_t)(feed.stream.head - engine.tail) > FEED_BURST) {
         TEST_ASSERT_TRUE(load_period() <= STEP_PERIOD_MAX_TICKS);
     }
 }

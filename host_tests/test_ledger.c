@@ -3,6 +3,7 @@
 #include <stdint.h>
 
 #include "fakes/promise.h"
+#include "motion/feed.h"
 #include "motion/ledger.h"
 #include "motion/step_engine.h"
 #include "unity.h"
@@ -20,10 +21,10 @@ static uint32_t now_ticks; // end of the newest loaded period
 void setUp(void)
 {
     promise_broken = 0;
-    feed.negative = false;
     step_engine_reset(&engine, &ring);
-    feed_reset(&feed, &ring, 0);
-    ledger_reset(&ledger, &ring, STEP_IDLE_TICKS);
+    ledger_reset(&ledger, STEP_IDLE_TICKS);
+    feed.stream.ring = &ring;
+    feed_reset(&feed, 0, false, ledger.loaded_ticks);
     now_ticks = 2uL * STEP_IDLE_TICKS;
 }
 
@@ -39,11 +40,11 @@ static void load_periods(uint16_t count)
     }
 }
 
-static void follow(void)
+static void advance(void)
 {
     struct engine_sample sample = step_engine_sample(&engine);
 
-    ledger_follow(&ledger, &feed, &sample);
+    ledger_advance(&ledger, &feed.stream, &sample, LEDGER_EXACTLY);
 }
 
 static void step(uint32_t ticks, bool negative)
@@ -67,26 +68,26 @@ static void release(void)
 
 static void consume(void)
 {
-    while (engine.tail != feed.head) {
+    while (engine.tail != feed.stream.head) {
         load_periods(1);
     }
-    follow();
+    advance();
 }
 
 static void time_begins_with_two_periods(void)
 {
     TEST_ASSERT_EQUAL_UINT32(8192, ledger.loaded_ticks);
-    TEST_ASSERT_EQUAL_UINT32(4096, ledger_period_start(&ledger, &feed, 0));
-    TEST_ASSERT_EQUAL_UINT32(0, ledger_period_start(&ledger, &feed, 1));
+    TEST_ASSERT_EQUAL_UINT32(4096, ledger_period_start(&ledger, &feed.stream, 0));
+    TEST_ASSERT_EQUAL_UINT32(0, ledger_period_start(&ledger, &feed.stream, 1));
 }
 
 static void idle_periods_pass(void)
 {
     load_periods(1000);
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS,
-                             ledger_period_start(&ledger, &feed, 2));
+                             ledger_period_start(&ledger, &feed.stream, 2));
 }
 
 static void idle_count_wraps(void)
@@ -94,7 +95,7 @@ static void idle_count_wraps(void)
     engine.idle_count = 0xFFF0;
     ledger.idle_seen = 0xFFF0;
     load_periods(40);
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
 }
 
@@ -122,10 +123,10 @@ static void position_is_what_was_loaded(void)
     }
     release();
     load_periods(DELAY_PERIODS + 3u);
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_INT32(3, ledger.position_steps);
     load_periods(2);
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_INT32(5, ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
 }
@@ -139,10 +140,13 @@ static void starts_of_the_last_three_periods(void)
     step(800, false);
     step(900, false);
     load_periods(DELAY_PERIODS + 3u);
-    follow();
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 900u, ledger_period_start(&ledger, &feed, 0));
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 1700u, ledger_period_start(&ledger, &feed, 1));
-    TEST_ASSERT_EQUAL_UINT32(now_ticks - 2400u, ledger_period_start(&ledger, &feed, 2));
+    advance();
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 900u,
+                             ledger_period_start(&ledger, &feed.stream, 0));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 1700u,
+                             ledger_period_start(&ledger, &feed.stream, 1));
+    TEST_ASSERT_EQUAL_UINT32(now_ticks - 2400u,
+                             ledger_period_start(&ledger, &feed.stream, 2));
 }
 
 // The idle periods of a sample come after the sample's entries.
@@ -155,12 +159,12 @@ static void idle_after_entries(void)
     feed_end(&feed);
     load_periods(DELAY_PERIODS + 2u);
     load_periods(5);
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
     TEST_ASSERT_EQUAL_UINT32(now_ticks - STEP_IDLE_TICKS,
-                             ledger_period_start(&ledger, &feed, 0));
+                             ledger_period_start(&ledger, &feed.stream, 0));
     TEST_ASSERT_EQUAL_UINT32(now_ticks - 3uL * STEP_IDLE_TICKS,
-                             ledger_period_start(&ledger, &feed, 2));
+                             ledger_period_start(&ledger, &feed.stream, 2));
 }
 
 static void mark_waits_for_the_step_before_it(void)
@@ -172,11 +176,11 @@ static void mark_waits_for_the_step_before_it(void)
     release();
     step(500, false);
     load_periods(DELAY_PERIODS + 1u);
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_INT32(1, ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT32(0, ledger.pixel);
     load_periods(1);
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
     TEST_ASSERT_EQUAL_INT32(2, records_get(&ledger.records, 0).expected_steps);
     TEST_ASSERT_EQUAL_INT32(2, records_get(&ledger.records, 0).actual_steps);
@@ -257,7 +261,6 @@ static void restart_keeps_position_and_records(void)
     TEST_ASSERT_EQUAL_INT32(6, ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT8(3, ledger.records.count);
     TEST_ASSERT_EQUAL_UINT32(8192, ledger.loaded_ticks);
-    TEST_ASSERT_EQUAL_UINT8(0, ledger.retired);
 }
 
 static void skipped_entries_do_not_count(void)
@@ -268,13 +271,13 @@ static void skipped_entries_do_not_count(void)
     }
     release();
     load_periods(DELAY_PERIODS + 3u);
-    follow();
+    advance();
     ring.high[engine.tail] = STEP_HIGH_EMPTY;
     load_periods(3);
-    follow();
-    ledger_skip_to(&ledger, engine.tail);
-    feed_reset(&feed, &ring, engine.tail);
-    follow();
+    advance();
+    ledger_cut(&ledger, &feed.stream);
+    feed_reset(&feed, engine.tail, false, ledger.loaded_ticks);
+    advance();
     TEST_ASSERT_EQUAL_INT32(3, ledger.position_steps);
     TEST_ASSERT_EQUAL_UINT32(now_ticks, ledger.loaded_ticks);
 }

@@ -26,10 +26,11 @@ static int32_t position_steps; // of the periods loaded
 static void open_line(bool negative)
 {
     step_engine_reset(&engine, &ring);
-    feed = (struct feed){.negative = negative, .engine_trains = engine.trains};
-    feed_reset(&feed, &ring, 0);
-    ledger_reset(&ledger, &ring, STEP_IDLE_TICKS);
+    ledger_reset(&ledger, STEP_IDLE_TICKS);
     ledger.negative = negative;
+    feed.stream.ring = &ring;
+    feed.stream.engine_trains = engine.trains;
+    feed_reset(&feed, 0, negative, ledger.loaded_ticks);
     now_ticks = 2uL * STEP_IDLE_TICKS;
     lengths[0] = STEP_IDLE_TICKS;
     lengths[1] = STEP_IDLE_TICKS;
@@ -68,11 +69,11 @@ static uint32_t load(void)
     return ticks;
 }
 
-static void follow(void)
+static void advance(void)
 {
     struct engine_sample sample = step_engine_sample(&engine);
 
-    ledger_follow(&ledger, &feed, &sample);
+    ledger_advance(&ledger, &feed.stream, &sample, LEDGER_EXACTLY);
 }
 
 // The delay's two periods, and the ledger behind them.
@@ -80,18 +81,18 @@ static void pass_delay(void)
 {
     (void)load();
     (void)load();
-    follow();
+    advance();
 }
 
 static void check_account(void)
 {
     uint32_t start = now_ticks;
 
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_INT32(position_steps, ledger_position(&ledger));
     for (uint8_t back = 0; back < 3; back++) {
         start -= lengths[back];
-        TEST_ASSERT_EQUAL_UINT32(start, ledger_period_start(&ledger, &feed, back));
+        TEST_ASSERT_EQUAL_UINT32(start, ledger_period_start(&ledger, &feed.stream, back));
     }
 }
 
@@ -136,8 +137,8 @@ static void same_periods_as_one_by_one(void)
         check_account();
         TEST_ASSERT_EQUAL_UINT16(expected.sum, even.sum);
         TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_TRAIN, ledger.train);
-        TEST_ASSERT_EQUAL_UINT16(0, feed.trains[0].steps);
-        TEST_ASSERT_EQUAL_UINT32(feed.written_ticks, ledger.taken_ticks);
+        TEST_ASSERT_EQUAL_UINT16(0, feed.stream.trains[0].steps);
+        TEST_ASSERT_EQUAL_UINT32(feed.stream.end_ticks, ledger.loaded_ticks);
     }
 }
 
@@ -151,9 +152,9 @@ static void train_follows_train(void)
     pass_delay();
     put_train(&even, 200);
     for (uint8_t i = 0; i < 90; i++) {
-        TEST_ASSERT_TRUE(feed_train_free(&feed));
+        TEST_ASSERT_TRUE(stream_train_free(&feed.stream));
         put_train(&even, 200);
-        TEST_ASSERT_FALSE(feed_train_free(&feed));
+        TEST_ASSERT_FALSE(stream_train_free(&feed.stream));
         for (uint16_t k = 0; k < 200; k++) {
             TEST_ASSERT_EQUAL_UINT32(even_next(&expected), load());
         }
@@ -175,14 +176,14 @@ static void entry_is_taken_ahead(void)
     }
     // The second entry's three periods are known before the first of them is due.
     TEST_ASSERT_EQUAL_INT8(3, engine.left);
-    TEST_ASSERT_EQUAL_UINT8(feed.head, engine.tail);
+    TEST_ASSERT_EQUAL_UINT8(feed.stream.head, engine.tail);
 }
 
 static bool due(void)
 {
     struct engine_sample sample = step_engine_sample(&engine);
 
-    return ledger_due(&ledger, &feed, &sample);
+    return ledger_due(&ledger, &feed.stream, &sample);
 }
 
 // With no pixel edge between them: the writer may be waiting for the first one.
@@ -195,15 +196,15 @@ static void train_that_is_over_is_looked_after(void)
     put_train(&even, 150);
     put_train(&even, 150);
     (void)load();
-    follow();
+    advance();
     for (uint8_t k = 0; k < 148; k++) {
         (void)load();
     }
     TEST_ASSERT_FALSE(due());
     (void)load();
     TEST_ASSERT_TRUE(due());
-    follow();
-    TEST_ASSERT_TRUE(feed_train_free(&feed));
+    advance();
+    TEST_ASSERT_TRUE(stream_train_free(&feed.stream));
 }
 
 #define SINGLES_AND_TRAINS ((uint16_t)(22u * STEP_TRAINS - 1u))
@@ -238,7 +239,7 @@ static void edge_inside_the_first_entry(void)
     check_account();
     TEST_ASSERT_EQUAL_UINT32(0, ledger.pixel);
     (void)load();
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_UINT32(1, ledger.pixel);
     TEST_ASSERT_EQUAL_INT32(1, records_get(&ledger.records, 0).actual_steps);
     TEST_ASSERT_EQUAL_INT32(1, records_get(&ledger.records, 0).expected_steps);
@@ -251,16 +252,16 @@ static void capture_seen_late_is_of_the_delay(void)
 
     even_start(&even, 100100, 300);
     pass_delay();
-    uint32_t delay_start = ledger_period_start(&ledger, &feed, 0);
+    uint32_t delay_start = ledger_period_start(&ledger, &feed.stream, 0);
     put_train(&even, 100);
     (void)load();
     (void)load();
-    follow();
+    advance();
     TEST_ASSERT_EQUAL_UINT32(delay_start + 900u,
-                             ledger_capture_ticks(&ledger, &feed, 1, 900));
+                             ledger_capture_ticks(&ledger, &feed.stream, 1, 900));
     // A count that the train's periods reach is taken as it was seen.
-    TEST_ASSERT_EQUAL_UINT32(ledger_period_start(&ledger, &feed, 1) + 100u,
-                             ledger_capture_ticks(&ledger, &feed, 1, 100));
+    TEST_ASSERT_EQUAL_UINT32(ledger_period_start(&ledger, &feed.stream, 1) + 100u,
+                             ledger_capture_ticks(&ledger, &feed.stream, 1, 100));
 }
 
 static void edge_seen_late_has_the_same_record(void)
@@ -291,7 +292,7 @@ static void check_at_rest(uint16_t steps)
 {
     TEST_ASSERT_EQUAL_INT32(steps, ledger_position(&ledger));
     TEST_ASSERT_EQUAL_UINT8(LEDGER_NO_TRAIN, ledger.train);
-    TEST_ASSERT_TRUE(feed_train_free(&feed));
+    TEST_ASSERT_TRUE(stream_train_free(&feed.stream));
     uint8_t slot = 0;
 
     (void)step_engine_next(&engine, &ring);
@@ -314,8 +315,8 @@ static void check_taken_away_after(uint16_t steps)
     uint32_t before_ticks = now_ticks;
     TEST_ASSERT_EQUAL_UINT32(STEP_IDLE_TICKS, load());
     TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, engine.state);
-    follow();
-    TEST_ASSERT_EQUAL_UINT32(before_ticks, ledger_period_start(&ledger, &feed, 0));
+    advance();
+    TEST_ASSERT_EQUAL_UINT32(before_ticks, ledger_period_start(&ledger, &feed.stream, 0));
     check_at_rest(steps);
 }
 
@@ -352,7 +353,7 @@ static void what_can_be_carried(void)
 
 static void nobody_to_carry(void)
 {
-    feed.engine_trains = NULL;
+    feed.stream.engine_trains = NULL;
     TEST_ASSERT_FALSE(can_carry(51301));
 }
 

@@ -46,16 +46,16 @@ static void arm_all(void)
 {
     arm((1u << CONFIG_AXES) - 1u);
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        heads[i] = axes_get(i)->feed.head;
+        heads[i] = axes_get(i)->feed.stream.head;
     }
 }
 
 // Entries that axis i got since the last call.
 static uint8_t got(uint8_t i)
 {
-    uint8_t entries = (uint8_t)(axes_get(i)->feed.head - heads[i]);
+    uint8_t entries = (uint8_t)(axes_get(i)->feed.stream.head - heads[i]);
 
-    heads[i] = axes_get(i)->feed.head;
+    heads[i] = axes_get(i)->feed.stream.head;
     return entries;
 }
 
@@ -109,7 +109,7 @@ static void one_axis_alone_has_the_whole_budget(void)
     slow_pixels();
     bench_plain_line(BENCH_THIRD, SINGLE_STEP, 20);
     arm(BENCH_MASK_OF(BENCH_THIRD));
-    heads[BENCH_THIRD] = axes_get(BENCH_THIRD)->feed.head;
+    heads[BENCH_THIRD] = axes_get(BENCH_THIRD)->feed.stream.head;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         (void)got(i);
     }
@@ -218,7 +218,7 @@ static void a_start_keeps_rounds_shorter_still(void)
 
 static uint8_t behind(uint8_t i)
 {
-    return (uint8_t)(step_timer_tail(i) - axes_get(i)->ledger.retired);
+    return (uint8_t)(step_timer_tail(i) - axes_get(i)->feed.stream.retired);
 }
 
 // What is left behind by a round in which it is not the axis's turn.
@@ -233,7 +233,7 @@ static uint8_t left_behind(uint8_t entries)
     // The next rounds are no axis's turn.
     round_start();
     bench_rounds(1);
-    TEST_ASSERT_TRUE(axes_follow(1));
+    TEST_ASSERT_TRUE(axes_advance(1, LEDGER_EXACTLY));
     while (behind(1) < entries) {
         fake_pass(256);
     }

@@ -47,8 +47,8 @@ static void close_at(uint8_t axis, uint32_t ticks, uint32_t then_ticks)
     fake_pass(then_ticks);
     TEST_ASSERT_TRUE(pixel_clock_waiting());
     // A command that asks for the account now must wait.
-    TEST_ASSERT_FALSE(axes_follow(axis));
-    TEST_ASSERT_FALSE(axes_follow(CONFIG_SWITCH_CAPTURE_AXIS));
+    TEST_ASSERT_FALSE(axes_advance(axis, LEDGER_EXACTLY));
+    TEST_ASSERT_FALSE(axes_advance(CONFIG_SWITCH_CAPTURE_AXIS, LEDGER_EXACTLY));
 }
 
 static void seek_on_the_clocks_axis(uint32_t trip, uint32_t then_ticks)
@@ -58,7 +58,7 @@ static void seek_on_the_clocks_axis(uint32_t trip, uint32_t then_ticks)
     close_at(CONFIG_PIXEL_CLOCK_AXIS, trip, then_ticks);
     round_poll();
     check_clock_edge_is_ignored();
-    TEST_ASSERT_TRUE(axes_follow(CONFIG_PIXEL_CLOCK_AXIS));
+    TEST_ASSERT_TRUE(axes_advance(CONFIG_PIXEL_CLOCK_AXIS, LEDGER_EXACTLY));
     TEST_ASSERT_TRUE(bench_until(CONFIG_PIXEL_CLOCK_AXIS, AXIS_DONE));
     check_trip(trip, steps_at(trip - zero));
 }
@@ -96,10 +96,10 @@ static void clock_edge_that_waits_holds_up_its_own_axis_only(void)
     fake_pass(fake_next_edge_ticks() + 100u - fake_now_ticks());
     TEST_ASSERT_TRUE(pixel_clock_waiting());
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        TEST_ASSERT_EQUAL(i != CONFIG_PIXEL_CLOCK_AXIS, axes_follow(i));
+        TEST_ASSERT_EQUAL(i != CONFIG_PIXEL_CLOCK_AXIS, axes_advance(i, LEDGER_EXACTLY));
     }
     round_poll();
-    TEST_ASSERT_TRUE(axes_follow(CONFIG_PIXEL_CLOCK_AXIS));
+    TEST_ASSERT_TRUE(axes_advance(CONFIG_PIXEL_CLOCK_AXIS, LEDGER_EXACTLY));
 }
 
 // Another axis seeks: both edges count.

@@ -82,42 +82,31 @@ static bool capture_waits(uint8_t i)
            (FEATURE_HOMING && switch_capture_waiting());
 }
 
-static bool follow_axis(uint8_t i, bool all)
+bool axes_advance(uint8_t i, enum ledger_extent extent)
 {
     struct axis *axis = axes_get(i);
-    struct engine_sample sample = step_timer_sample(i);
+    struct engine_sample sample;
 
+    step_timer_sample(i, &sample);
     if (capture_waits(i)) {
         return false;
     }
-    if (all || ledger_due(&axis->ledger, &axis->feed, &sample)) {
+    if (extent == LEDGER_EXACTLY ||
+        ledger_due(&axis->ledger, &axis->feed.stream, &sample)) {
         cpu_section(CPU_SECTION_LEDGER);
-        if (all) {
-            ledger_follow(&axis->ledger, &axis->feed, &sample);
-        } else {
-            ledger_follow_blocks(&axis->ledger, &axis->feed, &sample);
-        }
+        ledger_advance(&axis->ledger, &axis->feed.stream, &sample, extent);
         cpu_section(CPU_SECTION_ROUND);
     }
     return true;
 }
 
-void axes_follow_due(uint8_t axis)
+void axes_advance_rested(uint8_t i)
 {
-    (void)follow_axis(axis, false);
-}
+    struct axis *axis = axes_get(i);
+    struct engine_sample sample;
 
-bool axes_follow(uint8_t axis)
-{
-    return follow_axis(axis, true);
-}
-
-void axes_account(uint8_t axis)
-{
-    struct axis *rested = axes_get(axis);
-    struct engine_sample sample = step_timer_sample(axis);
-
-    ledger_follow(&rested->ledger, &rested->feed, &sample);
+    step_timer_sample(i, &sample);
+    ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
 }
 
 void axes_stop(uint8_t i)
@@ -130,7 +119,7 @@ void axes_stop(uint8_t i)
         token_set(0);
     }
     if (!step_engine_going(step_timer_state(i))) {
-        axes_account(i);
+        axes_advance_rested(i);
         if (step_timer_settle(i, &slot)) {
             axis_discard(axis, slot);
             return;

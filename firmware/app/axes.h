@@ -28,16 +28,14 @@ void axes_start(void);
 // One of the axes, 0..CONFIG_AXES-1. The functions of motion/axis.h change its state.
 struct axis *axes_get(uint8_t axis);
 
-// Bring an axis's ledger up to what its step interrupt has done by now. Returns false and changes
-// nothing when a captured edge must be taken first, because the edge is placed by an older sample.
-bool axes_follow(uint8_t axis);
+// Advance an axis's account to what its step interrupt has done by now; by batches, only when the
+// account has fallen behind far enough to be worth the time. Returns false and changes nothing when
+// a captured edge must be taken first, because the edge is placed by an older sample.
+bool axes_advance(uint8_t i, enum ledger_extent extent);
 
-// The same, but only when the ledger has fallen behind far enough to be worth the time.
-void axes_follow_due(uint8_t axis);
-
-// The same for an axis at rest, even if a captured edge waits: before the axis's lines are
+// The same exactly for an axis at rest, even if a captured edge waits: before the axis's lines are
 // discarded.
-void axes_account(uint8_t axis);
+void axes_advance_rested(uint8_t i);
 
 // Bring an axis to rest and discard all its lines, from every state and as often as wanted. When
 // the timer makes idle periods the axis is at rest at once; else it is STOPPING until a later call.

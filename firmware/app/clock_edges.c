@@ -58,7 +58,7 @@ static void clock_fault(enum fault code, uint16_t argument)
         faults_latch_underrun(CONFIG_PIXEL_CLOCK_AXIS);
         return;
     }
-    (void)axes_follow(axis);
+    (void)axes_advance(axis, LEDGER_EXACTLY);
     faults_latch(code, axis, argument);
 }
 
@@ -81,9 +81,10 @@ static APART void take_capture(void)
         reference_edge_dropped();
         return;
     }
-    ledger_follow(&axis->ledger, &axis->feed, &capture.sample);
+    ledger_advance(&axis->ledger, &axis->feed.stream, &capture.sample, LEDGER_EXACTLY);
     uint32_t edge_ticks =
-        ledger_capture_ticks(&axis->ledger, &axis->feed, capture.back, capture.ticks) -
+        ledger_capture_ticks(
+            &axis->ledger, &axis->feed.stream, capture.back, capture.ticks) -
         PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);

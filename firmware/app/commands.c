@@ -192,14 +192,14 @@ static void disable_driver(uint8_t i, const struct order *order)
 static void restart_time(void)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        axes_account(i);
+        axes_advance_rested(i);
     }
     time_check_start();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         struct axis *axis = axes_get(i);
         axis_stop(axis);
-        axis_discard(axis, 0);
         ledger_restart(&axis->ledger, STEP_IDLE_TICKS);
+        axis_discard(axis, 0);
     }
     // A clock edge that waits was captured in the old time.
     (void)pixel_clock_drop();

@@ -90,7 +90,7 @@ static void watch_limits(uint8_t i, bool first_look)
     struct axis *axis = axes_get(i);
     struct look *inputs = look_of(i);
 
-    (void)axes_follow(i);
+    (void)axes_advance(i, LEDGER_EXACTLY);
     uint16_t position = (uint16_t)ledger_position(&axis->ledger);
     int16_t moved = (int16_t)(position - inputs->position);
 

@@ -102,7 +102,7 @@ static uint16_t ring_fill(uint8_t axis, bool low)
 static uint16_t position_steps(uint8_t axis, bool low)
 {
     if (!low) {
-        (void)axes_follow(axis);
+        (void)axes_advance(axis, LEDGER_EXACTLY);
     }
     return half_word((uint32_t)ledger_position(&axes_get(axis)->ledger), low);
 }

@@ -14,6 +14,7 @@
 #include "app/store.h"       // store_poll
 #include "app/time_check.h"  // time_check_poll
 #include "app/witness.h"     // witness_poll
+#include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
 #include "hal/step_timer.h"  // step_timer_*
@@ -30,10 +31,10 @@
 // round.
 #define INPUT_ROUNDS 4u
 
-// An axis is followed in turn, one axis every FOLLOW_ROUNDS rounds, and out of turn when its
+// Accounts are advanced in turn, one axis every ADVANCE_ROUNDS rounds, and out of turn when an
 // account lags this many entries behind.
-#define FOLLOW_ENTRIES 64u
-#define FOLLOW_ROUNDS  8u
+#define ADVANCE_ENTRIES 64u
+#define ADVANCE_ROUNDS  8u
 
 static uint8_t rounds; // counts rounds, for work that serves one axis after the other
 
@@ -67,7 +68,7 @@ static void name_halt(uint8_t i)
 {
     take_underruns();
     if (axes_get(i)->life.state == AXIS_RUNNING) {
-        (void)axes_follow(i);
+        (void)axes_advance(i, LEDGER_EXACTLY);
         faults_latch(why_halted(axes_get(i)), i, 0);
     }
 }
@@ -99,23 +100,23 @@ static void supervise_axis(uint8_t i)
     witness_poll(i);
 }
 
-// Follow one axis after the other now and then, and out of turn an axis with much to account for.
-// To follow an axis after a few steps costs more than these steps are worth.
-static void follow_in_turn(void)
+// Advance the account of one axis after the other now and then, and out of turn where there is much
+// to account for: after a few steps this would cost more than these steps are worth.
+static void advance_in_turn(void)
 {
     uint8_t due = CONFIG_AXES;
 
     rounds++;
-    if (rounds % FOLLOW_ROUNDS == 0) {
-        due = rounds / FOLLOW_ROUNDS % CONFIG_AXES;
+    if (rounds % ADVANCE_ROUNDS == 0) {
+        due = rounds / ADVANCE_ROUNDS % CONFIG_AXES;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct axis *axis = axes_get(i);
-        uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->ledger.retired);
+        uint8_t behind = (uint8_t)(step_timer_tail(i) - axis->feed.stream.retired);
         // Full marks keep the decoder from the next pixel.
         if (i == due || (CONFIG_AXES > 1 && axis->phase == DECODE_AWAITS_TRAIN) ||
-            behind >= FOLLOW_ENTRIES || feed_marks_full(&axis->feed)) {
-            axes_follow_due(i);
+            behind >= ADVANCE_ENTRIES || stream_marks_full(&axis->feed.stream)) {
+            (void)axes_advance(i, LEDGER_BY_BATCHES);
         }
     }
 }
@@ -137,7 +138,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
 {
     struct axis *axis = axes_get(i);
 
-    axes_follow_due(i);
+    (void)axes_advance(i, LEDGER_BY_BATCHES);
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(
         axis, reference_period(), settings_now()->backlash_policy == 0, budget);
@@ -201,7 +202,7 @@ static void decode_in_turn(uint8_t budget)
 }
 #endif
 
-static void decode_some(void)
+static APART void decode_some(void)
 {
     // Only an axis that is about to start counts: a token or a driver may hold an axis back for
     // long while others run.
@@ -210,13 +211,15 @@ static void decode_some(void)
     decode_in_turn(starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
 }
 
-void round_poll(void)
+// Everything but the decoding of steps. Apart from it, so that the stack of each of the two is free
+// for the other.
+static APART void look_after_axes(void)
 {
     cpu_section(CPU_SECTION_ROUND);
     // Underruns come first: after an underrun the place of a clock edge is not known.
     take_underruns();
     clock_edges_poll();
-    follow_in_turn();
+    advance_in_turn();
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         supervise_axis(i);
     }
@@ -230,5 +233,10 @@ void round_poll(void)
     start_poll();
     clock_edges_miss();
     store_poll();
+}
+
+void round_poll(void)
+{
+    look_after_axes();
     decode_some();
 }

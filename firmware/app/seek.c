@@ -53,14 +53,17 @@ static void note_switch_edge(const struct switch_capture *capture)
     struct axis *clock = axes_get(CONFIG_SWITCH_CAPTURE_AXIS);
     struct axis *axis = axes_get(seeking_axis());
 
-    ledger_follow(&clock->ledger, &clock->feed, &capture->edge.sample);
+    ledger_advance(
+        &clock->ledger, &clock->feed.stream, &capture->edge.sample, LEDGER_EXACTLY);
     if (CONFIG_AXES > 1 && axis != clock) {
-        ledger_follow(&axis->ledger, &axis->feed, &capture->seeker);
+        ledger_advance(
+            &axis->ledger, &axis->feed.stream, &capture->seeker, LEDGER_EXACTLY);
     }
-    seek.ticks = ledger_period_start(&clock->ledger, &clock->feed, capture->edge.back) +
-                 capture->edge.ticks - SWITCH_CAPTURE_DELAY_TICKS;
+    seek.ticks =
+        ledger_period_start(&clock->ledger, &clock->feed.stream, capture->edge.back) +
+        capture->edge.ticks - SWITCH_CAPTURE_DELAY_TICKS;
     uint8_t after = ledger_steps_after(
-        &axis->ledger, &axis->feed, seek.ticks, (uint8_t)STEP_TIMER_EDGE_TICKS);
+        &axis->ledger, &axis->feed.stream, seek.ticks, (uint8_t)STEP_TIMER_EDGE_TICKS);
     seek.position_steps = ledger_position(&axis->ledger) +
                           (axis->ledger.negative ? after : -(int16_t)after);
     seek.captured_units = (uint16_t)clock_now_units();
@@ -162,7 +165,7 @@ void seek_poll(void)
         judge_switch();
     }
     // A seek is decoded only a little ahead of the account, so that the account must keep up.
-    (void)axes_follow(axis);
+    (void)axes_advance(axis, LEDGER_EXACTLY);
     if (!moving) {
         end_seek();
     }

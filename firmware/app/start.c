@@ -143,7 +143,7 @@ static bool release_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
 
-    if (!axes_follow(i) || !has_begun(axis)) {
+    if (!axes_advance(i, LEDGER_EXACTLY) || !has_begun(axis)) {
         return true;
     }
     if (!axis->clocked) {

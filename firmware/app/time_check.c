@@ -31,10 +31,10 @@ bool time_check_lags(uint8_t i)
     // the axis is brought up to date.
     uint32_t now_ticks = (clock_now_units() - started_units - 1u) * CLOCK_UNIT_TICKS;
 
-    if (!axes_follow(i)) {
+    if (!axes_advance(i, LEDGER_EXACTLY)) {
         return false;
     }
-    uint32_t running_end = ledger_period_start(&axis->ledger, &axis->feed, 0);
+    uint32_t running_end = ledger_period_start(&axis->ledger, &axis->feed.stream, 0);
     return (int32_t)(now_ticks - running_end) > 0;
 }
 

@@ -58,19 +58,19 @@ static bool line_ended(void)
 {
     return running() && scene_engine()->state == STEP_ENGINE_IDLE &&
            scene_axis()->phase == DECODE_OUTSIDE &&
-           scene_axis()->feed.head == scene_engine()->tail;
+           scene_axis()->feed.stream.head == scene_engine()->tail;
 }
 
 static bool before_end(void)
 {
     return in_delay() && scene_axis()->phase == DECODE_OUTSIDE &&
-           (uint8_t)(scene_axis()->feed.head - scene_engine()->tail) == 1;
+           (uint8_t)(scene_axis()->feed.stream.head - scene_engine()->tail) == 1;
 }
 
 static bool starving(void)
 {
     return in_delay() && scene_axis()->phase == DECODE_DRY &&
-           scene_axis()->feed.head == scene_engine()->tail;
+           scene_axis()->feed.stream.head == scene_engine()->tail;
 }
 
 static bool failed(void)

@@ -72,21 +72,21 @@ bool bench_start_line(void)
     return axis_released(axis);
 }
 
-// The ledger accounts for successive blocks without reading the marks.
-static void check_blocks(const struct feed *feed)
+// The reader passes successive batches without reading the marks.
+static void check_batches(const struct stream *stream)
 {
-#if FEED_BLOCKS > 0
-    for (uint8_t i = feed->block_tail; (uint8_t)(feed->block_head - i) > 1u; i++) {
-        const struct feed_block *block = &feed->blocks[i & (FEED_BLOCKS - 1u)];
-        uint8_t behind = (uint8_t)(block->slot + block->count);
-        for (uint8_t m = feed->mark_tail; m != feed->mark_placed; m++) {
-            bench.edge_between_blocks |=
-                feed->marks[m & (FEED_MARKS - 1u)].slot == behind &&
-                feed->blocks[(i + 1u) & (FEED_BLOCKS - 1u)].slot == behind;
+#if STREAM_BATCHES > 0
+    for (uint8_t i = stream->batch_tail; (uint8_t)(stream->batch_head - i) > 1u; i++) {
+        const struct stream_batch *batch = &stream->batches[i & (STREAM_BATCHES - 1u)];
+        uint8_t behind = (uint8_t)(batch->slot + batch->count);
+        for (uint8_t m = stream->mark_tail; m != stream->mark_placed; m++) {
+            bench.edge_between_batches |=
+                stream->marks[m & (STREAM_MARKS - 1u)].slot == behind &&
+                stream->batches[(i + 1u) & (STREAM_BATCHES - 1u)].slot == behind;
         }
     }
 #else
-    (void)feed;
+    (void)stream;
 #endif
 }
 
@@ -95,10 +95,10 @@ struct step_load bench_period(void)
     struct step_load load;
 
     decode_axis(&bench.axis, &bench.period, bench.always_take_up, BUDGET);
-    check_blocks(&bench.axis.feed);
+    check_batches(&bench.axis.feed.stream);
     load = step_engine_next(&bench.engine, &bench.ring);
     struct engine_sample sample = step_engine_sample(&bench.engine);
-    ledger_follow(&bench.axis.ledger, &bench.axis.feed, &sample);
+    ledger_advance(&bench.axis.ledger, &bench.axis.feed.stream, &sample, LEDGER_EXACTLY);
     if (load.pulse) {
         bench.steps += bench.engine.negative ? -1 : 1;
     }

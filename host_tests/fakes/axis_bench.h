@@ -24,7 +24,7 @@ struct axis_bench {
     struct step_engine engine;
     struct segment slots[BENCH_SLOTS];
     bool always_take_up;
-    bool edge_between_blocks; // a pixel edge stood between two blocks: must never be
+    bool edge_between_batches; // a pixel edge stood between two blocks: must never be
 };
 
 extern struct axis_bench bench;

@@ -204,7 +204,7 @@ PLANTS = (
         POSITION,
         (
             Change(
-                "firmware/core/motion/feed.h",
+                "firmware/core/motion/stream.h",
                 "    ring->high[next] = STEP_HIGH_EMPTY;\n    ring->low[slot] = (uint8_t)top;\n"
                 "    ring->high[slot] = (uint8_t)(top >> 8);",
                 "    ring->low[slot] = (uint8_t)top;\n"
@@ -212,7 +212,7 @@ PLANTS = (
                 "    ring->high[next] = STEP_HIGH_EMPTY;",
             ),
         ),
-        ("firmware/core/motion/feed.c", "firmware/core/motion/axis.c"),
+        ("firmware/core/motion/stream.c", "firmware/core/motion/decode.c"),
         limits=("--actions", "2", "--periods", "2", "--from", "about to starve"),
     ),
 )

@@ -20,27 +20,23 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import formats, natives, progress
+from pixstep import demo, formats, natives, progress
 from pixstep.board import boards
-from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import BoardError, LineRefusedByBoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 from pixstep.profiles import generator
-from pixstep.simulation import demo
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import HEADER
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S, SETTLE_PIXELS, Job
+from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simctl import BOOT_S
+from pixstep.simulation.simrun import Job
 from pixstep_dev.randomlines import campaign
 
 CLOCK_START_MS = 20
 UPLOAD_MS = 60  # for the requests before the first block of an axis, with a margin
 ENTRY_MS = Fraction(1, 2)  # for an entry at 115200 baud, with its share of the block's head
-POLL_PIXELS = 4
-SPARE_PIXELS = 12
-ENDS = {"done", "fault", "refused"}
 
 
 @dataclass(frozen=True)
@@ -136,63 +132,33 @@ def run_image(job: Job, image: Path) -> Made:
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         edges = Path(folder, "edges.csv")
         extra = ("--pixel-start-ms", str(CLOCK_START_MS))
-        options = SimOptions([(job.board, image)], job.pixel_hz, edges=edges, extra=extra)
-        with Simulator(options) as simulator:
-            ended = _Run(job, simulator).go()
-            simulator.quit()
+        with SimulatedBoard(
+            job.board, job.pixel_hz, image=image, edges=edges, extra=extra
+        ) as board:
+            ended = run(job, board)
+            board.settle()
+            board.finish()
         return Made(read(edges.read_bytes()), ended)
 
 
-class _Run:
-    """One job on one image. The arming cycle depends on the job alone, not on the image."""
-
-    def __init__(self, job: Job, simulator: Simulator) -> None:
-        self.job, self.simulator = job, simulator
-        self.board = Board(SimClient(simulator))
-        self.axes = sorted(job.lines)
-        self.uploads: list[Upload] = []
-
-    def go(self) -> str:
-        """Go through all phases; return how it ended."""
-        try:
-            self.prepare()
-            ended = self.follow()
-        except LineRefusedByBoardError as refusal:
-            ended = f"refused {refusal.name}"
-        except BoardError as error:
-            ended = f"trouble: {error}"
-        self.simulator.run(int(SETTLE_PIXELS * self.job.period))
-        return ended
-
-    def prepare(self) -> None:
-        """Boot, set, enable, upload; arm at the cycle that the job says."""
-        self.simulator.wait_s(BOOT_S)
-        self.board.set_pixel_hz(self.job.pixel_hz)
-        self.board.command("enable", self.axes)
-        for axis in self.axes:
-            self.uploads.append(Upload(self.board, axis, queue_entries(self.job.lines[axis])))
-            self.uploads[-1].push()
-            if regs.axis_state(self.board.axis(axis)["axis_state"]) == "refused":
-                raise self.board.refusal(axis)
-        left = arm_cycle(self.job) - self.simulator.cycle
+def run(job: Job, board: SimulatedBoard) -> str:
+    """Run a job, armed at a cycle that depends on the job alone; return how it ended."""
+    try:
+        board.set_up(job.pixel_hz, list(job.lines))
+        board.load(job.lines)
+        left = arm_cycle(job) - board.simulator.cycle
         if left < 0:
             raise UserError(f"the upload took {-left} cycles longer than there is time for")
-        self.simulator.run(left)
-        self.board.command("arm", self.axes)
-
-    def follow(self) -> str:
-        """Poll and stream until every axis is at its end."""
-        pixels = self.job.pixels + SPARE_PIXELS
-        deadline = self.simulator.cycle + int(pixels * self.job.period)
-        states: list[str] = []
-        while self.simulator.cycle < deadline and not (states and ENDS.issuperset(states)):
-            self.simulator.run(int(POLL_PIXELS * self.job.period))
-            for upload in self.uploads:
-                upload.push()
-            found = self.board.axes(self.axes[-1] + 1)
-            states = [regs.axis_state(found[axis]["axis_state"]) for axis in self.axes]
-        fault = self.board.fault_name()
-        return f"{', '.join(states)}{' ' + fault if fault else ''}"
+        board.simulator.run(left)
+        board.arm()
+        in_time = board.follow()
+        states = board.states().values()
+        fault = board.board.fault_name()
+    except LineRefusedByBoardError as refusal:
+        return f"refused {refusal.name}"
+    except BoardError as error:
+        return f"trouble: {error}"
+    return f"{', '.join(states)}{'' if in_time else ' too late'}{' ' + fault if fault else ''}"
 
 
 def arm_cycle(job: Job) -> int:
@@ -280,7 +246,7 @@ def compare(
     wanted: list[Job],
     run_old: Callable[[Job], Made],
     run_new: Callable[[Job], Made],
-    show: Callable[[float], None] = lambda _: None,
+    show: Progress = unseen,
 ) -> Outcome:
     """Run every job on both and count."""
     outcome = Outcome()

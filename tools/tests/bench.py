@@ -5,16 +5,13 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import Upload
 from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimulatedBoard
 
 QUIET_S = 0.05
 _POLL_S = 0.002
@@ -26,17 +23,14 @@ class Bench:
     def __init__(
         self, board, axes=(0,), hz=Fraction(100), edges: Path | None = None, plants=None, extra=()
     ):
-        self.axes, self.hz, self.edges_path = list(axes), Fraction(hz), edges
-        images = [(board, natives.image(board))]
-        self.options = SimOptions(images, self.hz, edges=edges, plants=plants or {}, extra=extra)
+        self.name, self.axes, self.hz, self.edges_path = board, list(axes), Fraction(hz), edges
+        self.options = {"edges": edges, "plants": plants or {}, "extra": extra}
 
     def __enter__(self):
-        self.sim = Simulator(self.options)
+        self.run = SimulatedBoard(self.name, self.hz, **self.options)
+        self.sim, self.board, self.world = self.run.simulator, self.run.board, self.run.link.world
         try:
-            self.sim.wait_s(BOOT_S)
-            self.board = Board(SimClient(self.sim))
-            self.board.set_pixel_hz(self.hz)
-            self.board.command("enable", self.axes)
+            self.run.set_up(self.hz, self.axes)
         except BaseException:
             self.sim.kill()
             raise

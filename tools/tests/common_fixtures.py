@@ -16,6 +16,7 @@ from console import make_console, one, two  # noqa: F401 (fixtures)
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.cli.main import main
+from pixstep.lines import core
 
 
 def pytest_addoption(parser):
@@ -64,8 +65,8 @@ def _need(present: bool, what: str, lack: str = "is not built") -> None:
 
 @pytest.fixture
 def plan_program():
-    """Require pixstep-plan."""
-    _need(natives.have("pixstep-plan"), "pixstep-plan")
+    """Require the firmware's core as an extension."""
+    _need(natives.have_made(core.LIBRARY), "the firmware's core")
 
 
 @pytest.fixture(scope="session")

@@ -29,7 +29,6 @@ class FaultBench(Bench):
 
     def __enter__(self):
         super().__enter__()
-        self.name = self.options.boards[0][0]
         self.memory = Memory(self.sim, self.name)
         self.switch_permit_on()
         return self

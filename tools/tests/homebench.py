@@ -8,7 +8,6 @@ from fractions import Fraction
 
 from bench import Bench
 from pixstep.moves import accel, fast, homing, legs
-from pixstep.moves.homesim import SimWorld
 
 HZ = Fraction(500)
 PROFILE = accel.Acceleration((2, 20, 50, 70, 110), haps=4)
@@ -29,7 +28,7 @@ class HomeBench(Bench):
         return legs.plan(profile, legs.HomingRequest(self.axis, direction, **options), self.hz)
 
     def home(self, **changes):
-        return homing.home(self.board, self.plan(**changes), self.hz, SimWorld(self.sim))
+        return homing.home(self.board, self.plan(**changes), self.hz, self.world)
 
     def load_position(self):
         return self.sim.plant(0, self.axis)[1]

@@ -29,7 +29,7 @@ def test_another_map_version_names_both(one):
 
 def test_exceptions_are_named(one):
     one.line.garble = seal(bytes([1, 0x84, 2]))
-    text = one.err("set", "dir_setup_us=30")
+    text = one.err("set", "dir_setup_us=30", status=3)
     assert text == "board 1: read at 0x0000 answered with exception 2, illegal address"
 
 

@@ -51,7 +51,7 @@ def test_what_a_board_lacks_is_refused_with_one_line(one, feature, words):
     one.out("settings", "export", "settings.toml")
     one.board.without(feature)
     before, given = dict(one.board.holdings), len(one.board.commands)
-    text = one.err(*words, status=2)
+    text = one.err(*words, status=3)
     bit = features.named(feature).bit
     assert text.startswith(
         f"board 1: its image is built without {feature} (bit {bit} of register features"

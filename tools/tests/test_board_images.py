@@ -11,9 +11,8 @@ from pixstep import natives
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
-from pixstep.moves.homesim import SimWorld
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import SimOptions
 from pixstep_dev.robustness.wire import seal
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -25,14 +24,9 @@ class Live:
 
     def __init__(self, make, names, hz=100, **options):
         images = [(name, natives.image(name)) for name in names]
-        self.sim = Simulator(SimOptions(images, Fraction(hz), **options))
-        self.names = names
-        try:
-            self.sim.wait_s(BOOT_S)
-        except BaseException:
-            self.sim.kill()
-            raise
-        self.console = make(self.sim, SimWorld(self.sim))
+        link = SimLink(SimOptions(images, Fraction(hz), **options))
+        self.sim, self.names = link.simulator, names
+        self.console = make(self.sim, link.world)
 
     def __getattr__(self, name):
         return getattr(self.console, name)
@@ -189,7 +183,7 @@ def test_events_of_the_image(live):
     lines = one.out("log", "events").splitlines()
     assert lines[0].endswith("reset: power-on")
     assert "estop: the emergency stop input was tripped" in lines[1]
-    assert "built without events (bit 4" in live("uno").err("log", "events", status=2)
+    assert "built without events (bit 4" in live("uno").err("log", "events", status=3)
 
 
 @pytest.mark.parametrize("name", with_feature("diagnosis"))
@@ -235,8 +229,8 @@ def test_the_host_refuses_what_the_board_would(live, name):
     one.out("set", "pixel_hz=100")
     limit = one.json("get", "min_interval_ticks")["boards"][0]["registers"][0]["value"]
     most = boards.load(name).tick_hz // 100 // limit
-    assert "too_fast" in one.err("upload", put([most + 1] * 3), "--decode", "plain", status=2)
-    text = one.err("upload", "line.csv", "--decode", "plain", "--force", status=2)
+    assert "too_fast" in one.err("upload", put([most + 1] * 3), "--decode", "plain", status=3)
+    text = one.err("upload", "line.csv", "--decode", "plain", "--no-check", status=3)
     assert "axis 0: line refused: too_fast at pixel 1" in text
     one.out("stop", "--unit", 1)
     one.out("upload", put([most] * 3), "--decode", "plain")

@@ -235,10 +235,10 @@ def test_why_a_port_cannot_be_opened(monkeypatch, error, complaint):
 
 def test_opening_keeps_dtr_so_that_the_next_opening_resets_nothing(terminal):
     name, _ = terminal
-    opened = Port(name, 115_200, "N").open(0.1)
+    opened, has_reset = Port(name, 115_200, "N").open(0.1)
     flags = termios.tcgetattr(opened.fileno())
     assert not flags[2] & termios.HUPCL
-    assert opened.pixstep_reset is False  # a pseudo terminal resets nothing
+    assert has_reset is False  # a pseudo terminal resets nothing
     opened.close()
 
 

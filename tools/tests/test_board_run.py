@@ -77,7 +77,7 @@ def test_upload_streams_a_long_line(one):
 def test_upload_checks_with_the_boards_limits(one):
     name = put([700, 700])
     one.out("set", "pixel_hz=100")
-    text = one.err("upload", name, "--decode", "plain", status=2)
+    text = one.err("upload", name, "--decode", "plain", status=3)
     assert (
         "line refused: too_fast at pixel 1" in text and "266" in text and "nothing was sent" in text
     )
@@ -90,10 +90,10 @@ def test_upload_checks_what_the_settings_forbid(one):
     one.out("set", "start_stop_steps=4", "max_acceleration=8")
     name = put([9, -9])
     assert "reversal_without_ramp at pixel 2" in one.err(
-        "upload", name, "--decode", "plain", status=2
+        "upload", name, "--decode", "plain", status=3
     )
-    smooth = put([20, 20], "s.csv")
-    assert "acceleration at pixel 1" in one.err("upload", smooth, "--decode", "smooth", status=2)
+    smooth = put([5, 10, 5], "s.csv")
+    assert "acceleration at pixel 1" in one.err("upload", smooth, "--decode", "smooth", status=3)
     assert one.board.axes[0].state == "empty"
 
 
@@ -246,7 +246,7 @@ def test_events(one):
 def test_a_board_without_an_event_log(two):
     two.boards[1].without("events")
     assert "board 2: its image is built without events (bit 4 of register features" in two.err(
-        "log", "events", "--unit", 2, status=2
+        "log", "events", "--unit", 2, status=3
     )
 
 
@@ -275,20 +275,21 @@ def test_watch_goes_on_when_a_board_falls_silent(two):
 @pytest.mark.parametrize(
     "words",
     [
-        ("upload", "line.csv", "--decode", "plain", "--pixel-hz", 100),
-        ("upload", "long.csv", "--decode", "plain", "--pixel-hz", 20),
-        ("upload", "line.csv", "--decode", "plain", "--pixel-hz", 100, "--backlash-policy",
+        (3, "upload", "line.csv", "--decode", "plain", "--pixel-hz", 100),
+        (2, "upload", "long.csv", "--decode", "plain", "--pixel-hz", 20),
+        (3, "upload", "line.csv", "--decode", "plain", "--pixel-hz", 100, "--backlash-policy",
          "on_reversal"),
-        ("move", natives.root() / "tools/data/AccProf-fast-move.csv", "--steps", 40_000,
+        (3, "move", natives.root() / "tools/data/AccProf-fast-move.csv", "--steps", 40_000,
          "--pixel-hz", 3000),
-        ("home", natives.root() / "tools/data/AccProf-fast-move.csv", "--pixel-hz", 100_000),
+        (2, "home", natives.root() / "tools/data/AccProf-fast-move.csv", "--pixel-hz", 100_000),
     ],
 )  # fmt: skip
 def test_a_line_that_is_refused_leaves_the_settings_as_they_were(one, words):
     put([700, 700])
     put([n % 7 + 1 for n in range(400)], "long.csv")
     before = dict(one.board.holdings)
-    one.run(*words, status=2)
+    status, *words = words
+    one.run(*words, status=status)
     assert one.board.holdings == before
     assert not [request for request in one.line.requests if request[1] not in (3, 4)]
 
@@ -310,13 +311,13 @@ def test_settings_that_cannot_be_changed_now_say_why(one, state, reason):
     one.board.axes[2].entries = [(7, 7)] * 4
     one.board.axes[2].state = state
     one.board.tick = lambda: None
-    assert one.err("set", "dir_hold_us=30") == f"board 1: busy: {reason}"
+    assert one.err("set", "dir_hold_us=30", status=3) == f"board 1: busy: {reason}"
     words = ("upload", put([4, 4]), "--decode", "plain", "--pixel-hz", 50)
-    assert one.err(*words) == f"board 1: busy: {reason}"
+    assert one.err(*words, status=3) == f"board 1: busy: {reason}"
 
 
 def test_disarm_cures_a_line_that_was_left_loaded(one):
     one.out("upload", put([4, 4]), "--decode", "plain")
-    assert "axis 0 has a line loaded" in one.err("set", "dir_hold_us=30")
+    assert "axis 0 has a line loaded" in one.err("set", "dir_hold_us=30", status=3)
     one.out("disarm")
     assert "dir_hold_us: 20 -> 30 us" in one.out("set", "dir_hold_us=30")

@@ -167,7 +167,7 @@ def test_import_to_several_boards_needs_the_address_left_out(two):
     words = ("settings", "import", "a.toml", "--unit", "1,2")
     assert "add --skip unit_address" in two.err(*words, status=2)
     two.out("set", "dir_hold_us=44")
-    two.out("settings", "export", "a.toml")
+    two.out("settings", "export", "a.toml", "--force")
     text = two.err(*words, "--skip", "unit_address", status=2)
     assert text.startswith("a.toml: board = 'mega': board 2 is a uno (--skip board imports it")
     assert two.boards[0].setting("dir_hold_us") == 44 != two.boards[1].setting("dir_hold_us")

@@ -100,7 +100,7 @@ def test_a_refused_stop_ends_with_its_reason(one):
     one.board.answer = lambda unit, pdu: (
         seal(bytes([1, 0x90, 4])) if pdu[0] == 16 else answer(unit, pdu)
     )
-    text = one.err("stop", "--unit", 1)
+    text = one.err("stop", "--unit", 1, status=3)
     assert text == "board 1: write at 0x0100 answered with exception 4, device failure"
     assert stops(one.board) == []
 

@@ -8,8 +8,8 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import SimOptions
 from pixstep_dev.robustness import wire
 
 pytestmark = pytest.mark.usefixtures("simulator")
@@ -119,9 +119,8 @@ class Master:
 def master(request):
     """Return the master of a board that has just started."""
     options = SimOptions([(request.param, natives.image(request.param))], 100)
-    with Simulator(options) as sim:
-        sim.wait_s(BOOT_S)
-        yield Master(sim, request.param)
+    with SimLink(options) as link:
+        yield Master(link.simulator, request.param)
 
 
 def axis_count(master):

@@ -4,10 +4,8 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 from pixstep import formats
-from pixstep.cli.main import main
 from worked import ACCELERATING, PRN
 
 
@@ -54,15 +52,15 @@ def test_check_exit_statuses(pixstep, tmp_path):
     hazard = put(tmp_path / "hazard.csv", [10, 10, 10, 10])
     pixstep("line", "check", good, "--decode", "smooth")
     pixstep("line", "check", ripple, "--decode", "smooth", status=1)
-    output = pixstep("line", "check", hazard, "--decode", "smooth", status=2)
+    output = pixstep("line", "check", hazard, "--decode", "smooth", status=3)
     assert "pixel 1: error oscillates" in output and "put 5 before" in output
     pixstep("line", "check", hazard, "--decode", "plain")
-    pixstep("line", "check", hazard, "--decode", "plain", "--backlash", 3, status=2)
+    pixstep("line", "check", hazard, "--decode", "plain", "--backlash", 3, status=3)
 
 
 def test_check_json(pixstep, tmp_path):
     hazard = put(tmp_path / "hazard.csv", [10, 10, 10, 10])
-    report = json.loads(pixstep("line", "check", hazard, "--decode", "smooth", "--json", status=2))
+    report = json.loads(pixstep("line", "check", hazard, "--decode", "smooth", "--json", status=3))
     (found,) = report["findings"]
     assert report["verdict"] == "refused"
     assert (found["name"], found["pixel"], found["amplitude"], found["repair"]) == (
@@ -85,7 +83,7 @@ def test_sim_uploads_nothing_that_the_host_refuses(pixstep, tmp_path):
     hazard = put(tmp_path / "hazard.csv", [10, 10, 10, 10])
     output = pixstep(
         "sim", hazard, "--board", "mega", "--decode", "smooth", "--pixel-hz", 30,
-        "--out", "run", status=2,
+        "--out", "run", status=3,
     )  # fmt: skip
     assert "line refused: oscillates at pixel 1" in output
     assert not (tmp_path / "run").exists()
@@ -108,16 +106,21 @@ def test_ticks(pixstep, tmp_path):
 def test_ticks_of_a_refused_line(pixstep, tmp_path):
     hazard = put(tmp_path / "hazard.csv", [10, 10, 10, 10])
     output = pixstep(
-        "ticks", hazard, "--decode", "smooth", "--pixel-hz", 30, "-o", "t.csv", status=2
+        "ticks", hazard, "--decode", "smooth", "--pixel-hz", 30, "-o", "t.csv", status=3
     )
     assert "line refused: oscillates at pixel 1" in output
     assert not (tmp_path / "t.csv").exists()
 
 
-def test_notes_go_to_the_error_stream(tmp_path):
-    path = tmp_path / "lf.csv"
-    path.write_text("     4\n    12\n     8\n")
-    done = CliRunner().invoke(main, ["line", "check", str(path), "--decode", "smooth", "--json"])
+def test_line_check_and_file_check_agree_on_line_ends(invoke, tmp_path):
+    (tmp_path / "lf.csv").write_text("     4\n    12\n     8\n")
+    words = ("line", "check", "lf.csv", "--decode", "smooth")
+    for done in (
+        invoke(*words, status=3).stderr,
+        invoke("file", "check", "lf.csv", status=3).stdout,
+    ):
+        assert "ends with LF, CR LF expected" in done and "(--lenient accepts it)" in done
+    done = invoke(*words, "--lenient", "--json")
     assert json.loads(done.stdout)["verdict"] == "fine"
     assert "LF instead of CR LF" in done.stderr
 

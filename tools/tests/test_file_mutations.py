@@ -135,7 +135,7 @@ def test_checksum_catches_every_truncation(name):
 
 
 def test_commands_refuse_in_one_line(tmp_path, monkeypatch):
-    """A sample through the commands: status 2, one line that names the place, no other exception.
+    """A sample through the commands: status 3, one line that names the place, no other exception.
 
     `info` tolerates what a lenient or a raw reading takes.
     """
@@ -147,7 +147,7 @@ def test_commands_refuse_in_one_line(tmp_path, monkeypatch):
         readable = strict or any(
             reference_reader.read(data, lenient=True, raw=raw) for raw in (0, 1)
         )
-        expected = {"convert damaged out.csv --force --plain --drop-header": strict is None}
+        expected = {"convert damaged out.csv --force --decode plain --drop-header": strict is None}
         expected["info damaged"] = not readable
         expected["info damaged --json"] = not readable
         for command, refused in expected.items():
@@ -155,11 +155,11 @@ def test_commands_refuse_in_one_line(tmp_path, monkeypatch):
             assert done.exception is None or isinstance(done.exception, SystemExit), data
             tried[command, done.exit_code] += 1
             if refused:
-                assert done.exit_code == 2 and done.stdout == ""
+                assert done.exit_code == 3 and done.stdout == ""
                 assert re.fullmatch(r"pixstep: damaged:\d+:\d+: [ -~]+\n", done.stderr), done.stderr
             elif command.startswith("info"):
                 assert done.exit_code == 0, done.output
-    assert tried["info damaged", 2] > 100 and tried["info damaged", 0] > 100
+    assert tried["info damaged", 3] > 100 and tried["info damaged", 0] > 100
 
 
 def test_check_lists_every_finding(tmp_path, monkeypatch):
@@ -174,7 +174,7 @@ def test_check_lists_every_finding(tmp_path, monkeypatch):
             re.match(r"damaged:\d+:\d+: (error|warning|note): \S", line) for line in findings
         )
         refused = reference_reader.read(data) is None
-        assert (done.exit_code == 2) == refused == any(": error: " in line for line in findings)
+        assert (done.exit_code == 3) == refused == any(": error: " in line for line in findings)
         assert last.startswith("damaged: refused") == refused
         statuses[done.exit_code] += 1
-    assert min(statuses[0], statuses[2]) > 40
+    assert min(statuses[0], statuses[3]) > 40

@@ -120,10 +120,21 @@ def test_without_avrdude(invoke, tmp_path, monkeypatch):
 
 
 def test_avrdude_fails(invoke, tmp_path, avrdude):
-    avrdude(status=1)
+    avrdude(first='case "$*" in *flash:w:*) exit 1;; esac')
     path = image(tmp_path / "a.hex")
     text = invoke("flash", "--board", "mega", "--port", PORT, "--hex", path, status=1).stderr
     assert "avrdude failed (exit status 1)" in text and text.count("\n") == 1
+
+
+def test_a_port_without_a_board(invoke, tmp_path, avrdude):
+    called = avrdude(status=1, first="echo avrdude error: cannot open port >&2")
+    path = image(tmp_path / "a.hex")
+    text = invoke("flash", "--board", "mega", "--port", PORT, "--hex", path, status=1).stderr
+    assert text.startswith(
+        "pixstep: avrdude finds no boot loader (exit status 1: avrdude error: cannot open port), "
+        "nothing was written: is this the board's port"
+    )
+    assert text.count("\n") == 1 and "flash:w" not in called.read_text()
 
 
 def test_flash_asks_the_board(invoke, tmp_path, avrdude, board):
@@ -145,11 +156,21 @@ def test_flash_notices_another_version(invoke, tmp_path, avrdude, board):
     assert "the board says 'pixstep mega 0.1', the image is 'pixstep mega 0.2'" in text
 
 
-def test_an_avrdude_that_goes_on_and_on_is_ended(invoke, avrdude, tmp_path, monkeypatch):
-    called = avrdude(first="exec cat /dev/zero >/dev/null")
-    monkeypatch.setattr(flash, "LIMIT_S", 0.3)
+@pytest.mark.parametrize(
+    ("limit", "first", "message"),
+    [
+        ("ANSWER_LIMIT_S", "exec cat /dev/zero >/dev/null", "no boot loader answers in 0.3 s, no"),
+        ("LIMIT_S", 'case "$*" in *flash:w:*) exec cat /dev/zero >/dev/null;; esac',
+         "avrdude is not done in 0.3 s and was ended: is there a board"),
+    ],
+)  # fmt: skip
+def test_an_avrdude_that_goes_on_and_on_is_ended(
+    invoke, avrdude, tmp_path, monkeypatch, limit, first, message
+):
+    called = avrdude(first=first)
+    monkeypatch.setattr(flash, limit, 0.3)
     path = image(tmp_path / "a.hex")
     words = ("flash", "--board", "mega", "--port", PORT, "--hex", path)
     text = invoke(*words, status=1).stderr
-    assert text.startswith("pixstep: avrdude is not done in 0.3 s and was ended: is there a board")
-    assert text.count("\n") == 1 and not called.exists()
+    assert text.startswith(f"pixstep: {message}") and text.count("\n") == 1
+    assert not called.exists() or "flash:w" not in called.read_text()

@@ -40,7 +40,7 @@ def stop_frame(axes):
 
 
 def press(bench, level, at):
-    (pin,) = [one for one in boards.load(bench.options.boards[0][0]).pins if one.signal == "ESTOP"]
+    (pin,) = [one for one in boards.load(bench.name).pins if one.signal == "ESTOP"]
     bench.sim.pin(0, pin.port, pin.bit, level, at=at)
 
 

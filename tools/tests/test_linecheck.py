@@ -24,7 +24,7 @@ def test_worked_example_is_fine(backlash):
     ("counts", "error"),
     [
         ([4, 4], None),
-        ([4, 12], ("ends_moving", 2)),
+        ([4, 12], ("ends_moving", 3)),
         ([4, 3], ("reverses_inside_pixel", 2)),
         ([4, 0], ("zero_while_moving", 2)),
         ([4, -4], ("negative_count", 2)),
@@ -41,7 +41,7 @@ def test_named_errors(counts, error):
 @pytest.mark.parametrize(
     ("counts", "backlash", "error"),
     [
-        ([0, 4, 8, 4, 0], 9, ("backlash_over_speed", 0)),
+        ([0, 4, 8, 4, 0], 9, ("backlash_over_speed", 1)),
         ([4, 8, 4], 4, ("backlash_no_room", 1)),
         ([0, 4, 8, 4, 0], 8, None),
     ],
@@ -51,7 +51,7 @@ def test_backlash(counts, backlash, error):
 
 
 def test_backlash_on_a_plain_line():
-    assert names([0, 5, 0], decode=PLAIN, backlash=1) == [("backlash_plain", 0)]
+    assert names([0, 5, 0], decode=PLAIN, backlash=1) == [("backlash_plain", 1)]
 
 
 def test_hazard_of_constant_counts_from_rest():
@@ -131,3 +131,51 @@ def test_rate_limit():
     limits = Limits(min_interval_ticks=100, period_ticks=Fraction(TICK_HZ, 30))
     assert ("too_fast", 1) in names([6000], limits, decode=PLAIN)
     assert names([5000], limits, decode=PLAIN) == []
+
+
+def test_every_place_above_a_limit_is_named():
+    # boundary speeds 0 20 20 30 20 0
+    found = names([10, 20, 25, 25, 10], Limits(max_acceleration=10, max_speed=25))
+    assert found == [
+        ("acceleration", 1), ("oscillates", 3), ("too_fast", 3), ("acceleration", 5),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("length", "end"), [(2, 8), (3, 8), (4, 8), (7, 8)])
+def test_the_check_goes_on_behind_equal_counts_that_oscillate(length, end):
+    counts = [10] * length
+    speed = 0 if length % 2 == 0 else 20
+    counts.append((speed + end) // 2)
+    assert names(counts) == [("oscillates", 1), ("ends_moving", length + 2)]
+    assert names([*counts, 10, 6]) == [("oscillates", 1)]
+
+
+def test_every_ripple_is_named():
+    counts = [501, 1000, 1000, 1002, 1000, 1000, 501]
+    assert [item for item in names(counts) if item[0] == "ripple"] == [("ripple", 2), ("ripple", 5)]
+
+
+@pytest.mark.parametrize(
+    ("counts", "found"),
+    [
+        ([1, -118], [("reversal_too_fast", 2)]),
+        ([1, -1], []),
+        ([118, 0, -118], []),
+        ([1, -118, 118], [("reversal_too_fast", 2), ("reversal_too_fast", 3)]),
+    ],
+)
+def test_reversals_need_time(counts, found):
+    limits = Limits(reversal_ticks=4240, period_ticks=Fraction(16_000_000, 100))
+    assert names(counts, limits, decode=PLAIN) == found
+
+
+def test_the_text_of_a_reversal_has_the_times():
+    limits = Limits(reversal_ticks=4240, period_ticks=Fraction(16_000_000, 100))
+    (found,) = check(Line((5, -100), PLAIN), limits)
+    assert found.message.endswith(": from 5 to -100 in 1600.0 ticks, the board needs 4240")
+
+
+def test_counts_that_no_segment_can_hold_are_refused():
+    assert names([70_000], decode=PLAIN) == [("out_of_range", 1)]
+    assert names([-70_000], decode=PLAIN) == [("out_of_range", 1)]
+    assert names([0, 4, 4], backlash=70_000)[0] == ("backlash_over_speed", 1)

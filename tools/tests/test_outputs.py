@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Where outputs go: links, devices, the standard output; what is refused, and what stays."""
 
+import hashlib
 import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
-from pixstep import atomic, formats, outfolder
+from pixstep import atomic, formats, outfolder, unfinished
 from pixstep.errors import UserError
 
 COUNTS = [2, 4, 4, 2]
@@ -68,7 +70,10 @@ def test_a_standard_output_that_is_closed(planned, line):
 def test_a_link_stays_and_its_file_is_written(planned, invoke, line, tmp_path):
     (tmp_path / "real.csv").write_text("old")
     (tmp_path / "link.csv").symlink_to("real.csv")
-    invoke(*ticks(line, "link.csv"))
+    text = invoke(*ticks(line, "link.csv"), status=2).stderr
+    assert text == "pixstep: link.csv: already exists (--force replaces it)\n"
+    assert (tmp_path / "real.csv").read_text() == "old"
+    invoke(*ticks(line, "link.csv"), "--force")
     assert (tmp_path / "link.csv").is_symlink()
     assert (tmp_path / "real.csv").read_bytes() == planned
     (tmp_path / "new.csv").symlink_to("made.csv")
@@ -97,7 +102,7 @@ def test_a_device_is_written_to(planned, invoke, line):
 def test_a_file_keeps_its_rights(planned, invoke, line, tmp_path):
     (tmp_path / "mine.csv").write_text("old")
     (tmp_path / "mine.csv").chmod(0o640)
-    invoke(*ticks(line, "mine.csv"))
+    invoke(*ticks(line, "mine.csv"), "--force")
     assert (tmp_path / "mine.csv").stat().st_mode & 0o777 == 0o640
 
 
@@ -149,7 +154,7 @@ def test_of_two_outputs_none_is_written_if_one_is_refused(invoke, tmp_path):
         assert text.startswith(f"pixstep: {csv}: ") and text.count("\n") == 1
         assert [path.name for path in tmp_path.iterdir()] == ["file"]
     text = invoke(*profile("-o", "a.csv", "--csv", "./a.csv"), status=2).stderr
-    assert text == "pixstep: a.csv: --csv and -o are the same file\n"
+    assert text == "pixstep: a.csv: -o and --csv are the same file\n"
 
 
 def test_two_outputs(invoke, tmp_path):
@@ -217,7 +222,7 @@ def test_a_file_of_the_users_is_not_replaced(simulator, invoke, line, tmp_path, 
     out.mkdir()
     (out / name).write_text("mine")
     text = invoke(*sim(line, "out"), status=2).stderr
-    assert text.startswith(f"pixstep: out/{name}: is there already and is not of an earlier run")
+    assert text.startswith(f"pixstep: out/{name}: already exists and is not as an earlier run left")
     assert [path.name for path in out.iterdir()] == [name]
     assert (out / name).read_text() == "mine"
 
@@ -226,28 +231,88 @@ def test_a_link_of_the_users_is_not_followed(simulator, invoke, line, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "edges.csv").symlink_to("../precious")
-    assert "is there already" in invoke(*sim(line, "out"), status=2).stderr
+    assert "already exists" in invoke(*sim(line, "out"), status=2).stderr
 
 
-def test_only_what_was_written_is_marked(tmp_path):
-    with outfolder.of_run(tmp_path, ("a", "b")):
-        (tmp_path / "a").write_text("made")
+def test_only_what_was_written_is_a_runs_own(tmp_path):
+    with outfolder.of_run(tmp_path, ("a", "b")) as folder:
+        (folder / "a").write_text("made")
     (tmp_path / "b").write_text("mine")
-    with pytest.raises(UserError, match="b: is there already"), outfolder.of_run(tmp_path, ("b",)):
+    with pytest.raises(UserError, match="b: already exists"), outfolder.of_run(tmp_path, ("b",)):
         raise AssertionError("not reached")
     assert (tmp_path / "b").read_text() == "mine"
     with outfolder.of_run(tmp_path, ("a",)):
-        assert not (tmp_path / "a").exists()
+        pass
     assert sorted(path.name for path in tmp_path.iterdir()) == ["b"]
+
+
+def test_a_result_that_the_user_edited_stays(tmp_path):
+    with outfolder.of_run(tmp_path, ("a",)) as folder:
+        (folder / "a").write_text("made")
+    (tmp_path / "a").write_text("made, and a remark of mine")
+    refusal = pytest.raises(UserError, match="not as an earlier run left it")
+    with refusal, outfolder.of_run(tmp_path, ("a",)):
+        raise AssertionError("not reached")
+    rules = atomic.rules(atomic.Rules(force=True))
+    with rules, outfolder.of_run(tmp_path, ("a",)) as folder:
+        (folder / "a").write_text("new")
+    assert (tmp_path / "a").read_text() == "new"
+
+
+def test_what_appears_during_a_run_stays(tmp_path):
+    refusal = pytest.raises(UserError, match="already exists")
+    with refusal, outfolder.of_run(tmp_path, ("a", "b")) as folder:
+        (folder / "a").write_text("made")
+        (folder / "b").write_text("made")
+        (tmp_path / "b").write_text("mine")
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+    assert (tmp_path / "b").read_text() == "mine"
+
+
+def test_a_run_that_fails_leaves_the_folder_as_it_was(tmp_path):
+    out = tmp_path / "out"
+    with pytest.raises(ZeroDivisionError), outfolder.of_run(out, ("a",)) as folder:
+        (folder / "a").write_text(str(1 / 0))
+    assert not out.exists()
+    with outfolder.of_run(out, ("a",)) as folder:
+        (folder / "a").write_text("made")
+    with pytest.raises(ZeroDivisionError), outfolder.of_run(out, ("a",)) as folder:
+        (folder / "a").write_text(str(1 / 0))
+    assert (out / "a").read_text() == "made"
+    assert sorted(path.name for path in out.iterdir()) == [outfolder.MARK, "a"]
 
 
 def test_a_mark_names_files_of_its_folder_only(tmp_path):
     (tmp_path / "mine").write_text("mine")
+    total = hashlib.sha256(b"mine").hexdigest()
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / outfolder.MARK).write_text("../mine\n")
+    (tmp_path / "out" / outfolder.MARK).write_text(f"{total}  ../mine\n")
     with pytest.raises(UserError), outfolder.of_run(tmp_path / "out", ("../mine",)):
         raise AssertionError("not reached")
     assert (tmp_path / "mine").read_text() == "mine"
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from pixstep import atomic, outfolder
+with outfolder.of_run(Path("out"), ("a",)) as folder, atomic.replacing(Path("out/x")):
+    (folder / "a").write_text("half")
+    os.kill(os.getpid(), 9)
+"""
+
+
+def test_what_a_killed_run_leaves_is_removed_by_the_next(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert subprocess.run([sys.executable, "-c", KILLED], check=False).returncode == -9
+    left = [path.name for path in (tmp_path / "out").iterdir()]
+    assert len(left) == 2 and all(name.startswith(unfinished.PREFIX) for name in left)
+    with outfolder.of_run(Path("out"), ("a",)) as folder:
+        own = [path.name for path in (tmp_path / "out").iterdir()]
+        assert own == [folder.name]
+        atomic.write_text(Path("out/x"), "whole")  # leaves the folder of a run that goes on
+        (folder / "a").write_text("made")
+    assert sorted(path.name for path in Path("out").iterdir()) == [outfolder.MARK, "a", "x"]
 
 
 @pytest.mark.parametrize(

@@ -5,14 +5,13 @@ import subprocess
 import sys
 from fractions import Fraction
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
 from clock import TICK_HZ
-from pixstep import formats
+from pixstep import formats, plotting
 from pixstep.board import boards, registers
 from pixstep.board.client import Board
 from pixstep.cli.main import main
@@ -47,7 +46,7 @@ def exact_trace(line: Line) -> plots.Trace:
 @pytest.mark.parametrize("name", ["_motion", "_edge_error", "_positions"])
 @pytest.mark.parametrize("line", [Line(SWEEP, PLAIN), worked_line(250)], ids=[PLAIN, SMOOTH])
 def test_no_legend_lies_over_a_curve(name, line):
-    with mpl.rc_context(plots.STYLE):
+    with plotting.styled():
         figure = getattr(plots, name)(exact_trace(line))
         figure.canvas.draw()
     found = [axes for axes in figure.axes if axes.get_legend()]
@@ -58,7 +57,6 @@ def test_no_legend_lies_over_a_curve(name, line):
         assert figure.bbox.x0 <= legend.x0 and legend.x1 <= figure.bbox.x1
         assert axes.get_title(loc="left")
         assert axes._left_title.get_window_extent().x1 < legend.x0
-    mpl.pyplot.close(figure)
 
 
 def test_equal_findings_of_neighbours_are_one_line(tmp_path):

@@ -141,7 +141,7 @@ def test_command(tmp_path):
 
 def test_command_takes_motor_and_frequency_from_the_name():
     assert "plain" not in run(PRN, "--max-acceleration", "115200steps/s2")
-    output = run(PRN, "--max-acceleration", "115199steps/s2", status=2)
+    output = run(PRN, "--max-acceleration", "115199steps/s2", status=3)
     assert "acceleration 128 is above 127" in output
 
 

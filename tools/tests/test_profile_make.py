@@ -129,14 +129,15 @@ def test_the_command_makes_what_line_check_accepts(tmp_path, monkeypatch):
         name = f"{number}.PRN"
         made = run(
             "make", "--top-speed", limits.top_speed, "--max-acceleration", limits.max_acceleration,
-            "--max-jerk", limits.max_jerk, "-o", name, "--json",
+            "--max-jerk", limits.max_jerk, "-o", name, "--force", "--json",
         )  # fmt: skip
         speeds, notes = formats.read_prn(tmp_path / name)
         assert speeds == json.loads(made)["speeds"] and notes == []
         pixels = 2 * shortest_pixels(limits) + 1
         run(
             "make", "--profile", name, "--speed", limits.top_speed, "--pixels", pixels,
-            "--pixel-hz", 30, "--jerk-warn", limits.max_jerk, "-o", "line.csv", group="line",
+            "--pixel-hz", 30, "--jerk-warn", limits.max_jerk, "-o", "line.csv", "--force",
+            group="line",
         )  # fmt: skip
         checked = run(
             "check", "line.csv", "--decode", "smooth", "--max-acceleration",
@@ -218,7 +219,7 @@ def test_csv_for_fast_moves_and_homing(tmp_path, monkeypatch):
     header = read.header
     assert (header.name, header.haps, header.lead_in_px, header.pixel_hz) == ("mine", 3, 2, "30")
     assert "fine" in run("check", "a.csv", "--max-acceleration", 20, "--max-jerk", 8)
-    run(*common, "--plain")
+    run(*common, "--decode", "plain", "--force")
     assert list(formats.read_csv(tmp_path / "a.csv").values) == speeds
 
 
@@ -232,7 +233,7 @@ def test_csv_for_fast_moves_and_homing(tmp_path, monkeypatch):
         (["--motor", "M39"], "have no use"),
         (["--max-jerk", "1"], "jerk limit 1 steps/px3 is below 2"),
         (["--max-jerk", "40steps/s3"], "needs --pixel-hz"),
-        (["--max-jerk", "40steps/px2"], "expected steps/px3 or steps/s3"),
+        (["--max-jerk", "40steps/px2"], "expected a number of steps/px3 or steps/s3"),
     ],
 )
 def test_misuse_is_refused_in_one_line(tmp_path, monkeypatch, more, message):
@@ -251,4 +252,5 @@ def test_line_below_the_top_speed_tells_of_its_jerk(tmp_path, monkeypatch):
     assert "the acceleration changes by 88, above 40" in output
     assert "pixstep profile make --top-speed 900 --max-jerk 40" in output
     assert (tmp_path / "l.csv").exists()
-    assert "warning" not in run(*common, "--speed", 1000, "--jerk-warn", 40, group="line")
+    again = (*common, "--force")
+    assert "warning" not in run(*again, "--speed", 1000, "--jerk-warn", 40, group="line")

@@ -4,7 +4,6 @@
 import json
 from fractions import Fraction
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -24,16 +23,13 @@ TURNING = Line((10, 20, 20, 10, 0, -10, -10), PLAIN)
 
 @pytest.fixture
 def draw():
-    """Return a function that builds a figure; the figures are closed afterwards."""
-    made = []
+    """Return a function that builds a figure and returns its axes by label."""
 
     def build(line, **more):
-        made.append(figure.build(figure.Drawing(line, "title", **more)))
-        return {axes.get_label(): axes for axes in made[-1].axes}
+        made = figure.build(figure.Drawing(line, "title", **more))
+        return {axes.get_label(): axes for axes in made.axes}
 
-    yield build
-    for one in made:
-        plt.close(one)
+    return build
 
 
 def drawn(axes, gid):
@@ -261,9 +257,9 @@ def test_misuse(tmp_path):
     text = run("line", "show", MPOS, "--decode", "smooth", "-o", tmp_path / "a.txt", status=2)
     assert "a drawing ends with .png, .svg, .pdf" in text
     text = run("line", "show", MPOS, "--decode", "smooth", "--backlash", 1001, status=2)
-    assert "above the line speed 1000" in text
+    assert "backlash 1001, speed 1000" in text
     text = run("line", "show", MPOS, "--decode", "plain", "--backlash", 1, status=2)
-    assert "only a smooth line" in text
+    assert "needs a smooth line" in text
     text = run("profile", "show", MPOS, "--speed", 10, status=2)
     assert "--speed is for a PRN" in text
     assert list(tmp_path.iterdir()) == []

@@ -92,7 +92,7 @@ def test_a_failure_of_the_program_stops_what_moves(one):
         raise OSError(5, "the terminal is gone")
 
     one.world.later(0.5, fail)
-    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm", status=2)
+    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm", status=3)
     assert text == "the terminal is gone"
     assert one.board.commands[-1] == ("stop", 1, 0)
 
@@ -143,9 +143,9 @@ def test_a_simulation_leaves_nothing_behind(simulator, tmp_path, number, name, s
         [sys.executable, "-m", "pixstep", *words, "--out", "out"],
         cwd=tmp_path, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    while not list(tmp_path.glob("out/.run-*/edges.csv")):
+    while not list(tmp_path.glob("out/.pixstep-part-*/.run-*/edges.csv")):
         assert process.poll() is None
     process.send_signal(number)
     _, errors = process.communicate()
     assert process.returncode == status and errors == f"pixstep: ended by {name}\n"
-    assert list((tmp_path / "out").iterdir()) == []
+    assert not (tmp_path / "out").exists()

@@ -3,8 +3,6 @@
 and safety stand on.
 """
 
-from dataclasses import replace
-
 import pytest
 
 from bench import Bench
@@ -15,7 +13,6 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 from pixstep.simulation.simctl import SimulatorError
-from pixstep.simulation.simrun import BOOT_S
 
 pytestmark = pytest.mark.usefixtures("simulator")
 BOARDS = boards.BOARD_NAMES
@@ -35,7 +32,7 @@ def pin_of(board, signal):
 def cause_after(bench, act):
     """Return the board's own reset_cause after doing something to it."""
     act()
-    bench.sim.wait_s(BOOT_S)
+    bench.sim.boot()
     return bench.board.input("reset_cause")
 
 
@@ -72,7 +69,7 @@ def test_no_power():
         with pytest.raises(SimulatorError, match="the board has no power"):
             bench.sim.reset(0)
         bench.sim.power_on(0)
-        bench.sim.wait_s(BOOT_S)
+        bench.sim.boot()
         assert bench.board.input("reset_cause") == POWER_ON
 
 
@@ -91,7 +88,7 @@ def store(bench):
 def test_eeprom(board, tmp_path):
     path = tmp_path / "eeprom.bin"
     bench = Bench(board)
-    bench.options = replace(bench.options, eeproms={0: path})
+    bench.options["eeproms"] = {0: path}
     with bench:
         changed = store(bench)
         assert changed
@@ -103,7 +100,7 @@ def test_eeprom(board, tmp_path):
         assert bench.sim.eeprom_read(0, 999, 3) == b"\xff\x12\x34"
         bench.sim.quit()
     bench = Bench(board)
-    bench.options = replace(bench.options, eeproms={0: path})
+    bench.options["eeproms"] = {0: path}
     with bench:  # what the run before has left
         assert bench.board.input("settings_serial") == 1
         assert bench.sim.eeprom_read(0, 1000, 2) == b"\x12\x34"

@@ -3,15 +3,22 @@
 
 #include "base/apart.h" // APART
 
+// Discard what is written and not made. slot: where the step interrupt reads next.
+static void empty_stream(struct axis *axis, uint8_t slot)
+{
+    feed_reset(&axis->feed, slot, axis->ledger.negative, axis->ledger.loaded_ticks);
+}
+
 void axis_init(struct axis *axis, const struct axis_parts *parts)
 {
     *axis = (struct axis){.stagger = parts->stagger};
     lifecycle_reset(&axis->life);
     segment_queue_init(&axis->queue, parts->slots, parts->slot_count);
     line_check_reset(&axis->check);
-    axis->feed.engine_trains = parts->trains;
-    feed_reset(&axis->feed, parts->ring, 0);
-    ledger_reset(&axis->ledger, parts->ring, parts->first_period_ticks);
+    axis->feed.stream.ring = parts->ring;
+    axis->feed.stream.engine_trains = parts->trains;
+    ledger_reset(&axis->ledger, parts->first_period_ticks);
+    empty_stream(axis, 0);
 }
 
 static APART struct segment read_segment(const uint8_t *bytes)
@@ -213,11 +220,9 @@ void axis_discard(struct axis *axis, uint8_t ring_slot)
     line_check_reset(&axis->check);
     axis->whole_lines = 0;
     axis->phase = DECODE_OUTSIDE;
-    feed_reset(&axis->feed, axis->feed.ring, ring_slot);
-    axis->feed.negative = axis->ledger.negative;
-    // A pulse train that was cut off is accounted for already: ledger_follow() sees the cut.
-    ledger_skip_to(&axis->ledger, ring_slot);
-    axis->feed.written_ticks = axis->ledger.taken_ticks;
+    // A pulse train that was cut off is accounted for already: ledger_advance() sees the cut.
+    ledger_cut(&axis->ledger, &axis->feed.stream);
+    empty_stream(axis, ring_slot);
     (void)lifecycle_report(&axis->life, LIFECYCLE_SETTLED);
 }
 

@@ -84,17 +84,17 @@ struct axis {
     uint32_t zero_ticks;
     // Lines that are not decoded yet.
     struct segment_queue queue;
-    // Checks what is queued; it stands behind the newest entry of the queue.
-    struct line_check check;
     // The line in work,
     struct line line;
-    // its piece in work,
-    struct piece piece;
-    // and the place in that piece; `phase` says which of them are valid.
+    // the place in its piece,
     struct walk walk;
-    // The writer's end of the ring.
+    // and that piece; `phase` says which of them are valid.
+    struct piece piece;
+    // Checks what is queued; it stands behind the newest entry of the queue.
+    struct line_check check;
+    // The writer's end of the stream, and the stream.
     struct feed feed;
-    // The reader's end of the ring, and the account of time and position.
+    // The reader's end of the stream: the account of time and position.
     struct ledger ledger;
 };
 
@@ -165,5 +165,5 @@ void axis_line_decoded(struct axis *axis,
 // Entries in the ring that the ledger has not accounted for.
 static inline uint8_t axis_ring_fill(const struct axis *axis)
 {
-    return (uint8_t)(axis->feed.head - axis->ledger.retired);
+    return stream_used(&axis->feed.stream);
 }

@@ -23,7 +23,7 @@
 #define SEEK_AHEAD_TICKS ((uint32_t)0x20000)
 // Most steps of a curve that are decoded and published together; the second holds for a low ring.
 // The ledger accounts for such a batch as a whole, so that a batch's slots stay in use until then.
-#define CURVE_BATCH     (FEED_BLOCKS > 0 ? 60u : 120u)
+#define CURVE_BATCH     (STREAM_BATCHES > 0 ? 60u : 120u)
 #define CURVE_BATCH_LOW 16u
 
 static void begin_piece(struct axis *axis)
@@ -44,11 +44,11 @@ static void begin_piece(struct axis *axis)
 
 uint32_t decode_ahead_ticks(const struct axis *axis)
 {
-    uint32_t ahead = axis->feed.written_ticks - axis->ledger.taken_ticks;
+    uint32_t ahead = axis->feed.stream.end_ticks - axis->ledger.loaded_ticks;
 
     if (axis->ledger.train != LEDGER_NO_TRAIN) {
         ahead -= (uint32_t)ledger_train_loaded(&axis->ledger) *
-                 feed_train_base(&axis->feed, axis->ledger.train);
+                 stream_train_base(&axis->feed.stream, axis->ledger.train);
     }
     return ahead;
 }
@@ -56,7 +56,7 @@ uint32_t decode_ahead_ticks(const struct axis *axis)
 // True when no piece may be begun for now: no mark is left, or a seek is decoded far enough ahead.
 static bool no_more_pieces(const struct axis *axis)
 {
-    return feed_marks_full(&axis->feed) ||
+    return stream_marks_full(&axis->feed.stream) ||
            (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
 }
 
@@ -108,9 +108,9 @@ static bool train_awaited(const struct axis *axis)
 {
     const struct feed *feed = &axis->feed;
 
-    return !feed_train_free(feed) && train_due(axis) &&
+    return !stream_train_free(&feed->stream) && train_due(axis) &&
            (axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
-            feed->trains[feed->newest_train].ticks >= TRAIN_WAIT_TICKS);
+            feed->stream.trains[feed->stream.newest_train].ticks >= TRAIN_WAIT_TICKS);
 }
 
 bool decode_is_ahead(const struct axis *axis)
@@ -118,11 +118,11 @@ bool decode_is_ahead(const struct axis *axis)
     uint8_t phase = axis->phase;
 
     if (phase == DECODE_OUTSIDE || phase == DECODE_DRY ||
-        feed_space(&axis->feed, axis->ledger.retired) < DECODE_ROOM) {
+        stream_space(&axis->feed.stream) < DECODE_ROOM) {
         return true;
     }
     if (phase == DECODE_AWAITS_TRAIN) {
-        return !feed_train_free(&axis->feed);
+        return !stream_train_free(&axis->feed.stream);
     }
     return phase == DECODE_PIECE && !feed_busy(&axis->feed) && no_more_pieces(axis);
 }
@@ -142,7 +142,7 @@ static void pass_step(struct axis *axis)
 // Hand the next steps to the interrupt as a pulse train, as many as the ring has room for.
 static void decode_train(struct axis *axis)
 {
-    uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
+    uint8_t room = (uint8_t)(stream_space(&axis->feed.stream) - FEED_BURST);
     uint16_t fit = (uint16_t)((room + 1u) * STEP_TRAIN_ENTRY_MAX);
     uint16_t steps = walk_stretch(&axis->walk);
     struct even even = axis->walk.steps.even;
@@ -157,29 +157,27 @@ static void decode_train(struct axis *axis)
 // Decode ordinary steps, evenly spaced: a whole burst with everything in registers.
 static uint32_t burst_even(struct axis *axis, uint8_t count)
 {
-    struct step_ring *ring = axis->feed.ring;
+    struct stream *stream = &axis->feed.stream;
+    struct step_ring *ring = stream->ring;
     struct even even = axis->walk.steps.even;
-    uint8_t slot = axis->feed.head;
+    uint8_t slot = stream->head;
     uint32_t sum = 0;
 
     for (; count != 0; count--) {
         uint32_t ticks = even_next(&even);
         sum += ticks;
-        slot = feed_burst_put(ring, slot, (uint16_t)ticks);
+        slot = stream_write(ring, slot, (uint16_t)ticks);
     }
     axis->walk.steps.even.sum = even.sum;
-    feed_note_block(&axis->feed, axis->feed.head, (uint8_t)(slot - axis->feed.head), sum);
-    axis->feed.head = slot;
+    stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);
     return sum;
 }
 
 // Decode up to `count` ordinary steps of a curve, as long as the fast decoders can make them. The
-// steps become visible to the interrupt all at once: the empty slot behind them is stored first,
-// and then the high byte of the first entry.
+// steps become visible to the interrupt all at once.
 static uint32_t burst_curve(struct axis *axis, uint8_t *count)
 {
-    struct step_ring *ring = axis->feed.ring;
-    uint8_t slot = axis->feed.head;
+    struct stream *stream = &axis->feed.stream;
     uint8_t fill = axis_ring_fill(axis);
     uint8_t most = fill < CURVE_BATCH_LOW ? CURVE_BATCH_LOW : fill;
     struct curve_made made;
@@ -187,16 +185,16 @@ static uint32_t burst_curve(struct axis *axis, uint8_t *count)
     if (most > CURVE_BATCH) {
         most = CURVE_BATCH;
     }
-    curve_burst(
-        &axis->walk.steps.curve, ring, slot, *count < most ? *count : most, &made);
+    curve_burst(&axis->walk.steps.curve,
+                stream->ring,
+                stream->head,
+                *count < most ? *count : most,
+                &made);
     *count = made.steps;
     if (made.steps == 0) {
         return 0;
     }
-    axis->feed.head = (uint8_t)(slot + made.steps);
-    ring->high[axis->feed.head] = STEP_HIGH_EMPTY;
-    ring->high[slot] = made.first_high;
-    feed_note_block(&axis->feed, slot, made.steps, made.ticks);
+    stream_publish_batch(stream, made.steps, made.ticks, made.first_high);
     return made.ticks;
 }
 
@@ -211,7 +209,7 @@ static uint8_t cost_shift(const struct axis *axis)
 // The number of ordinary steps that budget, space in the ring and the walk allow.
 static uint8_t burst_size(const struct axis *axis, uint8_t budget, uint8_t shift)
 {
-    uint8_t room = (uint8_t)(feed_space(&axis->feed, axis->ledger.retired) - FEED_BURST);
+    uint8_t room = (uint8_t)(stream_space(&axis->feed.stream) - FEED_BURST);
     uint16_t steps = walk_burst(&axis->walk);
     uint8_t count = (uint8_t)(budget >> shift);
 
@@ -272,7 +270,7 @@ static uint8_t decode_steps(struct axis *axis, uint8_t budget)
         return 0;
     }
     axis->phase = DECODE_STEPS;
-    if (train_due(axis) && feed_train_free(&axis->feed)) {
+    if (train_due(axis) && stream_train_free(&axis->feed.stream)) {
         decode_train(axis);
         return SLOW_STEP_COST;
     }
@@ -294,7 +292,7 @@ uint8_t decode_axis(struct axis *axis,
                     uint8_t budget)
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
-           feed_space(&axis->feed, axis->ledger.retired) >= DECODE_ROOM_LEFT) {
+           stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
         uint8_t cost = 1;
         if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);

@@ -91,6 +91,16 @@ static bool engine_execute(struct step_engine *engine, uint8_t command, bool *re
     return true;
 }
 
+// The ring has nothing to take: inside a line the decoder was too late, and the engine halts.
+static struct step_load take_nothing(struct step_engine *engine, bool reverses)
+{
+    if (engine->state == STEP_ENGINE_IN_LINE) {
+        engine->stop = true;
+        engine->state = STEP_ENGINE_HALTED;
+    }
+    return idle_load(engine, reverses);
+}
+
 struct step_load step_engine_take(struct step_engine *engine,
                                   const struct step_ring *ring)
 {
@@ -113,11 +123,7 @@ struct step_load step_engine_take(struct step_engine *engine,
         uint8_t low = ring->low[tail];
 
         if (high == STEP_HIGH_EMPTY) {
-            if (engine->state == STEP_ENGINE_IN_LINE) {
-                engine->stop = true;
-                engine->state = STEP_ENGINE_HALTED;
-            }
-            return idle_load(engine, reverses);
+            return take_nothing(engine, reverses);
         }
         engine->tail = (uint8_t)(tail + 1u);
         if (high != STEP_HIGH_COMMAND) {

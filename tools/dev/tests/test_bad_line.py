@@ -74,7 +74,7 @@ class _Deaf:
         self.lost, self.blocks, self.free = True, [], 60
 
     def axis(self, _):
-        return {"next_block": 0, "queue_free": self.free, "axis_state": 1}
+        return {"next_block": 0, "queue_free": self.free, "axis_state": 1, "line_error": 0}
 
     def write_block(self, _, block, entries):
         self.blocks.append((block, entries))

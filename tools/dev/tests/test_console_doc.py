@@ -4,7 +4,7 @@
 import pytest
 
 from pixstep import natives
-from pixstep.cli.board.group import board
+from pixstep.cli.main import board
 from pixstep_dev.tutorial import check, document
 
 CONSOLE = natives.source("docs/CONSOLE.md")

@@ -10,6 +10,7 @@ from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
+from pixstep.simulation.simctl import Simulator
 from pixstep_dev.robustness import estops
 
 BOARDS = boards.BOARD_NAMES
@@ -75,7 +76,7 @@ def test_an_edge_too_many_is_a_complaint(monkeypatch):
 
 @pytest.mark.usefixtures("simulator")
 def test_a_wrong_position_is_a_complaint(monkeypatch):
-    monkeypatch.setattr(estops.Simulator, "steps", lambda *_: 123_456_789)
+    monkeypatch.setattr(Simulator, "steps", lambda *_: 123_456_789)
     outcome = estops.run(estops.Plan("uno", 2))
     assert any("123456789 steps made" in text for text in outcome.complaints)
 

@@ -9,7 +9,8 @@ from same_edges import Made
 
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
-from pixstep.simulation.simrun import BOOT_S, Job
+from pixstep.simulation.simctl import BOOT_S
+from pixstep.simulation.simrun import Job
 
 CSV = """\
 cycle,board,axis,signal,level

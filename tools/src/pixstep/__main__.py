@@ -1,15 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""`python -m pixstep` is the same as the `pixstep` command."""
+"""The `pixstep` command; `python -m pixstep` is the same."""
 
 import sys
 
 from pixstep import signals
+from pixstep.errors import UserError
 
-if __name__ == "__main__":
+
+def run() -> None:
+    """Load the command and run it; what ends the loading is one line."""
     try:
         signals.catch()
         from pixstep.cli.main import main
     except KeyboardInterrupt as error:  # loading takes a moment; the command is not there yet
         print(f"pixstep: ended by {signals.name(error)}", file=sys.stderr)
         sys.exit(signals.status(error))
+    except UserError as error:
+        print(f"pixstep: {error}", file=sys.stderr)
+        sys.exit(2)
     main(prog_name="pixstep")
+
+
+if __name__ == "__main__":
+    run()

@@ -2,7 +2,8 @@
 """Output files appear whole or not at all: written beside their place, then renamed.
 
 A link stays and its file is replaced. A device, a FIFO and the standard output (also as "-") are
-written to. Everything that the system refuses is a UserError naming the file.
+written to. Everything that the system refuses is a UserError naming the file. Under `rules`, a file
+that exists is replaced only if the user says so, and an input never.
 """
 
 import contextlib
@@ -15,16 +16,58 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
+from pixstep import unfinished
 from pixstep.errors import UserError
+from pixstep.unfinished import Part
 
 STDOUT = Path("-")
-_PREFIX = ".pixstep-"
 _LONGEST_SUFFIX = 8  # of a name that says a format; a longer one could make the name too long
-_waiting: ContextVar[list[tuple[Path, Path]] | None] = ContextVar("waiting", default=None)
+_waiting: ContextVar[list[tuple[Part, Path]] | None] = ContextVar("waiting", default=None)
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What may be replaced: existing files only with `force`, the command's inputs never."""
+
+    force: bool = False
+    inputs: tuple[Path, ...] = ()
+
+
+_rules: ContextVar[Rules | None] = ContextVar("rules", default=None)
+
+
+@contextlib.contextmanager
+def rules(new: Rules) -> Iterator[None]:
+    """Hold the block to rules; without any a library's caller may write where it likes."""
+    token = _rules.set(new)
+    try:
+        yield
+    finally:
+        _rules.reset(token)
+
+
+def forced() -> bool:
+    """Whether the user says that existing files may be replaced."""
+    found = _rules.get()
+    return found is not None and found.force
+
+
+def refuse(target: Path) -> None:
+    """Raise UserError if the rules forbid to write a target."""
+    found = _rules.get()
+    if found is None or is_stdout(target):
+        return
+    for path in found.inputs:
+        with contextlib.suppress(OSError):
+            if target.samefile(path) and path.is_file():
+                raise UserError(f"{target}: is the input: name another file for the output")
+    if not found.force and target.is_file():
+        raise UserError(f"{target}: already exists (--force replaces it)")
 
 
 @contextlib.contextmanager
@@ -37,36 +80,36 @@ def replacing(target: Path) -> Iterator[Path]:
     target = Path(target)
     with told_of(target):
         place = _place(target)
-        temporary = _temporary(place or Path(tempfile.gettempdir(), target.name))
+        part = _part(place) if place else _stream_part(target)
     try:
-        with told_of(target, temporary):
-            yield temporary
+        with told_of(target, part.path):
+            yield part.path
             if place:
-                temporary.chmod(_mode(place))
-                _rename(temporary, place)
+                part.path.chmod(_mode(place))
+                _rename(part, target, place)
             else:
-                _pour(temporary, target)
+                _pour(part.path, target)
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        part.remove()
         raise
     if place is None:
-        temporary.unlink(missing_ok=True)
+        part.remove()
 
 
 @contextlib.contextmanager
 def together() -> Iterator[None]:
     """Let the files that are written in the block appear at its end, all of them or none."""
-    waiting: list[tuple[Path, Path]] = []
+    waiting: list[tuple[Part, Path]] = []
     token = _waiting.set(waiting)
     try:
         yield
-        for temporary, place in waiting:
+        for part, place in waiting:
             with told_of(place):
-                temporary.replace(place)
+                part.path.replace(place)
     finally:
         _waiting.reset(token)
-        for temporary, _ in waiting:
-            temporary.unlink(missing_ok=True)
+        for part, _ in waiting:
+            part.remove()
 
 
 @contextlib.contextmanager
@@ -81,7 +124,7 @@ def told_of(target: Path, *instead: Path) -> Iterator[None]:
         if error.errno == errno.EPIPE:
             raise
         named = Path(os.fsdecode(error.filename or target))
-        mine = named in (target, *instead) or named.name.startswith(_PREFIX)
+        mine = named in (target, *instead) or named.name.startswith(unfinished.PREFIX)
         where = "" if mine else f" ({named})"
         reason = error.strerror or str(error)
         if isinstance(error, FileExistsError):  # where a folder is to be made
@@ -95,6 +138,16 @@ def is_stdout(target: Path | None) -> bool:
         return target is not None
     try:
         return os.path.samestat(target.stat(), os.fstat(1))
+    except OSError:
+        return False
+
+
+def is_stream(target: Path) -> bool:
+    """Whether a target is no file but can be written to: the standard output, a device, a FIFO."""
+    if is_stdout(target):
+        return True
+    try:
+        return _is_sink(target.stat().st_mode)
     except OSError:
         return False
 
@@ -131,33 +184,44 @@ def _place(target: Path) -> Path | None:
     place = Path(os.path.realpath(target))
     if place.exists():
         kind = target.stat().st_mode
-        if stat.S_ISCHR(kind) or stat.S_ISFIFO(kind):
+        if _is_sink(kind):
             return None
         if not stat.S_ISREG(kind):
             what = "a folder" if stat.S_ISDIR(kind) else "no file"
             raise UserError(f"{target}: is {what}: nothing can be written there")
+        refuse(target)
     elif target.is_symlink() and not place.parent.is_dir():
         raise UserError(f"{target}: is a link to {place}, whose folder is not there")
     place.parent.mkdir(parents=True, exist_ok=True)
     return place
 
 
-def _temporary(place: Path) -> Path:
+def _is_sink(mode: int) -> bool:
+    return stat.S_ISCHR(mode) or stat.S_ISFIFO(mode)
+
+
+def _part(place: Path) -> Part:
     """Make an empty file beside a place; its suffix says the format as the place's does."""
     suffix = place.suffix if len(os.fsencode(place.suffix)) <= _LONGEST_SUFFIX else ""
-    handle, name = tempfile.mkstemp(prefix=_PREFIX, suffix=suffix, dir=place.parent)
-    os.close(handle)
-    return Path(name)
+    return unfinished.file(place.parent, suffix)
 
 
-def _rename(temporary: Path, place: Path) -> None:
+def _stream_part(target: Path) -> Part:
+    """Make an empty file for what goes to a stream; a drawing takes its format from the suffix."""
+    suffix = target.suffix if target.suffix in (".svg", ".pdf") else ".png"
+    return unfinished.file(Path(tempfile.gettempdir()), suffix)
+
+
+def _rename(part: Part, target: Path, place: Path) -> None:
     """Put a file into its place, or note that it is to be put there with others."""
+    refuse(target)  # somebody may have made it meanwhile
     waiting = _waiting.get()
     if waiting is None:
-        temporary.replace(place)
+        part.path.replace(place)
+        part.release()
     else:
         _refuse_name(place)
-        waiting.append((temporary, place))
+        waiting.append((part, place))
 
 
 def _refuse_name(place: Path) -> None:

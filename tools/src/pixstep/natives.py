@@ -1,11 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Where the clone, its native programs and its board images are."""
+"""Where the package finds what the build makes for it, in a clone and installed alike.
+
+                         in a clone                    installed from a wheel
+tables, C core           build/host/python             pixstep/_built
+images of the boards     build/BOARD/firmware          pixstep/_built
+pixstep-sim              PIXSTEP_SIM, build/host/bin   PIXSTEP_SIM, PATH
+"""
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
 from pixstep.errors import UserError
+
+_SIMULATOR = "pixstep-sim"
+_INSTALLED = Path(__file__).resolve().parent / "_built"
 
 
 def root() -> Path:
@@ -14,32 +24,59 @@ def root() -> Path:
     return Path(given).resolve() if given else Path(__file__).resolve().parents[3]
 
 
+def installed() -> bool:
+    """True if the package came by a wheel, which has all that the build makes inside."""
+    return _INSTALLED.is_dir() and "PIXSTEP_ROOT" not in os.environ
+
+
 def source(relative: str) -> Path:
     """Return a source file of the clone; raises UserError if it is not there."""
     path = root() / relative
-    if not path.is_file():
-        raise UserError(f"{path}: missing; pixstep runs from a clone (or set PIXSTEP_ROOT)")
+    if installed() or not path.is_file():
+        raise UserError(f"{relative}: this needs a clone of pixstep (or set PIXSTEP_ROOT)")
     return path
 
 
+def made(name: str) -> Path:
+    """Return a file that the build makes for the package: tables, the C core."""
+    return _built(_made(name))
+
+
+def have_made(name: str) -> bool:
+    """True if the build has made this file for the package."""
+    return _made(name).is_file()
+
+
 def program(name: str) -> Path:
-    """Return a native program of the host build, e.g. pixstep-plan or pixstep-sim."""
-    return _built(root() / "build" / "host" / "bin" / name)
+    """Return a native program of the host build, e.g. pixstep-native-board, or the simulator."""
+    found = _program(name)
+    if found is None:
+        raise UserError(
+            f"{name} is not on PATH: simulations need it, a clone of pixstep builds it "
+            f"(PIXSTEP_SIM may name it instead)"
+        )
+    return _built(found)
 
 
 def image(board: str) -> Path:
-    """Return the board's firmware image (ELF)."""
-    return _built(root() / "build" / board / "firmware" / f"pixstep-{board}.elf")
+    """Return the board's firmware image for the simulator (ELF)."""
+    return _built(_place(board, "elf"))
+
+
+def hex_image(board: str) -> Path:
+    """Return where the board's firmware image for a boot loader is (Intel HEX)."""
+    return _place(board, "hex")
 
 
 def have(name: str) -> bool:
-    """True if the native program `name` has been built."""
-    return (root() / "build" / "host" / "bin" / name).is_file()
+    """True if the native program `name` is there."""
+    found = _program(name)
+    return found is not None and found.is_file()
 
 
 def have_image(board: str) -> bool:
-    """True if the board's image has been built."""
-    return (root() / "build" / board / "firmware" / f"pixstep-{board}.elf").is_file()
+    """True if the board's image is there."""
+    return _place(board, "elf").is_file()
 
 
 def run(arguments: list[str], *, stdin: str = "") -> subprocess.CompletedProcess:
@@ -56,9 +93,34 @@ def run(arguments: list[str], *, stdin: str = "") -> subprocess.CompletedProcess
         raise UserError(f"{arguments[0]}: {error.strerror or error}") from None
 
 
+def _program(name: str) -> Path | None:
+    """Return where a program is or should be; None if PATH was searched in vain."""
+    if name == _SIMULATOR and "PIXSTEP_SIM" in os.environ:
+        return Path(os.environ["PIXSTEP_SIM"])
+    if not installed():
+        return root() / "build" / "host" / "bin" / name
+    found = shutil.which(name)
+    return Path(found) if found else None
+
+
+def _made(name: str) -> Path:
+    folder = _INSTALLED if installed() else root() / "build" / "host" / "python"
+    return folder / name
+
+
+def _place(board: str, suffix: str) -> Path:
+    """Return where a board's image is or should be."""
+    name = f"pixstep-{board}.{suffix}"
+    return _INSTALLED / name if installed() else root() / "build" / board / "firmware" / name
+
+
 def _built(path: Path) -> Path:
-    if not path.is_file():
-        raise UserError(
-            f"{path} is not built: run tools/setup, then `cmake --workflow --preset default`"
-        )
-    return path
+    if path.is_file():
+        return path
+    if path.parent == _INSTALLED:
+        raise UserError(f"{path.name}: this wheel of pixstep was built without it")
+    if path.name == _SIMULATOR and "PIXSTEP_SIM" in os.environ:
+        raise UserError(f"{path}: no such file (PIXSTEP_SIM)")
+    raise UserError(
+        f"{path} is not built: run tools/setup, then `cmake --workflow --preset default`"
+    )

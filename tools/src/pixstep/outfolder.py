@@ -1,65 +1,110 @@
 # SPDX-License-Identifier: MIT
-"""A folder for results (`--out`): only files that an earlier run has put there are replaced.
+"""A folder for results (`--out`): a run replaces only what an earlier run has left there.
 
-Which those are stands in the folder, in MARK, a name a line. A file of the user's stays: a run that
-would have to replace one is refused.
+Which files those are stands in the folder, in MARK, each with its SHA-256. A file that the user put
+there or edited stays: a run that would have to replace it is refused, unless the user says --force.
+A run's files appear together at its end; a run that fails or is killed leaves the folder as it was.
 """
 
 import contextlib
-from collections.abc import Iterable, Iterator
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from pixstep import atomic
+from pixstep import atomic, unfinished
 from pixstep.errors import UserError
 
 MARK = ".pixstep-results"
+_Sums = Mapping[str, set[str]]  # the SHA-256 that a run may have left, by name
 
 
 @contextlib.contextmanager
-def of_run(out: Path, names: Iterable[str]) -> Iterator[None]:
-    """Make room in a folder for the files that a run may write: `names`, without a path.
+def of_run(out: Path, names: Iterable[str]) -> Iterator[Path]:
+    """Yield an empty folder; what the block leaves there goes to `out` at its end.
 
-    The same files of an earlier run are removed, as they must not pass for this one's. Raises
-    UserError if one of them was not written by a run.
+    `names` are all files, without a path, that the run may leave; an earlier run's that this one
+    does not leave are removed from `out`, as they must not pass for this one's. Raises UserError if
+    one of them is not as a run left it.
     """
     wanted = sorted(set(names))
+    fresh = not out.exists()
     with atomic.told_of(out):
         out.mkdir(parents=True, exist_ok=True)
-        ours = _marked(out)
-        _refuse_others(out, wanted, ours)
-        for name in ours.intersection(wanted):
-            (out / name).unlink(missing_ok=True)
-        _mark(out, ours.union(wanted))
+        _refuse_others(out, wanted, _marked(out))
+        part = unfinished.directory(out)
     try:
-        yield
-    finally:
+        yield part.path
         with atomic.told_of(out):
-            _mark(out, {name for name in ours.union(wanted) if (out / name).is_file()})
+            _deliver(part.path, out, wanted)
+    except UserError as error:  # names a file by the place where it should have been
+        raise type(error)(str(error).replace(str(part.path), str(out))) from None
+    finally:
+        part.remove()
+        if fresh:
+            with contextlib.suppress(OSError):  # of a folder with results
+                out.rmdir()
 
 
-def _refuse_others(out: Path, wanted: list[str], ours: set[str]) -> None:
-    """Raise UserError for a file in the way that no run has written."""
+def _deliver(made: Path, out: Path, wanted: list[str]) -> None:
+    """Move a run's files to their places.
+
+    A mark for the old and the new files goes before them, so that whatever is in the folder when
+    this process is killed is known as a run's.
+    """
+    before = _marked(out)
+    _refuse_others(out, wanted, before)  # the run may have taken long
+    new = {path.name: {_sum(path)} for path in made.iterdir() if path.is_file()}
+    _mark(out, {name: before.get(name, set()) | new.get(name, set()) for name in {*before, *new}})
+    for name in wanted:
+        if name in new:
+            (made / name).replace(os.path.realpath(out / name))
+        else:
+            (out / name).unlink(missing_ok=True)
+    _mark(out, {name: before[name] for name in before if name not in wanted} | new)
+
+
+def _refuse_others(out: Path, wanted: list[str], ours: _Sums) -> None:
+    """Raise UserError for a file in the way that is not as a run left it."""
     for name in wanted:
         path = out / name
-        if name not in ours and (path.exists() or path.is_symlink()):
+        if not (path.exists() or path.is_symlink()):
+            continue
+        if path.exists() and not path.is_file():
+            raise UserError(f"{path}: is no file: nothing can be written there")
+        if name in ours and not path.is_symlink() and _sum(path) in ours[name]:
+            continue
+        if not atomic.forced():
             raise UserError(
-                f"{path}: is there already and is not of an earlier run: name another folder with "
-                f"--out, or move it away"
+                f"{path}: already exists and is not as an earlier run left it: name another "
+                f"folder with --out, or say --force"
             )
+        atomic.refuse(path)
 
 
-def _marked(out: Path) -> set[str]:
-    """Return the names that are marked as written by a run."""
+def _sum(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _marked(out: Path) -> dict[str, set[str]]:
+    """Return what runs have left."""
     try:
         rows = (out / MARK).read_text(encoding="utf-8", errors="replace").splitlines()
     except FileNotFoundError:
-        return set()
-    return {row for row in rows if row and row == Path(row).name}
+        return {}
+    found: dict[str, set[str]] = {}
+    for total, _, name in (row.partition("  ") for row in rows):
+        if name and name == Path(name).name:
+            found.setdefault(name, set()).add(total)
+    return found
 
 
-def _mark(out: Path, names: set[str]) -> None:
-    """Write the names; a folder without any has no mark."""
-    if names:
-        atomic.write_text(out / MARK, "".join(f"{name}\n" for name in sorted(names)))
-    else:
+def _mark(out: Path, sums: _Sums) -> None:
+    """Write the mark, in the form that sha256sum reads; a folder without results has none."""
+    rows = [f"{total}  {name}\n" for name in sorted(sums) for total in sorted(sums[name])]
+    if not rows:
         (out / MARK).unlink(missing_ok=True)
+        return
+    with atomic.rules(atomic.Rules(force=True)):
+        atomic.write_text(out / MARK, "".join(rows))

@@ -1,30 +1,40 @@
 # SPDX-License-Identifier: MIT
-"""Progress on the terminal's error stream; silent when nobody watches."""
+"""How far something long is: told by what does it, shown on a terminal if somebody watches."""
 
 import contextlib
+import sys
 from collections.abc import Callable, Iterator
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+Progress = Callable[[float], None]  # takes the share done, 0..1
 
-_errors = Console(stderr=True)
+
+def unseen(share: float) -> None:
+    """Take the share done and show nothing."""
+    del share
 
 
 @contextlib.contextmanager
-def shown(title: str) -> Iterator[Callable[[float], None]]:
-    """Yield a function that takes the share done (0..1) and shows it, on a terminal only."""
-    if not _errors.is_terminal:
-        yield lambda _: None
+def shown(title: str) -> Iterator[Progress]:
+    """Yield what takes the share done and shows it on the error stream, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield unseen
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    progress = Progress(*columns, console=_errors, transient=True)
-    task = progress.add_task(title, total=1.0)
+    from rich import progress as bars  # takes its time to load, which a script need not wait for
+    from rich.console import Console
+
+    columns = (
+        bars.TextColumn("{task.description}"),
+        bars.BarColumn(),
+        bars.TimeRemainingColumn(),
+    )
+    bar = bars.Progress(*columns, console=Console(stderr=True), transient=True)
+    task = bar.add_task(title, total=1.0)
     # A terminal that was closed is no reason to end, least of all instead of what ends the block.
     gone = contextlib.suppress(OSError)
     with gone:
-        progress.start()
+        bar.start()
     try:
-        yield lambda share: progress.update(task, completed=share)
+        yield lambda share: bar.update(task, completed=share)
     finally:
         with gone:
-            progress.stop()
+            bar.stop()

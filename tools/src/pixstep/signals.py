@@ -8,6 +8,9 @@ import contextlib
 import signal
 import threading
 from collections.abc import Iterator
+from typing import Any
+
+Handlers = dict[int, Any]  # what signals did before, by number
 
 _ENDING = ("SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _BASE_STATUS = 128  # a shell's exit status for a signal is this and its number
@@ -31,7 +34,7 @@ def status(error: KeyboardInterrupt) -> int:
     return _BASE_STATUS + (error.number if isinstance(error, Ended) else signal.SIGINT)
 
 
-def catch() -> dict[int, object]:
+def catch() -> Handlers:
     """Let SIGTERM and SIGHUP raise Ended in this process; return the handlers before.
 
     A signal that is ignored stays ignored: that is how nohup works. Only the main thread gets
@@ -82,7 +85,7 @@ def ignored() -> Iterator[None]:
         _restore(before)
 
 
-def _restore(handlers: dict[int, object]) -> None:
+def _restore(handlers: Handlers) -> None:
     for number, handler in handlers.items():
         signal.signal(number, handler)
 

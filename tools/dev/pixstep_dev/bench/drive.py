@@ -6,28 +6,22 @@ no longer answers, and checks nothing beforehand: lines that the host would refu
 """
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.boardrun import BoardRun, Watch
+from pixstep.board.client import BoardError, LineRefusedByBoardError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
-from pixstep.lines.runs import queue_entries
 from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
 from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S, SETTLE_PIXELS
+from pixstep.simulation.simboard import SimulatedBoard
 
 SLICE_S = 0.001  # how exactly a window opens and shuts
-_POLL_S = 0.1
-_POLL_PIXELS = 4
-_START_PIXELS = 10  # from arming to the last pixel there is this much to spare
 
 
 @dataclass(frozen=True)
@@ -84,112 +78,82 @@ class Outcome:
 def drive(run: Run) -> Outcome:
     """Run it; what the board does wrong is in the outcome."""
     outcome = Outcome(run)
-    image = run.image or natives.image(run.board)
     with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
         edges, clock = Path(folder, "edges.csv"), Path(folder, "clock.csv")
-        options = SimOptions([(run.board, image)], run.hz, edges=edges, clock_log=clock)
-        with Simulator(options, run.program) as simulator:
-            _Drive(run, simulator, outcome).go()
-            simulator.quit()
+        with SimulatedBoard(
+            run.board, run.hz, image=run.image, program=run.program, edges=edges, clock_log=clock
+        ) as board:
+            _go(board, outcome)
+            board.finish()
         outcome.edges, outcome.clock = read_edges(edges), read_clock(clock)
     return outcome
 
 
-class _Drive:
-    """The steps of one run; each method is one phase."""
-
-    def __init__(self, run: Run, simulator: Simulator, outcome: Outcome) -> None:
-        self.run, self.simulator, self.outcome = run, simulator, outcome
-        self.board = Board(SimClient(simulator))
-        self.axes = sorted(run.lines)
-        self.uploads: dict[int, Upload] = {}
-        self.windows = list(run.windows)
-        self.opened: dict | None = None
-        self.deadline = 0
-
-    def go(self) -> None:
-        """Go through all phases."""
-        try:
-            self.set_up()
-            self.follow()
-        except LineRefusedByBoardError as refusal:
-            self.outcome.refused = refusal.name
-        except BoardError as error:
-            self.outcome.trouble = str(error)
-            self.simulator.run(max(0, self.deadline - self.simulator.cycle))
-        self.settle()
-
-    def set_up(self) -> None:
-        """Boot, set, enable, upload, arm."""
-        self.simulator.wait_s(BOOT_S)
-        self.board.set_pixel_hz(self.run.hz)
+def _go(board: SimulatedBoard, outcome: Outcome) -> None:
+    """Go through all phases."""
+    run = outcome.run
+    try:
         # A board that is too busy to answer goes on with its line all the same.
-        self.board.write_setting("bus_timeout_ms", 0)
-        self.board.command("enable", self.axes)
-        for axis in self.axes:
-            self.uploads[axis] = Upload(self.board, axis, queue_entries(self.run.lines[axis]))
-            self.uploads[axis].push()
-            if self.state(self.board.axis(axis)) == "refused":
-                raise self.board.refusal(axis)
-        pixels = max(line.pixels for line in self.run.lines.values()) + _START_PIXELS
-        self.board.command("arm", self.axes)
-        lasts = int(pixels * self.run.period) + self.simulator.cycles(_POLL_S)
-        self.deadline = self.simulator.cycle + lasts
+        board.set_up(run.hz, list(run.lines), bus_timeout_ms=0)
+        board.load(run.lines)
+        board.arm()
+        if not board.follow(_Windows(board, outcome)):
+            outcome.trouble = "not done in time"
+    except LineRefusedByBoardError as refusal:
+        outcome.refused = refusal.name
+    except BoardError as error:
+        outcome.trouble = str(error)
+        board.link.world.wait(max(0.0, board.deadline_s - board.link.world.now_s()))
+    board.settle()
+    try:
+        outcome.fault = board.board.fault_name()
+    except BoardError as error:
+        outcome.trouble = outcome.trouble or str(error)
+    outcome.stats = board.simulator.stats()
 
-    def follow(self) -> None:
-        """Poll, stream and look through the windows until every axis is at its end."""
-        load = SerialLoad(self.board, self.axes, self.uploads) if self.run.serial_load else None
-        stretch = min(int(_POLL_PIXELS * self.run.period), self.simulator.cycles(_POLL_S))
-        look_cycles = self.simulator.cycles(SLICE_S)
-        while not self.ended():
-            if self.simulator.cycle > self.deadline:
-                self.outcome.trouble = "not done in time"
-                return
-            for upload in self.uploads.values():
-                upload.push()
-            until = self.simulator.cycle + stretch
-            while self.simulator.cycle < until:
-                self.look()
-                if load:
-                    load.until(self.simulator, until)
-                else:
-                    left = until - self.simulator.cycle
-                    self.simulator.run(min(left, look_cycles) if self.windows else left)
 
-    def ended(self) -> bool:
-        """Ask for the states, and for the records if they are wanted."""
-        states = [self.state(found) for found in self.board.axes(self.axes[-1] + 1)]
-        running = [axis for axis in self.axes if states[axis] == "running"]
-        for axis in running if self.run.records else ():
-            self.board.records(axis)
-        return all(states[axis] in ("done", "fault", "refused") for axis in self.axes)
+class _Windows(Watch):
+    """Looks through the windows of a run, reading records and loading the line if asked."""
 
-    def look(self) -> None:
+    def __init__(self, board: SimulatedBoard, outcome: Outcome) -> None:
+        run = outcome.run
+        self._board, self._simulator, self._outcome = board, board.simulator, outcome
+        self._load = SerialLoad(board.board, board.axes, board.uploads) if run.serial_load else None
+        self._windows = list(run.windows)
+        self._opened: dict | None = None
+
+    def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
+        """Read the records of running axes if they are wanted."""
+        for axis, found in registers.items() if self._outcome.run.records else ():
+            if regs.axis_state(found["axis_state"]) == "running":
+                self._board.board.records(axis)
+
+    def rest(self, run: BoardRun, begun_s: float) -> None:
+        """Let a whole stretch pass, however long the poll took."""
+        del begun_s
+        look_cycles = self._simulator.cycles(SLICE_S)
+        until = self._simulator.cycle + self._simulator.cycles(run.poll_s)
+        while self._simulator.cycle < until:
+            self._look()
+            if self._load:
+                self._load.until(self._simulator, until)
+            else:
+                left = until - self._simulator.cycle
+                self._simulator.run(min(left, look_cycles) if self._windows else left)
+
+    def _look(self) -> None:
         """Open or shut the next window if its step has been made."""
-        if not self.windows:
+        if not self._windows:
             return
-        made = self.simulator.count(0, self.axes[0])
-        if self.opened is None and made >= self.windows[0].first:
-            self.opened = self.simulator.stats() | {"made": made}
-            self.simulator.mark()
-        elif self.opened is not None and made >= self.windows[0].last:
-            self.outcome.views.append(view(self.opened, self.simulator.stats() | {"made": made}))
-            self.opened = None
-            del self.windows[0]
-
-    def settle(self) -> None:
-        """Let late edges show themselves; collect the fault and the statistics."""
-        self.simulator.run(int(SETTLE_PIXELS * self.run.period))
-        try:
-            self.outcome.fault = self.board.fault_name()
-        except BoardError as error:
-            self.outcome.trouble = self.outcome.trouble or str(error)
-        self.outcome.stats = self.simulator.stats()
-
-    @staticmethod
-    def state(registers: dict[str, int]) -> str:
-        """Return the name of an axis' state."""
-        return regs.AXIS_STATES[registers["axis_state"]]
+        made = self._simulator.count(0, self._board.axes[0])
+        if self._opened is None and made >= self._windows[0].first:
+            self._opened = self._simulator.stats() | {"made": made}
+            self._simulator.mark()
+        elif self._opened is not None and made >= self._windows[0].last:
+            now = self._simulator.stats() | {"made": made}
+            self._outcome.views.append(view(self._opened, now))
+            self._opened = None
+            del self._windows[0]
 
 
 def view(before: dict, after: dict) -> dict:

@@ -4,18 +4,12 @@
 from fractions import Fraction
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pixstep import atomic
+from pixstep import plotting
 from pixstep.board import boards
-from pixstep.simulation import plots
 from pixstep_dev.bench import compare, lines, ramp
 
 _BOARD = "uno"
@@ -27,22 +21,17 @@ _TICK_US = 1e6 / _TICK_HZ
 def draw(path: Path) -> None:
     """Run the ramp and draw it into `path`."""
     errors, _ = ramp.errors_us(_BOARD, _HZ)
-    with mpl.rc_context(plots.STYLE):
-        figure = _figure(errors)
-        atomic.write_with(path, figure.savefig)
-        plt.close(figure)
+    with plotting.styled():
+        plotting.write(_figure(errors), path)
 
 
 def _figure(errors: np.ndarray) -> Figure:
-    figure, axes = plt.subplot_mosaic(
-        [["over", "spread"], ["peers", "peers"]],
-        figsize=(11, 7.6),
-        layout="constrained",
-        gridspec_kw={"height_ratios": [3, 2], "width_ratios": [4, 1]},
-    )
+    figure = plotting.figure((11, 7.6))
+    rows = [["over", "spread"], ["peers", "peers"]]
+    axes = figure.subplot_mosaic(rows, height_ratios=[3, 2], width_ratios=[4, 1])
     title = f"Ramp from 0 to {ramp.PEAK:,} steps/s at {lines.RAMP_STEPS_PER_S2:,} steps/s²: "
     figure.suptitle(f"{title}edge minus √(2k/a)", x=0.012, ha="left", fontsize=14,
-                    weight="bold", color=plots.INK)  # fmt: skip
+                    weight="bold", color=plotting.INK)  # fmt: skip
     _over_time(axes["over"], errors)
     _spread(axes["spread"], errors)
     _peers(axes["peers"], errors - errors.mean())
@@ -52,12 +41,12 @@ def _figure(errors: np.ndarray) -> Figure:
 def _over_time(axes: Axes, errors: np.ndarray) -> None:
     """Draw the error of every edge, from line zero."""
     when = ramp.ideal_ticks(len(errors), _TICK_HZ) / _TICK_HZ * 1e3
-    axes.axhspan(0, _TICK_US, color=plots.BAND, zorder=0)
+    axes.axhspan(0, _TICK_US, color=plotting.BAND, zorder=0)
     for bound in (0, _TICK_US):
-        axes.axhline(bound, color=plots.BOARD, lw=0.8, ls=(0, (4, 3)))
-    axes.plot(when, errors, ".", ms=2.6, mew=0, alpha=0.6, color=plots.MADE, rasterized=True)
-    axes.axhline(errors.mean(), color=plots.IDEAL, lw=1.6)
-    axes.text(when[-1] * 1.01, errors.mean(), "mean", color=plots.INK, va="bottom", fontsize=9)
+        axes.axhline(bound, color=plotting.BOARD, lw=0.8, ls=(0, (4, 3)))
+    axes.plot(when, errors, ".", ms=2.6, mew=0, alpha=0.6, color=plotting.MADE, rasterized=True)
+    axes.axhline(errors.mean(), color=plotting.IDEAL, lw=1.6)
+    axes.text(when[-1] * 1.01, errors.mean(), "mean", color=plotting.INK, va="bottom", fontsize=9)
     axes.set_xlim(0, when[-1] * 1.06)
     axes.set_ylim(-0.25 * _TICK_US, 1.25 * _TICK_US)
     axes.set_xlabel("ms after line zero")
@@ -70,7 +59,7 @@ def _over_time(axes: Axes, errors: np.ndarray) -> None:
 def _spread(axes: Axes, errors: np.ndarray) -> None:
     """Draw the distribution of the errors, beside their axis."""
     bins = np.linspace(-0.25 * _TICK_US, 1.25 * _TICK_US, 61)
-    axes.hist(errors, bins=bins, orientation="horizontal", color=plots.MADE, alpha=0.85)
+    axes.hist(errors, bins=bins, orientation="horizontal", color=plotting.MADE, alpha=0.85)
     axes.set_ylim(-0.25 * _TICK_US, 1.25 * _TICK_US)
     axes.tick_params(labelleft=False)
     axes.set_xlabel("edges")
@@ -86,11 +75,11 @@ def _peers(axes: Axes, errors: np.ndarray) -> None:
     place = np.arange(len(rows))
     for part, (name, offset, fade) in enumerate((("max", -0.19, 1.0), ("RMS", 0.19, 0.5))):
         values = [row[1][part] for row in rows]
-        colours = [plots.MADE] + [plots.FAINT] * (len(rows) - 1)
+        colours = [plotting.MADE] + [plotting.FAINT] * (len(rows) - 1)
         axes.barh(place + offset, values, height=0.36, left=1e-3, color=colours, alpha=fade)
         for where, value in zip(place + offset, values, strict=True):
             text = f"{name} {compare.number(value)}"
-            axes.text(value * 1.12, where, text, va="center", fontsize=8.5, color=plots.INK)
+            axes.text(value * 1.12, where, text, va="center", fontsize=8.5, color=plotting.INK)
     axes.set_xscale("log")
     axes.set_xlim(1e-2, 3e4)
     axes.set_yticks(place, [row[0] for row in rows])

@@ -11,15 +11,15 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_complet
 from concurrent.futures.process import BrokenProcessPool
 
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 from pixstep_dev.bench.figure import Figure, Task, failures
 
-Progress = Callable[[float], None]
 _left = threading.Event()  # in a worker: Ctrl-C was pressed
 
 
 def measure(
     figures: Iterable[Figure],
-    progress: Progress = lambda _: None,
+    progress: Progress = unseen,
     *,
     boards: Sequence[str] = (),
     executor: Callable[[], Executor] | None = None,

@@ -3,14 +3,11 @@
 
 from fractions import Fraction
 
-from pixstep import natives
-from pixstep.board.client import Board, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_dev.bench.drive import Outcome, Run, Window, drive, view
 
 _MARGIN = 0.05  # of a line's steps, left out at either end
@@ -57,13 +54,11 @@ def _refuse_cut_short(outcome: Outcome) -> None:
 
 def at_rest(board: str, hz: Fraction, seconds: float, *, serial_load: bool = False) -> dict:
     """Return the view of an enabled board without a line."""
-    options = SimOptions([(board, natives.image(board))], hz)
-    with Simulator(options) as simulator:
-        simulator.wait_s(BOOT_S)
-        client = Board(SimClient(simulator))
-        client.set_pixel_hz(hz)
-        client.command("enable", [0])
-        load = SerialLoad(client, [0], {0: Upload(client, 0, [])}) if serial_load else None
+    with SimulatedBoard(board, hz) as run:
+        run.set_up(hz, [0])
+        simulator = run.simulator
+        uploads = {0: Upload(run.board, 0, [])}
+        load = SerialLoad(run.board, [0], uploads) if serial_load else None
         before = simulator.stats() | {"made": 0}
         simulator.mark()
         end = simulator.cycle + int(seconds * simulator.tick_hz)

@@ -10,7 +10,8 @@ from rich.text import Text
 
 from pixstep import natives, progress
 from pixstep.board import boards
-from pixstep.cli.options import FILE
+from pixstep.cli.command import FILE, PICTURE, command
+from pixstep.cli.options import SCHEMA
 from pixstep.errors import UserError
 from pixstep_dev import markdown
 from pixstep_dev.bench import compare, figures, run, tables
@@ -20,7 +21,7 @@ _KEYS = {"figures", "failures", "not_measured"}  # of a result
 _PIPE_WIDTH = 160  # columns, where no terminal says
 
 
-@click.command("bench")
+@command("bench")
 @click.option(
     "--only",
     type=click.Choice(figures.NAMES),
@@ -45,7 +46,7 @@ _PIPE_WIDTH = 160  # columns, where no terminal says
 )
 @click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 @click.option("--write", type=FILE, help="Rewrite the figures in FILE between its markers.")
-@click.option("--plot", type=FILE, help="Draw the ramp's edge errors into FILE (PNG).")
+@click.option("--plot", type=PICTURE, help="Draw the ramp's edge errors into FILE (PNG).")
 @click.pass_context
 def bench(ctx, only, names, quick, comparing, saved, as_json, write, plot):
     """Measure cycles, rates, CPU share, edge errors, waits and sizes of all boards' images.
@@ -81,7 +82,8 @@ def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None)
         markdown.write(write, _MARKERS, _document(measured))
         click.echo(f"{write}: written", err=True)
     if as_json:
-        click.echo(json.dumps(compare.compare(measured) if comparing else measured, indent=2))
+        shown = compare.compare(measured) if comparing else {"schema": SCHEMA, **measured}
+        click.echo(json.dumps(shown, indent=2))
     elif not write:
         console = Console(highlight=False)
         if not console.is_terminal:

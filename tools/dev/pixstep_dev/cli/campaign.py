@@ -5,12 +5,13 @@ import click
 
 from pixstep import atomic, progress
 from pixstep.board import boards
-from pixstep.cli.options import DECODE, FILE
+from pixstep.cli.command import OUTPUT, command
+from pixstep.cli.options import DECODE
 from pixstep.simulation import report
 from pixstep_dev.randomlines import campaign
 
 
-@click.command("campaign")
+@command("campaign")
 @click.option("--lines", type=click.IntRange(min=1), default=200, show_default=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, help="Default: both.")
@@ -18,7 +19,7 @@ from pixstep_dev.randomlines import campaign
 @click.option("--min-interval", type=click.IntRange(1), default=533, show_default=True)
 @click.option("--axes", type=click.IntRange(1, 4), default=1, help="Lines at once, one an axis.")
 @click.option("--serial-load", is_flag=True)
-@click.option("-o", "--output", type=FILE, help="JSON file to write.")
+@click.option("-o", "--output", type=OUTPUT, help="JSON file to write.")
 @click.pass_context
 def campaign_command(ctx, board, output, **options):
     """Run random valid lines on a simulated board; exit status 0 only if every one passes."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import click
 
 from pixstep import progress
-from pixstep.cli.options import FILE
+from pixstep.cli.command import FILE
 from pixstep_dev import markdown
 from pixstep_dev.docs import faults, files, tables
 
@@ -84,6 +84,15 @@ _add_table(
     faults.faults,
     "Faults and line errors with cause, cure and test, for docs/FAULTS.md.",
 )
+
+
+def _grammar() -> str:
+    from pixstep_dev.docs import grammar  # loads every command
+
+    return grammar.grammar()
+
+
+_add_table("grammar", _grammar, "All commands and their options, for docs/COMMANDS.md.")
 
 
 def _commands() -> str:

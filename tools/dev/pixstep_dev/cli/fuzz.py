@@ -7,7 +7,7 @@ from dataclasses import asdict
 import click
 
 from pixstep import natives, progress
-from pixstep.cli.options import Group
+from pixstep.cli.command import Group
 from pixstep.errors import UserError
 from pixstep_dev.fuzzing import campaign, defects, fuzzer
 

@@ -4,7 +4,7 @@
 import click
 
 from pixstep import __version__
-from pixstep.cli.options import Group
+from pixstep.cli.command import Group
 from pixstep_dev.cli import bench, campaign, docs, fuzz, mutants, robustness
 
 

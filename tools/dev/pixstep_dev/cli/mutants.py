@@ -6,7 +6,7 @@ import json
 import click
 
 from pixstep import progress
-from pixstep.cli.options import FILE
+from pixstep.cli.command import FILE
 from pixstep_dev.mutants import stages
 
 

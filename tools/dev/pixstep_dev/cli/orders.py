@@ -8,7 +8,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import boards
-from pixstep.cli.options import FILE
+from pixstep.cli.command import FILE
 from pixstep.errors import UserError
 
 _ESTOP_SHARE = 0.05  # of the trials, without --estop

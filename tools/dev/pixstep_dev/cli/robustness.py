@@ -8,7 +8,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import boards
-from pixstep.cli.options import Group
+from pixstep.cli.command import Group
 from pixstep_dev.cli.orders import orders
 
 _seed = click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)

@@ -11,16 +11,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import BoardError, Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_dev.markdown import table
 from pixstep_dev.robustness.wire import seal
 
@@ -34,8 +32,6 @@ _HALTING = 3  # enum step_engine_state
 _ESTOP = "emergency stop"
 _AXIS_COMMANDS = ("arm", "disarm", "stop", "discard", "enable", "disable", "zero")
 ROWS = (*_AXIS_COMMANDS, "permit_on", "permit_off", "go", "clear_fault", _ESTOP)
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -61,10 +57,8 @@ class Cell:
 class _Trial:
     """One board with axis 1 in one state."""
 
-    def __init__(self, sim: Simulator) -> None:
-        self.sim = sim
-        sim.wait_s(BOOT_S)
-        self.board = Board(SimClient(sim))
+    def __init__(self, run: SimulatedBoard) -> None:
+        self.sim, self.board = run.simulator, run.board
         self.board.set_pixel_hz(HZ)
         self.board.write_setting("bus_timeout_ms", 0)
 
@@ -167,8 +161,8 @@ def _request(unit: int, name: str) -> bytes:
 
 @contextmanager
 def _trial(state: str) -> Iterator[_Trial]:
-    with Simulator(SimOptions([(BOARD, natives.image(BOARD))], HZ)) as sim:
-        trial = _Trial(sim)
+    with SimulatedBoard(BOARD, HZ) as run:
+        trial = _Trial(run)
         if state != "fault":
             trial.board.permit(True)
         getattr(trial, state)()
@@ -203,7 +197,7 @@ def _try(state: str, row: str) -> Cell:
         return Cell(accepted, after, after != before, dropped, moves)
 
 
-def cells(progress: Progress = lambda _: None) -> dict[tuple[str, str], Cell]:
+def cells(progress: Progress = unseen) -> dict[tuple[str, str], Cell]:
     """Try every command in every state."""
     pairs = [(row, state) for row in ROWS for state in STATES]
     found = {}
@@ -213,7 +207,7 @@ def cells(progress: Progress = lambda _: None) -> dict[tuple[str, str], Cell]:
     return found
 
 
-def commands(progress: Progress = lambda _: None) -> str:
+def commands(progress: Progress = unseen) -> str:
     """Return the table as Markdown."""
     found = cells(progress)
     rows = [

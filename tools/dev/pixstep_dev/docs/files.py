@@ -14,8 +14,8 @@ from pathlib import Path
 from click.testing import CliRunner
 
 from pixstep import formats, natives
-from pixstep.cli.file import file_group
-from pixstep.cli.options import Group
+from pixstep.cli.command import Group
+from pixstep.cli.main import file as file_group
 from pixstep.formats import meaning
 from pixstep.formats.examine import NAMES, check_name, examine_bytes
 from pixstep.formats.findings import ERROR, LENIENT, STRICT, Rules
@@ -30,11 +30,11 @@ _COMMANDS = (
     f"file check {_SAMPLE}",
     f"file check --lenient {_SAMPLE}",
     f"file info {_PRN}",
-    f"file check --smooth {_PRN}",
+    f"file check --decode smooth {_PRN}",
     f"file convert {_MPOS} line.csb",
     "file info line.csb",
     f"file convert {_PRN} plain.csv",
-    f"file convert {_PRN} plain.csv --plain --header ramp --pixel-hz 30 "
+    f"file convert {_PRN} plain.csv --decode plain --header ramp --pixel-hz 30 "
     "--date 'Mon Oct 12 15:13:35 2009'",
     "file info plain.csv",
 )

@@ -3,19 +3,17 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 from pixstep import natives
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 from pixstep_dev import markdown
 from pixstep_dev.fuzzing import corpus, fuzzer, sources
 
 # What the kept corpus may grow to.
 INPUTS_MAX = 190
 BYTES_MAX = 40_000
-
-Progress = Callable[[float], None]
 
 
 def program(target: str) -> Path:
@@ -24,7 +22,7 @@ def program(target: str) -> Path:
 
 
 def run(
-    target: str, limits: fuzzer.Limits, *, grow: bool = False, progress: Progress = lambda _: None
+    target: str, limits: fuzzer.Limits, *, grow: bool = False, progress: Progress = unseen
 ) -> fuzzer.Outcome:
     """Fuzz a target from its kept corpus on; with `grow` keep the inputs that reach more.
 

@@ -3,11 +3,11 @@
 
 import re
 import subprocess
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 
 TARGETS = ("server", "board")
 INPUT_MAX = 256  # bytes: a few requests
@@ -54,7 +54,7 @@ def run(
     program: Path,
     folder: Path,
     limits: Limits,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = unseen,
 ) -> Outcome:
     """Fuzz until a limit or a finding; `folder` holds the corpus, new inputs are added to it.
 

@@ -15,11 +15,11 @@ from pathlib import Path
 
 from pixstep import natives
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 from pixstep_dev.mutants import stages
 from pixstep_dev.mutants.operators import Mutant, mutants
 from pixstep_dev.mutants.programs import CannotBuildError, Workshop
 
-Progress = Callable[[float], None]
 Judged = Callable[[Mutant], bool]
 
 INVALID = "invalid"  # does not compile
@@ -150,7 +150,7 @@ class Campaign:
 
 def run(
     plan: Plan,
-    progress: Progress = lambda _: None,
+    progress: Progress = unseen,
     kept: Outcome | None = None,
     judged: Judged = lambda _: False,
 ) -> Outcome:

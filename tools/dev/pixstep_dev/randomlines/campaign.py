@@ -3,11 +3,11 @@
 
 import random
 import tempfile
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pixstep.board import boards
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 from pixstep_dev.randomlines import cases
@@ -50,7 +50,7 @@ def jobs(plan: Plan, decode: str):
         )
 
 
-def run(plan: Plan, progress: Callable[[float], None] = lambda _: None) -> dict:
+def run(plan: Plan, progress: Progress = unseen) -> dict:
     """Run a plan and return its outcome as plain data."""
     results = []
     total = plan.lines * len(plan.decodes)

@@ -13,21 +13,18 @@ and the position that the board reports is the number of edges that the simulato
 
 import random
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import BoardError, Upload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.simboard import SimulatedBoard
 
 # Confirmation of the input, what keeps its interrupt waiting, and halting the axes one by one.
 # 150 us at 16 MHz; seen: 750 on the Uno, 1734 on the Mega where four axes turn at once.
@@ -36,8 +33,6 @@ PIXEL_HZ = Fraction(100)
 _LINE_PX = 30
 _SETTLE_S = 0.01
 _AT_ONCE = 100  # stops on one simulator: its list of edges stays short
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -81,7 +76,7 @@ def steady_smooth_ticks(board: boards.Board) -> int:
     return 300 if board.axes == 1 else 400 * board.axes
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")
@@ -108,11 +103,9 @@ class Stopper:
         self.axes = list(range(self._table.axes))
 
     def __enter__(self) -> "Stopper":
-        images = [(self._name, natives.image(self._name))]
-        self.sim = Simulator(SimOptions(images, PIXEL_HZ, edges=self._edges))
+        run = SimulatedBoard(self._name, PIXEL_HZ, edges=self._edges)
+        self.sim, self.board = run.simulator, run.board
         try:
-            self.sim.wait_s(BOOT_S)
-            self.board = Board(SimClient(self.sim))
             self.board.set_pixel_hz(PIXEL_HZ)
             self.sim.command("flush")
             self.log = self._edges.open(encoding="utf-8")

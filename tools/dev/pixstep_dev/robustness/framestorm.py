@@ -10,21 +10,18 @@ import itertools
 import random
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import BinaryIO
 
-from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.runs import queue_entries
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.simboard import SimulatedBoard
 from pixstep_dev.robustness import strikes, wire
 
 PIXEL_HZ = Fraction(30)
@@ -35,8 +32,6 @@ _HOUSEKEEPING = 20  # strikes between two looks at the board
 _LOOK_S = 0.1  # how long the undisturbed run looks away
 _REFILL = 8  # free entries worth a block
 _SAME_CYCLE = 64  # lines that may stand in another order at once
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -91,7 +86,7 @@ def line(axis: int, parts: int) -> Line:
     return Line(tuple(counts), SMOOTH if smooth else PLAIN, negative=axis == 2)
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     pixels = plan.frames * _FRAME_S * PIXEL_HZ
@@ -112,12 +107,11 @@ class _Run:
     """One board with its lines running; a context manager that ends with whole edge lists."""
 
     def __init__(self, plan: Plan, lines: dict[int, Line], edges: Path) -> None:
-        images = [(plan.board, natives.image(plan.board))]
-        self._options = SimOptions(images, PIXEL_HZ, edges=edges)
-        self._plan, self._lines = plan, lines
+        self._plan, self._lines, self._edges = plan, lines, edges
 
     def __enter__(self) -> "_Run":
-        self._simulator = Simulator(self._options)
+        self._run = SimulatedBoard(self._plan.board, PIXEL_HZ, edges=self._edges)
+        self._simulator, self._board = self._run.simulator, self._run.board
         try:
             self._start()
         except BaseException:
@@ -127,23 +121,15 @@ class _Run:
 
     def __exit__(self, kind, *_: object) -> None:
         if kind is None:
-            self._simulator.quit()
+            self._run.finish()
         self._simulator.kill()
 
     def _start(self) -> None:
         """Bring the board up to its first clock edge with every axis armed."""
-        self._simulator.wait_s(BOOT_S)
-        self._board = Board(SimClient(self._simulator))
-        self._board.set_pixel_hz(PIXEL_HZ)
-        self._board.write_setting("bus_timeout_ms", 0)  # a storm may leave no request whole
-        axes = sorted(self._lines)
-        self._board.command("enable", axes)
-        self._uploads = [
-            Upload(self._board, axis, queue_entries(self._lines[axis])) for axis in axes
-        ]
-        for upload in self._uploads:
-            upload.push()
-        self._board.command("arm", axes)
+        # A storm may leave no request whole.
+        self._run.set_up(PIXEL_HZ, list(self._lines), bus_timeout_ms=0)
+        self._run.load(self._lines)
+        self._run.arm()
         while self._states() != {"running"}:
             self._simulator.wait_s(0.01)
 
@@ -158,7 +144,7 @@ class _Run:
         """Stream, look at the board; return False when no axis runs any more."""
         states = self._states()
         pushed = 0
-        for upload, seen in zip(self._uploads, self._seen, strict=True):
+        for upload, seen in zip(self._run.uploads.values(), self._seen, strict=True):
             if not upload.done and seen["queue_free"] >= _REFILL:
                 pushed += upload.push()
         if pushed:

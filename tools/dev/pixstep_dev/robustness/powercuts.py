@@ -6,21 +6,17 @@ on from what the one before has left behind.
 """
 
 import random
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from pixstep import natives
 from pixstep.board import settings
 from pixstep.board.client import Board, BoardError
-from pixstep.board.transport import SimClient
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simctl import Simulator
 
 _STORE_S = 0.17  # of which 43 bytes take 3.4 ms each
 _COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -58,17 +54,14 @@ def random_settings(rng: random.Random) -> dict[str, int]:
     }
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     rng = random.Random(f"{plan.seed} {plan.board}")
-    options = SimOptions([(plan.board, natives.image(plan.board))], Fraction(100), seed=plan.seed)
-    with Simulator(options) as simulator:
-        simulator.wait_s(BOOT_S)
-        board = Board(SimClient(simulator))
+    with SimulatedBoard(plan.board, Fraction(100), seed=plan.seed) as run:
         for _ in range(plan.cuts):
             try:
-                _cut_once(rng, simulator, board, outcome)
+                _cut_once(rng, run.simulator, run.board, outcome)
             except BoardError as error:
                 outcome.complaints.append(f"cut {outcome.cuts}: {error}")
             outcome.cuts += 1
@@ -87,7 +80,7 @@ def _cut_once(rng: random.Random, simulator: Simulator, board: Board, outcome: O
         simulator.run(cut - simulator.cycle)
     outcome.in_a_byte += simulator.eeprom_state(0).address is not None
     simulator.power_cycle(0)
-    simulator.wait_s(BOOT_S)
+    simulator.boot()
     found = settings.read(board)
     if found == new:
         outcome.new += 1

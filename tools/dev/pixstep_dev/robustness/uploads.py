@@ -20,8 +20,9 @@ from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upl
 from pixstep.board.transport import SimClient
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import SimOptions
 from pixstep_dev.robustness.noise import Model, NoisyLine
 
 NATIVE = "native"
@@ -31,8 +32,6 @@ _STEPS_PX = 40  # counts are smaller, so that lines are short on the simulated b
 _NATIVE_AXES = 4
 _LOOK_S = 0.05
 PIXEL_HZ = Fraction(200)
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -76,12 +75,12 @@ def random_entries(rng: random.Random, most: int) -> list[tuple[int, int]]:
     return entries if len(entries) <= most else random_entries(rng, most)
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the board cannot be run."""
     rng = random.Random(f"{plan.seed} {plan.board}")
     outcome = Outcome(plan)
-    with _board(plan) as simulator:
-        side = (_Native if plan.board == NATIVE else _Image)(simulator, plan, rng, outcome)
+    with _board(plan) as link:
+        side = (_Native if plan.board == NATIVE else _Image)(link, plan, rng, outcome)
         while outcome.blocks < plan.blocks and (plan.go_on or not outcome.complaints):
             side.line()
             progress(min(1.0, outcome.blocks / plan.blocks))
@@ -91,7 +90,7 @@ def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
 
 
 @contextmanager
-def _board(plan: Plan) -> Iterator[Simulator]:
+def _board(plan: Plan) -> Iterator[SimLink]:
     """Start the board."""
     if plan.board == NATIVE:
         options = SimOptions([], PIXEL_HZ)
@@ -99,9 +98,9 @@ def _board(plan: Plan) -> Iterator[Simulator]:
     else:
         options = SimOptions([(plan.board, natives.image(plan.board))], PIXEL_HZ)
         program = None
-    with Simulator(options, program) as simulator:
-        yield simulator
-        simulator.quit()
+    with SimLink(options, program) as link:
+        yield link
+        link.simulator.quit()
 
 
 class _Side:
@@ -109,13 +108,13 @@ class _Side:
 
     most = 150  # entries of a line
 
-    def __init__(self, simulator: Simulator, plan: Plan, rng: random.Random, outcome: Outcome):
-        self.simulator, self.rng, self.outcome = simulator, rng, outcome
-        self.bad_line = NoisyLine(simulator, rng, plan.model)
+    def __init__(self, link: SimLink, plan: Plan, rng: random.Random, outcome: Outcome):
+        self.simulator, self.rng, self.outcome = link.simulator, rng, outcome
+        self.quiet = link.board()
+        self.bad_line = NoisyLine(link.simulator, rng, plan.model)
         self.client = SimClient(self.bad_line)
         self.noisy = Board(self.client)
         self.axes = _NATIVE_AXES if plan.board == NATIVE else boards.load(plan.board).axes
-        simulator.wait_s(BOOT_S)
 
     def line(self) -> None:
         """Upload a random line and look at what became of it."""
@@ -140,7 +139,7 @@ class _Side:
 
     def recover(self, axis: int) -> None:
         """Have what is queued forgotten, over a good line."""
-        Board(SimClient(self.simulator)).command("discard", [axis])
+        self.quiet.command("discard", [axis])
 
     def persistently(self, step: Callable[[], object]) -> object:
         """Do a step until its requests come through.
@@ -195,9 +194,8 @@ class _Image(_Side):
     Its lines fit the queue: on a line as bad as this one a longer one would run dry.
     """
 
-    def __init__(self, simulator: Simulator, plan: Plan, rng: random.Random, outcome: Outcome):
-        super().__init__(simulator, plan, rng, outcome)
-        self.quiet = Board(SimClient(simulator))
+    def __init__(self, link: SimLink, plan: Plan, rng: random.Random, outcome: Outcome):
+        super().__init__(link, plan, rng, outcome)
         self.quiet.set_pixel_hz(PIXEL_HZ)
         self.quiet.command("enable", list(range(self.axes)))
         self.most = self.quiet.axis(0)["queue_free"]

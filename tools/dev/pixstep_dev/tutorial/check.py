@@ -3,23 +3,16 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from pixstep import atomic
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 from pixstep_dev.tutorial import document, pictures, session
 
 _STATUS = "echo $?"
 FOLDER = "first-line"  # of the walk, in the home folder: titles of pictures are relative to it
-
-
-Progress = Callable[[float], None]
-
-
-def _quiet(_share: float) -> None:
-    """Show nothing."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +24,12 @@ class Walk:
     stale: dict[Path, bytes]  # pictures to write
 
 
-def check(path: Path, progress: Progress = _quiet) -> list[str]:
+def check(path: Path, progress: Progress = unseen) -> list[str]:
     """Walk a document; return complaints as 'file:line: what'."""
     return _walk(path, _read(path), progress).complaints
 
 
-def refresh(path: Path, progress: Progress = _quiet) -> list[str]:
+def refresh(path: Path, progress: Progress = unseen) -> list[str]:
     """Walk a document and rewrite what differs; return the complaints that are left to a person.
 
     An output that differs is put in whole, to be shortened by hand.

@@ -15,6 +15,7 @@ import matplotlib as mpl
 
 from pixstep import natives
 from pixstep.errors import UserError
+from pixstep.progress import Progress
 from pixstep_dev.tutorial.document import Step
 
 CLONE = "pixstep"  # ~/pixstep, as the document has it
@@ -39,9 +40,7 @@ class Outcome:
     status: int | None
 
 
-def walk(
-    steps: tuple[Step, ...], home: Path, logs: Path, progress: Callable[[float], None]
-) -> list[Outcome]:
+def walk(steps: tuple[Step, ...], home: Path, logs: Path, progress: Progress) -> list[Outcome]:
     """Run all steps in `home`, which must be empty; `logs` keeps their outputs.
 
     `progress` is told the share done. Raises UserError if the walk takes longer than _LIMIT_S.

@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Boards: all that differs between them, read from firmware/hal/boards/*.def.
+"""Boards: all that differs between them, as firmware/hal/boards/*.def says it.
 
-The boards there are, are these files. Each begins with constants, `#define BOARD_NAME value`, and
-goes on with rows for axes and pins.
+The boards there are, are these files.
 """
 
-import re
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
-from pixstep import natives
-from pixstep.board.deffiles import read_rows
+from pixstep import tables
 from pixstep.errors import UserError
 
-_FOLDER = "firmware/hal/boards"
-_CONSTANT = re.compile(r"^#define[ \t]+BOARD_(\w+)[ \t]+(\"[^\"\n]*\"|\w+)", re.MULTILINE)
+_MICROSECONDS = 1_000_000
+_OF_ROW = (  # members of a board that are called as in its file
+    "name", "label", "id", "part", "mcu", "flash_bytes", "ram_bytes", "queue_entries",
+    "min_interval_ticks", "smooth_min_interval_ticks", "seek_min_interval_ticks",
+    "reversal_margin_ticks",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,7 @@ class Board:
     min_interval_ticks: int  # of plain lines
     smooth_min_interval_ticks: int
     seek_min_interval_ticks: int
+    reversal_margin_ticks: int  # of a reversal, beside the driver's set-up and hold times
     programmer: Programmer
     timers: dict[int, int]
     pins: tuple[Pin, ...]
@@ -73,6 +74,14 @@ class Board:
         """Length of a timer tick."""
         return 1e9 / self.tick_hz
 
+    def reversal_ticks(self, driver_us: int, tick_hz: int | None = None) -> int:
+        """Return the shortest interval with a reversal in its middle (firmware/app/limits.c).
+
+        `driver_us` is the longer of the driver's set-up and hold times.
+        """
+        driver_ticks = driver_us * (tick_hz or self.tick_hz) // _MICROSECONDS
+        return 2 * (driver_ticks + self.reversal_margin_ticks)
+
     @property
     def mhz_text(self) -> str:
         """The CPU clock in words: "16 MHz"."""
@@ -80,10 +89,10 @@ class Board:
 
 
 def load(name: str) -> Board:
-    """Return a board; raises UserError for an unknown board, a missing constant or a wrong row."""
+    """Return a board; raises UserError for an unknown one."""
     if name not in BOARD_NAMES:
         raise UserError(f"unknown board {name!r}: one of {', '.join(BOARD_NAMES)}")
-    return _read(natives.source(f"{_FOLDER}/{name}.def"))
+    return _known()[name]
 
 
 def all_boards() -> tuple[Board, ...]:
@@ -98,75 +107,23 @@ def axes_text(name: str) -> str:
 
 
 @cache
-def _read(path: Path) -> Board:
-    """Read a board's file."""
-    constants = _constants(path)
+def _known() -> dict[str, Board]:
+    """Return all boards by name."""
+    return {row["name"]: _board(row) for row in tables.table("boards")}
 
-    def number(name: str) -> int:
-        try:
-            return int(text(name), 0)
-        except ValueError:
-            raise UserError(f"{path}: BOARD_{name} is not a number") from None
 
-    def text(name: str) -> str:
-        if name not in constants:
-            raise UserError(f"{path}: BOARD_{name} is missing")
-        return constants[name]
-
-    timers, pins = _rows(path)
-    if len(timers) != number("AXES"):
-        raise UserError(f"{path}: BOARD_AXES is {number('AXES')}, {len(timers)} rows BOARD_AXIS")
+def _board(row: dict) -> Board:
+    """Return a board of its row in the tables."""
+    own = {name: row[name] for name in _OF_ROW}
     return Board(
-        name=text("NAME"),
-        label=text("LABEL"),
-        id=number("ID"),
-        part=text("PART"),
-        mcu=text("MCU"),
-        tick_hz=number("CPU_HZ"),
-        flash_bytes=number("FLASH_BYTES"),
-        ram_bytes=number("RAM_BYTES"),
-        queue_entries=number("QUEUE_ENTRIES"),
-        all_features=bool(number("ALL_FEATURES")),
-        min_interval_ticks=number("MIN_INTERVAL_TICKS"),
-        smooth_min_interval_ticks=number("SMOOTH_MIN_INTERVAL_TICKS"),
-        seek_min_interval_ticks=number("SEEK_MIN_INTERVAL_TICKS"),
-        programmer=Programmer(
-            text("AVRDUDE_PART"), text("AVRDUDE_PROGRAMMER"), number("AVRDUDE_BAUD")
-        ),
-        timers=timers,
-        pins=pins,
+        **own,
+        tick_hz=row["cpu_hz"],
+        all_features=bool(row["all_features"]),
+        programmer=Programmer(row["avrdude_part"], row["avrdude_programmer"], row["avrdude_baud"]),
+        timers={int(axis): timer for axis, timer in row["timers"].items()},
+        pins=tuple(Pin(**pin) for pin in row["pins"]),
     )
 
 
-def _constants(path: Path) -> dict[str, str]:
-    """Return the constants of a board's file, without the quotes of texts."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
-    return {name: value.strip('"') for name, value in _CONSTANT.findall(text)}
-
-
-def _rows(path: Path) -> tuple[dict[int, int], tuple[Pin, ...]]:
-    """Return the timer of each axis, and the pins."""
-    timers: dict[int, int] = {}
-    pins = []
-    for row in read_rows(path):
-        if row.macro == "BOARD_AXIS" and len(row.arguments) == 2:
-            timers[row.arguments[0]] = row.arguments[1]
-        elif row.macro == "BOARD_PIN" and len(row.arguments) == 5:
-            pins.append(Pin(*row.arguments))
-        else:
-            raise UserError(f"{row.where}: unknown row {row.macro}")
-    return timers, tuple(pins)
-
-
-def _names() -> tuple[str, ...]:
-    """Return the names of all boards by their numbers; none outside of a clone."""
-    paths = (natives.root() / _FOLDER).glob("*.def")
-    numbered = sorted((int(_constants(path).get("ID", "0"), 0), path.stem) for path in paths)
-    return tuple(name for _, name in numbered)
-
-
-BOARD_NAMES = _names()
+BOARD_NAMES = tuple(row["name"] for row in tables.table("boards"))
 DEFAULT = "uno"  # where a command or a test asks for no board

@@ -4,8 +4,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pymodbus.client import ModbusSerialClient
-
 from pixstep.board import transport
 from pixstep.board.client import Board
 from pixstep.board.port import BOOT_S, NO_PARITY, is_pty
@@ -37,7 +35,7 @@ class PortOptions:
 class Connection:
     """An open line and the time that its boards live in."""
 
-    modbus: ModbusSerialClient
+    modbus: transport.FittingClient
     world: World
     port: str = "the simulator"
 
@@ -61,9 +59,8 @@ def open_port(options: PortOptions, say: Say = lambda _: None) -> Connection:
         parity=options.real_parity,
         timeout_s=options.timeout_s or transport.TIMEOUT_S,
     )
-    client.connect()
     world = WallClock()
-    if client.socket.pixstep_reset:
+    if client.connect_reset():
         say(
             f"opening {options.port} for the first time resets a board that is plugged in by USB: "
             f"waiting {BOOT_S:g} s for its boot loader"

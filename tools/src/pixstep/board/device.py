@@ -5,8 +5,7 @@ import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-
-from pymodbus.client import ModbusSerialClient
+from functools import partial
 
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
@@ -21,6 +20,7 @@ from pixstep.board.errors import (
 )
 from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
 from pixstep.board.stretches import MOST_WORDS, places, values
+from pixstep.board.transport import FittingClient
 from pixstep.board.wire import Wire
 
 
@@ -59,7 +59,7 @@ _CURES = {  # what keeps settings from being changed, by the state of an axis
 class Board(Wire):
     """One board on the line; `unit` is its Modbus address."""
 
-    def __init__(self, modbus: ModbusSerialClient, unit: int = 1) -> None:
+    def __init__(self, modbus: FittingClient, unit: int = 1) -> None:
         super().__init__(modbus, unit)
         self.map = regs.register_map()
         self._record_capacity = 0
@@ -127,15 +127,8 @@ class Board(Wire):
     def axes(self, count: int) -> list[dict[str, int]]:
         """Return the input registers of the first `count` axes by name, in one request."""
         words = self.read_inputs(regs.AXIS_BASE, regs.AXIS_STRIDE * count)
-        return [
-            values(
-                places(self.map.axis_inputs),
-                lambda first, number, base=regs.AXIS_STRIDE * axis: words[
-                    base + first : base + first + number
-                ],
-            )
-            for axis in range(count)
-        ]
+        blocks = (words[regs.AXIS_STRIDE * axis :] for axis in range(count))
+        return [values(places(self.map.axis_inputs), partial(_part, block)) for block in blocks]
 
     def write_setting(self, name: str, value: int) -> None:
         """Write one 16-bit holding register by name."""
@@ -281,13 +274,18 @@ class Board(Wire):
         return f"{text} Then `pixstep board clear`." if text else ""
 
     def refusal(self, axis: int) -> LineRefusedByBoardError:
-        """Return the refusal of an axis in state refused."""
+        """Return the last refusal of an axis."""
         state = self.axis(axis)
         codes = regs.line_errors()
         code = state["line_error"]
         text = codes[code].text if code in codes else "unknown"
         name = regs.code_name(codes, code)
         return LineRefusedByBoardError(axis, name, state["line_error_pixel"], text)
+
+
+def _part(words: list[int], first: int, count: int) -> list[int]:
+    """Return some of the words that were read at once."""
+    return words[first : first + count]
 
 
 def _command_words(name: str, axes: list[int], argument: int) -> list[int]:

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""What a board can fail to do; each ends a command with exit status 1 and its own text."""
+"""What a board can fail to do; each ends a command with its own text.
+
+The exit status is 1, or 3 for what the board refuses.
+"""
+
+from pixstep.errors import REFUSED, PlainError
 
 ILLEGAL_FUNCTION, IMPOSSIBLE, BUSY = 1, 4, 6
 EXCEPTIONS = {
@@ -12,7 +17,7 @@ EXCEPTIONS = {
 }
 
 
-class BoardError(Exception):
+class BoardError(PlainError):
     """The board did not do as asked: no reply, an exception answer, a refused line, a fault."""
 
     def __init__(self, message: str, code: int | None = None) -> None:
@@ -48,6 +53,8 @@ class LineLostError(BoardError):
 class ExceptionReplyError(BoardError):
     """The board answered with a Modbus exception; `code` is its number."""
 
+    status = REFUSED
+
     def __init__(self, unit: int, what: str, code: int) -> None:
         text = EXCEPTIONS.get(code, "unknown exception")
         super().__init__(f"board {unit}: {what} answered with exception {code}, {text}", code)
@@ -62,6 +69,8 @@ class BusyError(ExceptionReplyError):
 
 class MissingFeatureError(BoardError):
     """The board's image was built without what was asked for; `feature` is its name."""
+
+    status = REFUSED
 
     def __init__(self, unit: int, feature: str, bit: int, meaning: str) -> None:
         super().__init__(
@@ -78,6 +87,8 @@ class MapVersionError(BoardError):
 
 class LineRefusedByBoardError(BoardError):
     """The board refused a line while it was queued; `name` and `pixel` say what and where."""
+
+    status = REFUSED
 
     def __init__(self, axis: int, name: str, pixel: int, text: str) -> None:
         super().__init__(f"axis {axis}: line refused: {name} at pixel {pixel}: {text}")

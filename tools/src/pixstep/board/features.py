@@ -8,8 +8,7 @@ refused before anything is sent.
 from dataclasses import dataclass
 from functools import cache
 
-from pixstep import natives
-from pixstep.board.deffiles import read_rows
+from pixstep import tables
 from pixstep.board.errors import MissingFeatureError
 from pixstep.errors import UserError
 
@@ -43,13 +42,7 @@ class Feature:
 @cache
 def table() -> tuple[Feature, ...]:
     """Return all features, in the order of their bits."""
-    path = natives.source("firmware/build_features.def")
-    found = []
-    for row in read_rows(path):
-        if row.macro != "FEATURE" or len(row.arguments) != 3:
-            raise UserError(f"{row.where}: expected FEATURE(bit, name, meaning)")
-        found.append(Feature(*row.arguments))
-    return tuple(found)
+    return tuple(Feature(**row) for row in tables.table("features"))
 
 
 def named(name: str) -> Feature:

@@ -9,10 +9,11 @@ from pathlib import Path
 
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.errors import UserError
+from pixstep.errors import PlainError, UserError
 
-# Three times what writing and verifying a full Mega takes; avrdude without a board goes on for
-# minutes, at full load.
+# Avrdude without a board goes on for minutes, at full load. A boot loader answers within two
+# seconds of the reset; writing and verifying a full Mega takes a third of LIMIT_S.
+ANSWER_LIMIT_S = 8.0
 LIMIT_S = 60.0
 _IDENTITY = re.compile(rb"pixstep (\w+) (\d+\.\d+)")
 _DATA = 0
@@ -28,8 +29,8 @@ class Image:
 
 
 def built_image(board: str) -> Path:
-    """Return the image that the build leaves for a board."""
-    return natives.root() / "build" / board / "firmware" / f"pixstep-{board}.hex"
+    """Return the image that the build leaves for a board, or the wheel brought."""
+    return natives.hex_image(board)
 
 
 def read_image(path: Path) -> Image:
@@ -67,11 +68,13 @@ def command(board: str, port: str, image: Path, *, verify: bool = False) -> list
 def run(words: list[str]) -> None:
     """Run avrdude with its own output on the terminal; raises UserError if it is not there.
 
-    Raises FlashError if it fails, or is not done in time: it is ended then.
+    Raises FlashError if no boot loader answers, or it fails, or is not done in time: it is ended
+    then.
     """
     program = shutil.which(words[0])
     if program is None:
         raise UserError("avrdude is missing: tools/setup installs it (apt-get install avrdude)")
+    _find_loader([program, *words[1 : words.index("-U")]])
     try:
         status = subprocess.run([program, *words[1:]], check=False, timeout=LIMIT_S).returncode
     except subprocess.TimeoutExpired:
@@ -86,7 +89,27 @@ def run(words: list[str]) -> None:
         )
 
 
-class FlashError(Exception):
+def _find_loader(words: list[str]) -> None:
+    """Let avrdude read the part's signature and nothing else: it does so at once or never."""
+    try:
+        done = subprocess.run(
+            words, check=False, timeout=ANSWER_LIMIT_S, capture_output=True, text=True
+        )
+    except subprocess.TimeoutExpired:
+        raise FlashError(
+            f"no boot loader answers in {ANSWER_LIMIT_S:g} s, nothing was written: is there a "
+            f"board on this port, is it the board named, does opening the port reset it?"
+        ) from None
+    if done.returncode:
+        said = [row.strip() for row in done.stderr.splitlines() if "rror" in row]
+        raise FlashError(
+            f"avrdude finds no boot loader (exit status {done.returncode}"
+            f"{': ' + said[0] if said else ''}), nothing was written: is this the board's port, "
+            f"is another program using it, is it the board named?"
+        )
+
+
+class FlashError(PlainError):
     """The board was not flashed, or does not say so afterwards."""
 
 

@@ -7,18 +7,25 @@ default. Opening clears it, so that only the first opening after plugging in res
 
 import errno
 import os
-import termios
 from dataclasses import dataclass, replace
 
 import serial
 
 from pixstep.errors import UserError
 
-PARITIES = ("E", "O", "N")
+try:
+    import termios
+except ImportError:  # Windows
+    termios = None  # type: ignore[assignment]
+
+PARITIES = {"E": 2, "N": 0, "O": 1}  # by letter, the likeliest first: the value of the setting
 NO_PARITY = "N"
 BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2
-_PTY = "/dev/pts/"
+_PTYS = ("/dev/pts/", "/dev/ttys")  # Linux, macOS
+
+# What a port raises that went away, or cannot do what it was asked for.
+TROUBLE: tuple[type[Exception], ...] = (OSError, ValueError, *((termios.error,) if termios else ()))
 
 
 @dataclass(frozen=True)
@@ -43,12 +50,12 @@ class Port:
         """Return the port at another rate and parity."""
         return replace(self, baud=baud, parity=parity)
 
-    def open(self, timeout_s: float) -> serial.Serial:
+    def open(self, timeout_s: float) -> tuple[serial.Serial, bool]:
         """Open it for this process alone.
 
         Raises UserError naming the port and why: it is missing, not allowed, in use, or cannot
-        have this rate or parity. `pixstep_reset` of what is returned is true if the opening has
-        reset a board that resets on opening.
+        have this rate or parity. With the port comes whether the opening has reset a board that
+        resets on opening.
         """
         if (
             is_pty(self.name) and self.parity != NO_PARITY
@@ -67,12 +74,12 @@ class Port:
                 write_timeout=timeout_s,
                 exclusive=True,
             )
-            opened.pixstep_reset = _hold_dtr(opened) and not is_pty(self.name)
-        except (OSError, ValueError, termios.error) as error:
+            has_reset = _hold_dtr(opened) and not is_pty(self.name)
+        except TROUBLE as error:
             if opened:
                 opened.close()
             raise UserError(f"{self.name}: {self._reason(error)}") from None
-        return opened
+        return opened, has_reset
 
     def _reason(self, error: Exception) -> str:
         """Return in words why the port cannot be opened."""
@@ -94,18 +101,23 @@ class Port:
 
 def _code(error: BaseException | None) -> int | None:
     """Return the system's number of an error; a terminal's own errors have it as argument."""
-    if isinstance(error, termios.error):
+    if termios and isinstance(error, termios.error):
         return error.args[0]
     return getattr(error, "errno", None)
 
 
 def is_pty(name: str) -> bool:
     """True for a pseudo terminal, such as the simulator's."""
-    return os.path.realpath(name).startswith(_PTY)
+    return os.path.realpath(name).startswith(_PTYS)
 
 
 def _hold_dtr(opened: serial.Serial) -> bool:
-    """Keep DTR when the port is closed; return whether it was not kept before."""
+    """Keep DTR when the port is closed; return whether it was not kept before.
+
+    Windows always drops it.
+    """
+    if not termios:
+        return True
     flags = termios.tcgetattr(opened.fileno())
     was_dropped = bool(flags[_CFLAG] & termios.HUPCL)
     flags[_CFLAG] &= ~termios.HUPCL

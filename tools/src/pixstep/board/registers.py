@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""The register map, the faults and the line errors, read from the firmware's own tables."""
+"""The register map, the faults and the line errors, of the firmware's own tables."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
-from typing import TypeVar
 
-from pixstep import natives
+from pixstep import tables
 from pixstep.board import boards
-from pixstep.board.deffiles import Row, read_rows
 from pixstep.errors import UserError
 
 AXIS_BASE = 0x20  # per-axis input registers
@@ -60,14 +57,15 @@ COMMANDS = {
     "go": 13,
 }
 MAX_EVENTS = 256  # of any board's event log; each says its own in event_capacity
-AXIS_STATES = ("empty", "loading", "loaded", "armed", "running", "done", "refused", "fault")
-Kind = TypeVar("Kind", "Code", "Fault")
 _WORDS = {"u16": 1, "i16": 1, "u32": 2, "i32": 2}
 
 
 @dataclass(frozen=True)
 class Register:
-    """One register: where, what, its unit and meaning; limits only for a holding register."""
+    """One register: where, what, its unit and meaning; limits only for a holding register.
+
+    `values` has what each value (of a state or code) or each bit stands for, if any does.
+    """
 
     address: int
     name: str
@@ -77,6 +75,7 @@ class Register:
     minimum: int | str | None = None
     maximum: int | str | None = None
     default: int | str | None = None
+    values: Mapping[int, str] = field(default_factory=dict, compare=False)
 
     @property
     def words(self) -> int:
@@ -142,57 +141,28 @@ class RegisterMap:
         return _named(self.holdings, name)
 
 
-def parse_registers(path: Path) -> RegisterMap:
-    """Parse a register table; raises UserError naming the row for an overlap or a bad type."""
-    groups: dict[str, list[Register]] = {
-        "INPUT": [],
-        "INPUT_AXIS": [],
-        "HOLDING": [],
-        "COMMAND": [],
-    }
-    for row in read_rows(path):
-        if row.macro not in groups:
-            raise UserError(f"{row.where}: unknown row {row.macro}")
-        groups[row.macro].append(_register(row))
-    for rows in groups.values():
-        _refuse_overlap(path, rows)
-    return RegisterMap(
-        tuple(groups["INPUT"]),
-        tuple(groups["INPUT_AXIS"]),
-        tuple(groups["HOLDING"] + groups["COMMAND"]),
-    )
-
-
-def parse_codes(path: Path, macro: str, kind: type[Kind]) -> dict[int, Kind]:
-    """Parse a table of one macro's rows into code -> `kind`, which takes a row's arguments."""
-    names = [part.name for part in fields(kind)]
-    codes: dict[int, Kind] = {}
-    for row in read_rows(path):
-        if row.macro != macro or len(row.arguments) != len(names):
-            raise UserError(f"{row.where}: expected {macro}({', '.join(names)})")
-        code = kind(*row.arguments)
-        if code.code in codes:
-            raise UserError(f"{row.where}: code {code.code} is used twice")
-        codes[code.code] = code
-    return codes
-
-
 @cache
 def register_map() -> RegisterMap:
-    """Return the map of firmware/core/wire/registers.def."""
-    return parse_registers(natives.source("firmware/core/wire/registers.def"))
+    """Return the register map."""
+    groups = tables.table("registers")
+    return RegisterMap(
+        *(
+            tuple(_register(row) for row in groups[name])
+            for name in ("inputs", "axis_inputs", "holdings")
+        )
+    )
 
 
 @cache
 def faults() -> dict[int, Fault]:
     """Return the faults by code."""
-    return parse_codes(natives.source("firmware/core/base/faults.def"), "FAULT", Fault)
+    return {row["code"]: Fault(**row) for row in tables.table("faults")}
 
 
 @cache
 def line_errors() -> dict[int, Code]:
     """Return the line errors and warnings by code."""
-    return parse_codes(natives.source("firmware/core/motion/line_errors.def"), "LINE_ERROR", Code)
+    return {row["code"]: Code(**row) for row in tables.table("line_errors")}
 
 
 def flags(status: int) -> dict[str, bool]:
@@ -234,26 +204,9 @@ def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
     return codes[code].name if code in codes else f"code {code}"
 
 
-def _register(row: Row) -> Register:
-    """Build a register from a row of five or, for a holding register, eight arguments."""
-    expected = 8 if row.macro in ("HOLDING", "COMMAND") else 5
-    if len(row.arguments) != expected or not isinstance(row.arguments[0], int):
-        raise UserError(f"{row.where}: {row.macro} takes {expected} arguments, an address first")
-    address, name, kind, unit = row.arguments[:4]
-    if kind not in _WORDS:
-        raise UserError(f"{row.where}: unknown type {kind}")
-    limits = row.arguments[4:7] if expected == 8 else ()
-    return Register(address, name, kind, unit, row.arguments[-1], *limits)
-
-
-def _refuse_overlap(path: Path, registers: list[Register]) -> None:
-    """Refuse two registers of one area on the same address."""
-    taken: dict[int, str] = {}
-    for register in registers:
-        for address in range(register.address, register.address + register.words):
-            if address in taken:
-                raise UserError(f"{path}: {register.name} overlaps {taken[address]} at {address}")
-            taken[address] = register.name
+def _register(row: dict) -> Register:
+    known = {int(value): text for value, text in row.get("values", {}).items()}
+    return Register(**{**row, "values": known})
 
 
 def _named(registers: tuple[Register, ...], name: str) -> Register:
@@ -261,3 +214,6 @@ def _named(registers: tuple[Register, ...], name: str) -> Register:
         if register.name == name:
             return register
     raise UserError(f"the register map has no register {name!r}")
+
+
+AXIS_STATES = tuple(register_map().axis_input("axis_state").values.values())

@@ -3,7 +3,7 @@
 
 import contextlib
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pixstep import signals
@@ -18,6 +18,7 @@ from pixstep.board.client import (
 )
 from pixstep.board.errors import IMPOSSIBLE
 from pixstep.board.world import World
+from pixstep.progress import Progress, unseen
 
 _POLL_S = 0.02
 _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
@@ -26,8 +27,6 @@ _MOVING = ("armed", "running")
 _STOP_TRIES = 3
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
-
-Progress = Callable[[float], None]
 
 
 @dataclass
@@ -153,9 +152,7 @@ def _await_start(group: list[Lines], world: World) -> None:
         world.wait(_POLL_S)
 
 
-def follow(
-    group: list[Lines], world: World, pixels: int = 0, progress: Progress = lambda _: None
-) -> None:
+def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress = unseen) -> None:
     """Stream what is left and wait until all lines are over.
 
     `pixels` is the length of the longest, for the progress. Raises BoardError for a fault, and for

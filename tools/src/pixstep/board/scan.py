@@ -2,20 +2,19 @@
 """Looking for boards: every address, and every rate and parity if asked."""
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from pixstep.board import meanings
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, ExceptionReplyError, NoReplyError
+from pixstep.board.transport import FittingClient
+from pixstep.progress import Progress, unseen
 
 UNITS = range(1, 248)
 BAUDS = (115_200, 19_200, 9_600, 38_400, 57_600, 250_000, 500_000, 1_000_000)
-PARITIES = ("E", "N", "O")
 TIMEOUT_S = 0.08
 _HEAD_WORDS = 6  # map, firmware, board, axes, status, fault
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,9 @@ class Found:
         return dict(vars(self))
 
 
-def scan(modbus, units: Iterable[int] = UNITS, progress: Progress = lambda _: None) -> list[Found]:
+def scan(
+    modbus: FittingClient, units: Iterable[int] = UNITS, progress: Progress = unseen
+) -> list[Found]:
     """Ask every address once; return what answered."""
     wanted = list(units)
     found = []
@@ -74,11 +75,8 @@ def look(board: Board) -> Found | None:
 
 
 @contextlib.contextmanager
-def quickly(modbus, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
-    """Let a client on a port ask once only and wait briefly, as long as this lasts."""
-    if not hasattr(modbus, "patience"):
-        yield
-        return
+def quickly(modbus: FittingClient, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
+    """Let a client ask once only and wait briefly, as long as this lasts."""
     before = modbus.patience
     modbus.patience = (timeout_s, 0)
     try:

@@ -8,6 +8,7 @@ from pixstep.board import registers as regs
 from pixstep.board import stretches, values
 from pixstep.board.client import Board, BoardError, NoReplyError
 from pixstep.board.device import STORING
+from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.world import World
 from pixstep.lines.rational import refuse_period
@@ -15,7 +16,7 @@ from pixstep.lines.rational import refuse_period
 STORED, DIFFERS = 1, 2  # bits of settings_state
 _STORE_LIMIT_S = 5.0
 _POLL_S = 0.02
-_PARITY_LETTERS = "NOE"
+_PARITY_LETTERS = {value: letter for letter, value in PARITIES.items()}
 _LINE = ("baud_100", "parity")
 _ADDRESS = "unit_address"
 
@@ -45,7 +46,7 @@ def read(board: Board) -> dict[str, int]:
 
 def defaults() -> dict[str, int]:
     """Return the settings of a board that has none stored."""
-    return {item.name: int(item.default) for item in regs.settings()}
+    return {item.name: int(item.default or 0) for item in regs.settings()}
 
 
 def changes(old: dict[str, int], new: dict[str, int]) -> list[Change]:
@@ -94,7 +95,7 @@ def _read_back(board: Board, changed: set[str]) -> dict[str, int]:
     except NoReplyError:
         if not changed.intersection((_ADDRESS, *_LINE)):
             raise
-        place = getattr(board.modbus, "place", "the line")
+        place = board.modbus.place or "the line"
         raise BoardError(
             f"board {board.unit}: it has taken the change and does not answer any more on {place}; "
             f"unless they are stored, a reset brings the settings before back"
@@ -105,7 +106,7 @@ def follow(board: Board, new: dict[str, int], changed: set[str]) -> None:
     """Let the client talk to the board as its new settings say."""
     if _ADDRESS in changed:
         board.unit = new[_ADDRESS]
-    if changed.intersection(_LINE) and hasattr(board.modbus, "follow"):
+    if changed.intersection(_LINE):
         board.modbus.follow(100 * new["baud_100"], _PARITY_LETTERS[new["parity"]])
 
 

@@ -14,13 +14,12 @@ dir_setup_us = 20
 """
 
 import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import tomlkit
 
-from pixstep import atomic
+from pixstep import atomic, tomltext
 from pixstep.board import registers as regs
 from pixstep.board import values
 from pixstep.board.device import Identity
@@ -31,7 +30,6 @@ _VERSION = "map_version"
 _BOARD, _COUNT = "board", "count"
 _KEYS = {_VERSION, _BOARD, "firmware", _COUNT, TABLE}
 _MOST_SHOWN = 40  # characters of a value in a message
-_LONG_NUMBER = re.compile(r"\d{1000}")
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,7 @@ def read(path: Path) -> SettingsFile:
     Raises UserError naming file, line, setting and value for what is no TOML, unknown, of another
     type or out of range, for a file of another register map, and for one that was cut off.
     """
-    content, found = _parsed(path)
+    content, found = tomltext.read(path)
     lines = content.splitlines()
     _check_head(path, lines, found)
     chosen: dict[str, int] = {}
@@ -96,26 +94,6 @@ def read(path: Path) -> SettingsFile:
         chosen[name] = value
     _refuse_cut_off(path, content, found)
     return SettingsFile(path, chosen, found.get(_BOARD, ""))
-
-
-def _parsed(path: Path) -> tuple[str, dict]:
-    """Return a file's text, and what it says."""
-    try:
-        content = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not UTF-8 at byte {error.start}") from None
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
-    try:
-        return content, tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{path}{_place_and_reason(error)}") from None
-    except RecursionError:
-        raise UserError(f"{path}: values are nested too deeply") from None
-    except ValueError:  # Python's own limit of digits
-        lines = enumerate(content.splitlines(), 1)
-        place = next((f":{number}" for number, line in lines if _LONG_NUMBER.search(line)), "")
-        raise UserError(f"{path}{place}: a number has too many digits") from None
 
 
 def _refuse_cut_off(path: Path, content: str, found: dict) -> None:
@@ -164,12 +142,6 @@ def _line_of(lines: list[str], name: str) -> int:
         if re.match(key, line):
             return number
     return 1
-
-
-def _place_and_reason(error: tomllib.TOMLDecodeError) -> str:
-    """Return ":line:column: what", which the parser says the other way round."""
-    found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", str(error))
-    return f":{found[2]}:{found[3]}: {found[1]}" if found else f": {error}"
 
 
 def _unit(item: regs.Register) -> str:

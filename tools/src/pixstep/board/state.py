@@ -93,7 +93,10 @@ def parse_events(words: list[int], total: int) -> list[Event]:
     rows = [
         words[start : start + regs.EVENT_WORDS] for start in range(0, len(words), regs.EVENT_WORDS)
     ]
-    return [Event(*row[:4], row[4] << 16 | row[5], row[6] << 16 | row[7]) for row in rows[:total]]
+    return [
+        Event(a, b, c, d, high << 16 | low, upper << 16 | lower)
+        for a, b, c, d, high, low, upper, lower in rows[:total]
+    ]
 
 
 def _signed32(words: list[int]) -> int:

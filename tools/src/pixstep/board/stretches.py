@@ -44,7 +44,7 @@ def _stretches(wanted: Iterable[Place]) -> list[list[Place]]:
     """Group registers into gapless stretches, each fit for one request."""
     groups: list[list[Place]] = []
     for place in sorted(wanted, key=lambda item: item.address):
-        last = groups[-1] if groups else None
+        last = groups[-1] if groups else []
         fits = last and place.address == last[-1].end
         if fits and place.end - last[0].address <= MOST_WORDS:
             last.append(place)

@@ -3,15 +3,14 @@
 
 import contextlib
 import logging
-import termios
 import time
-from typing import Protocol
+from typing import Any, Protocol
 
 from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ConnectionException, ModbusIOException
 from pymodbus.pdu import ModbusPDU
 
-from pixstep.board.port import NO_PARITY, Port, is_pty
+from pixstep.board.port import NO_PARITY, TROUBLE, Port, is_pty
 
 BAUD = 115_200
 PARITY = "E"
@@ -20,9 +19,6 @@ TIMEOUT_S = 0.5
 RETRIES = 3
 _QUIET_S = 0.03  # without a byte: the reply on its way has ended
 _QUIET_LIMIT_S = 0.3
-
-# The client tells of every lost reply itself; the library's own lines would only repeat it.
-logging.getLogger("pymodbus").setLevel(logging.CRITICAL)
 
 
 def serial_client(
@@ -40,8 +36,31 @@ def serial_client(
 class FittingClient(ModbusSerialClient):
     """pymodbus' client that takes a reply only if it can be the reply to its request.
 
-    The library takes any frame of the unit: a late reply to an earlier request too.
+    The library takes any frame of the unit: a late reply to an earlier request too. `heard` is how
+    many bytes came back since the last request, `place` the line's name for messages.
     """
+
+    heard = 0
+    place = ""
+
+    def __init__(self, port: str, **options: Any) -> None:
+        super().__init__(port, **options)
+        _quieten(logging.getLogger("pymodbus"))
+
+    @property
+    def patience(self) -> tuple[float, int]:
+        """How long a reply may take, seconds, and how often a request without one is repeated."""
+        return self.comm_params.timeout_connect, self.transaction.retries
+
+    @patience.setter
+    def patience(self, wanted: tuple[float, int]) -> None:
+        self.comm_params.timeout_connect, self.transaction.retries = wanted
+
+    def settle(self) -> None:
+        """Wait until a request that was broken off is over: nothing to wait for here."""
+
+    def follow(self, baud: int, parity: str) -> None:
+        """Go on as a board's new settings say: nothing to change here."""
 
     def execute(self, no_response_expected: bool, request: ModbusPDU) -> ModbusPDU:
         """Do a request; raises ModbusIOException for a reply that does not fit it."""
@@ -52,10 +71,7 @@ class FittingClient(ModbusSerialClient):
 
 
 class SerialClient(FittingClient):
-    """pymodbus' client on a port that says why it cannot be opened, and what was heard on it.
-
-    `heard` is how many bytes came back since the last request.
-    """
+    """pymodbus' client on a port that says why it cannot be opened."""
 
     def __init__(self, port: Port, *, timeout_s: float, retries: int) -> None:
         super().__init__(
@@ -63,17 +79,12 @@ class SerialClient(FittingClient):
             timeout=timeout_s, retries=retries,
         )  # fmt: skip
         self.port = port
-        self.heard = 0
-
-    @property
-    def place(self) -> str:
-        """Port, rate and frame, for messages."""
-        return self.port.text
+        self.place = port.text
 
     @property
     def patience(self) -> tuple[float, int]:
         """How long a reply may take, seconds, and how often a request without one is repeated."""
-        return self.comm_params.timeout_connect, self.transaction.retries
+        return super().patience
 
     @patience.setter
     def patience(self, wanted: tuple[float, int]) -> None:
@@ -83,9 +94,15 @@ class SerialClient(FittingClient):
 
     def connect(self) -> bool:
         """Open the port unless it is open; raises UserError saying why it cannot be."""
-        if self.socket is None:
-            self.socket = self.port.open(self.comm_params.timeout_connect)
+        self.connect_reset()
         return True
+
+    def connect_reset(self) -> bool:
+        """Open the port unless it is open; return whether that has reset a board."""
+        if self.socket is not None:
+            return False
+        self.socket, has_reset = self.port.open(self.comm_params.timeout_connect)
+        return has_reset
 
     def settle(self) -> None:
         """Let the bytes on their way in both directions pass, and drop those that came.
@@ -94,7 +111,7 @@ class SerialClient(FittingClient):
         """
         if self.socket is None:
             return
-        with contextlib.suppress(OSError, termios.error):
+        with contextlib.suppress(*TROUBLE):
             self.socket.flush()
             end = time.monotonic() + _QUIET_LIMIT_S
             waiting = -1
@@ -106,6 +123,7 @@ class SerialClient(FittingClient):
     def reconfigure(self, baud: int, parity: str) -> None:
         """Go on at another rate and parity."""
         self.port = self.port.at(baud, parity)
+        self.place = self.port.text
         self.close()
         self.connect()
 
@@ -155,7 +173,6 @@ class SimClient(FittingClient):
         super().__init__("simulator", baudrate=BAUD, parity=PARITY, timeout=60, retries=retries)
         self._simulator = simulator
         self._reply = b""
-        self.heard = 0
         self.requests = 0
         self.lost = 0
 
@@ -191,6 +208,15 @@ class SimClient(FittingClient):
         return reply
 
 
+def _quieten(library: logging.Logger) -> None:
+    """Keep the library's lines from the error stream unless the program wants to have them.
+
+    It logs every lost reply, and so does whoever asked: without a handler both would be printed.
+    """
+    if not library.hasHandlers():
+        library.addHandler(logging.NullHandler())
+
+
 def _fits(request: ModbusPDU, reply: ModbusPDU) -> bool:
     """Whether a reply can be that to a request: its function, and how much or which it names."""
     if reply.isError():
@@ -207,6 +233,6 @@ def _fits(request: ModbusPDU, reply: ModbusPDU) -> bool:
         case 8:
             return reply.sub_function_code == request.sub_function_code
         case 23:
-            return len(reply.registers) == request.read_count
+            return len(reply.registers) == getattr(request, "read_count", None)
         case _:
             return True

@@ -110,6 +110,9 @@ class Upload:
             ) from None
         if state["next_block"] == (self._block + 1) & 0xFFFF:
             return True
+        if last and error.code == _ILLEGAL_VALUE and state["line_error"]:
+            # A line that moves already is not in state refused: its axis runs dry.
+            raise self.board.refusal(self.axis) from None
         if last or error.code != _ILLEGAL_VALUE or state["next_block"] != self._block:
             raise error
         return False

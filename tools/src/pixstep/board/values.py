@@ -14,13 +14,14 @@ from fractions import Fraction
 from pixstep.board import meanings, stretches
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, BoardError
+from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place
 from pixstep.errors import UserError
 from pixstep.lines.rational import parse_hz
 
 PIXEL_HZ, BAUD, PARITY = "pixel_hz", "baud", "parity"
-_PARITIES = {"N": 0, "NONE": 0, "O": 1, "ODD": 1, "E": 2, "EVEN": 2}
+_PARITIES = {word: PARITIES[word[0]] for word in ("N", "NONE", "O", "ODD", "E", "EVEN")}
 _WIDE = "*"
 _MOST_BITS = 64  # of a number that is shown
 _MOST_SHOWN = 40  # characters of a text
@@ -140,7 +141,7 @@ def check(name: str, value: int) -> Register:
             raise UserError(f"{name} is what the board measures: it cannot be set")
         raise UserError(f"no setting {name!r}{_like(name, catalogue(0))}")
     register = known[name]
-    if not register.minimum <= value <= register.maximum:
+    if not int(register.minimum or 0) <= value <= int(register.maximum or 0):
         raise UserError(
             f"{name} = {number_text(value)}: {range_text(register)}, default {register.default}"
         )

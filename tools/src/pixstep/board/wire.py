@@ -5,7 +5,6 @@ import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ConnectionException, ModbusException
 from pymodbus.pdu.other_message import ReportDeviceIdResponse
 
@@ -16,7 +15,7 @@ from pixstep.board.errors import (
     LineLostError,
     NoReplyError,
 )
-from pixstep.board.transport import WriteTimeoutError
+from pixstep.board.transport import FittingClient, WriteTimeoutError
 from pixstep.errors import UserError
 
 BROADCAST = 0
@@ -63,7 +62,7 @@ class _ServerIdReply(ReportDeviceIdResponse):
 class Wire:
     """The requests that one unit answers; every method raises BoardError if it does not."""
 
-    def __init__(self, modbus: ModbusSerialClient, unit: int = 1) -> None:
+    def __init__(self, modbus: FittingClient, unit: int = 1) -> None:
         self.modbus = modbus
         self.unit = unit
 
@@ -189,8 +188,7 @@ class Wire:
 
     def settle(self) -> None:
         """Wait until a request that was broken off is over on the line."""
-        if hasattr(self.modbus, "settle"):
-            self.modbus.settle()
+        self.modbus.settle()
 
     def broadcast(self, address: int, words: list[int]) -> None:
         """Write holding registers of every unit on the line; nobody replies."""
@@ -205,7 +203,7 @@ class Wire:
             if isinstance(message, bytes):
                 return int.from_bytes(message[:2], "big")
             if not isinstance(message, int):
-                raise NoReplyError(self.unit, what, heard=getattr(self.modbus, "heard", 0))
+                raise NoReplyError(self.unit, what, heard=self.modbus.heard)
             return message
 
     def _send(self, method, *arguments, unit: int | None = None) -> None:
@@ -220,8 +218,7 @@ class Wire:
             with self._line_kept():
                 reply = method(*arguments, device_id=self.unit, **options)
         except ModbusException:
-            place = getattr(self.modbus, "place", "")
-            heard = getattr(self.modbus, "heard", 0)
+            place, heard = self.modbus.place, self.modbus.heard
             raise NoReplyError(self.unit, what, place, heard) from None
         if reply.isError():
             address = options.get("address", arguments[0] if arguments else None)
@@ -247,13 +244,13 @@ class Wire:
         try:
             yield
         except WriteTimeoutError:
-            place = getattr(self.modbus, "place", "the line")
+            place = self.modbus.place or "the line"
             raise LineLostError(
                 f"board {self.unit}: {place} takes no bytes: nobody reads at its other end, or "
                 f"this program was stopped for a while"
             ) from None
         except ConnectionException:
-            place = getattr(self.modbus, "place", "the line")
+            place = self.modbus.place or "the line"
             raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
         except UserError as error:
             raise LineLostError(f"board {self.unit}: {error}") from None

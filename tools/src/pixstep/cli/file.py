@@ -1,15 +1,25 @@
 # SPDX-License-Identifier: MIT
 """`pixstep file info`, `check` and `convert`: profiles and motion files, PRN, CSV and CSB."""
 
-import json
 from fractions import Fraction
 from pathlib import Path
 
 import click
 
 from pixstep import atomic, formats
-from pixstep.cli.options import FILE, HZ, LINE_NUMBER, raw_option, say, teller
-from pixstep.errors import UserError
+from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.options import (
+    DECODE,
+    HZ,
+    LINE_NUMBER,
+    deliver_facts,
+    json_option,
+    raw_option,
+    say,
+    show_json,
+)
+from pixstep.cli.quantities import PixelsType
+from pixstep.errors import FINE, NEGATIVE, REFUSED, RefusedError, UserError
 from pixstep.formats import prn
 from pixstep.formats.convert import HeaderChanges, Request
 from pixstep.formats.convert import convert as converted
@@ -17,9 +27,9 @@ from pixstep.formats.describe import describe, table
 from pixstep.formats.examine import NAMES, Examined, check_name, examine
 from pixstep.formats.findings import LENIENT, STRICT, Finding, shown_path
 from pixstep.formats.recognise import KINDS
+from pixstep.lines.line import PLAIN, SMOOTH
 
-_VERDICTS = ("fine", "accepted with notes", "refused")
-_json_option = click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+_VERDICTS = {FINE: "fine", NEGATIVE: "accepted with notes", REFUSED: "refused"}
 _lenient_option = click.option(
     "--lenient",
     is_flag=True,
@@ -27,18 +37,10 @@ _lenient_option = click.option(
 )
 
 
-@click.group("file")
-def file_group() -> None:
-    """Look into, check, convert PRN, CSV and CSB.
-
-    The format is recognised by the content. Layouts, quirks and messages: docs/FILES.md.
-    """
-
-
-@file_group.command()
+@command("info")
 @click.argument("path", metavar="FILE", type=FILE)
 @raw_option
-@_json_option
+@json_option
 def info(path: Path, raw: bool, as_json: bool) -> None:
     """Say what is in a file.
 
@@ -47,58 +49,67 @@ def info(path: Path, raw: bool, as_json: bool) -> None:
     """
     facts = describe(path, raw=raw)
     if as_json:
-        click.echo(json.dumps(facts, indent=2))
+        show_json(facts)
         return
     click.secho(shown_path(path), bold=True)
     for label, text in table(facts):
         click.echo(f"  {label:<16} {text}")
 
 
-@file_group.command()
+@command("check")
 @click.argument("path", metavar="FILE", type=FILE)
 @_lenient_option
 @raw_option
-@click.option("--smooth", is_flag=True, help="A smooth motor's PRN: even, above 0, never falling.")
-@_json_option
+@click.option(
+    "--decode", type=DECODE, help="smooth: a smooth motor's PRN is even, above 0, never falling."
+)
+@json_option
 @click.pass_context
-def check(ctx, path: Path, lenient: bool, raw: bool, smooth: bool, as_json: bool) -> None:
+def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json: bool) -> None:
     """List everything wrong with a file.
 
     Every finding is a line `file:line:column: severity: message`. Exit status 0 fine, 1 accepted
-    with notes or warnings, 2 refused.
+    with notes or warnings, 3 refused.
     """
+    smooth = decode == SMOOTH
     examined = _examined(path, lenient, raw, smooth)
     findings = examined.findings.in_order()
-    status = 2 if examined.findings.refused else 1 if findings else 0
-    helps = status == 2 and not lenient and not _examined(path, True, raw, smooth).findings.refused
+    refused = examined.findings.refused
+    status = REFUSED if refused else NEGATIVE if findings else FINE
+    verdict = _VERDICTS[status]
+    helps = refused and not lenient and not _examined(path, True, raw, smooth).findings.refused
     if as_json:
-        click.echo(json.dumps(_report(examined, findings, status), indent=2))
+        show_json(_report(examined, findings, verdict))
     else:
         for item in findings:
             place = f"{shown_path(path)}:{item.line}:{item.column}"
             click.echo(f"{place}: {_severity(item)}: {item.message}")
         what = NAMES.get(examined.kind, "unknown format")
         hint = " (--lenient accepts it)" if helps else ""
-        click.echo(f"{shown_path(path)}: {_VERDICTS[status]}: {what}{hint}")
+        click.echo(f"{shown_path(path)}: {verdict}: {what}{hint}")
     ctx.exit(status)
 
 
-@file_group.command()
+@command("convert")
 @click.argument("source", metavar="IN", type=FILE)
-@click.argument("target", metavar="OUT", type=FILE)
+@click.argument("target", metavar="OUT", type=OUTPUT)
 @click.option("--to", type=click.Choice(KINDS), help="Format.  [default: by the name of OUT]")
 @click.option("--line", type=LINE_NUMBER, metavar="N", help="Only line N of many.")
-@click.option("--plain", is_flag=True, help="A plain motor: PRN numbers are counts, as in a CSV.")
+@click.option(
+    "--decode", type=DECODE, help="plain: the numbers of a PRN are counts, as those of a CSV are."
+)
 @click.option("--drop-header", is_flag=True, help="The header may be lost.")
 @click.option("--header", "name", metavar="NAME", help="Profile name, at most 20 characters.")
 @click.option("--haps", type=click.IntRange(0, 9999), help="Entries usable in homing.")
-@click.option("--lead-in", type=click.IntRange(0, 999_999), help="Constant pixels before image.")
+@click.option("--lead-in", type=PixelsType(0, 999_999), help="Constant pixels before image.")
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency: 30, 29.97 or 30000/1001.")
 @click.option("--date", metavar="CTIME", help="As 'Mon Oct 12 15:13:35 2009'.  [default: now]")
 @_lenient_option
 @raw_option
-@click.option("--force", is_flag=True, help="Replace OUT if it is there.")
-def convert(source: Path, target: Path, to, lenient: bool, raw: bool, force: bool, **options):
+@json_option
+def convert(
+    source: Path, target: Path, to, lenient: bool, raw: bool, as_json: bool, **options
+) -> None:
     """Write a file in another format.
 
     Nothing is lost and no meaning is changed without being told to; text is written with CR LF.
@@ -106,8 +117,6 @@ def convert(source: Path, target: Path, to, lenient: bool, raw: bool, force: boo
     --lead-in are then 0 unless given.
     """
     kind = _target_kind(target, to)
-    if target.is_file() and not atomic.is_stdout(target) and not force:
-        raise UserError(f"{shown_path(target)}: is there already (--force replaces it)")
     read = _read(source, lenient, raw)
     made, notes = _converted(source, read, kind, options)
     data = formats.encode(made, target)
@@ -117,7 +126,14 @@ def convert(source: Path, target: Path, to, lenient: bool, raw: bool, force: boo
     count = f"{len(lines)} lines, " if len(lines) > 1 else ""
     values = sum(len(values) for values in lines)
     told = f"{shown_path(target)}: {NAMES[kind]}, {count}{values} values, {len(data)} bytes"
-    teller(target)(told)
+    facts = {
+        "file": str(target),
+        "kind": kind,
+        "lines": len(lines),
+        "values": values,
+        "bytes": len(data),
+    }
+    deliver_facts(facts, told, target, as_json=as_json)
 
 
 def _examined(path: Path, lenient: bool, raw: bool, smooth: bool) -> Examined:
@@ -126,21 +142,21 @@ def _examined(path: Path, lenient: bool, raw: bool, smooth: bool) -> Examined:
     check_name(examined)
     if smooth and examined.kind in NAMES and examined.kind != prn.KIND:
         raise UserError(
-            f"{shown_path(path)}: --smooth is for PRN profiles, this is a {NAMES[examined.kind]}: "
-            "`pixstep line check` checks lines"
+            f"{shown_path(path)}: --decode smooth is for PRN profiles, this is a "
+            f"{NAMES[examined.kind]}: `pixstep line check` checks lines"
         )
     if smooth and not examined.findings.refused:
         prn.check_smooth(examined.file.values, examined.findings)
     return examined
 
 
-def _report(examined: Examined, findings: list[Finding], status: int) -> dict:
+def _report(examined: Examined, findings: list[Finding], verdict: str) -> dict:
     """Return the outcome of a check for JSON."""
     return {
         "file": str(examined.path),
         "kind": examined.kind,
         "why": examined.why,
-        "verdict": _VERDICTS[status],
+        "verdict": verdict,
         "findings": [vars(item) for item in findings],
     }
 
@@ -168,7 +184,7 @@ def _read(source: Path, lenient: bool, raw: bool) -> formats.PrnFile | formats.M
     except UserError as error:
         if lenient or examine(source, LENIENT, raw=raw).findings.refused:
             raise
-        raise UserError(f"{error} (--lenient accepts it)") from None
+        raise RefusedError(f"{error} (--lenient accepts it)") from None
 
 
 def _converted(source: Path, read, kind: str, options: dict) -> tuple:
@@ -181,7 +197,9 @@ def _converted(source: Path, read, kind: str, options: dict) -> tuple:
         pixel_hz=None if hz is None else formats.hz_text(hz),
         timestamp=options["date"],
     )
-    request = Request(kind, options["line"], options["plain"], options["drop_header"], changes)
+    request = Request(
+        kind, options["line"], options["decode"] == PLAIN, options["drop_header"], changes
+    )
     rounded = ()
     if hz is not None and Fraction(changes.pixel_hz) != hz:
         rounded = (f"pixel frequency {hz} Hz is written as {changes.pixel_hz}",)
@@ -192,6 +210,3 @@ def _converted(source: Path, read, kind: str, options: dict) -> tuple:
         if str(error).startswith(shown_path(source)):
             raise
         raise UserError(f"{shown_path(source)}: {error}") from None
-
-
-COMMANDS = (file_group,)

@@ -7,29 +7,29 @@ import click
 
 from pixstep.board import connection, flash
 from pixstep.board.boards import BOARD_NAMES
-from pixstep.board.client import BoardError
 from pixstep.board.connection import PortOptions
 from pixstep.board.flash import FlashError, Image
-from pixstep.cli.board.group import complain, line_options, unit_option
-from pixstep.cli.options import FILE, say
+from pixstep.cli.board.group import line_options, unit_option
+from pixstep.cli.command import FILE, command
+from pixstep.cli.options import deliver_facts, json_option, say
 from pixstep.errors import UserError
 
 
-@click.command("flash")
+@command("flash")
 @click.option("--board", type=click.Choice(BOARD_NAMES), required=True)
 @line_options
 @unit_option
 @click.option("--hex", "hex_file", type=FILE, help="Image to write.  [default: the one built here]")
 @click.option("--verify", is_flag=True, help="Only compare the board's flash with the image.")
 @click.option("--dry-run", is_flag=True, help="Print avrdude's command line and do nothing.")
+@json_option
 @click.option(
     "--ask/--no-ask",
     default=True,
     show_default=True,
     help="Ask the board afterwards what it is.",
 )
-@click.pass_context
-def flash_command(ctx, line, unit, board, hex_file, verify, dry_run, ask):
+def flash_command(line, unit, board, hex_file, verify, dry_run, ask, as_json):
     """Write the firmware to a board by avrdude through its boot loader, then ask what it is.
 
     Builds nothing: tools/build does. Settings stored on the board stay: --unit, --baud and
@@ -40,22 +40,22 @@ def flash_command(ctx, line, unit, board, hex_file, verify, dry_run, ask):
     if image.board != board:
         raise UserError(f"{image.path}: an image for the {image.board}, not for the {board}")
     words = flash.command(board, line.port, image.path, verify=verify)
+    facts = {"port": line.port, "board": board, "image": str(image.path), "avrdude": words}
+    texts = []
     if dry_run:
-        click.echo(shlex.join(words))
-        return
-    try:
+        texts.append(shlex.join(words))
+    else:
         flash.run(words)
         if verify:
-            click.echo(f"{line.port}: the flash is as in {image.path}")
+            texts.append(f"{line.port}: the flash is as in {image.path}")
         if ask:
-            _ask(image, line, unit)
-    except (FlashError, BoardError) as error:
-        complain(error)
-        ctx.exit(1)
+            texts.append(_ask(image, line, unit))
+    if texts or as_json:
+        deliver_facts({**facts, "done": not dry_run}, "\n".join(texts), as_json=as_json)
 
 
-def _ask(image: Image, options: PortOptions, unit: int) -> None:
-    """Compare what the board says of itself with the image."""
+def _ask(image: Image, options: PortOptions, unit: int) -> str:
+    """Compare what the board says of itself with the image; return that in words."""
     found = connection.open_port(options, lambda text: say((text,)))
     try:
         who = found.board(unit).who()
@@ -65,7 +65,4 @@ def _ask(image: Image, options: PortOptions, unit: int) -> None:
     wanted = f"pixstep {image.board} {image.version}"
     if text != wanted:
         raise FlashError(f"{options.port}: the board says {text!r}, the image is {wanted!r}")
-    click.echo(f"{options.port}: unit {unit} is {text}")
-
-
-COMMANDS = (flash_command,)
+    return f"{options.port}: unit {unit} is {text}"

@@ -6,19 +6,15 @@ from rich.console import Console
 
 from pixstep import progress
 from pixstep.board import boards
+from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan
-from pixstep.cli.options import FOLDER, pixel_hz_option
+from pixstep.cli.options import json_option, out_option, pixel_hz_option, plots_option
 from pixstep.cli.results import deliver
 from pixstep.moves import homesim, hometask
 from pixstep.simulation import report
 
 
-@click.group()
-def home() -> None:
-    """Find the home switch and make its edge position 0."""
-
-
-@home.command("sim")
+@command("sim")
 @home_options
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @pixel_hz_option
@@ -30,17 +26,12 @@ def home() -> None:
     "(steps; delay in ticks of the board); more: build/host/bin/pixstep-sim --help.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-@click.option(
-    "--out",
-    type=FOLDER,
-    required=True,
-    help="Folder for the results; replaces only those of earlier runs.",
-)
-@click.option("--plot", is_flag=True, help="Draw homing.png into the folder.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@out_option
+@plots_option
+@json_option
 @click.pass_context
 def home_sim(ctx, out, plot, as_json, **options):
-    """Home a simulated axis by a CSV or CSB profile, and judge it against the simulator's own log.
+    """Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.
 
     Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse.
     """
@@ -114,6 +105,3 @@ def _findings(summary: dict) -> list[str]:
             f"{summary['switch_closes_at_steps']} steps"
         )
     return lines
-
-
-COMMANDS = (home,)

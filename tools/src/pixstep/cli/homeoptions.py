@@ -7,8 +7,11 @@ from pathlib import Path
 
 import click
 
-from pixstep.cli.options import DECODE, FILE, line_option, raw_option, say
-from pixstep.lines.line import PLAIN
+from pixstep.cli.command import FILE
+from pixstep.cli.options import DECODE, line_option, raw_option, say
+from pixstep.cli.quantities import SPEED_TYPE, StepsType, TimeType, whole_speed
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.units import Quantity
 from pixstep.moves import accel, homesim, legs
 from pixstep.profiles import names
 
@@ -35,19 +38,23 @@ _OPTIONS = (
     ),
     click.option(
         "--slow",
-        type=int,
-        help="Second approach, steps/pixel, even if smooth.  [default: first entry, or the even "
-        "number below]",
+        type=SPEED_TYPE,
+        help="Second approach, steps/px or steps/s, even if smooth.  [default: first entry, or the "
+        "even number below]",
     ),
     click.option(
         "--search",
-        type=int,
+        type=StepsType(),
         default=20_000,
         show_default=True,
         help="Give a leg up after so many steps.",
     ),
-    click.option("--clear", type=int, help="Second approach from at least so many steps away."),
-    click.option("--filter-us", type=click.IntRange(100, 20_000), help="Filter of the switches."),
+    click.option(
+        "--clear", type=StepsType(), help="Second approach from at least so many steps away."
+    ),
+    click.option(
+        "--filter-us", type=TimeType("us", 100, 20_000, int), help="Filter of the switches."
+    ),
     click.option(
         "--inverted",
         type=click.Choice(list(homesim.INVERTED)),
@@ -67,26 +74,31 @@ def home_options(command: Callable) -> Callable:
     return command
 
 
-def read_profile(options: dict, pixel_hz: Fraction) -> accel.Acceleration:
-    """Read the profile; notes go to the error stream."""
+def read_profile(options: dict, pixel_hz: Fraction, *, refuse: bool = False) -> accel.Acceleration:
+    """Read the profile; notes go to the error stream. `refuse` one for a lower frequency."""
     read = accel.read(options["profile"], raw=options["raw"], number=options["line_number"])
-    say(read.notes_at(pixel_hz))
+    say(read.notes_at(pixel_hz, refuse=refuse))
     return read
 
 
-def make_plan(options: dict, pixel_hz: Fraction) -> legs.HomingPlan:
+def make_plan(options: dict, pixel_hz: Fraction, *, refuse: bool = False) -> legs.HomingPlan:
     """Read the profile and plan the homing that the options ask for."""
     decode = options["decode"] or _motor_decode(options["profile"])
     request = legs.HomingRequest(
         axis=options["axis"],
         direction=DIRECTIONS[options["direction"]],
         haps=options["haps"],
-        slow=options["slow"],
+        slow=_slow(options["slow"], pixel_hz, decode),
         search_steps=options["search"],
         clear_steps=options["clear"],
         decode=decode,
     )
-    return legs.plan(read_profile(options, pixel_hz), request, pixel_hz)
+    return legs.plan(read_profile(options, pixel_hz, refuse=refuse), request, pixel_hz)
+
+
+def _slow(speed: Quantity | None, hz: Fraction, decode: str) -> int | None:
+    """Return the speed of the second approach in steps/pixel."""
+    return None if speed is None else whole_speed(speed, hz, None, smooth=decode == SMOOTH)
 
 
 def _motor_decode(profile: Path) -> str:

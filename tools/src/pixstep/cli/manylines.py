@@ -17,7 +17,14 @@ def per_line(values: tuple, count: int, default: object, option: str) -> list:
     return [values[0] if values else default] * count
 
 
-def read_lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: dict) -> list[Line]:
+def read_lines(
+    csv: tuple[Path, ...],
+    decode: tuple,
+    backlash: tuple,
+    options: dict,
+    *,
+    refuse_faster: bool = False,
+) -> list[Line]:
     """Read the lines, each with its decode rule and backlash."""
     decodes = per_line(decode, len(csv), None, "--decode")
     plays = per_line(backlash, len(csv), 0, "--backlash")
@@ -32,6 +39,8 @@ def read_lines(csv: tuple[Path, ...], decode: tuple, backlash: tuple, options: d
             raw=options["raw"],
             negative=options["negative"] and rule == "smooth",
             number=number,
+            pixel_hz=options["pixel_hz"],
+            refuse_faster=refuse_faster,
         )
         for path, rule, play, number in zip(csv, decodes, plays, numbers, strict=True)
     ]

@@ -6,15 +6,19 @@ from fractions import Fraction
 
 import click
 
-from pixstep.cli.options import FILE, line_option, raw_option, say
+from pixstep.cli.command import FILE
+from pixstep.cli.options import line_option, raw_option, say
+from pixstep.cli.quantities import SPEED_TYPE, StepsType, whole_limit
 from pixstep.moves import accel, fast
 from pixstep.moves.fast import FastMove
 
-STEPS = click.IntRange(-fast.MAX_STEPS, fast.MAX_STEPS)
+STEPS = StepsType(-fast.MAX_STEPS, fast.MAX_STEPS)
 _OPTIONS = (
     click.argument("profile", type=FILE),
-    click.option("--steps", type=STEPS, required=True, help="Steps to move, signed, not 0."),
-    click.option("--max-speed", type=click.IntRange(1), help="Never faster, steps/pixel."),
+    click.option(
+        "--steps", type=STEPS, required=True, help="Steps to move, signed, not 0; or 3mm."
+    ),
+    click.option("--max-speed", type=SPEED_TYPE, help="Never faster: steps/px or steps/s."),
     raw_option,
     line_option,
 )
@@ -27,15 +31,20 @@ def plan_options(command: Callable) -> Callable:
     return command
 
 
-def read_plan(options: dict, pixel_hz: Fraction) -> tuple[accel.Acceleration, FastMove]:
-    """Read the profile and plan the move; notes go to the error stream."""
+def read_plan(
+    options: dict, pixel_hz: Fraction, *, refuse: bool = False
+) -> tuple[accel.Acceleration, FastMove]:
+    """Read the profile and plan the move; notes go to the error stream.
+
+    `refuse` a profile that was made for a lower pixel frequency.
+    """
     profile = accel.read(
         options["profile"],
         raw=options["raw"],
         number=options["line_number"],
-        max_speed=options["max_speed"],
+        max_speed=whole_limit(options["max_speed"], pixel_hz),
     )
-    say(profile.notes_at(pixel_hz))
+    say(profile.notes_at(pixel_hz, refuse=refuse))
     return profile, fast.plan(profile, options["steps"])
 
 

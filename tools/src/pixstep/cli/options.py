@@ -1,28 +1,31 @@
 # SPDX-License-Identifier: MIT
-"""What the commands share: option types, the reading of line files, notes, errors."""
+"""What the commands share: option types, the reading of line files, notes."""
 
 import contextlib
-import errno
 import functools
-import os
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 
 import click
 
-from pixstep import atomic, formats, signals
+from pixstep import atomic, formats
 from pixstep.board import boards
-from pixstep.errors import UserError
+from pixstep.cli.command import FOLDER, PICTURE
+from pixstep.cli.quantities import StepsType
+from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
+from pixstep.profiles import madefor
 
-FILE = click.Path(path_type=Path, dir_okay=False)
-FOLDER = click.Path(path_type=Path, file_okay=False)
+VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
+STATUSES = (FINE, NEGATIVE, REFUSED)  # the exit statuses of these verdicts
+SCHEMA = 1  # of all --json output; a field that is added does not change it
 
 
 class _Hz(click.ParamType):
-    """An exact frequency: 30, 29.97 or 30000/1001."""
+    """An exact frequency: 30, 29.97Hz or 30000/1001."""
 
     name = "HZ"
 
@@ -42,7 +45,7 @@ pixel_hz_option = click.option(
     "--pixel-hz", type=HZ, required=True, help="30, 29.97 or 30000/1001."
 )
 backlash_option = click.option(
-    "--backlash", type=click.IntRange(min=0), default=0, show_default=True, help="Steps of play."
+    "--backlash", type=StepsType(0), default=0, show_default=True, help="Steps of play, or 3um."
 )
 clock_option = click.option(
     "--board",
@@ -54,52 +57,27 @@ clock_option = click.option(
 raw_option = click.option(
     "--raw", is_flag=True, help="Take every row after a CSV header as a value."
 )
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="Print facts as JSON, for programs."
+)
+out_option = click.option(
+    "--out",
+    type=FOLDER,
+    required=True,
+    help="Folder for the results; replaces only what an earlier run has left there.",
+)
+plots_option = click.option("--plot", is_flag=True, help="Draw pictures (PNG) into the folder.")
+details_option = click.option(
+    "--details", is_flag=True, help="Print every interrupt's count, cycles and latest start too."
+)
+no_check_option = click.option(
+    "--no-check", "check", is_flag=True, default=True, flag_value=False,
+    help="Leave the host's check of the line out: let the board judge it.",
+)  # fmt: skip
 LINE_NUMBER = click.IntRange(min=1)
 line_option = click.option(
     "--line", "line_number", type=LINE_NUMBER, metavar="N", help="Line N of a file of many lines."
 )
-
-
-class Group(click.Group):
-    """Turns what ends a command early into one line and an exit status.
-
-    A UserError, and what the system refuses, is 2; Ctrl-C, SIGTERM and SIGHUP are 128 and the
-    signal's number.
-    """
-
-    def main(self, *arguments, **options) -> object:
-        """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
-        with signals.caught():
-            return super().main(*arguments, **options)
-
-    def invoke(self, ctx: click.Context) -> object:
-        """Run a command."""
-        try:
-            return super().invoke(ctx)
-        except UserError as error:
-            _tell(str(error))
-            return ctx.exit(2)
-        except KeyboardInterrupt as error:
-            _tell(f"ended by {signals.name(error)}")
-            return ctx.exit(signals.status(error))
-        except OSError as error:
-            if error.errno == errno.EPIPE:  # click ends the command in order
-                raise
-            named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
-            _tell(f"{named}{error.strerror or error}")
-            return ctx.exit(2)
-        except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
-            ended = error.__context__
-            if not isinstance(ended, KeyboardInterrupt):
-                raise
-            _tell(f"ended by {signals.name(ended)}")
-            return ctx.exit(signals.status(ended))
-
-
-def _tell(text: str) -> None:
-    """Print a line on the error stream, if that is still there: a closed terminal is not."""
-    with contextlib.suppress(OSError):
-        click.echo(f"pixstep: {text}", err=True)
 
 
 def load_line(
@@ -110,14 +88,20 @@ def load_line(
     raw: bool = False,
     negative: bool = False,
     number: int | None = None,
+    read: Callable[..., formats.MotionFile] = formats.read_motion,
+    pixel_hz: Fraction | None = None,
+    refuse_faster: bool = False,
 ) -> Line:
     """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
 
-    `number` chooses a line, from 1; without it the file must hold only one.
+    `number` chooses a line, from 1; without it the file must hold only one. A file that was made
+    for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
+    higher.
     """
-    read = formats.read_motion(path, raw=raw)
-    chosen = read.line(number)
-    say(read.notes)
+    file = read(path, raw=raw)
+    chosen = file.line(number)
+    say(file.notes)
+    say(madefor.notes(path, file.header, pixel_hz, refuse=refuse_faster))
     name = str(path) if number is None else f"{path} line {number}"
     return Line(chosen.values, decode, backlash, negative, name=name)
 
@@ -127,24 +111,46 @@ def teller(output: Path | None) -> Callable[..., None]:
     return functools.partial(click.echo, err=atomic.is_stdout(output))
 
 
-def refuse_json_beside(output: Path | None, *, as_json: bool) -> None:
-    """Refuse to write a file and JSON to the same stream."""
-    if as_json and atomic.is_stdout(output):
-        raise UserError("--json and the output both go to the standard output: name a file")
+def plot_option(*other: str, what: str = "Draw into a file") -> Callable:
+    """Return the option --plot of a command without a folder for results."""
+    return click.option(
+        "--plot", *other, type=PICTURE, metavar="FILE", help=f"{what}: .png, .svg or .pdf."
+    )
 
 
-def refuse_input(output: Path | None, *inputs: Path) -> None:
-    """Refuse an output that is one of the inputs: a slip would lose what cannot be made again."""
-    for path in inputs:
-        with contextlib.suppress(OSError):
-            if output is not None and output.samefile(path):
-                raise UserError(f"{output}: is the input: name another file for the output")
+def show_json(facts: dict) -> None:
+    """Print facts as JSON, with the version of its layout."""
+    click.echo(json.dumps({"schema": SCHEMA, **facts}, indent=2))
 
 
-def refuse_same(output: Path, other: Path | None, option: str) -> None:
-    """Refuse two outputs in one file."""
-    if other is not None and os.path.realpath(output) == os.path.realpath(other):
-        raise UserError(f"{other}: {option} and -o are the same file")
+def show_json_row(facts: dict) -> None:
+    """Print facts as one row of JSON, where more rows follow as they come."""
+    click.echo(json.dumps({"schema": SCHEMA, **facts}))
+
+
+def deliver_facts(facts: dict, text: str, output: Path | None = None, *, as_json: bool) -> None:
+    """Print facts as JSON, or as text on the stream that is free for words."""
+    if as_json:
+        show_json(facts)
+    else:
+        teller(output)(text)
+
+
+@contextlib.contextmanager
+def board_rows(*, as_json: bool) -> Iterator[Callable[[dict, str], None]]:
+    """Yield what takes a board's facts, as data and as text; JSON comes at the end, whole."""
+    rows: list[dict] = []
+
+    def take(row: dict, text: str) -> None:
+        rows.append(row)
+        if not as_json:
+            click.echo(text)
+
+    try:
+        yield take
+    finally:
+        if as_json:
+            show_json({"boards": rows})
 
 
 def say(notes) -> None:

@@ -1,21 +1,34 @@
 # SPDX-License-Identifier: MIT
 """`pixstep profile`: make, check, repair and show acceleration profiles."""
 
-import json
 from collections.abc import Iterator
-from fractions import Fraction
 from pathlib import Path
 
 import click
 
-from pixstep.cli import profile_make, profile_repair
-from pixstep.cli.options import DECODE, FILE, HZ, raw_option, refuse_input, say
-from pixstep.cli.quantities import limit_options, whole_limit
-from pixstep.cli.show import drawn_limits, show_drawing
+from pixstep.cli.command import FILE, command
+from pixstep.cli.options import (
+    DECODE,
+    HZ,
+    STATUSES,
+    VERDICTS,
+    json_option,
+    plot_option,
+    raw_option,
+    say,
+    show_json,
+)
+from pixstep.cli.quantities import (
+    SPEED_TYPE,
+    limit_options,
+    scale_of,
+    whole_limit,
+    whole_speed,
+)
+from pixstep.cli.show import drawn_limits, show_drawing, used_frequency
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, SMOOTH, Line
-from pixstep.lines.rational import parse_hz
 from pixstep.profiles import generator, names, page, readings
 from pixstep.profiles.drawing import Drawing
 
@@ -28,12 +41,7 @@ _FORMS = {
 _REPAIRABLE = {"speed", "oscillates", "reverses_inside_pixel"}
 
 
-@click.group()
-def profile() -> None:
-    """Make, check, repair and show acceleration profiles."""
-
-
-@profile.command("check")
+@command("check")
 @click.argument("file", type=FILE)
 @click.option("--decode", type=DECODE,
               help="What the motor is. Default: by the motor in the name, else both.",
@@ -42,16 +50,16 @@ def profile() -> None:
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in a PRN.")
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency, for limits per second.")
 @limit_options
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@json_option
 @click.pass_context
-def profile_check(ctx, file, decode, raw, lenient, pixel_hz, as_json, **limits):
+def profile_check(ctx, file, decode, raw, lenient, as_json, **limits):
     """Check a profile under every reading of its file.
 
-    Exit status 0 fine, 1 warnings or a reading that fails, 2 no reading is sound.
+    Exit status 0 fine, 1 warnings or a reading that fails, 3 no reading is sound.
     """
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
-    hz = _frequency(read, pixel_hz)
+    hz = used_frequency(ctx, read.path, read.header)
     bounds = linecheck.Limits(
         max_speed=whole_limit(limits["max_speed"], hz),
         max_acceleration=whole_limit(limits["max_acceleration"], hz),
@@ -60,45 +68,36 @@ def profile_check(ctx, file, decode, raw, lenient, pixel_hz, as_json, **limits):
     found = readings.check(read, decode or _motor(file), bounds)
     status = readings.exit_status(found)
     if as_json:
-        click.echo(json.dumps(_check_json(file, found, status), indent=2))
+        show_json(_check_json(file, found, status))
     else:
         _print_check(file, found, status)
-    ctx.exit(status)
+    ctx.exit(STATUSES[status])
 
 
-@profile.command("show")
+@command("show")
 @click.argument("file", type=FILE)
 @click.option("--decode", type=DECODE,
               help="Default: by the motor in the name, else smooth.")  # fmt: skip
-@click.option("--speed", type=click.IntRange(1), help="Draw the line up to this speed, steps/px.")
+@click.option("--speed", type=SPEED_TYPE, help="Draw the line up to this speed, steps/px.")
 @raw_option
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in a PRN.")
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: by the name or the header.")
 @limit_options
-@click.option("-o", "--output", type=FILE, help="Drawing to write: .png, .svg or .pdf.")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
-def profile_show(file, decode, speed, raw, lenient, pixel_hz, output, as_json, **limits):
-    """Show speed, acceleration, jerk and position of a profile: a table, and with -o a drawing."""
-    refuse_input(output, file)
+@plot_option("-o", "--output")
+@json_option
+@click.pass_context
+def profile_show(ctx, file, decode, speed, raw, lenient, plot, as_json, **limits):
+    """Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing."""
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
-    hz = _frequency(read, pixel_hz)
+    hz = used_frequency(ctx, read.path, read.header)
+    speed = None if speed is None else whole_speed(speed, hz, scale_of(ctx), smooth=decode != PLAIN)
     decode = decode or _motor(file) or SMOOTH
     counts = _counts(read, decode, speed)
     line = Line(counts, decode, name=str(file))
     bounds = drawn_limits(limits, hz)
     drawing = Drawing(line, file.name, hz, bounds, going_on=True)
-    show_drawing(drawing, output, as_json=as_json)
-
-
-def _frequency(read: readings.ProfileFile, given: Fraction | None) -> Fraction | None:
-    """Return the pixel frequency given, or that of the header, or that of the name."""
-    if given is not None:
-        return given
-    if read.header:
-        return parse_hz(read.header.pixel_hz)
-    named = names.parse(read.path)
-    return named.pixel_hz if named else None
+    show_drawing(drawing, plot, as_json=as_json)
 
 
 def _motor(path: Path) -> str | None:
@@ -153,7 +152,7 @@ def _print_check(path: Path, found: list[readings.Reading], status: int) -> None
             click.echo(f"  {text}")
     for text in _advice(found):
         click.echo(text)
-    click.echo(f"{path}: {('fine', 'warnings', 'refused')[status]}")
+    click.echo(f"{path}: {VERDICTS[status]}")
 
 
 def _advice(found: list[readings.Reading]) -> Iterator[str]:
@@ -177,7 +176,7 @@ def _check_json(path: Path, found: list[readings.Reading], status: int) -> dict:
     """Return the readings as plain data."""
     return {
         "file": str(path),
-        "verdict": ("fine", "warnings", "refused")[status],
+        "verdict": VERDICTS[status],
         "readings": [
             {
                 "rows": reading.rows.form,
@@ -191,9 +190,3 @@ def _check_json(path: Path, found: list[readings.Reading], status: int) -> dict:
         ],
         "advice": list(_advice(found)),
     }
-
-
-profile.add_command(profile_make.profile_make)
-profile.add_command(profile_repair.profile_repair)
-
-COMMANDS = (profile,)

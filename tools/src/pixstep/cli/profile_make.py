@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep profile make`: the shortest profile within limits, as PRN and as CSV."""
 
-import json
 import time
 from fractions import Fraction
 from pathlib import Path
@@ -9,18 +8,19 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, formats
-from pixstep.cli.options import FILE, HZ, refuse_json_beside, refuse_same, say, teller
-from pixstep.cli.quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE
+from pixstep.cli.command import OUTPUT, OUTPUT_OR_FOLDER, command, refuse_outputs
+from pixstep.cli.options import DECODE, HZ, json_option, say, show_json, teller
+from pixstep.cli.quantities import ACCELERATION_TYPE, JERK_TYPE, SPEED_TYPE, PixelsType
 from pixstep.errors import UserError
 from pixstep.lines import units
-from pixstep.lines.line import Line
+from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
 from pixstep.profiles import generator, kinematics, make, names, page
 from pixstep.profiles.repair import whole_line
 from pixstep.profiles.stretches import START
 
 
-@click.command("make")
+@command("make")
 @click.option("--top-speed", type=SPEED_TYPE, required=True,
               help="Speed at the end, even: 1000, 1000steps/px or 30000steps/s.")  # fmt: skip
 @click.option("--max-acceleration", type=ACCELERATION_TYPE, required=True,
@@ -31,18 +31,19 @@ from pixstep.profiles.stretches import START
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency, for figures per second and the name.")
 @click.option("--motor", metavar="Mnn", help="Motor of the conventional name, as M39.")
 @click.option("--variant", metavar="TEXT", help="Variant of the conventional name, as 1.")
-@click.option("-o", "--output", type=click.Path(path_type=Path),
+@click.option("-o", "--output", type=OUTPUT_OR_FOLDER,
               help="PRN to write, or a folder: AccProf<motor>-<f>Hz-<variant>.PRN in it. "
               "Default: that name in the current folder.")  # fmt: skip
-@click.option("--csv", type=FILE, help="Write the CSV profile for fast moves and homing too.")
-@click.option("--plain", is_flag=True, help="The CSV is for a plain motor: counts are speeds.")
+@click.option("--csv", type=OUTPUT, help="Write the CSV profile for fast moves and homing too.")
+@click.option("--decode", type=DECODE, help="Motor that the CSV is for.  [default: smooth]")
 @click.option("--name", metavar="TEXT", help="Name in the CSV's header, up to 20 characters.")
 @click.option("--haps", type=click.IntRange(0, 9999),
               help="HAPs of the CSV: entries used in homing. Default: all.")  # fmt: skip
-@click.option("--lead-in", type=click.IntRange(0, 999_999), default=0, show_default=True,
+@click.option("--lead-in", type=PixelsType(0, 999_999), default=0, show_default=True,
               help="LeadIn of the CSV: constant pixels before the image.")  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
-def profile_make(top_speed, max_acceleration, max_jerk, pixel_hz, output, as_json, **options):
+@json_option
+@click.pass_context
+def profile_make(ctx, top_speed, max_acceleration, max_jerk, pixel_hz, output, as_json, **options):
     """Make the shortest acceleration profile within limits of acceleration and jerk.
 
     All speeds are even, and the jerk limit is kept from rest up to the constant speed after the
@@ -56,8 +57,8 @@ def profile_make(top_speed, max_acceleration, max_jerk, pixel_hz, output, as_jso
     path = _prn_path(output, pixel_hz, options["motor"], options["variant"])
     speeds = make.shortest_profile(limits)
     csv = _csv_parts(options, speeds, pixel_hz)
-    refuse_json_beside(path, as_json=as_json)
-    refuse_same(path, options["csv"], "--csv")
+    csv_outputs = [("--csv", options["csv"])] if csv else []
+    refuse_outputs(ctx, [("-o", path), *csv_outputs])
     with atomic.together():
         formats.write_prn(path, speeds)
         if csv:
@@ -75,7 +76,7 @@ def profile_make(top_speed, max_acceleration, max_jerk, pixel_hz, output, as_jso
             "figures": page.figures_json(figures, pixel_hz),
             "speeds": speeds,
         }
-        click.echo(json.dumps(report, indent=2))
+        show_json(report)
         return
     _print(path, options["csv"], speeds, limits, pixel_hz)
 
@@ -116,7 +117,7 @@ def _csv_parts(options: dict, speeds: list[int], hz: Fraction | None) -> tuple |
     The counts end with one pixel of the top speed, so that it is reached under both decode rules.
     """
     if options["csv"] is None:
-        given = [name for name in ("plain", "name", "haps", "lead_in") if options[name]]
+        given = [name for name in ("decode", "name", "haps", "lead_in") if options[name]]
         if given:
             raise UserError(f"--{given[0].replace('_', '-')} is for the CSV profile: give --csv")
         return None
@@ -126,7 +127,9 @@ def _csv_parts(options: dict, speeds: list[int], hz: Fraction | None) -> tuple |
     if len(name) > 20:
         raise UserError(f"header name {name!r} is longer than 20 characters: give --name")
     top = speeds[-1]
-    counts = speeds if options["plain"] else [*generator.acceleration_counts(speeds, top), top]
+    counts = (
+        speeds if options["decode"] == PLAIN else [*generator.acceleration_counts(speeds, top), top]
+    )
     haps = len(counts) if options["haps"] is None else options["haps"]
     if haps > len(counts):
         raise UserError(f"--haps {haps}: the CSV profile has {len(counts)} entries")

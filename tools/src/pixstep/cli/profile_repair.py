@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep profile repair`: counts that oscillate, illegal profile speeds."""
 
-import json
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -9,15 +8,8 @@ from pathlib import Path
 import click
 
 from pixstep import formats
-from pixstep.cli.options import (
-    FILE,
-    HZ,
-    raw_option,
-    refuse_input,
-    refuse_json_beside,
-    say,
-    teller,
-)
+from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.options import HZ, json_option, raw_option, say, show_json, teller
 from pixstep.cli.quantities import ACCELERATION_TYPE
 from pixstep.errors import UserError
 from pixstep.lines.units import Quantity
@@ -26,7 +18,7 @@ from pixstep.profiles.repair import Repair, Wish, repair_counts
 from pixstep.profiles.stretches import LINE, START
 
 
-@click.command("repair")
+@command("repair")
 @click.argument("file", type=FILE)
 @click.option("--max-acceleration", type=ACCELERATION_TYPE,
               help="Largest acceleration of the new ramps, steps/px2 or steps/s2. Default: any.",
@@ -40,16 +32,14 @@ from pixstep.profiles.stretches import LINE, START
 @raw_option
 @click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in a PRN.")
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency, for a limit per second.")
-@click.option("-o", "--output", type=FILE, required=True, help="File to write.")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="File to write.")
+@json_option
 def profile_repair(file, max_acceleration, part, insert, raw, lenient, pixel_hz, output, as_json):
     """Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.
 
     Counts keep their length: ramps take pixels from the stretches of constant speed. A PRN gets
     the nearest speeds that are even, above 0 and never fall.
     """
-    refuse_input(output, file)
-    refuse_json_beside(output, as_json=as_json)
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
     if read.is_prn:
@@ -62,7 +52,7 @@ def profile_repair(file, max_acceleration, part, insert, raw, lenient, pixel_hz,
         header = replace(read.header, lines=1) if read.header else None
         formats.write_csv(output, list(repair.values), header)
     if as_json:
-        click.echo(json.dumps(_report(file, output, part, read.values, repair), indent=2))
+        show_json(_report(file, output, part, read.values, repair))
     else:
         _print(file, output, part, read.values, repair)
 

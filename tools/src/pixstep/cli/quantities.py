@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Options for speeds, accelerations and jerks, per pixel or per second."""
+"""Options that take figures with units: distances, speeds, pixels, times.
+
+Millimetres and degrees become steps by the motor of the command line (see `machinedefaults`).
+"""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -8,26 +11,120 @@ import click
 
 from pixstep.errors import UserError
 from pixstep.lines import units
-from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
+from pixstep.lines.rational import parse_hz
+from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Quantity, Scale
+
+_SCALE = "pixstep.scale"
 
 
-class _QuantityType(click.ParamType):
-    """A figure such as 128, 128steps/px2 or 115200steps/s2."""
+def set_scale(ctx: click.Context, scale: Callable[[], Scale | None]) -> None:
+    """Keep what finds the scale by which the options of a command turn lengths into steps."""
+    ctx.meta[_SCALE] = scale
+
+
+def scale_of(ctx: click.Context | None) -> Scale | None:
+    """Return the scale of the command's motor, if it has one."""
+    find = ctx.meta.get(_SCALE) if ctx else None
+    return find() if find else None
+
+
+def _in_steps(quantity: Quantity, ctx: click.Context | None) -> Quantity:
+    """Return a quantity in steps; only one in another unit asks for the motor's scale."""
+    return quantity if quantity.length == STEP else quantity.in_steps(scale_of(ctx))
+
+
+class _Parsed(click.ParamType):
+    """A text that a function parses; a bad one is a usage error."""
+
+    def convert(self, value, param, ctx):
+        """Parse the text; what is no text was parsed before."""
+        if not isinstance(value, str):
+            return value
+        try:
+            return self._parse(value, ctx)
+        except UserError as error:
+            return self.fail(str(error), param, ctx)
+
+    def _parse(self, text: str, ctx: click.Context | None):
+        raise NotImplementedError
+
+
+def _within(value: int, least: int | None, most: int | None) -> int:
+    """Return a value. Raises UserError, in click's own words, if it is out of its range."""
+    if (least is not None and value < least) or (most is not None and value > most):
+        low = "" if least is None else f"{least}<="
+        wanted = f"x>={least}" if most is None else f"{low}x<={most}"
+        raise UserError(f"{value} is not in the range {wanted}.")
+    return value
+
+
+class _QuantityType(_Parsed):
+    """A figure such as 128, 128steps/px2, 115200steps/s2 or 12mm/s."""
 
     def __init__(self, order: int):
         self.order = order
         self.name = units.unit(order)
 
-    def convert(self, value, param, ctx) -> Quantity:
-        """Parse the text; a bad one is a usage error."""
-        if isinstance(value, Quantity):
-            return value
-        try:
-            return units.parse(value, self.order)
-        except UserError as error:
-            return self.fail(str(error), param, ctx)
+    def _parse(self, text: str, ctx: click.Context | None) -> Quantity:
+        return _in_steps(units.parse(text, self.order), ctx)
 
 
+class StepsType(_Parsed):
+    """A distance as a whole number of steps: 250, 3um, 0.5 mm."""
+
+    name = "STEPS"
+
+    def __init__(self, least: int | None = None, most: int | None = None):
+        self.least, self.most = least, most
+
+    def _parse(self, text: str, ctx: click.Context | None) -> int:
+        steps = _in_steps(units.parse(text, DISTANCE, signed=True), ctx).whole_steps()
+        return _within(steps, self.least, self.most)
+
+
+class PixelsType(_Parsed):
+    """A number of pixels: 4 or 4px."""
+
+    name = "PIXELS"
+
+    def __init__(self, least: int | None = None, most: int | None = None):
+        self.least, self.most = least, most
+
+    def _parse(self, text: str, ctx: click.Context | None) -> int:
+        pixels = units.parse_pixels(text)
+        return _within(pixels, self.least, self.most)
+
+
+class WholeHzType(_Parsed):
+    """A frequency of a whole number of Hz: 16000000 or 16 MHz."""
+
+    name = "HZ"
+
+    def _parse(self, text: str, ctx: click.Context | None) -> int:
+        hz = parse_hz(text)
+        if hz.denominator != 1:
+            raise UserError(f"{text} is not a whole number of Hz")
+        return int(hz)
+
+
+class TimeType(_Parsed):
+    """A time: 500us, 1.5s, or a number of the unit `bare`, in which the result is too."""
+
+    name = "TIME"
+
+    def __init__(self, bare: str, least: float, most: float, kind: type = float):
+        self.bare, self.least, self.most, self.kind = bare, least, most, kind
+
+    def _parse(self, text: str, ctx: click.Context | None):
+        value = units.parse_seconds(text, self.bare) / units.parse_seconds("1", self.bare)
+        if not self.least <= value <= self.most:
+            raise UserError(f"{text} is not in the range {self.least} to {self.most} {self.bare}")
+        if self.kind is int and value.denominator != 1:
+            raise UserError(f"{text} is not a whole number of {self.bare}")
+        return self.kind(value)
+
+
+DISTANCE_TYPE = _QuantityType(DISTANCE)
 SPEED_TYPE = _QuantityType(SPEED)
 ACCELERATION_TYPE = _QuantityType(ACCELERATION)
 JERK_TYPE = _QuantityType(JERK)
@@ -44,15 +141,36 @@ def limit_options(command: Callable) -> Callable:
     return command
 
 
-def whole_limit(quantity: Quantity | None, hz: Fraction | None) -> int | None:
-    """Return a limit rounded down to a whole number of steps/px^order; None stays None.
+def whole_limit(quantity: Quantity | None, hz: Fraction | None, *, least: int = 1) -> int | None:
+    """Return a limit as whole steps/px^order, rounded down.
 
-    Raises UserError for a limit below 1, and for one per second without a frequency.
+    Raises UserError for a limit below `least`, and for one per second without a frequency.
     """
     if quantity is None:
         return None
     value = quantity.per_pixel(hz)
-    if value < 1:
+    if value < least:
         kind = units.unit(quantity.order)
-        raise UserError(f"{quantity.text} is {units.number_text(value)} {kind}: at least 1 {kind}")
+        figure = units.number_text(value)
+        raise UserError(f"{quantity.text} is {figure} {kind}: at least {least} {kind}")
     return int(value)
+
+
+def whole_speed(
+    quantity: Quantity, hz: Fraction | None, scale: Scale | None, *, smooth: bool
+) -> int:
+    """Return a speed in whole steps/px; raises UserError naming the nearest legal ones.
+
+    The caller refuses an odd speed of a smooth line.
+    """
+    value = quantity.per_pixel(hz)
+    if value.denominator == 1:
+        return int(value)
+    step = 2 if smooth else 1
+    below = int(value // step) * step
+    legal = [speed for speed in (below, below + step) if speed > 0]
+    kind = "an even whole number, as a smooth line needs" if smooth else "a whole number"
+    raise UserError(
+        f"speed {quantity.text} is {units.number_text(value)} steps/px, not {kind}: nearest legal "
+        f"{' and '.join(units.both_text(speed, SPEED, hz, scale) for speed in legal)}"
+    )

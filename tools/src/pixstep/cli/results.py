@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What a simulated run says at its end."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
-import click
 from rich.console import Console
 
+from pixstep.cli.options import show_json
 from pixstep.simulation import report
 
 
@@ -16,7 +15,7 @@ def deliver(
 ) -> int:
     """Print a summary as JSON, or its page and the files in `out`; return the exit status."""
     if as_json:
-        click.echo(json.dumps(summary, indent=2))
+        show_json(summary)
     else:
         console = Console(highlight=False)
         page(console, summary)

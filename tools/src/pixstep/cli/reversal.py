@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line compensate`: take up the play at the reversals of a plain line."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,16 +10,12 @@ from rich.console import Console
 from rich.table import Table
 
 from pixstep import atomic, formats
-from pixstep.cli.options import (
-    FILE,
-    raw_option,
-    refuse_input,
-    refuse_json_beside,
-    refuse_same,
-    say,
-    teller,
-)
+from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.options import HZ, json_option, plot_option, raw_option, say, show_json, teller
+from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType, whole_limit
+from pixstep.errors import UserError
 from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.units import parse_pixels
 from pixstep.reversals.compensate import (
     FIRST,
     INITIAL_DIRECTIONS,
@@ -44,15 +39,19 @@ class _Pixels(click.ParamType):
             return value
         if value == "auto":
             return None
-        if not value.isdigit() or int(value) == 0:
+        try:
+            pixels = parse_pixels(value)
+        except UserError:
+            pixels = 0
+        if pixels < 1:
             self.fail(f"{value!r}: a number of pixels from 1, or auto", param, ctx)
-        return int(value)
+        return pixels
 
 
-@click.command("compensate")
+@command("compensate")
 @click.argument("csv", type=FILE)
 @click.option(
-    "--play", type=click.IntRange(1), required=True, help="Between motor and load, steps."
+    "--play", type=StepsType(1), required=True, help="Between motor and load: steps, or 25um."
 )
 @click.option(
     "--transition-px",
@@ -61,15 +60,20 @@ class _Pixels(click.ParamType):
     help="Pixels to spread each take-up over; auto: the fewest that the limits allow.  "
     "[default: auto]",
 )
-@click.option("--max-acceleration", type=click.IntRange(1), required=True, help="steps/pixel2")
+@click.option(
+    "--max-acceleration", type=ACCELERATION_TYPE, required=True, help="steps/px2 or steps/s2"
+)
 @click.option(
     "--start-stop",
-    type=click.IntRange(1),
+    type=SPEED_TYPE,
     required=True,
-    help="steps/pixel; up to this speed the motor may start, stop and turn without a ramp.",
+    help="steps/px or steps/s; up to this speed the motor may start, stop and turn without a ramp.",
 )
-@click.option("--max-speed", type=click.IntRange(1, MAX_COUNT), default=MAX_COUNT,
-              show_default=True, help="steps/pixel")  # fmt: skip
+@click.option(
+    "--max-speed", type=SPEED_TYPE, default=str(MAX_COUNT), show_default=True,
+    help="steps/px or steps/s",
+)  # fmt: skip
+@click.option("--pixel-hz", type=HZ, help="Pixel frequency, for limits per second.")
 @click.option(
     "--initial-direction",
     type=click.Choice(INITIAL_DIRECTIONS),
@@ -79,9 +83,9 @@ class _Pixels(click.ParamType):
     "unknown: the first motion takes up all of it too.",
 )
 @raw_option
-@click.option("-o", "--output", type=FILE, required=True, help="CSV file to write.")
-@click.option("--plot", type=FILE, help="Picture to draw (PNG).")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
+@plot_option()
+@json_option
 @click.pass_context
 def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     """Take up the play at every reversal of a plain line.
@@ -91,13 +95,9 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     pixels outside these transitions keep their counts. Exit status 1 if the next reversal breaks a
     transition off before all of the play is taken up, 2 if a transition does not fit.
     """
-    for path in (output, plot):
-        refuse_input(path, csv)
-    refuse_json_beside(output, as_json=as_json)
-    refuse_same(output, plot, "--plot")
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
-    limits = MotionLimits(options["max_acceleration"], options["start_stop"], options["max_speed"])
+    limits = _limits(options)
     request = Request(
         options["play"], limits, options["transition_px"], options["initial_direction"]
     )
@@ -107,10 +107,19 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
         if plot:
             _draw(made, request, csv, plot)
     if as_json:
-        click.echo(json.dumps(_report(csv, output, request, made), indent=2))
+        show_json(_report(csv, output, request, made))
     else:
         _print(Console(highlight=False, stderr=atomic.is_stdout(output)), output, request, made)
     ctx.exit(0 if made.complete else 1)
+
+
+def _limits(options: dict) -> MotionLimits:
+    """Return what the motor can do; no pixel holds more than MAX_COUNT steps."""
+    hz = options["pixel_hz"]
+    acceleration, slow, fast = (
+        whole_limit(options[name], hz) for name in ("max_acceleration", "start_stop", "max_speed")
+    )
+    return MotionLimits(acceleration, slow, min(fast, MAX_COUNT))
 
 
 def _draw(made: Compensated, request: Request, csv: Path, plot: Path) -> None:

@@ -1,50 +1,75 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line show`, and what it has in common with `pixstep profile show`."""
 
-import json
 from fractions import Fraction
 from pathlib import Path
 
 import click
 from rich.console import Console
 
-from pixstep import formats
-from pixstep.cli.options import DECODE, FILE, HZ, backlash_option, raw_option, refuse_input, say
-from pixstep.cli.quantities import limit_options, whole_limit
+from pixstep import atomic, formats
+from pixstep.cli.command import FILE, command
+from pixstep.cli.machinedefaults import by_machine
+from pixstep.cli.options import (
+    DECODE,
+    HZ,
+    backlash_option,
+    json_option,
+    plot_option,
+    raw_option,
+    say,
+    show_json,
+    teller,
+)
+from pixstep.cli.quantities import PixelsType, limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
-from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
-from pixstep.profiles import page
+from pixstep.profiles import madefor, page
 from pixstep.profiles.drawing import Drawing
 
 
-@click.command("show")
+@command("show")
 @click.argument("csv", type=FILE)
 @click.option("--decode", type=DECODE, required=True)
 @backlash_option
 @raw_option
-@click.option("--lead-in", type=click.IntRange(0),
+@click.option("--lead-in", type=PixelsType(0),
               help="Constant pixels before the image, to mark its start. Default: the header's.",
               )  # fmt: skip
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency. Default: the header's.")
 @limit_options
-@click.option("-o", "--output", type=FILE, help="Drawing to write: .png, .svg or .pdf.")
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
-def line_show(csv, decode, backlash, raw, lead_in, pixel_hz, output, as_json, **limits):
-    """Show speed, acceleration, jerk and position of a line: a table, and with -o a drawing."""
-    refuse_input(output, csv)
+@plot_option("-o", "--output")
+@json_option
+@click.pass_context
+def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, plot, as_json, **limits):
+    """Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing."""
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
+    pixel_hz = used_frequency(ctx, csv, read.header)
     if read.header:
-        pixel_hz = pixel_hz or parse_hz(read.header.pixel_hz)
         lead_in = read.header.lead_in_px if lead_in is None else lead_in
     shown = Line(read.values, decode, backlash, name=str(csv))
     _refuse_backlash(shown)
     bounds = drawn_limits(limits, pixel_hz)
     drawing = Drawing(shown, csv.name, pixel_hz, bounds, image_pixel(shown, lead_in))
-    show_drawing(drawing, output, as_json=as_json)
+    show_drawing(drawing, plot, as_json=as_json)
+
+
+def used_frequency(
+    ctx: click.Context, path: Path, header: formats.ProfileHeader | None
+) -> Fraction | None:
+    """Return --pixel-hz, else the frequency of the file itself, else that of the machine.
+
+    A file that was made for another one than is given gets a note.
+    """
+    given = ctx.params["pixel_hz"]
+    own = madefor.frequency(path, header)
+    if own is None or (given and not by_machine(ctx, "pixel_hz")):
+        say(madefor.notes(path, header, given))
+        return given
+    return own
 
 
 def _refuse_backlash(line: Line) -> None:
@@ -90,9 +115,11 @@ def show_drawing(drawing: Drawing, output: Path | None, *, as_json: bool) -> Non
             "image_pixel": drawing.image_pixel,
             **page.figures_json(figures, drawing.pixel_hz),
         }
-        click.echo(json.dumps(report, indent=2))
+        show_json(report)
         return
-    click.echo(f"{line.name}: decoded as {line.decode}")
-    Console().print(page.figures_table(figures, drawing.pixel_hz))
+    tell = teller(output)
+    tell(f"{line.name}: decoded as {line.decode}")
+    console = Console(stderr=atomic.is_stdout(output))
+    console.print(page.figures_table(figures, drawing.pixel_hz))
     if output is not None:
-        click.echo(f"{output}: drawn")
+        tell(f"{output}: drawn")

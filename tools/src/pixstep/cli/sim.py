@@ -1,38 +1,47 @@
 # SPDX-License-Identifier: MIT
 """`pixstep sim` and `pixstep demo`: lines on a simulated board, judged."""
 
+import functools
+
 import click
 from rich.console import Console
 
-from pixstep import progress
-from pixstep.board import boards
+from pixstep import demo, progress
+from pixstep.board import boards, limits
+from pixstep.board.limits import BoardLimits
+from pixstep.cli.command import FILE, FOLDER, command
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
     DECODE,
-    FILE,
-    FOLDER,
     LINE_NUMBER,
+    details_option,
+    json_option,
     load_line,
+    no_check_option,
+    out_option,
     pixel_hz_option,
+    plots_option,
     raw_option,
+    show_json,
 )
+from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
-from pixstep.errors import UserError
+from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
-from pixstep.simulation import demo, report
+from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
 
 
-@click.command()
+@command("sim")
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
 @pixel_hz_option
 @click.option(
     "--backlash",
-    type=click.IntRange(min=0),
+    type=StepsType(0),
     multiple=True,
     help="Steps; once, or per line.",
 )
@@ -40,17 +49,13 @@ from pixstep.simulation.simtask import simulate
 @click.option("--pixel-ppm", type=float, default=0.0, help="Frequency error of the pixel clock.")
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
-@click.option(
-    "--out",
-    type=FOLDER,
-    required=True,
-    help="Folder for the results; replaces only those of earlier runs.",
-)
+@out_option
 @click.option("--backlash-policy", type=click.Choice(["always", "on_reversal"]), default="always")
-@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
-@click.option("--force-upload", is_flag=True, help="Upload even what the host check refuses.")
-@click.option("--plot", is_flag=True, help="Draw plots (PNG) into the folder.")
+@no_check_option
+@plots_option
+@details_option
 @click.option(
     "--plant",
     multiple=True,
@@ -65,7 +70,7 @@ from pixstep.simulation.simtask import simulate
     help="CSV that the load should follow: a compensated line's original; per line.",
 )
 @click.option("--vcd", is_flag=True, help="Write run.vcd for GTKWave into the folder.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@json_option
 @raw_option
 @click.option(
     "--line",
@@ -76,17 +81,17 @@ from pixstep.simulation.simtask import simulate
     help="Line N of files of many lines; once, or per line file.",
 )
 @click.pass_context
-def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **options):
+def sim(ctx, csv, board, decode, backlash, out, check, plot, details, as_json, **options):
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
-    Exit status 0 only if the verdict is pass, 1 if it is not, 2 for a refused line or misuse.
+    Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
     lines = read_lines(csv, decode, backlash, options)
     last = options["axis"] + len(lines) - 1
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
-    if not force_upload:
-        _refuse_bad(lines)
+    if check:
+        _refuse_bad(lines, limits.named(board, options["pixel_hz"]))
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},
@@ -101,20 +106,27 @@ def sim(ctx, csv, board, decode, backlash, out, force_upload, plot, as_json, **o
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)
-    ctx.exit(deliver(judged.summary, out, report.print_page, as_json=as_json))
+    page = functools.partial(report.print_page, details=details)
+    ctx.exit(deliver(judged.summary, out, page, as_json=as_json))
 
 
-@click.command("demo")
+@command("demo")
 @click.option(
     "--out",
     type=FOLDER,
-    help="Folder for the results; replaces only those of earlier runs.  [default: build/demo]",
+    help="Folder for the results; replaces only what an earlier run has left there.  "
+    "[default: build/demo]",
 )
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
+@json_option
 @click.pass_context
-def demo_command(ctx, out, serial_load):
+def demo_command(ctx, out, serial_load, as_json):
     """Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD."""
-    ctx.exit(0 if demo.run(Console(highlight=False), out, serial_load=serial_load) else 1)
+    console = Console(highlight=False, quiet=as_json)
+    done = demo.run(console, out, serial_load=serial_load)
+    if as_json:
+        show_json(done.summary)
+    ctx.exit(FINE if done.passed else NEGATIVE)
 
 
 def _plants(lines: list[Line], options: dict) -> dict:
@@ -136,16 +148,14 @@ def _plants(lines: list[Line], options: dict) -> dict:
     return {"plants": plants, "ideals": ideals}
 
 
-def _refuse_bad(lines: list[Line]) -> None:
+def _refuse_bad(lines: list[Line], board: BoardLimits) -> None:
     """Raise for the first line that the host check refuses; nothing is uploaded then."""
     for line in lines:
-        errors = [item for item in linecheck.check(line) if item.severity == linecheck.ERROR]
+        found = linecheck.check(line, board.of(line))
+        errors = [item for item in found if item.severity == linecheck.ERROR]
         if errors:
             first = errors[0]
-            raise UserError(
+            raise RefusedError(
                 f"{line.name}: line refused: {first.name} at pixel {first.pixel}: {first.message} "
-                f"(--force-upload lets the board judge it)"
+                f"(--no-check lets the board judge it)"
             )
-
-
-COMMANDS = (sim, demo_command)

@@ -66,8 +66,8 @@ def _check_options(from_prn: bool, to_prn: bool, request: Request) -> None:
     if from_prn != to_prn and not request.plain:
         raise UserError(
             "a PRN holds speeds for a smooth motor and counts for a plain one, a CSV or CSB counts "
-            "for both: --plain says that the motor is plain (for a smooth one, `pixstep line make` "
-            "makes counts from speeds)"
+            "for both: --decode plain says that the motor is plain (for a smooth one, `pixstep "
+            "line make` makes counts from speeds)"
         )
     if request.changes.given and (to_prn or request.drop_header):
         raise UserError("header options are given, though the output has no header")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError
 
 ERROR = "error"  # refuses the file
 WARNING = "warning"  # read all the same, but hardly meant so
@@ -104,10 +104,10 @@ class Findings:
         return sorted(self.found, key=lambda item: (item.line, item.column))
 
     def raise_first(self, path: Path | str) -> None:
-        """Raise UserError for the first error in the file, if there is one."""
+        """Raise RefusedError for the first error in the file, if there is one."""
         for item in self.in_order():
             if item.severity == ERROR:
-                raise UserError(item.text(path))
+                raise RefusedError(item.text(path))
 
     def notes(self, path: Path | str) -> tuple[str, ...]:
         """Return warnings and notes as lines of text."""

@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Check a line on the host by the rules of the controller, before anything is uploaded.
+"""Check a line on the host as the board will, before anything is uploaded.
 
-The names of the findings are those of firmware/core/motion/line_errors.def. Errors refuse the
-line, warnings do not. The oscillation detector proposes counts that repair what it finds.
+The firmware's own check decides what is refused, at which pixel, and why; the names of the findings
+are those of firmware/core/motion/line_errors.def. Errors refuse the line, warnings do not. This
+module adds the figures behind a finding, counts that mend an oscillation, and what only a motor can
+want: a limit of the jerk, and of the acceleration of plain lines.
 """
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
-from itertools import groupby, pairwise
+from itertools import groupby, islice, pairwise, takewhile
 
+from pixstep.lines import core
+from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
 from pixstep.lines.line import Line
+from pixstep.lines.runs import COUNT_RANGE, MAX_WORD, queue_entries
 
 ERROR = "error"
 WARNING = "warning"
@@ -35,11 +40,32 @@ class Limits:
     jerk_warning: int | None = None
     min_interval_ticks: int | None = None
     period_ticks: Fraction | None = None
+    reversal_ticks: int | None = None
+
+    def of_board(self) -> CoreLimits:
+        """Return those that a board has too, as its firmware takes them.
+
+        Without a period no interval is known. What is above 16 bits is no limit there.
+        """
+        words = {
+            "max_acceleration": self.max_acceleration or 0,
+            "start_stop_steps": self.start_stop or 0,
+        }
+        if self.period_ticks is not None:
+            names = ("min_interval_ticks", "smooth_min_interval_ticks", "seek_min_interval_ticks")
+            words |= dict.fromkeys(names, self.min_interval_ticks or 0)
+            words["reversal_min_ticks"] = self.reversal_ticks or 0
+        capped = {name: min(value, MAX_WORD) for name, value in words.items()}
+        pixel_ticks = NO_LIMIT if self.period_ticks is None else int(self.period_ticks)
+        return CoreLimits(min(pixel_ticks, NO_LIMIT), **capped)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing found: a named error or warning at a 1-based pixel (0: the line as a whole)."""
+    """One thing found: a named error or warning at a 1-based pixel.
+
+    What is wrong with the end of a line has the pixel behind the last one, as on the board.
+    """
 
     name: str
     severity: str
@@ -53,9 +79,19 @@ class Finding:
 def check(line: Line, limits: Limits | None = None) -> list[Finding]:
     """Return all findings of a line, in pixel order, errors first at the same pixel."""
     limits = limits or Limits()
-    rules = _smooth_findings if line.smooth else _plain_findings
-    found = [*rules(line, limits), *_backlash_findings(line)]
+    codes = core.check(entries(line), limits.of_board())
+    found = [item for code in codes for item in _spread(line, _finding(line, code, limits))]
+    found += [*_speed_findings(line, limits), *_motor_findings(line, codes, limits)]
     return sorted(found, key=lambda item: (item.pixel, item.severity))
+
+
+def entries(line: Line) -> list[tuple[int, int]]:
+    """Return the queue entries of a line; counts that no entry can hold are refused as well."""
+    low, high = COUNT_RANGE
+    if all(low <= count <= high for count in line.counts):
+        return queue_entries(line)
+    kept = tuple(min(max(count, low), high) for count in line.counts)
+    return queue_entries(replace(line, counts=kept))
 
 
 def without_idle_pixel(findings: list[Finding]) -> list[Finding]:
@@ -98,77 +134,6 @@ def propose_repair(entry_speed: int, count: int, max_acceleration: int | None = 
     return [(low + high) // 2 for low, high in pairwise(speeds)]
 
 
-def _smooth_findings(line: Line, limits: Limits) -> Iterator[Finding]:
-    """Yield what breaks the decode rule: v' = 2n - v, never negative, 0 at the end."""
-    speed = 0
-    previous = 0  # a line begins at rest
-    if line.counts[:1] == (0,) and line.backlash == 0:
-        text = "a leading zero pixel without backlash costs one idle pixel"
-        yield Finding(IDLE_PIXEL, WARNING, 1, text)
-    for pixel, count in enumerate(line.counts, 1):
-        following = 2 * count - speed
-        broken = _broken_pixel(pixel, count, speed)
-        if broken:
-            yield broken
-            return
-        acceleration = following - speed
-        yield from _limit_findings(pixel, acceleration, following, limits)
-        yield from _jerk_findings(pixel, acceleration - previous, "", limits)
-        speed, previous = following, acceleration
-    yield from (_oscillation(run, limits) for run in oscillations(line))
-    if speed == 0:
-        yield from _jerk_findings(line.pixels, -previous, " on coming to rest", limits)
-    else:
-        yield Finding("ends_moving", ERROR, line.pixels, f"the line ends at speed {speed}, not 0")
-
-
-def _jerk_findings(pixel: int, change: int, where: str, limits: Limits) -> Iterator[Finding]:
-    """Yield a warning if the acceleration changes by more than the limit."""
-    if limits.jerk_warning is not None and abs(change) > limits.jerk_warning:
-        text = f"the acceleration changes by {abs(change)}{where}"
-        yield Finding("jerk", WARNING, pixel, text)
-
-
-def _broken_pixel(pixel: int, count: int, speed: int) -> Finding | None:
-    """Return the error of a pixel that cannot be decoded at all, if it is one."""
-    if count < 0:
-        text = f"count {count}: a smooth line has no negative counts"
-        return Finding("negative_count", ERROR, pixel, text)
-    if count > MAX_COUNT:
-        text = f"count {count} is outside 0..{MAX_COUNT}"
-        return Finding("out_of_range", ERROR, pixel, text)
-    if count == 0 and speed > 0:
-        text = f"a zero pixel entered at speed {speed}"
-        return Finding("zero_while_moving", ERROR, pixel, text)
-    if 2 * count < speed:
-        text = f"count {count} entered at speed {speed} would reverse: at least {(speed + 1) // 2}"
-        return Finding("reverses_inside_pixel", ERROR, pixel, text)
-    return None
-
-
-def _limit_findings(pixel: int, accel: int, speed: int, limits: Limits) -> Iterator[Finding]:
-    """Yield what exceeds the machine's limits in one pixel that ends at `speed`."""
-    if limits.max_acceleration and abs(accel) > limits.max_acceleration:
-        text = f"acceleration {accel} is above {limits.max_acceleration}"
-        yield Finding("acceleration", ERROR, pixel, text)
-    if limits.max_speed and speed > limits.max_speed:
-        yield Finding("too_fast", ERROR, pixel, f"speed {speed} is above {limits.max_speed}")
-    yield from _rate_findings(pixel, speed, limits)
-
-
-def _rate_findings(pixel: int, speed: int, limits: Limits) -> Iterator[Finding]:
-    """Yield an error if `speed` steps a pixel come closer together than the board can."""
-    if not (limits.min_interval_ticks and limits.period_ticks and speed):
-        return
-    interval = limits.period_ticks / speed
-    if interval < limits.min_interval_ticks:
-        text = (
-            f"speed {speed} needs a step every {float(interval):.1f} ticks, "
-            f"the board makes one every {limits.min_interval_ticks}"
-        )
-        yield Finding("too_fast", ERROR, pixel, text)
-
-
 @dataclass(frozen=True)
 class Oscillation:
     """`length` pixels of `count` from a 1-based pixel, entered at another speed."""
@@ -200,35 +165,156 @@ def oscillations(line: Line) -> Iterator[Oscillation]:
         pixel += run.length
 
 
-def _oscillation(run: Oscillation, limits: Limits) -> Finding:
-    """Describe one oscillating run: error above max(2, 1 % of n), else a warning."""
-    count, entry = run.count, run.entry_speed
-    serious = run.amplitude > 2 and 100 * run.amplitude > count
-    repair = propose_repair(entry, count, limits.max_acceleration)
+def _run_at(line: Line, pixel: int) -> Oscillation:
+    """Return the equal counts that begin at a pixel."""
+    return Oscillation(
+        pixel, _equal_counts(line, pixel), line.counts[pixel - 1], line.speeds[pixel - 1]
+    )
+
+
+def _equal_counts(line: Line, pixel: int) -> int:
+    """Return how many equal counts begin at a pixel."""
+    count, behind = line.counts[pixel - 1], islice(line.counts, pixel - 1, None)
+    return sum(1 for _ in takewhile(lambda other: other == count, behind))
+
+
+def _spread(line: Line, item: Finding) -> Iterator[Finding]:
+    """Yield a finding, of a plain line that is too fast for each of its equal pixels."""
+    length = 1
+    if item.name == "too_fast" and not line.smooth:
+        length = _equal_counts(line, item.pixel)
+    for pixel in range(item.pixel, item.pixel + length):
+        yield replace(item, pixel=pixel)
+
+
+def _finding(line: Line, code: Code, limits: Limits) -> Finding:
+    """Return what the firmware's check found, with the figures behind it."""
+    severity = ERROR if code.is_error else WARNING
+    if code.name in (_OSCILLATES, _RIPPLE):
+        run = _run_at(line, code.pixel)
+        repair = propose_repair(run.entry_speed, run.count, limits.max_acceleration)
+        text = f"{code.text}: {_oscillation_text(run, repair)}"
+        replaced = 0 if repair else None
+        return Finding(code.name, severity, code.pixel, text, run.amplitude, replaced, repair)
+    figures = _FIGURES.get(code.name)
+    text = f"{code.text}: {figures(line, code.pixel, limits)}" if figures else code.text
+    return Finding(code.name, severity, code.pixel, text)
+
+
+def _oscillation_text(run: Oscillation, repair: list[int]) -> str:
+    """Return how equal counts oscillate, and what mends them."""
+    count, (low, high) = run.count, run.swing
     text = (
-        f"{run.length} pixels of {count} entered at speed {entry}: the boundary speed swings "
-        f"between {2 * count - entry} and {entry}"
+        f"{run.length} pixels of {count} entered at speed {run.entry_speed} swing between {low} "
+        f"and {high}"
     )
     if repair:
-        text += f"; put {', '.join(map(str, repair))} before them"
-    else:
-        text += f"; {count} is odd, no boundary speed can equal it: use {count - 1} or {count + 1}"
-    name, severity = ("oscillates", ERROR) if serious else ("ripple", WARNING)
-    return Finding(name, severity, run.pixel, text, run.amplitude, 0 if repair else None, repair)
+        return f"{text}; put {', '.join(map(str, repair))} before them"
+    return f"{text}; {count} is odd, no boundary speed can equal it: use {count - 1} or {count + 1}"
 
 
-def _plain_findings(line: Line, limits: Limits) -> Iterator[Finding]:
-    """Yield what breaks a plain line: range and rate of every pixel, changes between pixels."""
-    yield from _change_findings(line, limits)
-    for pixel, count in enumerate(line.counts, 1):
-        if not -MAX_COUNT <= count <= MAX_COUNT:
-            text = f"count {count} is outside -{MAX_COUNT}..{MAX_COUNT}"
-            yield Finding("out_of_range", ERROR, pixel, text)
-            continue
-        if limits.max_speed and abs(count) > limits.max_speed:
-            text = f"speed {abs(count)} is above {limits.max_speed}"
-            yield Finding("too_fast", ERROR, pixel, text)
-        yield from _rate_findings(pixel, abs(count), limits)
+def _entered(line: Line, pixel: int, _: Limits) -> str:
+    count, speed = line.counts[pixel - 1], line.speeds[pixel - 1]
+    return f"count {count} entered at speed {speed}, at least {(speed + 1) // 2} is needed"
+
+
+def _range(line: Line, pixel: int, _: Limits) -> str:
+    if line.backlash and line.line_speed > 2 * MAX_COUNT:
+        return f"line speed {line.line_speed}, at most {2 * MAX_COUNT}"
+    low = 0 if line.smooth else -MAX_COUNT
+    return f"count {line.counts[pixel - 1]} is outside {low}..{MAX_COUNT}"
+
+
+def _acceleration(line: Line, pixel: int, limits: Limits) -> str:
+    change = line.speeds[pixel] - line.speeds[pixel - 1]
+    return f"acceleration {change} is above {limits.max_acceleration}"
+
+
+def _rate(line: Line, pixel: int, limits: Limits) -> str:
+    speed = _top_speed(line, pixel)
+    interval = float(limits.period_ticks / speed)
+    return (
+        f"speed {speed} needs a step every {interval:.1f} ticks, the board makes one every "
+        f"{limits.min_interval_ticks}"
+    )
+
+
+def _top_speed(line: Line, pixel: int) -> int:
+    """Return the highest speed inside a pixel."""
+    return max(line.speeds[pixel - 1 : pixel + 1]) if line.smooth else abs(line.counts[pixel - 1])
+
+
+def _reversal(line: Line, pixel: int, limits: Limits) -> str:
+    """Return the time between the last step before a reversal and the first one behind it."""
+    after = line.counts[pixel - 1]
+    rest = next(i for i, count in enumerate(reversed(line.counts[: pixel - 1])) if count)
+    before = line.counts[pixel - 2 - rest]
+    between = float((rest + Fraction(1, abs(after))) * limits.period_ticks)
+    return (
+        f"from {before} to {after} in {between:.1f} ticks, the board needs {limits.reversal_ticks}"
+    )
+
+
+def _ramp(line: Line, pixel: int, limits: Limits) -> str:
+    before, after = line.counts[pixel - 2 : pixel]
+    return f"from {before} to {after}, the start/stop speed is {limits.start_stop}"
+
+
+_OSCILLATES, _RIPPLE = "oscillates", "ripple"
+_FIGURES: dict[str, Callable[[Line, int, Limits], str]] = {
+    "reverses_inside_pixel": _entered,
+    "zero_while_moving": lambda line, pixel, _: f"entered at speed {line.speeds[pixel - 1]}",
+    "negative_count": lambda line, pixel, _: f"count {line.counts[pixel - 1]}",
+    "out_of_range": _range,
+    "ends_moving": lambda line, *_: f"speed {line.speeds[-1]} at the end",
+    "acceleration": _acceleration,
+    "too_fast": _rate,
+    "reversal_too_fast": _reversal,
+    "reversal_without_ramp": _ramp,
+    "backlash_no_room": lambda line, *_: f"the first pixel is {line.counts[0]}",
+    "backlash_over_speed": lambda line, *_: f"backlash {line.backlash}, speed {line.line_speed}",
+}
+
+
+def _speed_findings(line: Line, limits: Limits) -> Iterator[Finding]:
+    """Yield where a line is faster than its motor: the board's rule, at another shortest time."""
+    if not limits.max_speed:
+        return
+    ones = dict.fromkeys(("min_interval_ticks", "smooth_min_interval_ticks"), 1)
+    for code in core.check(entries(line), CoreLimits(min(limits.max_speed, NO_LIMIT), **ones)):
+        if code.name == "too_fast":
+            speed = _top_speed(line, code.pixel)
+            text = f"speed {speed} is above {limits.max_speed}"
+            yield from _spread(line, Finding(code.name, ERROR, code.pixel, text))
+
+
+def _motor_findings(line: Line, codes: list[Code], limits: Limits) -> Iterator[Finding]:
+    """Yield what exceeds limits that no board has."""
+    if not line.smooth:
+        yield from _change_findings(line, limits)
+    elif limits.jerk_warning is not None:
+        broken = [code.pixel for code in codes if code.name in _BREAKING]
+        yield from _jerk_findings(line, min(broken, default=None), limits.jerk_warning)
+
+
+# What leaves no speed for the pixels behind it.
+_BREAKING = ("negative_count", "out_of_range", "zero_while_moving", "reverses_inside_pixel")
+
+
+def _jerk_findings(line: Line, broken: int | None, limit: int) -> Iterator[Finding]:
+    """Yield a warning where the acceleration changes by more than the limit.
+
+    A line begins at rest, and its end is judged if it comes to rest.
+    """
+    sound = line.pixels if broken is None else broken - 1
+    accelerations = [high - low for low, high in pairwise(line.speeds[: sound + 1])]
+    for pixel, (before, after) in enumerate(pairwise((0, *accelerations)), 1):
+        if abs(after - before) > limit:
+            text = f"the acceleration changes by {abs(after - before)}"
+            yield Finding("jerk", WARNING, pixel, text)
+    if broken is None and line.speeds[-1] == 0 and accelerations and -accelerations[-1] > limit:
+        text = f"the acceleration changes by {-accelerations[-1]} on coming to rest"
+        yield Finding("jerk", WARNING, line.pixels, text)
 
 
 def _change_findings(line: Line, limits: Limits) -> Iterator[Finding]:
@@ -238,28 +324,8 @@ def _change_findings(line: Line, limits: Limits) -> Iterator[Finding]:
     """
     slow = limits.start_stop or 0
     for pixel, (before, after) in enumerate(pairwise((0, *line.counts, 0)), 1):
-        if max(abs(before), abs(after)) <= slow:
-            continue
-        at = min(pixel, line.pixels)
-        if limits.start_stop is not None and before * after < 0:
-            text = f"{before} to {after} without a ramp, the start/stop speed is {slow}"
-            yield Finding("reversal_without_ramp", ERROR, at, text)
         change = after - before
-        if limits.max_acceleration and abs(change) > limits.max_acceleration:
+        too_much = limits.max_acceleration and abs(change) > limits.max_acceleration
+        if too_much and max(abs(before), abs(after)) > slow:
             text = f"acceleration {change} is above {limits.max_acceleration}"
-            yield Finding("acceleration", ERROR, at, text)
-
-
-def _backlash_findings(line: Line) -> Iterator[Finding]:
-    """Yield why the backlash cannot be taken up by shifting the profile, if so."""
-    if line.backlash == 0:
-        return
-    if not line.smooth:
-        yield Finding("backlash_plain", ERROR, 0, "only a smooth line takes up backlash")
-        return
-    if line.counts and line.counts[0] != 0:
-        text = f"backlash {line.backlash} needs a leading zero pixel, the first is {line.counts[0]}"
-        yield Finding("backlash_no_room", ERROR, 1, text)
-    if line.backlash > line.line_speed:
-        text = f"backlash {line.backlash} is above the line speed {line.line_speed}"
-        yield Finding("backlash_over_speed", ERROR, 0, text)
+            yield Finding("acceleration", ERROR, min(pixel, line.pixels), text)

@@ -1,58 +1,79 @@
 # SPDX-License-Identifier: MIT
-"""The native build of the firmware's own core: planned ticks and expected positions."""
+"""The edges that a board will make, planned by the firmware's own core: ticks and positions."""
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
-from pixstep import natives
-from pixstep.errors import UserError
-from pixstep.lines import runs
+from pixstep.errors import RefusedError
+from pixstep.lines import core, linecheck
+from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
-from pixstep.lines.rational import hz_text
+from pixstep.lines.rational import refuse_period
 
-_REFUSED = "line refused:"
+EDGES, PIXELS = ("step", "tick"), ("pixel", "tick", "expected_steps")
+_SHORTEST_TICKS = 64  # below this the core's ring cannot be filled in time on any board
 
 
-class LineRefusedError(UserError):
+class LineRefusedError(RefusedError):
     """The core refused the line; the message names the error, the pixel and why."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Output of pixstep-plan as text, and the warnings it gave."""
+    """The planned rows under their heads, numbered from 1, and the warnings that the core gave."""
 
-    csv: str
+    heads: tuple[str, ...]
+    values: np.ndarray
     warnings: tuple[str, ...]
 
     def columns(self) -> np.ndarray:
-        """Return the rows as an int64 array without the header."""
-        body = self.csv.split("\n", 1)[1]
-        values = np.array(body.replace(",", " ").split(), dtype=np.int64)
-        width = self.csv.split("\n", 1)[0].count(",") + 1
-        return values.reshape(-1, width)
+        """Return the rows as an int64 array."""
+        numbers = np.arange(1, len(self.values) + 1, dtype=np.int64)
+        return np.column_stack((numbers, self.values))
+
+    @cached_property
+    def csv(self) -> str:
+        """The rows as CSV text."""
+        rows = (",".join(map(str, row)) for row in self.columns().tolist())
+        return "\n".join((",".join(self.heads), *rows)) + "\n"
 
 
-def plan(line: Line, hz: Fraction, *, tick_hz: int, pixels: bool = False) -> Plan:
-    """Run pixstep-plan on a line: CSV `step,tick`, or `pixel,tick,expected_steps`.
+def plan(
+    line: Line,
+    hz: Fraction,
+    *,
+    tick_hz: int,
+    pixels: bool = False,
+    limits: CoreLimits | None = None,
+) -> Plan:
+    """Plan a line: the tick of each step, or with `pixels` ticks and positions of pixel edges.
 
-    `tick_hz` are the timer ticks a second.
+    `tick_hz` are the timer ticks a second. Without `limits` the line may do what no board allows.
 
-    Raises LineRefusedError if the core's line check refuses, UserError if it cannot run.
+    Raises LineRefusedError if the core's line check refuses, UserError for a pixel frequency that
+    no board can carry.
     """
-    speed = line.line_speed if line.backlash else 0
-    arguments = [natives.program("pixstep-plan"), "--hz", hz_text(hz)]
-    arguments += ["--timer-hz", tick_hz, "--decode", line.decode]
-    arguments += ["--backlash", line.backlash, "--line-speed", speed]
-    arguments += ["--negative"] if line.negative else []
-    arguments += ["--pixels"] if pixels else []
-    entries = "".join(f"{count} {repeat}\n" for count, repeat in runs.encode(line.counts))
-    done = natives.run(arguments, stdin=entries)
-    messages = done.stderr.strip().splitlines()
-    if messages and messages[-1].startswith(_REFUSED):
-        raise LineRefusedError(f"{line.name}: {messages[-1]}")
-    if done.returncode:
-        text = messages[-1] if messages else f"exit status {done.returncode}"
-        raise UserError(f"pixstep-plan: {text}")
-    return Plan(done.stdout, tuple(messages))
+    refuse_period(hz, tick_hz)
+    limits = limits or loosest(hz, tick_hz)
+    entries = linecheck.entries(line)
+    found = core.check(entries, limits)
+    for code in found:
+        if code.is_error:
+            raise LineRefusedError(f"{line.name}: line refused: {_text(code)}")
+    values = core.plan(entries, hz, tick_hz, limits, pixels=pixels)
+    return Plan(
+        PIXELS if pixels else EDGES, values, tuple(f"warning: {_text(code)}" for code in found)
+    )
+
+
+def loosest(hz: Fraction, tick_hz: int) -> CoreLimits:
+    """Return limits that let every line pass that the core can plan."""
+    shortest = [_SHORTEST_TICKS] * 3
+    return CoreLimits(int(tick_hz / hz), *shortest, reversal_min_ticks=4 * _SHORTEST_TICKS)
+
+
+def _text(code: core.Code) -> str:
+    return f"{code.name} at pixel {code.pixel}: {code.text}"

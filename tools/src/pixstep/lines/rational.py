@@ -6,25 +6,29 @@ from fractions import Fraction
 
 from pixstep.errors import UserError
 
-_DECIMAL = re.compile(r"\d{1,10}(\.\d{1,9})?")
-_FRACTION = re.compile(r"\d{1,10}/\d{1,10}")
+_DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,9})?")
+_FRACTION = re.compile(r"[0-9]{1,10}/[0-9]{1,10}")
+_UNIT = re.compile(r" *(k|M|m)?Hz$")
+_PREFIXES = {None: 1, "m": Fraction(1, 1000), "k": 1000, "M": 1_000_000}
 _U32_MAX = 0xFFFFFFFF
-_PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
+PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
 
 def parse_hz(text: str) -> Fraction:
-    """Return the frequency written as a decimal or a fraction, exactly, in Hz.
+    """Return the frequency written as a decimal or a fraction, exactly, in Hz: 29.97, 30000/1001Hz.
 
     Both numerator and denominator of the reduced fraction must fit 32 bits, as the board takes
     them so. Raises UserError naming the text otherwise, or if the frequency is not above zero.
     """
     text = text.strip()
-    if not (_DECIMAL.fullmatch(text) or _FRACTION.fullmatch(text)):
+    named = _UNIT.search(text)
+    number = text[: named.start()] if named else text
+    if not (_DECIMAL.fullmatch(number) or _FRACTION.fullmatch(number)):
         raise UserError(f"pixel frequency {text!r}: expected Hz as 30, 29.97 or 30000/1001")
-    numerator, _, denominator = text.partition("/")
+    numerator, _, denominator = number.partition("/")
     if denominator and int(denominator) == 0:
         raise UserError(f"pixel frequency {text!r}: the denominator is zero")
-    hz = Fraction(numerator) / Fraction(denominator or 1)
+    hz = Fraction(numerator) / Fraction(denominator or 1) * _PREFIXES[named and named[1]]
     if hz <= 0:
         raise UserError(f"pixel frequency {text!r}: must be above 0 Hz")
     if hz.numerator > _U32_MAX or hz.denominator > _U32_MAX:
@@ -49,7 +53,7 @@ def edge_tick(pixel: int, period: Fraction) -> int:
 
 def refuse_period(hz: Fraction, tick_hz: int) -> None:
     """Raise UserError for a frequency whose pixel period a board's grid cannot carry."""
-    low, high = _PERIOD_TICKS
+    low, high = PERIOD_TICKS
     if not low <= period_ticks(hz, tick_hz) <= high:
         raise UserError(
             f"pixel frequency {float(hz):g} Hz: the period must be {low} to {high} ticks"

@@ -8,7 +8,8 @@ from itertools import groupby
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 
-MAX_REPEAT = 0xFFFF
+MAX_WORD = 0xFFFF
+MAX_REPEAT = MAX_WORD
 COUNT_RANGE = (-32_768, 32_767)
 
 # The mark words of a queue: an entry whose repeat is 0.
@@ -96,8 +97,10 @@ def queue_entries(line: Line) -> list[tuple[int, int]]:
         mark |= MARK_SMOOTH
     if line.negative:
         mark |= MARK_NEGATIVE
-    speed = line.line_speed if line.backlash else 0
-    return [(mark, 0), (line.backlash, speed), *encode(line.counts), (MARK_END, 0)]
+    # What does not fit 16 bits is refused at its largest value too.
+    backlash = min(line.backlash, MAX_WORD)
+    speed = min(line.line_speed, MAX_WORD) if backlash else 0
+    return [(mark, 0), (backlash, speed), *encode(line.counts), (MARK_END, 0)]
 
 
 def seek_entries(seek: Seek) -> list[tuple[int, int]]:

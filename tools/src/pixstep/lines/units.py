@@ -1,57 +1,173 @@
 # SPDX-License-Identifier: MIT
-"""Speeds, accelerations and jerks per pixel or per second, carried exactly.
+"""Figures with units, carried exactly: 250 steps, 12mm/s, 128 steps/px2, 20us, 100.13Hz, 4px.
 
 A speed of s steps/px is s*f steps/s at the pixel frequency f; an acceleration of a steps/px2 is
-a*f^2 steps/s2, a jerk of j steps/px3 is j*f^3 steps/s3.
+a*f^2 steps/s2, a jerk of j steps/px3 is j*f^3 steps/s3. Millimetres and degrees become steps by
+the `Scale` of a motor.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from pixstep.errors import UserError
 
-SPEED, ACCELERATION, JERK = 1, 2, 3
-_NAMES = {SPEED: "speed", ACCELERATION: "acceleration", JERK: "jerk"}
-_QUANTITY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?) *(?:steps/(px|pixel|s)([23]?))?")
+DISTANCE, SPEED, ACCELERATION, JERK = 0, 1, 2, 3
+_NAMES = {
+    DISTANCE: "distance",
+    SPEED: "speed",
+    ACCELERATION: "acceleration",
+    JERK: "jerk",
+}
+
+STEP, MM, DEGREE = "steps", "mm", "deg"
+_PIXEL, _SECOND = "px", "s"
+_INCH = Fraction(254, 10)
+_LENGTHS = {
+    "step": (STEP, Fraction(1)),
+    "steps": (STEP, Fraction(1)),
+    "nm": (MM, Fraction(1, 1_000_000)),
+    "um": (MM, Fraction(1, 1000)),
+    "mm": (MM, Fraction(1)),
+    "cm": (MM, Fraction(10)),
+    "m": (MM, Fraction(1000)),
+    "in": (MM, _INCH),
+    "arcsec": (DEGREE, Fraction(1, 3600)),
+    "arcmin": (DEGREE, Fraction(1, 60)),
+    "deg": (DEGREE, Fraction(1)),
+    "°": (DEGREE, Fraction(1)),
+    "rev": (DEGREE, Fraction(360)),
+}
+_SECONDS = {
+    "us": Fraction(1, 1_000_000),
+    "ms": Fraction(1, 1000),
+    "s": Fraction(1),
+    "min": Fraction(60),
+}
+_PIXELS = ("px", "pixel", "pixels")
+_POWERS = {"": 1, "2": 2, "²": 2, "^2": 2, "3": 3, "³": 3, "^3": 3}
+LENGTH_UNITS = tuple(_LENGTHS)
+
+_NUMBER = re.compile(r"([+-]?[0-9]{1,12}(?:\.[0-9]{1,12})?(?:[eE][+-]?[0-9]{1,2})?) *(.*)")
+_RATE = re.compile(r"([^/0-9^²³ ]+)/([a-z]+)([0-9²³^]*)")
+_SCALE = re.compile(r"([^/ ]+) */ *([^/ ]+)")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How many steps a motor makes for one millimetre or one degree of its load."""
+
+    steps_per_unit: Fraction
+    length: str  # MM or DEGREE
+
+    def __str__(self) -> str:
+        return f"{number_text(self.steps_per_unit)} steps/{self.length}"
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A figure as it was given; the order is 1 for a speed, 2 an acceleration, 3 a jerk."""
+    """A figure as it was given.
+
+    The order is 0 for a distance, 1 a speed, 2 an acceleration, 3 a jerk; `length` is STEP, MM or
+    DEGREE.
+    """
 
     value: Fraction
     order: int
     per_second: bool
     text: str
+    length: str = STEP
+
+    def in_steps(self, scale: Scale | None) -> "Quantity":
+        """Return the same in steps. Raises UserError if that needs a scale which is missing."""
+        if self.length == STEP:
+            return self
+        if scale is None or scale.length != self.length:
+            has = f", the motor has {scale}" if scale else ": choose a motor of a machine file"
+            raise UserError(
+                f"{_NAMES[self.order]} {self.text}: needs a motor's steps per {self.length}{has}"
+            )
+        return replace(self, value=self.value * scale.steps_per_unit, length=STEP)
 
     def per_pixel(self, hz: Fraction | None) -> Fraction:
         """Return the value in steps/px^order. Raises UserError if that needs a missing `hz`."""
+        steps = self.in_steps(None).value
         if not self.per_second:
-            return self.value
+            return steps
         if hz is None:
             raise UserError(f"{_NAMES[self.order]} {self.text}: per second needs --pixel-hz")
-        return self.value / hz**self.order
+        return steps / hz**self.order
+
+    def whole_steps(self) -> int:
+        """Return a distance as a whole number of steps; raises UserError with its neighbours."""
+        value = self.in_steps(None).value
+        if value.denominator != 1:
+            below = value.numerator // value.denominator
+            raise UserError(
+                f"{_NAMES[self.order]} {self.text} is {number_text(value)} steps, not a whole "
+                f"number: nearest {below} and {below + 1}"
+            )
+        return int(value)
 
 
-def parse(text: str, order: int) -> Quantity:
-    """Return the quantity written as 128, 128steps/px2 or 115200steps/s2.
+def parse(text: str, order: int, *, signed: bool = False) -> Quantity:
+    """Return the quantity written as 128, 128steps/px2, 115200 steps/s2, 12mm/s or 3um.
 
-    A bare number is per pixel. Raises UserError for anything else, another order included.
+    A bare number is in steps, per pixel. Raises UserError for anything else, another order
+    included.
     """
-    found = _QUANTITY.fullmatch(text.strip())
-    wanted = f"{unit(order)} or {unit(order, per_second=True)}"
-    if not found:
-        raise UserError(f"{_NAMES[order]} {text!r}: expected a number of {wanted}")
-    number, base, power = found.groups()
-    if base and int(power or 1) != order:
-        raise UserError(f"{_NAMES[order]} {text!r}: expected {wanted}")
-    return Quantity(Fraction(number), order, base == "s", text.strip())
+    given = text.strip()
+    number, name = _split(given, f"{_NAMES[order]} {text!r}: expected a number of {_wanted(order)}")
+    if number < 0 and not signed:
+        raise UserError(f"{_NAMES[order]} {text!r}: expected a number of 0 or more")
+    if not name:
+        return Quantity(number, order, False, given)
+    length, factor, second = _unit_of(name, order, text)
+    return Quantity(number * factor, order, second, given, length)
 
 
-def unit(order: int, *, per_second: bool = False) -> str:
-    """Return the name of a unit: steps/px, steps/s2."""
-    return f"steps/{'s' if per_second else 'px'}{order if order > 1 else ''}"
+def parse_scale(text: str) -> Scale:
+    """Return steps per length, written as 400 steps/mm, 12.5 steps/deg or 2.5 um/step."""
+    wrong = f"{text!r}: expected steps per length, as 400 steps/mm or 2.5 um/step"
+    number, name = _split(text.strip(), wrong)
+    found = _SCALE.fullmatch(_plain(name))
+    if not found or number <= 0 or not {found[1], found[2]} <= _LENGTHS.keys():
+        raise UserError(wrong)
+    (upper, many), (lower, one) = _LENGTHS[found[1]], _LENGTHS[found[2]]
+    if (upper == STEP) == (lower == STEP):
+        raise UserError(wrong)
+    ratio = number * many / one
+    return Scale(ratio, lower) if upper == STEP else Scale(1 / ratio, upper)
+
+
+def parse_seconds(text: str, bare: str = "s") -> Fraction:
+    """Return a time in seconds, written as 20us, 1.5 s or, in the unit `bare`, as a number."""
+    wrong = f"time {text!r}: expected a number of {', '.join(_SECONDS)}"
+    number, name = _split(text.strip(), wrong)
+    if number < 0 or _plain(name or bare) not in _SECONDS:
+        raise UserError(wrong)
+    return number * _SECONDS[_plain(name or bare)]
+
+
+def parse_pixels(text: str) -> int:
+    """Return a number of pixels, written as 4, 4px or 4 pixels."""
+    wrong = f"{text!r}: expected a whole number of pixels, as 4 or 4px"
+    number, name = _split(text.strip(), wrong)
+    if number.denominator != 1 or (name and name not in _PIXELS):
+        raise UserError(wrong)
+    return int(number)
+
+
+def parse_length_unit(name: str) -> tuple[str, Fraction] | None:
+    """Return STEP, MM or DEGREE and how much of it a unit is; None for no unit of length."""
+    return _LENGTHS.get(_plain(name.strip()))
+
+
+def unit(order: int, *, per_second: bool = False, length: str = STEP) -> str:
+    """Return the name of a unit: steps, steps/px, steps/s2, mm/s."""
+    if order == DISTANCE:
+        return length
+    return f"{length}/{_SECOND if per_second else _PIXEL}{order if order > 1 else ''}"
 
 
 def per_second(value: Fraction | int, order: int, hz: Fraction) -> Fraction:
@@ -66,9 +182,53 @@ def number_text(value: Fraction | float) -> str:
     return f"{float(value):.7g}"
 
 
-def both_text(value: Fraction | int, order: int, hz: Fraction | None) -> str:
-    """Return a figure per pixel and, if the frequency is known, per second."""
+def both_text(
+    value: Fraction | int, order: int, hz: Fraction | None, scale: Scale | None = None
+) -> str:
+    """Return a figure per pixel and, where frequency and scale are known, in the units of both."""
     text = f"{number_text(value)} {unit(order)}"
     if hz is None:
         return text
-    return f"{text} = {number_text(per_second(value, order, hz))} {unit(order, per_second=True)}"
+    second = per_second(value, order, hz)
+    text += f" = {number_text(second)} {unit(order, per_second=True)}"
+    if scale is None:
+        return text
+    load = second / scale.steps_per_unit
+    return f"{text} = {number_text(load)} {unit(order, per_second=True, length=scale.length)}"
+
+
+def _split(text: str, wrong: str) -> tuple[Fraction, str]:
+    """Return the number at the beginning of a text, and what is behind it."""
+    found = _NUMBER.fullmatch(text)
+    if not found:
+        raise UserError(wrong)
+    return Fraction(found[1]), found[2].strip()
+
+
+def _plain(name: str) -> str:
+    """Return the name of a unit with both kinds of a micro sign as u."""
+    return name.replace("\u00b5", "u").replace("\u03bc", "u")
+
+
+def _wanted(order: int) -> str:
+    if order == DISTANCE:
+        return "steps, mm or deg"
+    return f"{unit(order)} or {unit(order, per_second=True)} (or mm, um, deg for steps)"
+
+
+def _unit_of(name: str, order: int, text: str) -> tuple[str, Fraction, bool]:
+    """Return length, factor and whether it is per second, of a unit of the right order."""
+    wrong = f"{_NAMES[order]} {text!r}: expected a number of {_wanted(order)}"
+    if order == DISTANCE:
+        if _plain(name) not in _LENGTHS:
+            raise UserError(wrong)
+        return (*_LENGTHS[_plain(name)], False)
+    found = _RATE.fullmatch(_plain(name).replace(" ", ""))
+    if not found or found[1] not in _LENGTHS or _POWERS.get(found[3]) != order:
+        raise UserError(wrong)
+    length, factor = _LENGTHS[found[1]]
+    if found[2] in _PIXELS:
+        return length, factor, False
+    if found[2] not in _SECONDS:
+        raise UserError(wrong)
+    return length, factor / _SECONDS[found[2]] ** order, True

@@ -12,6 +12,7 @@ from pixstep.formats.header import HEADER_LINES
 from pixstep.formats.motion import BLOCKS, CSB_KIND
 from pixstep.lines.line import SMOOTH, Line
 from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.profiles import madefor
 
 CSV_WIDTH = 6
 BLOCK_ROWS = 2  # line number and number of values before the values of a block
@@ -22,13 +23,14 @@ class Acceleration:
     """Steps in each pixel of an acceleration from rest: above 0, never falling.
 
     `haps` is how many leading entries homing may use (0: the file does not say), `made_for_hz` the
-    pixel frequency its header names (None: it has no header).
+    pixel frequency that its header, else its name tells (None: neither does).
     """
 
     counts: tuple[int, ...]
     haps: int = 0
     source: str = "profile"
     made_for_hz: Fraction | None = None
+    header: formats.ProfileHeader | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -68,15 +70,13 @@ class Acceleration:
     def _replaced(self, counts: tuple[int, ...]) -> "Acceleration":
         return replace(self, counts=counts)
 
-    def notes_at(self, pixel_hz: Fraction) -> list[str]:
-        """Return what was tolerated on reading, and a pixel frequency other than the file's."""
-        notes = list(self.notes)
-        if self.made_for_hz not in (None, pixel_hz):
-            notes.append(
-                f"{self.source}: made for {float(self.made_for_hz):g} Hz, used at "
-                f"{float(pixel_hz):g} Hz: its acceleration per second is another"
-            )
-        return notes
+    def notes_at(self, pixel_hz: Fraction, *, refuse: bool = False) -> list[str]:
+        """Return what was tolerated on reading, and a pixel frequency other than the file's.
+
+        Raises UserError on `refuse` if that frequency is higher.
+        """
+        other = madefor.notes(Path(self.source), self.header, pixel_hz, refuse=refuse)
+        return [*self.notes, *other]
 
 
 def read(
@@ -91,8 +91,9 @@ def read(
     counts = found.line(number).values
     _check(counts, found, number or 1)
     haps = found.header.haps if found.header else 0
-    hz = found.header.frequency if found.header else None
-    profile = Acceleration(counts, haps, str(path), hz, found.notes).limited(max_speed)
+    hz = madefor.frequency(path, found.header)
+    profile = Acceleration(counts, haps, str(path), hz, found.header, found.notes)
+    profile = profile.limited(max_speed)
     _check_top(profile, found, number or 1)
     return profile
 

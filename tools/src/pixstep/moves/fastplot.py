@@ -3,16 +3,15 @@
 
 from pathlib import Path
 
-import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
-from pixstep import atomic
+from pixstep import plotting
 from pixstep.moves.fastsim import MoveJob, MoveRun
-from pixstep.simulation.plots import FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.plotting import FAINT, IDEAL, INK, MADE
 from pixstep.simulation.report import ticks_text
 
 _MOST_DOTS = 60_000
@@ -29,19 +28,14 @@ def draw_run(done: MoveRun, path: Path) -> Path:
 
 
 def _save(path: Path, job: MoveJob, done: MoveRun | None) -> Path:
-    with mpl.rc_context(STYLE):
-        figure = _figure(job, done)
-        atomic.write_with(path, figure.savefig)
-        plt.close(figure)
-    return path
+    with plotting.styled():
+        return plotting.write(_figure(job, done), path)
 
 
 def _figure(job: MoveJob, done: MoveRun | None) -> Figure:
-    figure, (speed, position) = plt.subplots(
-        2, 1, figsize=(11, 7.2), layout="constrained", sharex=True
-    )
-    figure.suptitle(f"{_title(job)}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
-    figure.text(0.012, 0.948, _subtitle(job, done), fontsize=9.5, color=FAINT, va="top")
+    figure = plotting.figure((11, 7.2))
+    plotting.heading(figure, _title(job), _subtitle(job, done))
+    speed, position = figure.subplots(2, 1, sharex=True)
     times, rates, places = _planned(job)
     speed.stairs(rates, times, color=IDEAL, lw=4, alpha=0.6, baseline=None)
     position.plot(times, places, color=IDEAL, lw=5, alpha=0.55)
@@ -49,9 +43,9 @@ def _figure(job: MoveJob, done: MoveRun | None) -> Figure:
         _draw_made(done, speed, position)
     _finish_speed(speed, job)
     _finish_position(position, job, times[-1])
-    handles = [mpl.lines.Line2D([], [], color=IDEAL, lw=4, alpha=0.6, label="plan")]
+    handles = [Line2D([], [], color=IDEAL, lw=4, alpha=0.6, label="plan")]
     if done:
-        handles.append(mpl.lines.Line2D([], [], color=MADE, lw=1.6, label="STEP edges"))
+        handles.append(Line2D([], [], color=MADE, lw=1.6, label="STEP edges"))
     where = "upper right" if job.move.steps > 0 else "lower right"  # where no curve is
     speed.legend(handles=handles, loc=where, ncols=2, labelcolor=INK)
     return figure

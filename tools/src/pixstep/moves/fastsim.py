@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A fast move on a simulated board: every edge against the plan, and where it ends."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.fast import FastMove
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.judge import Judgement, judge
 from pixstep.simulation.simrun import Job, RunResult, run_job
 
@@ -32,7 +32,7 @@ class MoveRun:
     judged: Judgement
 
 
-def run(job: MoveJob, progress: Callable[[float], None] = lambda _: None, *, out: Path) -> MoveRun:
+def run(job: MoveJob, progress: Progress = unseen, *, out: Path) -> MoveRun:
     """Simulate and judge a move; leave edges, clock, serial (.csv) in `out`.
 
     The verdict is that of a line, and besides: the board's position register and the simulator's

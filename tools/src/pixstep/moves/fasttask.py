@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A simulated fast move from plan to files on disk: run, judge, write, plot."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from pixstep import atomic, outfolder
 from pixstep.moves.fastsim import MoveJob, MoveRun, run
+from pixstep.progress import Progress, unseen
 from pixstep.simulation import report
 
 OUTPUTS = ("edges.csv", "clock.csv", "serial.csv", "pixels.csv", "summary.json", "move.png")
@@ -16,22 +16,26 @@ def simulate(
     out: Path,
     *,
     plot: bool = False,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = unseen,
 ) -> MoveRun:
-    """Run a move and write OUTPUTS (move.png only if asked) to `out`.
+    """Run a move and write OUTPUTS (move.png only if asked) to `out`, all or none.
 
-    Raises UserError if a file is in the way that no earlier run has written.
+    Raises UserError if a file is in the way that is not as an earlier run left it.
     """
-    with outfolder.of_run(out, OUTPUTS):
-        return _simulate(job, out, plot, progress)
+    with outfolder.of_run(out, OUTPUTS) as folder:
+        done = _simulate(job, folder, plot, progress)
+    summary = done.judged.summary
+    if "plots" in summary:
+        summary["plots"] = [str(out / name) for name in summary["plots"]]
+    return done
 
 
-def _simulate(job: MoveJob, out: Path, plot: bool, progress: Callable[[float], None]) -> MoveRun:
+def _simulate(job: MoveJob, out: Path, plot: bool, progress: Progress) -> MoveRun:
     done = run(job, progress, out=out)
     report.write_pixels(out / "pixels.csv", done.judged.pixels)
-    if plot and done.result.edges is not None:
+    if plot:
         from pixstep.moves import fastplot  # matplotlib takes a second to load
 
-        done.judged.summary["plots"] = [str(fastplot.draw_run(done, out / "move.png"))]
+        done.judged.summary["plots"] = [fastplot.draw_run(done, out / "move.png").name]
     atomic.write_json(out / "summary.json", done.judged.summary)
     return done

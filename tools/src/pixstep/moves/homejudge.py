@@ -50,13 +50,13 @@ def judge(run: HomeRun) -> dict:
     return summary
 
 
-def switch_edges(run: HomeRun, leg: Leg) -> list[int]:
+def switch_edges(run: HomeRun, leg: Leg, trip: Trip) -> list[int]:
     """Return the cycles of the edges that may have been captured, by the simulator's own log.
 
     The first edge of the home switch that ends the leg, and others that follow it so soon that the
     capture register may have been overwritten.
     """
-    wanted = int(leg.trip.code == TRIP_CLOSED)
+    wanted = int(trip.code == TRIP_CLOSED)
     low, high = (when * run.job.tick_hz for when in (leg.began_s, leg.ended_s))
     fitting = [
         cycle for cycle, closed in run.switch_edges if low <= cycle <= high and closed == wanted
@@ -66,9 +66,11 @@ def switch_edges(run: HomeRun, leg: Leg) -> list[int]:
 
 def _capture_offset(run: HomeRun, reasons: list[str]) -> int | None:
     """Return the simulator's edges less the captured ticks, the same for all: the timers' start."""
-    tripped = [leg for leg in run.legs if leg.trip]
-    offsets = [{(edge - leg.trip.ticks) % _TICKS for edge in switch_edges(run, leg)}
-               for leg in tripped]  # fmt: skip
+    offsets = [
+        {(edge - trip.ticks) % _TICKS for edge in switch_edges(run, leg, trip)}
+        for leg, trip in ((leg, leg.trip) for leg in run.legs)
+        if trip
+    ]
     if not offsets:
         return None
     common = set.intersection(*offsets)
@@ -90,7 +92,7 @@ def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -
     found = list(judged.reasons)
     edge = _captured_edge(run, leg, offset)
     if leg.trip:
-        found += _position_findings(run, leg, edge)
+        found += _position_findings(run, leg, leg.trip, edge)
     reasons += [f"{leg.name}: {text}" for text in found]
     (data,) = legs_as_json((leg,))
     return data | {
@@ -105,21 +107,21 @@ def _captured_edge(run: HomeRun, leg: Leg, offset: int | None) -> int | None:
     """Return the cycle of the switch's edge that was captured; None if there was none."""
     if not leg.trip or offset is None:
         return None
-    (edge,) = [
-        edge for edge in switch_edges(run, leg) if (edge - leg.trip.ticks) % _TICKS == offset
-    ]
+    captured = leg.trip.ticks + offset
+    edges = switch_edges(run, leg, leg.trip)
+    (edge,) = [edge for edge in edges if (edge - captured) % _TICKS == 0]
     return edge
 
 
-def _position_findings(run: HomeRun, leg: Leg, edge: int | None) -> list[str]:
+def _position_findings(run: HomeRun, leg: Leg, trip: Trip, edge: int | None) -> list[str]:
     """Require the captured position to be the steps made at or before the simulator's edge."""
     if edge is None:
         return ["captured an edge of the home switch that the simulator does not know"]
     edges = leg_edges(run.edges, leg, run.job.tick_hz)
     made = leg.start_steps + int(edges.directions()[edges.rising <= edge].sum())
-    if made == leg.trip.position_steps:
+    if made == trip.position_steps:
         return []
-    return [f"captured at position {leg.trip.position_steps}, the edges say {made}"]
+    return [f"captured at position {trip.position_steps}, the edges say {made}"]
 
 
 def _found(run: HomeRun, reasons: list[str]) -> dict:

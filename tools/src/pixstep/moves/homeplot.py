@@ -1,23 +1,22 @@
 # SPDX-License-Identifier: MIT
 """The picture of a homing: where the load was, leg by leg, and how fast it moved."""
 
-from functools import partial
 from pathlib import Path
+from typing import Any
 
-import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from pixstep import atomic
+from pixstep import plotting
 from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
 from pixstep.moves.fastplot import thousands
 from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
-from pixstep.moves.homing import LEGS, Leg
+from pixstep.moves.homing import LEGS, Homed, Leg
 from pixstep.moves.legjudge import leg_edges
-from pixstep.simulation.plots import BAND, BOARD, FAINT, IDEAL, INK, MADE, STYLE
+from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE
 
 # One colour a leg, in the order of LEGS.
 COLOURS = dict(zip(LEGS, ("#7b6ca8", MADE, IDEAL, "#c9a66b", BOARD, "#4c8c5c"), strict=True))
@@ -27,24 +26,17 @@ _FINAL = LEGS[4:]  # what the magnified view shows
 
 def draw(run: HomeRun, path: Path, verdict: str) -> Path:
     """Write the picture of a homing that made at least one step."""
-    with mpl.rc_context(STYLE):
-        figure = _figure(run, verdict)
-        atomic.write_with(path, partial(figure.savefig, pil_kwargs={"optimize": True}))
-        plt.close(figure)
-    return path
+    with plotting.styled():
+        return plotting.write(_figure(run, verdict), path, pil_kwargs={"optimize": True})
 
 
 def _figure(run: HomeRun, verdict: str) -> Figure:
-    rows = [["place", "near"], ["speed", "near"]] if run.homed else [["place"], ["speed"]]
-    figure, panels = plt.subplot_mosaic(
-        rows,
-        figsize=(12.5, 7.4),
-        layout="constrained",
-        width_ratios=[1.75, 1] if run.homed else [1],
-        height_ratios=[1.6, 1],
-    )
-    figure.suptitle("Homing\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
-    figure.text(0.012, 0.948, _subtitle(run, verdict), fontsize=9.5, color=FAINT, va="top")
+    rows: list[Any] = [["place", "near"], ["speed", "near"]]
+    rows = rows if run.homed else [["place"], ["speed"]]
+    figure = plotting.figure((12.5, 7.4))
+    plotting.heading(figure, "Homing", _subtitle(run, verdict))
+    widths = [1.75, 1] if run.homed else [1]
+    panels = figure.subplot_mosaic(rows, width_ratios=widths, height_ratios=[1.6, 1])
     place, speed = panels["place"], panels["speed"]
     speed.sharex(place)
     origin_s = run.legs[0].began_s
@@ -54,7 +46,7 @@ def _figure(run: HomeRun, verdict: str) -> Figure:
     _finish_place(place, run)
     _finish_speed(speed, run)
     if run.homed:
-        _draw_near(panels["near"], run)
+        _draw_near(panels["near"], run, run.homed)
     return figure
 
 
@@ -71,8 +63,7 @@ def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_s: float, width: floa
     times, places = _course(run, leg, origin_s)
     if len(times):
         axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
-    edges = switch_edges(run, leg) if leg.trip else []
-    if edges:
+    if leg.trip and (edges := switch_edges(run, leg, leg.trip)):
         when = edges[0] / run.job.tick_hz - origin_s
         made = int(np.searchsorted(times, when + 1 / run.job.tick_hz)) - 1
         marker, _ = _MARKERS[leg.trip.code]
@@ -99,7 +90,7 @@ def _finish_place(axes: Axes, run: HomeRun) -> None:
     axes.tick_params(labelbottom=False)
     axes.yaxis.set_major_formatter(thousands)
     handles = [
-        mpl.lines.Line2D([], [], color=COLOURS[name], lw=2.6, label=name)
+        Line2D([], [], color=COLOURS[name], lw=2.6, label=name)
         for name in LEGS
         if name in {leg.name for leg in run.legs}
     ]
@@ -181,11 +172,11 @@ def _limits(axes: Axes, run: HomeRun) -> None:
 
 def _counting_edge_s(run: HomeRun) -> float:
     """Return when the last captured edge came: the one that became position 0."""
-    leg = [leg for leg in run.legs if leg.trip][-1]
-    return switch_edges(run, leg)[0] / run.job.tick_hz
+    leg, trip = [(leg, leg.trip) for leg in run.legs if leg.trip][-1]
+    return switch_edges(run, leg, trip)[0] / run.job.tick_hz
 
 
-def _draw_near(axes: Axes, run: HomeRun) -> None:
+def _draw_near(axes: Axes, run: HomeRun, homed: Homed) -> None:
     """Draw the legs around the edge that counts, step by step."""
     shown = [leg for leg in run.legs if leg.name in _FINAL and leg.steps]
     origin_s = _counting_edge_s(run)
@@ -203,7 +194,7 @@ def _draw_near(axes: Axes, run: HomeRun) -> None:
         times, places = _course(run, shown[-1], origin_s)
         axes.plot(times[-1:], places[-1:], "o", ms=8, mfc="white", mec=INK, mew=1.5, zorder=7)
         axes.annotate(
-            f"position {run.homed.position_steps}",
+            f"position {homed.position_steps}",
             xy=(times[-1], places[-1]),
             xytext=(4, 14 if shown[-1].steps > 0 else -14),
             textcoords="offset points",
@@ -224,7 +215,5 @@ def _subtitle(run: HomeRun, verdict: str) -> str:
     return f"{text}; {run.error or verdict}"
 
 
-def _marker(shape: str, label: str) -> mpl.lines.Line2D:
-    return mpl.lines.Line2D(
-        [], [], ls="", marker=shape, ms=7, mfc="white", mec=INK, mew=1.3, label=label
-    )
+def _marker(shape: str, label: str) -> Line2D:
+    return Line2D([], [], ls="", marker=shape, ms=7, mfc="white", mec=INK, mew=1.3, label=label)

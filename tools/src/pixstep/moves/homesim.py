@@ -1,22 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Homing on a simulated board with a load and its switches: run it, keep what it left behind."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
 from pixstep.board import boards
-from pixstep.board.client import Board, BoardError
-from pixstep.board.transport import SimClient
+from pixstep.board.client import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
 from pixstep.moves.legs import HomingPlan
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.edges import AxisEdges, read_edges
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S, scratch_folder
+from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simrun import scratch_folder
 
 SETTLE_S = 0.05
 OUTPUTS = ("edges.csv", "switches.csv")
@@ -94,7 +92,7 @@ class HomeRun:
     job: HomeJob
     homed: Homed | None = None
     error: BoardError | None = None
-    edges: AxisEdges | None = None
+    edges: AxisEdges = field(default_factory=AxisEdges)
     switch_edges: list[tuple[int, int]] = field(default_factory=list)  # (cycle, 1 closed)
     counted_steps: int = 0
     load_steps: int = 0
@@ -108,22 +106,7 @@ class HomeRun:
         return self.error.legs if isinstance(self.error, HomingError) else ()
 
 
-class SimWorld:
-    """The simulator's time."""
-
-    def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
-
-    def now_s(self) -> float:
-        """Return simulated seconds since reset."""
-        return self._simulator.cycle / self._simulator.tick_hz
-
-    def wait(self, seconds: float) -> None:
-        """Let simulated time pass."""
-        self._simulator.run(int(seconds * self._simulator.tick_hz))
-
-
-def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: None) -> HomeRun:
+def run(job: HomeJob, out: Path, progress: Progress = unseen) -> HomeRun:
     """Run a homing; leave OUTPUTS in `out`.
 
     Raises UserError if the simulator cannot run; what the board does wrong is in the result.
@@ -133,17 +116,16 @@ def run(job: HomeJob, out: Path, progress: Callable[[float], None] = lambda _: N
     out.mkdir(parents=True, exist_ok=True)
     done = HomeRun(job)
     with scratch_folder(out) as folder:
-        options = SimOptions(
-            boards=[(job.board, natives.image(job.board))],
-            pixel_hz=job.pixel_hz,
+        with SimulatedBoard(
+            job.board,
+            job.pixel_hz,
             seed=job.seed,
             edges=folder / "edges.csv",
             plants={(0, job.plan.axis): job.plant},
             switch_log=folder / "switches.csv",
-        )
-        with Simulator(options) as simulator:
-            _home(done, simulator, progress)
-            simulator.quit()
+        ) as simulated:
+            _home(done, simulated, progress)
+            simulated.finish()
         for name in OUTPUTS:
             (folder / name).replace(out / name)
     done.edges = read_edges(out / "edges.csv").axis(0, job.plan.axis)
@@ -163,27 +145,20 @@ def home_edges(path: Path, job: HomeJob) -> list[tuple[int, int]]:
     ]
 
 
-def _home(done: HomeRun, simulator: Simulator, progress: Callable[[float], None]) -> None:
+def _home(done: HomeRun, simulated: SimulatedBoard, progress: Progress) -> None:
     """Set the board up, home, and ask the simulator where everything is."""
-    job, axis = done.job, done.job.plan.axis
-    simulator.wait_s(BOOT_S)
-    board = Board(SimClient(simulator))
+    job, axis, simulator = done.job, done.job.plan.axis, simulated.simulator
+    settings = {"inputs_inverted": INVERTED[job.inverted]}
+    if job.filter_us is not None:
+        settings["input_filter_us"] = job.filter_us
     try:
-        set_up(board, job)
+        simulated.set_up(job.pixel_hz, [axis], **settings)
         simulator.wait_s(SETTLE_S)  # the filters see the switches
-        done.homed = home(board, job.plan, job.pixel_hz, SimWorld(simulator), progress)
+        world = simulated.link.world
+        done.homed = home(simulated.board, job.plan, job.pixel_hz, world, progress)
     except BoardError as error:
         done.error = error
     simulator.wait_s(SETTLE_S)
     done.counted_steps = simulator.steps(0, axis)
     _, done.load_steps = simulator.plant(0, axis)
     done.stats = simulator.stats()
-
-
-def set_up(board: Board, job: HomeJob) -> None:
-    """Write what homing needs of the settings, enable the axis."""
-    board.set_pixel_hz(job.pixel_hz)
-    board.write_setting("inputs_inverted", INVERTED[job.inverted])
-    if job.filter_us is not None:
-        board.write_setting("input_filter_us", job.filter_us)
-    board.command("enable", [job.plan.axis])

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A simulated homing from plan to files on disk: run, judge, write, plot."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from pixstep import atomic, outfolder
 from pixstep.moves import homesim
 from pixstep.moves.homejudge import judge
 from pixstep.moves.homesim import HomeJob
+from pixstep.progress import Progress, unseen
 
 OUTPUTS = (*homesim.OUTPUTS, "summary.json", "homing.png")
 
@@ -17,22 +17,25 @@ def simulate(
     out: Path,
     *,
     plot: bool = False,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = unseen,
 ) -> dict:
-    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked).
+    """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked), all or none.
 
-    Raises UserError if a file is in the way that no earlier run has written.
+    Raises UserError if a file is in the way that is not as an earlier run left it.
     """
-    with outfolder.of_run(out, OUTPUTS):
-        return _simulate(job, out, plot, progress)
+    with outfolder.of_run(out, OUTPUTS) as folder:
+        summary = _simulate(job, folder, plot, progress)
+    if "plots" in summary:
+        summary["plots"] = [str(out / name) for name in summary["plots"]]
+    return summary
 
 
-def _simulate(job: HomeJob, out: Path, plot: bool, progress: Callable[[float], None]) -> dict:
+def _simulate(job: HomeJob, out: Path, plot: bool, progress: Progress) -> dict:
     done = homesim.run(job, out, progress)
     summary = judge(done)
     if plot and len(done.edges.rising):
         from pixstep.moves import homeplot  # matplotlib takes a second to load
 
-        summary["plots"] = [str(homeplot.draw(done, out / "homing.png", summary["verdict"]))]
+        summary["plots"] = [homeplot.draw(done, out / "homing.png", summary["verdict"]).name]
     atomic.write_json(out / "summary.json", summary)
     return summary

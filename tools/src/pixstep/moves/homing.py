@@ -11,7 +11,6 @@ return        by a move of its own onto 0
 What seeks the switch is smooth or plain as the plan says; the moves between are plain.
 """
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 
@@ -30,14 +29,13 @@ from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast
 from pixstep.moves.legs import HomingPlan
+from pixstep.progress import Progress, unseen
 
 LEGS = ("leave the switch", "approach", "back off", "stand clear", "slow approach", "return to 0")
 _LEAVE, _APPROACH, _BACK_OFF, _CLEAR, _SLOW, _RETURN = LEGS
 _POLL_S = 0.005
 _PATIENCE_S = 2.0  # beyond a leg's own time
 _LIMITS = {"limit_minus": "minus", "limit_plus": "plus"}
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ def home(
     plan: HomingPlan,
     pixel_hz: Fraction,
     world: World,
-    progress: Progress = lambda _: None,
+    progress: Progress = unseen,
 ) -> Homed:
     """Home one axis, at rest and enabled; return what was found.
 

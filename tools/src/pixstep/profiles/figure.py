@@ -3,8 +3,6 @@
 
 from pathlib import Path
 
-import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -12,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
-from pixstep import atomic, progress
+from pixstep import atomic, plotting, progress
 from pixstep.errors import UserError
 from pixstep.lines import units
+from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
 from pixstep.profiles import kinematics, marks
 from pixstep.profiles.drawing import Drawing
-from pixstep.simulation.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _DENSE = 240  # pixels from which single marks would run together
@@ -25,21 +23,19 @@ _DENSE = 240  # pixels from which single marks would run together
 
 def save(drawing: Drawing, path: Path) -> None:
     """Write the figure in the format of the suffix. Raises UserError for an unknown suffix."""
-    if path.suffix.lower() not in SUFFIXES:
+    if path.suffix.lower() not in SUFFIXES and not atomic.is_stream(path):
         raise UserError(f"{path}: a drawing ends with {', '.join(SUFFIXES)}")
-    with progress.shown("drawing") as progressed, mpl.rc_context({**STYLE, "axes.axisbelow": True}):
+    below = {"axes.axisbelow": True}
+    with progress.shown("drawing") as progressed, plotting.styled(**below):
         figure = build(drawing)
         progressed(0.5)
-        atomic.write_with(path, figure.savefig)
-        plt.close(figure)
+        plotting.write(figure, path)
 
 
 def build(drawing: Drawing) -> Figure:
     """Return the figure; its axes are labelled phases, speed, acceleration, jerk, position."""
-    figure, rows = plt.subplots(
-        5, 1, figsize=(11, 9.4), sharex=True, layout="constrained",
-        gridspec_kw={"height_ratios": [0.16, 1.5, 1, 0.9, 1.2]},
-    )  # fmt: skip
+    figure = plotting.figure((11, 9.4))
+    rows = figure.subplots(5, 1, sharex=True, height_ratios=[0.16, 1.5, 1, 0.9, 1.2])
     motion = drawing.motion
     lane, speed, acceleration, jerk, position = rows
     _speed(speed, motion)

@@ -8,8 +8,8 @@ from matplotlib.patches import Patch
 
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
+from pixstep.plotting import BOARD, INK
 from pixstep.profiles import phases
-from pixstep.simulation.plots import BOARD, INK
 
 _PHASE_COLOURS = {
     phases.REST: "#eef1f4",

@@ -191,6 +191,7 @@ class _Chain:
         window = self._window(stroke, pixels)
         steps = min(wanted, window.room())
         counts = window.take_up(steps)
+        assert counts is not None  # there is room for so many
         self.made[stroke.start : stroke.start + pixels] = [stroke.direction * n for n in counts]
         self.windows.append((stroke, pixels, steps, wanted - steps))
         return steps

@@ -3,51 +3,31 @@
 
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
-from pixstep import atomic
+from pixstep import plotting
+from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
 from pixstep.reversals.compensate import Compensated, Request
 from pixstep.reversals.play import load_positions
-from pixstep.simulation.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
-
-
-def shade(axes: Axes, spans: list[tuple[int, int]]) -> None:
-    """Shade transitions, given as (first, last) 1-based pixels."""
-    for first, last in spans:
-        axes.axvspan(first - 1, last, color=BOARD, alpha=0.13, lw=0, zorder=0)
 
 
 def draw(made: Compensated, request: Request, name: str, path: Path) -> None:
     """Write the picture as PNG to `path`, whole or not at all."""
-    with mpl.rc_context(STYLE):
-        figure = _figure(made, request, name)
-        atomic.write_with(path, figure.savefig)
-        plt.close(figure)
+    with plotting.styled():
+        plotting.write(_figure(made, request, name), path)
 
 
 def _figure(made: Compensated, request: Request, name: str) -> Figure:
-    figure, (speed, offset, error) = plt.subplots(
-        3,
-        1,
-        figsize=(11, 8.2),
-        layout="constrained",
-        sharex=True,
-        gridspec_kw={"height_ratios": [2.2, 1, 1.4]},
-    )
-    figure.suptitle(
-        "Reversals: play taken up over the motion\n",
-        x=0.012, ha="left", fontsize=14, weight="bold", color=INK,
-    )  # fmt: skip
-    figure.text(0.012, 0.954, _subtitle(made, request, name), fontsize=9.5, color=FAINT, va="top")
-    for axes in (speed, offset, error):
-        shade(axes, [(item.pixel, item.last_pixel) for item in made.transitions])
+    figure = plotting.figure((11, 8.2))
+    title = "Reversals: play taken up over the motion"
+    plotting.heading(figure, title, _subtitle(made, request, name), 0.954)
+    panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1, 1.4])
+    speed, offset, error = panels
+    for axes in panels:
+        plotting.shade(axes, [(item.pixel, item.last_pixel) for item in made.transitions])
         axes.axhline(0, color=FAINT, lw=0.8, zorder=1)
     _speeds(speed, made)
     _offset(offset, made)
@@ -71,7 +51,7 @@ def _speeds(axes: Axes, made: Compensated) -> None:
     axes.stairs(made.ideal, edges, baseline=None, color=IDEAL, lw=5, alpha=0.55, label="ideal")
     axes.stairs(made.counts, edges, baseline=None, color=MADE, lw=1.4, label="motor")
     handles, labels = axes.get_legend_handles_labels()
-    patch = mpl.patches.Patch(color=BOARD, alpha=0.13, lw=0)
+    patch = Patch(color=BOARD, alpha=0.13, lw=0)
     axes.legend(
         [*handles, patch], [*labels, "transition"],
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, labelcolor=INK,

@@ -15,7 +15,8 @@ _AXES = 256  # more than a board has
 _ROW = re.compile(rf"\d+,\d+,\d+,({'|'.join(_SIGNALS)}),[01]")
 
 
-def _none() -> np.ndarray:
+def no_cycles() -> np.ndarray:
+    """Return an array without a cycle."""
     return np.zeros(0, dtype=np.int64)
 
 
@@ -27,14 +28,14 @@ class AxisEdges:
     all are low at reset. The permit output is the whole board's: its edges are with axis 0.
     """
 
-    step_cycles: np.ndarray
-    step_levels: np.ndarray
-    direction_cycles: np.ndarray
-    direction_levels: np.ndarray
-    enable_cycles: np.ndarray = field(default_factory=_none)
-    enable_levels: np.ndarray = field(default_factory=_none)
-    permit_cycles: np.ndarray = field(default_factory=_none)
-    permit_levels: np.ndarray = field(default_factory=_none)
+    step_cycles: np.ndarray = field(default_factory=no_cycles)
+    step_levels: np.ndarray = field(default_factory=no_cycles)
+    direction_cycles: np.ndarray = field(default_factory=no_cycles)
+    direction_levels: np.ndarray = field(default_factory=no_cycles)
+    enable_cycles: np.ndarray = field(default_factory=no_cycles)
+    enable_levels: np.ndarray = field(default_factory=no_cycles)
+    permit_cycles: np.ndarray = field(default_factory=no_cycles)
+    permit_levels: np.ndarray = field(default_factory=no_cycles)
 
     @property
     def rising(self) -> np.ndarray:
@@ -52,11 +53,11 @@ class AxisEdges:
 class EdgeLog:
     """All edges of a run by (board, axis)."""
 
-    axes: dict[tuple[int, int], AxisEdges]
+    axes: dict[tuple[int, int], AxisEdges] = field(default_factory=dict)
 
     def axis(self, board: int, axis: int) -> AxisEdges:
         """Return the edges of one axis; all empty if it had none."""
-        return self.axes.get((board, axis), _axis_edges(np.zeros((0, 5), dtype=np.int64)))
+        return self.axes.get((board, axis), AxisEdges())
 
 
 def read_edges(path: Path) -> EdgeLog:

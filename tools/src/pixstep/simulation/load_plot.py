@@ -3,39 +3,28 @@
 
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
-from pixstep import atomic
-from pixstep.reversals.picture import shade
+from pixstep import plotting
+from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
 from pixstep.simulation.load import AxisLoad
-from pixstep.simulation.plots import BOARD, FAINT, IDEAL, INK, MADE, STYLE
 
 
 def draw(load: AxisLoad, title: str, path: Path) -> None:
     """Write the picture as PNG to `path`, whole or not at all."""
-    with mpl.rc_context(STYLE):
-        figure = _figure(load, title)
-        atomic.write_with(path, figure.savefig)
-        plt.close(figure)
+    with plotting.styled():
+        plotting.write(_figure(load, title), path)
 
 
 def _figure(load: AxisLoad, title: str) -> Figure:
-    figure, (position, error) = plt.subplots(
-        2, 1, figsize=(11, 7.2), layout="constrained", sharex=True,
-        gridspec_kw={"height_ratios": [1.2, 1]},
-    )  # fmt: skip
-    figure.suptitle("Load at the pixel edges\n", x=0.012, ha="left", fontsize=14,
-                    weight="bold", color=INK)  # fmt: skip
-    figure.text(0.012, 0.948, title, fontsize=9.5, color=FAINT, va="top")
+    figure = plotting.figure((11, 7.2))
+    plotting.heading(figure, "Load at the pixel edges", title)
+    position, error = figure.subplots(2, 1, sharex=True, height_ratios=[1.2, 1])
     for axes in (position, error):
-        shade(axes, list(load.spans))
+        plotting.shade(axes, list(load.spans))
     _positions(position, load)
     _errors(error, load)
     return figure
@@ -47,7 +36,7 @@ def _positions(axes: Axes, load: AxisLoad) -> None:
     axes.plot(pixel, load.load_steps, ".-", color=MADE, lw=1.0, ms=4, label="load")
     handles, labels = axes.get_legend_handles_labels()
     if load.spans:
-        handles.append(mpl.patches.Patch(color=BOARD, alpha=0.13, lw=0))
+        handles.append(Patch(color=BOARD, alpha=0.13, lw=0))
         labels.append("transition")
     axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3,
                 labelcolor=INK, borderaxespad=0.2)  # fmt: skip

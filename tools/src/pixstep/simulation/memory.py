@@ -57,6 +57,8 @@ class Place:
 def place(board: str, path: str) -> Place:
     """Return where a member of a variable lies, "axes[0].ledger.loaded_ticks"."""
     match = _PATH.fullmatch(path)
+    if match is None:
+        raise ValueError(f"{path!r} names no member of a variable")
     variable = VARIABLES[match["variable"]]
     source = _PROBE.format(header=variable.header, struct=variable.struct, member=match["member"])
     offset, size = _words(board, source)

@@ -5,50 +5,20 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter
 
-from pixstep import atomic
+from pixstep import plotting
 from pixstep.lines import exact
 from pixstep.lines.line import Line
+from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE
 from pixstep.simulation.edges import AxisEdges
 from pixstep.simulation.report import PixelRow, ticks_text
 
-INK = "#22303c"
-FAINT = "#8795a1"
-IDEAL = "#f2a541"
-MADE = "#1f6f8b"
-BOARD = "#c8553d"
-BAND = "#e8f1f2"
-
 _MANY_STEPS = 3000  # beyond these dots are drawn small
-
-STYLE = {
-    "figure.dpi": 110,
-    "savefig.dpi": 140,
-    "font.size": 10,
-    "axes.edgecolor": FAINT,
-    "axes.labelcolor": INK,
-    "axes.titlecolor": INK,
-    "axes.titlesize": 11,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#dfe5ea",
-    "grid.linewidth": 0.6,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "legend.frameon": False,
-}
 
 
 @dataclass(frozen=True)
@@ -83,21 +53,16 @@ def draw(trace: Trace, folder: Path, prefix: str = "") -> list[Path]:
         ("positions", _positions),
     ):
         path = folder / f"{prefix}{name}.png"
-        with mpl.rc_context(STYLE):
-            figure = make(trace)
-            atomic.write_with(path, figure.savefig)
-            plt.close(figure)
-        paths.append(path)
+        with plotting.styled():
+            paths.append(plotting.write(make(trace), path))
     return paths
 
 
-def _figure(trace: Trace, rows: int, title: str, height: float = 7.2, **options) -> tuple:
-    figure, axes = plt.subplots(
-        rows, 1, figsize=(11, height), layout="constrained", squeeze=False, **options
-    )
-    figure.suptitle(f"{title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
-    figure.text(0.012, 0.948, trace.title, fontsize=9.5, color=FAINT, va="top")
-    return figure, [row[0] for row in axes]
+def _figure(trace: Trace, title: str, **options) -> tuple[Figure, list[Axes]]:
+    """Return a figure of two rows, titled."""
+    figure = plotting.figure((11, 7.2))
+    plotting.heading(figure, title, trace.title)
+    return figure, list(figure.subplots(2, 1, **options))
 
 
 def _ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
@@ -119,7 +84,7 @@ def _ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
 def _motion(trace: Trace) -> Figure:
     """Velocity and position of the edges over the ideal."""
     figure, (speed, position) = _figure(
-        trace, 2, "Motion: every STEP edge over the ideal", sharex=True
+        trace, "Motion: every STEP edge over the ideal", sharex=True
     )
     made = trace.made_px
     signs = trace.edges.directions()
@@ -160,9 +125,9 @@ def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
     ends = [k for k in range(flat, line.pixels) if line.speeds[k + 1] < line.speeds[k]]
     if flat < 4 or not ends or ends[0] - flat < 12:
         return
-    inset = axes.inset_axes([flat + 0.3 * (ends[0] - flat), 0.14 * axes.get_ylim()[1],
-                             0.55 * (ends[0] - flat), 0.62 * axes.get_ylim()[1]],
-                            transform=axes.transData)  # fmt: skip
+    top, wide = axes.get_ylim()[1], ends[0] - flat
+    place = (flat + 0.3 * wide, 0.14 * top, 0.55 * wide, 0.62 * top)
+    inset = axes.inset_axes(place, transform=axes.transData)
     inset.plot(*ideal, color=IDEAL, lw=5, alpha=0.55)
     inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
     inset.set_xlim(0.5, flat + 0.2)
@@ -193,7 +158,7 @@ def _take_up_note(axes: Axes, trace: Trace) -> None:
 def _edge_error(trace: Trace) -> Figure:
     """Error of every edge over time, and its distribution."""
     figure, (over, spread) = _figure(
-        trace, 2, "Edge error: edge minus exact instant", gridspec_kw={"height_ratios": [2, 1]}
+        trace, "Edge error: edge minus exact instant", gridspec_kw={"height_ratios": [2, 1]}
     )
     ideal = trace.ideal_px[: len(trace.made_px)]
     made = trace.made_px[: len(ideal)]
@@ -223,7 +188,7 @@ def _edge_error(trace: Trace) -> Figure:
         _line(BOARD, 1, "one tick"),
     ]
     _legend(over, handles)
-    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101), color=MADE, alpha=0.85)
+    spread.hist(errors, bins=np.linspace(-1.25, 1.25, 101).tolist(), color=MADE, alpha=0.85)
     spread.set_xlabel("error, ticks")
     spread.set_ylabel("steps")
     spread.set_title("Distribution")
@@ -233,7 +198,7 @@ def _edge_error(trace: Trace) -> Figure:
 def _positions(trace: Trace) -> Figure:
     """The board's expected positions and the counted ones at every pixel edge."""
     figure, (table, difference) = _figure(
-        trace, 2, "Positions at the pixel edges", sharex=True,
+        trace, "Positions at the pixel edges", sharex=True,
         gridspec_kw={"height_ratios": [2, 1]},
     )  # fmt: skip
     pixel = np.array([row.pixel for row in trace.pixels])
@@ -268,19 +233,19 @@ def _number(value: int | None) -> float:
     return float("nan") if value is None else float(value)
 
 
-def _line(colour: str, width: float, label: str) -> mpl.lines.Line2D:
+def _line(colour: str, width: float, label: str) -> Line2D:
     """Return a legend entry drawn as a line."""
     faint = 0.55 if colour == IDEAL else 1.0
-    return mpl.lines.Line2D([], [], color=colour, lw=width, alpha=faint, label=label)
+    return Line2D([], [], color=colour, lw=width, alpha=faint, label=label)
 
 
-def _dot(colour: str, size: float, label: str, *, hollow: bool = False) -> mpl.lines.Line2D:
+def _dot(colour: str, size: float, label: str, *, hollow: bool = False) -> Line2D:
     """Return a legend entry drawn as a dot."""
     fill = "none" if hollow else colour
-    return mpl.lines.Line2D([], [], ls="", marker="o", ms=size, mfc=fill, mec=colour, label=label)
+    return Line2D([], [], ls="", marker="o", ms=size, mfc=fill, mec=colour, label=label)
 
 
-def _legend(axes: Axes, handles: list[mpl.lines.Line2D]) -> None:
+def _legend(axes: Axes, handles: list[Line2D]) -> None:
     """Draw a legend above the axes on the right, where no curve of any shape can lie below it."""
     axes.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles),

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pixstep import atomic
+from pixstep.errors import FINE, NEGATIVE, REFUSED
 
 PIXELS_HEADER = "board,axis,pixel,edge_cycle,expected_steps,actual_steps"
 
@@ -28,9 +29,9 @@ class PixelRow:
 
     def text(self, *, loads: bool = False) -> str:
         """Return the row, with the load's column if asked; an unknown value is empty."""
-        values = (self.board, self.axis, self.pixel)
-        values += (self.edge_cycle, self.expected_steps, self.actual_steps)
-        values += (self.load_steps,) if loads else ()
+        values: list[int | None] = [self.board, self.axis, self.pixel]
+        values += [self.edge_cycle, self.expected_steps, self.actual_steps]
+        values += [self.load_steps] if loads else []
         return ",".join("" if value is None else str(value) for value in values)
 
 
@@ -47,12 +48,12 @@ def write_pixels(path: Path, rows: list[PixelRow]) -> None:
 
 
 def exit_status(summary: dict) -> int:
-    """Return 0 for a pass, 1 for a failure, 2 for a line that the board refused."""
-    return {"pass": 0, "refused": 2}.get(summary["verdict"], 1)
+    """Return the exit status of a verdict: pass, fail, or a line that the board refused."""
+    return {"pass": FINE, "refused": REFUSED}.get(summary["verdict"], NEGATIVE)
 
 
-def print_page(console: Console, summary: dict) -> None:
-    """Print the one-page verdict of a run."""
+def print_page(console: Console, summary: dict, *, details: bool = False) -> None:
+    """Print the verdict of a run, with `details` the figures of every interrupt too."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
     for reason in summary["reasons"]:
@@ -60,7 +61,7 @@ def print_page(console: Console, summary: dict) -> None:
     if summary.get("refusal"):
         return
     console.print(_axes_table(summary))
-    if summary.get("handlers"):
+    if details and summary.get("handlers"):
         console.print(_handlers_table(summary))
     console.print(_footer(summary), highlight=False, soft_wrap=True)
 

@@ -2,6 +2,7 @@
 """Saturate the serial line with valid requests of many kinds while the board moves."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import cycle, islice
 
 from pixstep.board import registers as regs
@@ -58,9 +59,8 @@ class SerialLoad:
             lambda: board.write(setup.address, [setup_us]),
         ]
         for axis in axes:
-            kinds.append(lambda axis=axis: board.axis(axis))
-            kinds.append(lambda axis=axis: board.records(axis))
-            kinds.append(lambda axis=axis: self._repeat_block(axis))
+            kinds += [partial(board.axis, axis), partial(board.records, axis)]
+            kinds.append(partial(self._repeat_block, axis))
         return kinds
 
     def _repeat_block(self, axis: int) -> None:

@@ -13,7 +13,9 @@ from pixstep.board import boards
 from pixstep.lines.rational import hz_text
 from pixstep.simulation.simpipe import SimPipe, SimulatorError
 
-__all__ = ["EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
+__all__ = ["BOOT_S", "EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
+
+BOOT_S = 0.05  # from the supply or a reset to a board that answers
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,10 @@ class Simulator(SimPipe):
     def wait_s(self, seconds: float) -> int:
         """Let time pass; return the cycle reached."""
         return self.run(self.cycles(seconds))
+
+    def boot(self) -> None:
+        """Give boards the time that they take to start: at the beginning, and behind a reset."""
+        self.wait_s(BOOT_S)
 
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
         """Send bytes on the serial line and return the reply, empty if none came."""

@@ -4,6 +4,7 @@
 import contextlib
 import os
 import selectors
+import signal
 import subprocess
 from collections.abc import Sequence
 from typing import Self
@@ -34,9 +35,12 @@ class SimPipe:
             )
         except OSError as error:
             raise UserError(f"{command[0]}: {error.strerror or error}") from None
-        self._pending = b""
+        assert self._process.stdin and self._process.stdout and self._process.stderr
+        self._in, self._out = self._process.stdin, self._process.stdout
+        self._errors = self._process.stderr
+        self._pending, self._ended = b"", ""
         self._ready = selectors.DefaultSelector()
-        self._ready.register(self._process.stdout, selectors.EVENT_READ)
+        self._ready.register(self._out, selectors.EVENT_READ)
 
     def __enter__(self) -> Self:
         return self
@@ -46,9 +50,11 @@ class SimPipe:
 
     def command(self, text: str) -> str:
         """Send one command and return its answer."""
+        if self._ended:
+            raise SimulatorError(self._ended)
         try:
-            self._process.stdin.write(text.encode() + b"\n")
-            self._process.stdin.flush()
+            self._in.write(text.encode() + b"\n")
+            self._in.flush()
         except OSError:
             raise SimulatorError(self._last_words()) from None
         answer = self._answer(text)
@@ -72,7 +78,7 @@ class SimPipe:
             self._process.kill()
             self._process.wait()
         self._ready.close()
-        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
+        for pipe in (self._in, self._out, self._errors):
             with contextlib.suppress(OSError):
                 pipe.close()
 
@@ -81,7 +87,7 @@ class SimPipe:
         while b"\n" not in self._pending:
             if not self._ready.select(_ANSWER_LIMIT_S):
                 raise SimulatorError(f"simulator: no answer to {text[:40]!r}")
-            data = os.read(self._process.stdout.fileno(), 65_536)
+            data = os.read(self._out.fileno(), 65_536)
             if not data:
                 raise SimulatorError(self._last_words())
             self._pending += data
@@ -93,4 +99,10 @@ class SimPipe:
         self._process.kill()
         _, errors = self._process.communicate()
         lines = errors.decode(errors="replace").strip().splitlines()
-        return f"simulator: ended: {lines[-1] if lines else self._process.returncode}"
+        self._ended = f"simulator: ended: {lines[-1] if lines else self._status()}"
+        return self._ended
+
+    def _status(self) -> str:
+        """Return in words how the process ended: its exit status, or the signal's description."""
+        status = self._process.returncode
+        return signal.strsignal(-status) if status < 0 else f"exit status {status}"

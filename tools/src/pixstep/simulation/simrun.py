@@ -8,31 +8,27 @@ runs can be compared edge by edge.
 import contextlib
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
+import numpy as np
+
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Record, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.boardrun import BoardRun, Watch
+from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Record
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
-from pixstep.lines.runs import queue_entries
-from pixstep.simulation.edges import EdgeLog, read_clock, read_edges
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simboard import SimulatedBoard
 
-BOOT_S = 0.05
-SETTLE_PIXELS = 2
-_POLL_LIMIT_S = 0.1
 _POLICIES = {"always": 0, "on_reversal": 1}
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -73,11 +69,11 @@ class RunResult:
     """What a run left behind, for the verdict."""
 
     job: Job
-    edges: EdgeLog | None = None
-    clock: list[int] = field(default_factory=list)
+    edges: EdgeLog = field(default_factory=EdgeLog)
+    clock: np.ndarray = field(default_factory=no_cycles)
     plants: dict[tuple[int, int], AxisPlant] = field(default_factory=dict)
     records: dict[int, dict[int, Record]] = field(default_factory=dict)
-    axis_states: dict[int, dict[str, int]] = field(default_factory=dict)
+    axis_states: dict[int, Mapping[str, int]] = field(default_factory=dict)
     refused: LineRefusedByBoardError | None = None
     trouble: list[str] = field(default_factory=list)
     stats_armed: dict = field(default_factory=dict)
@@ -85,7 +81,7 @@ class RunResult:
     requests: dict[str, int] = field(default_factory=dict)
 
 
-def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResult:
+def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     """Run a job; leave edges, clock, serial (.csv) and, if asked, run.vcd in `out`, each whole.
 
     With plants also plant.csv.
@@ -94,13 +90,14 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
     run; what the board does wrong is in the result.
     """
     refuse_period(job.pixel_hz, job.tick_hz)
-    image = job.image or natives.image(job.board)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
     with scratch_folder(out) as scratch:
-        options = SimOptions(
-            boards=[(job.board, image)],
-            pixel_hz=job.pixel_hz,
+        with SimulatedBoard(
+            job.board,
+            job.pixel_hz,
+            image=job.image,
+            program=job.program,
             pixel_ppm=job.pixel_ppm,
             seed=job.seed,
             edges=scratch / "edges.csv",
@@ -109,10 +106,9 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
             vcd=scratch / "run.vcd" if job.vcd else None,
             plants={(0, axis): knobs for axis, knobs in job.plants.items()},
             plant_log=scratch / "plant.csv" if job.plants else None,
-        )
-        with Simulator(options, job.program) as simulator:
-            _Run(job, simulator, result, progress).go()
-            simulator.quit()
+        ) as run:
+            _go(run, result, progress)
+            run.finish()
         for name in ("edges.csv", "clock.csv", "serial.csv", "plant.csv", "run.vcd"):
             if (scratch / name).is_file():
                 (scratch / name).replace(out / name)
@@ -123,116 +119,76 @@ def run_job(job: Job, out: Path, progress: Progress = lambda _: None) -> RunResu
     return result
 
 
-class _Run:
-    """The steps of one run; each method is one phase."""
+def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
+    """Go through all phases; trouble ends the run and is noted in the result."""
+    job = result.job
+    try:
+        if max(job.lines) >= run.board.input("axis_count"):
+            raise UserError(f"axis {max(job.lines)}: the {boards.axes_text(job.board)}")
+        policy = _POLICIES[job.backlash_policy]
+        run.set_up(job.pixel_hz, list(job.lines), backlash_policy=policy)
+        run.load(job.lines)
+        result.stats_armed = run.simulator.stats()
+        run.arm()
+        _follow(run, result, progress)
+    except LineRefusedByBoardError as refusal:
+        result.refused = refusal
+    except BoardError as error:
+        result.trouble.append(str(error))
+        with contextlib.suppress(BoardError):
+            _note_fault(run.board, result)
+    run.settle()
+    result.stats = run.simulator.stats()
+    result.requests["all"] = run.client.requests
+    result.requests["without_reply"] = run.client.lost
 
-    def __init__(
-        self, job: Job, simulator: Simulator, result: RunResult, progress: Progress
-    ) -> None:
-        self.job, self.simulator, self.result, self.progress = job, simulator, result, progress
-        self.modbus = SimClient(simulator)
-        self.board = Board(self.modbus)
-        self.uploads: dict[int, Upload] = {}
-        self.axes = sorted(job.lines)
-        self._polled_cycle = 0
 
-    def go(self) -> None:
-        """Go through all phases; trouble ends the run and is noted in the result."""
-        try:
-            self.set_up()
-            self.upload()
-            self.arm()
-            self.follow()
-        except LineRefusedByBoardError as refusal:
-            self.result.refused = refusal
-        except BoardError as error:
-            self.result.trouble.append(str(error))
-            with contextlib.suppress(BoardError):
-                self._note_fault()
-        self.settle()
+def _follow(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
+    """Follow the lines to their end, the serial line loaded if that was asked."""
+    load = SerialLoad(run.board, run.axes, run.uploads) if result.job.serial_load else None
+    if not run.follow(_Watch(run, result, load, progress)):
+        last = [regs.axis_state(found["axis_state"]) for found in result.axis_states.values()]
+        result.trouble.append(f"not done in time: axes are {', '.join(last)}")
+    if load:
+        result.requests["load"] = load.sent
+        result.requests["load_exceptions"] = load.exceptions
+    _note_fault(run.board, result)
 
-    def set_up(self) -> None:
-        """Wait for the board, check its map, set what the lines need, enable the axes."""
-        self.simulator.wait_s(BOOT_S)
-        count = self.board.input("axis_count")
-        if self.axes[-1] >= count:
-            raise UserError(f"axis {self.axes[-1]}: the {boards.axes_text(self.job.board)}")
-        self.board.set_pixel_hz(self.job.pixel_hz)
-        self.board.write_setting("backlash_policy", _POLICIES[self.job.backlash_policy])
-        self.board.command("enable", self.axes)
 
-    def upload(self) -> None:
-        """Queue every line, or as much as the queue holds."""
-        for axis in self.axes:
-            upload = Upload(self.board, axis, queue_entries(self.job.lines[axis]))
-            self.uploads[axis] = upload
-            upload.push()
-            state = regs.axis_state(self.board.axis(axis)["axis_state"])
-            if state == "refused":
-                raise self.board.refusal(axis)
-            if state != "loaded":
-                raise BoardError(f"axis {axis}: {state} after the upload, not loaded")
+def _note_fault(board: Board, result: RunResult) -> None:
+    text = board.fault_text()
+    if text:
+        result.trouble.append(text)
 
-    def arm(self) -> None:
-        """Arm all axes at once; the line starts one period after the next clock edge."""
-        self.result.stats_armed = self.simulator.stats()
-        self.board.command("arm", self.axes)
 
-    def follow(self) -> None:
-        """Poll until every axis is done, streaming, reading records, loading the line if asked."""
-        load = SerialLoad(self.board, self.axes, self.uploads) if self.job.serial_load else None
-        period, most = self.job.period, self.simulator.cycles(_POLL_LIMIT_S)
-        deadline = self.simulator.cycle + int((self.job.pixels + 10) * period) + most
-        while True:
-            next_poll = self.simulator.cycle + min(int(4 * period), most)
-            states = self._poll()
-            if all(state in ("done", "fault", "refused") for state in states):
-                break
-            if self.simulator.cycle > deadline:
-                self.result.trouble.append(f"not done in time: axes are {', '.join(states)}")
-                break
-            for upload in self.uploads.values():
-                upload.push()
-            if load:
-                load.until(self.simulator, self._next_records_cycle())
-            elif next_poll > self.simulator.cycle:
-                self.simulator.run(next_poll - self.simulator.cycle)
-        if load:
-            self.result.requests["load"] = load.sent
-            self.result.requests["load_exceptions"] = load.exceptions
-        self._note_fault()
+@dataclass
+class _Watch(Watch):
+    """Reads the records of every pixel, and loads the serial line while waiting."""
 
-    def settle(self) -> None:
-        """Let late edges show themselves, then collect the statistics."""
-        self.simulator.run(int(SETTLE_PIXELS * self.job.period))
-        self.result.stats = self.simulator.stats()
-        self.result.requests["all"] = self.modbus.requests
-        self.result.requests["without_reply"] = self.modbus.lost
+    board_run: SimulatedBoard
+    result: RunResult
+    load: SerialLoad | None
+    progress: Progress
 
-    def _poll(self) -> list[str]:
-        """Read the states and the new records of all axes."""
-        names = []
-        self._polled_cycle = self.simulator.cycle
-        states = self.board.axes(self.axes[-1] + 1)
-        for axis in self.axes:
-            state = states[axis]
-            self.result.axis_states[axis] = state
-            names.append(regs.axis_state(state["axis_state"]))
+    def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
+        """Note the registers and read the new records of all axes."""
+        for axis, found in registers.items():
+            self.result.axis_states[axis] = found
             known = self.result.records.setdefault(axis, {})
-            if names[-1] not in ("loaded", "armed"):
-                known.update({record.pixel: record for record in self.board.records(axis)})
+            if regs.axis_state(found["axis_state"]) not in ("loaded", "armed"):
+                records = self.board_run.board.records(axis)
+                known.update({record.pixel: record for record in records})
         done = min(len(known) for known in self.result.records.values())
-        self.progress(min(1.0, done / self.job.pixels))
-        return names
+        self.progress(min(1.0, done / self.result.job.pixels))
 
-    def _next_records_cycle(self) -> int:
-        """Return the cycle by which records must be read again, or the board overwrites some."""
-        return self._polled_cycle + int(self.board.record_capacity() * self.job.period / 2)
-
-    def _note_fault(self) -> None:
-        text = self.board.fault_text()
-        if text:
-            self.result.trouble.append(text)
+    def rest(self, run: BoardRun, begun_s: float) -> None:
+        """Wait, or load the line until the board is about to overwrite records."""
+        if self.load is None:
+            super().rest(run, begun_s)
+            return
+        kept_s = self.board_run.board.record_capacity() / self.result.job.pixel_hz / 2
+        simulator = self.board_run.simulator
+        self.load.until(simulator, simulator.cycles(begun_s + kept_s))
 
 
 @contextlib.contextmanager

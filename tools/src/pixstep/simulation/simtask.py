@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """One simulated run from lines to files on disk: run, judge, write, plot."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from pixstep import atomic, outfolder
 from pixstep.board import registers as regs
 from pixstep.lines.rational import hz_text
+from pixstep.progress import Progress, unseen
 from pixstep.simulation import report
 from pixstep.simulation.judge import Judgement, judge
 from pixstep.simulation.load import AxisLoad, axis_load
@@ -32,28 +32,27 @@ def names() -> list[str]:
     return [*OUTPUTS, *(prefix + name for prefix in prefixes for name in _PLOTS)]
 
 
-def simulate(
-    job: Job, out: Path, *, plots: bool = False, progress: Callable[[float], None] | None = None
-) -> Judgement:
-    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`.
+def simulate(job: Job, out: Path, *, plots: bool = False, progress: Progress = unseen) -> Judgement:
+    """Run a job and write OUTPUTS (run.vcd and plots only if asked) to `out`, all or none.
 
-    Raises UserError if a file is in the way that no earlier run has written.
+    Raises UserError if a file is in the way that is not as an earlier run left it.
     """
-    with outfolder.of_run(out, names()):
-        return _simulate(job, out, plots, progress)
+    with outfolder.of_run(out, names()) as folder:
+        return simulate_into(job, folder, out, plots=plots, progress=progress)
 
 
-def _simulate(
-    job: Job, out: Path, plots: bool, progress: Callable[[float], None] | None
+def simulate_into(
+    job: Job, folder: Path, out: Path, *, plots: bool = False, progress: Progress = unseen
 ) -> Judgement:
-    result = run_job(job, out, progress or (lambda _: None))
+    """Run a job and leave the files in `folder`; the summary names them by their place in `out`."""
+    result = run_job(job, folder, progress)
     judged = judge(result)
     loads = follow_loads(result, judged)
-    report.write_pixels(out / "pixels.csv", judged.pixels)
-    atomic.write_json(out / "summary.json", judged.summary)
+    report.write_pixels(folder / "pixels.csv", judged.pixels)
+    atomic.write_json(folder / "summary.json", judged.summary)
     if plots:
-        judged.summary["plots"] = [str(path) for path in draw_plots(result, judged, out)]
-        judged.summary["plots"] += [str(path) for path in _draw_loads(job, loads, out)]
+        drawn = [*draw_plots(result, judged, folder), *_draw_loads(job, loads, folder)]
+        judged.summary["plots"] = [str(out / path.name) for path in drawn]
     return judged
 
 
@@ -66,8 +65,9 @@ def follow_loads(result: RunResult, judged: Judgement) -> list[AxisLoad]:
     for row in judged.summary["axes"]:
         axis = row["axis"]
         mine = [index for index, pixel in enumerate(judged.pixels) if pixel.axis == axis]
-        cycles = [judged.pixels[index].edge_cycle for index in mine]
-        if axis not in result.job.plants or not cycles or None in cycles:
+        known = (judged.pixels[index].edge_cycle for index in mine)
+        cycles = [cycle for cycle in known if cycle is not None]
+        if axis not in result.job.plants or not cycles or len(cycles) < len(mine):
             continue
         line, ideal = result.job.lines[axis], result.job.ideals.get(axis)
         found = axis_load(axis, line, ideal, result.plants[0, axis], cycles)

@@ -110,11 +110,12 @@ def judge_axis(
             key=lambda candidate: float(np.max(np.abs(rising[:count] - candidate - ideal))),
         )
     verdict.line_zero_cycle = zero
-    verdict.errors_ticks = (rising[:count] - zero) - ideal
-    _judge_errors(verdict, line, period, rising[:count] - zero)
-    verdict.rms_edge_error_us = float(np.sqrt(np.mean(verdict.errors_ticks**2))) / tick_hz * 1e6
-    _judge_rates(verdict, ideal, rising[:count])
-    _judge_edge_ends(verdict, line, period, rising)
+    errors = (rising[:count] - zero) - ideal
+    verdict.errors_ticks = errors
+    _judge_errors(verdict, line, period, rising[:count] - zero, errors)
+    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
+    _judge_rates(verdict, ideal, rising[:count], errors)
+    _judge_edge_ends(verdict, line, period, rising, zero)
     _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
     return verdict
 
@@ -147,9 +148,10 @@ def _judge_pulses(verdict: AxisVerdict, edges: AxisEdges) -> None:
         verdict.reasons.append("a STEP pulse is doubled or has no end")
 
 
-def _judge_errors(verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.ndarray) -> None:
+def _judge_errors(
+    verdict: AxisVerdict, line: Line, period: Fraction, ticks: np.ndarray, errors: np.ndarray
+) -> None:
     """Require every edge strictly within one tick of its exact instant."""
-    errors = verdict.errors_ticks
     verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
     doubtful = np.flatnonzero(np.abs(errors) > 1 - NEAR_ONE)
     far = [int(i) for i in doubtful if abs(errors[i]) > 1 + NEAR_ONE]
@@ -177,12 +179,13 @@ def _outside_exactly(
     ]
 
 
-def _judge_rates(verdict: AxisVerdict, ideal: np.ndarray, rising: np.ndarray) -> None:
+def _judge_rates(
+    verdict: AxisVerdict, ideal: np.ndarray, rising: np.ndarray, errors: np.ndarray
+) -> None:
     """Measure the rate error (slope of edges over instants) and the interval error."""
     if len(ideal) < 2:
         return
     centred = ideal - ideal.mean()
-    errors = verdict.errors_ticks
     slope = float(np.dot(centred, errors - errors.mean()) / np.dot(centred, centred))
     verdict.rate_error_ppm = slope * 1e6
     intervals = np.diff(rising) - np.diff(ideal)
@@ -190,14 +193,14 @@ def _judge_rates(verdict: AxisVerdict, ideal: np.ndarray, rising: np.ndarray) ->
 
 
 def _judge_edge_ends(
-    verdict: AxisVerdict, line: Line, period: Fraction, rising: np.ndarray
+    verdict: AxisVerdict, line: Line, period: Fraction, rising: np.ndarray, zero: int
 ) -> None:
     """Require the last step of every pixel exactly on its end edge (floor(k*P))."""
     off = []
     for pixel, done in exact.edge_ends(line):
         if done > len(rising):
             break
-        if int(rising[done - 1]) == verdict.line_zero_cycle + edge_tick(pixel, period):
+        if int(rising[done - 1]) == zero + edge_tick(pixel, period):
             verdict.last_steps_on_edge += 1
         else:
             off.append(pixel)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.errors import UserError
+from pixstep.progress import Progress, unseen
 from pixstep_dev import markdown
 from pixstep_dev.robustness.clients import by_libmodbus, by_mbpoll, by_pymodbus, cases
 
@@ -45,7 +46,7 @@ def pty_board(board: str) -> Iterator[str]:
 
 def run(
     names: tuple[str, ...] = boards.BOARD_NAMES,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = unseen,
 ) -> Results:
     """Run the list with every client on these boards, each on a fresh one."""
     results: Results = {}

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pixstep.progress import Progress, unseen
 from pixstep.simulation.simctl import SimulatorError
 from pixstep_dev.robustness.orders import lines, together, trials
 from pixstep_dev.robustness.orders.guard import Guard
@@ -19,8 +20,6 @@ from pixstep_dev.robustness.orders.world import World
 BATCH = 50
 _DECADES = (10, 100, 1000, 10_000, 100_000)
 _KEPT = 200  # complaints that an outcome holds
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ class Outcome:
     failures: list[Failure] = field(default_factory=list)
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     index = plan.first

@@ -11,7 +11,7 @@ instructions.
 
     timer 0 overflows          clock.c, the clock of 4 us and of milliseconds
     idle_count, idle_seen      idle periods loaded and accounted for, of each axis
-    loaded_ticks               the account of time of each axis
+    loaded_ticks, end_ticks    the account of time of each axis, the end of its stream
 
 Nothing else changes in an idle board. The timers' own counters stand as they were: the rest is a
 whole number of their periods. If the board was just writing its account, the words no longer agree;
@@ -19,12 +19,12 @@ that is seen and the rest is not counted.
 """
 
 import random
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
 from pixstep.board import boards
+from pixstep.progress import Progress, unseen
 from pixstep_dev.robustness.orders import frames, lines, state
 from pixstep_dev.robustness.orders.actions import (
     Block,
@@ -47,8 +47,6 @@ _CLOCKS_HZ = (1, 5000)
 _LINE_PX = 2
 _COUNT = 4
 _BACK_S = 0.3  # how long the clock is watched when it is back
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ class Outcome:
     failures: list[str] = field(default_factory=list)
 
 
-def run(plan: Plan, progress: Progress = lambda _: None) -> Outcome:
+def run(plan: Plan, progress: Progress = unseen) -> Outcome:
     """Run a plan; raises UserError if the simulator cannot run."""
     outcome = Outcome(plan)
     for index in range(plan.first, plan.first + plan.count):

@@ -9,8 +9,8 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.simulation.memory import Memory
-from pixstep.simulation.simctl import Permit, SimOptions, Simulator, SimulatorError
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import Permit, SimOptions, SimulatorError
 from pixstep_dev.robustness.orders import actions, frames, state
 from pixstep_dev.robustness.orders.state import Edges, State
 
@@ -50,10 +50,10 @@ class World:
         self.driven: set[tuple[str, int]] = set()  # pins that are not as they were at first
 
     def __enter__(self) -> "World":
-        self.sim = Simulator(self._options)
+        self.sim = SimLink(self._options).simulator
         try:
             self.memory = Memory(self.sim, self.name)
-            self.start()
+            self._raise_rate()
         except BaseException:
             self.sim.kill()
             raise
@@ -65,8 +65,11 @@ class World:
     def start(self) -> None:
         """Wait for the board behind a reset, and take it to the rate of this world."""
         self.sim.command(f"baud {SLOW_BAUD} E")
+        self.sim.boot()
+        self._raise_rate()
+
+    def _raise_rate(self) -> None:
         self.byte_cycles = self.tick_hz * BITS // SLOW_BAUD
-        self.sim.wait_s(BOOT_S)
         register = regs.register_map().holding("baud_100")
         if not self.ask(frames.write(register.address, [FAST_BAUD // 100])).taken:
             raise SimulatorError(f"{self.name}: no reply behind a reset")
@@ -129,6 +132,7 @@ class World:
             f"engine[{axis}].idle_count": IDLE_TICKS,
             f"axes[{axis}].ledger.idle_seen": IDLE_TICKS,
             f"axes[{axis}].ledger.loaded_ticks": 1,
+            f"axes[{axis}].feed.stream.end_ticks": 1,
         }
         return [
             (self.memory.address(path), self.memory.place(path).size, unit)

@@ -15,6 +15,8 @@ from pixstep.cli.board.group import (
     stopping,
     units_option,
 )
+from pixstep.cli.command import command
+from pixstep.cli.options import board_rows, json_option
 from pixstep.errors import UserError
 
 TOKEN = click.IntRange(1, 0xFFFF)
@@ -23,68 +25,75 @@ TOKEN = click.IntRange(1, 0xFFFF)
 def _simple(name: str, code: str, done: str, text: str) -> click.Command:
     """Return a command that gives one command to some axes of some boards."""
 
-    @click.command(name, help=text)
+    @command(name, help=text)
     @line_options
     @units_option
     @axes_option
-    def simple(line, units, axes):
-        each_board(line, units, lambda item: _give(item, code, item.axes(axes), done))
+    @json_option
+    def simple(line, units, axes, as_json):
+        def give(item: Known) -> None:
+            chosen = item.axes(axes)
+            run.command(item.board, code, chosen)
+            unit = item.board.unit
+            tell({"unit": unit, "axes": chosen}, f"board {unit}: {axes_text(chosen)} {done}")
+
+        with board_rows(as_json=as_json) as tell:
+            each_board(line, units, give)
 
     return simple
 
 
-def _give(item: Known, code: str, axes: list[int], done: str) -> None:
-    """Give a board a command for some axes and say so."""
-    run.command(item.board, code, axes)
-    click.echo(f"board {item.board.unit}: {axes_text(axes)} {done}")
-
-
-@click.command("arm")
+@command("arm")
 @line_options
 @units_option
 @axes_option
 @click.option("--token", type=TOKEN, help="Wait after arming for `go` with this token.")
-def arm_command(line, units, axes, token):
+@json_option
+def arm_command(line, units, axes, token, as_json):
     """Arm loaded axes by hand, with a token if wanted.
 
     They start on the next pixel clock edge, or on go if there is a token. `pixstep board start`
     does this for several boards at once. Without --axis all loaded ones. A board that gets no
     request for `bus_timeout_ms` (3 s by default) while an axis is armed or moves stops.
     """
-    with boards(line, units) as (_found, known):
+    with boards(line, units) as (_found, known), board_rows(as_json=as_json) as tell:
         for item in known:
             chosen = item.axes(axes) if axes else run.loaded(item.board, item.who.axis_count)
             if not chosen:
                 raise UserError(f"board {item.board.unit}: no axis has a line loaded")
             with stopping([run.Lines(item.board, chosen)]):
                 run.arm(item.board, chosen, token or 0)
-            click.echo(f"board {item.board.unit}: {axes_text(chosen)} armed")
+            unit = item.board.unit
+            tell({"unit": unit, "axes": chosen}, f"board {unit}: {axes_text(chosen)} armed")
             note_unattended(item.board)
 
 
-@click.command("clear")
+@command("clear")
 @line_options
 @units_option
-def clear_command(line, units):
+@json_option
+def clear_command(line, units, as_json):
     """Clear the latched fault.
 
     Refused while its cause lasts, as a pressed emergency stop does.
     """
-    each_board(line, units, _clear)
+
+    def clear(item: Known) -> None:
+        unit, before = item.board.unit, item.board.fault_text()
+        run.command(item.board, "clear_fault", [0])
+        done = f"cleared: {before}" if before else "no fault was latched"
+        tell({"unit": unit, "cleared": before or None}, f"board {unit}: {done}")
+
+    with board_rows(as_json=as_json) as tell:
+        each_board(line, units, clear)
 
 
-def _clear(item: Known) -> None:
-    before = item.board.fault_text()
-    run.command(item.board, "clear_fault", [0])
-    done = f"cleared: {before}" if before else "no fault was latched"
-    click.echo(f"board {item.board.unit}: {done}")
-
-
-@click.command("permit")
+@command("permit")
 @click.argument("state", type=click.Choice(["on", "off"]))
 @line_options
 @units_option
-def permit_command(state, line, units):
+@json_option
+def permit_command(state, line, units, as_json):
     """Switch the permit output, the gate of a laser or spindle.
 
     Every fault and every stop switches it off.
@@ -92,18 +101,13 @@ def permit_command(state, line, units):
 
     def switch(item: Known) -> None:
         run.command(item.board, f"permit_{state}", [0])
-        click.echo(f"board {item.board.unit}: permit output {state}")
+        unit = item.board.unit
+        tell({"unit": unit, "permit": state}, f"board {unit}: permit output {state}")
 
-    each_board(line, units, switch)
+    with board_rows(as_json=as_json) as tell:
+        each_board(line, units, switch)
 
 
-COMMANDS = (
-    arm_command,
-    _simple(
-        "disarm", "disarm", "disarmed", "Take armed axes back and forget what they have queued."
-    ),
-    clear_command,
-    _simple("enable", "enable", "enabled", "Switch drivers on: their motors hold."),
-    _simple("disable", "disable", "disabled", "Switch drivers of axes at rest off."),
-    permit_command,
-)
+disarm_command = _simple("disarm", "disarm", "disarmed", "Disarm axes and discard their queues.")
+enable_command = _simple("enable", "enable", "enabled", "Switch drivers on: their motors hold.")
+disable_command = _simple("disable", "disable", "disabled", "Switch drivers of axes at rest off.")

@@ -9,7 +9,8 @@ from pixstep.board import features, meanings, scan, settings
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
-from pixstep.board.scan import BAUDS, PARITIES, Found
+from pixstep.board.port import PARITIES
+from pixstep.board.scan import BAUDS, Found
 from pixstep.board.snapshot import LINE_COUNTERS
 from pixstep.cli.board.group import (
     ALL,
@@ -18,18 +19,17 @@ from pixstep.cli.board.group import (
     UNITS,
     Known,
     boards,
-    json_option,
     line_options,
     opened,
-    show_json,
     units_option,
 )
-from pixstep.cli.options import say
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, say, show_json
 from pixstep.errors import UserError
 from pixstep.simulation.report import new_table
 
 
-@click.command("scan")
+@command("scan")
 @line_options
 @click.option("--unit", "units", type=UNITS, default=ALL, help="Addresses.  [default: 1-247]")
 @click.option(
@@ -61,7 +61,7 @@ def scan_command(ctx, line, units, bauds, as_json):
     ctx.exit(0 if any(not item.trouble for item in answers) else 1)
 
 
-@click.command("info")
+@command("info")
 @line_options
 @units_option
 @json_option
@@ -80,7 +80,7 @@ def info_command(line, units, as_json):
         _print_info(console, item)
 
 
-@click.command("features")
+@command("features")
 @line_options
 @units_option
 @json_option
@@ -269,6 +269,3 @@ def _settings_text(stored: dict) -> str:
         return "defaults, nothing is stored" if not stored["differ"] else "not stored"
     text = f"stored as record {stored['record']}"
     return f"{text}; those in force differ from it" if stored["differ"] else text
-
-
-COMMANDS = (scan_command, info_command, features_command)

@@ -7,11 +7,13 @@ from rich.console import Console
 from pixstep.board import features, values
 from pixstep.board.client import Board
 from pixstep.board.values import SETTING, Reading
-from pixstep.cli.board.group import boards, json_option, line_options, show_json, units_option
+from pixstep.cli.board.group import boards, line_options, units_option
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, show_json
 from pixstep.simulation.report import new_table
 
 
-@click.command("get")
+@command("get")
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @line_options
 @units_option
@@ -80,6 +82,3 @@ def text(reading: Reading) -> str:
     words = f" ({reading.words})" if reading.words else ""
     unit = values.unit_text(reading.item.register)
     return f"{reading.item.name} = {reading.value}{unit}{words}"
-
-
-COMMANDS = (get_command,)

@@ -3,7 +3,6 @@
 
 import contextlib
 import functools
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -14,21 +13,20 @@ from pixstep.board import connection, run, scan, settings
 from pixstep.board.client import (
     Board,
     BoardError,
-    LineRefusedByBoardError,
-    MissingFeatureError,
 )
 from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
 from pixstep.board.port import PARITIES
 from pixstep.board.transport import BAUD, TIMEOUT_S
+from pixstep.cli.command import complain
 from pixstep.cli.options import say
+from pixstep.cli.quantities import TimeType
 from pixstep.errors import UserError
 
 ALL = "all"
 LAST_UNIT = 247
 LEAST_BAUD, MOST_BAUD = 300, 4_000_000
 AXIS = click.IntRange(0, 3)
-json_option = click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 axes_option = click.option(
     "--axis", "axes", type=AXIS, multiple=True, help="Again for more axes.  [default: all]"
 )
@@ -40,41 +38,6 @@ class StoppedError(BoardError):
     def __init__(self, message: str, status: int) -> None:
         super().__init__(message)
         self.status = status
-
-
-def complain(error: Exception) -> None:
-    """Print an error as its one line, if its stream is still there: a closed terminal is not."""
-    with contextlib.suppress(OSError):
-        click.echo(f"pixstep: {error}", err=True)
-
-
-class BoardGroup(click.Group):
-    """Turns a BoardError into one line and an exit status.
-
-    1, or 2 for a line that is refused and for what the board's image was built without, or that of
-    the signal that ended the command.
-    """
-
-    def invoke(self, ctx: click.Context) -> object:
-        """Run a command."""
-        try:
-            return super().invoke(ctx)
-        except StoppedError as error:
-            complain(error)
-            return ctx.exit(error.status)
-        except BoardError as error:
-            complain(error)
-            refused = isinstance(error, (LineRefusedByBoardError, MissingFeatureError))
-            return ctx.exit(2 if refused else 1)
-
-
-@click.group("board", cls=BoardGroup)
-def board() -> None:
-    """Talk to boards on a serial line: look, set, upload, start, home, move, log.
-
-    Exit status 0 fine, 1 if a board did not do as asked, 2 for misuse and refused lines, 130, 143
-    or 129 if Ctrl-C, SIGTERM or SIGHUP ended it; what it moves is stopped then.
-    """
 
 
 class _Units(click.ParamType):
@@ -122,8 +85,8 @@ _LINE_OPTIONS = (
         help="[default: E; N on a pseudo terminal, which has no parity]",
     ),
     click.option(
-        "--timeout", type=click.FloatRange(0.01, 60), metavar="S",
-        help=f"Seconds to wait for a reply.  [default: {TIMEOUT_S}]",
+        "--timeout", type=TimeType("s", 0.01, 60), metavar="TIME",
+        help=f"Time to wait for a reply, s.  [default: {TIMEOUT_S}]",
     ),
 )  # fmt: skip
 
@@ -262,8 +225,3 @@ def note_unattended(board: Board) -> None:
 def axes_text(axes: list[int]) -> str:
     """Return some axes in words."""
     return f"axis {axes[0]}" if len(axes) == 1 else f"axes {', '.join(map(str, axes))}"
-
-
-def show_json(value: object) -> None:
-    """Print plain data."""
-    click.echo(json.dumps(value, indent=2))

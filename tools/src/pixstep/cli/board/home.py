@@ -1,23 +1,22 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board home`: find the home switch of a real axis and stand on its edge."""
 
-import json
-
 import click
 
 from pixstep import progress
 from pixstep.board import run, settings
 from pixstep.board.client import Board, BoardError
-from pixstep.cli.board.group import json_option, line_options, one_board, stopping, unit_option
+from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan
-from pixstep.cli.options import HZ
+from pixstep.cli.options import HZ, json_option, show_json
 from pixstep.lines.rational import refuse_period
 from pixstep.moves import homing
 from pixstep.moves.homesim import INVERTED
 from pixstep.moves.homing import Homed, HomingError
 
 
-@click.command("home")
+@command("home")
 @home_options
 @line_options
 @unit_option
@@ -35,7 +34,7 @@ def home_command(line, unit, as_json, **options):
         known.board.require("homing")
         pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
         refuse_period(pixel_hz, known.board.tick_hz())
-        plan = make_plan(options, pixel_hz)
+        plan = make_plan(options, pixel_hz, refuse=True)
         _set(known.board, options)
         run.command(known.board, "enable", [plan.axis])
         try:
@@ -46,10 +45,10 @@ def home_command(line, unit, as_json, **options):
             if as_json:
                 legs = homing.legs_as_json(error.legs)
                 row = {"found": False, "fault": error.name, "text": str(error), "legs": legs}
-                click.echo(json.dumps(row, indent=2))
+                show_json(row)
             raise BoardError(f"board {unit}: {error}") from None
     if as_json:
-        click.echo(json.dumps({"found": True, "unit": unit} | homed.as_json(), indent=2))
+        show_json({"found": True, "unit": unit} | homed.as_json())
     else:
         click.echo(_text(unit, homed))
 
@@ -76,6 +75,3 @@ def _text(unit: int, homed: Homed) -> str:
         f"now position 0; stands on {homed.position_steps}, {len(homed.legs)} legs in "
         f"{seconds:.1f} s"
     )
-
-
-COMMANDS = (home_command,)

@@ -2,7 +2,6 @@
 """`pixstep board log`: per-pixel records into a CSV as they come; the event log."""
 
 import contextlib
-import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -12,44 +11,21 @@ from pixstep import atomic, signals
 from pixstep.board import features, logs
 from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
-from pixstep.cli.board.group import (
-    Known,
-    axes_option,
-    json_option,
-    line_options,
-    one_board,
-    unit_option,
-)
+from pixstep.cli.board.group import Known, axes_option, line_options, one_board, unit_option
+from pixstep.cli.command import OUTPUT, command
+from pixstep.cli.options import json_option, show_json_row
 
 _MOST_WAIT_S = 0.5
 _MOVES = ("armed", "running")
 _FOLLOW_S = 0.2
 output_option = click.option(
-    "-o", "--output", type=click.Path(path_type=Path, dir_okay=False),
+    "-o", "--output", type=OUTPUT,
     help="CSV file to write, whole at the end.  [default: the terminal]",
 )  # fmt: skip
 follow_option = click.option("--follow", is_flag=True, help="Go on until Ctrl-C.")
 
 
-class _LogGroup(click.Group):
-    """`log` by itself is `log records`."""
-
-    def parse_args(self, ctx, args):
-        """Put the word in that was left out."""
-        if not args or args[0] not in {*self.commands, *ctx.help_option_names}:
-            args = ["records", *args]
-        return super().parse_args(ctx, args)
-
-
-@click.group("log", cls=_LogGroup)
-def log_group() -> None:
-    """Records pixel by pixel; the log of faults and resets.
-
-    `log` by itself is `log records`.
-    """
-
-
-@log_group.command("records")
+@command("records")
 @line_options
 @unit_option
 @axes_option
@@ -86,7 +62,7 @@ def records_command(line, unit, axes, output, follow):
     click.get_current_context().exit(ended or int(bool(missed)))
 
 
-@log_group.command("events")
+@command("events")
 @line_options
 @unit_option
 @follow_option
@@ -155,7 +131,7 @@ def _print(events: list[Event], seen: int, *, as_json: bool) -> int:
             continue
         if as_json:
             row = {"name": event.name, "text": event.text}
-            click.echo(json.dumps({**vars(event), **row}))
+            show_json_row({**vars(event), **row})
         else:
             click.echo(_text(event))
     return max([seen, *(event.number for event in events)])
@@ -168,6 +144,3 @@ def _text(event: Event) -> str:
         return f"{time}: {event.text}"
     where = f"axis {event.axis}, pixel {event.pixel}, argument {event.argument}"
     return f"{time}: {event.text} ({where})"
-
-
-COMMANDS = (log_group,)

@@ -4,23 +4,16 @@
 import click
 
 from pixstep import progress
-from pixstep.board import run, settings, uploading
+from pixstep.board import limits, run, settings, uploading
 from pixstep.board.client import BoardError
-from pixstep.cli.board.group import (
-    AXIS,
-    json_option,
-    line_options,
-    one_board,
-    show_json,
-    stopping,
-    unit_option,
-)
+from pixstep.cli.board.group import AXIS, line_options, one_board, stopping, unit_option
+from pixstep.cli.command import command
 from pixstep.cli.moveoptions import headline, plan_options, read_plan
-from pixstep.cli.options import HZ
+from pixstep.cli.options import HZ, json_option, show_json
 from pixstep.lines.rational import refuse_period
 
 
-@click.command("move")
+@command("move")
 @plan_options
 @line_options
 @unit_option
@@ -38,9 +31,9 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         known.axes((axis,))
         hz = pixel_hz or settings.pixel_hz(board)
         refuse_period(hz, board.tick_hz())
-        _profile, move = read_plan(options, hz)
+        _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))
-        uploading.check(planned, uploading.limits(board, hz))
+        uploading.check(planned, limits.connected(board, hz))
         if pixel_hz:
             board.set_pixel_hz(pixel_hz)
         before = run.positions(board, [axis])[axis]
@@ -63,6 +56,3 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         return
     click.echo(headline(move, hz))
     click.echo(f"board {unit} axis {axis}: from position {before} to {after}")
-
-
-COMMANDS = (move_command,)

@@ -7,11 +7,13 @@ from pixstep.board import features, meanings, settings, values
 from pixstep.board.client import Board
 from pixstep.board.settings import Change
 from pixstep.board.world import World
-from pixstep.cli.board.group import boards, json_option, line_options, show_json, units_option
+from pixstep.cli.board.group import boards, line_options, units_option
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, show_json
 from pixstep.errors import UserError
 
 
-@click.command("set")
+@command("set")
 @click.argument("assigned", metavar="NAME=VALUE...", nargs=-1, required=True)
 @line_options
 @units_option
@@ -71,6 +73,3 @@ def change_text(change: dict | Change) -> str:
     words = meanings.words(register, row["new"])
     unit = values.unit_text(register)
     return f"{row['name']}: {row['old']} -> {row['new']}{unit}" + (f" ({words})" if words else "")
-
-
-COMMANDS = (set_command,)

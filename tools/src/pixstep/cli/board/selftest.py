@@ -5,14 +5,10 @@ import click
 
 from pixstep.board import selftest
 from pixstep.board.selftest import FAILED, OK, Result, SelfTest
-from pixstep.cli.board.group import (
-    axes_option,
-    json_option,
-    line_options,
-    one_board,
-    show_json,
-    unit_option,
-)
+from pixstep.cli.board.group import axes_option, line_options, one_board, unit_option
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, show_json
+from pixstep.cli.quantities import StepsType, TimeType
 
 _COLOURS = {OK: "green", FAILED: "red", selftest.SKIPPED: "yellow"}
 
@@ -29,7 +25,7 @@ class _Asked:
         click.echo(text, err=True)
 
 
-@click.command("selftest")
+@command("selftest")
 @line_options
 @unit_option
 @axes_option
@@ -37,15 +33,14 @@ class _Asked:
 @click.option(
     "--limit",
     "limit_s",
-    type=click.FloatRange(1, 600),
-    default=30.0,
+    type=TimeType("s", 1, 600),
+    default="30s",
     show_default=True,
-    metavar="S",
-    help="Seconds to wait for a switch.",
+    help="Time to wait for a switch.",
 )
 @click.option(
     "--steps",
-    type=click.IntRange(1, 100_000),
+    type=StepsType(1, 100_000),
     default=200,
     show_default=True,
     help="Slow steps to turn each motor, and back.",
@@ -85,6 +80,3 @@ def _print_end(test: SelfTest) -> None:
         for verdict in (OK, FAILED, selftest.SKIPPED)
     }
     click.echo(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
-
-
-COMMANDS = (selftest_command,)

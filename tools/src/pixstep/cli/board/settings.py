@@ -1,24 +1,15 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board settings`: export, import, store, defaults, diff."""
 
-from pathlib import Path
-
 import click
 
 from pixstep import atomic
 from pixstep.board import settings, settingsfile
 from pixstep.board.client import Board
-from pixstep.cli.board.group import (
-    boards,
-    json_option,
-    line_options,
-    one_board,
-    show_json,
-    unit_option,
-    units_option,
-)
+from pixstep.cli.board.group import boards, line_options, one_board, unit_option, units_option
 from pixstep.cli.board.put import change_text
-from pixstep.cli.options import FILE
+from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.options import board_rows, deliver_facts, json_option, show_json
 from pixstep.errors import UserError
 
 _ADDRESS, _BOARD = "unit_address", "board"
@@ -30,16 +21,12 @@ skip_option = click.option(
 )
 
 
-@click.group("settings")
-def settings_group() -> None:
-    """All settings: as a TOML file and back, stored, defaults."""
-
-
-@settings_group.command("export")
-@click.argument("file", type=click.Path(path_type=Path, dir_okay=False, allow_dash=True))
+@command("export")
+@click.argument("file", type=OUTPUT)
 @line_options
 @unit_option
-def export_command(file, line, unit):
+@json_option
+def export_command(file, line, unit, as_json):
     """Write all settings in force to a TOML file.
 
     Each with what it means; "-" writes to the terminal.
@@ -50,10 +37,12 @@ def export_command(file, line, unit):
         click.echo(settingsfile.text(known.who, found), nl=False)
         return
     settingsfile.write(file, known.who, found)
-    click.echo(f"{file}: {len(found)} settings of board {unit} ({known.who.board})")
+    facts = {"file": str(file), "unit": unit, "board": known.who.board, "settings": len(found)}
+    text = f"{file}: {len(found)} settings of board {unit} ({known.who.board})"
+    deliver_facts(facts, text, file, as_json=as_json)
 
 
-@settings_group.command("import")
+@command("import")
 @click.argument("file", type=FILE)
 @line_options
 @units_option
@@ -94,22 +83,24 @@ def import_command(file, line, units, skip, store, dry_run, as_json):
         show_json({"file": str(file), "written": not dry_run, "boards": rows})
 
 
-@settings_group.command("store")
+@command("store")
 @line_options
 @units_option
-def store_command(line, units):
+@json_option
+def store_command(line, units, as_json):
     """Store the settings in force: they outlast power."""
-    with boards(line, units) as (found, known):
+    with boards(line, units) as (found, known), board_rows(as_json=as_json) as tell:
         for item in known:
-            serial = settings.store(item.board, found.world)
-            click.echo(f"board {item.board.unit}: stored as record {serial}")
+            unit, serial = item.board.unit, settings.store(item.board, found.world)
+            tell({"unit": unit, "record": serial}, f"board {unit}: stored as record {serial}")
 
 
-@settings_group.command("defaults")
+@command("defaults")
 @line_options
 @units_option
 @click.option("--store", is_flag=True, help="Store them too; else the stored ones return at reset.")
-def defaults_command(line, units, store):
+@json_option
+def defaults_command(line, units, store, as_json):
     """Put the default settings into force.
 
     Address 1, 115200 baud, even parity, 30 Hz and so on.
@@ -120,12 +111,15 @@ def defaults_command(line, units, store):
         if store:
             known[0].board.require("store")
         _defaults(known[0].board)
-        click.echo(f"default settings are in force; the board is now unit {known[0].board.unit}")
+        facts = {"unit": known[0].board.unit}
+        text = f"default settings are in force; the board is now unit {known[0].board.unit}"
         if store:
-            click.echo(f"stored as record {settings.store(known[0].board, found.world)}")
+            facts["record"] = settings.store(known[0].board, found.world)
+            text += f"\nstored as record {facts['record']}"
+    deliver_facts(facts, text, as_json=as_json)
 
 
-@settings_group.command("diff")
+@command("diff")
 @click.argument("file", type=FILE, required=False)
 @line_options
 @unit_option
@@ -180,6 +174,3 @@ def _print(row: dict, *, dry_run: bool) -> None:
         click.echo(f"  {change_text(change)}")
     if "record" in row:
         click.echo(f"  stored as record {row['record']}")
-
-
-COMMANDS = (settings_group,)

@@ -12,17 +12,17 @@ from pixstep.cli.board.group import (
     Known,
     axes_option,
     boards,
-    json_option,
     line_options,
     note_unattended,
-    show_json,
     stopping,
     units_option,
 )
+from pixstep.cli.command import command
+from pixstep.cli.options import json_option, show_json
 from pixstep.errors import UserError
 
 
-@click.command("start")
+@command("start")
 @line_options
 @units_option
 @axes_option
@@ -83,6 +83,3 @@ def _row(lines: run.Lines) -> dict:
         {"axis": axis, "state": states[axis], "position_steps": where[axis]} for axis in lines.axes
     ]
     return {"unit": lines.board.unit, "axes": axes}
-
-
-COMMANDS = (start_command,)

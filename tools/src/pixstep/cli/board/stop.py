@@ -1,25 +1,22 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board stop`: one stop, then a look at what rests."""
 
+from collections.abc import Callable
+
 import click
 
 from pixstep.board import run
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
-from pixstep.cli.board.group import (
-    ALL,
-    UNITS,
-    Known,
-    axes_option,
-    complain,
-    each_of,
-    line_options,
-    opened,
-)
+from pixstep.cli.board.group import ALL, UNITS, Known, axes_option, each_of, line_options, opened
+from pixstep.cli.command import command, complain
+from pixstep.cli.options import board_rows, json_option
 from pixstep.errors import UserError
 
+Tell = Callable[[dict, str], None]
 
-@click.command("stop")
+
+@command("stop")
 @line_options
 @click.option("--unit", "units", type=UNITS, help="Addresses.  [default: broadcast to all]")
 @axes_option
@@ -29,7 +26,8 @@ from pixstep.errors import UserError
     show_default=True,
     help="Ask the boards afterwards whether they rest.",
 )
-def stop_command(line, units, axes, look):
+@json_option
+def stop_command(line, units, axes, look, as_json):
     """Stop what moves, at once, and forget what is queued.
 
     There is no ramp; the permit output goes off. Without --unit a broadcast, to which nobody
@@ -39,26 +37,28 @@ def stop_command(line, units, axes, look):
     """
     if units is None and axes:
         raise UserError("--axis needs --unit: a broadcast stops all axes of all boards")
-    with opened(line) as found:
+    with opened(line) as found, board_rows(as_json=as_json) as tell:
         if units is None:
             found.board(1).stop_all()
-            click.echo(f"{line.port}: stop sent to all boards")
+            if not as_json:
+                click.echo(f"{line.port}: stop sent to all boards")
             if look:
-                each_of(found, ALL, lambda item: _look_again(found, item))
+                each_of(found, ALL, lambda item: _look_again(found, item, tell))
             return
-        each_of(found, units, lambda item: _stop(found, item, item.axes(axes), look=look))
+        each_of(found, units, lambda item: _stop(found, item, item.axes(axes), tell, look=look))
 
 
-def _stop(found: Connection, item: Known, axes: list[int], *, look: bool) -> None:
+def _stop(found: Connection, item: Known, axes: list[int], tell: Tell, *, look: bool) -> None:
     """Stop axes of a board."""
     run.stop_axes(item.board, axes)
     if look:
-        _tell(item, run.rests(item.board, axes, found.world))
+        _tell(item, run.rests(item.board, axes, found.world), tell)
     else:
-        click.echo(f"board {item.board.unit}: stop acknowledged")
+        unit = item.board.unit
+        tell({"unit": unit, "axes": axes}, f"board {unit}: stop acknowledged")
 
 
-def _look_again(found: Connection, item: Known) -> None:
+def _look_again(found: Connection, item: Known, tell: Tell) -> None:
     """Look at a board after a broadcast; stop by its address what still moves."""
     axes = item.axes(())
     rests = run.rests(item.board, axes, found.world)
@@ -67,19 +67,21 @@ def _look_again(found: Connection, item: Known) -> None:
         complain(BoardError(f"board {item.board.unit}: it has not heard the broadcast"))
         run.stop_axes(item.board, moving)
         rests = run.rests(item.board, axes, found.world)
-    _tell(item, rests)
+    _tell(item, rests, tell)
 
 
-def _tell(item: Known, rests: dict[int, run.Rest]) -> None:
+def _tell(item: Known, rests: dict[int, run.Rest], tell: Tell) -> None:
     """Say where the axes of a board rest; raises BoardError if one does not."""
     unit = item.board.unit
-    where = ", ".join(
-        f"axis {axis} at position {one.position_steps}"
+    rows = [
+        {"axis": axis, "at_rest": one.at_rest, "position_steps": one.position_steps}
         for axis, one in rests.items()
-        if one.at_rest
+    ]
+    where = ", ".join(
+        f"axis {row['axis']} at position {row['position_steps']}" for row in rows if row["at_rest"]
     )
     if where:
-        click.echo(f"board {unit}: at rest: {where}")
+        tell({"unit": unit, "axes": rows}, f"board {unit}: at rest: {where}")
     moving = [
         f"axis {axis} is {one.state} at position {one.position_steps}"
         for axis, one in rests.items()
@@ -87,6 +89,3 @@ def _tell(item: Known, rests: dict[int, run.Rest]) -> None:
     ]
     if moving:
         raise BoardError(f"board {unit}: NOT at rest: {', '.join(moving)}")
-
-
-COMMANDS = (stop_command,)

@@ -2,43 +2,52 @@
 """`pixstep board upload`: lines into the queues of a board, checked first, streamed if long."""
 
 from fractions import Fraction
+from pathlib import Path
 
 import click
 
-from pixstep import progress
-from pixstep.board import run, uploading
+from pixstep import formats, progress
+from pixstep.board import limits, run, settings, uploading
 from pixstep.board.client import Board
 from pixstep.board.world import World
 from pixstep.cli.board.group import (
     AXIS,
     Known,
-    json_option,
     line_options,
     note_unattended,
     one_board,
-    show_json,
     stopping,
     unit_option,
 )
+from pixstep.cli.command import FILE, command
 from pixstep.cli.manylines import read_lines
-from pixstep.cli.options import DECODE, FILE, HZ, LINE_NUMBER, raw_option, say
+from pixstep.cli.options import (
+    DECODE,
+    HZ,
+    LINE_NUMBER,
+    json_option,
+    no_check_option,
+    raw_option,
+    say,
+    show_json,
+)
+from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import hz_text, refuse_period
+from pixstep.profiles import madefor
 
 POLICIES = {"always": 0, "on_reversal": 1}
 
 
-@click.command("upload")
+@command("upload")
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @line_options
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True, help="Axis of the first line.")
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
-@click.option(
-    "--backlash", type=click.IntRange(min=0), multiple=True, help="Steps; once, or per line."
-)
-@click.option("--negative", is_flag=True, help="Run smooth lines in the negative direction.")
+@click.option("--backlash", type=StepsType(0), multiple=True, help="Steps; once, or per line.")
+@click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @click.option("--backlash-policy", type=click.Choice(list(POLICIES)), help="Set the policy.")
 @click.option("--arm", is_flag=True, help="Arm the axes once the lines are loaded.")
@@ -49,27 +58,31 @@ POLICIES = {"always": 0, "on_reversal": 1}
     help="With --arm: follow the lines to their end. A line longer than the queue needs that; "
     "without it a board stops when no request comes for bus_timeout_ms (3 s by default).",
 )
-@click.option("--force", is_flag=True, help="Send even what the host check refuses.")
+@no_check_option
 @json_option
 @raw_option
 @click.option(
     "--line", "line_number", type=LINE_NUMBER, metavar="N", multiple=True,
     help="Line N of files of many lines; once, or per line file.",
 )  # fmt: skip
-def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, force, as_json, **options):
+def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as_json, **options):
     """Queue lines, one file an axis; with --arm run them.
 
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
     refuse is not sent.
     """
-    lines = dict(enumerate(read_lines(csv, decode, backlash, options), axis))
+    read = read_lines(csv, decode, backlash, options, refuse_faster=check)
+    lines = dict(enumerate(read, axis))
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
         if options["backlash_policy"]:
             known.board.require("backlash")
         if options["pixel_hz"]:
             refuse_period(options["pixel_hz"], known.board.tick_hz())
-        _check(known, lines, options["pixel_hz"], force=force)
+        else:
+            _compare(csv, settings.pixel_hz(known.board), check=check)
+        if check:
+            _check(known, lines, options["pixel_hz"])
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):
             raise UserError(
@@ -91,20 +104,25 @@ def _set(board: Board, options: dict) -> None:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
 
-def _check(known: Known, lines: dict[int, Line], hz: Fraction | None, *, force: bool) -> None:
+def _compare(csv: tuple[Path, ...], hz: Fraction, *, check: bool) -> None:
+    """Say which files were made for another frequency than the board's; refuse a lower one."""
+    for path in csv:
+        header = formats.read_motion(path, raw=True).header
+        say(madefor.notes(path, header, hz, refuse=check))
+
+
+def _check(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
     """Check lines with the board's limits; warnings go to the error stream.
 
     `hz` is the pixel frequency that the board will be set to, if another than its own.
     """
-    if force:
-        return
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
-    limits = uploading.limits(known.board, hz)
+    found = limits.connected(known.board, hz)
     for item in lines.values():
         say(
-            f"{item.name}: {found.name} at pixel {found.pixel}: {found.message}"
-            for found in uploading.check(item, limits)
+            f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
+            for one in uploading.check(item, found)
         )
 
 
@@ -132,7 +150,7 @@ def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait:
             run.arm(board, axes)
         note_unattended(board)
     state, where = run.states(board, axes), run.positions(board, axes)
-    hz = uploading.limits(board).pixel_hz
+    hz = limits.connected(board).pixel_hz
     return {
         "unit": board.unit,
         "pixel_hz": hz_text(hz),
@@ -159,6 +177,3 @@ def _print(summary: dict) -> None:
             f"{row['pixels']} pixels, {row['steps']} steps, {row['seconds']:g} s: {row['state']}, "
             f"position {row['position_steps']}"
         )
-
-
-COMMANDS = (upload_command,)

@@ -2,7 +2,6 @@
 """`pixstep board watch`: boards as they are, again and again."""
 
 import contextlib
-import json
 import math
 from collections.abc import Iterator
 
@@ -19,20 +18,22 @@ from pixstep.board.connection import Connection
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
 from pixstep.cli.board.group import Known, boards, line_options, units_option
 from pixstep.cli.board.watchview import AXIS_COLUMNS, page
+from pixstep.cli.command import command
+from pixstep.cli.options import show_json_row
+from pixstep.cli.quantities import TimeType
 
 Pair = tuple[Snapshot, Snapshot | None]
 
 
-@click.command("watch")
+@command("watch")
 @line_options
 @units_option
 @click.option(
     "--interval",
-    type=click.FloatRange(0.05, 3600),
-    default=0.5,
+    type=TimeType("s", 0.05, 3600),
+    default="0.5s",
     show_default=True,
-    metavar="S",
-    help="Seconds from one look to the next.",
+    help="Time from one look to the next.",
 )
 @click.option("--count", type=click.IntRange(1), metavar="N", help="End after so many looks.")
 @click.option("--once", is_flag=True, help="Look once; the same as --count 1.")
@@ -48,7 +49,7 @@ def watch_command(line, units, interval, count, once, as_json):
         if as_json:
             for look in looks:
                 for now, before in look:
-                    click.echo(json.dumps(now.as_json(before)))
+                    show_json_row(now.as_json(before))
             return
         console = Console(highlight=False)
         if console.is_terminal and not once:
@@ -148,6 +149,3 @@ def _rates_text(now: Snapshot, before: Snapshot | None) -> str:
     if not rates:
         return ", ".join(f"{name} {now.inputs[name]}" for name in names)
     return ", ".join(f"{name} {now.inputs[name]} ({rates[name]:.1f}/s)" for name in names)
-
-
-COMMANDS = (watch_command,)

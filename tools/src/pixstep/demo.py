@@ -2,6 +2,7 @@
 """The main job on the worked example: profile, line, plan, simulated board, verdict, drawings."""
 
 import time
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,9 +13,9 @@ from pixstep.board import boards
 from pixstep.lines import exact, linecheck, planner
 from pixstep.lines.line import Line
 from pixstep.profiles import generator
-from pixstep.simulation import report
+from pixstep.simulation import report, simtask
+from pixstep.simulation.judge import Judgement
 from pixstep.simulation.simrun import Job
-from pixstep.simulation.simtask import simulate
 
 PROFILE = "tools/data/AccProfM39-30Hz-1.PRN"
 PIXEL_HZ = Fraction(30)
@@ -23,33 +24,43 @@ _OWN = ("line.csv", "ticks.csv")  # besides those of the simulated run
 REQUEST = generator.LineRequest(speed=1000, pixels=60, backlash=250)
 
 
-def run(console: Console, out: Path | None = None, *, serial_load: bool = False) -> bool:
-    """Run the worked example into `out`; print a page; return True if all of it is right."""
+@dataclass(frozen=True)
+class Demo:
+    """What came out: whether all of it is right, and the summary of the run."""
+
+    passed: bool
+    summary: dict
+
+
+def run(console: Console, out: Path | None = None, *, serial_load: bool = False) -> Demo:
+    """Run the worked example into `out`, print what came out and return it."""
     started = time.monotonic()
     out = out or natives.root() / "build" / "demo"
     source = natives.source(PROFILE)
     speeds, _ = formats.read_prn(source)
-    with outfolder.of_run(out, _OWN):
-        return _run(console, out, source, speeds, serial_load=serial_load, started=started)
+    with outfolder.of_run(out, (*_OWN, *simtask.names())) as folder:
+        line, judged, host_right = _run(folder, out, source, speeds, serial_load=serial_load)
+    _print(console, judged.summary, line, host_right, started, out)
+    return Demo(judged.passed and all(host_right), judged.summary)
 
 
 def _run(
-    console: Console, out: Path, source: Path, speeds: list[int], *, serial_load: bool, started
-) -> bool:
+    folder: Path, out: Path, source: Path, speeds: list[int], *, serial_load: bool
+) -> tuple[Line, Judgement, tuple[bool, bool]]:
+    """Go from profile to verdict; tell too whether line check and plan of the host are right."""
     made = generator.generate(speeds, REQUEST, str(source))
-    formats.write_csv(out / "line.csv", made.counts)
+    formats.write_csv(folder / "line.csv", made.counts)
     line = Line(tuple(made.counts), backlash=REQUEST.backlash, name="worked example")
     findings = linecheck.check(line)
     tick_hz = boards.load(_BOARD).tick_hz
     plan = planner.plan(line, PIXEL_HZ, tick_hz=tick_hz)
-    atomic.write_text(out / "ticks.csv", plan.csv)
+    atomic.write_text(folder / "ticks.csv", plan.csv)
     table = planner.plan(line, PIXEL_HZ, tick_hz=tick_hz, pixels=True).columns()[:, 2]
     planned_right = table.tolist() == exact.expected_positions(line)
     job = Job(_BOARD, {0: line}, PIXEL_HZ, serial_load=serial_load, vcd=True)
     with progress.shown("simulating the Mega") as show:
-        judged = simulate(job, out, plots=True, progress=show)
-    _print(console, judged.summary, line, (not findings, planned_right), started, out)
-    return judged.passed and planned_right and not findings
+        judged = simtask.simulate_into(job, folder, out, plots=True, progress=show)
+    return line, judged, (not findings, planned_right)
 
 
 def _print(

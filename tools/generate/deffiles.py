@@ -9,7 +9,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from pixstep.errors import UserError
+
+class TableError(Exception):
+    """A row or constant of a .def file is not as expected; the text names file and line."""
+
 
 _ROW = re.compile(r"([A-Z][A-Z0-9_]*)\((.*)\)\s*$", re.DOTALL)
 _TEXT = r'"(?:[^"\\]|\\.)*"'
@@ -29,13 +32,13 @@ class Row:
 def read_rows(path: Path) -> list[Row]:
     """Return the rows of a .def file in order; comments and preprocessor lines are skipped.
 
-    A row may go over several lines; it ends where its parenthesis closes. Raises UserError
+    A row may go over several lines; it ends where its parenthesis closes. Raises TableError
     naming file and line for anything else.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
+        raise TableError(f"{path}: {error.strerror or error}") from None
     rows = []
     pending, start = "", 0
     for number, line in enumerate(_without_comments(text).split("\n"), 1):
@@ -48,7 +51,7 @@ def read_rows(path: Path) -> list[Row]:
             rows.append(_parse_row(pending, f"{path}:{start}"))
             pending = ""
     if pending:
-        raise UserError(f"{path}:{start}: {pending!r} does not end")
+        raise TableError(f"{path}:{start}: {pending!r} does not end")
     return rows
 
 
@@ -72,7 +75,7 @@ def _parse_row(text: str, where: str) -> Row:
     """Parse one complete row."""
     match = _ROW.match(text)
     if not match:
-        raise UserError(f"{where}: {text!r} is not a row NAME(...)")
+        raise TableError(f"{where}: {text!r} is not a row NAME(...)")
     arguments = tuple(_argument(found) for found in _ARGUMENT.findall(match.group(2)))
     return Row(match.group(1), arguments, where)
 

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "motion/stream.h"
+
+#include "base/require.h"         // REQUIRE
+#include "motion/step_ring_sum.h" // step_ring_sum
+
+void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
+{
+    stream->head = slot;
+    stream->retired = slot;
+    stream->mark_head = 0;
+    stream->mark_placed = 0;
+    stream->mark_tail = 0;
+    stream->end_ticks = end_ticks;
+    stream->trains[0].steps = 0;
+    stream->trains[1].steps = 0;
+#if STREAM_BATCHES > 0
+    stream->batch_head = 0;
+    stream->batch_tail = 0;
+#endif
+    stream->ring->high[slot] = STEP_HIGH_EMPTY;
+}
+
+void stream_put_period(struct stream *stream, uint16_t ticks)
+{
+    stream->head = stream_write(stream->ring, stream->head, ticks);
+    stream->end_ticks += ticks;
+    stream_place_marks(stream, 0);
+}
+
+// Append an entry that is no period. It is stored like a period whose high byte says so.
+static void put_entry(struct stream *stream, uint16_t high_low)
+{
+    stream->head = stream_write(stream->ring, stream->head, (uint16_t)(high_low + 1u));
+}
+
+void stream_put_command(struct stream *stream, enum step_command command)
+{
+    put_entry(stream, (uint16_t)((uint16_t)STEP_HIGH_COMMAND << 8 | (uint8_t)command));
+}
+
+static void fill_train(struct pulse_train *train, const struct even *even)
+{
+    uint16_t top = (uint16_t)(even->base_ticks - 1u);
+    int16_t after_long = (int16_t)(even->remainder - even->steps);
+
+    train->after_short = (int16_t)even->remainder;
+    train->after_long = after_long;
+    train->sum = (int16_t)(even->sum + (uint16_t)after_long);
+    train->short_low = (uint8_t)top;
+    train->long_low = (uint8_t)(top + 1u);
+    train->top_high = (uint8_t)(top >> 8);
+}
+
+void stream_put_train(struct stream *stream,
+                      const struct even *even,
+                      uint16_t steps,
+                      uint32_t ticks)
+{
+    uint8_t train = stream->trains[0].steps == 0 ? 0 : 1;
+
+    REQUIRE(stream->trains[train].steps == 0);
+    fill_train(&stream->engine_trains[train], even);
+    stream->trains[train] = (struct stream_train){steps, even->sum, ticks};
+    stream->newest_train = train;
+    while (steps != 0) {
+        uint8_t now =
+            steps > STEP_TRAIN_ENTRY_MAX ? STEP_TRAIN_ENTRY_MAX : (uint8_t)steps;
+        // The sign of the number of steps tells which train.
+        uint8_t low = train == 0 ? now : (uint8_t)-now;
+        put_entry(stream, (uint16_t)((uint16_t)STEP_HIGH_TRAIN << 8 | low));
+        stream_place_marks(stream, (uint8_t)(now - 1u));
+        steps = (uint16_t)(steps - now);
+    }
+    stream->end_ticks += ticks;
+}
+
+uint8_t stream_reserve(struct stream *stream, uint8_t count)
+{
+    uint8_t slot = stream->head;
+
+    stream->head = (uint8_t)(slot + count);
+    stream->ring->high[stream->head] = STEP_HIGH_EMPTY;
+    return slot;
+}
+
+void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
+{
+    struct stream_mark *mark = &stream->marks[stream->mark_head & (STREAM_MARKS - 1u)];
+
+    mark->line_start = line_start;
+    mark->position = position;
+    stream->mark_head++;
+}
+
+void stream_place_marks(struct stream *stream, uint8_t early)
+{
+    while (stream_mark_waits(stream)) {
+        struct stream_mark *mark =
+            &stream->marks[stream->mark_placed & (STREAM_MARKS - 1u)];
+        mark->slot = stream->head;
+        mark->early = early & 0x7Fu;
+        stream->mark_placed++;
+    }
+}
+
+// The sooner one of two slots, seen from the reader's end.
+static uint8_t sooner(const struct stream *stream, uint8_t one, uint8_t other)
+{
+    bool first = (uint8_t)(one - stream->retired) < (uint8_t)(other - stream->retired);
+
+    return first ? one : other;
+}
+
+// The oldest batch, NULL if there is none.
+static struct stream_batch *oldest_batch(struct stream *stream)
+{
+#if STREAM_BATCHES > 0
+    return stream->batch_tail == stream->batch_head
+               ? NULL
+               : &stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)];
+#else
+    (void)stream;
+    return NULL;
+#endif
+}
+
+static void drop_batch(struct stream *stream)
+{
+#if STREAM_BATCHES > 0
+    stream->batch_tail++;
+#else
+    (void)stream;
+#endif
+}
+
+// Pass the batches that follow one another up to slot `tail`, as long as they are over.
+static uint8_t pass_batches(struct stream *stream, uint8_t tail, uint32_t *ticks)
+{
+    uint8_t first = stream->retired;
+    const struct stream_batch *batch = oldest_batch(stream);
+
+    *ticks = 0;
+    // No mark lies between this batch and the one before it: neither the step before a pixel edge
+    // nor the step behind it is ever in a batch (feed_plain() and put_chunk() in feed.c).
+    while (batch != NULL && batch->slot == stream->retired &&
+           batch->count <= (uint8_t)(tail - stream->retired)) {
+        *ticks += batch->ticks;
+        stream->retired = (uint8_t)(stream->retired + batch->count);
+        drop_batch(stream);
+        batch = oldest_batch(stream);
+    }
+    return (uint8_t)(stream->retired - first);
+}
+
+uint8_t stream_pass_periods(struct stream *stream,
+                            uint8_t tail,
+                            bool whole,
+                            uint32_t *ticks)
+{
+    const struct stream_mark *mark = stream_mark(stream);
+    struct stream_batch *batch = oldest_batch(stream);
+    uint8_t first = stream->retired;
+    uint8_t stop = mark == NULL ? tail : sooner(stream, mark->slot, tail);
+    bool at_batch = batch != NULL && batch->slot == first;
+
+    if (at_batch) {
+        uint8_t count = pass_batches(stream, tail, ticks);
+        if (count != 0 || whole) {
+            return count;
+        }
+    } else if (batch != NULL) {
+        stop = sooner(stream, batch->slot, stop);
+    }
+    *ticks = step_ring_sum(stream->ring, &stream->retired, stop);
+    uint8_t count = (uint8_t)(stream->retired - first);
+    if (at_batch) {
+        batch->slot = stream->retired;
+        batch->count = (uint8_t)(batch->count - count);
+        batch->ticks -= *ticks;
+    }
+    return count;
+}
+
+uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index)
+{
+    const struct pulse_train *carried = &stream->engine_trains[train];
+    struct even even = {
+        .base_ticks = stream_train_base(stream, train),
+        .remainder = (uint16_t)carried->after_short,
+        .steps = (uint16_t)(carried->after_short - carried->after_long),
+        .sum = stream->trains[train].sum,
+    };
+
+    return even_skip(&even, index);
+}

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+// The stream of an axis: what its decoder wrote and its ledger accounts for, in one order. Its
+// entries stand in the step ring; beside them stand notes of what the entries alone do not tell.
+// Main loop only; the step interrupt reads the entries between the two ends and writes nothing.
+//
+//                   reader's end                            writer's end
+//     entries    ...  | retired ...          tail |  ...          head |
+//                     |<- made, not accounted for->|<-- still to make ---->|
+//     batches         oldest ...                    ... newest     lengths of periods
+//     marks           oldest ...                    ... newest     line starts, pixel edges
+//     trains          0, 1                                         evenly spaced steps
+//
+// feed.c, and decode.c for batches, call the functions of the writer's end, ledger.c alone those of
+// the reader's end; the others only read. A slot may be written again as soon as the reader has passed it, except for
+// the last three, whose periods may still be asked for.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "motion/even.h"      // struct even
+#include "motion/step_ring.h" // struct step_ring, struct pulse_train
+
+// Pixel edges and line starts that can be decoded ahead, a power of two.
+#define STREAM_MARKS 8u
+
+// Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader
+// adds up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
+#if !defined(STREAM_BATCHES)
+#define STREAM_BATCHES 8u
+#endif
+
+// Single pulsing periods that were written together, from `slot` on: the reader takes them as a
+// whole instead of adding them up.
+struct stream_batch {
+    uint8_t slot;
+    // Number of entries.
+    uint8_t count;
+    // Length of all of them, ticks.
+    uint32_t ticks;
+};
+
+// A place between two periods.
+struct stream_mark {
+    uint8_t slot;      // reached when the reader has passed every entry before this slot,
+    uint8_t early : 7; //   but for so many periods of a train's entry
+    // The ledger counts pixels from here; else the mark is a pixel edge.
+    bool line_start : 1;
+    // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
+    uint16_t position;
+};
+
+// A pulse train as it was when it was written; the interrupt changes its own copy.
+struct stream_train {
+    // Number of steps; 0: the train is free.
+    uint16_t steps;
+    // Sum of struct even at the start of the train.
+    uint16_t sum;
+    uint32_t ticks; // of all its steps
+};
+
+struct stream {
+    struct step_ring *ring;
+    // The STEP_TRAINS trains of the interrupt, or NULL: no trains.
+    struct pulse_train *engine_trains;
+    // Writer's end: the next slot to write.
+    uint8_t head;
+    // Reader's end: the first slot that is not accounted for.
+    uint8_t retired;
+    // The train that was written last, 0 or 1.
+    uint8_t newest_train;
+    uint8_t mark_head;   // writer: next to write (free running)
+    uint8_t mark_placed; // writer: marks before this one have their slot
+    uint8_t mark_tail;   // reader: next to pass
+    // The end of the newest entry, ticks since the timers started, if no idle period comes before
+    // that entry; wraps. Without the delay of a held line.
+    uint32_t end_ticks;
+    // The writer fills a train that is free, the reader frees a train that is over.
+    struct stream_train trains[STEP_TRAINS];
+    struct stream_mark marks[STREAM_MARKS];
+#if STREAM_BATCHES > 0
+    uint8_t batch_head; // writer: next to write (free running)
+    uint8_t batch_tail; // reader: next to take
+    struct stream_batch batches[STREAM_BATCHES];
+#endif
+};
+
+// Empty the stream, both ends at `slot`. end_ticks: the end of the newest period that was loaded.
+// Keeps the ring and the trains of the interrupt.
+void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks);
+
+// Entries that the reader has not passed.
+static inline uint8_t stream_used(const struct stream *stream)
+{
+    return (uint8_t)(stream->head - stream->retired);
+}
+
+// Entries that fit.
+static inline uint8_t stream_space(const struct stream *stream)
+{
+    return (uint8_t)(STEP_RING_CAPACITY - stream_used(stream));
+}
+
+// Time comes before whatever is not passed yet: idle periods, or the delay of a held line.
+static inline void stream_delay(struct stream *stream, uint32_t ticks)
+{
+    stream->end_ticks += ticks;
+}
+
+// The writer's end. The caller keeps to stream_space().
+
+// Write one period into `slot`, while the caller keeps the head. The store of the empty slot behind
+// the period comes first and its high byte last, so that the interrupt sees either the old end or
+// the new one. Returns the next slot, for stream_note_batch().
+static inline uint8_t stream_write(struct step_ring *ring, uint8_t slot, uint16_t ticks)
+{
+    uint16_t top = (uint16_t)(ticks - 1u);
+    uint8_t next = (uint8_t)(slot + 1u);
+
+    ring->high[next] = STEP_HIGH_EMPTY;
+    ring->low[slot] = (uint8_t)top;
+    ring->high[slot] = (uint8_t)(top >> 8);
+    return next;
+}
+
+// Append the `count` single periods that stand in the ring from the head on, `ticks` long together.
+// When there is no room for another batch, the reader adds these periods up instead.
+static inline void stream_note_batch(struct stream *stream, uint8_t count, uint32_t ticks)
+{
+#if STREAM_BATCHES > 0
+    if ((uint8_t)(stream->batch_head - stream->batch_tail) < STREAM_BATCHES) {
+        stream->batches[stream->batch_head & (STREAM_BATCHES - 1u)] =
+            (struct stream_batch){stream->head, count, ticks};
+        stream->batch_head++;
+    }
+#endif
+    stream->head = (uint8_t)(stream->head + count);
+    stream->end_ticks += ticks;
+}
+
+// The same for `count` periods that the interrupt cannot see yet, because the first one's high byte
+// is missing: all of them become visible at once by the store of that byte.
+static inline void stream_publish_batch(struct stream *stream,
+                                        uint8_t count,
+                                        uint32_t ticks,
+                                        uint8_t first_high)
+{
+    stream->ring->high[(uint8_t)(stream->head + count)] = STEP_HIGH_EMPTY;
+    stream->ring->high[stream->head] = first_high;
+    stream_note_batch(stream, count, ticks);
+}
+
+// Append one period. Marks that waited for it are placed behind it.
+void stream_put_period(struct stream *stream, uint16_t ticks);
+
+// Append a command.
+void stream_put_command(struct stream *stream, enum step_command command);
+
+// True when one of the two trains is free, so that stream_put_train() may be called.
+static inline bool stream_train_free(const struct stream *stream)
+{
+    return stream->trains[0].steps == 0 || stream->trains[1].steps == 0;
+}
+
+// Append `steps` evenly spaced steps, `ticks` long together, as a pulse train. Only when
+// stream_train_free(). `even` is as it was before these steps. Marks that waited for the period
+// that carries the edge of the step before the train are placed behind the train's first period.
+void stream_put_train(struct stream *stream,
+                      const struct even *even,
+                      uint16_t steps,
+                      uint32_t ticks);
+
+// Leave `count` slots out, the first of which keeps reading empty: the interrupt sees nothing of
+// what follows. Returns that slot.
+uint8_t stream_reserve(struct stream *stream, uint8_t count);
+
+// True when no further mark fits until the reader passes one.
+static inline bool stream_marks_full(const struct stream *stream)
+{
+    return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_MARKS - 1u;
+}
+
+// True when a mark waits for its place.
+static inline bool stream_mark_waits(const struct stream *stream)
+{
+    return stream->mark_placed != stream->mark_head;
+}
+
+// Append a mark that waits for its place. Only when stream_marks_full() is false.
+void stream_add_mark(struct stream *stream, bool line_start, uint16_t position);
+
+// Give every waiting mark its place behind the newest entry, `early` periods before its end.
+void stream_place_marks(struct stream *stream, uint8_t early);
+
+// The reader's end. `tail` is where the interrupt reads next; the reader never goes beyond it.
+
+// The oldest mark, NULL if there is none that has its place.
+static inline const struct stream_mark *stream_mark(const struct stream *stream)
+{
+    return stream->mark_tail == stream->mark_placed
+               ? NULL
+               : &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
+}
+
+// True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader
+// has come to that slot.
+static inline bool stream_mark_within(const struct stream *stream, uint8_t count)
+{
+    const struct stream_mark *mark = stream_mark(stream);
+
+    return mark != NULL && (uint8_t)(mark->slot - stream->retired) <= count;
+}
+
+// The oldest mark was passed.
+static inline void stream_pass_mark(struct stream *stream)
+{
+    stream->mark_tail++;
+}
+
+// True when the interrupt is inside the batch that begins where the reader is.
+static inline bool stream_inside_batch(const struct stream *stream, uint8_t tail)
+{
+#if STREAM_BATCHES > 0
+    const struct stream_batch *batch =
+        &stream->batches[stream->batch_tail & (STREAM_BATCHES - 1u)];
+
+    return stream->batch_tail != stream->batch_head && batch->slot == stream->retired &&
+           (uint8_t)(tail - stream->retired) < batch->count;
+#else
+    (void)stream;
+    (void)tail;
+    return false;
+#endif
+}
+
+// Kind of the next entry: STEP_HIGH_TRAIN, STEP_HIGH_COMMAND, or less for a single period. Only
+// while the reader is not at the interrupt's tail.
+static inline uint8_t stream_peek(const struct stream *stream)
+{
+    return stream->ring->high[stream->retired];
+}
+
+// Pass the next entry, a command or one of a train. Returns its low byte.
+static inline uint8_t stream_pass_entry(struct stream *stream)
+{
+    return stream->ring->low[stream->retired++];
+}
+
+// Pass single periods up to slot `tail`, the next mark or an entry of another kind, or a batch.
+// With `whole` set a batch that the interrupt has not finished is not passed. Returns the number of
+// periods, and their length in *ticks; 0: the interrupt is inside such a batch.
+uint8_t stream_pass_periods(struct stream *stream,
+                            uint8_t tail,
+                            bool whole,
+                            uint32_t *ticks);
+
+// Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3.
+static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t back)
+{
+    uint8_t slot = (uint8_t)(stream->retired - back);
+    uint16_t top_ticks = (uint16_t)(stream->ring->high[slot] << 8);
+
+    return (uint16_t)(top_ticks + stream->ring->low[slot] + 1u);
+}
+
+// Ticks from the start of a train (0 or 1) to its step `index` (0: none yet, up to its number of
+// steps). Divides.
+uint32_t stream_train_ticks(const struct stream *stream, uint8_t train, uint16_t index);
+
+// Length of the shorter intervals of a train (0 or 1), ticks. The longer ones take one tick more.
+static inline uint16_t stream_train_base(const struct stream *stream, uint8_t train)
+{
+    const struct pulse_train *carried = &stream->engine_trains[train];
+    uint16_t top_ticks = (uint16_t)((uint16_t)carried->top_high << 8);
+
+    return (uint16_t)(top_ticks + carried->short_low + 1u);
+}
+
+// The train (0 or 1) is over.
+static inline void stream_free_train(struct stream *stream, uint8_t train)
+{
+    stream->trains[train].steps = 0;
+}

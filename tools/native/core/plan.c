@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+// A line goes through the board's own queue, decoder and ring; a loop in place of the step
+// interrupt reads the ring.
+#include <stdlib.h>
+
+#include "base/require.h"
+#include "core.h"
+#include "motion/axis.h"
+#include "motion/decode.h"
+
+#define QUEUE_SLOTS   128u
+#define DECODE_BUDGET 64u
+#define DELAY_TICKS   1000u
+
+// A period passes no more pixel edges than there are marks.
+_Static_assert(RECORDS_KEPT >= STREAM_MARKS,
+               "a period passes more pixel edges than are kept");
+_Static_assert(PLAN_MIN_ROOM / 2u >= 2u * STREAM_MARKS,
+               "a period makes more rows than fit");
+
+struct plan {
+    struct step_ring ring;
+    struct pixel_period period;
+    struct pixel_grid grid;
+    struct line_limits limits;
+    struct axis axis;
+    struct segment slots[QUEUE_SLOTS];
+    struct step_engine engine;
+    const struct segment *entries; // those that are still to be queued
+    uint32_t entries_left;
+    int64_t *values; // where the next row goes
+    int64_t edge_ticks;
+    int64_t now_ticks; // start of the period about to be loaded
+    int64_t zero_ticks;
+    uint32_t pixels_shown;
+    bool armed;
+    bool released;
+    bool pixels;
+    bool broken;
+};
+
+// The core breaks a promise by a mistake of its own, which plan_rows() reports.
+static bool promise_broken;
+
+void require_failed(uint16_t line)
+{
+    (void)line;
+    promise_broken = true;
+}
+
+// Write the pixel edges that the ledger has recorded since the last call.
+static void show_pixels(struct plan *plan)
+{
+    const struct ledger *ledger = &plan->axis.ledger;
+
+    while (plan->pixels_shown != ledger->pixel) {
+        uint32_t behind = ledger->pixel - plan->pixels_shown; // 1: the newest record
+        struct pixel_record record =
+            records_get(&ledger->records, (uint8_t)(ledger->records.count - behind));
+
+        plan->edge_ticks += pixel_grid_advance(&plan->grid);
+        plan->pixels_shown++;
+        plan->broken = plan->broken || record.actual_steps != record.expected_steps;
+        *plan->values++ = plan->edge_ticks;
+        *plan->values++ = record.expected_steps;
+    }
+}
+
+// Load one period as the step interrupt would do.
+static void load_period(struct plan *plan)
+{
+    struct step_load load = step_engine_next(&plan->engine, &plan->ring);
+
+    if (load.pulse && !plan->pixels) {
+        *plan->values++ = plan->now_ticks - plan->zero_ticks;
+    }
+    plan->now_ticks += (int64_t)load.top_ticks + 1;
+}
+
+static void follow(struct plan *plan)
+{
+    struct engine_sample sample = step_engine_sample(&plan->engine);
+
+    ledger_advance(&plan->axis.ledger, &plan->axis.feed.stream, &sample, LEDGER_EXACTLY);
+}
+
+static void release(struct plan *plan)
+{
+    struct feed *feed = &plan->axis.feed;
+
+    plan->zero_ticks = plan->now_ticks + DELAY_TICKS;
+    feed_release(feed, feed->lead_in_ticks + DELAY_TICKS);
+    axis_place(&plan->axis, (uint32_t)plan->zero_ticks);
+    plan->released = axis_released(&plan->axis);
+}
+
+static void queue_entry(struct plan *plan, struct segment entry)
+{
+    const uint8_t bytes[4] = {(uint8_t)((uint16_t)entry.count >> 8),
+                              (uint8_t)entry.count,
+                              (uint8_t)(entry.repeat >> 8),
+                              (uint8_t)entry.repeat};
+    struct axis *axis = &plan->axis;
+
+    if (axis_queue_block(axis, &plan->limits, axis->next_block, bytes, 1) !=
+        BLOCK_TAKEN) {
+        plan->broken = true;
+    }
+}
+
+static void fill_queue(struct plan *plan)
+{
+    while (plan->entries_left != 0 && segment_queue_free(&plan->axis.queue) != 0) {
+        queue_entry(plan, *plan->entries);
+        plan->entries++;
+        plan->entries_left--;
+    }
+}
+
+static bool line_over(const struct plan *plan)
+{
+    return plan->axis.phase == DECODE_OUTSIDE && axis_ring_fill(&plan->axis) == 0;
+}
+
+static void arm(struct plan *plan)
+{
+    (void)lifecycle_report(&plan->axis.life, LIFECYCLE_READY);
+    plan->armed = axis_arm(&plan->axis, &plan->period, true);
+    plan->broken = plan->broken || !plan->armed;
+}
+
+// Decode, and let the stand-in of the step interrupt take one period.
+static void plan_period(struct plan *plan)
+{
+    fill_queue(plan);
+    if (!plan->armed) {
+        arm(plan);
+    }
+    decode_axis(&plan->axis, &plan->period, true, DECODE_BUDGET);
+    if (!plan->released) {
+        release(plan);
+    }
+    load_period(plan);
+    follow(plan);
+    if (plan->pixels) {
+        show_pixels(plan);
+    }
+}
+
+int32_t plan_rows(struct plan *plan, int64_t *values, uint32_t room)
+{
+    const int64_t *end = values + room - PLAN_MIN_ROOM / 2u;
+
+    plan->values = values;
+    promise_broken = false;
+    while (plan->values < end && !plan->broken && !(plan->armed && line_over(plan))) {
+        plan_period(plan);
+        plan->broken = plan->broken || promise_broken;
+    }
+    return plan->broken ? -1 : (int32_t)(plan->values - values);
+}
+
+struct plan *plan_begin(uint32_t timer_hz,
+                        uint32_t hz_num,
+                        uint32_t hz_den,
+                        const struct line_limits *limits,
+                        const struct segment *entries,
+                        uint32_t entry_count,
+                        bool pixels)
+{
+    struct plan *plan = calloc(1, sizeof *plan);
+
+    if (plan == NULL || !pixel_period_set(&plan->period, timer_hz, hz_num, hz_den)) {
+        free(plan);
+        return NULL;
+    }
+    plan->limits = *limits;
+    plan->entries = entries;
+    plan->entries_left = entry_count;
+    plan->pixels = pixels;
+    pixel_grid_start(&plan->grid, &plan->period);
+    step_engine_reset(&plan->engine, &plan->ring);
+    const struct axis_parts parts = {
+        .ring = &plan->ring,
+        .trains = plan->engine.trains,
+        .slots = plan->slots,
+        .slot_count = QUEUE_SLOTS,
+        .first_period_ticks = STEP_IDLE_TICKS,
+    };
+    axis_init(&plan->axis, &parts);
+    plan->axis.feed.reversal_ticks = plan->limits.reversal_min_ticks / 2u;
+    plan->now_ticks = STEP_IDLE_TICKS;
+    return plan;
+}
+
+void plan_end(struct plan *plan)
+{
+    free(plan);
+}

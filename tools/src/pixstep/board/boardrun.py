@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""Lines of one board from its settings to their last pixel, on any link.
+
+run = BoardRun(link)
+run.set_up(Fraction(30), [0])
+run.load({0: line})
+run.arm()
+in_time = run.follow()
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from pixstep.board import registers as regs
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
+from pixstep.board.upload import Upload
+from pixstep.lines.line import Line
+from pixstep.lines.runs import queue_entries
+
+ENDS = frozenset({"done", "fault", "refused"})
+_POLL_PIXELS, _POLL_S = 4, 0.1  # between two polls, whichever is less
+_START_PIXELS = 10  # from arming to the last pixel there is this much to spare
+
+
+class Watch:
+    """What is done while lines are followed: nothing but waiting, unless a subclass does more."""
+
+    def seen(self, registers: Mapping[int, Mapping[str, int]]) -> None:
+        """Take what a poll has read of each axis."""
+
+    def rest(self, run: "BoardRun", begun_s: float) -> None:
+        """Let time pass until the next poll; the last one began at `begun_s`."""
+        left_s = begun_s + run.poll_s - run.link.world.now_s()
+        if left_s > 0:
+            run.link.world.wait(left_s)
+
+
+class BoardRun:
+    """One board and the lines that it runs; every method raises BoardError as `Board` does."""
+
+    def __init__(self, link: Link, unit: int = 1) -> None:
+        self.link = link
+        self.board = link.board(unit)
+        self.axes: list[int] = []
+        self.uploads: dict[int, Upload] = {}
+        self.deadline_s = 0.0
+        self._period_s = 0.0
+        self._pixels = 0
+
+    @property
+    def poll_s(self) -> float:
+        """Seconds from one poll to the next."""
+        return min(_POLL_PIXELS * self._period_s, _POLL_S)
+
+    def set_up(self, pixel_hz: Fraction, axes: list[int], **settings: int) -> None:
+        """Set the pixel clock and some settings by name, enable the axes."""
+        self.axes = sorted(axes)
+        self._period_s = float(1 / pixel_hz)
+        self.board.set_pixel_hz(pixel_hz)
+        for name, value in settings.items():
+            self.board.write_setting(name, value)
+        self.board.command("enable", self.axes)
+
+    def load(self, lines: Mapping[int, Line]) -> None:
+        """Queue every line, or as much of it as the queue holds.
+
+        Raises LineRefusedByBoardError if the board refuses one.
+        """
+        self.uploads = {}
+        self._pixels = max(line.pixels for line in lines.values())
+        for axis, line in sorted(lines.items()):
+            self.uploads[axis] = Upload(self.board, axis, queue_entries(line))
+            self.uploads[axis].push()
+            state = regs.axis_state(self.board.axis(axis)["axis_state"])
+            if state == "refused":
+                raise self.board.refusal(axis)
+            if state != "loaded":
+                raise BoardError(f"axis {axis}: {state} after the upload, not loaded")
+
+    def arm(self) -> None:
+        """Arm all loaded axes at once: their lines start on one pixel clock edge."""
+        self.board.command("arm", sorted(self.uploads))
+        lasts_s = (self._pixels + _START_PIXELS) * self._period_s + _POLL_S
+        self.deadline_s = self.link.world.now_s() + lasts_s
+
+    def states(self) -> dict[int, str]:
+        """Return the state of each axis by name."""
+        return {axis: regs.axis_state(found["axis_state"]) for axis, found in self._poll().items()}
+
+    def follow(self, watch: Watch | None = None) -> bool:
+        """Poll and stream until every axis is at its end; False if that takes too long."""
+        watch = watch or Watch()
+        while True:
+            begun_s = self.link.world.now_s()
+            found = self._poll()
+            watch.seen(found)
+            if all(regs.axis_state(axis["axis_state"]) in ENDS for axis in found.values()):
+                return True
+            if self.link.world.now_s() > self.deadline_s:
+                return False
+            for upload in self.uploads.values():
+                upload.push()
+            watch.rest(self, begun_s)
+
+    def _poll(self) -> dict[int, dict[str, int]]:
+        """Return the registers of each axis, read in one request."""
+        found = self.board.axes(self.axes[-1] + 1)
+        return {axis: found[axis] for axis in self.axes}

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""What a board lets a line do: asked of a connected board, or the table of a named one."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from pixstep.board import boards, settings, values
+from pixstep.board.client import Board
+from pixstep.lines.core import CoreLimits
+from pixstep.lines.line import Line
+from pixstep.lines.linecheck import Limits
+from pixstep.lines.rational import period_ticks, refuse_period
+
+
+@dataclass(frozen=True)
+class BoardLimits:
+    """The limits of a board at a pixel frequency, its settings included.
+
+    Intervals are in timer ticks: the shortest ones of plain lines, of smooth lines, of seeks, and
+    the shortest one between two steps of opposite direction. A setting that is 0 is no limit.
+    """
+
+    pixel_hz: Fraction
+    tick_hz: int
+    min_interval_ticks: int
+    smooth_min_interval_ticks: int
+    seek_min_interval_ticks: int
+    reversal_ticks: int
+    max_acceleration: int
+    start_stop_steps: int
+
+    def of(self, line: Line) -> Limits:
+        """Return the limits for a line's decode rule."""
+        smallest = self.smooth_min_interval_ticks if line.smooth else self.min_interval_ticks
+        return Limits(
+            # The board asks the acceleration of smooth lines only, reversals of plain ones.
+            max_acceleration=(self.max_acceleration or None) if line.smooth else None,
+            start_stop=None if line.smooth else (self.start_stop_steps or None),
+            min_interval_ticks=smallest,
+            period_ticks=period_ticks(self.pixel_hz, self.tick_hz),
+            reversal_ticks=self.reversal_ticks,
+        )
+
+    def of_core(self) -> CoreLimits:
+        """Return the limits as the firmware's core takes them."""
+        return CoreLimits(
+            int(period_ticks(self.pixel_hz, self.tick_hz)),
+            self.min_interval_ticks,
+            self.smooth_min_interval_ticks,
+            self.seek_min_interval_ticks,
+            self.reversal_ticks,
+            self.max_acceleration,
+            self.start_stop_steps,
+        )
+
+
+def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None) -> BoardLimits:
+    """Return the limits of a board with its default settings; at another timer's rate if given.
+
+    Raises UserError for an unknown board, and for a pixel frequency that a board cannot carry.
+    """
+    board = boards.load(name)
+    rate = tick_hz or board.tick_hz
+    refuse_period(pixel_hz, rate)
+    known = settings.defaults()
+    return BoardLimits(
+        pixel_hz,
+        rate,
+        board.min_interval_ticks,
+        board.smooth_min_interval_ticks,
+        board.seek_min_interval_ticks,
+        board.reversal_ticks(_driver_us(known), rate),
+        known["max_acceleration"],
+        known["start_stop_steps"],
+    )
+
+
+def connected(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
+    """Ask a board for its limits; at another pixel frequency than its own if one is given.
+
+    No register has the intervals of seeks and reversals: they are those of the board's table, and 0
+    where the tables have no such board.
+    """
+    state, known = board.inputs(), settings.read(board)
+    table = next((item for item in boards.all_boards() if item.id == state["board_id"]), None)
+    rate = board.tick_hz()
+    return BoardLimits(
+        pixel_hz or values.hz_of(known),
+        rate,
+        state["min_interval_ticks"],
+        state["smooth_min_interval_ticks"],
+        table.seek_min_interval_ticks if table else 0,
+        table.reversal_ticks(_driver_us(known)) if table else 0,
+        known["max_acceleration"],
+        known["start_stop_steps"],
+    )
+
+
+def _driver_us(known: Mapping[str, int]) -> int:
+    return max(known["dir_setup_us"], known["dir_hold_us"])

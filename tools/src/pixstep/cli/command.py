@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: MIT
+"""The classes that all commands are made of: their files, their errors, their exit status."""
+
+import contextlib
+import errno
+import functools
+import importlib
+import os
+import sys
+from collections.abc import Iterator, Mapping, MutableMapping
+from pathlib import Path
+from typing import NamedTuple
+
+import click
+from click.shell_completion import CompletionItem
+
+from pixstep import atomic, signals
+from pixstep.cli import machinedefaults
+from pixstep.cli.examples import EXAMPLES
+from pixstep.errors import MISUSE, PlainError, UserError
+
+PICTURES = (".png", ".svg", ".pdf")
+FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+class OutFile(click.Path):
+    """A file that a command writes; "-" is the standard output."""
+
+    def __init__(self, *, folder: bool = False) -> None:
+        super().__init__(path_type=Path, dir_okay=folder, allow_dash=True)
+
+
+class OutPicture(OutFile):
+    """A drawing that a command writes; its name says the format, a stream gets PNG."""
+
+    def convert(self, value, param, ctx) -> Path:
+        """Refuse a name that says no format."""
+        path = super().convert(value, param, ctx)
+        if path.suffix.lower() not in PICTURES and not atomic.is_stream(path):
+            raise UserError(f"{path}: a drawing ends with {', '.join(PICTURES)}")
+        return path
+
+
+class OutFolder(click.Path):
+    """A folder for the results of a run."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, file_okay=False)
+
+
+OUTPUT = OutFile()
+PICTURE = OutPicture()
+OUTPUT_OR_FOLDER = OutFile(folder=True)
+FOLDER = OutFolder()
+_FORCE = "force"
+
+
+class Command(click.Command):
+    """A command whose outputs replace nothing unless --force says so, and its inputs never.
+
+    Every command that writes files has --force by itself.
+    """
+
+    def __init__(self, *arguments, **options) -> None:
+        super().__init__(*arguments, **options)
+        if any(isinstance(param.type, (OutFile, OutFolder)) for param in self.params):
+            self.params.append(
+                click.Option(
+                    ["--force"],
+                    is_flag=True,
+                    expose_value=False,
+                    callback=_note_force,
+                    help="Replace files that exist.",
+                )
+            )
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples; they are not wrapped, so that they can be copied."""
+        super().format_epilog(ctx, formatter)
+        program, _, name = ctx.command_path.partition(" ")
+        if name in EXAMPLES:
+            with formatter.section("Examples"):
+                for example in EXAMPLES[name]:
+                    formatter.write(f"{'':{formatter.current_indent}}{program} {example}\n")
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run the command under the rules for its files."""
+        outputs = list(_paths(ctx, OutFile))
+        inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
+        with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
+            refuse_outputs(ctx, outputs)
+            return super().invoke(ctx)
+
+
+class Late(NamedTuple):
+    """A command that is imported when it is called, so that help and completion are quick."""
+
+    place: str  # module:name
+    about: str  # the first sentence of its help
+    machine: bool = False  # a machine file gives it defaults
+
+
+class _Commands(MutableMapping):
+    """The commands of a group by name; those that come late are imported when looked up."""
+
+    def __init__(self, late: Mapping[str, Late]) -> None:
+        self.late = late
+        self._loaded: dict[str, click.Command] = {}
+
+    def __getitem__(self, name: str) -> click.Command:
+        if name not in self._loaded:
+            late = self.late[name]
+            module, _, attribute = late.place.partition(":")
+            self._loaded[name] = getattr(importlib.import_module(module), attribute)
+            if late.machine:
+                machinedefaults.add_options(self._loaded[name])
+        return self._loaded[name]
+
+    def __setitem__(self, name: str, new: click.Command) -> None:
+        self._loaded[name] = new
+
+    def __delitem__(self, name: str) -> None:
+        del self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**self.late, **self._loaded})
+
+    def __len__(self) -> int:
+        return len({**self.late, **self._loaded})
+
+    def about(self, name: str) -> str:
+        """Return the first sentence of a command's help, without an import where that can be."""
+        return self.late[name].about if name in self.late else self[name].get_short_help_str(500)
+
+
+class Group(click.Group):
+    """Turns what ends a command early into one line and an exit status.
+
+    A PlainError has its own; what the system refuses is misuse; Ctrl-C, SIGTERM and SIGHUP are 128
+    and the signal's number.
+    """
+
+    command_class = Command
+    group_class = type
+
+    def __init__(self, *arguments, late: Mapping[str, Late] | None = None, **options) -> None:
+        super().__init__(*arguments, **options)
+        commands = _Commands(late or {})
+        commands.update(self.commands)
+        self.commands = commands
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        rows = [(name, self.commands.about(name)) for name in self.list_commands(ctx)]
+        if rows:
+            with formatter.section("Commands"):
+                formatter.write_dl(rows)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete the name of a command without importing any."""
+        found = [
+            CompletionItem(name, help=self.commands.about(name))
+            for name in self.list_commands(ctx)
+            if name.startswith(incomplete)
+        ]
+        return found + click.Command.shell_complete(self, ctx, incomplete)
+
+    def main(self, *arguments, **options) -> object:
+        """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
+        with signals.caught():
+            return super().main(*arguments, **options)
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run a command."""
+        try:
+            result = super().invoke(ctx)
+            if sys.stdout:
+                sys.stdout.flush()  # a full disk is told of here, not when Python ends
+            return result
+        except PlainError as error:
+            complain(error)
+            return ctx.exit(error.status)
+        except KeyboardInterrupt as error:
+            complain(f"ended by {signals.name(error)}")
+            return ctx.exit(signals.status(error))
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # click ends the command in order
+                raise
+            named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
+            complain(f"{named}{error.strerror or error}")
+            return ctx.exit(MISUSE)
+        except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
+            ended = error.__context__
+            if not isinstance(ended, KeyboardInterrupt):
+                raise
+            complain(f"ended by {signals.name(ended)}")
+            return ctx.exit(signals.status(ended))
+
+
+command = functools.partial(click.command, cls=Command)
+group = functools.partial(click.group, cls=Group)
+
+
+def complain(error: Exception | str) -> None:
+    """Print an error as its one line, if its stream is still there: a closed terminal is not."""
+    with contextlib.suppress(OSError):
+        click.echo(f"pixstep: {error}", err=True)
+
+
+def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:
+    ctx.meta[_FORCE] = value
+
+
+def _is_input(param: click.Parameter) -> bool:
+    return not isinstance(param.type, (OutFile, OutFolder))
+
+
+def _paths(ctx: click.Context, kind: type, wanted=lambda _: True) -> Iterator[tuple[str, Path]]:
+    """Yield the paths given for parameters of a type, with the parameter's name."""
+    for param in ctx.command.params:
+        if isinstance(param.type, kind) and wanted(param):
+            value = ctx.params.get(param.name)
+            values = value if isinstance(value, tuple) else (value,)
+            yield from ((_name(param), path) for path in values if path is not None)
+
+
+def _name(param: click.Parameter) -> str:
+    return (
+        min(param.opts, key=len) if isinstance(param, click.Option) else param.human_readable_name
+    )
+
+
+def refuse_outputs(ctx: click.Context, outputs: list[tuple[str, Path]]) -> None:
+    """Refuse outputs that exist, are inputs, or share a file or a stream; each with its option."""
+    seen: dict[str, str] = {}
+    for name, path in outputs:
+        stream = atomic.is_stdout(path)
+        place = str(atomic.STDOUT) if stream else os.path.realpath(path)
+        if place in seen and not _is_sink(path):
+            raise UserError(f"{path}: {seen[place]} and {name} are the same file")
+        seen[place] = name
+        if stream and ctx.params.get("as_json"):
+            raise UserError("--json and the output both go to the standard output: name a file")
+        atomic.refuse(path)
+
+
+def _is_sink(path: Path) -> bool:
+    """Whether two outputs may go there, as into /dev/null."""
+    return path.is_char_device() and not atomic.is_stdout(path)

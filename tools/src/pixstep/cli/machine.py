@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep machine`: begin, check and show a machine file."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from pixstep import atomic
+from pixstep.board import boards
+from pixstep.cli.command import OUTPUT, command
+from pixstep.cli.options import (
+    STATUSES,
+    VERDICTS,
+    deliver_facts,
+    json_option,
+    pixel_hz_option,
+    show_json,
+)
+from pixstep.errors import UserError
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.units import number_text
+from pixstep.machine import finding
+from pixstep.simulation.report import new_table
+
+_KINDS = (SMOOTH, PLAIN)
+_file_argument = click.argument(
+    "file", metavar="[FILE]", required=False, envvar=finding.VARIABLE, type=str
+)
+
+
+@command("new")
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
+@pixel_hz_option
+@click.option(
+    "--motor", "motors", multiple=True, metavar="NAME:KIND",
+    help="A motor, as M39:smooth or M40:plain; again for more.  [default: M39:smooth]",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", type=OUTPUT, default=finding.NAME, show_default=True, help="File to write."
+)
+@json_option
+def machine_new(board, pixel_hz, motors, output, as_json):
+    """Begin a machine file: valid as it is, with a comment for every key."""
+    from pixstep.machine import template
+
+    atomic.write_text(output, template.text(board, pixel_hz, _motors(motors)))
+    text = f"{output}: edit it, then `pixstep machine check`"
+    deliver_facts({"machine": str(output)}, text, output, as_json=as_json)
+
+
+@command("check")
+@_file_argument
+@json_option
+@click.pass_context
+def machine_check(ctx, file, as_json):
+    """Check a machine file: every mistake with its line, key and value.
+
+    Exit status 0 fine, 1 warnings (what a board cannot do, profiles that are missing), 3 refused.
+    """
+    path = _path(file)
+    from pixstep.machine import describe, reading
+
+    errors, warnings = reading.problems(path), []
+    if not errors:
+        warnings = list(describe.warnings(reading.Machine.load(path)))
+    severity = 2 if errors else int(bool(warnings))
+    verdict = VERDICTS[severity]
+    if as_json:
+        report = {"machine": str(path), "verdict": verdict}
+        show_json(report | {"errors": errors, "warnings": warnings})
+    else:
+        for text in errors:
+            click.echo(text)
+        for text in warnings:
+            click.echo(f"{path}: warning: {text}")
+        click.echo(f"{path}: {verdict}")
+    ctx.exit(STATUSES[severity])
+
+
+@command("show")
+@_file_argument
+@json_option
+def machine_show(file, as_json):
+    """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
+    from pixstep.machine import describe, reading
+
+    found = reading.Machine.load(_path(file))
+    told = describe.as_json(found)
+    if as_json:
+        show_json(told)
+        return
+    console = Console(highlight=False)
+    console.print(
+        f"{found.path}: {float(found.pixel_hz):.10g} Hz, lines for "
+        f"{found.line.motor or ', '.join(found.motors)}", markup=False, soft_wrap=True,
+    )  # fmt: skip
+    console.print(_boards_table(told))
+    console.print(_motors_table(told))
+    console.print("play: steps; speed, accel: limits in steps/px and steps/px2")
+
+
+def _path(given: str | None) -> Path:
+    """Return the file in force. Raises UserError if there is none."""
+    path = finding.find(given)
+    if path is None:
+        raise UserError(
+            f"no {finding.NAME} in this folder, and none named: `pixstep machine new` begins one"
+        )
+    return path
+
+
+def _motors(texts: tuple[str, ...]) -> dict[str, str]:
+    """Return the kinds of motors by name."""
+    kinds: dict[str, str] = {}
+    for text in texts or ("M39:smooth",):
+        name, colon, kind = text.partition(":")
+        if not colon or kind not in _KINDS or not _is_name(name):
+            raise UserError(f"--motor {text}: expected NAME:KIND, as M39:smooth or M40:plain")
+        if name in kinds:
+            raise UserError(f"--motor {text}: {name} is there already")
+        kinds[name] = kind
+    return kinds
+
+
+def _is_name(name: str) -> bool:
+    """True for what TOML takes as a key without quotes."""
+    return name.isascii() and name.replace("-", "").replace("_", "").isalnum()
+
+
+def _boards_table(told: dict) -> Table:
+    table = new_table("board", "kind", "port", "unit", "baud", "parity")
+    for name, board in told["boards"].items():
+        table.add_row(name, *("-" if value is None else str(value) for value in board.values()))
+    return table
+
+
+def _motors_table(told: dict) -> Table:
+    """Return a row a motor; limits per pixel, as commands use them."""
+    table = new_table(
+        "motor", "board", "axis", "kind", "dir", "steps per", "play", "speed", "accel"
+    )
+    for name, motor in told["motors"].items():
+        scale = next(
+            (
+                f"{number_text(Fraction(value))}/{key.removeprefix('steps_per_')}"
+                for key, value in motor.items()
+                if key.startswith("steps_per_") and value
+            ),
+            "-",
+        )
+        limits = motor["limits"]
+        speed, acceleration = (
+            number_text(Fraction(limits[key][per])) if key in limits else "-"
+            for key, per in (("max_speed", "steps/px"), ("max_acceleration", "steps/px2"))
+        )
+        table.add_row(
+            name, motor["board"], str(motor["axis"]), motor["kind"], motor["direction"], scale,
+            str(motor["backlash_steps"]), speed, acceleration,
+        )  # fmt: skip
+    return table

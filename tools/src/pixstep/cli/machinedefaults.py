@@ -1,0 +1,341 @@
+# SPDX-License-Identifier: MIT
+"""Defaults from a machine file: options --machine and --motor, and what they fill in.
+
+`add_options` gives both to a command that has something a machine file knows. An option on
+the command line comes first, then an environment variable, then the machine file, then the
+default of the command itself. A file is read only when a command asks for one of its values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+from pixstep.cli.quantities import set_scale
+from pixstep.errors import UserError
+from pixstep.lines.units import SPEED, Quantity, Scale
+from pixstep.machine import finding
+
+if TYPE_CHECKING:
+    from pixstep.machine.model import MachineBoard, Motor
+    from pixstep.machine.reading import Machine
+
+_FACTS_OF = "pixstep.machine"
+_OTHER_NAMES = {("line", "sim"): ["sim"], ("line", "plan"): ["ticks"]}
+_FIRST_UNIT = "1"  # the default address of commands that act on one board
+_FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
+
+
+class Facts(dict):
+    """What the machine of one command line says, by the names of a command's parameters."""
+
+    def __init__(self, ctx: click.Context):
+        super().__init__()
+        self.ctx = ctx
+        self.given: str | None = None
+        self.names: tuple[str, ...] = ()
+        self.own_motor: str | None = None
+        self.words = _words(ctx)
+        self.params = {param.name: param for param in ctx.command.params}
+
+    def __contains__(self, name: object) -> bool:
+        return self[name] is not None
+
+    def __getitem__(self, name: object) -> object:
+        param = self.params.get(name)
+        if param is None or name not in _FACTS or self.machine is None:
+            return None
+        try:
+            return _FACTS[name](self)
+        except UserError:
+            if param.required or self.names:
+                raise
+            return None
+
+    @cached_property
+    def machine(self) -> Machine | None:
+        """The machine in force, None if there is none."""
+        path = finding.find(self.given)
+        if path is None and self.names:
+            raise UserError(
+                f"--motor {self.names[0]}: no machine file: --machine FILE, {finding.VARIABLE}, or "
+                f"{finding.NAME} in this folder (`pixstep machine new` begins one)"
+            )
+        if path is None:
+            return None
+        machine = self._load(path)
+        for name in self.names if machine else ():
+            _ = machine[name]
+        if machine and self.own_motor in machine.motors:
+            self.names = (self.own_motor,)
+        return machine
+
+    def _load(self, path: Path) -> Machine | None:
+        """Read a file; one that is wrong must not keep anybody from stopping a board."""
+        from pixstep.machine import reading  # pydantic takes a while to load
+
+        try:
+            return reading.Machine.load(path)
+        except UserError as error:
+            if self.words != ["board", "stop"] or self.names:
+                raise
+            click.echo(f"note: {error}: not used", err=True)
+            return None
+
+    @cached_property
+    def motors(self) -> list[Motor]:
+        """The motors chosen by --motor, else the one that lines are for."""
+        if self.names:
+            return [self.machine[name] for name in self.names]
+        return [self.machine.default_motor()]
+
+    @property
+    def motor(self) -> Motor:
+        """The only motor. Raises UserError if several are chosen."""
+        if len(self.motors) > 1:
+            raise UserError(f"--motor {self.motors[1].name}: this command takes one motor")
+        return self.motors[0]
+
+    @property
+    def board(self) -> MachineBoard:
+        """The board of all motors that are chosen."""
+        machine = self.machine
+        if not self.names and len(machine.boards) == 1:
+            return next(iter(machine.boards.values()))
+        names = {machine.board_name(motor) for motor in self.motors}
+        if len(names) > 1:
+            raise UserError(f"motors on boards {' and '.join(sorted(names))}: a run has one board")
+        return machine.board_of(self.motors[0])
+
+    def scale(self) -> Scale | None:
+        """Return steps per unit of length; None without a machine, or if motors differ."""
+        if self.machine is None:
+            return None
+        scales = {motor.steps_per_unit for motor in self.motors}
+        return scales.pop() if len(scales) == 1 else None
+
+    def said(self, name: str) -> object:
+        """Return what a parameter is so far; None if nothing says it, or not yet."""
+        value = self.ctx.params.get(name)
+        return value if isinstance(value, (str, tuple, bool, Path)) else None
+
+    def multiple(self, name: str) -> bool:
+        """True if a parameter of the command may be given several times."""
+        return bool(getattr(self.params[name], "multiple", False))
+
+    def other_kind(self) -> bool:
+        """True if the command line says another kind of motor than the file."""
+        words = self.said("decode") or ()
+        words = (words,) if isinstance(words, str) else words
+        kinds = {motor.decode for motor in self.motors}
+        if self.said("plain"):
+            words = ("plain",)
+        return bool(set(words) - kinds)
+
+
+def in_force(ctx: click.Context) -> str | None:
+    """Return the path of the machine file that a command used, for its JSON."""
+    facts = ctx.meta.get(_FACTS_OF)
+    return None if facts is None or facts.machine is None else str(facts.machine.path)
+
+
+def by_machine(ctx: click.Context, name: str) -> bool:
+    """True if the value of a parameter comes from the machine file."""
+    return ctx.get_parameter_source(name) == ParameterSource.DEFAULT_MAP
+
+
+def _decode(facts: Facts) -> object:
+    """Every line has a motor: the one there is serves one line only."""
+    asked = facts.params["decode"].required or facts.names or facts.words == ["line", "make"]
+    if facts.said("plain") or not (asked or "home" in facts.words):
+        return None
+    if facts.words == ["profile", "make"] and not facts.said("csv"):
+        return None
+    if not facts.multiple("decode"):
+        return facts.motor.decode
+    files = len(facts.said("csv") or ())
+    if files != len(facts.motors):
+        raise UserError(
+            f"{files} lines for {len(facts.motors)} motor{'s' if len(facts.motors) > 1 else ''}: "
+            f"give --motor once for each line, in their order"
+        )
+    return [motor.decode for motor in facts.motors]
+
+
+def _backlash(facts: Facts) -> object:
+    """Only smooth lines take up backlash."""
+    if facts.other_kind():
+        return None
+    steps = [motor.backlash_steps if motor.smooth else 0 for motor in facts.motors]
+    return steps if facts.multiple("backlash") else steps[0]
+
+
+def _negative(facts: Facts) -> bool | None:
+    """Lines of one run have one direction."""
+    if facts.other_kind():
+        return None
+    smooth = [motor.negative for motor in facts.motors if motor.smooth]
+    if facts.words[0] == "line":
+        return facts.motor.negative
+    if len(set(smooth)) > 1:
+        raise UserError("smooth motors of both directions: one run has one --negative")
+    return any(smooth)
+
+
+def _axis(facts: Facts) -> int:
+    """The lines of one run go to axes in a row."""
+    axes = [motor.axis for motor in facts.motors]
+    if axes != list(range(axes[0], axes[0] + len(axes))):
+        raise UserError(f"motors on axes {', '.join(map(str, axes))}: lines go to axes in a row")
+    return axes[0]
+
+
+def _axes(facts: Facts) -> list[int] | None:
+    """Which axes a command acts on, if --motor says so."""
+    if not facts.multiple("axes"):
+        return None
+    return [motor.axis for motor in facts.motors] if facts.names else None
+
+
+def _units(facts: Facts) -> str | None:
+    """One address where a command wants one; what asks or stops all boards goes on doing so."""
+    if facts.params["units"].default != _FIRST_UNIT and not facts.names:
+        return None
+    return str(facts.board.unit)
+
+
+def _profile(facts: Facts) -> Path | None:
+    """A PRN for lines; one for moves or homing."""
+    use = next((word for word in ("line", "home") if word in facts.words), "move")
+    return facts.machine.profile(facts.motor, use)
+
+
+def _of_line(key: str) -> Callable[[Facts], object]:
+    def value(facts: Facts) -> object:
+        return getattr(facts.machine.line, key) if facts.words == ["line", "make"] else None
+
+    return value
+
+
+def _of_board(key: str) -> Callable[[Facts], object]:
+    return lambda facts: getattr(facts.board, key)
+
+
+def _limit(key: str) -> Callable[[Facts], object]:
+    return lambda facts: facts.motor.limit(key)
+
+
+def _top_speed(facts: Facts) -> Quantity | None:
+    """The highest speed of a profile within the motor's limit: even, in steps/pixel."""
+    limit = facts.motor.limit("max_speed")
+    if limit is None:
+        return None
+    speed = limit.per_pixel(facts.machine.pixel_hz) // 2 * 2
+    return Quantity(Fraction(speed), SPEED, False, str(speed))
+
+
+def _play(facts: Facts) -> int | None:
+    return facts.motor.backlash_steps or None
+
+
+def _folder(facts: Facts) -> Path | None:
+    return Path(_FOLDERS[facts.words[0]]) if facts.words[0] in _FOLDERS else None
+
+
+_FACTS: dict[str, Callable[[Facts], object]] = {
+    "pixel_hz": lambda facts: facts.machine.pixel_hz,
+    "board": _of_board("kind"),
+    "port": _of_board("port"),
+    "baud": _of_board("baud"),
+    "parity": _of_board("parity"),
+    "unit": _of_board("unit"),
+    "units": _units,
+    "axis": _axis,
+    "axes": _axes,
+    "decode": _decode,
+    "backlash": _backlash,
+    "negative": _negative,
+    "play": _play,
+    "prn": _profile,
+    "profile": _profile,
+    "pixels": _of_line("pixels"),
+    "lead_in": _of_line("lead_in"),
+    "top_speed": _top_speed,
+    "max_speed": _limit("max_speed"),
+    "max_acceleration": _limit("max_acceleration"),
+    "max_jerk": _limit("max_jerk"),
+    "start_stop": _limit("start_stop"),
+    "out": _folder,
+}
+
+
+def add_options(command: click.Command) -> None:
+    """Give --machine and --motor to a command, if a machine file knows any of its values.
+
+    A command's own --motor keeps its meaning and chooses the motor too. Calling it again for a
+    command that has two names changes nothing.
+    """
+    names = {param.name for param in command.params}
+    if "machine" in names or not names & _FACTS.keys():
+        return
+    own = next((param for param in command.params if param.name == "motor"), None)
+    many = any(
+        param.name == "decode" and getattr(param, "multiple", False) for param in command.params
+    )
+    if own:
+        own.is_eager, own.callback = True, _note_own_motor
+    else:
+        command.params.append(
+            click.Option(
+                ["--motor"], metavar="NAME", multiple=many, is_eager=True, expose_value=False,
+                callback=_note_motor,
+                help=f"Motor of the machine file{', once for each line' if many else ''}.",
+            )
+        )  # fmt: skip
+    command.params.append(
+        click.Option(
+            ["--machine"], metavar="FILE", envvar=finding.VARIABLE, show_envvar=True,
+            is_eager=True, expose_value=False, callback=_note_machine,
+            help=f"Machine file with defaults, or `none`.  [default: {finding.NAME} in the "
+            f"current folder]",
+        )
+    )  # fmt: skip
+
+
+def _facts(ctx: click.Context) -> Facts:
+    """Return the facts of a command line, in force from now on."""
+    facts = ctx.meta.get(_FACTS_OF)
+    if facts is None or facts.ctx is not ctx:
+        facts = Facts(ctx)
+        ctx.meta[_FACTS_OF] = ctx.default_map = facts
+        set_scale(ctx, facts.scale)
+    return facts
+
+
+def _note_machine(ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
+    _facts(ctx).given = value
+
+
+def _words(ctx: click.Context) -> list[str]:
+    """Return the words of a command: ["line", "make"]."""
+    words: list[str] = []
+    while ctx.parent is not None:
+        words.insert(0, ctx.info_name or "")
+        ctx = ctx.parent
+    return _OTHER_NAMES.get(tuple(words), words)
+
+
+def _note_motor(ctx: click.Context, _param: click.Parameter, value: object) -> None:
+    if value:
+        _facts(ctx).names = (value,) if isinstance(value, str) else tuple(value)
+
+
+def _note_own_motor(ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:
+    _facts(ctx).own_motor = value
+    return value

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""The firmware's motion core, bound into Python: its line check and the ticks that it plans."""
+
+import importlib.util
+import sys
+from collections.abc import Iterable
+from dataclasses import astuple, dataclass
+from fractions import Fraction
+from functools import cache
+from types import ModuleType
+
+import numpy as np
+
+from pixstep import natives, tables
+from pixstep.errors import UserError
+
+FIRST_WARNING = 32  # codes from here on are warnings: the line is taken
+LIBRARY = "_core.pyd" if sys.platform == "win32" else "_core.abi3.so"
+NO_LIMIT = 0xFFFFFFFF  # ticks of a pixel
+_VALUES = 1 << 16  # planned at once
+_MOST_OF_ENTRY = 7  # findings: four limits, an oscillation, another error, a warning
+
+Entry = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class CoreLimits:
+    """What a board allows, in the form and order of the firmware's struct line_limits.
+
+    Intervals and times are in timer ticks, the acceleration in steps/pixel2, the start/stop speed
+    in steps/pixel. What is left out is no limit.
+    """
+
+    pixel_ticks: int = NO_LIMIT
+    min_interval_ticks: int = 0
+    smooth_min_interval_ticks: int = 0
+    seek_min_interval_ticks: int = 0
+    reversal_min_ticks: int = 0
+    max_acceleration: int = 0
+    start_stop_steps: int = 0
+
+
+@dataclass(frozen=True)
+class Code:
+    """What the core found: its name, the board's words for it, and its 1-based pixel.
+
+    The pixel of what is wrong with the end of a line is the one behind the last.
+    """
+
+    name: str
+    text: str
+    pixel: int
+    is_error: bool
+
+
+def check(entries: Iterable[Entry], limits: CoreLimits) -> list[Code]:
+    """Check a line as a board does; the first error is the one that the board gives."""
+    ffi, lib = _core().ffi, _core().lib
+    rows = _words(entries)
+    room = _MOST_OF_ENTRY * len(rows)
+    found = ffi.new("struct core_finding[]", max(room, 1))
+    segments = ffi.new("struct segment[]", rows)
+    count = lib.core_check(_limits(limits), segments, len(rows), found, room)
+    return [_code(found[index].code, found[index].pixel) for index in range(count)]
+
+
+def plan(
+    entries: Iterable[Entry],
+    hz: Fraction,
+    tick_hz: int,
+    limits: CoreLimits,
+    *,
+    pixels: bool = False,
+) -> np.ndarray:
+    """Return the tick of each STEP edge, or with `pixels` a row (tick, steps) for each pixel edge.
+
+    The line must be one that `check` passes, the frequency one that `rational.refuse_period` does.
+    """
+    ffi, lib = _core().ffi, _core().lib
+    rows = _words(entries)
+    segments = ffi.new("struct segment[]", rows)  # kept until the plan ends
+    begun = lib.plan_begin(
+        tick_hz, hz.numerator, hz.denominator, _limits(limits), segments, len(rows), pixels
+    )
+    if not begun:
+        raise MemoryError
+    made = ffi.gc(begun, lib.plan_end)
+    parts = []
+    while True:
+        values = np.empty(_VALUES, dtype=np.int64)
+        count = lib.plan_rows(made, ffi.from_buffer("int64_t[]", values), _VALUES)
+        if count < 0:
+            raise RuntimeError("the firmware's core broke a promise of its own: please report it")
+        if not count:
+            break
+        parts.append(values[:count])
+    found = np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
+    return found.reshape(-1, 2) if pixels else found
+
+
+def _words(entries: Iterable[Entry]) -> list[Entry]:
+    """Return entries with the words of marks and parameters as the signed counts they are."""
+    return [((count + 0x8000 & 0xFFFF) - 0x8000, repeat) for count, repeat in entries]
+
+
+def _limits(limits: CoreLimits):
+    return _core().ffi.new("struct line_limits *", astuple(limits))
+
+
+def _code(number: int, pixel: int) -> Code:
+    row = codes()[number]
+    return Code(row["name"], row["text"], pixel, number < FIRST_WARNING)
+
+
+@cache
+def codes() -> dict[int, dict]:
+    """Return the rows of the firmware's table of line errors by number."""
+    return {row["code"]: row for row in tables.table("line_errors")}
+
+
+@cache
+def _core() -> ModuleType:
+    """Load the extension."""
+    path = natives.made(LIBRARY)
+    spec = importlib.util.spec_from_file_location("_core", path)
+    try:
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    except ImportError as error:
+        raise UserError(f"{path}: {error}") from None
+    return module

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: MIT
+"""What a machine file holds, each value checked by itself, then all of them together."""
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr
+
+from pixstep.board import boards
+from pixstep.errors import UserError
+from pixstep.lines import units
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.lines.rational import parse_hz
+from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale
+
+LAST_UNIT = 247
+PARITIES = ("E", "O", "N")
+
+
+def _by(parse: Callable[[str], Any]) -> BeforeValidator:
+    """Return a validator for what `parse` reads: texts with a unit, and bare numbers."""
+
+    def check(value: object) -> object:
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise ValueError("expected a text with a unit, or a number")
+        try:
+            return parse(value if isinstance(value, str) else repr(value))
+        except UserError as error:
+            raise ValueError(str(error)) from None
+
+    return BeforeValidator(check)
+
+
+def _board_kind(text: str) -> str:
+    if text not in boards.BOARD_NAMES:
+        raise UserError(f"expected one of {', '.join(boards.BOARD_NAMES)}")
+    return text
+
+
+Hz = Annotated[Fraction, _by(parse_hz)]
+StepScale = Annotated[Scale, _by(units.parse_scale)]
+Pixels = Annotated[int, _by(units.parse_pixels)]
+Distance = Annotated[Quantity, _by(partial(units.parse, order=DISTANCE))]
+Speed = Annotated[Quantity, _by(partial(units.parse, order=SPEED))]
+Acceleration = Annotated[Quantity, _by(partial(units.parse, order=ACCELERATION))]
+Jerk = Annotated[Quantity, _by(partial(units.parse, order=JERK))]
+
+
+class _Table(BaseModel):
+    """A table of the file: no key but those that are known."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True
+    )
+
+
+class Clock(_Table):
+    """The pixel clock."""
+
+    pixel: Hz
+
+
+class MachineBoard(_Table):
+    """A board: what it is, and where on which port it answers."""
+
+    kind: Annotated[str, _by(_board_kind)]
+    port: str | None = None
+    unit: Annotated[int, Field(ge=1, le=LAST_UNIT)] = 1
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] | None = None
+    parity: Literal["E", "O", "N"] | None = None
+
+
+class Limits(_Table):
+    """What a motor can do: none of them is needed."""
+
+    max_speed: Speed | None = None
+    max_acceleration: Acceleration | None = None
+    max_jerk: Jerk | None = None
+    start_stop: Speed | None = None
+
+
+class Profiles(_Table):
+    """Acceleration profiles: of lines (PRN), of fast moves and of homing (CSV or CSB)."""
+
+    line: str | None = None
+    move: str | None = None
+    home: str | None = None
+
+
+class Motor(_Table):
+    """A motor: its place, its kind, its scale and its limits."""
+
+    name: str
+    axis: Annotated[int, Field(ge=0)]
+    kind: Literal["smooth", "plain"]
+    board: str | None = None
+    steps_per_unit: StepScale | None = None
+    direction: Literal["+", "-"] = "+"
+    backlash: Distance = Quantity(Fraction(0), DISTANCE, False, "0")
+    limits: Limits = Limits()
+    profiles: Profiles = Profiles()
+
+    @property
+    def decode(self) -> str:
+        """How its lines are decoded: smooth or plain."""
+        return SMOOTH if self.kind == "smooth" else PLAIN
+
+    @property
+    def smooth(self) -> bool:
+        """True if its speed changes inside a pixel."""
+        return self.decode == SMOOTH
+
+    @property
+    def negative(self) -> bool:
+        """True if the load's positive direction is the motor's negative one."""
+        return self.direction == "-"
+
+    @property
+    def backlash_steps(self) -> int:
+        """Its play in steps."""
+        return self.backlash.in_steps(self.steps_per_unit).whole_steps()
+
+    def limit(self, name: str) -> Quantity | None:
+        """Return a limit by its key, in steps; None if the file has none."""
+        given: Quantity | None = getattr(self.limits, name)
+        return given.in_steps(self.steps_per_unit) if given else None
+
+
+class LineTable(_Table):
+    """What lines have in common: whose they are, how long they are."""
+
+    motor: str | None = None
+    pixels: Annotated[Pixels, Field(ge=1)] | None = None
+    lead_in: Annotated[Pixels, Field(ge=0)] = 0
+
+
+class Tables(_Table):
+    """A machine: `machine["M39"]` is a motor. `reading.Machine` is one that comes from a file."""
+
+    clock: Clock
+    boards: dict[str, MachineBoard] = Field(min_length=1)
+    motors: dict[str, Motor] = Field(min_length=1)
+    line: LineTable = LineTable()
+    _path: Path = PrivateAttr(default=Path("machine.toml"))
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._path
+
+    @property
+    def pixel_hz(self) -> Fraction:
+        """The pixel frequency, exact."""
+        return self.clock.pixel
+
+    def __getitem__(self, name: str) -> Motor:
+        if name not in self.motors:
+            raise UserError(f"{self.path}: there is no motor {name!r}: {', '.join(self.motors)}")
+        return self.motors[name]
+
+    def default_motor(self) -> Motor:
+        """Return the motor that a line is for when nothing else says so.
+
+        Raises UserError if there are several and `line.motor` names none.
+        """
+        if self.line.motor:
+            return self[self.line.motor]
+        if len(self.motors) > 1:
+            raise UserError(
+                f"{self.path}: has motors {', '.join(self.motors)}: choose by --motor, or set "
+                f"motor in the table [line]"
+            )
+        return next(iter(self.motors.values()))
+
+    def board_of(self, motor: Motor) -> MachineBoard:
+        """Return a motor's board."""
+        return self.boards[motor.board] if motor.board else next(iter(self.boards.values()))
+
+    def board_name(self, motor: Motor) -> str:
+        """Return the name of a motor's board."""
+        return motor.board or next(iter(self.boards))
+
+    def profile(self, motor: Motor, use: str) -> Path | None:
+        """Return the file of a profile (`line`, `move` or `home`), relative to the machine's."""
+        name = getattr(motor.profiles, use)
+        return self.path.parent / name if name else None
+
+
+Problem = tuple[tuple[str, ...], str]
+
+
+def contradictions(machine: Tables) -> Iterator[Problem]:
+    """Yield the keys and the reason of whatever does not fit the rest of the file."""
+    if machine.line.motor and machine.line.motor not in machine.motors:
+        yield ("line", "motor"), f"there is no motor of this name: {', '.join(machine.motors)}"
+    yield from _places_of_boards(machine)
+    for name, motor in machine.motors.items():
+        if motor.name != name:
+            yield ("motors", name, "name"), f"its name is that of the table: {name}"
+        wrong_board = [*_board_problems(machine, motor)]
+        yield from wrong_board or _axis_problems(machine, motor)
+        yield from _length_problems(name, motor)
+
+
+def _places_of_boards(machine: Tables) -> Iterator[Problem]:
+    """Yield every board whose address on its port another one has."""
+    seen: dict[tuple[str, int], str] = {}
+    for name, board in machine.boards.items():
+        place = (board.port or "", board.unit)
+        if board.port and place in seen:
+            yield ("boards", name, "unit"), f"board {seen[place]} has this address on this port"
+        seen.setdefault(place, name)
+
+
+def _board_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
+    if motor.board is None and len(machine.boards) > 1:
+        yield (
+            ("motors", motor.name),
+            f"needs a key board, one of {', '.join(machine.boards)}",
+        )
+    elif motor.board is not None and motor.board not in machine.boards:
+        known = ", ".join(machine.boards)
+        yield ("motors", motor.name, "board"), f"there is no board of this name: {known}"
+
+
+def _axis_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
+    """Yield an axis that the board does not have, or that another motor has."""
+    board = machine.board_of(motor)
+    where = ("motors", motor.name, "axis")
+    if motor.axis >= boards.load(board.kind).axes:
+        yield where, boards.axes_text(board.kind)
+    for other in machine.motors.values():
+        if other is motor:
+            return
+        if (machine.board_name(other), other.axis) == (machine.board_name(motor), motor.axis):
+            yield where, f"motor {other.name} has this axis of this board"
+
+
+def _length_problems(name: str, motor: Motor) -> Iterator[Problem]:
+    """Yield every length that needs another steps_per_unit, or comes out as a part of a step."""
+    try:
+        _ = motor.backlash_steps
+    except UserError as error:
+        yield ("motors", name, "backlash"), str(error)
+    for key in Limits.model_fields:
+        try:
+            motor.limit(key)
+        except UserError as error:
+            yield ("motors", name, "limits", key), str(error)

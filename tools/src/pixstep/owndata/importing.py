@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: MIT
+"""A line from a table: positions, speeds or steps of each pixel become counts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import accumulate, pairwise
+from pathlib import Path
+
+from pixstep.errors import UserError
+from pixstep.lines import linecheck
+from pixstep.lines.line import SMOOTH, Line
+from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.lines.units import Scale, parse_seconds
+from pixstep.owndata.columns import (
+    POSITION,
+    QUANTITIES,
+    SPEED,
+    STEPS,
+    Column,
+    choose,
+    factor_of,
+)
+from pixstep.owndata.fitting import fit, largest_error
+from pixstep.owndata.table import Table, read_table
+
+_CLOCK_TOLERANCE = Fraction(1, 1000)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is known beside the file; None where the file has to say.
+
+    `quantity` is position, speed or steps; `unit` steps, mm, um, deg, of speeds also mm/s or um/px;
+    `column` a name or a number from 1. `negative`: the load's positive direction is the motor's
+    negative one. `fit`: let a smooth motor make the nearest line that it can.
+    """
+
+    decode: str
+    pixel_hz: Fraction | None = None
+    quantity: str | None = None
+    unit: str | None = None
+    column: str | None = None
+    scale: Scale | None = None
+    negative: bool = False
+    fit: bool = False
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A line, what was assumed on the way, and how far it is from the file's numbers."""
+
+    line: Line
+    assumed: tuple[str, ...]
+    largest_error_steps: Fraction
+    findings: tuple[linecheck.Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Exact positions at the pixel edges in steps, from 0 at the start; where each came from."""
+
+    table: Table
+    column: Column
+    positions: tuple[Fraction, ...]
+    first_row: int  # of the first pixel
+
+    def error(self, pixel: int, message: str) -> UserError:
+        """Return the refusal of a pixel, from 0."""
+        return self.table.error(pixel + self.first_row, self.column.number, message)
+
+
+def import_line(path: str | Path, request: Request) -> Imported:
+    """Make a line of a user's own table.
+
+    Raises UserError naming file, line, column and value of what cannot be a line of this motor, and
+    for a file that does not say what its numbers are where the request does not either.
+    """
+    read = read_table(Path(path))
+    column, times = choose(read, request.column)
+    column, assumed = _meaning(read, column, request)
+    if times is not None and times.number != column.number:
+        assumed += _check_clock(read, times, request.pixel_hz)
+    motion = _motion(read, column, request)
+    counts = _counts(motion, column.quantity == STEPS)
+    line, more = _line(motion, counts, request)
+    error, pixel = largest_error(
+        [line.direction * count for count in line.counts], motion.positions
+    )
+    if error:
+        more.append(
+            f"rounded to whole steps: at most {float(error):.3g} steps from the file's motion, "
+            f"behind pixel {pixel}"
+        )
+    findings = tuple(linecheck.without_idle_pixel(linecheck.check(line)))
+    return Imported(line, (*read.notes, *assumed, *more), error, findings)
+
+
+def _meaning(read: Table, column: Column, request: Request) -> tuple[Column, list[str]]:
+    """Return the column with its quantity and unit, and what was assumed of them."""
+    quantity = request.quantity or column.quantity
+    unit = request.unit or column.unit
+    whole = unit is None and _all_whole(read.values(column.number))
+    if quantity not in QUANTITIES and unit is None and whole:
+        quantity, unit = STEPS, "steps"
+    if quantity not in QUANTITIES or (unit is None and not (quantity == STEPS or whole)):
+        raise UserError(
+            f"{read.path}:{read.rows[0][0]}: {read.title(column.number)}: say what it holds: "
+            f"--quantity {'|'.join(QUANTITIES)} and --unit steps|mm|um|deg (of speeds also mm/s)"
+        )
+    unit = unit or "steps"
+    words = {
+        POSITION: f"the position at each pixel edge in {unit}, the first one that of line zero",
+        SPEED: f"the mean speed in each pixel in {unit if '/' in unit else f'{unit}/px'}",
+        STEPS: "the steps of each pixel",
+    }
+    if quantity == STEPS and not unit.startswith("step"):
+        raise UserError(f"{read.path}: {read.title(column.number)}: steps in {unit}: --quantity?")
+    text = f"{read.title(column.number)} is {words[quantity]}"
+    return Column(column.number, quantity, unit), [text]
+
+
+def _all_whole(values: list[Fraction]) -> bool:
+    return all(value.denominator == 1 for value in values)
+
+
+def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
+    """Compare a column of times with the pixel clock. Raises UserError where they differ."""
+    per = parse_seconds(f"1 {times.unit or 's'}")
+    values = [value * per for value in read.values(times.number)]
+    if len(values) < 2 or values[-1] <= values[0]:
+        raise read.error(len(values) - 1, times.number, "times must rise")
+    period = (values[-1] - values[0]) / (len(values) - 1)
+    for row, (before, after) in enumerate(pairwise(values), 1):
+        if abs(after - before - period) > period / 10:
+            raise read.error(
+                row, times.number, f"times are not even: {float(period):.6g} s a pixel on average"
+            )
+    if hz is None:
+        raise read.error(0, times.number, f"needs the pixel clock: {float(1 / period):.6g} Hz?")
+    if abs(period * hz - 1) > _CLOCK_TOLERANCE:
+        raise read.error(
+            0, times.number,
+            f"the times are those of {float(1 / period):.6g} Hz, the pixel clock has "
+            f"{float(hz):.10g} Hz",
+        )  # fmt: skip
+    return [f"{read.title(times.number)} agrees with {float(hz):.10g} Hz"]
+
+
+def _motion(read: Table, column: Column, request: Request) -> _Motion:
+    """Return the motion in steps of the motor, as exact as the numbers are."""
+    try:
+        factor = factor_of(column.unit, column.quantity, request.scale, request.pixel_hz)
+    except UserError as error:
+        raise UserError(f"{read.path}: {read.title(column.number)}: {error}") from None
+    factor = -factor if request.negative else factor
+    values = [value * factor for value in read.values(column.number)]
+    if column.quantity != POSITION:
+        return _Motion(read, column, tuple(accumulate(values, initial=Fraction(0))), 0)
+    if len(values) < 2:
+        raise read.error(0, column.number, "one position is no motion: two at least")
+    start = values[0]
+    return _Motion(read, column, tuple(value - start for value in values), 1)
+
+
+def _counts(motion: _Motion, whole: bool) -> list[int]:
+    """Return the steps of each pixel; positions are rounded, so that errors never add up."""
+    if whole:
+        for pixel, place in enumerate(motion.positions[1:]):
+            if place.denominator != 1:
+                raise motion.error(pixel, "not a whole number of steps")
+    counts = [after - before for before, after in pairwise(map(round, motion.positions))]
+    for pixel, count in enumerate(counts):
+        if abs(count) > MAX_COUNT:
+            raise motion.error(pixel, f"{count} steps in a pixel, the most are {MAX_COUNT}")
+    return counts
+
+
+def _line(motion: _Motion, counts: list[int], request: Request) -> tuple[Line, list[str]]:
+    """Return the line and what is to be said of it."""
+    name = str(motion.table.path)
+    if request.decode != SMOOTH:
+        return Line(tuple(counts), request.decode, name=name), []
+    negative, said = _direction(motion, counts, request.negative)
+    forward = [abs(count) for count in counts]
+    line = Line(tuple(forward), SMOOTH, negative=negative, name=name)
+    if not request.fit:
+        return line, said
+    sign = -1 if negative else 1
+    fitted = fit([sign * place for place in motion.positions])
+    said.append("--fit: the nearest line with even speeds at the pixel edges, from rest to rest")
+    return Line(tuple(fitted), SMOOTH, negative=negative, name=name), said
+
+
+def _direction(motion: _Motion, counts: Sequence[int], turned: bool) -> tuple[bool, list[str]]:
+    """Return whether a smooth line runs backwards; raise UserError if it goes both ways.
+
+    `turned`: backwards is what is usual for this motor.
+    """
+    signs = {1 if count > 0 else -1 for count in counts if count}
+    if len(signs) > 1:
+        first = next(1 if count > 0 else -1 for count in counts if count)
+        pixel = next(k for k, count in enumerate(counts) if count * first < 0)
+        raise motion.error(pixel, "a smooth line has one direction: this pixel turns back")
+    negative = signs == {-1}
+    if not negative and not turned:
+        return False, []
+    word, option = ("backwards", "--negative") if negative else ("forwards", "--no-negative")
+    return negative, [f"the motor runs {word}: {option} for `sim` and `board upload`"]

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""The pixel frequency that a file was made for, and what another one does to it.
+
+Counts and speeds in a file are per pixel. At k times the frequency the same file has k times the
+speed per second and k^2 times the acceleration: slower is safe for the motor and worth a warning,
+faster by more than FASTER is another motion than the file's maker meant.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from pixstep.errors import RefusedError
+from pixstep.formats import ProfileHeader
+from pixstep.profiles import names
+
+FASTER = Fraction(1, 100)
+
+
+@dataclass(frozen=True)
+class OtherFrequency:
+    """A file that is used at another pixel frequency than it was made for."""
+
+    source: str
+    made_for: Fraction
+    used: Fraction
+    by_name: bool = False
+
+    @property
+    def too_fast(self) -> bool:
+        """True if the motion is another one than that of the file."""
+        return self.used > self.made_for * (1 + FASTER)
+
+    @property
+    def text(self) -> str:
+        """The difference and what it does, without the file."""
+        made, used = (f"{float(hz):.10g}" for hz in (self.made_for, self.used))
+        if made == used:
+            made, used = str(self.made_for), str(self.used)
+        ratio = float((self.used / self.made_for) ** 2)
+        return (
+            f"made for {made} Hz, used at {used} Hz: its accelerations per second are "
+            f"{ratio:.4g} times as high"
+        )
+
+    @property
+    def remedy(self) -> str:
+        """What to do if the other frequency is meant."""
+        change = "rename it" if self.by_name else "give it this frequency by `pixstep file convert`"
+        return f"make one for this frequency, or {change} if the higher accelerations are meant"
+
+    def refuse_faster(self) -> str:
+        """Return the warning. Raises RefusedError if the motion is another one."""
+        if self.too_fast:
+            raise RefusedError(f"{self.source}: {self.text}: {self.remedy}")
+        return f"{self.source}: {self.text}"
+
+
+def frequency(path: Path, header: ProfileHeader | None) -> Fraction | None:
+    """Return the frequency of a file's header, else of its conventional name, else None."""
+    if header is not None:
+        return header.frequency
+    named = names.parse(path)
+    return named.pixel_hz if named else None
+
+
+def compare(
+    path: Path, header: ProfileHeader | None, used: Fraction | None
+) -> OtherFrequency | None:
+    """Return how the frequency that a file is used at differs from its own; None if it does not."""
+    made_for = frequency(path, header)
+    if used is None or made_for in (None, used):
+        return None
+    return OtherFrequency(str(path), made_for, used, header is None)
+
+
+def notes(
+    path: Path, header: ProfileHeader | None, used: Fraction | None, *, refuse: bool = False
+) -> list[str]:
+    """Return a warning if the frequencies differ; RefusedError for a faster one on `refuse`."""
+    other = compare(path, header, used)
+    if other is None:
+        return []
+    return [other.refuse_faster() if refuse else f"{other.source}: {other.text}"]

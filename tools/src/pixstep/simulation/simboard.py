@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""A simulated board from its boot to its last edge, on a link like a serial port's.
+
+with SimulatedBoard("mega", Fraction(30), edges=path) as run:
+    run.set_up(run.pixel_hz, [0])
+    run.load({0: line})
+    run.arm()
+    in_time = run.follow()
+    run.settle()
+    run.finish()
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Self
+
+from pixstep import natives
+from pixstep.board.boardrun import BoardRun
+from pixstep.board.device import Board
+from pixstep.board.transport import SimClient
+from pixstep.simulation.simctl import SimOptions, Simulator
+
+SETTLE_PIXELS = 2
+
+
+@dataclass(frozen=True)
+class SimWorld:
+    """The simulator's time."""
+
+    simulator: Simulator
+
+    def now_s(self) -> float:
+        """Return simulated seconds since the start."""
+        return self.simulator.cycle / self.simulator.tick_hz
+
+    def wait(self, seconds: float) -> None:
+        """Let simulated time pass."""
+        self.simulator.wait_s(seconds)
+
+
+class SimLink:
+    """The serial line of simulated boards that have booted; use as a context manager."""
+
+    port = "the simulator"
+
+    def __init__(self, options: SimOptions, program: Sequence[str | Path] | None = None) -> None:
+        self.simulator = Simulator(options, program)
+        try:
+            self.simulator.boot()
+        except BaseException:
+            self.simulator.kill()
+            raise
+        self.modbus = SimClient(self.simulator)
+        self.world = SimWorld(self.simulator)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def board(self, unit: int = 1) -> Board:
+        """Return a unit of the line, the first board's if no other is given."""
+        return Board(self.modbus, unit)
+
+    def close(self) -> None:
+        """End the simulator if it still runs."""
+        self.simulator.kill()
+
+
+class SimulatedBoard(BoardRun):
+    """One board alone in the simulator, booted; use as a context manager.
+
+    `more` are other fields of SimOptions.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        pixel_hz: Fraction,
+        *,
+        image: Path | None = None,
+        program: Sequence[str | Path] | None = None,
+        **more: Any,
+    ) -> None:
+        self.name, self.pixel_hz = name, pixel_hz
+        options = SimOptions([(name, image or natives.image(name))], pixel_hz)
+        link = SimLink(replace(options, **more), program)
+        self.simulator, self.client = link.simulator, link.modbus
+        super().__init__(link)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.link.close()
+
+    def settle(self) -> None:
+        """Let late edges show themselves."""
+        self.simulator.run(int(SETTLE_PIXELS * self.simulator.tick_hz / self.pixel_hz))
+
+    def finish(self) -> None:
+        """End the simulator; all of its files are complete afterwards."""
+        self.simulator.quit()

@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: MIT
+"""Every command that writes files, collected from the commands themselves: what it may do to them.
+
+A new command with an output fails here until CALLS says how it is called.
+"""
+
+import contextlib
+import os
+import resource
+import shutil
+import threading
+from dataclasses import dataclass
+
+import click
+import pytest
+
+from pixstep import formats, natives
+from pixstep.cli.command import Command, OutFile, OutFolder
+from pixstep.cli.main import main
+
+PRN, FAST = (
+    natives.root() / "tools/data" / name
+    for name in ("AccProfM39-30Hz-1.PRN", "AccProf-fast-move.csv")
+)
+LINE = ("line.csv", "--decode", "plain")
+AT_30 = ("--pixel-hz", 30)
+PROFILE = ("--top-speed", 20, "--max-acceleration", 4, "--max-jerk", 4, "--name", "x", *AT_30)
+# How each command is called, without the output that is tried and with the others that it needs.
+CALLS = {
+    "board log records -o": ("board", "log", "records"),
+    "board settings export FILE": ("board", "settings", "export"),
+    "completion -o": ("completion", "bash"),
+    "demo --out": ("demo",),
+    "file convert OUT": ("file", "convert", "line.csv", "--to", "csv"),
+    "home sim --out": ("home", "sim", FAST, "--board", "uno", *AT_30, "--plant", "home=2000,hyst=8,"
+                       "travel=-500..4000,start=123,delay=8000"),
+    "line compensate --plot": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration",
+                               9, "--start-stop", 9, "-o", "{other}"),
+    "line compensate -o": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration", 9,
+                           "--start-stop", 9),
+    "line make -o": ("line", "make", "--profile", PRN, "--speed", 1000, "--pixels", 60, *AT_30),
+    "line plan -o": ("line", "plan", *LINE, *AT_30),
+    "line sim --out": ("line", "sim", *LINE, *AT_30, "--board", "uno"),
+    "line show -o": ("line", "show", *LINE),
+    "move make -o": ("move", "make", FAST, "--steps", 900, *AT_30),
+    "move show --plot": ("move", "show", FAST, "--steps", 900, *AT_30),
+    "move sim --out": ("move", "sim", FAST, "--steps", 900, *AT_30, "--board", "uno"),
+    "profile make --csv": ("profile", "make", *PROFILE, "-o", "{other}"),
+    "profile make -o": ("profile", "make", *PROFILE[:-4], *AT_30),
+    "profile repair -o": ("profile", "repair", "line.csv"),
+    "profile show -o": ("profile", "show", PRN),
+    "sim --out": ("sim", *LINE, *AT_30, "--board", "uno"),
+    "ticks -o": ("ticks", *LINE, *AT_30),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output of a command."""
+
+    words: tuple[str, ...]
+    param: click.Parameter
+
+    @property
+    def option(self):
+        """The words before the path."""
+        argument = isinstance(self.param, click.Argument)
+        return () if argument else (min(self.param.opts, key=len),)
+
+    def __str__(self):
+        return " ".join([*self.words, *(self.option or (self.param.human_readable_name,))])
+
+    @property
+    def folder(self):
+        return isinstance(self.param.type, OutFolder)
+
+    @property
+    def picture(self):
+        return "plot" in self.param.opts[0] or "--plot" in self.param.opts
+
+
+def commands(command=main, words=()):
+    """Yield every command with the words that call it."""
+    if isinstance(command, click.Group):
+        for name in command.list_commands(None):
+            yield from commands(command.get_command(None, name), (*words, name))
+    else:
+        yield words, command
+
+
+OUTPUTS = [
+    Output(words, param)
+    for words, command in commands()
+    for param in command.params
+    if isinstance(param.type, (OutFile, OutFolder))
+]
+FILES = [output for output in OUTPUTS if not output.folder]
+FOLDERS = [output for output in OUTPUTS if output.folder]
+every_file = pytest.mark.parametrize("output", FILES, ids=str)
+every_folder = pytest.mark.parametrize("output", FOLDERS, ids=str)
+
+
+@pytest.fixture
+def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
+    """Return a function that calls a command with a path for its output."""
+    shutil.rmtree(tmp_path)
+    (tmp_path / "work").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "work")
+    formats.write_csv(tmp_path / "work" / "line.csv", [2, 4, 4, 2])
+
+    def run(output, path, *more, status=0):
+        number = len(list((tmp_path).iterdir()))
+        other = tmp_path / f"other{number}.csv"
+        words = [str(word).format(other=other) for word in CALLS[str(output)]]
+        monkeypatch.setenv("PIXSTEP_PORT", "/dev/ttyTEST")
+        return invoke(*words, *output.option, path, *more, status=status)
+
+    return run
+
+
+@contextlib.contextmanager
+def no_room():
+    """Let no file grow."""
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, old[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+
+
+def last_line(text):
+    """Return the error of a command: its last line, the only one of its kind."""
+    rows = text.splitlines()
+    assert sum(row.startswith("pixstep: ") for row in rows) == 1, text
+    return rows[-1].removeprefix("pixstep: ")
+
+
+def tree(folder):
+    """Return what is in a folder, with its content."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_every_output_is_tried():
+    assert sorted(map(str, OUTPUTS)) == sorted(CALLS)
+
+
+def test_every_command_is_of_the_class_that_guards_outputs():
+    for words, command in commands():
+        if words != ("bench",):  # comes from another package when it is called
+            assert isinstance(command, Command), words
+
+
+def test_every_option_that_writes_says_so_by_its_type():
+    for words, command in commands():
+        for param in command.params:
+            about = (getattr(param, "help", None) or "").lower()
+            named = {"-o", "--output", "--out", "--csv"} & set(param.opts)
+            if isinstance(param.type, click.Path) and (named or "write" in about.split()[:4]):
+                assert isinstance(param.type, (OutFile, OutFolder)), (words, param.name)
+
+
+@every_file
+def test_an_existing_file_is_replaced_by_force_only(call, output, tmp_path):
+    name = "out.png" if output.picture else "out.csv"
+    call(output, name)
+    made = (tmp_path / "work" / name).read_bytes()
+    assert made
+    (tmp_path / "work" / name).write_text("mine")
+    before = tree(tmp_path)
+    text = call(output, name, status=2).stderr
+    assert last_line(text) == f"{name}: already exists (--force replaces it)"
+    assert tree(tmp_path) == before
+    call(output, name, "--force")
+    assert (tmp_path / "work" / name).read_bytes()[:8] == made[:8]
+
+
+@every_file
+def test_a_dash_is_the_standard_output(call, output, tmp_path):
+    done = call(output, "-")
+    assert done.stdout and not (tmp_path / "work" / "-").exists()
+    name = "out.png" if output.picture else "out.csv"
+    call(output, name)
+    assert done.stdout_bytes[:16] == (tmp_path / "work" / name).read_bytes()[:16]
+
+
+@every_file
+def test_a_fifo_a_device_and_a_link_stay_what_they_are(call, output, tmp_path):
+    suffix = ".png" if output.picture else ".csv"
+    pipe, link = tmp_path / f"pipe{suffix}", tmp_path / f"link{suffix}"
+    os.mkfifo(pipe)
+    got = []
+    reader = threading.Thread(target=lambda: got.append(pipe.read_bytes()), daemon=True)
+    reader.start()
+    call(output, pipe)
+    reader.join(60)
+    assert got and got[0] and pipe.is_fifo()
+    link.symlink_to(f"real{suffix}")
+    call(output, link)
+    assert link.is_symlink() and (tmp_path / f"real{suffix}").read_bytes()
+    call(output, "/dev/null")
+    text = call(output, "/dev/full", status=2).stderr
+    assert last_line(text) == "/dev/full: No space left on device"
+
+
+@every_file
+def test_an_unwritable_place_is_one_line(call, output, tmp_path):
+    suffix = ".png" if output.picture else ".csv"
+    before = tree(tmp_path)
+    for place in (f"line.csv/x{suffix}", f"/proc/x{suffix}", "x" * 255 + suffix):
+        assert last_line(call(output, place, status=2).stderr).startswith(f"{place}: ")
+        assert tree(tmp_path) == before
+
+
+@every_file
+def test_a_full_disk_is_one_line(call, output, tmp_path):
+    name = "out.png" if output.picture else "out.csv"
+    before = tree(tmp_path)
+    with no_room():
+        text = call(output, name, status=2).stderr
+    assert "File too large" in last_line(text)
+    assert tree(tmp_path) == before
+
+
+@every_folder
+def test_a_folder_of_the_users_is_left_alone(call, output, tmp_path):
+    out = tmp_path / "work" / "out"
+    out.mkdir()
+    for name in ("edges.csv", "summary.json", "notes.txt"):
+        (out / name).write_text("mine")
+    before = tree(tmp_path)
+    text = call(output, "out", status=2).stderr
+    assert last_line(text).startswith("out/edges.csv: already exists and is not as an earlier run")
+    assert tree(tmp_path) == before
+
+
+@every_folder
+def test_a_folder_that_cannot_be_written_is_one_line(call, output, tmp_path):
+    before = tree(tmp_path)
+    for place in ("line.csv/x", "/proc/x", "x" * 256):
+        assert last_line(call(output, place, status=2).stderr).startswith(f"{place}: ")
+    with no_room():
+        text = call(output, "full", status=2).stderr
+    wanted = ("simulator: ended: File size limit exceeded", "full/line.csv: File too large")
+    assert last_line(text) in wanted
+    assert tree(tmp_path) == before and not (tmp_path / "work" / "full").exists()
+
+
+@pytest.mark.parametrize(
+    "output", [one for one in FILES if "line.csv" in CALLS[str(one)] and not one.picture], ids=str
+)
+def test_an_input_is_never_written(call, output, tmp_path):
+    before = tree(tmp_path)
+    for more in ((), ("--force",)):
+        text = call(output, "./line.csv", *more, status=2).stderr
+        assert last_line(text) == "line.csv: is the input: name another file for the output"
+    assert tree(tmp_path) == before
+
+
+def test_an_input_in_the_results_folder_is_never_written(call, tmp_path):
+    work = tmp_path / "work"
+    (work / "line.csv").rename(work / "edges.csv")
+    words = ("sim", "edges.csv", "--decode", "plain", *AT_30, "--board", "uno")
+    (output,) = [one for one in FOLDERS if str(one) == "sim --out"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(CALLS, "sim --out", words)
+        text = call(output, ".", "--force", status=2).stderr
+    assert last_line(text) == "edges.csv: is the input: name another file for the output"
