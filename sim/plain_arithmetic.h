@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Plain instructions on registers and flags alone.
+// Plain instructions on registers and flags alone. simavr keeps each flag in a byte of its own, 0
+// or 1. The I bit is no part of this: it lets interrupts in.
 #pragma once
 
 #include "plain_instruction.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A plain instruction (plain.h) after it was decoded, and what the functions that execute one share.
-// Flags and cycles are those of the AVR instruction set manual.
+// A plain instruction (plain.h) after it was decoded, and what the functions that execute one have
+// in common. Flags and cycles are those of the AVR instruction set manual.
 #pragma once
 
 #include <stdbool.h>

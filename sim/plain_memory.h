@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Plain instructions that read or write RAM, the stack or the flash. An address that is not plain RAM
-// (an I/O register, or none at all) leaves the instruction to simavr.
+// Plain instructions that read or write RAM, the stack or the flash. An address that is not
+// plain RAM (an I/O register, or none at all) leaves the instruction to simavr.
 #pragma once
 
 #include "plain_instruction.h"
