@@ -105,4 +105,4 @@ class SimPipe:
     def _status(self) -> str:
         """Return in words how the process ended: its exit status, or the signal's description."""
         status = self._process.returncode
-        return signal.strsignal(-status) if status < 0 else f"exit status {status}"
+        return f"exit status {status}" if status >= 0 else signal.strsignal(-status) or str(status)
