@@ -24,10 +24,15 @@ function(lint name)
     set_tests_properties(lint.${name} PROPERTIES LABELS lint TIMEOUT 900)
 endfunction()
 
-set(tidy "${PIXSTEP_PYTHON}" "${CMAKE_SOURCE_DIR}/tools/checks/tidy.py" "${PIXSTEP_clang_tidy}")
+set(tidy "${PIXSTEP_PYTHON}" "${CMAKE_SOURCE_DIR}/tools/checks/tidy.py")
+set(tidy_host "${PIXSTEP_clang_tidy}" "${CMAKE_BINARY_DIR}" firmware host_tests sim tools/native
+              fuzz)
+set(tidy_avr "${PIXSTEP_clang_tidy}" "${PIXSTEP_MEGA_BUILD}" firmware)
 lint(format "${PIXSTEP_clang_format}" --dry-run -Werror ${sources})
-lint(tidy.host ${tidy} "${CMAKE_BINARY_DIR}" firmware host_tests sim tools/native fuzz)
-lint(tidy.avr ${tidy} "${PIXSTEP_MEGA_BUILD}" firmware)
+lint(tidy.host ${tidy} --without-paths ${tidy_host})
+lint(tidy.avr ${tidy} --without-paths ${tidy_avr})
+lint(tidy.host.long ${tidy} ${tidy_host})
+lint(tidy.avr.long ${tidy} ${tidy_avr})
 lint(
     cppcheck "${PIXSTEP_cppcheck}" "--project=${PIXSTEP_MEGA_BUILD}/compile_commands.json"
     --platform=avr8 --enable=warning,style,performance,portability --inline-suppr
@@ -50,7 +55,10 @@ set_tests_properties(
 )
 
 # clang-tidy already works on every core.
-set_tests_properties(lint.tidy.host lint.tidy.avr PROPERTIES PROCESSORS 2)
+set_tests_properties(
+    lint.tidy.host lint.tidy.avr lint.tidy.host.long lint.tidy.avr.long PROPERTIES PROCESSORS 2
+)
+set_tests_properties(lint.tidy.host.long lint.tidy.avr.long PROPERTIES LABELS long TIMEOUT 3600)
 
 add_custom_target(
     format

@@ -1,24 +1,72 @@
 # SPDX-License-Identifier: MIT
-# The Python tests, one ctest entry a file (label `python`), run by the clone's own environment.
-# tools/tests: the product's; tools/dev/tests: the proof's.
-file(
-    GLOB files CONFIGURE_DEPENDS
-    "${CMAKE_SOURCE_DIR}/tools/tests/test_*.py" "${CMAKE_SOURCE_DIR}/tools/dev/tests/test_*.py"
+# The Python tests (label `python`), run by the clone's own environment. A file that simulates for
+# more than some seconds is a ctest entry of its own, `py.<name>`; the others share an interpreter
+# by the dozen, `py.short.<n>`, since most of their time is the import of libraries. A file that
+# knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
+# `long`).
+set(PIXSTEP_LONG_RUNNING
+    bad_line bench board board_images board_nonsense bus estops exact explore fast_moves faults
+    faults_provoked faults_table file_mutations framestorm fuzzing halts homing homing_m1284
+    homing_mega homing_smooth homing_uno orders orders_kept powercuts reversal_runs rules
+    safety_faults seek_campaign simrun stack_measured switches turns waiting_axes witness
 )
-foreach(file IN LISTS files)
-    get_filename_component(name "${file}" NAME_WE)
-    string(REGEX REPLACE "^test_" "py." name "${name}")
+# These talk to a simulated board over a pseudo terminal, in real time: nothing runs beside them.
+set(PIXSTEP_REAL_TIME tutorial console_doc board_port board_trouble conformance)
+set(PIXSTEP_SHORT_TOGETHER 12)
+
+# What every Python program of a test is run with: byte code is kept in the build, not beside the
+# sources, and what is missing fails a test instead of skipping it.
+set(PIXSTEP_PYTHON_ENVIRONMENT
+    "PYTHONPYCACHEPREFIX=${CMAKE_BINARY_DIR}/pycache" PYTHONDONTWRITEBYTECODE=
+)
+
+# python_test(<name> <label> FILES <file>... ENVIRONMENT <variable>...)
+function(python_test name label)
+    cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "FILES;ENVIRONMENT")
     add_test(
         NAME ${name}
         COMMAND "${PIXSTEP_PYTHON}" -m pytest -q -p no:cacheprovider -c tools/pyproject.toml
-                "${file}"
+                ${arg_FILES}
         WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
     )
-    set_tests_properties(${name} PROPERTIES LABELS python TIMEOUT 600)
-endforeach()
+    set_tests_properties(
+        ${name} PROPERTIES LABELS "${label}" TIMEOUT 1800
+        ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT};${arg_ENVIRONMENT}"
+    )
+endfunction()
 
-# These talk to a simulated board over a pseudo terminal, in real time: nothing runs beside them.
-set_tests_properties(py.tutorial py.console_doc py.board_port PROPERTIES RUN_SERIAL TRUE)
+# The product's files and the proof's, which have fixtures of their own.
+set(short_number 1)
+foreach(folder IN ITEMS tools/tests tools/dev/tests)
+    file(GLOB files CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${folder}/test_*.py")
+    set(short "")
+    foreach(file IN LISTS files)
+        get_filename_component(name "${file}" NAME_WE)
+        string(REGEX REPLACE "^test_" "" name "${name}")
+        file(STRINGS "${file}" knows_more REGEX "^from effort import" LIMIT_COUNT 1)
+        if(knows_more)
+            python_test(py.${name}.long long FILES "${file}" ENVIRONMENT PIXSTEP_LONG=1)
+        endif()
+        if(name IN_LIST PIXSTEP_LONG_RUNNING OR name IN_LIST PIXSTEP_REAL_TIME)
+            python_test(py.${name} python FILES "${file}")
+        else()
+            list(APPEND short "${file}")
+        endif()
+        list(LENGTH short together)
+        if(together EQUAL PIXSTEP_SHORT_TOGETHER)
+            python_test(py.short.${short_number} python FILES ${short})
+            math(EXPR short_number "${short_number} + 1")
+            set(short "")
+        endif()
+    endforeach()
+    if(short)
+        python_test(py.short.${short_number} python FILES ${short})
+        math(EXPR short_number "${short_number} + 1")
+    endif()
+endforeach()
+foreach(name IN LISTS PIXSTEP_REAL_TIME)
+    set_tests_properties(py.${name} PROPERTIES RUN_SERIAL TRUE)
+endforeach()
 
 # The wheel, installed into an empty environment. It takes the images that are built here.
 add_test(

@@ -85,8 +85,9 @@ static bool capture_waits(uint8_t i)
 bool axes_advance(uint8_t i, enum ledger_extent extent)
 {
     struct axis *axis = axes_get(i);
-    struct engine_sample sample = step_timer_sample(i);
+    struct engine_sample sample;
 
+    step_timer_sample(i, &sample);
     if (capture_waits(i)) {
         return false;
     }
@@ -102,8 +103,9 @@ bool axes_advance(uint8_t i, enum ledger_extent extent)
 void axes_advance_rested(uint8_t i)
 {
     struct axis *axis = axes_get(i);
-    struct engine_sample sample = step_timer_sample(i);
+    struct engine_sample sample;
 
+    step_timer_sample(i, &sample);
     ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
 }
 

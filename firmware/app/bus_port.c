@@ -5,6 +5,7 @@
 
 #include "app/settings.h" // settings_*
 #include "app/traffic.h"  // traffic_*
+#include "base/apart.h"   // APART
 #include "config.h"       // CONFIG_TIMER_HZ
 #include "hal/clock.h"    // clock_now_units
 #include "hal/uart.h"     // uart_*
@@ -118,7 +119,7 @@ static void send_reply(void)
     }
 }
 
-void bus_port_poll(void)
+APART void bus_port_poll(void)
 {
     traffic_count_overruns(uart_take_overruns());
     if (phase == SENDING && !uart_sending()) {

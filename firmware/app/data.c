@@ -156,13 +156,14 @@ static APART enum modbus_exception write_order(uint8_t first,
                                                uint8_t count,
                                                const uint8_t *words)
 {
-    uint16_t given[ORDER_WORDS] = {commands_last()->mask};
+    struct order order = {.mask = commands_last()->mask};
+    uint16_t *word = &order.mask + first; // its words lie as the registers do
 
-    for (uint8_t i = 0; i < count; i++) {
-        given[first + i] = get_word(&words[2u * i]);
+    for (; count != 0; count--) {
+        *word = get_word(words);
+        word++;
+        words += 2;
     }
-    const struct order order = {given[0], given[1], given[2]};
-
     if (order.mask > COMMANDS_MASK_MAX || order.command > COMMAND_LAST) {
         return MODBUS_ILLEGAL_VALUE;
     }

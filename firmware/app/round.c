@@ -14,6 +14,7 @@
 #include "app/store.h"       // store_poll
 #include "app/time_check.h"  // time_check_poll
 #include "app/witness.h"     // witness_poll
+#include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/estop.h"       // estop_latched
 #include "hal/step_timer.h"  // step_timer_*
@@ -201,7 +202,7 @@ static void decode_in_turn(uint8_t budget)
 }
 #endif
 
-static void decode_some(void)
+static APART void decode_some(void)
 {
     // Only an axis that is about to start counts: a token or a driver may hold an axis back for
     // long while others run.
@@ -210,7 +211,9 @@ static void decode_some(void)
     decode_in_turn(starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
 }
 
-void round_poll(void)
+// Everything but the decoding of steps. Apart from it, so that the stack of each of the two is free
+// for the other.
+static APART void look_after_axes(void)
 {
     cpu_section(CPU_SECTION_ROUND);
     // Underruns come first: after an underrun the place of a clock edge is not known.
@@ -230,5 +233,10 @@ void round_poll(void)
     start_poll();
     clock_edges_miss();
     store_poll();
+}
+
+void round_poll(void)
+{
+    look_after_axes();
     decode_some();
 }

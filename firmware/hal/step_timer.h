@@ -28,8 +28,8 @@ struct step_ring *step_timer_ring(uint8_t axis);
 // The STEP_TRAINS pulse trains of that interrupt.
 struct pulse_train *step_timer_trains(uint8_t axis);
 
-// What the interrupt has consumed, as of one instant.
-struct engine_sample step_timer_sample(uint8_t axis);
+// *sample: what the interrupt has consumed, as of one instant.
+void step_timer_sample(uint8_t axis, struct engine_sample *sample);
 // Of such a sample the slot alone.
 uint8_t step_timer_tail(uint8_t axis);
 // State of the axis's engine.

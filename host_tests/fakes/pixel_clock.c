@@ -55,8 +55,8 @@ void fake_pixel_clock_capture(void)
     newest = (struct pixel_capture){
         .ticks = (uint16_t)(captured - fake_timers_period_start(CONFIG_PIXEL_CLOCK_AXIS)),
         .back = 1,
-        .sample = step_timer_sample(CONFIG_PIXEL_CLOCK_AXIS),
     };
+    step_timer_sample(CONFIG_PIXEL_CLOCK_AXIS, &newest.sample);
 }
 
 bool pixel_clock_waiting(void)

@@ -136,9 +136,9 @@ struct pulse_train *step_timer_trains(uint8_t axis)
     return timers[axis].engine.trains;
 }
 
-struct engine_sample step_timer_sample(uint8_t axis)
+void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 {
-    return step_engine_sample(&timers[axis].engine);
+    *sample = step_engine_sample(&timers[axis].engine);
 }
 
 uint8_t step_timer_tail(uint8_t axis)

@@ -33,10 +33,10 @@ static void capture(void)
                 .ticks = (uint16_t)(captured -
                                     fake_timers_period_start(CONFIG_SWITCH_CAPTURE_AXIS)),
                 .back = 1,
-                .sample = step_timer_sample(CONFIG_SWITCH_CAPTURE_AXIS),
             },
-        .seeker = step_timer_sample(listened_axis),
     };
+    step_timer_sample(CONFIG_SWITCH_CAPTURE_AXIS, &first.edge.sample);
+    step_timer_sample(listened_axis, &first.seeker);
 }
 
 void fake_switch(uint8_t axis, uint8_t which, bool high)

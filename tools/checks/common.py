@@ -37,11 +37,13 @@ def build_folder(board: str, root: Path = ROOT) -> Path:
     return root / "build" / board
 
 
-def table_options(about: str) -> argparse.Namespace:
+def table_options(about: str, *flags: str) -> argparse.Namespace:
     """Read the command line of a rule that keeps a table in a document: `check`, `write`."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--check", type=Path, metavar="FILE", help="compare with the table in FILE")
     parser.add_argument("--write", type=Path, metavar="FILE", help="rewrite the table in FILE")
+    for flag in flags:
+        parser.add_argument(flag, action="store_true")
     return parser.parse_args()
 
 

@@ -48,6 +48,12 @@ class Change:
 
 SINGLE = ("--actions", "1", "--pins", "1", "--from")
 
+# What the tests explore, explore.pins and explore.periods run, from the situation in which a
+# defect is found.
+WIDE = ("--actions", "3", "--periods", "1", "--from")
+PINS = ("--actions", "1", "--periods", "1", "--pins", "1", "--from")
+PERIODS = ("--actions", "1", "--periods", "2", "--from")
+
 
 @dataclass(frozen=True)
 class Plant:
@@ -57,7 +63,7 @@ class Plant:
     rule: str
     changes: tuple[Change, ...]
     compiled: tuple[str, ...] = ()  # sources that include a changed header
-    limits: tuple[str, ...] = ()  # where what the tests run is not enough
+    limits: tuple[str, ...] = ()  # of the search; empty: those of explore.long
 
 
 PLANTS = (
@@ -72,6 +78,7 @@ PLANTS = (
             ),
             Change(AXES, "if (!step_engine_going(step_timer_state(i))) {", "if (true) {"),
         ),
+        limits=(*WIDE, "before the first step"),
     ),
     Plant(
         "permit set before the emergency stop is looked at",
@@ -85,12 +92,14 @@ PLANTS = (
                 "        pins_write_permit(false);\n    }",
             ),
         ),
+        limits=(*PINS, "empty"),
     ),
     Plant(
         "a halt that does not cut a pulse train",
         POSITION,
         (Change(ENGINE_H, "engine->cut = left;\n        engine->left = 0;", ""),),
         (TIMER,),
+        limits=(*WIDE, "inside a run"),
     ),
     Plant(
         "a halt inside a command that does not give way",
@@ -108,6 +117,7 @@ PLANTS = (
                 "_BV(TOV##timer)) == 0) { TIFR##timer = 0;",
             ),
         ),
+        limits=(*WIDE, "single periods"),
     ),
     Plant(
         "idle periods that leave the edge's register alone",
@@ -119,6 +129,7 @@ PLANTS = (
                 "void step_isr_compare_a(void)\n{\n",
             ),
         ),
+        limits=(*WIDE, "before the first step"),
     ),
     Plant(
         "a command that does not see a halt",
@@ -137,6 +148,7 @@ PLANTS = (
         "an emergency stop that leaves permit on",
         PERMIT,
         (Change(ESTOP, "    pins_write_permit(false);\n    is_latched", "    is_latched"),),
+        limits=(*WIDE, "empty"),
     ),
     Plant(
         "a stop that leaves permit on",
@@ -148,11 +160,13 @@ PLANTS = (
                 "    if (state_of(i) != AXIS_FAULT) {",
             ),
         ),
+        limits=(*WIDE, "empty"),
     ),
     Plant(
         "an emergency stop that the main loop does not look for",
         UNHEARD,
         (Change("firmware/app/safety.c", "    if (estop_latched()) {", "    if (false) {"),),
+        limits=(*WIDE, "empty"),
     ),
     Plant(
         "a refused order that is kept",
@@ -165,11 +179,13 @@ PLANTS = (
                 "    commands_act(order);\n    last_order = *order;",
             ),
         ),
+        limits=(*WIDE, "empty"),
     ),
     Plant(
         "a settled axis whose interrupt stays off",
         STUCK,
         (Change(TIMER, "            resume_axis(axis);", ""),),
+        limits=(*WIDE, "empty"),
     ),
     Plant(
         "a late interrupt that forgets the rest of its pulse train",
@@ -181,6 +197,7 @@ PLANTS = (
                 "GIVE_WAY(timer); step_engines[axis].state = STEP_ENGINE_HALTING; late_axes",
             ),
         ),
+        limits=(*PERIODS, "inside a fast run"),
     ),
     Plant(
         "a sentinel written behind its entry",

@@ -128,23 +128,27 @@ class Maker:
 
     def image(self, switch: str, value: int) -> Path:
         """The image with the switch set to a value; its ELF file."""
-        folder = self.folder / switch.lower()
+        return self.image_with({switch: value}, switch.lower())
+
+    def image_with(self, values: dict[str, int], name: str) -> Path:
+        """The image with these switches set, made in the folder of this name."""
+        folder = self.folder / name
         folder.mkdir(parents=True, exist_ok=True)
         others = {}
         for one in self.build.compilations:
-            made = self.turned(one, switch, value, folder)
+            made = self.turned(one, values, folder)
             if made:
                 others[one.made] = str(made)
         if not others:
             raise BuildError("changes nothing that is compiled")
         return self.linked(others, folder)
 
-    def turned(self, one: Compilation, switch: str, value: int, folder: Path) -> Path | None:
-        """The object with the switch set, or None if it is the build's own."""
+    def turned(self, one: Compilation, values: dict[str, int], folder: Path) -> Path | None:
+        """The object with the switches set, or None if it is the build's own."""
         names = self.named[one.made]
-        if switch not in names and ALL_SWITCHES not in names:
+        if not any(switch in names for switch in (*values, ALL_SWITCHES)):
             return None
-        words = [*one.words, f"-D{switch}={value}"]
+        words = [*one.words, *(f"-D{switch}={value}" for switch, value in values.items())]
         code = code_of(run([*words, "-E"], self.build.folder))
         if code == self.usual[one.made]:
             return None

@@ -5,6 +5,7 @@
                                  prints what each feature takes of the board
     features.py --check FILE     the same, and fails if FILE's table is another
     features.py --write FILE     the same, and rewrites the table in FILE between its markers
+    features.py --together       builds one image of every board with all its switches turned over
 
 The switches are the rows of firmware/build_features.def, their defaults those of
 firmware/build_features.h. The boards' images have to be built; the others go to build/features.
@@ -122,6 +123,20 @@ def measure(features: list[Feature]) -> tuple[Costs, str, list[str]]:
     return costs, compilers.pop(), problems
 
 
+def turn_all(features: list[Feature]) -> list[str]:
+    """Build every board with all its switches turned over; return what does not compile."""
+    problems = []
+    for board in board_names():
+        folder, has = build_folder(board), defaults(board)
+        maker = Maker(read_build(folder, f"pixstep-{board}"), build_folder("features") / board)
+        try:
+            values = {one.switch: int(not has[one.switch]) for one in features}
+            maker.image_with(values, "together")
+        except BuildError as error:
+            problems.append(f"{board}: all switches turned over: {error}")
+    return problems
+
+
 def worthless(costs: Costs) -> list[str]:
     """Switches that save no flash: what they are there for is in the image either way."""
     return [
@@ -204,10 +219,13 @@ def judge(costs: Costs, compiler: str, path: Path) -> list[str]:
 
 def main() -> None:
     """Build, measure, print, write, judge."""
-    options = table_options("What each feature takes of each board.")
+    options = table_options("What each feature takes of each board.", "--together")
     source = ROOT / "firmware" / "build_features.def"
     features = read_features(source.read_text(encoding="utf-8"))
+    looked_at = f"{len(features)} switches of {len(board_names())} boards"
     try:
+        if options.together:
+            finish("features", f"{looked_at}, turned over together", turn_all(features))
         costs, compiler, problems = measure(features)
         text = table(features, costs, compiler)
         problems += worthless(costs)
@@ -218,7 +236,7 @@ def main() -> None:
     except (BuildError, ImageError, MapError, UserError, OSError) as error:
         finish("features", "nothing measured", [str(error)])
     print(text)
-    finish("features", f"{len(features)} switches of {len(board_names())} boards", problems)
+    finish("features", looked_at, problems)
 
 
 if __name__ == "__main__":

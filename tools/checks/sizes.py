@@ -19,9 +19,6 @@ from avr_image import read_image, run
 from avr_stack import Image, ImageError
 from common import finish
 
-# What is to be left over, in bytes of flash and of RAM at the worst stack; printed, no limits.
-GOALS = {"uno": (2500, 300), "mega": (None, 1800)}
-
 
 @dataclass(frozen=True)
 class Limits:
@@ -148,21 +145,14 @@ def over_limits(board: str, size: Size) -> list[str]:
 
 
 def text(board: str, size: Size) -> str:
-    """The numbers of one image as a line, what is left with its limit and its goal."""
+    """The numbers of one image as a line, what is left with its limit."""
     limits = limits_of(board)
-    flash_goal, ram_goal = GOALS.get(board, (None, None))
-    flash = left(limits.flash - size.flash, limits.flash_reserve, flash_goal)
-    ram = left(size.free, limits.reserve, ram_goal)
+    flash = limits.flash - size.flash
     return (
-        f"{board}: flash {size.flash}, left {flash}; static RAM {size.static_ram}, "
-        f"worst stack {size.worst_stack}, left {ram}"
+        f"{board}: flash {size.flash}, left {flash} bytes (at least {limits.flash_reserve}); "
+        f"static RAM {size.static_ram}, worst stack {size.worst_stack}, "
+        f"left {size.free} bytes (at least {limits.reserve})"
     )
-
-
-def left(now: int, limit: int, goal: int | None) -> str:
-    """Bytes left over, beside the least and the goal."""
-    wanted = f", goal {goal}" if goal is not None else ""
-    return f"{now} bytes (at least {limit}{wanted})"
 
 
 def main() -> None:

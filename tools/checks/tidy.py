@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: MIT
 """clang-tidy over a compile database, several files at a time.
 
-    tidy.py CLANG_TIDY BUILD_DIR FOLDER...   only files under these folders of the repository
+    tidy.py [--without-paths] CLANG_TIDY BUILD_DIR FOLDER...
 
+Only files under these folders of the repository are read. --without-paths leaves out clang's
+analyzer, which follows every path through a function and takes nine tenths of the time.
 A database of avr-gcc is read with the AVR's own types (int has 16 bits) and avr-libc's headers.
 """
 
+import argparse
 import json
 import os
 import re
 import subprocess
-import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -19,6 +21,9 @@ from common import ROOT, finish
 
 # Flags of gcc that clang does not know; without this, each would be an error of its own.
 QUIET = ["--extra-arg=-Wno-unknown-warning-option", "--extra-arg=-Wno-unused-command-line-argument"]
+
+# Checks against the .clang-tidy of the project.
+WITHOUT_PATHS = "--checks=-clang-analyzer-*"
 
 # Folders that are built for the AVR too.
 FOR_AVR = ("firmware", "host_tests")
@@ -42,9 +47,17 @@ NOT_CLANGS = ("-ffixed-", "-mrelax", "-mcall-prologues", "-mstrict-X", "-flto", 
 FILE_MACRO = re.compile(r"-D(BOARD_FILE|BOARD_KINDS)=\"?<([^>]*)>\"?")
 
 
-def database_for_clang(build: Path, folder: str) -> list[dict[str, str]]:
-    """The compile database, written to another folder without what clang does not accept."""
-    entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+def database_for_clang(build: Path, folder: str, wanted: tuple[str, ...]) -> list[dict[str, str]]:
+    """The compile database of the wanted files, one entry for each, as clang accepts it."""
+    listed = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    chosen = {
+        entry["file"]: entry
+        for entry in listed
+        if entry["file"].startswith(wanted)
+        and entry["file"].endswith(".c")
+        and not built_twice(entry)
+    }
+    entries = list(chosen.values())
     for entry in entries:
         words = FILE_MACRO.sub(r'-D\1=\\"\2\\"', entry["command"]).split(" ")
         entry["command"] = " ".join(word for word in words if not word.startswith(NOT_CLANGS))
@@ -86,12 +99,12 @@ def flags_for(command: str, for_avr: bool) -> list[str]:
     ]
 
 
-def check(tidy: str, database: str, entry: dict[str, str]) -> list[str]:
+def check(command: list[str], database: str, entry: dict[str, str]) -> list[str]:
     """Findings of one file."""
     file = Path(entry["file"])
     flags = flags_for(entry["command"], any(file.is_relative_to(ROOT / one) for one in FOR_AVR))
-    command = [tidy, "--quiet", "-p", database, *flags, entry["file"]]
-    done = subprocess.run(command, capture_output=True, text=True)
+    words = [*command, "--quiet", "-p", database, *flags, entry["file"]]
+    done = subprocess.run(words, capture_output=True, text=True)
     if done.returncode == 0:
         return []
     return [done.stdout.strip() or done.stderr.strip()]
@@ -104,19 +117,19 @@ def built_twice(entry: dict[str, str]) -> bool:
 
 def main() -> None:
     """Run clang-tidy over what the arguments choose."""
-    tidy, build, folders = sys.argv[1], Path(sys.argv[2]), sys.argv[3:]
-    wanted = tuple(f"{ROOT / folder}{os.sep}" for folder in folders)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--without-paths", action="store_true")
+    parser.add_argument("tidy")
+    parser.add_argument("build", type=Path)
+    parser.add_argument("folders", nargs="+")
+    options = parser.parse_args()
+    command = [options.tidy, *([WITHOUT_PATHS] if options.without_paths else [])]
+    wanted = tuple(f"{ROOT / folder}{os.sep}" for folder in options.folders)
     with tempfile.TemporaryDirectory() as database, ThreadPoolExecutor(os.cpu_count()) as pool:
-        entries = {
-            entry["file"]: entry
-            for entry in database_for_clang(build, database)
-            if entry["file"].startswith(wanted)
-            and entry["file"].endswith(".c")
-            and not built_twice(entry)
-        }
-        results = pool.map(lambda entry: check(tidy, database, entry), entries.values())
+        entries = database_for_clang(options.build, database, wanted)
+        results = pool.map(lambda entry: check(command, database, entry), entries)
         problems = [finding for found in results for finding in found]
-    finish("clang-tidy", f"{len(entries)} files of {build.name}", problems)
+    finish("clang-tidy", f"{len(entries)} files of {options.build.name}", problems)
 
 
 if __name__ == "__main__":

@@ -35,11 +35,10 @@ def sim_port(simulator):
     )  # fmt: skip
     try:
         name = process.stdout.readline().strip()
-        time.sleep(0.3)
         yield name
     finally:
         process.terminate()
-        process.wait(timeout=10)
+        process.wait(timeout=60)
         process.stdout.close()
 
 
@@ -69,9 +68,9 @@ def test_a_session_over_a_terminal(pixstep, invoke, sim_port, tmp_path, monkeypa
 
 
 def start_lines(pixstep, tmp_path, *axes):
-    """Start lines of half a minute that go on alone."""
+    """Start lines of ten minutes that go on alone."""
     pixstep("board", "set", "pixel_hz=100", "bus_timeout_ms=0")
-    formats.write_csv(tmp_path / "long.csv", [9] * 3000)
+    formats.write_csv(tmp_path / "long.csv", [9] * 60_000)
     for axis in axes:
         words = ("board", "upload", "long.csv", "--decode", "plain", "--axis", axis)
         pixstep(*words)
@@ -99,7 +98,7 @@ def moving(pixstep, sim_port, tmp_path, monkeypatch):
     """
     monkeypatch.setenv("PIXSTEP_PORT", sim_port)
     pixstep("board", "set", "pixel_hz=100", "bus_timeout_ms=0")
-    formats.write_csv(tmp_path / "long.csv", [9, 11] * 1500)  # streamed
+    formats.write_csv(tmp_path / "long.csv", ([9] * 8 + [11] * 8) * 750)  # streamed
     words = ("board", "upload", "long.csv", "--decode", "plain", "--arm")
     pid, master = pty.fork()
     if pid == 0:
@@ -161,11 +160,11 @@ def test_watch_is_live_on_a_terminal_and_ends_by_ctrl_c(sim_port):
     )  # fmt: skip
     os.close(slave)
     seen = b""
-    end = time.monotonic() + 20
+    end = time.monotonic() + 120
     while seen.count(b"queue free") < 3 and time.monotonic() < end:
         seen += os.read(master, 4096)
     process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=10) == 0
+    assert process.wait(timeout=60) == 0
     os.close(master)
     text = seen.decode(errors="replace")  # the last read may end in a character
     assert "Traceback" not in text

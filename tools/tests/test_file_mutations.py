@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""10,000 damaged files: each is read rightly or refused in one line, as a second reader says."""
+"""10,000 damaged files (fewer in the quick check): read rightly or refused in one line.
+
+A second reader says what is right.
+"""
 
 import random
 import re
@@ -11,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 import reference_reader
+from effort import cases
 from mutants import good_files, mutate
 from pixstep import formats
 from pixstep.cli.main import main
@@ -19,7 +23,7 @@ from pixstep.formats import csb
 from pixstep.formats.examine import examine_bytes
 from pixstep.formats.findings import LENIENT, STRICT, Findings
 
-COUNT = 10_000
+COUNT = cases(2_000, 10_000)
 SEED = 1
 MODES = ({}, {"lenient": True}, {"raw": True})
 LONGEST_MESSAGE = 500
@@ -76,7 +80,7 @@ def outcome_of(path, data, mode):
     return "read"
 
 
-def test_ten_thousand_damaged_files():
+def test_thousands_of_damaged_files():
     counts, by_format = Counter(), Counter()
     path = Path("damaged")
     for name, data in mutants():
@@ -91,7 +95,7 @@ def test_ten_thousand_damaged_files():
         assert counts["refused", *mode] > COUNT * 0.30
     assert counts["read", "lenient"] > counts[("read",)] + COUNT * 0.05
     for kind in ("PRN", "csv", "csb"):
-        assert by_format["read", kind] > 500 and by_format["refused", kind] > 500
+        assert min(by_format["read", kind], by_format["refused", kind]) > COUNT * 0.05
 
 
 def test_reference_reads_the_good_files(tmp_path):

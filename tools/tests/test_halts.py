@@ -10,6 +10,7 @@ import random
 import pytest
 
 from bench import Bench
+from effort import cases
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
 from pixstep_dev.robustness.estops import BOUND_CYCLES
@@ -17,7 +18,7 @@ from pixstep_dev.robustness.orders import frames
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-TRIALS = 40
+TRIALS = cases(12, 40)
 SETTLE_CYCLES = 300_000
 SHORTEST_OF_OTHERS = [
     (board.name, board.min_interval_ticks)

@@ -3,10 +3,11 @@
 
 import pytest
 
+from effort import cases
 from homebench import assert_repeats, repeat
 
 pytestmark = pytest.mark.usefixtures("simulator")
-COUNT = 25
+COUNT = cases(10, 25)
 
 
 @pytest.mark.parametrize("axis", range(2))

@@ -3,10 +3,11 @@
 
 import pytest
 
+from effort import cases
 from homebench import assert_repeats, repeat
 
 pytestmark = pytest.mark.usefixtures("simulator")
-COUNT = 125
+COUNT = cases(25, 125)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -193,7 +193,7 @@ def test_a_line_that_a_smooth_motor_cannot_make_is_not_written(invoke, put, tmp_
     put(b"5\n7\n7\n7\n3\n", "own.csv")
     words = ("line", "import", "own.csv", "--decode", "smooth", "-o", "line.csv")
     said = invoke(*words, status=3).stderr
-    assert "own.csv: pixel 2: oscillates: 3 pixels of 7 entered" in said
+    assert "own.csv: pixel 2: oscillates: " in said and "3 pixels of 7 entered" in said
     assert "(--fit makes the nearest line)" in said and not (tmp_path / "line.csv").exists()
     assert "--fit: the nearest line" in invoke(*words, "--fit").stderr
     checked = invoke("line", "check", "line.csv", "--decode", "smooth")

@@ -9,8 +9,8 @@ import pytest
 from pixstep import tomltext
 from pixstep.board import boards
 from pixstep.errors import UserError
-from pixstep.machine import template
-from pixstep.machine.model import Machine
+from pixstep.machine import reading, template
+from pixstep.machine.reading import Machine
 
 GOOD = """\
 [clock]
@@ -95,7 +95,7 @@ def test_the_motor_of_lines_is_the_only_one_or_named(machine):
 )  # fmt: skip
 def test_a_mistake_is_named_by_line_key_and_value(put, old, new, message):
     path = put(GOOD.replace(old, new, 1).encode(), "m.toml")
-    assert any(text.startswith(f"{path}:{message}") for text in Machine.problems(path))
+    assert any(text.startswith(f"{path}:{message}") for text in reading.problems(path))
     with pytest.raises(UserError, match=r"^[^\n]*$"):
         Machine.load(path)
 
@@ -125,7 +125,7 @@ def test_two_boards_need_places_and_motors_say_which(machine, put):
     two = GOOD.replace(
         "[motors.M39]", '[boards.other]\nkind = "uno"\nport = "/dev/ttyACM0"\n[motors.M39]', 1
     )
-    problems = Machine.problems(put(two.encode(), "two.toml"))
+    problems = reading.problems(put(two.encode(), "two.toml"))
     assert [text.split(": ", 2)[1:] for text in problems] == [
         ["boards.other.unit", "board main has this address on this port"],
         ["motors.M39", "needs a key board, one of main, other"],
@@ -168,13 +168,13 @@ def test_a_new_file_is_valid_with_all_its_comments_taken_in(put, board):
     kinds = dict(zip(("M39", "M40"), ("smooth", "plain"), strict=True))
     motors = dict(list(kinds.items())[: boards.load(board).axes])
     text = template.text(board, Fraction(30000, 1001), motors)
-    assert Machine.problems(put(text.encode())) == []
+    assert reading.problems(put(text.encode())) == []
     lines = []
     for line in text.splitlines():
         bare = line.removeprefix("# ")
         lines.append(bare if line != bare and " = " in bare else line)
     full = put("\n".join(lines).encode())
-    assert Machine.problems(full) == []
+    assert reading.problems(full) == []
     motor = Machine.load(full)["M39"]
     assert motor.profiles.line and motor.limits.max_jerk and motor.limits.start_stop
     assert len(lines) == len(text.splitlines()) and max(map(len, lines)) <= 100

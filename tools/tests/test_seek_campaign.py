@@ -7,12 +7,15 @@ runs of an image.
 
 import pytest
 
+from effort import cases
 from seek_trial import Run, Trial
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
 
-@pytest.mark.parametrize(("board", "trials"), [("uno", 14), ("mega", 14), ("m1284", 14)])
+@pytest.mark.parametrize(
+    ("board", "trials"), [("uno", cases(7, 14)), ("mega", cases(7, 14)), ("m1284", 14)]
+)
 def test_random_seeks(tmp_path, board, trials):
     endings, offsets = set(), set()
     for seed in range(trials):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bench import Bench
+from effort import cases
 from pixstep.board import boards
 from pixstep.board.client import LineRefusedByBoardError, Upload
 from pixstep.lines.line import PLAIN, Line
@@ -59,7 +60,7 @@ def test_an_axis_moves_away_from_its_limit_whatever_its_rate_was(board, count):
 
 def test_position_is_exact_when_a_clock_edge_comes_as_a_run_is_cut_off():
     """Stopped at any distance from a clock edge: its sample must know of the cut."""
-    for wait in range(0, 160_000, 800):
+    for wait in range(0, 160_000, cases(7_300, 800)):
         with Bench("uno", hz=HZ) as bench:
             queue(bench, 0, [(100, 100)], WAIT)
             bench.arm()
@@ -74,7 +75,7 @@ def test_position_is_exact_when_a_clock_edge_comes_as_a_run_is_cut_off():
 @pytest.mark.parametrize("board", BOARDS)
 def test_a_line_without_the_clock_begins_at_any_rate(board, flags):
     count = fastest_seek(board) if flags else 600
-    for phase in range(6):
+    for phase in range(cases(2, 6)):
         with Bench(board, hz=HZ) as bench:
             queue(bench, 0, [(count, 20), *([DOWN] if flags else [])], flags)
             bench.sim.run(phase * 777)
@@ -93,7 +94,7 @@ def test_the_fastest_seek_places_its_edge(tmp_path, board, axes):
     """Each step interrupt may come between the edge and the look at where it fell."""
     count, path = fastest_seek(board), tmp_path / "edges.csv"
     offsets = set()
-    for trial in range(16):
+    for trial in range(cases(5, 16)):
         knobs = f"0.{axes[0]}:home={4321 + 7 * trial},delay={trial * 137},over=1000000"
         with Bench(board, axes, HZ, path, extra=("--plant", knobs)) as bench:
             queue(bench, axes[0], [(count, 40), DOWN], SEEK)
@@ -118,7 +119,7 @@ def test_a_seek_begins_while_other_axes_keep_the_board_busy():
     """Its own account is old by then, and a clock edge of its timer may be waiting."""
     ramp = [5, 25, *range(50, 180, 20)]
     line = Line((*ramp, *([190, 189, 188, 189] * 12), *ramp[::-1]), PLAIN)
-    for phase in range(10):
+    for phase in range(0, 10, cases(4, 1)):
         with Bench("mega", range(4), HZ) as bench:
             for axis in range(3):
                 bench.load(line, axis)

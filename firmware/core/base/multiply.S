@@ -1,7 +1,7 @@
 ; SPDX-License-Identifier: MIT
-; The assembly half of multiply.h, where the C stands:
+; The assembly half of multiply.h, where the C stands. No other register is changed:
 ;
-;     uint32_t multiply_u32_u16(uint32_t a, uint16_t b)
+;     multiply_in_registers, called by multiply_u32_u16()
 ;
 ;     r22..r25            a, then the product
 ;     r20, r21            b
@@ -34,8 +34,8 @@
 #define P3   r31
 #define ZERO r18
 
-    .section .text.multiply_u32_u16, "ax", @progbits
-function multiply_u32_u16
+    .section .text.multiply_in_registers, "ax", @progbits
+function multiply_in_registers
     clr ZERO                            ; 1
     mul A0, B0                          ; 6
     movw P0, r0
@@ -50,4 +50,4 @@ function multiply_u32_u16
     movw A2, P2
     clr r1
     ret                                 ; 8  and the call
-end_function multiply_u32_u16
+end_function multiply_in_registers

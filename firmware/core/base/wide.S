@@ -1,7 +1,7 @@
 ; SPDX-License-Identifier: MIT
-; The assembly half of wide.h, where the C stands:
+; The assembly half of wide.h, where the C stands. No other register is changed:
 ;
-;     struct wide wide_times(struct wide a, uint16_t factor)
+;     wide_times_in_registers, called by wide_times()
 ;
 ;     r20..r23, r24       a: bits 8 to 39, then bits 0 to 7
 ;     r18, r19            factor
@@ -25,8 +25,8 @@
 #define P4   r31
 #define ZERO r25
 
-    .section .text.wide_times, "ax", @progbits
-function wide_times
+    .section .text.wide_times_in_registers, "ax", @progbits
+function wide_times_in_registers
     clr ZERO                            ; 1
     mul A1, B0                          ; 6
     movw P1, r0
@@ -48,4 +48,4 @@ function wide_times
     movw r20, P3
     clr r1                              ; 1
     ret                                 ; 8  and the call
-end_function wide_times
+end_function wide_times_in_registers

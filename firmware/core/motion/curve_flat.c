@@ -89,25 +89,31 @@ enum curve_flat_kind curve_flat_kind(uint32_t ticks,
     return CURVE_FLAT_NOT;
 }
 
+// T^2, the distance of two steps, without its highest bits.
+static struct wide step_of(const struct curve_place *at)
+{
+    return (struct wide){.high = (int32_t)((at->step << 8) | (at->step_low >> 8)),
+                         .low = (uint8_t)at->step_low};
+}
+
 void curve_flat_enter(struct curve_flat *flat,
                       const struct curve_place *at,
                       uint16_t interval_ticks)
 {
     uint32_t half = (uint32_t)(int32_t)at->half;
     int32_t half_slope_growth = (int32_t)multiply_u32_u16(half, interval_ticks);
-    struct wide slope_growth = wide_from_int32(2 * half_slope_growth);
-    struct wide ahead = wide_from_int32(half_slope_growth - at->half);
-    struct wide step = {.high = (int32_t)((at->step << 8) | (at->step_low >> 8)),
-                        .low = (uint8_t)at->step_low};
-    struct wide mean = wide_add(at->slope, ahead);
 
+    // Each number is stored as soon as it is known, so that few of them take up stack.
     flat->residual = at->residual;
-    flat->gain = wide_sub(wide_times(mean, interval_ticks), step);
-    flat->difference = wide_add(mean, ahead);
-    flat->gain_growth = wide_times(slope_growth, interval_ticks);
-    flat->slope_growth = 2 * half_slope_growth;
     flat->twice_half = (int16_t)(2 * at->half);
     flat->top = (uint16_t)(interval_ticks - 1u);
+    flat->slope_growth = 2 * half_slope_growth;
+    flat->gain_growth = wide_times(wide_from_int32(flat->slope_growth), interval_ticks);
+
+    struct wide ahead = wide_from_int32(half_slope_growth - at->half);
+    struct wide mean = wide_add(at->slope, ahead);
+    flat->difference = wide_add(mean, ahead);
+    flat->gain = wide_sub(wide_times(mean, interval_ticks), step_of(at));
 }
 
 void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at)

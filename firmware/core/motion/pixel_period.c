@@ -78,8 +78,8 @@ uint32_t pixel_grid_advance(struct pixel_grid *grid)
 typedef uint16_t __attribute__((may_alias)) half;
 
 // *a * b + *c * d + more, where b and d have 15 bits.
-static APART uint32_t
-sum_of_products(const half *a, uint16_t b, const half *c, uint16_t d, uint16_t more)
+static uint32_t sum_of_products(
+    const half *a, uint16_t b, const half *c, uint16_t d, uint16_t more)
 {
     return (uint32_t)*a * b + (uint32_t)*c * d + more;
 }

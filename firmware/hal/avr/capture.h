@@ -50,6 +50,7 @@ struct capture {
 // As short as can be with interrupts off, 13 cycles and the sample's: the step interrupts come
 // first. An edge that finds the one before it not taken is noted only, so that a noisy input cannot
 // nest this. The instruction behind an SEI runs before any interrupt: it must not be the next CLI.
+// The linker makes RJMP of JMP, because the body is near.
 #define CAPTURE_ENTRY(name, timer, busy, overrun, sample, ...)                           \
     static struct capture name;                                                          \
     static void name##_body(void) __asm__("__vector_" #name "_body")                     \
@@ -58,7 +59,7 @@ struct capture {
     {                                                                                    \
         __asm__ volatile("sbic %[flags], %[is_busy]\n\t"                                 \
                          "rjmp 1f\n\t"                                                   \
-                         "sbi %[flags], %[is_busy]\n\t" sample "rjmp __vector_" #name    \
+                         "sbi %[flags], %[is_busy]\n\t" sample "jmp __vector_" #name     \
                          "_body\n"                                                       \
                          "1: sbi %[flags], %[one_more]\n\t"                              \
                          "reti"                                                          \

@@ -41,8 +41,9 @@ static inline bool is_high(void)
 #include BOARD_FILE
 }
 
-// Switch PERMIT off, latch the stop and halt every axis.
-static void stop_all(void)
+// Switch PERMIT off, latch the stop and halt every axis. Inline: one return address less on the
+// stack of the interrupt.
+static inline __attribute__((always_inline)) void stop_all(void)
 {
     pins_write_permit(false);
     is_latched = true;

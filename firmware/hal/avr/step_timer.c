@@ -207,9 +207,9 @@ struct pulse_train *step_timer_trains(uint8_t axis)
     return step_engines[CONFIG_INDEX(axis)].trains;
 }
 
-struct engine_sample step_timer_sample(uint8_t axis)
+void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 {
-    return step_isr_sample(axis);
+    *sample = step_isr_sample(axis);
 }
 
 uint8_t step_timer_tail(uint8_t axis)

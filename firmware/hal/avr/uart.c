@@ -62,7 +62,8 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 // anything else. The step interrupts therefore wait for 15 cycles at most (17 on the Mega). The
 // handler's body is another function, which the compiler treats as an interrupt handler. The source
 // is enabled again with interrupts off, when the body has left the stack: otherwise each handler
-// would nest in the one before, where handlers are slower than the bus.
+// would nest in the one before, where handlers are slower than the bus. The linker makes RCALL and
+// RJMP of CALL and JMP where the body is near, as it is here.
 #define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \
@@ -72,8 +73,8 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
                          "ldi r24, %[mask]\n\t"                                          \
                          "sts %[control], r24\n\t"                                       \
                          "sei\n\t"                                                       \
-                         "rcall __vector_" #body "\n\t"                                  \
-                         "rjmp serial_over"                                              \
+                         "call __vector_" #body "\n\t"                                   \
+                         "jmp serial_over"                                               \
                          :                                                               \
                          : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
     }                                                                                    \
@@ -139,7 +140,8 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
     control_after = from == end_byte ? ENABLE_COMPLETE : ENABLE_SEND;
 }
 
-static inline void begin_reception(void)
+// Inline: a handler that calls a function saves twice as many registers.
+static inline __attribute__((always_inline)) void begin_reception(void)
 {
     next_byte = first_byte;
     end_byte = first_byte + UART_BUFFER_BYTES;

@@ -5,31 +5,33 @@ import random
 
 import pytest
 
+from effort import cases
 from pixstep.board.client import BoardError, ExceptionReplyError, Upload
 from pixstep_dev.robustness import noise, uploads, wire
 
 # What is tried is the serial server, the same code on every board: a third one only takes time.
 TWO = ("uno", "mega")
 FRAME = wire.seal(bytes(range(60)))
+BLOCKS = cases(2000, 10_000)
 
 
 @pytest.mark.usefixtures("native_board")
 def test_every_queue_is_exact():
-    outcome = uploads.run(uploads.Plan(uploads.NATIVE, 10_000))
+    outcome = uploads.run(uploads.Plan(uploads.NATIVE, BLOCKS))
     assert outcome.complaints == []
-    assert outcome.blocks >= 10_000
-    assert outcome.given_up > 100
+    assert outcome.blocks >= BLOCKS
+    assert outcome.given_up > BLOCKS // 100
     assert len(outcome.noise) == 12
-    assert min(outcome.noise.values()) > 500
+    assert min(outcome.noise.values()) > BLOCKS // 20
 
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", TWO)
 def test_lines_play_exactly(board):
-    outcome = uploads.run(uploads.Plan(board, 80))
+    outcome = uploads.run(uploads.Plan(board, cases(40, 80)))
     assert outcome.complaints == []
-    assert outcome.blocks >= 80
-    assert outcome.steps > 10_000
+    assert outcome.blocks >= cases(40, 80)
+    assert outcome.steps > 5_000
 
 
 @pytest.mark.usefixtures("native_board")
@@ -50,7 +52,7 @@ def test_what_a_careless_upload_does_is_found(monkeypatch):
 @pytest.mark.parametrize("spoiler", noise.ALWAYS_FOUND)
 def test_the_checksum_finds_every_one(spoiler):
     rng = random.Random(1)
-    for _ in range(20_000):
+    for _ in range(cases(4_000, 20_000)):
         spoilt = spoiler(rng, FRAME)
         assert len(spoilt) == len(FRAME)
         assert spoilt != FRAME

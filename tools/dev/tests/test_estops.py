@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+from effort import cases
 from pixstep.board import boards
 from pixstep.board.client import Upload
 from pixstep.lines.line import PLAIN, Line
@@ -13,16 +14,17 @@ from pixstep.simulation.simctl import Simulator
 from pixstep_dev.robustness import estops
 
 BOARDS = boards.BOARD_NAMES
+STOPS = cases(20, 60)
 
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", BOARDS)
 def test_stops_at_random_cycles(invoke, board):
-    done = invoke("robustness", "estops", "--board", board, "--count", 60, "--seed", 7, "--json")
+    done = invoke("robustness", "estops", "--board", board, "--count", STOPS, "--seed", 7, "--json")
     outcome = json.loads(done.stdout)
     assert done.exit_code == 0, outcome["complaints"]
-    assert outcome["stops"] == 60
-    assert outcome["moving"] > 40
+    assert outcome["stops"] == STOPS
+    assert outcome["moving"] > STOPS // 2
     assert 0 < outcome["latest_cycles"] <= estops.BOUND_CYCLES
     assert 0 < outcome["permit_cycles"] <= estops.BOUND_CYCLES
 
@@ -59,7 +61,7 @@ def test_stops_while_a_command_is_taken(tmp_path, board, stride, counts):
     """The stop's interrupt comes at every place of the step interrupt's longest way."""
     outcome = estops.Outcome(estops.Plan(board, 1))
     with AtCommands(board, tmp_path / "edges.csv") as stopper:
-        for offset in range(-700, 700, stride):
+        for offset in range(-700, 700, cases(7 * stride, stride)):
             stopper.board.command("permit_on", [])
             stopper.stop_behind_a_step(counts, offset, outcome)
     assert outcome.complaints == []

@@ -126,3 +126,13 @@ def test_every_feature_has_a_switch_and_a_bit_of_the_register():
     for row in rows:
         assert f"#ifndef {row.switch}\n" in header
         assert f"{row.switch} << {row.bit}" in header
+
+
+def test_a_half_that_does_not_compile_beside_the_others_is_found(build, monkeypatch):
+    maker = build("int seek(void) { return 0 }")
+    monkeypatch.setattr(features, "board_names", lambda: ["uno"])
+    monkeypatch.setattr(features, "defaults", lambda _: {"FEATURE_SEEK": True})
+    monkeypatch.setattr(features, "read_build", lambda *_: None)
+    monkeypatch.setattr(features, "Maker", lambda *_: maker)
+    (problem,) = features.turn_all(ROWS)
+    assert problem.startswith("uno: all switches turned over: seek.c:5:")

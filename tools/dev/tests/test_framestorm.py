@@ -8,6 +8,7 @@ from collections import Counter
 import pytest
 
 from clock import TICK_HZ
+from effort import cases
 from pixstep.lines.linecheck import check, refused
 from pixstep_dev.robustness import framestorm, strikes, wire
 
@@ -15,19 +16,20 @@ from pixstep_dev.robustness import framestorm, strikes, wire
 TWO = ("uno", "mega")
 SAFETY = wire.Safety(4, lambda axis: 7)
 PAUSES = strikes.Pauses.at(TICK_HZ)
+FRAMES = cases(600, 1500)
 
 
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize("board", TWO)
 def test_no_edge_differs(board):
-    outcome = framestorm.run(framestorm.Plan(board, 1500))
+    outcome = framestorm.run(framestorm.Plan(board, FRAMES))
     assert outcome.complaints == []
-    assert outcome.frames >= 1500
+    assert outcome.frames >= FRAMES
     assert len(outcome.kinds) == 15
-    assert min(outcome.kinds.values()) > 80
-    assert outcome.edges > 50_000
-    assert outcome.counters["crc_errors"] > 200
-    assert outcome.counters["exceptions"] > 200
+    assert min(outcome.kinds.values()) > FRAMES // 20
+    assert outcome.edges > 30 * FRAMES
+    assert outcome.counters["crc_errors"] > FRAMES // 8
+    assert outcome.counters["exceptions"] > FRAMES // 8
 
 
 @pytest.mark.usefixtures("simulator")
@@ -131,7 +133,7 @@ def test_a_request_behind_anothers_reply_is_seen():
     generator = strikes.Generator(random.Random(5), 1, SAFETY, PAUSES)
     kinds = Counter()
     looked_at = 0
-    for strike, _ in zip(generator, range(3000), strict=False):
+    for strike, _ in zip(generator, range(cases(1000, 3000)), strict=False):
         kinds[strike.kind] += 1
         for seen in stretches(strike):
             for start in range(len(seen)):
@@ -141,7 +143,7 @@ def test_a_request_behind_anothers_reply_is_seen():
                         assert SAFETY.harmless(frame), strike
                         looked_at += 1
     assert len(kinds) == 15
-    assert looked_at > 1000
+    assert looked_at > 300
 
 
 def test_same_seed_same_strikes():

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_state_machine_as_test
 
 from clock import TICK_HZ
+from effort import cases
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.simulation.simctl import Permit, Simulator
@@ -19,7 +20,7 @@ from pixstep_dev.robustness.orders.world import Outcome, World
 
 pytestmark = pytest.mark.usefixtures("simulator")
 FIXED = settings(
-    max_examples=150,
+    max_examples=cases(40, 150),
     stateful_step_count=18,
     deadline=None,
     derandomize=True,
@@ -204,23 +205,31 @@ MOVING = (
 )
 
 
+TRIALS = cases(50, 150)
+TOGETHER = cases(30, 100)
+
+
 @pytest.mark.parametrize("board", boards.BOARD_NAMES)
 def test_campaign(invoke, board):
-    done = invoke("robustness", "orders", "--board", board, "--count", 150, "--seed", 5, "--json")
+    done = invoke(
+        "robustness", "orders", "--board", board, "--count", TRIALS, "--seed", 5, "--json"
+    )
     outcome = json.loads(done.stdout)
     assert outcome["failures"] == []
-    assert outcome["trials"] == 150
-    assert outcome["edges"] > 10_000
-    assert len(outcome["pairs"]) > 60
-    assert outcome["faults"]["estop"] >= 3
+    assert outcome["trials"] == TRIALS
+    assert outcome["edges"] > 60 * TRIALS
+    assert len(outcome["pairs"]) > TRIALS // 3
+    assert outcome["faults"]["estop"] >= TRIALS // 50
 
 
 def test_together(invoke):
-    done = invoke("robustness", "orders", "--board", "mega", "--together", "--count", 100, "--json")
+    done = invoke(
+        "robustness", "orders", "--board", "mega", "--together", "--count", TOGETHER, "--json"
+    )
     outcome = json.loads(done.stdout)
     assert outcome["failures"] == []
     assert set(outcome["started"]) == {"all", "none"}
-    assert outcome["started"]["all"] > 50
+    assert outcome["started"]["all"] > TOGETHER // 2
 
 
 @pytest.mark.parametrize("board", boards.BOARD_NAMES)

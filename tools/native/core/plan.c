@@ -13,9 +13,9 @@
 #define DELAY_TICKS   1000u
 
 // A period passes no more pixel edges than there are marks.
-_Static_assert(RECORDS_KEPT >= FEED_MARKS,
+_Static_assert(RECORDS_KEPT >= STREAM_MARKS,
                "a period passes more pixel edges than are kept");
-_Static_assert(PLAN_MIN_ROOM / 2u >= 2u * FEED_MARKS,
+_Static_assert(PLAN_MIN_ROOM / 2u >= 2u * STREAM_MARKS,
                "a period makes more rows than fit");
 
 struct plan {

@@ -17,6 +17,7 @@
 #include <string.h>
 
 #define UNIT        1
+#define PATIENCE_S  30 // a busy PC may hold the simulated board up
 #define OUTPUTS     0x0061
 #define STATUS      0x0004
 #define PERIOD      0x0014
@@ -315,7 +316,7 @@ static bool broadcast(void)
     int answered = modbus_write_registers(client, DIR_SETUP, 2, words);
 
     (void)modbus_set_slave(client, UNIT);
-    (void)modbus_set_response_timeout(client, 3, 0);
+    (void)modbus_set_response_timeout(client, PATIENCE_S, 0);
     if (answered >= 0) {
         return wrong("answered");
     }
@@ -460,7 +461,8 @@ int main(int argc, char **argv)
         (void)fprintf(stderr, "%s: %s\n", argv[1], modbus_strerror(errno));
         return 2;
     }
-    (void)modbus_set_response_timeout(client, 3, 0);
+    (void)modbus_set_response_timeout(client, PATIENCE_S, 0);
+    (void)modbus_set_byte_timeout(client, PATIENCE_S, 0);
     bool ran = run_list();
     modbus_close(client);
     modbus_free(client);

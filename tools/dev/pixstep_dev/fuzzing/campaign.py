@@ -64,14 +64,14 @@ def _spread(inputs: list[bytes], most: int) -> list[bytes]:
     return inputs[:: max(1, -(-len(inputs) // most))] if most > 0 else []
 
 
-def plant(defect: sources.Defect, seconds: int) -> tuple[fuzzer.Outcome, int]:
+def plant(defect: sources.Defect, limits: fuzzer.Limits) -> tuple[fuzzer.Outcome, int]:
     """Fuzz a target with a planted defect; return the outcome and the corpus' inputs."""
     kept = corpus.read(corpus.path(defect.target))
     with tempfile.TemporaryDirectory(prefix="pixstep-") as name:
         folder = Path(name)
         corpus.unpack(kept, folder / "corpus")
         built = sources.build_with(defect, folder / "build")
-        return fuzzer.run(built, folder / "corpus", fuzzer.Limits(seconds=seconds)), len(kept)
+        return fuzzer.run(built, folder / "corpus", limits), len(kept)
 
 
 def record(target: str, limits: fuzzer.Limits, outcome: fuzzer.Outcome, path: Path) -> None:

@@ -61,12 +61,11 @@ def machine_check(ctx, file, as_json):
     Exit status 0 fine, 1 warnings (what a board cannot do, profiles that are missing), 3 refused.
     """
     path = _path(file)
-    from pixstep.machine import describe
-    from pixstep.machine.model import Machine
+    from pixstep.machine import describe, reading
 
-    errors, warnings = Machine.problems(path), []
+    errors, warnings = reading.problems(path), []
     if not errors:
-        warnings = list(describe.warnings(Machine.load(path)))
+        warnings = list(describe.warnings(reading.Machine.load(path)))
     severity = 2 if errors else int(bool(warnings))
     verdict = VERDICTS[severity]
     if as_json:
@@ -86,10 +85,9 @@ def machine_check(ctx, file, as_json):
 @json_option
 def machine_show(file, as_json):
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
-    from pixstep.machine import describe
-    from pixstep.machine.model import Machine
+    from pixstep.machine import describe, reading
 
-    found = Machine.load(_path(file))
+    found = reading.Machine.load(_path(file))
     told = describe.as_json(found)
     if as_json:
         show_json(told)

@@ -23,7 +23,8 @@ from pixstep.lines.units import SPEED, Quantity, Scale
 from pixstep.machine import finding
 
 if TYPE_CHECKING:
-    from pixstep.machine.model import Machine, MachineBoard, Motor
+    from pixstep.machine.model import MachineBoard, Motor
+    from pixstep.machine.reading import Machine
 
 _FACTS_OF = "pixstep.machine"
 _OTHER_NAMES = {("line", "sim"): ["sim"], ("line", "plan"): ["ticks"]}
@@ -77,10 +78,10 @@ class Facts(dict):
 
     def _load(self, path: Path) -> Machine | None:
         """Read a file; one that is wrong must not keep anybody from stopping a board."""
-        from pixstep.machine.model import Machine  # pydantic takes a while to load
+        from pixstep.machine import reading  # pydantic takes a while to load
 
         try:
-            return Machine.load(path)
+            return reading.Machine.load(path)
         except UserError as error:
             if self.words != ["board", "stop"] or self.names:
                 raise

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pixstep.board import capability
 from pixstep.errors import UserError
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, unit
-from pixstep.machine.model import Limits, Machine, Motor
+from pixstep.machine.model import Limits, Motor, Tables
 
 ORDERS = {
     "max_speed": SPEED,
@@ -17,7 +17,7 @@ ORDERS = {
 }
 
 
-def as_json(machine: Machine) -> dict:
+def as_json(machine: Tables) -> dict:
     """Return everything that a machine file says, and what follows from it."""
     return {
         "machine": str(machine.path),
@@ -28,7 +28,7 @@ def as_json(machine: Machine) -> dict:
     }
 
 
-def motor_json(machine: Machine, motor: Motor) -> dict:
+def motor_json(machine: Tables, motor: Motor) -> dict:
     """Return a motor: lengths in steps, limits per pixel and per second."""
     scale = motor.steps_per_unit
     return {
@@ -67,7 +67,7 @@ def limit_json(motor: Motor, key: str, hz: Fraction) -> dict[str, float]:
     return told
 
 
-def warnings(machine: Machine) -> Iterator[str]:
+def warnings(machine: Tables) -> Iterator[str]:
     """Yield what the file asks of a board that it cannot do, and profiles that are missing."""
     for motor in machine.motors.values():
         yield from _profile_warnings(machine, motor)
@@ -92,7 +92,7 @@ def warnings(machine: Machine) -> Iterator[str]:
             )
 
 
-def _profile_warnings(machine: Machine, motor: Motor) -> Iterator[str]:
+def _profile_warnings(machine: Tables, motor: Motor) -> Iterator[str]:
     for use in ("line", "move", "home"):
         path = machine.profile(motor, use)
         if path and not path.is_file():

@@ -15,10 +15,9 @@ from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, Quantity, Scale
-from pixstep.machine import reading
-from pixstep.machine.reading import Problem
 
 LAST_UNIT = 247
+PARITIES = ("E", "O", "N")
 
 
 def _by(parse: Callable[[str], Any]) -> BeforeValidator:
@@ -138,38 +137,14 @@ class LineTable(_Table):
     lead_in: Annotated[Pixels, Field(ge=0)] = 0
 
 
-class Machine(_Table):
-    """A machine: `machine["M39"]` is a motor."""
+class Tables(_Table):
+    """A machine: `machine["M39"]` is a motor. `reading.Machine` is one that comes from a file."""
 
     clock: Clock
     boards: dict[str, MachineBoard] = Field(min_length=1)
     motors: dict[str, Motor] = Field(min_length=1)
     line: LineTable = LineTable()
     _path: Path = PrivateAttr(default=Path("machine.toml"))
-
-    @classmethod
-    def load(cls, path: str | Path) -> "Machine":
-        """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
-        machine, found = cls._read(Path(path))
-        if machine is None or found:
-            raise UserError(found[0])
-        return machine
-
-    @classmethod
-    def problems(cls, path: str | Path) -> list[str]:
-        """Return every mistake of a file, a line of text each, in the order of the file.
-
-        Raises UserError for a file that is no TOML at all.
-        """
-        return cls._read(Path(path))[1]
-
-    @classmethod
-    def _read(cls, path: Path) -> tuple["Machine | None", list[str]]:
-        """Return the machine, None if a value is wrong, and the mistakes."""
-        machine, found = reading.read(path, cls, contradictions)
-        if machine:
-            machine._path = path
-        return machine, found
 
     @property
     def path(self) -> Path:
@@ -214,7 +189,10 @@ class Machine(_Table):
         return self.path.parent / name if name else None
 
 
-def contradictions(machine: Machine) -> Iterator[Problem]:
+Problem = tuple[tuple[str, ...], str]
+
+
+def contradictions(machine: Tables) -> Iterator[Problem]:
     """Yield the keys and the reason of whatever does not fit the rest of the file."""
     if machine.line.motor and machine.line.motor not in machine.motors:
         yield ("line", "motor"), f"there is no motor of this name: {', '.join(machine.motors)}"
@@ -227,7 +205,7 @@ def contradictions(machine: Machine) -> Iterator[Problem]:
         yield from _length_problems(name, motor)
 
 
-def _places_of_boards(machine: Machine) -> Iterator[Problem]:
+def _places_of_boards(machine: Tables) -> Iterator[Problem]:
     """Yield every board whose address on its port another one has."""
     seen: dict[tuple[str, int], str] = {}
     for name, board in machine.boards.items():
@@ -237,7 +215,7 @@ def _places_of_boards(machine: Machine) -> Iterator[Problem]:
         seen.setdefault(place, name)
 
 
-def _board_problems(machine: Machine, motor: Motor) -> Iterator[Problem]:
+def _board_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
     if motor.board is None and len(machine.boards) > 1:
         yield (
             ("motors", motor.name),
@@ -248,7 +226,7 @@ def _board_problems(machine: Machine, motor: Motor) -> Iterator[Problem]:
         yield ("motors", motor.name, "board"), f"there is no board of this name: {known}"
 
 
-def _axis_problems(machine: Machine, motor: Motor) -> Iterator[Problem]:
+def _axis_problems(machine: Tables, motor: Motor) -> Iterator[Problem]:
     """Yield an axis that the board does not have, or that another motor has."""
     board = machine.board_of(motor)
     where = ("motors", motor.name, "axis")

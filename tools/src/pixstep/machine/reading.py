@@ -1,41 +1,55 @@
 # SPDX-License-Identifier: MIT
 """Read a machine file; every mistake has the line, the key and the value."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from pixstep import tomltext
-
-Problem = tuple[tuple[str, ...], str]  # keys, and what is wrong with what they hold
-Model = TypeVar("Model", bound=BaseModel)
+from pixstep.errors import UserError
+from pixstep.machine.model import Tables, contradictions
 
 _MOST_SHOWN = 40  # characters of a value in a message
 _REASONS = {"missing": "is missing", "extra_forbidden": "unknown key", "too_short": "is empty"}
 
 
-def read(
-    path: Path, model: type[Model], contradictions: Callable[[Model], Iterable[Problem]]
-) -> tuple[Model | None, list[str]]:
-    """Return the content of a file, None if a value is wrong, and a line of text for each mistake.
+class Machine(Tables):
+    """A machine that a file describes: Machine.load("machine.toml")["M39"]."""
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Machine":
+        """Read a file. Raises UserError naming file, line, key and value of the first mistake."""
+        machine, found = _read(Path(path))
+        if machine is None or found:
+            raise UserError(found[0])
+        return machine
+
+
+def problems(path: Path) -> list[str]:
+    """Return every mistake of a file, a line of text each, in the order of the file.
 
     Raises UserError for a file that is no TOML at all.
     """
+    return _read(path)[1]
+
+
+def _read(path: Path) -> tuple[Machine | None, list[str]]:
+    """Return the machine, None if a value is wrong, and the mistakes."""
     text, content = tomltext.read(path)
     found: list[tuple[Sequence[str | int], str, object]]
-    made = None
+    machine = None
     try:
-        made = model.model_validate(_with_names(content))
-        found = [(keys, reason, _value(content, keys)) for keys, reason in contradictions(made)]
+        machine = Machine.model_validate(_with_names(content))
+        machine._path = path
+        found = [(keys, reason, _value(content, keys)) for keys, reason in contradictions(machine)]
     except ValidationError as error:
         found = [
             (item["loc"], _reason(item["type"], item["msg"]), _value(content, item["loc"]))
             for item in error.errors(include_url=False, include_context=False)
         ]
     placed = sorted(_placed(text, *item) for item in found)
-    return made, [f"{path}:{line}: {message}" for line, message in placed]
+    return machine, [f"{path}:{line}: {message}" for line, message in placed]
 
 
 def _with_names(content: dict) -> dict:

@@ -12,7 +12,7 @@ from pixstep.errors import UserError
 from pixstep_dev.robustness.clients import cases
 from pixstep_dev.robustness.clients.cases import AnsweredError, ConformanceError, same
 
-_LIMIT_S = 20
+_LIMIT_S = 120
 _VALUE = re.compile(r"^\[(\d+)\]:\s+(-?\w+)", re.M)
 _EXCEPTIONS = {
     1: "Illegal function",
@@ -46,7 +46,7 @@ class _Poll:
             "-a",
             str(cases.UNIT),
             "-o",
-            "3",
+            "10",
         ]
         self._port = port
 

@@ -4,7 +4,6 @@
 import contextlib
 import selectors
 import subprocess
-import time
 from collections.abc import Callable, Iterator
 
 from pixstep import natives
@@ -19,8 +18,7 @@ CLIENTS: dict[str, Callable[[str, str], dict[str, str]]] = {
     "libmodbus": by_libmodbus.run,
     "pymodbus": by_pymodbus.run,
 }
-_START_S = 20
-_BOOT_S = 0.3  # what is sent while a board starts is lost
+_START_S = 120
 
 Results = dict[tuple[str, str], dict[str, str]]  # by client and board: result by case
 
@@ -40,7 +38,6 @@ def pty_board(board: str) -> Iterator[str]:
         if not port:
             process.kill()
             raise UserError(f"simulator: no pseudo terminal: {process.stderr.read().strip()}")
-        time.sleep(_BOOT_S)
         yield port
     finally:
         process.kill()
