@@ -64,7 +64,7 @@ def test_equal_findings_of_neighbours_are_one_line(tmp_path):
     formats.write_csv(path, [10, 10, 10, 0, 10, 10])
     arguments = ["line", "check", str(path), "--decode", "plain", "--max-speed", "9"]
     done = CliRunner().invoke(main, arguments)
-    assert done.exit_code == 2
+    assert done.exit_code == 3
     places = [text.split(": ")[1] for text in done.output.splitlines()[:-1] if "speed" in text]
     assert places == ["pixels 1 to 3", "pixels 5 to 6"]
 
