@@ -82,8 +82,14 @@ def test_an_axis_that_does_not_load():
     link, fake = connected()
     run = BoardRun(link)
     run.set_up(HZ, [0])
-    fake.axes[0].state = "running"
-    with pytest.raises(BoardError, match="axis 0: running after the upload, not loaded"):
+    queue = fake.queue
+
+    def lose_the_end(words):
+        queue(words)
+        fake.axes[0].state = "loading"
+
+    fake.queue = lose_the_end
+    with pytest.raises(BoardError, match="axis 0: loading after the upload, not loaded"):
         run.load({0: LINE})
 
 

@@ -74,6 +74,7 @@ class SimPipe:
 
     def kill(self) -> None:
         """End the process if it still runs, and close its pipes."""
+        self._ended = self._ended or "simulator: has been ended"
         if self._process.poll() is None:
             self._process.kill()
             self._process.wait()
