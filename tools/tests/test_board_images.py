@@ -295,7 +295,7 @@ def test_home(live, name, axis):
     one.pin("ESTOP", 0)
     one.seconds(0.01)
     one.out("clear")
-    words = ("home", profile, "--axis", axis, "--pixel-hz", 100, "--search", 3000)
+    words = ("home", profile, "--axis", axis, "--pixel-hz", 30, "--search", 3000)
     found = one.json(*words)
     assert found["found"] and found["position_steps"] == 0
     motor, load = one.sim.plant(0, axis)
