@@ -2,6 +2,7 @@
 #include "app/axes.h"
 
 #include "app/token.h"       // token_set
+#include "base/apart.h"      // APART
 #include "hal/cpu.h"         // cpu_section
 #include "hal/pixel_clock.h" // pixel_clock_waiting
 #include "hal/step_timer.h"  // step_timer_*
@@ -82,13 +83,15 @@ static bool capture_waits(uint8_t i)
            (FEATURE_HOMING && switch_capture_waiting());
 }
 
-bool axes_advance(uint8_t i, enum ledger_extent extent)
+// Not inline: the sample and the account's own registers are off the stack again when the caller
+// goes on.
+static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
 {
     struct axis *axis = axes_get(i);
     struct engine_sample sample;
 
     step_timer_sample(i, &sample);
-    if (capture_waits(i)) {
+    if (!rested && capture_waits(i)) {
         return false;
     }
     if (extent == LEDGER_EXACTLY ||
@@ -100,13 +103,14 @@ bool axes_advance(uint8_t i, enum ledger_extent extent)
     return true;
 }
 
+bool axes_advance(uint8_t i, enum ledger_extent extent)
+{
+    return advance(i, extent, false);
+}
+
 void axes_advance_rested(uint8_t i)
 {
-    struct axis *axis = axes_get(i);
-    struct engine_sample sample;
-
-    step_timer_sample(i, &sample);
-    ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
+    (void)advance(i, LEDGER_EXACTLY, true);
 }
 
 void axes_stop(uint8_t i)

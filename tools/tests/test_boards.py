@@ -29,7 +29,7 @@ def test_commands_count_ticks_by_the_board(invoke, tmp_path):
     formats.write_csv(line, [100, 100])
     for board, ticks in (("uno", 160_000), ("m1284", 200_000)):
         words = (line, "--decode", "plain", "--pixel-hz", 100, "--board", board)
-        invoke("ticks", *words, "--pixels", "-o", "t.csv")
+        invoke("ticks", *words, "--pixels", "-o", "t.csv", "--force")
         assert line.with_name("t.csv").read_text().split()[1] == f"1,{ticks},100"
         invoke("line", "check", *words, "--min-interval", ticks // 100)
         text = invoke("line", "check", *words, "--min-interval", ticks // 100 + 1, status=3).output

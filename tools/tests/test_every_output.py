@@ -38,10 +38,12 @@ CALLS = {
                                9, "--start-stop", 9, "-o", "{other}"),
     "line compensate -o": ("line", "compensate", "line.csv", "--play", 2, "--max-acceleration", 9,
                            "--start-stop", 9),
+    "line import -o": ("line", "import", "own.csv", "--decode", "plain"),
     "line make -o": ("line", "make", "--profile", PRN, "--speed", 1000, "--pixels", 60, *AT_30),
     "line plan -o": ("line", "plan", *LINE, *AT_30),
     "line sim --out": ("line", "sim", *LINE, *AT_30, "--board", "uno"),
     "line show -o": ("line", "show", *LINE),
+    "machine new -o": ("machine", "new", "--board", "uno", *AT_30),
     "move make -o": ("move", "make", FAST, "--steps", 900, *AT_30),
     "move show --plot": ("move", "show", FAST, "--steps", 900, *AT_30),
     "move sim --out": ("move", "sim", FAST, "--steps", 900, *AT_30, "--board", "uno"),
@@ -107,6 +109,7 @@ def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
     (tmp_path / "work").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "work")
     formats.write_csv(tmp_path / "work" / "line.csv", [2, 4, 4, 2])
+    (tmp_path / "work" / "own.csv").write_text("steps\n2\n4\n4\n2\n")
 
     def run(output, path, *more, status=0):
         number = len(list((tmp_path).iterdir()))

@@ -201,16 +201,16 @@ def test_show_tells_pixels_speeds_and_places(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "text"),
+    ("words", "text", "status"),
     [
-        ((SAMPLE_CSV, "--steps", 5), "truncated, 3 of 100"),
-        ((SAMPLE_CSV, "--raw", "--steps", 5), ":7:6: the speed falls from 100 to 2"),
-        ((PROFILE, "--steps", 0), "a move of 0 steps"),
+        ((SAMPLE_CSV, "--steps", 5), "truncated, 3 of 100", 3),
+        ((SAMPLE_CSV, "--raw", "--steps", 5), ":7:6: the speed falls from 100 to 2", 2),
+        ((PROFILE, "--steps", 0), "a move of 0 steps", 2),
     ],
 )
-def test_misuse_is_one_line(tmp_path, words, text):
+def test_misuse_is_one_line(tmp_path, words, text, status):
     done = invoke("make", *words, "--pixel-hz", 30, "-o", tmp_path / "x.csv")
-    assert done.exit_code == 2 and text in done.output
+    assert done.exit_code == status and text in done.output
     assert not (tmp_path / "x.csv").exists()
 
 

@@ -32,7 +32,7 @@ def test_what_is_not_built_is_named(tmp_path, monkeypatch):
 def run(root):
     """Run the command on a clone that is not built."""
     return subprocess.run(
-        [sys.executable, "-m", "pixstep", "--version"],
+        [sys.executable, "-m", "pixstep", "flash", "--help"],
         env=os.environ | {"PIXSTEP_ROOT": str(root)},
         capture_output=True,
         text=True,

@@ -92,7 +92,7 @@ def test_a_failure_of_the_program_stops_what_moves(one):
         raise OSError(5, "the terminal is gone")
 
     one.world.later(0.5, fail)
-    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm", status=3)
+    text = one.err("upload", put([5] * 60), "--decode", "plain", "--arm", status=2)
     assert text == "the terminal is gone"
     assert one.board.commands[-1] == ("stop", 1, 0)
 

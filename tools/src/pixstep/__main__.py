@@ -4,7 +4,6 @@
 import sys
 
 from pixstep import signals
-from pixstep.errors import UserError
 
 
 def run() -> None:
@@ -15,9 +14,6 @@ def run() -> None:
     except KeyboardInterrupt as error:  # loading takes a moment; the command is not there yet
         print(f"pixstep: ended by {signals.name(error)}", file=sys.stderr)
         sys.exit(signals.status(error))
-    except UserError as error:
-        print(f"pixstep: {error}", file=sys.stderr)
-        sys.exit(2)
     main(prog_name="pixstep")
 
 
