@@ -45,8 +45,9 @@ lint(ruff "${PIXSTEP_ruff}" check --no-cache --config pyproject.toml . ../sim)
 lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check --config pyproject.toml . ../sim)
 # Who may import whom among the packages; types.
 lint(imports "${PIXSTEP_lint_imports}" --config tools/checks/imports.toml --no-cache)
-lint(types "${PIXSTEP_mypy}" --config-file tools/checks/mypy.ini --python-executable "${PIXSTEP_PYTHON}"
-     --cache-dir "${CMAKE_BINARY_DIR}/mypy"
+lint(
+    types "${PIXSTEP_mypy}" --config-file tools/checks/mypy.ini
+    --python-executable "${PIXSTEP_PYTHON}" --cache-dir "${CMAKE_BINARY_DIR}/mypy"
 )
 
 # Read where its settings are (pyproject.toml).
