@@ -11,7 +11,9 @@ set(PIXSTEP_LONG_RUNNING
     safety_faults seek_campaign simrun stack_measured switches turns waiting_axes witness
 )
 # These talk to a simulated board over a pseudo terminal, in real time: nothing runs beside them.
-set(PIXSTEP_REAL_TIME tutorial console_doc board_port board_trouble conformance)
+set(PIXSTEP_REAL_TIME tutorial console_doc board_port board_trouble conformance
+    virtual_bench
+)
 set(PIXSTEP_SHORT_TOGETHER 12)
 
 # What every Python program of a test is run with: byte code is kept in the build, not beside the

@@ -35,6 +35,14 @@ class AxisWiring:
     parameters: set[str] = field(default_factory=set)  # of its mechanics, that were given
     active_high: bool = False
 
+    def has(self, switch: str) -> bool:
+        """True if the switch is one of the mechanics: it follows the load."""
+        return _PARAMETER_OF[switch] in self.parameters
+
+    def closed_level(self, switch: str) -> int:
+        """Return the level of the switch's pin when it is closed."""
+        return int(self.has(switch) and self.active_high)
+
 
 @dataclass
 class Wiring:
@@ -115,7 +123,7 @@ class VirtualBench:
 
     def turn_switch(self, switch: str, axis: int, *, closed: bool) -> None:
         """Press or release a switch; one of the axis' mechanics goes back to following the load."""
-        if _PARAMETER_OF[switch] in self.wiring.axes[axis].parameters:
+        if self.wiring.axes[axis].has(switch):
             self.simulator.knobs(0, axis, f"stuck={switch}:{'closed' if closed else 'free'}")
         else:
             self._drive(SIGNALS[switch], axis, closed=closed)
@@ -186,16 +194,16 @@ class VirtualBench:
 
     def _axis_status(self, axis: int) -> dict:
         words = self.simulator.command(f"switches 0 {axis}").split()[1:]
-        closed = "1" if self.wiring.axes[axis].active_high else "0"
+        closed = []
+        for place, switch in enumerate(SIGNALS):
+            level = self.wiring.axes[axis].closed_level(switch)
+            if wired(self.kind, switch, axis) and int(words[2 * place + 1]) == level:
+                closed.append(switch)
         return {
             "steps": self.simulator.steps(0, axis),
             "edges": self.edges(axis),
             "load_steps": self.simulator.plant(0, axis)[1],
-            "closed": [
-                switch
-                for place, switch in enumerate(SIGNALS)
-                if wired(self.kind, switch, axis) and words[2 * place + 1] == closed
-            ],
+            "closed": closed,
         }
 
     def _drive(self, signal: str, axis: int, *, closed: bool) -> None:
