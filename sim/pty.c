@@ -84,8 +84,7 @@ static void pass_in(const struct pty *pty)
     ssize_t count = read(pty->master, bytes, sizeof bytes);
 
     if (count > 0) {
-        (void)bus_master_send(
-            &pty->bench->bus, bytes, (size_t)count, pty->bench->cycle);
+        (void)bus_master_send(&pty->bench->bus, bytes, (size_t)count, pty->bench->cycle);
     }
 }
 
@@ -97,7 +96,8 @@ static void pass_out(const struct pty *pty)
     while ((byte = bus_master_receive(&pty->bench->bus, pty->bench->cycle, &end)) >= 0) {
         uint8_t one = (uint8_t)byte;
 
-        (void)!write(pty->master, &one, 1); // a full terminal loses bytes, as a real one does
+        (void)!write(
+            pty->master, &one, 1); // a full terminal loses bytes, as a real one does
     }
 }
 
@@ -128,7 +128,8 @@ bool pty_run(struct pty *pty, uint64_t cycle)
         uint64_t left = cycle - bench->cycle;
 
         pass_in(pty);
-        alive = bench_run(bench, bench->cycle + (left < SLICE_CYCLES ? left : SLICE_CYCLES));
+        alive =
+            bench_run(bench, bench->cycle + (left < SLICE_CYCLES ? left : SLICE_CYCLES));
         pass_out(pty);
         keep_pace(pty);
     }

@@ -141,6 +141,14 @@ def test_a_wrong_script_starts_nothing(invoke, put):
     assert said == ("pixstep: x.txt: line 2: 'press home 1': axis 1: the uno has 1 axis: 0\n")
 
 
+def test_a_script_that_cannot_be_read_is_one_line(invoke, put):
+    words = ("board", "simulate", "--board", "uno", "--pixel-hz", 30, "--script")
+    said = invoke(*words, "no.txt", status=2).stderr
+    assert said == "pixstep: no.txt: No such file or directory\n"
+    put(b"wait \xff\n", "x.txt")
+    assert invoke(*words, "x.txt", status=2).stderr == "pixstep: x.txt: not a text of UTF-8\n"
+
+
 def test_without_a_simulator_it_is_one_line(invoke, monkeypatch, tmp_path):
     missing = tmp_path / "pixstep-sim"
     monkeypatch.setenv("PIXSTEP_SIM", str(missing))
@@ -279,7 +287,7 @@ def test_clock_supply_and_reset_as_the_console_sees_them(desk, pixstep, invoke):
     pixstep("board", "info", *PATIENT)
     desk.do("reset")
     desk.do("wait 300ms")
-    assert "external" in pixstep("board", "get", "reset_cause", *PATIENT)
+    assert "reset pin" in pixstep("board", "get", "reset_cause", *PATIENT)
 
 
 def test_a_mistake_in_what_is_piped_in_ends_it(desk):

@@ -13,7 +13,7 @@ import click
 from rich.console import Console
 from rich.live import Live
 
-from pixstep import signals
+from pixstep import atomic, signals
 from pixstep.board import boards
 from pixstep.cli.board import benchview
 from pixstep.cli.command import FILE, command, complain
@@ -40,7 +40,7 @@ _REDRAW_S = 0.1
 )
 @click.option(
     "--script",
-    type=click.File(lazy=False),
+    type=FILE,
     metavar="FILE",
     help="Commands to begin with; - is the standard input.",
 )
@@ -80,18 +80,20 @@ class _Show(Protocol):
         """Show how it is now."""
 
 
-def _script(script, kind: boards.Board) -> list[Order]:
+def _script(path: Path | None, kind: boards.Board) -> list[Order]:
     """Return all commands of a script; nothing is started if one is wrong."""
-    if script is None:
+    if path is None:
         return []
-    name = _INPUT if script.name in ("-", "<stdin>") else script.name
+    stream = path == atomic.STDOUT  # "-"
+    name = _INPUT if stream else str(path)
     try:
-        return benchscript.parse_all(script, kind, name)
+        text = sys.stdin.read() if stream else path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
         raise UserError(f"{name}: not a text of UTF-8") from None
+    return benchscript.parse_all(text.splitlines(), kind, name)
 
 
-def _typed(script) -> benchview.Typed | None:
+def _typed(script: Path | None) -> benchview.Typed | None:
     """Return where further commands come from: a terminal, or a pipe if there is no script."""
     try:
         descriptor = sys.stdin.fileno()
