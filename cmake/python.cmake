@@ -11,7 +11,7 @@ set(PIXSTEP_LONG_RUNNING
     safety_faults seek_campaign simrun stack_measured switches turns waiting_axes witness
 )
 # These talk to a simulated board over a pseudo terminal, in real time.
-set(PIXSTEP_REAL_TIME board_port board_trouble conformance)
+set(PIXSTEP_REAL_TIME board_port board_trouble conformance virtual_bench)
 # These compare what such a session prints: nothing runs beside them.
 set(PIXSTEP_ALONE tutorial console_doc)
 set(PIXSTEP_SHORT_TOGETHER 12)

@@ -38,11 +38,13 @@ static void answer_stopped(const struct control *c)
 static void do_run(struct control *c)
 {
     uint64_t cycles;
+    uint64_t end;
 
     if (!control_number(c->word[1], UINT64_MAX / 2, &cycles)) {
         return;
     }
-    if (bench_run(c->bench, c->bench->cycle + cycles)) {
+    end = c->bench->cycle + cycles;
+    if (pty_is_open(&c->pty) ? pty_run(&c->pty, end) : bench_run(c->bench, end)) {
         control_answer("ok %" PRIu64, c->bench->cycle);
     } else {
         answer_stopped(c);
@@ -55,6 +57,10 @@ static void do_tx(struct control *c)
     size_t count;
     size_t received;
 
+    if (pty_is_open(&c->pty)) {
+        control_answer("error tx: the bus belongs to the pseudo terminal");
+        return;
+    }
     if (!control_bytes(c, c->word[1], &count) ||
         (c->words > 2 && !control_number(c->word[2], UINT64_MAX / 2, &timeout))) {
         return;
@@ -250,6 +256,20 @@ static void do_flush(struct control *c)
     control_answer("ok");
 }
 
+static void do_pty(struct control *c)
+{
+    if (pty_is_open(&c->pty) || pty_open(&c->pty, c->bench)) {
+        control_answer("pty %s", pty_name(&c->pty));
+    } else {
+        control_answer("error no pseudo terminal: %s", strerror(errno));
+    }
+}
+
+static void do_lost(struct control *c)
+{
+    control_answer("lost %" PRIu64, c->pty.lost_cycles);
+}
+
 static void do_quit(struct control *c)
 {
     c->quit = true;
@@ -269,6 +289,8 @@ static const struct command commands[] = {
     {"stats", 1, 1, do_stats},
     {"mark", 1, 1, do_mark},
     {"flush", 1, 1, do_flush},
+    {"pty", 1, 1, do_pty},
+    {"lost", 1, 1, do_lost},
     {"quit", 1, 1, do_quit},
     {NULL, 0, 0, NULL},
 };
@@ -326,6 +348,7 @@ int control_serve(struct bench *bench)
             (void)fflush(stdout);
         }
     }
+    pty_close(&c.pty);
     free(text);
     free(c.bytes);
     return 0;

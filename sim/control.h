@@ -76,6 +76,11 @@
 //   mark                    ok CYCLE        the handlers' figures in `stats` restart here
 //   flush                   ok              completes all output files up to now, and the files
 //                                           of the EEPROMs
+//   pty                     pty NAME        offers the bus as a pseudo terminal. From now on `run`
+//                                           passes on its bytes and takes as long as a board would;
+//                                           `tx` is refused
+//   lost                    lost CYCLES     by which the simulation has fallen behind real time
+//                                           since then; what is lost is not caught up
 //   quit                    ok              ends the program with status 0
 #pragma once
 

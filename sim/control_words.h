@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "bench.h"
+#include "pty.h"
 
 #define CONTROL_WORDS_MAX 9
 #define CONTROL_BYTES_MAX (1U << 16)
@@ -16,6 +17,7 @@
 // One session.
 struct control {
     struct bench *bench;
+    struct pty pty; // the bus as a pseudo terminal, if a command has opened it
     char *word
         [CONTROL_WORDS_MAX]; // of the present command; a command may change their text
     int words;

@@ -42,42 +42,74 @@ static int open_pty(void)
     return master;
 }
 
-static void pass_in(struct bench *bench, int master)
-{
-    uint8_t bytes[CHUNK];
-    ssize_t count = read(master, bytes, sizeof bytes);
-
-    if (count > 0) {
-        (void)bus_master_send(&bench->bus, bytes, (size_t)count, bench->cycle);
-    }
-}
-
-static void pass_out(struct bench *bench, int master)
-{
-    uint64_t end;
-    int byte;
-
-    while ((byte = bus_master_receive(&bench->bus, bench->cycle, &end)) >= 0) {
-        uint8_t one = (uint8_t)byte;
-
-        (void)!write(master, &one, 1); // a full terminal loses bytes, as a real one does
-    }
-}
-
 // When the simulation would have had to start to be at the present cycle now.
 static double start_for_now_s(const struct bench *bench)
 {
     return bench_wall_s() - (double)bench->cycle / cpu_clock_hz();
 }
 
+bool pty_open(struct pty *pty, struct bench *bench)
+{
+    pty->bench = bench;
+    pty->lost_cycles = 0;
+    pty->master = open_pty();
+    if (pty->master < 0) {
+        return false;
+    }
+    pty->started_s = start_for_now_s(bench);
+    return true;
+}
+
+bool pty_is_open(const struct pty *pty)
+{
+    return pty->bench != NULL;
+}
+
+const char *pty_name(const struct pty *pty)
+{
+    return ptsname(pty->master);
+}
+
+void pty_close(struct pty *pty)
+{
+    if (pty_is_open(pty)) {
+        (void)close(pty->master);
+        pty->bench = NULL;
+    }
+}
+
+static void pass_in(const struct pty *pty)
+{
+    uint8_t bytes[CHUNK];
+    ssize_t count = read(pty->master, bytes, sizeof bytes);
+
+    if (count > 0) {
+        (void)bus_master_send(&pty->bench->bus, bytes, (size_t)count, pty->bench->cycle);
+    }
+}
+
+static void pass_out(const struct pty *pty)
+{
+    uint64_t end;
+    int byte;
+
+    while ((byte = bus_master_receive(&pty->bench->bus, pty->bench->cycle, &end)) >= 0) {
+        uint8_t one = (uint8_t)byte;
+
+        (void)!write(
+            pty->master, &one, 1); // a full terminal loses bytes, as a real one does
+    }
+}
+
 // A busy PC may hold the simulation up: the time that is lost then stays lost, because on a board
 // that runs faster for a while every timeout of the bus would come too early.
-static void keep_pace(const struct bench *bench, double *started_s)
+static void keep_pace(struct pty *pty)
 {
-    double ahead_s = *started_s - start_for_now_s(bench);
+    double ahead_s = pty->started_s - start_for_now_s(pty->bench);
 
     if (ahead_s < -CATCH_UP_S) {
-        *started_s = start_for_now_s(bench);
+        pty->lost_cycles += (uint64_t)(-ahead_s * cpu_clock_hz());
+        pty->started_s = start_for_now_s(pty->bench);
     }
     if (ahead_s > 0.0) {
         struct timespec pause = {.tv_sec = (time_t)ahead_s};
@@ -87,26 +119,37 @@ static void keep_pace(const struct bench *bench, double *started_s)
     }
 }
 
-int pty_serve(struct bench *bench, const volatile int *stop)
+bool pty_run(struct pty *pty, uint64_t cycle)
 {
-    int master = open_pty();
-    double started_s;
+    struct bench *bench = pty->bench;
     bool alive = true;
 
-    if (master < 0) {
+    while (alive && bench->cycle < cycle) {
+        uint64_t left = cycle - bench->cycle;
+
+        pass_in(pty);
+        alive =
+            bench_run(bench, bench->cycle + (left < SLICE_CYCLES ? left : SLICE_CYCLES));
+        pass_out(pty);
+        keep_pace(pty);
+    }
+    return alive;
+}
+
+int pty_serve(struct bench *bench, const volatile int *stop)
+{
+    struct pty pty = {0};
+    bool alive = bench_run(bench, cpu_clock_cycles_of_ms(START_MS));
+
+    if (!pty_open(&pty, bench)) {
         (void)fprintf(stderr, "pixstep-sim: no pseudo terminal: %s\n", strerror(errno));
         return 2;
     }
-    alive = bench_run(bench, cpu_clock_cycles_of_ms(START_MS));
-    started_s = start_for_now_s(bench);
-    (void)printf("%s\n", ptsname(master));
+    (void)printf("%s\n", pty_name(&pty));
     (void)fflush(stdout);
     while (alive && !*stop) {
-        pass_in(bench, master);
-        alive = bench_run(bench, bench->cycle + SLICE_CYCLES);
-        pass_out(bench, master);
-        keep_pace(bench, &started_s);
+        alive = pty_run(&pty, bench->cycle + SLICE_CYCLES);
     }
-    (void)close(master);
+    pty_close(&pty);
     return alive ? 0 : 1;
 }

@@ -30,6 +30,10 @@ EXAMPLES = {
     "board settings export": ("board settings export mine.toml", "board settings export -"),
     "board settings import": ("board settings import mine.toml --skip unit_address --store",),
     "board settings store": ("board settings store --unit all",),
+    "board simulate": (
+        "board simulate --board mega --pixel-hz 30 --link /tmp/mega",
+        "board simulate --board uno --pixel-hz 100 --script accident.txt --json",
+    ),
     "board start": ("board start --unit 1,2 --wait",),
     "board stop": ("board stop", "board stop --unit 1 --axis 0"),
     "board upload": (

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The tree of all commands, and the `pixstep` command: each is imported when it is called."""
 
+import os
+
 import click
 
 from pixstep import __version__
@@ -144,6 +146,10 @@ _BOARD = {
         "board.home:home_command", "Home an axis: its switch's edge becomes position 0."
     ),
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
+    "simulate": _by_machine(
+        "board.simulate:simulate_command",
+        "Simulate a board behind a pseudo terminal, and work its switches, clock and supply.",
+    ),
     "selftest": _by_machine(
         "board.selftest:selftest_command", "Walk through the wiring of a new board."
     ),
@@ -196,6 +202,16 @@ class _LogGroup(Group):
         """Put the word in that was left out."""
         if not args or args[0] not in {*self.commands, *ctx.help_option_names}:
             args = ["records", *args]
+        return super().parse_args(ctx, args)
+
+
+class _MainGroup(Group):
+    """`sim board` is `board simulate`, as long as there is no line file of that name."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Put the command's other name in."""
+        if args[:2] == ["sim", "board"] and not os.path.lexists("board"):
+            args = ["board", "simulate", *args[2:]]
         return super().parse_args(ctx, args)
 
 
@@ -257,7 +273,9 @@ def board() -> None:
     """
 
 
-@group("main", late=_MAIN, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    "main", cls=_MainGroup, late=_MAIN, context_settings={"help_option_names": ["-h", "--help"]}
+)
 @click.version_option(__version__, prog_name="pixstep")
 def main() -> None:
     """Line files to exact STEP edges: make, check, plan, simulate.

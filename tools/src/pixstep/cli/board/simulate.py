@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board simulate`: a board to practise on, and hands for its switches, clock, supply."""
+
+import contextlib
+import os
+import sys
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
+
+import click
+from rich.console import Console
+from rich.live import Live
+
+from pixstep import atomic, signals
+from pixstep.board import boards
+from pixstep.cli.board import benchview
+from pixstep.cli.command import FILE, command, complain
+from pixstep.cli.options import pixel_hz_option, say, show_json_row
+from pixstep.errors import PlainError, UserError
+from pixstep.simulation import benchscript, virtualbench
+from pixstep.simulation.benchscript import Order
+from pixstep.simulation.virtualbench import SLICE_S, VirtualBench
+
+_KEYS = "typed"
+_INPUT = "standard input"
+_BEHIND_AGAIN = 1.5  # how much longer a delay must have become to be told again
+_REDRAW_S = 0.1
+
+
+@command("simulate")
+@click.option("--board", "name", type=click.Choice(boards.BOARD_NAMES), required=True)
+@pixel_hz_option
+@click.option(
+    "--link",
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="A name for the port that stays the same: a symbolic link, taken away at the end.",
+)
+@click.option(
+    "--script",
+    type=FILE,
+    metavar="FILE",
+    help="Commands to begin with; - is the standard input.",
+)
+@click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="One line of JSON for each command.")
+def simulate_command(name, pixel_hz, link, script, image, seed, as_json):
+    """Simulate a board behind a pseudo terminal, and work its switches, clock and supply.
+
+    Any Modbus client, `pixstep board` first of all, talks to it in real time by the port that it
+    prints. Commands are typed, come from --script, or are piped in; docs/CONSOLE.md describes them.
+    It ends by `quit` or Ctrl-C.
+    """
+    kind = boards.load(name)
+    orders = _script(script, kind)
+    options = virtualbench.options(name, pixel_hz, image=image, seed=seed)
+    with signals.until_ctrl_c(), VirtualBench(options) as bench, _linked(link, bench.port):
+        typed = _typed(script)
+        if typed and typed.keys and not as_json and sys.stdout.isatty():
+            with benchview.key_by_key(typed.descriptor):
+                _serve_terminal(bench, orders, typed, str(link or bench.port))
+        else:
+            show = _Rows(bench) if as_json else _Text(bench, str(link or bench.port))
+            _serve(bench, orders, typed, show)
+
+
+class _Show(Protocol):
+    """Where the bench is shown."""
+
+    def done(self, order: Order | None) -> None:
+        """Show what a command has done; None at the start."""
+
+    def failed(self, error: PlainError) -> None:
+        """Show why a command that was typed was not done."""
+
+    def look(self) -> None:
+        """Show how it is now."""
+
+
+def _script(path: Path | None, kind: boards.Board) -> list[Order]:
+    """Return all commands of a script; nothing is started if one is wrong."""
+    if path is None:
+        return []
+    stream = path == atomic.STDOUT  # "-"
+    name = _INPUT if stream else str(path)
+    try:
+        text = sys.stdin.read() if stream else path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise UserError(f"{name}: not a text of UTF-8") from None
+    return benchscript.parse_all(text.splitlines(), kind, name)
+
+
+def _typed(script: Path | None) -> benchview.Typed | None:
+    """Return where further commands come from: a terminal, or a pipe if there is no script."""
+    try:
+        descriptor = sys.stdin.fileno()
+    except (AttributeError, OSError, ValueError):
+        return None
+    if os.isatty(descriptor):
+        return (
+            benchview.Typed(descriptor, keys=True) if benchview.in_foreground(descriptor) else None
+        )
+    return None if script else benchview.Typed(descriptor, keys=False)
+
+
+@contextlib.contextmanager
+def _linked(link: Path | None, port: str) -> Iterator[None]:
+    """Give the port a second name. Raises UserError if there is something else of that name."""
+    if link is None:
+        yield
+        return
+    if link.is_symlink() and not link.exists():
+        link.unlink()  # of a bench that was killed
+    try:
+        link.symlink_to(port)
+    except FileExistsError:
+        raise UserError(f"{link}: already exists") from None
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            if str(link.readlink()) == port:
+                link.unlink()
+
+
+def _serve(
+    bench: VirtualBench, orders: list[Order], typed: benchview.Typed | None, show: _Show
+) -> None:
+    """Do what is ordered, first the script, until `quit`."""
+    waiting = deque(orders)
+    number = 0
+    bench.look = show.look
+    show.done(None)
+    while not bench.ended:
+        if waiting:
+            _obey(bench, waiting.popleft(), show)
+            continue
+        bench.wait(SLICE_S)
+        for text in typed.take() if typed else ():
+            number += 1
+            place = _KEYS if typed and typed.keys else f"{_INPUT}: line {number}"
+            with _told(place, show):
+                order = benchscript.parse(text, bench.kind, place)
+                waiting.extend([order] if order else [])
+
+
+def _obey(bench: VirtualBench, order: Order, show: _Show) -> None:
+    with _told(order.place, show):
+        order.obey(bench)
+        show.done(order)
+
+
+@contextlib.contextmanager
+def _told(place: str, show: _Show) -> Iterator[None]:
+    """Show what is wrong with a command that was typed; a script ends by it."""
+    try:
+        yield
+    except PlainError as error:
+        if place != _KEYS:
+            raise
+        show.failed(error)
+
+
+class _Behind:
+    """Tells that the bench has fallen behind, not more often than helps."""
+
+    def __init__(self, bench: VirtualBench) -> None:
+        self.bench, self.told_s = bench, 0.0
+
+    def more(self) -> bool:
+        """True if it has become notably later since this was last true."""
+        lost_s = self.bench.lost_s
+        if lost_s <= self.told_s * _BEHIND_AGAIN:
+            return False
+        self.told_s = lost_s
+        return True
+
+
+class _Rows:
+    """Rows of JSON."""
+
+    def __init__(self, bench: VirtualBench) -> None:
+        self.bench, self._behind = bench, _Behind(bench)
+
+    def done(self, order: Order | None) -> None:
+        self._row(order.text if order else "ready")
+
+    def failed(self, error: PlainError) -> None:
+        complain(error)
+
+    def look(self) -> None:
+        if self._behind.more():
+            self._row("behind")
+
+    def _row(self, event: str) -> None:
+        show_json_row({"event": event, **self.bench.status()})
+        sys.stdout.flush()
+
+
+class _Text:
+    """Plain lines."""
+
+    def __init__(self, bench: VirtualBench, port: str) -> None:
+        self.bench, self.port, self._behind = bench, port, _Behind(bench)
+
+    def done(self, order: Order | None) -> None:
+        if order is None:
+            click.echo(f"{self.bench.name} at {self.port}: pixstep board ... --port {self.port}")
+        else:
+            click.echo(f"{self.bench.time_s:8.3f} s  {order.text}")
+            if order.text == "status":
+                click.echo("\n".join(benchview.lines(self.bench.status())))
+        sys.stdout.flush()
+
+    def failed(self, error: PlainError) -> None:
+        complain(error)
+
+    def look(self) -> None:
+        if self._behind.more():
+            say((benchview.behind_text(self.bench.lost_s),))
+
+
+class _View:
+    """A frame that is drawn again and again, with the line that is typed below."""
+
+    def __init__(self, bench: VirtualBench, live: Live, typed: benchview.Typed, port: str) -> None:
+        self.bench, self.live, self.typed = bench, live, typed
+        self.said, self._drawn_s = f"pixstep board ... --port {port}", -_REDRAW_S
+
+    def done(self, order: Order | None) -> None:
+        if order:
+            self.said = f"{order.text}: done"
+
+    def failed(self, error: PlainError) -> None:
+        self.said = str(error)
+
+    def look(self) -> None:
+        if self.bench.time_s - self._drawn_s >= _REDRAW_S:
+            self._drawn_s = self.bench.time_s
+            line = self.typed.line.decode(errors="replace")
+            self.live.update(benchview.page(self.bench.status(), self.said, line), refresh=True)
+
+
+def _serve_terminal(
+    bench: VirtualBench, orders: list[Order], typed: benchview.Typed, port: str
+) -> None:
+    console = Console(highlight=False)
+    with Live(console=console, auto_refresh=False, screen=False) as live:
+        _serve(bench, orders, typed, _View(bench, live, typed, port))
