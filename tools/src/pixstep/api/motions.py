@@ -213,7 +213,7 @@ def make_profile(
 
     Example:
         >>> make_profile(40, 16, 8).speeds_steps_px
-        (8, 24, 36, 40)
+        (8, 20, 32, 40)
     """
     bounds = make.ProfileLimits(
         make.legal_speed(Fraction(top_speed)),
@@ -273,14 +273,14 @@ def line(
 ) -> MotionLine:
     """Return a line of given steps for each pixel: a list, or an array of numpy.
 
-    Counts of a plain line are signed; a smooth line runs backwards as a whole (`negative`). What is
+    Counts are the motor's own: signed in a plain line; a smooth line runs backwards as a whole (`negative`). What is
     not given is the motor's; without a motor the line is smooth and has no backlash.
 
     Example:
         >>> line([2, 6, 8, 6, 2], decode="smooth", pixel_hz=30).check("uno").refused
         False
         >>> line([2, 9, 8, 6, 2], decode="smooth").check().errors[0].pixel
-        6
+        5
     """
     rule = _decode(decode, motor)
     values = [*counts]

@@ -24,14 +24,19 @@ def build(traces: Sequence[Trace]) -> Figure:
         axes.set_xlabel("pixels after line zero")
     longest = max(trace.line.pixels for trace in traces)
     rows[0][0].set_xlim(-0.3, longest + 0.3)
+    figure.align_ylabels()
     figure.suptitle("All axes: speed over the ideal, edge errors", x=0.012, ha="left",
                     fontsize=14, weight="bold", color=plotting.INK)  # fmt: skip
     return figure
 
 
 def _speed(axes: Axes, trace: Trace) -> None:
-    axes.plot(*ideal_speed(trace), color=IDEAL, lw=5, alpha=0.55)
+    times, speeds = ideal_speed(trace)
+    axes.plot(times, speeds, color=IDEAL, lw=5, alpha=0.55)
     axes.plot(*made_speed(trace), ".", ms=2.5, mew=0, color=MADE, rasterized=True)
+    low, high = min(0.0, float(speeds.min())), max(0.0, float(speeds.max()))
+    room = 0.08 * (high - low) or 1.0
+    axes.set_ylim(low - room, high + room)  # so that a constant speed shows as one
     axes.yaxis.set_major_formatter(EngFormatter(sep=""))
     axes.set_ylabel("steps/s")
     axes.set_title(trace.title.partition(", backlash")[0], fontsize=9)
