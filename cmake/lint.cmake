@@ -47,7 +47,8 @@ lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check --config pyproject.
      ../docs/examples)
 # Who may import whom among the packages; types.
 lint(imports "${PIXSTEP_lint_imports}" --config tools/checks/imports.toml --no-cache)
-lint(types "${PIXSTEP_mypy}" --config-file tools/checks/mypy.ini --python-executable "${PIXSTEP_PYTHON}"
+lint(types "${PIXSTEP_mypy}" --config-file tools/checks/mypy.ini
+     --python-executable "${PIXSTEP_PYTHON}"
      --cache-dir "${CMAKE_BINARY_DIR}/mypy"
 )
 

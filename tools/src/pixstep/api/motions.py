@@ -273,8 +273,9 @@ def line(
 ) -> MotionLine:
     """Return a line of given steps for each pixel: a list, or an array of numpy.
 
-    Counts are the motor's own: signed in a plain line; a smooth line runs backwards as a whole (`negative`). What is
-    not given is the motor's; without a motor the line is smooth and has no backlash.
+    Counts are the motor's own: signed in a plain line; a smooth line runs backwards as a whole
+    (`negative`). What is not given is the motor's; without a motor the line is smooth and has no
+    backlash.
 
     Example:
         >>> line([2, 6, 8, 6, 2], decode="smooth", pixel_hz=30).check("uno").refused
