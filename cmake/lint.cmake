@@ -41,8 +41,10 @@ lint(
 )
 # Python has its own limits, in tools/pyproject.toml.
 lint(complexity "${PIXSTEP_lizard}" -C 10 -L 60 -w -l c firmware sim tools/native fuzz)
-lint(ruff "${PIXSTEP_ruff}" check --no-cache --config pyproject.toml . ../sim)
-lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check --config pyproject.toml . ../sim)
+lint(ruff "${PIXSTEP_ruff}" check --no-cache --config pyproject.toml . ../sim
+     ../docs/examples)
+lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check --config pyproject.toml . ../sim
+     ../docs/examples)
 # Who may import whom among the packages; types.
 lint(imports "${PIXSTEP_lint_imports}" --config tools/checks/imports.toml --no-cache)
 lint(
@@ -65,7 +67,7 @@ add_custom_target(
     format
     COMMAND "${PIXSTEP_clang_format}" -i ${sources}
     COMMAND "${CMAKE_COMMAND}" -E chdir tools "${PIXSTEP_ruff}" format --no-cache
-            --config pyproject.toml . ../sim
+            --config pyproject.toml . ../sim ../docs/examples
     WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
 )
 add_custom_target(

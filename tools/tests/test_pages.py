@@ -43,7 +43,7 @@ def exact_trace(line: Line) -> plots.Trace:
     return plots.Trace(line, period, TICK_HZ, 0, made, pixels, "test")
 
 
-@pytest.mark.parametrize("name", ["_motion", "_edge_error", "_positions"])
+@pytest.mark.parametrize("name", ["motion", "edge_error", "positions"])
 @pytest.mark.parametrize("line", [Line(SWEEP, PLAIN), worked_line(250)], ids=[PLAIN, SMOOTH])
 def test_no_legend_lies_over_a_curve(name, line):
     with plotting.styled():

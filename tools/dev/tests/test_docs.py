@@ -29,7 +29,7 @@ def test_wiring_table():
     assert "| PIXEL_CLOCK |  | D8 | PB0 |  |" in text
 
 
-@pytest.mark.parametrize("name", ["protocol", "wiring", "files", "grammar"])
+@pytest.mark.parametrize("name", ["protocol", "wiring", "files", "grammar", "api"])
 def test_write_then_check(tmp_path, name):
     path = tmp_path / "DOC.md"
     path.write_text("before\n" + markdown.marked(name, "stale content") + "after\n")

@@ -6,6 +6,7 @@ process, both of which belong to the program that imports this package.
 """
 
 import contextlib
+import io
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -53,9 +54,19 @@ def styled(**more: Any) -> Iterator[None]:
         yield
 
 
+class Drawing(Figure):
+    """A figure that a notebook shows as a picture, though pyplot does not know it."""
+
+    def _repr_png_(self) -> bytes:
+        data = io.BytesIO()
+        with styled():
+            self.savefig(data, format="png", dpi=100)
+        return data.getvalue()
+
+
 def figure(size: tuple[float, float]) -> Figure:
     """Return an empty figure, `size` in inches."""
-    made = Figure(figsize=size, layout="constrained")
+    made = Drawing(figsize=size, layout="constrained")
     FigureCanvasAgg(made)
     return made
 

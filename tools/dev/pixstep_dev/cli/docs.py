@@ -122,4 +122,13 @@ _add_table(
     "What mbpoll, libmodbus and pymodbus get from the simulated boards, for docs/PROTOCOL.md.",
 )
 
+
+def _api() -> str:
+    from pixstep_dev.docs import api  # needs griffe, which only this part does
+
+    return api.api()
+
+
+_add_table("api", _api, "The interface for programs, from its docstrings, for docs/API.md.")
+
 COMMANDS = (docs_group,)

@@ -39,7 +39,7 @@ class Connection:
     world: World
     port: str = "the simulator"
 
-    def board(self, unit: int) -> Board:
+    def board(self, unit: int = 1) -> Board:
         """Return a unit of the line; nothing is asked of it yet."""
         return Board(self.modbus, unit)
 

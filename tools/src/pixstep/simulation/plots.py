@@ -48,9 +48,9 @@ def draw(trace: Trace, folder: Path, prefix: str = "") -> list[Path]:
     """Write motion, edge-error and positions as PNG into `folder`; return their paths."""
     paths = []
     for name, make in (
-        ("motion", _motion),
-        ("edge-error", _edge_error),
-        ("positions", _positions),
+        ("motion", motion),
+        ("edge-error", edge_error),
+        ("positions", positions),
     ):
         path = folder / f"{prefix}{name}.png"
         with plotting.styled():
@@ -65,7 +65,7 @@ def _figure(trace: Trace, title: str, **options) -> tuple[Figure, list[Axes]]:
     return figure, list(figure.subplots(2, 1, **options))
 
 
-def _ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+def ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners of the ideal speed: times in pixels, steps per second."""
     hz = trace.tick_hz / float(trace.period)
     times, speeds = [], []
@@ -81,22 +81,28 @@ def _ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
     return np.array(times), np.array(speeds)
 
 
-def _motion(trace: Trace) -> Figure:
+def made_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    """Return the speed between neighbouring steps: times in pixels, steps per second."""
+    made = trace.made_px
+    rate = trace.edges.directions()[1:] / np.diff(made) * trace.tick_hz / float(trace.period)
+    keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
+    return ((made[1:] + made[:-1]) / 2)[keep], rate[keep]
+
+
+def motion(trace: Trace) -> Figure:
     """Velocity and position of the edges over the ideal."""
     figure, (speed, position) = _figure(
         trace, "Motion: every STEP edge over the ideal", sharex=True
     )
     made = trace.made_px
     signs = trace.edges.directions()
-    times, speeds = _ideal_speed(trace)
+    times, speeds = ideal_speed(trace)
     speed.plot(times, speeds, color=IDEAL, lw=5, alpha=0.55, label="ideal")
     if len(made) > 1:
-        rate = signs[1:] / np.diff(made) * trace.tick_hz / float(trace.period)
-        middle = (made[1:] + made[:-1]) / 2
-        keep = np.diff(made) < 1.0  # a rest between two moves is not a speed
+        rates = made_speed(trace)
         size = 1.6 if len(made) > _MANY_STEPS else 4.0
-        speed.plot(middle[keep], rate[keep], ".", ms=size, mew=0, color=MADE)
-        _magnify(speed, trace, (times, speeds), (middle[keep], rate[keep]))
+        speed.plot(*rates, ".", ms=size, mew=0, color=MADE)
+        _magnify(speed, trace, (times, speeds), rates)
     _legend(speed, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board: 1 / interval")])
     speed.yaxis.set_major_formatter(EngFormatter(sep=""))
     speed.set_ylabel("speed, steps/s")
@@ -155,7 +161,7 @@ def _take_up_note(axes: Axes, trace: Trace) -> None:
     )
 
 
-def _edge_error(trace: Trace) -> Figure:
+def edge_error(trace: Trace) -> Figure:
     """Error of every edge over time, and its distribution."""
     figure, (over, spread) = _figure(
         trace, "Edge error: edge minus exact instant", gridspec_kw={"height_ratios": [2, 1]}
@@ -195,7 +201,7 @@ def _edge_error(trace: Trace) -> Figure:
     return figure
 
 
-def _positions(trace: Trace) -> Figure:
+def positions(trace: Trace) -> Figure:
     """The board's expected positions and the counted ones at every pixel edge."""
     figure, (table, difference) = _figure(
         trace, "Positions at the pixel edges", sharex=True,

@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pixstep import atomic, outfolder
 from pixstep.board import registers as regs
@@ -12,6 +13,9 @@ from pixstep.simulation import report
 from pixstep.simulation.judge import Judgement, judge
 from pixstep.simulation.load import AxisLoad, axis_load
 from pixstep.simulation.simrun import Job, RunResult, run_job
+
+if TYPE_CHECKING:
+    from pixstep.simulation import plots
 
 # What a run may leave in its folder; an earlier run's must not pass for this one's.
 OUTPUTS = (
@@ -45,15 +49,23 @@ def simulate_into(
     job: Job, folder: Path, out: Path, *, plots: bool = False, progress: Progress = unseen
 ) -> Judgement:
     """Run a job and leave the files in `folder`; the summary names them by their place in `out`."""
+    result, judged, loads = run_and_judge(job, folder, progress)
+    if plots:
+        drawn = [*draw_plots(result, judged, folder), *_draw_loads(job, loads, folder)]
+        judged.summary["plots"] = [str(out / path.name) for path in drawn]
+    return judged
+
+
+def run_and_judge(
+    job: Job, folder: Path, progress: Progress = unseen
+) -> tuple[RunResult, Judgement, list[AxisLoad]]:
+    """Run a job, leave the files in `folder`; return what it left, its verdict and its loads."""
     result = run_job(job, folder, progress)
     judged = judge(result)
     loads = follow_loads(result, judged)
     report.write_pixels(folder / "pixels.csv", judged.pixels)
     atomic.write_json(folder / "summary.json", judged.summary)
-    if plots:
-        drawn = [*draw_plots(result, judged, folder), *_draw_loads(job, loads, folder)]
-        judged.summary["plots"] = [str(out / path.name) for path in drawn]
-    return judged
+    return result, judged, loads
 
 
 def follow_loads(result: RunResult, judged: Judgement) -> list[AxisLoad]:
@@ -95,14 +107,21 @@ def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
     """Draw the plots of every axis that moved; return their paths."""
     from pixstep.simulation import plots
 
-    job = result.job
     paths = []
-    for found in judged.axes:
-        if found.line_zero_cycle is None or found.errors_ticks is None:
-            continue
-        line = job.lines[found.axis]
-        trace = plots.Trace(
-            line=line,
+    for axis, trace in traces(result, judged).items():
+        prefix = "" if len(result.job.lines) == 1 else f"axis{axis}-"
+        paths += plots.draw(trace, out, prefix)
+    return paths
+
+
+def traces(result: RunResult, judged: Judgement) -> "dict[int, plots.Trace]":
+    """Return what there is to draw, by axis: those that moved."""
+    from pixstep.simulation import plots
+
+    job = result.job
+    return {
+        found.axis: plots.Trace(
+            line=job.lines[found.axis],
             period=job.period,
             tick_hz=job.tick_hz,
             zero=found.line_zero_cycle,
@@ -110,9 +129,9 @@ def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
             pixels=[row for row in judged.pixels if row.axis == found.axis],
             title=_title(job, found.axis),
         )
-        prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
-        paths += plots.draw(trace, out, prefix)
-    return paths
+        for found in judged.axes
+        if found.line_zero_cycle is not None and found.errors_ticks is not None
+    }
 
 
 def _title(job: Job, axis: int) -> str:

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: MIT
+"""Boards on a serial line: checked, loaded, run, stopped."""
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Self
+
+from pixstep.api.motions import CheckResult, MotionLine
+from pixstep.board import connection, limits, uploading
+from pixstep.board import run as running
+from pixstep.board.client import Board as Device
+from pixstep.board.client import BoardError
+from pixstep.board.link import Link
+from pixstep.errors import UserError
+from pixstep.lines.rational import refuse_period
+from pixstep.progress import Progress, unseen
+
+
+@dataclass(frozen=True)
+class AxisState:
+    """An axis of a board at rest or in motion."""
+
+    axis: int
+    """Axis, from 0."""
+    state: str
+    """`"empty"`, `"loaded"`, `"armed"`, `"running"`, `"done"`, `"fault"` and so on."""
+    position_steps: int
+    """Its position in steps, as the board counts."""
+
+
+class Board:
+    """A board on the line: `bus.board(1)`."""
+
+    def __init__(self, link: Link, unit: int) -> None:
+        self._link = link
+        self.unit = unit
+        self.device: Device = link.board(unit)
+        """Registers, commands and settings one by one, below this interface."""
+
+    @property
+    def kind(self) -> str:
+        """What board it says it is: `"uno"`, `"mega"` or `"m1284"`."""
+        return self.device.who().board
+
+    @property
+    def pixel_hz(self) -> Fraction:
+        """The pixel frequency in Hz that it is set to."""
+        return limits.connected(self.device).pixel_hz
+
+    def axes(self) -> tuple[AxisState, ...]:
+        """Return the state and the position of every axis."""
+        return self._states([*range(self.device.input("axis_count"))])
+
+    def check(self, line: MotionLine) -> CheckResult:
+        """Check a line by the limits that the board has now; nothing is sent."""
+        bounds = limits.connected(self.device, line.pixel_hz)
+        return line.check_by(bounds.of(line.line), self.kind)
+
+    def run(
+        self,
+        lines: MotionLine | Mapping[int, MotionLine],
+        axis: int | None = None,
+        *,
+        progress: Progress = unseen,
+    ) -> tuple[AxisState, ...]:
+        """Run lines to their end and return the axes that moved: this blocks until then.
+
+        `lines` is one line for `axis` (by default that of its motor), or lines by axis, which start
+        on one pixel clock edge. Each is checked first; then the board's pixel frequency is set to
+        that of the lines, and a line longer than the queue is streamed. Ctrl-C and any error of the
+        program stop the axes. Raises RefusedError for a line that the board would refuse (nothing
+        is sent then), BoardError for a fault and for a board that does not answer.
+        """
+        by_axis = _by_axis(lines, axis)
+        hz = _one_frequency(by_axis)
+        refuse_period(hz, self.device.tick_hz())
+        for item in by_axis.values():
+            if item.line.backlash:
+                self.device.require("backlash")
+            self.check(item).raise_if_refused()
+        if hz != self.pixel_hz:
+            self.device.set_pixel_hz(hz)
+        axes = list(by_axis)
+        motions = {number: item.line for number, item in by_axis.items()}
+        group = [running.Lines(self.device, axes, uploading.begin(self.device, motions))]
+        with _stopping(group):
+            running.arm(self.device, axes)
+            longest = max(item.pixels for item in by_axis.values())
+            running.follow(group, self._link.world, longest, progress)
+        return self._states(axes)
+
+    def stop(self) -> tuple[AxisState, ...]:
+        """Stop all axes; return where they are."""
+        axes = [*range(self.device.input("axis_count"))]
+        running.stop_axes(self.device, axes)
+        running.rests(self.device, axes, self._link.world)
+        return self._states(axes)
+
+    def _states(self, axes: list[int]) -> tuple[AxisState, ...]:
+        states = running.states(self.device, axes)
+        places = running.positions(self.device, axes)
+        return tuple(AxisState(axis, states[axis], places[axis]) for axis in axes)
+
+
+class Bus:
+    """A line with boards, a context manager: `with connect("/dev/ttyACM0") as bus:`."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def port(self) -> str:
+        """The name of the line."""
+        return self._link.port
+
+    def board(self, unit: int = 1) -> Board:
+        """Return the board with a Modbus address; nothing is asked of it yet."""
+        return Board(self._link, unit)
+
+    def close(self) -> None:
+        """Give the line back."""
+        self._link.close()
+
+
+def connect(
+    port: str,
+    *,
+    baud: int = 115_200,
+    parity: str | None = None,
+    timeout_s: float | None = None,
+) -> Bus:
+    """Open a serial line with boards; use it in a `with` statement.
+
+    `parity` is `"E"`, `"O"` or `"N"`: even by default, none on a pseudo terminal. Opening the port
+    resets a board that is plugged in by USB: its boot loader is given its time. Raises UserError
+    saying why a port cannot be opened.
+    """
+    if parity not in (None, "E", "O", "N"):
+        raise UserError(f"parity {parity!r}: expected E, O or N")
+    return Bus(connection.open_port(connection.PortOptions(port, baud, parity, timeout_s)))
+
+
+def _by_axis(
+    lines: MotionLine | Mapping[int, MotionLine], axis: int | None
+) -> dict[int, MotionLine]:
+    if isinstance(lines, MotionLine):
+        return {lines.axis if axis is None else axis: lines}
+    if axis is not None:
+        raise UserError(f"axis {axis}: lines by axis name their axes themselves")
+    if not lines:
+        raise UserError("run: no line is given")
+    return dict(sorted(lines.items()))
+
+
+def _one_frequency(lines: Mapping[int, MotionLine]) -> Fraction:
+    found = {item.hz for item in lines.values()}
+    if len(found) > 1:
+        text = " and ".join(f"{hz} Hz" for hz in sorted(found))
+        raise UserError(f"lines for {text}: one pixel clock drives all axes")
+    return found.pop()
+
+
+@contextlib.contextmanager
+def _stopping(group: list[running.Lines]) -> Iterator[None]:
+    """Stop all axes if the program is interrupted or fails; a board in fault has stopped."""
+    try:
+        yield
+    except (BoardError, UserError):
+        raise
+    except BaseException:
+        running.stop(group)
+        raise

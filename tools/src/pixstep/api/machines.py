@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""A machine file as a program sees it: boards and motors, all figures in steps and pixels."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from os import PathLike
+from pathlib import Path
+
+from pixstep.errors import UserError
+from pixstep.lines.linecheck import Limits
+from pixstep.lines.units import Quantity, Scale
+from pixstep.machine.model import Motor as MotorTable
+from pixstep.machine.reading import Machine as MachineFile
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor of a machine: its place, its kind and its limits, `machine["M39"]`."""
+
+    name: str
+    """Name in the machine file."""
+    axis: int
+    """Axis of its board, from 0."""
+    decode: str
+    """`"smooth"` (the speed changes inside a pixel) or `"plain"` (one speed in each pixel)."""
+    board: str
+    """Kind of its board: `"uno"`, `"mega"` or `"m1284"`."""
+    pixel_hz: Fraction
+    """Pixel frequency of the machine in Hz, exact."""
+    backlash_steps: int
+    """Play between motor and load in steps."""
+    negative: bool
+    """True if the load's positive direction is the motor's negative one."""
+    steps_per_unit: Scale | None
+    """Steps for a millimetre or a degree of the load; None if the file does not say."""
+    limits: Limits
+    """What the motor can do, in steps and pixels; None where the file has no limit."""
+    profile: Path | None
+    """Its acceleration profile for lines, if the file names one."""
+    port: str | None
+    """Serial port of its board, if the file names one."""
+    unit: int
+    """Modbus address of its board."""
+
+    @property
+    def smooth(self) -> bool:
+        """True if its speed changes inside a pixel."""
+        return self.decode == "smooth"
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine file (docs/MACHINE.md), read and checked.
+
+    Example:
+        >>> machine = Machine.load("printer.toml")
+        >>> machine["M39"].backlash_steps
+        250
+        >>> [motor.name for motor in machine.motors]
+        ['M39', 'M40']
+    """
+
+    path: Path
+    """The file."""
+    pixel_hz: Fraction
+    """Pixel frequency in Hz, exact."""
+    motors: tuple[Motor, ...]
+    """All motors, in the order of the file."""
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> "Machine":
+        """Read a machine file.
+
+        Raises UserError naming file, line, key and value of the first mistake.
+        """
+        read = MachineFile.load(Path(path))
+        motors = tuple(_motor(read, motor) for motor in read.motors.values())
+        return cls(read.path, read.pixel_hz, motors)
+
+    def __getitem__(self, name: str) -> Motor:
+        """Return a motor by its name; raises UserError naming those that there are."""
+        for motor in self.motors:
+            if motor.name == name:
+                return motor
+        known = ", ".join(motor.name for motor in self.motors)
+        raise UserError(f"{self.path}: there is no motor {name!r}: {known}")
+
+
+def _motor(read: MachineFile, table: MotorTable) -> Motor:
+    board = read.board_of(table)
+    return Motor(
+        name=table.name,
+        axis=table.axis,
+        decode=table.decode,
+        board=board.kind,
+        pixel_hz=read.pixel_hz,
+        backlash_steps=table.backlash_steps,
+        negative=table.negative,
+        steps_per_unit=table.steps_per_unit,
+        limits=_limits(table, read.pixel_hz),
+        profile=read.profile(table, "line"),
+        port=board.port,
+        unit=board.unit,
+    )
+
+
+def _limits(table: MotorTable, hz: Fraction) -> Limits:
+    """Return the limits of a motor in whole steps and pixels, rounded down."""
+
+    def whole(quantity: Quantity | None) -> int | None:
+        return None if quantity is None else int(quantity.per_pixel(hz))
+
+    return Limits(
+        max_speed=whole(table.limit("max_speed")),
+        max_acceleration=whole(table.limit("max_acceleration")),
+        start_stop=whole(table.limit("start_stop")),
+        jerk_warning=whole(table.limit("max_jerk")),
+    )

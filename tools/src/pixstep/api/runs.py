@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: MIT
+"""Lines on a simulated board: every edge against its exact instant, and a verdict."""
+
+import math
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from pixstep import outfolder
+from pixstep.api.motions import Hz, MotionLine, exact_hz
+from pixstep.board import boards
+from pixstep.errors import PlainError, UserError
+from pixstep.progress import Progress, unseen
+from pixstep.simulation import simtask
+from pixstep.simulation.judge import Judgement
+from pixstep.simulation.report import PixelRow, ticks_text
+from pixstep.simulation.simrun import Job, RunResult
+from pixstep.simulation.verdict import AxisVerdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pixstep.simulation.plots import Trace
+
+Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
+"""One line, lines for axes 0, 1, 2 ..., or lines by axis."""
+
+
+class RunFailedError(PlainError):
+    """A simulated run whose verdict is not pass."""
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """A time in ticks of the board's timer; `print` shows nanoseconds beside it."""
+
+    ticks: float
+    """Timer ticks."""
+    tick_hz: int
+    """Ticks a second."""
+
+    @property
+    def ns(self) -> float:
+        """The time in nanoseconds."""
+        return self.ticks / self.tick_hz * 1e9
+
+    def __str__(self) -> str:
+        if math.isnan(self.ticks):
+            return "unknown"
+        return f"{ticks_text(self.ticks)} ticks ({self.ns:.1f} ns)"
+
+
+@dataclass(frozen=True, eq=False)
+class AxisRun:
+    """What one axis did in a run."""
+
+    axis: int
+    """Axis of the board, from 0."""
+    line: MotionLine
+    """The line that it was given."""
+    verdict: str
+    """`"pass"` or `"fail"`."""
+    reasons: tuple[str, ...]
+    """What is wrong; empty for a pass."""
+    steps: int
+    """STEP edges that the board made."""
+    expected_steps: int
+    """STEP edges of the line."""
+    underruns: int
+    """Intervals that came too late."""
+    max_edge_error: Ticks
+    """Largest distance of an edge from its exact instant; unknown (nan) without an edge."""
+    rms_edge_error: Ticks
+    """Root mean square of these distances."""
+    max_interval_error: Ticks
+    """Largest difference of an interval from the exact one."""
+    rate_error_ppm: float
+    """Error of the step rate over the whole line in ppm."""
+    line_zero_cycle: int | None
+    """Cycle of the simulation in which the line starts; None if that cannot be told."""
+    edge_cycles: npt.NDArray[np.int64]
+    """Cycle of every rising STEP edge."""
+    edge_errors_ticks: npt.NDArray[np.float64]
+    """Edge minus exact instant, in ticks, of every step."""
+    pixels: tuple[PixelRow, ...]
+    """Each pixel edge: its cycle, the steps that the board expected and those that it made."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A simulated run and its verdict.
+
+    Figures come back as matplotlib Figures: `run.plot_motion().savefig("motion.png")`, or as the
+    last line of a notebook's cell.
+    """
+
+    verdict: str
+    """`"pass"`, `"fail"`, or `"refused"` if the board refused a line."""
+    reasons: tuple[str, ...]
+    """What is wrong; empty for a pass."""
+    board: str
+    """Kind of the board."""
+    pixel_hz: Fraction
+    """Pixel frequency in Hz."""
+    tick_hz: int
+    """Ticks of the board's timer a second; a cycle is a tick."""
+    axes: tuple[AxisRun, ...]
+    """The axes that had a line, by number."""
+    summary: Mapping[str, Any]
+    """All figures, as in summary.json."""
+    _traces: "Mapping[int, Trace]" = field(repr=False)
+
+    @property
+    def passed(self) -> bool:
+        """True if the verdict is pass."""
+        return self.verdict == "pass"
+
+    def raise_if_failed(self) -> Self:
+        """Raise RunFailedError with the first reason unless the run has passed; return the run."""
+        if not self.passed:
+            raise RunFailedError(f"{self.board}: {self.verdict}: {'; '.join(self.reasons[:3])}")
+        return self
+
+    def plot_motion(self, axis: int | None = None) -> "Figure":
+        """Draw speed and position of an axis over the ideal.
+
+        Of several axes, without `axis`, one figure has the speeds and edge errors of all.
+        """
+        from pixstep import plotting
+        from pixstep.simulation import overview, plots
+
+        with plotting.styled():
+            if axis is None and len(self._traces) > 1:
+                return overview.build([*self._traces.values()])
+            return plots.motion(self._trace(axis))
+
+    def plot_edge_errors(self, axis: int | None = None) -> "Figure":
+        """Draw the error of every edge of an axis, and their distribution."""
+        from pixstep import plotting
+        from pixstep.simulation import plots
+
+        with plotting.styled():
+            return plots.edge_error(self._trace(axis))
+
+    def plot_positions(self, axis: int | None = None) -> "Figure":
+        """Draw the positions at the pixel edges: expected, recorded by the board, counted."""
+        from pixstep import plotting
+        from pixstep.simulation import plots
+
+        with plotting.styled():
+            return plots.positions(self._trace(axis))
+
+    def _trace(self, axis: int | None) -> "Trace":
+        """Return what there is to draw of an axis; of the only one by default."""
+        moved = ", ".join(map(str, self._traces)) or "none"
+        if axis is None and len(self._traces) == 1:
+            return next(iter(self._traces.values()))
+        if axis is None or axis not in self._traces:
+            raise UserError(f"axis {axis}: choose one that moved: {moved}")
+        return self._traces[axis]
+
+
+def simulate(
+    lines: Lines,
+    board: str | None = None,
+    *,
+    pixel_hz: Hz | None = None,
+    check: bool = True,
+    out: str | PathLike[str] | None = None,
+    pixel_ppm: float = 0.0,
+    serial_load: bool = False,
+    seed: int = 1,
+    progress: Progress = unseen,
+) -> Run:
+    """Run lines on a simulated board and judge every edge.
+
+    `lines` is one line, which goes to the axis of its motor, or lines by axis. `board` is `"uno"`,
+    `"mega"` or `"m1284"`, by default that of the motor; the pixel frequency is that of the lines.
+    `pixel_ppm` is a frequency error of the pixel clock, `serial_load` saturates the serial line
+    meanwhile. The files of the run go to `out`, by `pixstep sim`'s rules, if it is given.
+    `progress` is called with the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises
+    RefusedError for a line that the check refuses, unless `check` is False.
+
+    Example:
+        >>> from pixstep import line
+        >>> run = simulate(line([2, 6, 8, 6, 2], pixel_hz=100), board="uno")
+        >>> run.verdict, run.axes[0].steps, run.axes[0].max_edge_error.ticks < 1
+        ('pass', 24, True)
+    """
+    by_axis = _by_axis(lines)
+    kind = board or _board_of(by_axis)
+    first = next(iter(by_axis.values()))
+    hz = exact_hz(pixel_hz) or first.hz
+    _refuse(by_axis, kind, hz, check=check)
+    job = Job(
+        kind,
+        {axis: item.line for axis, item in by_axis.items()},
+        hz,
+        pixel_ppm=pixel_ppm,
+        serial_load=serial_load,
+        seed=seed,
+    )
+    if out is None:
+        with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
+            result, judged, _ = simtask.run_and_judge(job, Path(folder), progress)
+    else:
+        with outfolder.of_run(Path(out), simtask.names()) as place:
+            result, judged, _ = simtask.run_and_judge(job, place, progress)
+    return _run(job, by_axis, result, judged)
+
+
+def _by_axis(lines: Lines) -> dict[int, MotionLine]:
+    """Return the lines by axis, in their order."""
+    if isinstance(lines, MotionLine):
+        return {lines.axis: lines}
+    items = lines.items() if isinstance(lines, Mapping) else enumerate(lines)
+    found = dict(sorted(items))
+    if not found:
+        raise UserError("simulate: no line is given")
+    return found
+
+
+def _board_of(lines: Mapping[int, MotionLine]) -> str:
+    kinds = sorted({item.motor.board for item in lines.values() if item.motor})
+    if len(kinds) != 1:
+        raise UserError(f"board: say which one: {', '.join(boards.BOARD_NAMES)}")
+    return kinds[0]
+
+
+def _refuse(lines: Mapping[int, MotionLine], kind: str, hz: Fraction, *, check: bool) -> None:
+    """Raise UserError for axes or frequencies that do not fit, RefusedError for a wrong line."""
+    for axis, item in lines.items():
+        if not 0 <= axis < boards.load(kind).axes:
+            raise UserError(f"axis {axis}: the {boards.axes_text(kind)}")
+        if item.pixel_hz not in (None, hz):
+            raise UserError(
+                f"{item.line.name}: a line for {item.pixel_hz} Hz, the run has {hz} Hz: one pixel "
+                f"clock drives all axes"
+            )
+        if check:
+            item.check(kind).raise_if_refused()
+
+
+def _run(job: Job, lines: Mapping[int, MotionLine], result: RunResult, judged: Judgement) -> Run:
+    axes = tuple(_axis(job, found, lines[found.axis], result, judged) for found in judged.axes)
+    return Run(
+        verdict=judged.summary["verdict"],
+        reasons=tuple(judged.summary["reasons"]),
+        board=job.board,
+        pixel_hz=job.pixel_hz,
+        tick_hz=job.tick_hz,
+        axes=axes,
+        summary=judged.summary,
+        _traces=simtask.traces(result, judged),
+    )
+
+
+def _axis(
+    job: Job, found: AxisVerdict, line: MotionLine, result: RunResult, judged: Judgement
+) -> AxisRun:
+    errors = found.errors_ticks
+    known = errors is not None
+
+    def ticks(value: float) -> Ticks:
+        return Ticks(value if known else math.nan, job.tick_hz)
+
+    return AxisRun(
+        axis=found.axis,
+        line=line,
+        verdict="pass" if found.passed else "fail",
+        reasons=tuple(found.reasons),
+        steps=found.steps,
+        expected_steps=found.expected_steps,
+        underruns=found.underruns,
+        max_edge_error=ticks(found.max_edge_error_ticks),
+        rms_edge_error=ticks(found.rms_edge_error_us * job.tick_hz / 1e6),
+        max_interval_error=ticks(found.max_interval_error_ticks),
+        rate_error_ppm=found.rate_error_ppm,
+        line_zero_cycle=found.line_zero_cycle,
+        edge_cycles=result.edges.axis(0, found.axis).rising,
+        edge_errors_ticks=np.zeros(0) if errors is None else errors,
+        pixels=tuple(row for row in judged.pixels if row.axis == found.axis),
+    )
