@@ -99,16 +99,18 @@ def link(name: str, site: Path) -> None:
             (site / part).symlink_to(Path(dist.locate_file(part)).resolve())
 
 
-def run(programs: Path, home: Path, words: tuple[str, ...], **more: str) -> str:
+def run(
+    programs: Path, home: Path, words: tuple[str, ...], program: str = "pixstep", **more: str
+) -> str:
     """Run a command with an environment of its own; return what it did, empty if that is fine."""
     own = {"PATH": str(programs), "HOME": str(home), "LANG": "C.UTF-8", **more}
     done = subprocess.run(
-        ["pixstep", *words], env=own, cwd=home, capture_output=True, text=True, check=False,
-        executable=programs / "pixstep",
+        [program, *words], env=own, cwd=home, capture_output=True, text=True, check=False,
+        executable=programs / program,
     )  # fmt: skip
     if done.returncode == 0:
         return ""
-    return f"pixstep {' '.join(words)}: exit status {done.returncode}: {done.stdout}{done.stderr}"
+    return f"{program} {' '.join(words)}: exit status {done.returncode}: {done.stdout}{done.stderr}"
 
 
 def wrong_files(wheel: Path) -> list[str]:
@@ -117,6 +119,7 @@ def wrong_files(wheel: Path) -> list[str]:
     boards = [path.stem for path in (ROOT / "firmware" / "hal" / "boards").glob("*.def")]
     wanted = [f"pixstep/_built/pixstep-{board}.hex" for board in boards]
     wanted += ["pixstep/_built/tables.json", "pixstep/_built/_core.abi3.so"]
+    wanted.append("pixstep/py.typed")
     found = [f"the wheel lacks {name}" for name in wanted if name not in names]
     tops = {name.split("/")[0] for name in names} - {"pixstep"}
     return found + [f"the wheel has {top}" for top in tops if not top.endswith(".dist-info")]
@@ -133,6 +136,9 @@ def simulates(programs: Path, home: Path) -> list[str]:
     for more in ({"PIXSTEP_SIM": str(simulator)}, {"PATH": by_path}):
         if text := run(programs, home, SIMULATE, **more):
             found.append(text)
+    example = (str(ROOT / "docs" / "examples" / "own_profile.py"),)
+    if text := run(programs, home, example, "python", PIXSTEP_SIM=str(simulator)):
+        found.append(text)
     return found
 
 
@@ -150,7 +156,7 @@ def main() -> None:
         if text := run(programs, home, words):
             found.append(text)
     found += simulates(programs, home)
-    finish("wheel", f"{wheel.name}, {len(COMMANDS) + 3} commands", found)
+    finish("wheel", f"{wheel.name}, {len(COMMANDS) + 4} commands", found)
 
 
 if __name__ == "__main__":
