@@ -2,7 +2,7 @@
 # Formatting and static analysis as tests (label `lint`), by the versions that tools/setup installs
 # (tools/requirements-dev.txt), and the target `format`, which puts the formatting right.
 set(bin "${CMAKE_SOURCE_DIR}/build/venv/bin")
-foreach(tool IN ITEMS clang-format clang-tidy cppcheck lizard ruff lint-imports)
+foreach(tool IN ITEMS clang-format clang-tidy cppcheck lizard ruff lint-imports mypy)
     string(MAKE_C_IDENTIFIER "PIXSTEP_${tool}" variable)
     find_program(${variable} ${tool} HINTS "${bin}" NO_DEFAULT_PATH)
     if(NOT ${variable})
@@ -43,8 +43,12 @@ lint(
 lint(complexity "${PIXSTEP_lizard}" -C 10 -L 60 -w -l c firmware sim tools/native fuzz)
 lint(ruff "${PIXSTEP_ruff}" check --no-cache --config pyproject.toml . ../sim)
 lint(ruff-format "${PIXSTEP_ruff}" format --no-cache --check --config pyproject.toml . ../sim)
-# The product imports nothing that proves it, and no two packages import each other.
+# Who may import whom among the packages; types.
 lint(imports "${PIXSTEP_lint_imports}" --config tools/checks/imports.toml --no-cache)
+lint(
+    types "${PIXSTEP_mypy}" --config-file tools/checks/mypy.ini
+    --python-executable "${PIXSTEP_PYTHON}" --cache-dir "${CMAKE_BINARY_DIR}/mypy"
+)
 
 # Read where its settings are (pyproject.toml).
 set_tests_properties(

@@ -7,13 +7,13 @@
 set(PIXSTEP_LONG_RUNNING
     bad_line bench board board_images board_nonsense bus estops exact explore fast_moves faults
     faults_provoked faults_table file_mutations framestorm fuzzing halts homing homing_m1284
-    homing_mega homing_smooth homing_uno orders orders_kept powercuts reversal_runs rules
+    homing_mega homing_smooth homing_uno one_check orders orders_kept powercuts reversal_runs rules
     safety_faults seek_campaign simrun stack_measured switches turns waiting_axes witness
 )
-# These talk to a simulated board over a pseudo terminal, in real time: nothing runs beside them.
-set(PIXSTEP_REAL_TIME tutorial console_doc board_port board_trouble conformance
-    virtual_bench
-)
+# These talk to a simulated board over a pseudo terminal, in real time.
+set(PIXSTEP_REAL_TIME board_port board_trouble conformance virtual_bench)
+# These compare what such a session prints: nothing runs beside them.
+set(PIXSTEP_ALONE tutorial console_doc)
 set(PIXSTEP_SHORT_TOGETHER 12)
 
 # What every Python program of a test is run with: byte code is kept in the build, not beside the
@@ -38,6 +38,7 @@ function(python_test name label)
 endfunction()
 
 # The product's files and the proof's, which have fixtures of their own.
+set(by_itself ${PIXSTEP_LONG_RUNNING} ${PIXSTEP_REAL_TIME} ${PIXSTEP_ALONE})
 set(short_number 1)
 foreach(folder IN ITEMS tools/tests tools/dev/tests)
     file(GLOB files CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${folder}/test_*.py")
@@ -49,7 +50,7 @@ foreach(folder IN ITEMS tools/tests tools/dev/tests)
         if(knows_more)
             python_test(py.${name}.long long FILES "${file}" ENVIRONMENT PIXSTEP_LONG=1)
         endif()
-        if(name IN_LIST PIXSTEP_LONG_RUNNING OR name IN_LIST PIXSTEP_REAL_TIME)
+        if(name IN_LIST by_itself)
             python_test(py.${name} python FILES "${file}")
         else()
             list(APPEND short "${file}")
@@ -66,7 +67,7 @@ foreach(folder IN ITEMS tools/tests tools/dev/tests)
         math(EXPR short_number "${short_number} + 1")
     endif()
 endforeach()
-foreach(name IN LISTS PIXSTEP_REAL_TIME)
+foreach(name IN LISTS PIXSTEP_ALONE)
     set_tests_properties(py.${name} PROPERTIES RUN_SERIAL TRUE)
 endforeach()
 

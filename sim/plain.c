@@ -5,7 +5,9 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-#include "plain_operations.h"
+#include "plain_arithmetic.h"
+#include "plain_flow.h"
+#include "plain_memory.h"
 
 #define POINTER_X 26U
 #define POINTER_Y 28U

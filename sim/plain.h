@@ -14,20 +14,7 @@
 
 #include <sim_avr.h>
 
-struct plain;
-
-// Executes an instruction: results, flags, program counter and cycles. False, and nothing has
-// changed, if these operands make it one for simavr.
-typedef bool plain_execute(avr_t *avr, const struct plain *plain);
-
-// A decoded instruction.
-struct plain {
-    plain_execute *execute;
-    uint8_t d, r;     // registers: destination and source, or the pointer's low half
-    uint8_t constant; // operand K, displacement q or a mask of one bit
-    uint8_t words;    // that a skip passes over
-    uint32_t target;  // address in flash or RAM (bytes)
-};
+#include "plain_instruction.h"
 
 struct plain_program {
     struct plain *at; // by flash word

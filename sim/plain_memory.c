@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 
-#include "plain_operations.h"
+#include "plain_memory.h"
 
 #define POINTER_Z 30U
 

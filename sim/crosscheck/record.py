@@ -11,20 +11,16 @@ import sys
 from fractions import Fraction
 from pathlib import Path
 
-from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.client import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.moves import accel, homing, legs
-from pixstep.moves.homesim import SimWorld
 from pixstep.profiles.generator import LineRequest, generate
 from pixstep.simulation.serialload import SerialLoad
-from pixstep.simulation.simctl import SimOptions, Simulator
-from pixstep.simulation.simrun import BOOT_S
+from pixstep.simulation.simboard import SimulatedBoard
 
 SETTLE_S = 0.02
 HOMING_HZ = Fraction(500)
@@ -36,30 +32,27 @@ class Recording:
     """A board, its lines and its log files."""
 
     def __init__(self, name: str, folder: Path, pixel_hz: Fraction, knobs: dict[int, str]) -> None:
-        self.folder, self.name, self.pixel_hz = folder, name, pixel_hz
+        self.folder, self.pixel_hz = folder, pixel_hz
         self.axes = list(range(boards.load(name).axes))
         self.uploads: dict[int, Upload] = {}
         folder.mkdir(parents=True, exist_ok=True)
-        self.simulator = Simulator(
-            SimOptions(
-                [(name, natives.image(name))],
-                pixel_hz,
-                edges=folder / "edges.csv",
-                serial_log=folder / "serial.csv",
-                plants={(0, axis): text for axis, text in knobs.items()},
-                extra=("--wire-log", str(folder / "wires.csv")),
-            )
+        self.simulated = SimulatedBoard(
+            name,
+            pixel_hz,
+            edges=folder / "edges.csv",
+            serial_log=folder / "serial.csv",
+            plants={(0, axis): text for axis, text in knobs.items()},
+            extra=("--wire-log", str(folder / "wires.csv")),
         )
+        self.simulator, self.board = self.simulated.simulator, self.simulated.board
 
     def __enter__(self) -> "Recording":
-        self.simulator.wait_s(BOOT_S)
-        self.board = Board(SimClient(self.simulator))
         self.board.set_pixel_hz(self.pixel_hz)
         return self
 
     def __exit__(self, *_: object) -> None:
         end = self.simulator.wait_s(SETTLE_S)
-        self.simulator.quit()
+        self.simulated.finish()
         (self.folder / "end.txt").write_text(f"{end}\n", encoding="ascii")
 
     def start(self, lines: dict[int, Line]) -> None:
@@ -127,7 +120,7 @@ def home(name: str, folder: Path) -> None:
         run.simulator.wait_s(SETTLE_S)  # the filters see the switches
         request = legs.HomingRequest(axis, 1, slow=2, search_steps=2500, clear_steps=5)
         plan = legs.plan(profile, request, HOMING_HZ)
-        homing.home(run.board, plan, HOMING_HZ, SimWorld(run.simulator))
+        homing.home(run.board, plan, HOMING_HZ, run.simulated.link.world)
 
 
 def estop(name: str, folder: Path) -> None:

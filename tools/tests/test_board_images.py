@@ -281,7 +281,7 @@ def test_move(live, name):
     one = live(name)
     profile = natives.source("tools/data/AccProf-fast-move.csv")
     for steps in (1, -4000, 12345):
-        found = one.json("move", profile, "--steps", steps, "--pixel-hz", 60)
+        found = one.json("move", profile, "--steps", steps, "--pixel-hz", 30)
         assert found["to_steps"] - found["from_steps"] == steps
     assert one.sim.steps(0, 0) == 1 - 4000 + 12345
     assert "top" in one.out("move", profile, "--steps", 10)
@@ -295,7 +295,7 @@ def test_home(live, name, axis):
     one.pin("ESTOP", 0)
     one.seconds(0.01)
     one.out("clear")
-    words = ("home", profile, "--axis", axis, "--pixel-hz", 100, "--search", 3000)
+    words = ("home", profile, "--axis", axis, "--pixel-hz", 30, "--search", 3000)
     found = one.json(*words)
     assert found["found"] and found["position_steps"] == 0
     motor, load = one.sim.plant(0, axis)

@@ -78,7 +78,7 @@ def test_the_board_refuses_by_itself(tmp_path, board, counts, backlash, name):
     formats.write_csv(tmp_path / "line.csv", counts)
     words = [
         "sim", tmp_path / "line.csv", "--board", board, "--decode", "smooth", "--pixel-hz", 30,
-        "--backlash", backlash, "--force-upload", "--out", tmp_path / "run", "--json",
+        "--backlash", backlash, "--no-check", "--out", tmp_path / "run", "--json",
     ]  # fmt: skip
     done = CliRunner().invoke(main, [str(word) for word in words])
     assert done.exit_code != 0

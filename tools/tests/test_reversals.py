@@ -12,7 +12,7 @@ from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.linecheck import Limits, check
 from pixstep.reversals.compensate import Request, compensate
-from pixstep.reversals.strokes import directions, strokes
+from pixstep.reversals.play import directions, strokes
 from pixstep.reversals.takeup import MotionLimits, Window
 from strokes_line import LIMITS, PLAY, four_reversals
 

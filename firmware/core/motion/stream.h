@@ -11,8 +11,8 @@
 //     trains          0, 1                                         evenly spaced steps
 //
 // feed.c, and decode.c for batches, call the functions of the writer's end, ledger.c alone those of
-// the reader's end; the others only read. A slot may be written again as soon as the reader has passed it, except for
-// the last three, whose periods may still be asked for.
+// the reader's end; the others only read. A slot may be written again as soon as the reader has
+// passed it, except for the last three, whose periods may still be asked for.
 #pragma once
 
 #include <stdbool.h>

@@ -16,7 +16,7 @@ from pathlib import Path
 try:
     import fcntl
 except ImportError:  # Windows: nothing is locked there, and nothing is removed for others
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]
 
 PREFIX = ".pixstep-part-"
 

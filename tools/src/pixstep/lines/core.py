@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The firmware's motion core, bound into Python: its line check and the ticks that it plans."""
 
+import importlib.machinery
 import importlib.util
 import sys
 from collections.abc import Iterable
@@ -122,10 +123,12 @@ def codes() -> dict[int, dict]:
 def _core() -> ModuleType:
     """Load the extension."""
     path = natives.made(LIBRARY)
-    spec = importlib.util.spec_from_file_location("_core", path)
+    loader = importlib.machinery.ExtensionFileLoader("_core", str(path))
+    spec = importlib.util.spec_from_loader("_core", loader)
+    assert spec is not None  # there is a loader
     try:
         module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
     except ImportError as error:
         raise UserError(f"{path}: {error}") from None
     return module

@@ -232,7 +232,7 @@ def _acceleration(line: Line, pixel: int, limits: Limits) -> str:
 
 def _rate(line: Line, pixel: int, limits: Limits) -> str:
     speed = _top_speed(line, pixel)
-    interval = float(limits.period_ticks / speed)
+    interval = float((limits.period_ticks or 0) / speed)
     return (
         f"speed {speed} needs a step every {interval:.1f} ticks, the board makes one every "
         f"{limits.min_interval_ticks}"
@@ -249,7 +249,7 @@ def _reversal(line: Line, pixel: int, limits: Limits) -> str:
     after = line.counts[pixel - 1]
     rest = next(i for i, count in enumerate(reversed(line.counts[: pixel - 1])) if count)
     before = line.counts[pixel - 2 - rest]
-    between = float((rest + Fraction(1, abs(after))) * limits.period_ticks)
+    between = float((rest + Fraction(1, abs(after))) * (limits.period_ticks or 0))
     return (
         f"from {before} to {after} in {between:.1f} ticks, the board needs {limits.reversal_ticks}"
     )

@@ -71,8 +71,8 @@ def plan(
 
 def loosest(hz: Fraction, tick_hz: int) -> CoreLimits:
     """Return limits that let every line pass that the core can plan."""
-    shortest = [_SHORTEST_TICKS] * 3
-    return CoreLimits(int(tick_hz / hz), *shortest, reversal_min_ticks=4 * _SHORTEST_TICKS)
+    shortest = _SHORTEST_TICKS
+    return CoreLimits(int(tick_hz / hz), shortest, shortest, shortest, 4 * shortest)
 
 
 def _text(code: core.Code) -> str:

@@ -9,7 +9,12 @@ from pixstep.errors import UserError
 _DECIMAL = re.compile(r"[0-9]{1,10}(\.[0-9]{1,9})?")
 _FRACTION = re.compile(r"[0-9]{1,10}/[0-9]{1,10}")
 _UNIT = re.compile(r" *(k|M|m)?Hz$")
-_PREFIXES = {None: 1, "m": Fraction(1, 1000), "k": 1000, "M": 1_000_000}
+_PREFIXES: dict[str | None, Fraction] = {
+    None: Fraction(1),
+    "m": Fraction(1, 1000),
+    "k": Fraction(1000),
+    "M": Fraction(1_000_000),
+}
 _U32_MAX = 0xFFFFFFFF
 PERIOD_TICKS = (1024, 0xFFFFFF)  # what the pixel grid of a board can carry
 
@@ -28,7 +33,7 @@ def parse_hz(text: str) -> Fraction:
     numerator, _, denominator = number.partition("/")
     if denominator and int(denominator) == 0:
         raise UserError(f"pixel frequency {text!r}: the denominator is zero")
-    hz = Fraction(numerator) / Fraction(denominator or 1) * _PREFIXES[named and named[1]]
+    hz = Fraction(numerator) / Fraction(denominator or 1) * _PREFIXES[named[1] if named else None]
     if hz <= 0:
         raise UserError(f"pixel frequency {text!r}: must be above 0 Hz")
     if hz.numerator > _U32_MAX or hz.denominator > _U32_MAX:

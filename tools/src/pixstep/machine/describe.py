@@ -55,7 +55,9 @@ def motor_json(machine: Tables, motor: Motor) -> dict:
 def limit_json(motor: Motor, key: str, hz: Fraction) -> dict[str, float]:
     """Return a limit in steps per pixel and second, and in the motor's unit of length."""
     order, scale = ORDERS[key], motor.steps_per_unit
-    value = motor.limit(key).per_pixel(hz)
+    limit = motor.limit(key)
+    assert limit is not None  # the caller has looked
+    value = limit.per_pixel(hz)
     second = per_second(value, order, hz)
     told = {unit(order): float(value), unit(order, per_second=True): float(second)}
     if scale:

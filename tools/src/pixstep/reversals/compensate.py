@@ -12,8 +12,7 @@ from itertools import accumulate, pairwise
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.linecheck import ERROR, Limits, check
-from pixstep.reversals.play import load_positions
-from pixstep.reversals.strokes import Stroke, strokes
+from pixstep.reversals.play import Stroke, load_positions, strokes
 from pixstep.reversals.takeup import MotionLimits, Window
 
 FIRST = "first"

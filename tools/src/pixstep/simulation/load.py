@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pixstep.lines.line import Line
-from pixstep.reversals.strokes import strokes
+from pixstep.reversals.play import strokes
 from pixstep.simulation.plantlog import AxisPlant
 
 

@@ -74,6 +74,7 @@ class SimPipe:
 
     def kill(self) -> None:
         """End the process if it still runs, and close its pipes."""
+        self._ended = self._ended or "simulator: has been ended"
         if self._process.poll() is None:
             self._process.kill()
             self._process.wait()
@@ -105,4 +106,4 @@ class SimPipe:
     def _status(self) -> str:
         """Return in words how the process ended: its exit status, or the signal's description."""
         status = self._process.returncode
-        return signal.strsignal(-status) if status < 0 else f"exit status {status}"
+        return f"exit status {status}" if status >= 0 else signal.strsignal(-status) or str(status)

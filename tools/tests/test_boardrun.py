@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""One object runs lines on any link: a simulated board, and a board behind a port's client."""
+
+from fractions import Fraction
+
+import pytest
+
+from fake_board import FakeBoard, FakeLine, FakeWorld
+from pixstep.board.boardrun import BoardRun, Watch
+from pixstep.board.client import BoardError, LineRefusedByBoardError
+from pixstep.board.connection import Connection
+from pixstep.board.link import Link
+from pixstep.board.transport import SimClient
+from pixstep.lines.line import PLAIN, Line
+from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.simctl import SimulatorError
+
+HZ = Fraction(100)
+LINE = Line((20, 40, 40, 20), PLAIN)
+LONG = Line(tuple(1 + pixel % 7 for pixel in range(300)), PLAIN)  # more entries than a queue holds
+
+
+class Seen(Watch):
+    """Counts polls and notes when each began."""
+
+    def __init__(self):
+        self.pixels, self.begun_s = [], []
+
+    def seen(self, registers):
+        self.pixels.append(registers[0]["pixel"])
+
+    def rest(self, run, begun_s):
+        self.begun_s.append(begun_s)
+        super().rest(run, begun_s)
+
+
+def connected():
+    """Return a link like an open port's, with a fake board behind it, and the board."""
+    world = FakeWorld()
+    fake = FakeBoard(world, 1, "mega")
+    link: Link = Connection(SimClient(FakeLine(world, fake)), world, "/dev/ttyTEST")
+    return link, fake
+
+
+@pytest.fixture(params=["simulated", "connected"])
+def run(request):
+    """Return a run on a simulated board, and on one behind a port."""
+    if request.param == "connected":
+        yield BoardRun(connected()[0])
+        return
+    request.getfixturevalue("simulator")
+    with SimulatedBoard("mega", HZ) as simulated:
+        yield simulated
+
+
+@pytest.mark.parametrize("line", [LINE, LONG], ids=["short", "streamed"])
+def test_a_line_to_its_end(run, line):
+    watch = Seen()
+    run.set_up(HZ, [0], dir_setup_us=30)
+    run.load({0: line})
+    assert run.states() == {0: "loaded"}
+    run.arm()
+    assert run.follow(watch)
+    assert run.states() == {0: "done"}
+    assert run.uploads[0].done
+    assert run.board.axis(0)["position_steps"] == line.total_steps
+    assert run.board.read_holdings(run.board.map.holding("dir_setup_us").address, 1) == [30]
+    assert watch.pixels[-1] == line.pixels
+    gaps = [b - a for a, b in zip(watch.begun_s, watch.begun_s[1:], strict=False)]
+    assert all(gap >= 0.999 * run.poll_s for gap in gaps)
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_refused_line():
+    with SimulatedBoard("uno", HZ) as run:
+        run.set_up(HZ, [0])
+        with pytest.raises(LineRefusedByBoardError, match="too_fast"):
+            run.load({0: Line((12_000,) * 3, PLAIN)})
+
+
+def test_an_axis_that_does_not_load():
+    link, fake = connected()
+    run = BoardRun(link)
+    run.set_up(HZ, [0])
+    queue = fake.queue
+
+    def lose_the_end(words):
+        queue(words)
+        fake.axes[0].state = "loading"
+
+    fake.queue = lose_the_end
+    with pytest.raises(BoardError, match="axis 0: loading after the upload, not loaded"):
+        run.load({0: LINE})
+
+
+def test_a_line_that_never_starts_is_not_waited_for_forever():
+    link, fake = connected()
+    run = BoardRun(link)
+    run.set_up(HZ, [0])
+    run.load({0: LINE})
+    fake.start = lambda _: None
+    run.arm()
+    begun_s = link.world.now_s()
+    assert not run.follow()
+    assert run.states() == {0: "armed"}
+    assert 0.1 < link.world.now_s() - begun_s < 1
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_simulated_board_ends_with_its_block_and_its_files_are_whole(tmp_path):
+    edges = tmp_path / "edges.csv"
+    with SimulatedBoard("uno", HZ, edges=edges) as run:
+        run.set_up(HZ, [0])
+        run.load({0: LINE})
+        run.arm()
+        assert run.follow()
+        run.settle()
+        run.finish()
+    assert edges.read_text().count(",STEP,1\n") == LINE.total_steps
+    with pytest.raises(SimulatorError):
+        run.simulator.stats()
