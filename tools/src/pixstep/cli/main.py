@@ -148,7 +148,7 @@ _BOARD = {
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
     "simulate": _by_machine(
         "board.simulate:simulate_command",
-        "Simulate a board behind a pseudo terminal, and work its switches, clock and supply.",
+        "Simulate a board, and work its switches, clock and supply.",
     ),
     "selftest": _by_machine(
         "board.selftest:selftest_command", "Walk through the wiring of a new board."

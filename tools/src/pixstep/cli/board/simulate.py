@@ -48,7 +48,7 @@ _REDRAW_S = 0.1
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="One line of JSON for each command.")
 def simulate_command(name, pixel_hz, link, script, image, seed, as_json):
-    """Simulate a board behind a pseudo terminal, and work its switches, clock and supply.
+    """Simulate a board, and work its switches, clock and supply.
 
     Any Modbus client, `pixstep board` first of all, talks to it in real time by the port that it
     prints. Commands are typed, come from --script, or are piped in; docs/CONSOLE.md describes them.
