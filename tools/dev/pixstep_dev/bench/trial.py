@@ -35,13 +35,12 @@ def attempt(run: Run) -> Trial:
 def judge(outcome: Outcome) -> Trial:
     """Return how a run ended, the exact instants of every line being the measure."""
     reasons = _reasons(outcome)
-    if outcome.refused:
-        kind = WRONG if outcome.steps else REFUSED
-        return Trial(kind, outcome.refused, outcome.steps)
     if outcome.trouble and not outcome.steps:
         return Trial(MUTE, outcome.trouble)
     if reasons:
         return Trial(WRONG, "; ".join(reasons), outcome.steps)
+    if outcome.refused:
+        return Trial(REFUSED, outcome.refused, outcome.steps)
     if outcome.fault:
         return Trial(FAULT, outcome.fault, outcome.steps)
     if outcome.trouble:
@@ -50,14 +49,22 @@ def judge(outcome: Outcome) -> Trial:
 
 
 def _reasons(outcome: Outcome) -> list[str]:
-    """Return what is wrong with the edges. After a fault a line may be cut short, not changed."""
-    if outcome.refused:
+    """Return what is wrong with the edges.
+
+    A fault, and a refusal of what is streamed to a moving axis, may cut a line short, not change it.
+    """
+    if outcome.refused and not outcome.steps:
         return []
     run, reasons, zeros = outcome.run, [], set()
     for axis, line in sorted(run.lines.items()):
         edges = outcome.edges.axis(0, axis)
         found = verdict.judge_axis(
-            line, run.period, edges, axis, tick_hz=run.tick_hz, stopped=bool(outcome.fault)
+            line,
+            run.period,
+            edges,
+            axis,
+            tick_hz=run.tick_hz,
+            stopped=bool(outcome.fault or outcome.refused),
         )
         reasons += [f"axis {axis}: {text}" for text in found.reasons]
         if verdict.find_zero(line, run.period, edges.rising) is not None:  # else it is a guess
