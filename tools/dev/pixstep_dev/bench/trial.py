@@ -51,7 +51,7 @@ def judge(outcome: Outcome) -> Trial:
 def _reasons(outcome: Outcome) -> list[str]:
     """Return what is wrong with the edges.
 
-    A fault, and a refusal of what is streamed to a moving axis, may cut a line short, not change it.
+    A fault may cut a line short, and so may a refusal of what is streamed to a moving axis.
     """
     if outcome.refused and not outcome.steps:
         return []

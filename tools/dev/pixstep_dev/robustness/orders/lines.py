@@ -13,6 +13,7 @@ FASTEST = 60_000  # steps/s
 _REVERSAL_TICKS = 5000  # above what any board needs to turn round
 _PIXEL_HZ = (1, 3, 10, 30, 100, 300)
 _SLOWEST_CLOCK_HZ = 30
+_LONGEST_PERIOD_TICKS = 0xFFFFFF  # of a pixel, on every board
 _PIXELS_S = 400  # of all axes together; several may ask for more than the board can decode
 _LASTS_S = 2
 _SPARSE = 6  # pairs of a single step and a rest
@@ -33,7 +34,12 @@ class Speed:
 
 def pixel_hz(board: str) -> tuple[int, ...]:
     """Return the pixel frequencies of lines that wait for no clock."""
-    return tuple(hz for hz in _PIXEL_HZ if hz * boards.load(board).axes <= _PIXELS_S)
+    of = boards.load(board)
+    return tuple(
+        hz
+        for hz in _PIXEL_HZ
+        if hz * of.axes <= _PIXELS_S and of.tick_hz <= hz * _LONGEST_PERIOD_TICKS
+    )
 
 
 def clock_hz(board: str) -> tuple[int, ...]:
