@@ -24,6 +24,7 @@ ENGINE_BYTES, STATE, HALTING, IDLE = 28, 1, 3, 0
 OVERFLOW, COMPARE_A = 1, 2
 EVERY_AXIS = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
 WITHIN_S = 0.01
+LOOK_CYCLES = 5_000  # a fraction of a period of the lines below
 
 
 def mask_of(bench, axis):
@@ -47,7 +48,8 @@ def run_away(bench, axis, steps_px):
     """Stop an axis and spoil its engine inside the period that its timer holds."""
     bench.load(Line((steps_px,) * 200, PLAIN), axis)
     bench.board.command("arm", [axis])
-    bench.run_until_steps(4, axis)
+    # The stop must come early in a period, so that this period still pulses when the engine halts.
+    bench.until_true(lambda: bench.count(axis) >= 4, look=LOOK_CYCLES)
     stop = b"\x00\x10\x01\x00\x00\x02\x04" + bytes([0, 1 << axis, 0, regs.COMMANDS["stop"]])
     bench.sim.command(f"send {seal(stop).hex()} 0")
     bench.until_true(lambda: halting(bench, axis), bench.sim.cycles(WITHIN_S), 200)
