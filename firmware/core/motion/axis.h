@@ -90,12 +90,12 @@ struct axis {
     struct walk walk;
     // and that piece; `phase` says which of them are valid.
     struct piece piece;
-    // Checks what is queued; it stands behind the newest entry of the queue.
-    struct line_check check;
     // The writer's end of the stream, and the stream.
     struct feed feed;
     // The reader's end of the stream: the account of time and position.
     struct ledger ledger;
+    // Checks what is queued; it stands behind the newest entry of the queue.
+    struct line_check check;
 };
 
 // What an axis is made of. Everything here must last as long as the axis.
