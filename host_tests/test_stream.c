@@ -167,6 +167,13 @@ static void marks_wait_for_a_period(void)
     TEST_ASSERT_NULL(stream_mark(&stream));
     put_periods(1);
     TEST_ASSERT_FALSE(stream_mark_waits(&stream));
+}
+
+static void marks_are_read_behind_their_period(void)
+{
+    stream_add_mark(&stream, true, 0);
+    stream_add_mark(&stream, false, 0xFFFE);
+    put_periods(1);
     TEST_ASSERT_FALSE(stream_mark_within(&stream, 0));
     TEST_ASSERT_EQUAL_UINT8(1, pass(stream.head, false));
     TEST_ASSERT_TRUE(stream_mark_within(&stream, 0));
@@ -274,36 +281,50 @@ static void batch_without_a_note_is_added_up(void)
 }
 #endif
 
+static void append_some(void)
+{
+    uint8_t count = (uint8_t)chance_between(1, 30);
+
+    if (stream_space(&stream) <= 60u) {
+        return;
+    }
+    if (chance_between(0, 2) != 0) {
+        put_batch(count);
+    } else {
+        put_periods(count);
+    }
+}
+
+// Pass one part of what lies before tail; *ticks is what was appended there. Returns false when the
+// rest must wait.
+static bool pass_part(uint8_t tail, bool whole, uint32_t *ticks)
+{
+    uint8_t first = stream.retired;
+    uint8_t count = pass(tail, whole);
+
+    *ticks += appended_ticks(first, count);
+    TEST_ASSERT_TRUE(count <= (uint8_t)(tail - first));
+    TEST_ASSERT_TRUE(count != 0 || (whole && stream_inside_batch(&stream, tail)));
+    return count != 0;
+}
+
 // Passed is what was appended, wherever the interrupt is, whole batches or not.
 static void random_streams(void)
 {
-    uint32_t passed_ticks = START_TICKS;
+    uint32_t ticks = START_TICKS;
 
     for (uint16_t i = 0; i < ROUNDS; i++) {
-        if (stream_space(&stream) > 60u) {
-            uint8_t count = (uint8_t)chance_between(1, 30);
-            if (chance_between(0, 2) != 0) {
-                put_batch(count);
-            } else {
-                put_periods(count);
-            }
-        }
+        append_some();
         uint8_t tail =
             (uint8_t)(stream.retired + chance_between(0, stream_used(&stream)));
         bool whole = chance_between(0, 1) != 0;
-        while (stream.retired != tail) {
-            uint8_t first = stream.retired;
-            uint8_t count = pass(tail, whole);
-            passed_ticks += appended_ticks(first, count);
-            TEST_ASSERT_TRUE(count <= (uint8_t)(tail - first));
-            if (count == 0) {
-                TEST_ASSERT_TRUE(whole && stream_inside_batch(&stream, tail));
-                break;
-            }
+        bool passed = true;
+        while (passed && stream.retired != tail) {
+            passed = pass_part(tail, whole, &ticks);
         }
     }
-    passed_ticks += appended_ticks(stream.retired, stream_used(&stream));
-    TEST_ASSERT_EQUAL_UINT32(stream.end_ticks, passed_ticks);
+    ticks += appended_ticks(stream.retired, stream_used(&stream));
+    TEST_ASSERT_EQUAL_UINT32(stream.end_ticks, ticks);
 }
 
 int main(void)
@@ -314,6 +335,7 @@ int main(void)
     RUN_TEST(end_is_the_sum_of_all_entries);
     RUN_TEST(reserved_slots_hide_what_follows);
     RUN_TEST(marks_wait_for_a_period);
+    RUN_TEST(marks_are_read_behind_their_period);
     RUN_TEST(marks_fill_up);
     RUN_TEST(periods_end_at_marks_and_other_entries);
     RUN_TEST(train_entries_name_their_train);
