@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/ledger.h"
 
-#include "base/apart.h" // APART
+#include "base/apart.h"           // APART
+#include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
 {
@@ -166,6 +167,23 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
+// `count` single periods were passed.
+static void pass_count(struct ledger *ledger, const struct stream *stream, uint8_t count)
+{
+    if (count >= 3u) {
+        ledger->fresh = 3;
+    } else {
+        // Some earlier periods are still among the last three.
+        if (ledger->fresh + count > 3u) {
+            note_fresh(ledger, stream, count);
+        }
+        ledger->fresh = (uint8_t)(ledger->fresh + count);
+    }
+    if (ledger->pulse) {
+        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
+    }
+}
+
 // Account for single periods. Returns false when the interrupt is inside a batch that must be taken
 // as a whole.
 static bool take_periods(struct ledger *ledger,
@@ -179,20 +197,30 @@ static bool take_periods(struct ledger *ledger,
     if (count == 0) {
         return false;
     }
-    if (count >= 3u) {
-        ledger->fresh = 3;
-    } else {
-        // Some earlier periods are still among the last three.
-        if (ledger->fresh + count > 3u) {
-            note_fresh(ledger, stream, count);
-        }
-        ledger->fresh = (uint8_t)(ledger->fresh + count);
-    }
     ledger->loaded_ticks += ticks;
-    if (ledger->pulse) {
-        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
-    }
+    pass_count(ledger, stream, count);
     return true;
+}
+
+// Account for pixels that were written as a whole and that the interrupt has made, and for their
+// edges. Returns true when it is inside such a pixel now.
+static bool take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
+{
+    uint8_t count = stream_whole_pixel(stream);
+
+    while (count != 0) {
+        if ((uint8_t)(tail - stream->retired) < count) {
+            return true;
+        }
+        const struct stream_mark *mark = stream_mark(stream);
+        ledger->loaded_ticks += mark->ticks;
+        stream->retired = mark->slot;
+        pass_count(ledger, stream, count);
+        pass_edge(ledger, mark);
+        stream_pass_mark(stream);
+        count = stream_whole_pixel(stream);
+    }
+    return false;
 }
 
 // The train is over: account for its length and free it.
@@ -318,6 +346,13 @@ void ledger_advance(struct ledger *ledger,
 
     ledger_arrive(ledger, stream, sample);
     while (stream->retired != sample->tail) {
+        if (ledger->train == LEDGER_NO_TRAIN &&
+            take_pixels(ledger, stream, sample->tail) && whole) {
+            return;
+        }
+        if (stream->retired == sample->tail) {
+            break;
+        }
         uint8_t kind = stream_peek(stream);
         if (kind >= STEP_HIGH_TRAIN) {
             take_special(ledger, stream, kind);
@@ -327,4 +362,49 @@ void ledger_advance(struct ledger *ledger,
         ledger_arrive(ledger, stream, sample);
     }
     add_idle(ledger, stream, sample->idle_count);
+}
+
+// The account stands inside a pixel or a batch, with single periods from there to the sample's tail.
+// Find the start of period `back`, counted from that tail. False when the periods before the account
+// are no longer known by themselves.
+static bool start_beside(const struct ledger *ledger,
+                         const struct stream *stream,
+                         uint8_t tail,
+                         uint8_t back,
+                         uint32_t *start_ticks)
+{
+    uint8_t slot = stream->retired;
+    uint8_t ahead = (uint8_t)(tail - slot);
+
+    *start_ticks = ledger->loaded_ticks;
+    if (ahead > back) {
+        uint8_t start = (uint8_t)(tail - 1u - back);
+        *start_ticks += step_ring_sum(stream->ring, &slot, start);
+        return true;
+    }
+    uint8_t passed = (uint8_t)(back + 1u - ahead);
+    if (passed > ledger->fresh) {
+        return false;
+    }
+    for (; passed != 0; passed--) {
+        *start_ticks -= stream_passed_ticks(stream, passed);
+    }
+    return true;
+}
+
+uint32_t ledger_advance_to_capture(struct ledger *ledger,
+                                   struct stream *stream,
+                                   const struct engine_sample *sample,
+                                   uint8_t back,
+                                   uint16_t captured_ticks)
+{
+    uint32_t start_ticks = 0;
+
+    ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
+    if (stream->retired != sample->tail &&
+        start_beside(ledger, stream, sample->tail, back, &start_ticks)) {
+        return start_ticks + captured_ticks;
+    }
+    ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
+    return ledger_capture_ticks(ledger, stream, back, captured_ticks);
 }

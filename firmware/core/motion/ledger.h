@@ -83,6 +83,10 @@ static inline bool ledger_due(const struct ledger *ledger,
         return true;
     }
     if (ledger->train == LEDGER_NO_TRAIN) {
+        uint8_t whole = stream_whole_pixel(stream);
+        if (whole != 0) {
+            return behind >= whole;
+        }
         if (behind != 0) {
             return !stream_inside_batch(stream, sample->tail);
         }
@@ -139,6 +143,14 @@ uint32_t ledger_capture_ticks(struct ledger *ledger,
                               const struct stream *stream,
                               uint8_t back,
                               uint16_t captured_ticks);
+
+// Advance to the sample that was taken at a captured edge, and return the edge's time as
+// ledger_capture_ticks() does. A pixel or a batch that the interrupt is inside stays whole.
+uint32_t ledger_advance_to_capture(struct ledger *ledger,
+                                   struct stream *stream,
+                                   const struct engine_sample *sample,
+                                   uint8_t back,
+                                   uint16_t captured_ticks);
 
 // Number of steps in ledger_position() whose edge comes after the time `ticks`, which must not be
 // older than the period before the running one. edge_ticks: from the start of a period to its STEP

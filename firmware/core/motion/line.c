@@ -189,3 +189,40 @@ enum line_status line_next(struct line *line, struct piece *piece)
     }
     return status == LINE_PIECE ? pixel_piece(line, piece) : status;
 }
+
+uint32_t line_even_ticks(const struct line *line)
+{
+    bool usual = !is_shifted(line) && !line->fresh && !(FEATURE_HOMING && line->seek);
+
+    return usual ? line->to_edge_ticks : 0;
+}
+
+uint8_t line_even_steps(struct line *line, bool negative)
+{
+    struct segment next;
+
+    if (line->segment.repeat == 0) {
+        if (!segment_queue_peek(line->queue, 0, &next) || next.repeat == 0) {
+            return 0;
+        }
+        (void)segment_queue_pop(line->queue, &line->segment);
+    }
+    int16_t count = line->segment.count;
+    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
+    bool even = line->smooth ? steps == line->speed : (count < 0) == negative;
+
+    if (!even || steps > UINT8_MAX) {
+        return 0;
+    }
+    return (uint8_t)steps;
+}
+
+void line_pass_even(struct line *line, uint8_t steps)
+{
+    bool negative = line->smooth ? line->negative : line->segment.count < 0;
+
+    line->speed = steps;
+    line->segment.repeat--;
+    line->position += negative ? -(int16_t)steps : (int16_t)steps;
+    line->to_edge_ticks = pixel_grid_advance(&line->edges);
+}

@@ -16,6 +16,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "motion/even_pixel.h"    // struct even_pixel
 #include "motion/pixel_period.h"  // struct pixel_grid
 #include "motion/segment_queue.h" // struct segment_queue
 
@@ -58,6 +59,8 @@ struct line {
     bool leaving_out : 1;
     // The down mark was reached.
     bool down : 1;
+    // The interval of the last pixel of few even steps.
+    struct even_pixel even;
     // Steps B of play that this line takes up; 0: none.
     uint16_t backlash_steps;
     // Speed V of the backlash parameter, steps/pixel.
@@ -94,6 +97,17 @@ void line_begin(struct line *line,
 // Make the next piece of the line and count its steps in line->position. *piece is only valid with
 // LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
 enum line_status line_next(struct line *line, struct piece *piece);
+
+// Length of the next pixel, ticks, if the line is on the clock's own pixels there; else 0.
+uint32_t line_even_ticks(const struct line *line);
+
+// Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
+// 0: they are not, or none is queued. May take the pixel's segment from the queue. Only when
+// line_even_ticks() is not 0.
+uint8_t line_even_steps(struct line *line, bool negative);
+
+// Pass over that pixel of so many steps, as line_next() would.
+void line_pass_even(struct line *line, uint8_t steps);
 
 // The switch of a seek has tripped: slow down from the next piece on.
 void line_trip(struct line *line);

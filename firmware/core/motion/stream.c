@@ -11,6 +11,7 @@ void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
     stream->mark_head = 0;
     stream->mark_placed = 0;
     stream->mark_tail = 0;
+    stream_lose_count(stream);
     stream->end_ticks = end_ticks;
     stream->trains[0].steps = 0;
     stream->trains[1].steps = 0;
@@ -88,7 +89,9 @@ void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
 {
     struct stream_mark *mark = &stream->marks[stream->mark_head & (STREAM_MARKS - 1u)];
 
+    mark->early = 0;
     mark->line_start = line_start;
+    mark->periods = 0;
     mark->position = position;
     stream->mark_head++;
 }

@@ -23,7 +23,7 @@
 #include "motion/step_ring.h" // struct step_ring, struct pulse_train
 
 // Pixel edges and line starts that can be decoded ahead, a power of two.
-#define STREAM_MARKS 8u
+#define STREAM_MARKS 16u
 
 // Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader
 // adds up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
@@ -47,8 +47,12 @@ struct stream_mark {
     uint8_t early : 7; //   but for so many periods of a train's entry
     // The ledger counts pixels from here; else the mark is a pixel edge.
     bool line_start : 1;
+    // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not known.
+    uint8_t periods;
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
+    // Length of these periods together, ticks.
+    uint16_t ticks;
 };
 
 // A pulse train as it was when it was written; the interrupt changes its own copy.
@@ -59,6 +63,9 @@ struct stream_train {
     uint16_t sum;
     uint32_t ticks; // of all its steps
 };
+
+// Value of stream.behind_periods: the mark that comes next does not tell what lies before it.
+#define STREAM_UNKNOWN 0xFFu
 
 struct stream {
     struct step_ring *ring;
@@ -73,6 +80,11 @@ struct stream {
     uint8_t mark_head;   // writer: next to write (free running)
     uint8_t mark_placed; // writer: marks before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
+    // Writer: periods behind the newest placed mark, if even_pixel.c wrote them; STREAM_UNKNOWN:
+    // others did.
+    uint8_t behind_periods;
+    // Length of these periods together, ticks.
+    uint16_t behind_ticks;
     // The end of the newest entry, ticks since the timers started, if no idle period comes before
     // that entry; wraps. Without the delay of a held line.
     uint32_t end_ticks;
@@ -154,6 +166,12 @@ static inline void stream_publish_batch(struct stream *stream,
 // Append one period. Marks that waited for it are placed behind it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
+// Something else than even_pixel.c writes next.
+static inline void stream_lose_count(struct stream *stream)
+{
+    stream->behind_periods = STREAM_UNKNOWN;
+}
+
 // Append a command.
 void stream_put_command(struct stream *stream, enum step_command command);
 
@@ -187,6 +205,12 @@ static inline bool stream_mark_waits(const struct stream *stream)
     return stream->mark_placed != stream->mark_head;
 }
 
+// True when exactly one mark does.
+static inline bool stream_one_mark_waits(const struct stream *stream)
+{
+    return (uint8_t)(stream->mark_placed + 1u) == stream->mark_head;
+}
+
 // Append a mark that waits for its place. Only when stream_marks_full() is false.
 void stream_add_mark(struct stream *stream, bool line_start, uint16_t position);
 
@@ -210,6 +234,17 @@ static inline bool stream_mark_within(const struct stream *stream, uint8_t count
     const struct stream_mark *mark = stream_mark(stream);
 
     return mark != NULL && (uint8_t)(mark->slot - stream->retired) <= count;
+}
+
+// Periods that can be passed as a whole up to the oldest mark, mark->ticks long together; 0: it is
+// not known how long they are.
+static inline uint8_t stream_whole_pixel(const struct stream *stream)
+{
+    const struct stream_mark *mark = stream_mark(stream);
+
+    return mark != NULL && (uint8_t)(mark->slot - mark->periods) == stream->retired
+               ? mark->periods
+               : 0;
 }
 
 // The oldest mark was passed.

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "motion/even_pixel.h"
+
+#include <stddef.h> // offsetof
+
+#include "base/apart.h"  // APART
+#include "base/divide.h" // divide_u32_u16
+#include "base/flash.h"  // IN_FLASH
+#include "motion/even_pixel_layout.h"
+#include "motion/line.h"   // struct line
+
+// Longest interval of a single period, ticks, with room for a longer one beside it.
+#define INTERVAL_MAX_TICKS 0xFC00u
+
+// Cost of a pixel, in units of a step of a flat curve, beside that of its steps.
+#define PIXEL_COST 4u
+
+// floor(65536 / n); 65535 for n = 1.
+static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
+    0,    65535, 32768, 21845, 16384, 13107, 10922, 9362, 8192, 7281, 6553, 5957, 5461,
+    5041, 4681,  4369,  4096,  3855,  3640,  3449,  3276, 3120, 2978, 2849, 2730, 2621,
+    2520, 2427,  2340,  2259,  2184,  2114,  2048,  1985, 1927, 1872, 1820, 1771, 1724,
+    1680, 1638,  1598,  1560,  1524,  1489,  1456,  1424, 1394, 1365, 1337, 1310, 1285,
+    1260, 1236,  1213,  1191,  1170,  1149,  1129,  1110, 1092, 1074, 1057, 1040, 1024,
+};
+
+// ticks / steps of a pixel below 2^16 ticks. The reciprocal is at most one part in 65536 / n too
+// small, so that the quotient is at most one too small.
+static void divide_short(struct even_pixel *pixel, uint16_t ticks, uint8_t steps)
+{
+    uint16_t base = (uint16_t)((uint32_t)ticks * flash_word(&reciprocals[steps]) >> 16);
+    uint8_t rest = (uint8_t)((uint8_t)ticks - (uint8_t)((uint8_t)base * steps));
+
+    if (rest >= steps) {
+        rest = (uint8_t)(rest - steps);
+        base++;
+    }
+    *pixel = (struct even_pixel){ticks, base, steps, rest};
+}
+
+// The same for longer ones. False when the intervals are too long for single periods.
+static bool divide(struct even_pixel *pixel, uint32_t ticks, uint8_t steps)
+{
+    if (ticks <= UINT16_MAX) {
+        divide_short(pixel, (uint16_t)ticks, steps);
+    } else if (ticks >> 16 >= steps) {
+        return false;
+    } else {
+        uint16_t base = divide_u32_u16(ticks, steps);
+        uint8_t rest = (uint8_t)((uint8_t)ticks - (uint8_t)((uint8_t)base * steps));
+        *pixel = (struct even_pixel){(uint16_t)ticks, base, steps, rest};
+    }
+    return pixel->base_ticks >= EVEN_PIXEL_MIN_TICKS &&
+           pixel->base_ticks <= INTERVAL_MAX_TICKS;
+}
+
+// Set the interval of a pixel. Where the last one had as many steps, the difference of their
+// lengths goes to the remainder as far as the remainder can take it.
+static bool set_interval(struct even_pixel *pixel, uint32_t ticks, uint8_t steps)
+{
+    uint16_t rest = (uint16_t)(pixel->remainder + (uint16_t)ticks - pixel->ticks);
+
+    if (steps == pixel->steps && rest < steps) {
+        pixel->ticks = (uint16_t)ticks;
+        pixel->remainder = (uint8_t)rest;
+        return true;
+    }
+    return divide(pixel, ticks, steps);
+}
+
+#if defined(__AVR__)
+
+_Static_assert(
+    offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
+        offsetof(struct even_pixel, base_ticks) == EVEN_PIXEL_BASE &&
+        offsetof(struct even_pixel, steps) == EVEN_PIXEL_STEPS &&
+        offsetof(struct even_pixel, remainder) == EVEN_PIXEL_REMAINDER &&
+        offsetof(struct stream, ring) == EVEN_PIXEL_RING &&
+        offsetof(struct stream, head) == EVEN_PIXEL_HEAD &&
+        offsetof(struct stream, mark_head) == EVEN_PIXEL_MARK_HEAD &&
+        offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
+        offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
+        offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
+        offsetof(struct stream, end_ticks) == EVEN_PIXEL_END_TICKS &&
+        offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
+        offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
+        offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
+        offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
+        offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS &&
+        sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
+        STREAM_MARKS == EVEN_PIXEL_MARK_COUNT && STREAM_UNKNOWN == UINT8_MAX,
+    "known to even_pixel_put.S");
+
+// In even_pixel_put.S: append the pixel, and a mark at its end. The marks know its length modulo
+// 2^16.
+void even_pixel_put(struct stream *stream,
+                    const struct even_pixel *pixel,
+                    uint16_t position);
+
+#else
+
+// Write the periods of the pixel. The interrupt sees all of them at once, by the store of the first
+// one's high byte.
+static void write_periods(const struct even_pixel *pixel,
+                          struct step_ring *ring,
+                          uint8_t slot)
+{
+    struct even even = {
+        .base_ticks = pixel->base_ticks,
+        .remainder = pixel->remainder,
+        .steps = pixel->steps,
+        .sum = (uint16_t)(pixel->steps - 1u),
+    };
+    uint8_t first = slot;
+    uint8_t first_high = (uint8_t)((pixel->base_ticks - (pixel->remainder == 0)) >> 8);
+
+    ring->high[(uint8_t)(slot + pixel->steps)] = STEP_HIGH_EMPTY;
+    for (uint8_t i = 0; i < pixel->steps; i++, slot++) {
+        uint16_t top = (uint16_t)(even_next(&even) - 1u);
+        ring->low[slot] = (uint8_t)top;
+        if (slot != first) {
+            ring->high[slot] = (uint8_t)(top >> 8);
+        }
+    }
+    ring->high[first] = first_high;
+}
+
+static void even_pixel_put(struct stream *stream,
+                           const struct even_pixel *pixel,
+                           uint16_t position)
+{
+    struct stream_mark *mark =
+        &stream->marks[stream->mark_placed++ & (STREAM_MARKS - 1u)];
+    uint16_t first_ticks = (uint16_t)(pixel->base_ticks + (pixel->remainder != 0));
+    uint32_t behind_ticks = (uint32_t)stream->behind_ticks + first_ticks;
+
+    mark->slot = (uint8_t)(stream->head + 1u);
+    mark->ticks = (uint16_t)behind_ticks;
+    if (behind_ticks <= UINT16_MAX) {
+        mark->periods = (uint8_t)(stream->behind_periods + 1u);
+    }
+    stream->behind_periods = (uint8_t)(pixel->steps - 1u);
+    stream->behind_ticks = (uint16_t)(pixel->ticks - first_ticks);
+    stream->end_ticks += pixel->ticks;
+    stream_add_mark(stream, false, position);
+    write_periods(pixel, stream->ring, stream->head);
+    stream->head = (uint8_t)(stream->head + pixel->steps);
+}
+
+#endif
+
+// Write the line's next pixel. Results as below, but for one pixel.
+static inline uint8_t write_next(struct line *line, struct stream *stream, bool negative)
+{
+    uint32_t ticks = line_even_ticks(line);
+
+    if (ticks == 0 || ticks > EVEN_PIXEL_MAX_TICKS || stream_marks_full(stream)) {
+        return 0;
+    }
+    uint8_t steps = line_even_steps(line, negative);
+    if (steps == 0 || steps > EVEN_PIXEL_MAX_STEPS ||
+        !set_interval(&line->even, ticks, steps)) {
+        return 0;
+    }
+    if (steps > stream_space(stream)) {
+        return EVEN_PIXEL_WAITS;
+    }
+    line_pass_even(line, steps);
+    even_pixel_put(stream, &line->even, (uint16_t)line->position);
+    if (ticks > UINT16_MAX) {
+        stream_delay(stream, ticks & ~(uint32_t)UINT16_MAX);
+        stream_lose_count(stream);
+    }
+    return (uint8_t)(PIXEL_COST + steps / 4u);
+}
+
+APART uint8_t even_pixels_write(struct line *line,
+                                struct stream *stream,
+                                bool negative,
+                                uint8_t budget)
+{
+    uint8_t spent = 0;
+
+    while (spent < budget) {
+        uint8_t cost = write_next(line, stream, negative);
+        if (cost == 0 || cost == EVEN_PIXEL_WAITS) {
+            return spent != 0 ? spent : cost;
+        }
+        spent = (uint8_t)(spent + cost);
+    }
+    return spent;
+}
