@@ -296,7 +296,7 @@ static uint8_t decode_even_pixels(struct axis *axis, uint8_t budget)
     const struct feed *feed = &axis->feed;
 
     if (axis->phase != DECODE_PIECE || !feed_steady(feed, feed->negative) || !feed->pulse ||
-        !stream_one_mark_waits(&feed->stream)) {
+        !stream_one_mark_waits(&feed->stream) || !line_on_pixels(&axis->line)) {
         return 0;
     }
     return even_pixels_write(&axis->line, &axis->feed.stream, feed->negative, budget);

@@ -3,7 +3,6 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/apart.h"  // APART
 #include "base/divide.h" // divide_u32_u16
 #include "base/flash.h"  // IN_FLASH
 #include "motion/even_pixel_layout.h"
@@ -11,9 +10,6 @@
 
 // Longest interval of a single period, ticks, with room for a longer one beside it.
 #define INTERVAL_MAX_TICKS 0xFC00u
-
-// Cost of a pixel, in units of a step of a flat curve, beside that of its steps.
-#define PIXEL_COST 4u
 
 // floor(65536 / n); 65535 for n = 1.
 static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
@@ -38,8 +34,11 @@ static void divide_short(struct even_pixel *pixel, uint16_t ticks, uint8_t steps
     *pixel = (struct even_pixel){ticks, base, steps, rest};
 }
 
-// The same for longer ones. False when the intervals are too long for single periods.
-static bool divide(struct even_pixel *pixel, uint32_t ticks, uint8_t steps)
+// The same for every length. Returns false when the intervals are too short or too long for single
+// periods. The assembly calls this, too.
+bool even_pixel_divide(struct even_pixel *pixel, uint8_t steps, uint32_t ticks);
+
+bool even_pixel_divide(struct even_pixel *pixel, uint8_t steps, uint32_t ticks)
 {
     if (ticks <= UINT16_MAX) {
         divide_short(pixel, (uint16_t)ticks, steps);
@@ -52,20 +51,6 @@ static bool divide(struct even_pixel *pixel, uint32_t ticks, uint8_t steps)
     }
     return pixel->base_ticks >= EVEN_PIXEL_MIN_TICKS &&
            pixel->base_ticks <= INTERVAL_MAX_TICKS;
-}
-
-// Set the interval of a pixel. Where the last one had as many steps, the difference of their
-// lengths goes to the remainder as far as the remainder can take it.
-static bool set_interval(struct even_pixel *pixel, uint32_t ticks, uint8_t steps)
-{
-    uint16_t rest = (uint16_t)(pixel->remainder + (uint16_t)ticks - pixel->ticks);
-
-    if (steps == pixel->steps && rest < steps) {
-        pixel->ticks = (uint16_t)ticks;
-        pixel->remainder = (uint8_t)rest;
-        return true;
-    }
-    return divide(pixel, ticks, steps);
 }
 
 #if defined(__AVR__)
@@ -88,16 +73,35 @@ _Static_assert(
         offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
         offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS &&
         sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
-        STREAM_MARKS == EVEN_PIXEL_MARK_COUNT && STREAM_UNKNOWN == UINT8_MAX,
-    "known to even_pixel_put.S");
-
-// In even_pixel_put.S: append the pixel, and a mark at its end. The marks know its length modulo
-// 2^16.
-void even_pixel_put(struct stream *stream,
-                    const struct even_pixel *pixel,
-                    uint16_t position);
+        offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
+        offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
+        offsetof(struct line, segment.repeat) == EVEN_PIXEL_REPEAT &&
+        offsetof(struct line, even) == EVEN_PIXEL_RATE &&
+        offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
+        offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
+        offsetof(struct line, edges) == EVEN_PIXEL_EDGES &&
+        STREAM_MARKS == EVEN_PIXEL_MARK_COUNT && STREAM_UNKNOWN == UINT8_MAX &&
+        EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
+        EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
+        STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY && EVEN_PIXEL_WAITS == UINT8_MAX,
+    "known to even_pixel_put.S and even_pixels_write.S");
 
 #else
+
+// Set the interval of a pixel. Where the last one had as many steps, the difference of their
+// lengths goes to the remainder as far as the remainder can take it.
+static bool set_interval(struct even_pixel *pixel, uint32_t ticks, uint8_t steps)
+{
+    uint16_t rest = (uint16_t)(pixel->remainder + (uint16_t)ticks - pixel->ticks);
+
+    if (steps == pixel->steps && rest < steps) {
+        pixel->ticks = (uint16_t)ticks;
+        pixel->remainder = (uint8_t)rest;
+        return true;
+    }
+    return even_pixel_divide(pixel, steps, ticks);
+}
+
 
 // Write the periods of the pixel. The interrupt sees all of them at once, by the store of the first
 // one's high byte.
@@ -125,6 +129,7 @@ static void write_periods(const struct even_pixel *pixel,
     ring->high[first] = first_high;
 }
 
+// Append the pixel, and a mark at its end. The marks know its length modulo 2^16.
 static void even_pixel_put(struct stream *stream,
                            const struct even_pixel *pixel,
                            uint16_t position)
@@ -147,42 +152,47 @@ static void even_pixel_put(struct stream *stream,
     stream->head = (uint8_t)(stream->head + pixel->steps);
 }
 
-#endif
-
-// Write the line's next pixel. Results as below, but for one pixel.
-static inline uint8_t write_next(struct line *line, struct stream *stream, bool negative)
+// Write one pixel of the segment in work, of so many steps. Results as those of
+// even_pixels_write().
+static inline uint8_t write_pixel(struct line *line,
+                                  struct stream *stream,
+                                  uint8_t steps,
+                                  bool negative)
 {
-    uint32_t ticks = line_even_ticks(line);
+    uint32_t ticks = line->to_edge_ticks;
 
-    if (ticks == 0 || ticks > EVEN_PIXEL_MAX_TICKS || stream_marks_full(stream)) {
-        return 0;
-    }
-    uint8_t steps = line_even_steps(line, negative);
-    if (steps == 0 || steps > EVEN_PIXEL_MAX_STEPS ||
+    if (ticks > EVEN_PIXEL_MAX_TICKS || stream_marks_full(stream) ||
         !set_interval(&line->even, ticks, steps)) {
         return 0;
     }
     if (steps > stream_space(stream)) {
         return EVEN_PIXEL_WAITS;
     }
-    line_pass_even(line, steps);
+    line_pass_even(line, negative ? -(int16_t)steps : (int16_t)steps);
     even_pixel_put(stream, &line->even, (uint16_t)line->position);
     if (ticks > UINT16_MAX) {
         stream_delay(stream, ticks & ~(uint32_t)UINT16_MAX);
         stream_lose_count(stream);
     }
-    return (uint8_t)(PIXEL_COST + steps / 4u);
+    return (uint8_t)(EVEN_PIXEL_COST + steps / 4u);
 }
 
-APART uint8_t even_pixels_write(struct line *line,
+uint8_t even_pixels_write(struct line *line,
                                 struct stream *stream,
                                 bool negative,
                                 uint8_t budget)
 {
     uint8_t spent = 0;
+    uint8_t steps = 0;
 
     while (spent < budget) {
-        uint8_t cost = write_next(line, stream, negative);
+        if (spent == 0 || line->segment.repeat == 0) {
+            steps = line_even_steps(line, negative);
+            if (steps == 0 || steps > EVEN_PIXEL_MAX_STEPS) {
+                return spent;
+            }
+        }
+        uint8_t cost = write_pixel(line, stream, steps, negative);
         if (cost == 0 || cost == EVEN_PIXEL_WAITS) {
             return spent != 0 ? spent : cost;
         }
@@ -190,3 +200,5 @@ APART uint8_t even_pixels_write(struct line *line,
     }
     return spent;
 }
+
+#endif

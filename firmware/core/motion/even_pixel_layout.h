@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where the assembly (even_pixel_put.S) finds the members of struct even_pixel, struct stream and
-// struct stream_mark; checked in even_pixel.c. The assembler reads this file, too: plain numbers
-// only.
+// Where the assembly (even_pixel*.S) finds the members of struct even_pixel, struct line, struct
+// stream and struct stream_mark; checked in even_pixel.c. The assembler reads this file, too: plain
+// numbers only.
 //
 // Offsets and sizes in bytes.
 #pragma once
@@ -15,8 +15,10 @@
 // struct stream.
 #define EVEN_PIXEL_RING           0
 #define EVEN_PIXEL_HEAD           4
+#define EVEN_PIXEL_RETIRED        5
 #define EVEN_PIXEL_MARK_HEAD      7
 #define EVEN_PIXEL_MARK_PLACED    8
+#define EVEN_PIXEL_MARK_TAIL      9
 #define EVEN_PIXEL_BEHIND_PERIODS 10
 #define EVEN_PIXEL_BEHIND_TICKS   11
 #define EVEN_PIXEL_END_TICKS      13
@@ -30,3 +32,16 @@
 #define EVEN_PIXEL_MARK_POSITION 3
 #define EVEN_PIXEL_MARK_TICKS    5
 #define EVEN_PIXEL_MARK_BYTES    7
+
+// struct line.
+#define EVEN_PIXEL_REPEAT   4
+#define EVEN_PIXEL_RATE     7
+#define EVEN_PIXEL_POSITION 19
+#define EVEN_PIXEL_TO_EDGE  23
+#define EVEN_PIXEL_EDGES    27
+
+// Limits: even_pixel.h, stream.h and step_ring.h have the names.
+#define EVEN_PIXEL_MOST_STEPS    64
+#define EVEN_PIXEL_TICKS_TOO_BIG 4 /* third byte */
+#define EVEN_PIXEL_COST          4
+#define EVEN_PIXEL_RING_CAPACITY 252

@@ -40,14 +40,14 @@ static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pul
     }
 }
 
-// Note the lengths of the fresh periods, which stand `count` slots before the reader's end, while
-// the ring still holds them: the slots may be written again once more periods are accounted for.
-static void note_fresh(struct ledger *ledger, const struct stream *stream, uint8_t count)
+// Note the lengths of the fresh periods, which stand before the reader's end, while the ring still
+// holds them: the slots may be written again once more periods are accounted for.
+static void note_fresh(struct ledger *ledger, const struct stream *stream)
 {
     for (; ledger->fresh != 0; ledger->fresh--) {
         // No command came after the fresh periods, so that they pulse as the last command said.
-        uint8_t back = (uint8_t)(count + ledger->fresh);
-        shift_lengths(ledger, stream_passed_ticks(stream, back), ledger->pulse);
+        shift_lengths(
+            ledger, stream_passed_ticks(stream, ledger->fresh), ledger->pulse);
     }
 }
 
@@ -59,7 +59,7 @@ uint32_t ledger_period_start(struct ledger *ledger,
     uint8_t periods = (uint8_t)(back + 1u);
     uint32_t start = ledger->loaded_ticks;
 
-    note_fresh(ledger, stream, 0);
+    note_fresh(ledger, stream);
     if (loaded >= periods) {
         return start +
                stream_train_ticks(stream, ledger->train, (uint16_t)(loaded - periods));
@@ -112,7 +112,7 @@ void ledger_zero(struct ledger *ledger, int32_t origin_steps)
 
 void ledger_cut(struct ledger *ledger, const struct stream *stream)
 {
-    note_fresh(ledger, stream, 0);
+    note_fresh(ledger, stream);
     ledger->pulse = false;
 }
 
@@ -123,13 +123,15 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static void pass_edge(struct ledger *ledger, const struct stream_mark *mark)
+static inline void pass_edge(struct ledger *ledger,
+                             int32_t position_steps,
+                             uint16_t expected_steps)
 {
     ledger->pixel++;
     records_add(&ledger->records,
                 (uint16_t)ledger->pixel,
-                position_at(ledger, mark) - ledger->line_origin,
-                mark->position);
+                position_steps - ledger->line_origin,
+                expected_steps);
 }
 
 static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *mark)
@@ -150,7 +152,7 @@ static void pass_marks(struct ledger *ledger, struct stream *stream)
         if (mark->line_start) {
             ledger_begin_line(ledger, mark);
         } else {
-            pass_edge(ledger, mark);
+            pass_edge(ledger, position_at(ledger, mark), mark->position);
         }
         stream_pass_mark(stream);
     }
@@ -167,18 +169,12 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
-// `count` single periods were passed.
-static void pass_count(struct ledger *ledger, const struct stream *stream, uint8_t count)
+// `count` single pulsing or quiet periods were passed. The ring still holds the last three.
+static inline void pass_count(struct ledger *ledger, uint8_t count)
 {
-    if (count >= 3u) {
-        ledger->fresh = 3;
-    } else {
-        // Some earlier periods are still among the last three.
-        if (ledger->fresh + count > 3u) {
-            note_fresh(ledger, stream, count);
-        }
-        ledger->fresh = (uint8_t)(ledger->fresh + count);
-    }
+    uint8_t fresh = (uint8_t)(ledger->fresh + count);
+
+    ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
     if (ledger->pulse) {
         ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
     }
@@ -198,25 +194,26 @@ static bool take_periods(struct ledger *ledger,
         return false;
     }
     ledger->loaded_ticks += ticks;
-    pass_count(ledger, stream, count);
+    pass_count(ledger, count);
     return true;
 }
 
 // Account for pixels that were written as a whole and that the interrupt has made, and for their
 // edges. Returns true when it is inside such a pixel now.
-static bool take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
+static APART bool take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
 {
     uint8_t count = stream_whole_pixel(stream);
 
     while (count != 0) {
+        const struct stream_mark *mark = stream_mark(stream);
+
         if ((uint8_t)(tail - stream->retired) < count) {
             return true;
         }
-        const struct stream_mark *mark = stream_mark(stream);
-        ledger->loaded_ticks += mark->ticks;
         stream->retired = mark->slot;
-        pass_count(ledger, stream, count);
-        pass_edge(ledger, mark);
+        ledger->loaded_ticks += mark->ticks;
+        pass_count(ledger, count);
+        pass_edge(ledger, ledger->position_steps, mark->position);
         stream_pass_mark(stream);
         count = stream_whole_pixel(stream);
     }
@@ -301,7 +298,7 @@ static inline void ledger_arrive(struct ledger *ledger,
 // Account for a command or for one entry of a pulse train.
 static void take_special(struct ledger *ledger, struct stream *stream, uint8_t kind)
 {
-    note_fresh(ledger, stream, 0);
+    note_fresh(ledger, stream);
     uint8_t low = stream_pass_entry(stream);
 
     if (kind == STEP_HIGH_COMMAND) {
@@ -326,7 +323,7 @@ static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle
     if (count == 0) {
         return;
     }
-    note_fresh(ledger, stream, 0);
+    note_fresh(ledger, stream);
     for (uint8_t i = count < 3u ? (uint8_t)count : 3u; i != 0; i--) {
         shift_lengths(ledger, STEP_IDLE_TICKS, false);
     }

@@ -190,11 +190,9 @@ enum line_status line_next(struct line *line, struct piece *piece)
     return status == LINE_PIECE ? pixel_piece(line, piece) : status;
 }
 
-uint32_t line_even_ticks(const struct line *line)
+bool line_on_pixels(const struct line *line)
 {
-    bool usual = !is_shifted(line) && !line->fresh && !(FEATURE_HOMING && line->seek);
-
-    return usual ? line->to_edge_ticks : 0;
+    return !is_shifted(line) && !line->fresh && !(FEATURE_HOMING && line->seek);
 }
 
 uint8_t line_even_steps(struct line *line, bool negative)
@@ -214,15 +212,6 @@ uint8_t line_even_steps(struct line *line, bool negative)
     if (!even || steps > UINT8_MAX) {
         return 0;
     }
-    return (uint8_t)steps;
-}
-
-void line_pass_even(struct line *line, uint8_t steps)
-{
-    bool negative = line->smooth ? line->negative : line->segment.count < 0;
-
     line->speed = steps;
-    line->segment.repeat--;
-    line->position += negative ? -(int16_t)steps : (int16_t)steps;
-    line->to_edge_ticks = pixel_grid_advance(&line->edges);
+    return (uint8_t)steps;
 }

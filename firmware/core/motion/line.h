@@ -98,16 +98,21 @@ void line_begin(struct line *line,
 // LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
 enum line_status line_next(struct line *line, struct piece *piece);
 
-// Length of the next pixel, ticks, if the line is on the clock's own pixels there; else 0.
-uint32_t line_even_ticks(const struct line *line);
+// True where the line's pieces are the clock's own pixels, so that line_even_steps() may be asked:
+// line->to_edge_ticks is the length of the next pixel.
+bool line_on_pixels(const struct line *line);
 
 // Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
-// 0: they are not, or none is queued. May take the pixel's segment from the queue. Only when
-// line_even_ticks() is not 0.
+// 0: they are not, or none is queued. May take the pixel's segment from the queue.
 uint8_t line_even_steps(struct line *line, bool negative);
 
-// Pass over that pixel of so many steps, as line_next() would.
-void line_pass_even(struct line *line, uint8_t steps);
+// Pass over one pixel of the segment in work, of so many signed steps, as line_next() would.
+static inline void line_pass_even(struct line *line, int16_t steps)
+{
+    line->segment.repeat--;
+    line->position += steps;
+    line->to_edge_ticks = pixel_grid_advance(&line->edges);
+}
 
 // The switch of a seek has tripped: slow down from the next piece on.
 void line_trip(struct line *line);
