@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/decode.h"
 
-#include "motion/even_pixel.h" // even_pixels_write
+#include "motion/curved_pixel.h" // curved_pixel_write
+#include "motion/even_pixel.h"   // even_pixels_write
 
 // Entries of the ring that must be free for a round of decoding to begin: with a few steps at a
 // time the calls would cost more than the decoding.
@@ -72,6 +73,7 @@ static bool __attribute__((noinline)) next_piece(struct axis *axis,
         return false;
     }
     stream_lose_count(&axis->feed.stream);
+    axis->line.curve_half = 0;
     switch (line_next(&axis->line, &axis->piece)) {
     case LINE_PIECE:
         begin_piece(axis);
@@ -289,17 +291,24 @@ static void mark_edge(struct axis *axis)
     feed_make_room(&axis->feed);
 }
 
-// Decode the next pixels if they are of few even steps. Returns what they cost of a round's budget,
-// 0 if they are others, or EVEN_PIXEL_WAITS.
-static uint8_t decode_even_pixels(struct axis *axis, uint8_t budget)
+// Decode the next pixels if they are of few steps. Returns what they cost of a round's budget, 0 if
+// they are others, or EVEN_PIXEL_WAITS.
+static uint8_t decode_short_pixels(struct axis *axis, uint8_t budget)
 {
     const struct feed *feed = &axis->feed;
 
-    if (axis->phase != DECODE_PIECE || !feed_steady(feed, feed->negative) || !feed->pulse ||
-        !stream_one_mark_waits(&feed->stream) || !line_on_pixels(&axis->line)) {
+    if (axis->phase != DECODE_PIECE || !feed_steady(feed, feed->negative) ||
+        !feed->pulse || !stream_one_mark_waits(&feed->stream) ||
+        !line_on_pixels(&axis->line)) {
         return 0;
     }
-    return even_pixels_write(&axis->line, &axis->feed.stream, feed->negative, budget);
+    uint8_t cost =
+        even_pixels_write(&axis->line, &axis->feed.stream, feed->negative, budget);
+
+    return cost != 0 ? cost
+                     : curved_pixel_write(&axis->line,
+                                          &axis->walk.steps.curve.state.steep,
+                                          &axis->feed.stream);
 }
 
 uint8_t decode_axis(struct axis *axis,
@@ -310,12 +319,12 @@ uint8_t decode_axis(struct axis *axis,
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
         uint8_t cost = 1;
-        uint8_t even_cost = decode_even_pixels(axis, budget);
-        if (even_cost == EVEN_PIXEL_WAITS) {
+        uint8_t pixel_cost = decode_short_pixels(axis, budget);
+        if (pixel_cost == EVEN_PIXEL_WAITS) {
             break;
         }
-        if (even_cost != 0) {
-            cost = even_cost;
+        if (pixel_cost != 0) {
+            cost = pixel_cost;
         } else if (feed_busy(&axis->feed)) {
             feed_pump(&axis->feed);
         } else if (axis->phase >= DECODE_EDGE_INSIDE) {

@@ -6,7 +6,7 @@
 #include "base/divide.h" // divide_u32_u16
 #include "base/flash.h"  // IN_FLASH
 #include "motion/even_pixel_layout.h"
-#include "motion/line.h"   // struct line
+#include "motion/line.h" // struct line
 
 // Longest interval of a single period, ticks, with room for a longer one beside it.
 #define INTERVAL_MAX_TICKS 0xFC00u
@@ -55,36 +55,36 @@ bool even_pixel_divide(struct even_pixel *pixel, uint8_t steps, uint32_t ticks)
 
 #if defined(__AVR__)
 
-_Static_assert(
-    offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
-        offsetof(struct even_pixel, base_ticks) == EVEN_PIXEL_BASE &&
-        offsetof(struct even_pixel, steps) == EVEN_PIXEL_STEPS &&
-        offsetof(struct even_pixel, remainder) == EVEN_PIXEL_REMAINDER &&
-        offsetof(struct stream, ring) == EVEN_PIXEL_RING &&
-        offsetof(struct stream, head) == EVEN_PIXEL_HEAD &&
-        offsetof(struct stream, mark_head) == EVEN_PIXEL_MARK_HEAD &&
-        offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
-        offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
-        offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
-        offsetof(struct stream, end_ticks) == EVEN_PIXEL_END_TICKS &&
-        offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
-        offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
-        offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
-        offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
-        offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS &&
-        sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
-        offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
-        offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
-        offsetof(struct line, segment.repeat) == EVEN_PIXEL_REPEAT &&
-        offsetof(struct line, even) == EVEN_PIXEL_RATE &&
-        offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
-        offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
-        offsetof(struct line, edges) == EVEN_PIXEL_EDGES &&
-        STREAM_MARKS == EVEN_PIXEL_MARK_COUNT && STREAM_UNKNOWN == UINT8_MAX &&
-        EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
-        EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
-        STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY && EVEN_PIXEL_WAITS == UINT8_MAX,
-    "known to even_pixel_put.S and even_pixels_write.S");
+_Static_assert(offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
+                   offsetof(struct even_pixel, base_ticks) == EVEN_PIXEL_BASE &&
+                   offsetof(struct even_pixel, steps) == EVEN_PIXEL_STEPS &&
+                   offsetof(struct even_pixel, remainder) == EVEN_PIXEL_REMAINDER &&
+                   offsetof(struct stream, ring) == EVEN_PIXEL_RING &&
+                   offsetof(struct stream, head) == EVEN_PIXEL_HEAD &&
+                   offsetof(struct stream, mark_head) == EVEN_PIXEL_MARK_HEAD &&
+                   offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
+                   offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
+                   offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
+                   offsetof(struct stream, end_ticks) == EVEN_PIXEL_END_TICKS &&
+                   offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
+                   offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
+                   offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
+                   offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
+                   offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS &&
+                   sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
+                   offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
+                   offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
+                   offsetof(struct line, segment.repeat) == EVEN_PIXEL_REPEAT &&
+                   offsetof(struct line, even) == EVEN_PIXEL_RATE &&
+                   offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
+                   offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
+                   offsetof(struct line, edges) == EVEN_PIXEL_EDGES &&
+                   STREAM_MARKS == EVEN_PIXEL_MARK_COUNT && STREAM_UNKNOWN == UINT8_MAX &&
+                   EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
+                   EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
+                   STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY &&
+                   EVEN_PIXEL_WAITS == UINT8_MAX,
+               "known to even_pixel_put.S and even_pixels_write.S");
 
 #else
 
@@ -101,7 +101,6 @@ static bool set_interval(struct even_pixel *pixel, uint32_t ticks, uint8_t steps
     }
     return even_pixel_divide(pixel, steps, ticks);
 }
-
 
 // Write the periods of the pixel. The interrupt sees all of them at once, by the store of the first
 // one's high byte.
@@ -134,22 +133,14 @@ static void even_pixel_put(struct stream *stream,
                            const struct even_pixel *pixel,
                            uint16_t position)
 {
-    struct stream_mark *mark =
-        &stream->marks[stream->mark_placed++ & (STREAM_MARKS - 1u)];
-    uint16_t first_ticks = (uint16_t)(pixel->base_ticks + (pixel->remainder != 0));
-    uint32_t behind_ticks = (uint32_t)stream->behind_ticks + first_ticks;
+    uint8_t slot = stream->head;
 
-    mark->slot = (uint8_t)(stream->head + 1u);
-    mark->ticks = (uint16_t)behind_ticks;
-    if (behind_ticks <= UINT16_MAX) {
-        mark->periods = (uint8_t)(stream->behind_periods + 1u);
-    }
-    stream->behind_periods = (uint8_t)(pixel->steps - 1u);
-    stream->behind_ticks = (uint16_t)(pixel->ticks - first_ticks);
-    stream->end_ticks += pixel->ticks;
-    stream_add_mark(stream, false, position);
-    write_periods(pixel, stream->ring, stream->head);
-    stream->head = (uint8_t)(stream->head + pixel->steps);
+    stream_put_pixel(stream,
+                     pixel->steps,
+                     pixel->ticks,
+                     (uint16_t)(pixel->base_ticks + (pixel->remainder != 0)),
+                     position);
+    write_periods(pixel, stream->ring, slot);
 }
 
 // Write one pixel of the segment in work, of so many steps. Results as those of
@@ -178,9 +169,9 @@ static inline uint8_t write_pixel(struct line *line,
 }
 
 uint8_t even_pixels_write(struct line *line,
-                                struct stream *stream,
-                                bool negative,
-                                uint8_t budget)
+                          struct stream *stream,
+                          bool negative,
+                          uint8_t budget)
 {
     uint8_t spent = 0;
     uint8_t steps = 0;

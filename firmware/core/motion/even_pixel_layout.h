@@ -36,9 +36,9 @@
 // struct line.
 #define EVEN_PIXEL_REPEAT   4
 #define EVEN_PIXEL_RATE     7
-#define EVEN_PIXEL_POSITION 19
-#define EVEN_PIXEL_TO_EDGE  23
-#define EVEN_PIXEL_EDGES    27
+#define EVEN_PIXEL_POSITION 21
+#define EVEN_PIXEL_TO_EDGE  25
+#define EVEN_PIXEL_EDGES    29
 
 // Limits: even_pixel.h, stream.h and step_ring.h have the names.
 #define EVEN_PIXEL_MOST_STEPS    64

@@ -46,8 +46,7 @@ static void note_fresh(struct ledger *ledger, const struct stream *stream)
 {
     for (; ledger->fresh != 0; ledger->fresh--) {
         // No command came after the fresh periods, so that they pulse as the last command said.
-        shift_lengths(
-            ledger, stream_passed_ticks(stream, ledger->fresh), ledger->pulse);
+        shift_lengths(ledger, stream_passed_ticks(stream, ledger->fresh), ledger->pulse);
     }
 }
 

@@ -212,6 +212,7 @@ uint8_t line_even_steps(struct line *line, bool negative)
     if (!even || steps > UINT8_MAX) {
         return 0;
     }
+    line->curve_half = 0;
     line->speed = steps;
     return (uint8_t)steps;
 }

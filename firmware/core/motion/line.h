@@ -61,6 +61,8 @@ struct line {
     bool down : 1;
     // The interval of the last pixel of few even steps.
     struct even_pixel even;
+    // Half-acceleration of the pixel before, if curved_pixel.c wrote it; else 0. Steps/pixel^2.
+    int16_t curve_half;
     // Steps B of play that this line takes up; 0: none.
     uint16_t backlash_steps;
     // Speed V of the backlash parameter, steps/pixel.
@@ -105,6 +107,16 @@ bool line_on_pixels(const struct line *line);
 // Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
 // 0: they are not, or none is queued. May take the pixel's segment from the queue.
 uint8_t line_even_steps(struct line *line, bool negative);
+
+// Number of steps of the next pixel if they are under acceleration; 0: they are not, or no segment
+// is in work. After line_even_steps(), which takes the segment.
+static inline uint16_t line_curved_steps(const struct line *line)
+{
+    uint16_t steps = (uint16_t)line->segment.count;
+    bool curved = line->smooth && line->segment.repeat != 0 && 2u * steps >= line->speed;
+
+    return curved ? steps : 0;
+}
 
 // Pass over one pixel of the segment in work, of so many signed steps, as line_next() would.
 static inline void line_pass_even(struct line *line, int16_t steps)

@@ -107,6 +107,29 @@ void stream_place_marks(struct stream *stream, uint8_t early)
     }
 }
 
+void stream_put_pixel(struct stream *stream,
+                      uint8_t steps,
+                      uint32_t ticks,
+                      uint16_t first_ticks,
+                      uint16_t position)
+{
+    struct stream_mark *mark =
+        &stream->marks[stream->mark_placed++ & (STREAM_MARKS - 1u)];
+    uint16_t behind_ticks = stream->behind_ticks;
+
+    mark->slot = (uint8_t)(stream->head + 1u);
+    mark->ticks = (uint16_t)(behind_ticks + first_ticks);
+    if (mark->ticks >= behind_ticks) {
+        mark->periods = (uint8_t)(stream->behind_periods + 1u);
+    }
+    stream->behind_periods = ticks <= UINT16_MAX ? (uint8_t)(steps - 1u) : STREAM_UNKNOWN;
+    stream->behind_ticks = (uint16_t)(ticks - first_ticks);
+    stream->head = (uint8_t)(stream->head + steps);
+    stream->ring->high[stream->head] = STEP_HIGH_EMPTY;
+    stream->end_ticks += ticks;
+    stream_add_mark(stream, false, position);
+}
+
 // The sooner one of two slots, seen from the reader's end.
 static uint8_t sooner(const struct stream *stream, uint8_t one, uint8_t other)
 {

@@ -80,8 +80,8 @@ struct stream {
     uint8_t mark_head;   // writer: next to write (free running)
     uint8_t mark_placed; // writer: marks before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
-    // Writer: periods behind the newest placed mark, if even_pixel.c wrote them; STREAM_UNKNOWN:
-    // others did.
+    // Writer: periods behind the newest placed mark, if they are those of a pixel written as a whole;
+    // else STREAM_UNKNOWN.
     uint8_t behind_periods;
     // Length of these periods together, ticks.
     uint16_t behind_ticks;
@@ -166,7 +166,20 @@ static inline void stream_publish_batch(struct stream *stream,
 // Append one period. Marks that waited for it are placed behind it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
-// Something else than even_pixel.c writes next.
+// Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand in
+// the ring from the head on, and a mark that waits for its place behind the period to come. Only
+// when one mark waits now: that one is placed behind the first period. The caller shows the periods
+// to the interrupt by the high byte of the first.
+//
+//     marks        M1 waits            M2 waits         M1: behind one period of this pixel
+//     periods      | first |  ...  | last |
+void stream_put_pixel(struct stream *stream,
+                      uint8_t steps,
+                      uint32_t ticks,
+                      uint16_t first_ticks,
+                      uint16_t position);
+
+// Something else than a pixel as a whole is written next.
 static inline void stream_lose_count(struct stream *stream)
 {
     stream->behind_periods = STREAM_UNKNOWN;
