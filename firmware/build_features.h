@@ -50,10 +50,14 @@
 #ifndef FEATURE_NARROW_CURVES
 #define FEATURE_NARROW_CURVES BOARD_ALL_FEATURES
 #endif
+// Curved pixels of few steps written as a whole: 4000 cycles a pixel less.
+#ifndef FEATURE_SHORT_CURVES
+#define FEATURE_SHORT_CURVES BOARD_ALL_FEATURES
+#endif
 
 // Input register `features`: the bit numbers of build_features.def.
 #define FEATURES_BITS                                                                    \
     (FEATURE_HOMING << 0 | FEATURE_BACKLASH << 1 | FEATURE_BITS << 2 |                   \
      FEATURE_DIAGNOSIS << 3 | FEATURE_EVENTS << 4 | FEATURE_CLOCK_STATISTICS << 5 |      \
      FEATURE_STORE << 6 | FEATURE_TOKENS << 7 | FEATURE_DRIVER_TIMING << 8 |             \
-     FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10)
+     FEATURE_FILES << 9 | FEATURE_NARROW_CURVES << 10 | FEATURE_SHORT_CURVES << 11)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/decode.h"
 
+#include "build_features.h"      // FEATURE_SHORT_CURVES
 #include "motion/curved_pixel.h" // curved_pixel_write
 #include "motion/even_pixel.h"   // even_pixels_write
 
@@ -305,10 +306,11 @@ static uint8_t decode_short_pixels(struct axis *axis, uint8_t budget)
     uint8_t cost =
         even_pixels_write(&axis->line, &axis->feed.stream, feed->negative, budget);
 
-    return cost != 0 ? cost
-                     : curved_pixel_write(&axis->line,
-                                          &axis->walk.steps.curve.state.steep,
-                                          &axis->feed.stream);
+    if (cost != 0 || !FEATURE_SHORT_CURVES) {
+        return cost;
+    }
+    return curved_pixel_write(
+        &axis->line, &axis->walk.steps.curve.state.steep, &axis->feed.stream);
 }
 
 uint8_t decode_axis(struct axis *axis,

@@ -63,14 +63,10 @@ _Static_assert(offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
                    offsetof(struct stream, head) == EVEN_PIXEL_HEAD &&
                    offsetof(struct stream, mark_head) == EVEN_PIXEL_MARK_HEAD &&
                    offsetof(struct stream, mark_placed) == EVEN_PIXEL_MARK_PLACED &&
-                   offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
-                   offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
                    offsetof(struct stream, end_ticks) == EVEN_PIXEL_END_TICKS &&
                    offsetof(struct stream, marks) == EVEN_PIXEL_MARKS &&
                    offsetof(struct stream_mark, slot) == EVEN_PIXEL_MARK_SLOT &&
-                   offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
                    offsetof(struct stream_mark, position) == EVEN_PIXEL_MARK_POSITION &&
-                   offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS &&
                    sizeof(struct stream_mark) == EVEN_PIXEL_MARK_BYTES &&
                    offsetof(struct stream, retired) == EVEN_PIXEL_RETIRED &&
                    offsetof(struct stream, mark_tail) == EVEN_PIXEL_MARK_TAIL &&
@@ -85,6 +81,14 @@ _Static_assert(offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
                    STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY &&
                    EVEN_PIXEL_WAITS == UINT8_MAX,
                "known to even_pixel_put.S and even_pixels_write.S");
+
+#if STREAM_WHOLE_PIXELS
+_Static_assert(offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
+                   offsetof(struct stream, behind_ticks) == EVEN_PIXEL_BEHIND_TICKS &&
+                   offsetof(struct stream_mark, periods) == EVEN_PIXEL_MARK_PERIODS &&
+                   offsetof(struct stream_mark, ticks) == EVEN_PIXEL_MARK_TICKS,
+               "known to even_pixel_put.S");
+#endif
 
 #else
 

@@ -6,6 +6,10 @@
 // Offsets and sizes in bytes.
 #pragma once
 
+#if !defined(STREAM_WHOLE_PIXELS)
+#define STREAM_WHOLE_PIXELS 1
+#endif
+
 // struct even_pixel.
 #define EVEN_PIXEL_TICKS     0
 #define EVEN_PIXEL_BASE      2
@@ -13,25 +17,33 @@
 #define EVEN_PIXEL_REMAINDER 5
 
 // struct stream.
-#define EVEN_PIXEL_RING           0
-#define EVEN_PIXEL_HEAD           4
-#define EVEN_PIXEL_RETIRED        5
-#define EVEN_PIXEL_MARK_HEAD      7
-#define EVEN_PIXEL_MARK_PLACED    8
-#define EVEN_PIXEL_MARK_TAIL      9
-#define EVEN_PIXEL_BEHIND_PERIODS 10
-#define EVEN_PIXEL_BEHIND_TICKS   11
-#define EVEN_PIXEL_END_TICKS      13
-#define EVEN_PIXEL_MARKS          33
-#define EVEN_PIXEL_MARK_COUNT     16
+#define EVEN_PIXEL_RING        0
+#define EVEN_PIXEL_HEAD        4
+#define EVEN_PIXEL_RETIRED     5
+#define EVEN_PIXEL_MARK_HEAD   7
+#define EVEN_PIXEL_MARK_PLACED 8
+#define EVEN_PIXEL_MARK_TAIL   9
+#define EVEN_PIXEL_MARK_COUNT  16
 
 // struct stream_mark.
 #define EVEN_PIXEL_MARK_SLOT     0
 #define EVEN_PIXEL_MARK_FLAGS    1
-#define EVEN_PIXEL_MARK_PERIODS  2
-#define EVEN_PIXEL_MARK_POSITION 3
-#define EVEN_PIXEL_MARK_TICKS    5
-#define EVEN_PIXEL_MARK_BYTES    7
+#define EVEN_PIXEL_MARK_POSITION 2
+
+// What tells the reader the length of whole pixels.
+#if STREAM_WHOLE_PIXELS
+#define EVEN_PIXEL_BEHIND_PERIODS 10
+#define EVEN_PIXEL_BEHIND_TICKS   11
+#define EVEN_PIXEL_END_TICKS      13
+#define EVEN_PIXEL_MARKS          33
+#define EVEN_PIXEL_MARK_PERIODS   4
+#define EVEN_PIXEL_MARK_TICKS     5
+#define EVEN_PIXEL_MARK_BYTES     7
+#else
+#define EVEN_PIXEL_END_TICKS  10
+#define EVEN_PIXEL_MARKS      30
+#define EVEN_PIXEL_MARK_BYTES 4
+#endif
 
 // struct line.
 #define EVEN_PIXEL_REPEAT   4

@@ -12,7 +12,7 @@
 ;     r23      so many intervals are a tick longer              Z         a mark, then the next
 ;                                                                         entry's high byte
 ;
-; Cycles: 127 and 12 for each step, 14 for a longer one.
+; Cycles: 129 (88 where the reader adds up every period) and 12 for each step, 14 for a longer one.
 #include "base/asm.inc" // macros
 #include "motion/even_pixel_layout.h"
 
@@ -49,7 +49,9 @@ function even_pixel_put
     inc r26
     std Y + EVEN_PIXEL_MARK_HEAD, r26
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_FLAGS, r1
+#if STREAM_WHOLE_PIXELS
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_PERIODS, r1
+#endif
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION, r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_POSITION + 1, r21
 
@@ -60,11 +62,13 @@ function even_pixel_put
     ldd r20, Y + EVEN_PIXEL_HEAD
     inc r20
     std Z + EVEN_PIXEL_MARKS + EVEN_PIXEL_MARK_SLOT, r20
-    movw r26, r18                       ; 5   the first interval is a longer one if any is
-    cpse REMAINDER, r1
-    adiw r26, 1
     subi r18, 1                         ; 2
     sbci r19, 0
+#if STREAM_WHOLE_PIXELS
+    movw r26, r18                       ; 7   the first interval is a longer one if any is
+    cpse REMAINDER, r1
+    adiw r26, 1
+    adiw r26, 1
     ldd r20, Y + EVEN_PIXEL_BEHIND_TICKS ; 15 time from the mark before that one
     ldd r21, Y + EVEN_PIXEL_BEHIND_TICKS + 1
     add r20, r26
@@ -83,6 +87,7 @@ function even_pixel_put
     sbc r31, r27
     std Y + EVEN_PIXEL_BEHIND_TICKS, r30
     std Y + EVEN_PIXEL_BEHIND_TICKS + 1, r31
+#endif
     .irp byte, 0, 1, 2, 3               ; 20
     ldd r21, Y + EVEN_PIXEL_END_TICKS + \byte
     .if \byte == 0
@@ -117,10 +122,10 @@ function even_pixel_put
 2:  st X, r18
     mov r0, r19
     mov r21, STEPS
-3:  dec r21                             ; 3
-    dec r20                             ;     (r20: STEPS - 1)
-    brmi 6f
-    inc r20
+3:  dec r21                             ; 4
+    mov r20, STEPS
+    dec r20
+    breq 6f
 
 4:  inc r30                             ; 12  a period
     mov r26, r30

@@ -163,8 +163,10 @@ interval_known:
 ; The time above 16 bits, of which the marks know nothing.
 longer_than_16_bits:
     movw r30, r16
+#if STREAM_WHOLE_PIXELS
     ldi r24, 0xFF
     std Z + EVEN_PIXEL_BEHIND_PERIODS, r24
+#endif
     ldd r24, Z + EVEN_PIXEL_END_TICKS + 2
     add r24, TICKS2
     std Z + EVEN_PIXEL_END_TICKS + 2, r24

@@ -209,8 +209,8 @@ static APART bool take_pixels(struct ledger *ledger, struct stream *stream, uint
         if ((uint8_t)(tail - stream->retired) < count) {
             return true;
         }
+        ledger->loaded_ticks += stream_whole_ticks(stream);
         stream->retired = mark->slot;
-        ledger->loaded_ticks += mark->ticks;
         pass_count(ledger, count);
         pass_edge(ledger, ledger->position_steps, mark->position);
         stream_pass_mark(stream);
@@ -397,7 +397,7 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
     uint32_t start_ticks = 0;
 
     ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
-    if (stream->retired != sample->tail &&
+    if (STREAM_WHOLE_PIXELS && stream->retired != sample->tail &&
         start_beside(ledger, stream, sample->tail, back, &start_ticks)) {
         return start_ticks + captured_ticks;
     }

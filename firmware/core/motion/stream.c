@@ -91,7 +91,9 @@ void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
 
     mark->early = 0;
     mark->line_start = line_start;
+#if STREAM_WHOLE_PIXELS
     mark->periods = 0;
+#endif
     mark->position = position;
     stream->mark_head++;
 }
@@ -107,6 +109,38 @@ void stream_place_marks(struct stream *stream, uint8_t early)
     }
 }
 
+#if STREAM_WHOLE_PIXELS
+// Note what lies between the mark before and this one, and what the pixel leaves behind this one.
+static void count_periods(struct stream *stream,
+                          struct stream_mark *mark,
+                          uint8_t steps,
+                          uint32_t ticks,
+                          uint16_t first_ticks)
+{
+    uint16_t behind_ticks = stream->behind_ticks;
+
+    mark->ticks = (uint16_t)(behind_ticks + first_ticks);
+    if (mark->ticks >= behind_ticks) {
+        mark->periods = (uint8_t)(stream->behind_periods + 1u);
+    }
+    stream->behind_periods = ticks <= UINT16_MAX ? (uint8_t)(steps - 1u) : STREAM_UNKNOWN;
+    stream->behind_ticks = (uint16_t)(ticks - first_ticks);
+}
+#else
+static void count_periods(struct stream *stream,
+                          struct stream_mark *mark,
+                          uint8_t steps,
+                          uint32_t ticks,
+                          uint16_t first_ticks)
+{
+    (void)stream;
+    (void)mark;
+    (void)steps;
+    (void)ticks;
+    (void)first_ticks;
+}
+#endif
+
 void stream_put_pixel(struct stream *stream,
                       uint8_t steps,
                       uint32_t ticks,
@@ -115,15 +149,9 @@ void stream_put_pixel(struct stream *stream,
 {
     struct stream_mark *mark =
         &stream->marks[stream->mark_placed++ & (STREAM_MARKS - 1u)];
-    uint16_t behind_ticks = stream->behind_ticks;
 
     mark->slot = (uint8_t)(stream->head + 1u);
-    mark->ticks = (uint16_t)(behind_ticks + first_ticks);
-    if (mark->ticks >= behind_ticks) {
-        mark->periods = (uint8_t)(stream->behind_periods + 1u);
-    }
-    stream->behind_periods = ticks <= UINT16_MAX ? (uint8_t)(steps - 1u) : STREAM_UNKNOWN;
-    stream->behind_ticks = (uint16_t)(ticks - first_ticks);
+    count_periods(stream, mark, steps, ticks, first_ticks);
     stream->head = (uint8_t)(stream->head + steps);
     stream->ring->high[stream->head] = STEP_HIGH_EMPTY;
     stream->end_ticks += ticks;

@@ -31,6 +31,11 @@
 #define STREAM_BATCHES 8u
 #endif
 
+// 1: the stream also remembers the length of pixels that are written as a whole.
+#if !defined(STREAM_WHOLE_PIXELS)
+#define STREAM_WHOLE_PIXELS 1
+#endif
+
 // Single pulsing periods that were written together, from `slot` on: the reader takes them as a
 // whole instead of adding them up.
 struct stream_batch {
@@ -47,12 +52,14 @@ struct stream_mark {
     uint8_t early : 7; //   but for so many periods of a train's entry
     // The ledger counts pixels from here; else the mark is a pixel edge.
     bool line_start : 1;
-    // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not known.
-    uint8_t periods;
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
+#if STREAM_WHOLE_PIXELS
+    // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not known.
+    uint8_t periods;
     // Length of these periods together, ticks.
     uint16_t ticks;
+#endif
 };
 
 // A pulse train as it was when it was written; the interrupt changes its own copy.
@@ -80,11 +87,13 @@ struct stream {
     uint8_t mark_head;   // writer: next to write (free running)
     uint8_t mark_placed; // writer: marks before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
+#if STREAM_WHOLE_PIXELS
     // Writer: periods behind the newest placed mark, if they are those of a pixel written as a whole;
     // else STREAM_UNKNOWN.
     uint8_t behind_periods;
     // Length of these periods together, ticks.
     uint16_t behind_ticks;
+#endif
     // The end of the newest entry, ticks since the timers started, if no idle period comes before
     // that entry; wraps. Without the delay of a held line.
     uint32_t end_ticks;
@@ -182,7 +191,11 @@ void stream_put_pixel(struct stream *stream,
 // Something else than a pixel as a whole is written next.
 static inline void stream_lose_count(struct stream *stream)
 {
+#if STREAM_WHOLE_PIXELS
     stream->behind_periods = STREAM_UNKNOWN;
+#else
+    (void)stream;
+#endif
 }
 
 // Append a command.
@@ -253,11 +266,27 @@ static inline bool stream_mark_within(const struct stream *stream, uint8_t count
 // not known how long they are.
 static inline uint8_t stream_whole_pixel(const struct stream *stream)
 {
+#if STREAM_WHOLE_PIXELS
     const struct stream_mark *mark = stream_mark(stream);
 
     return mark != NULL && (uint8_t)(mark->slot - mark->periods) == stream->retired
                ? mark->periods
                : 0;
+#else
+    (void)stream;
+    return 0;
+#endif
+}
+
+// Length of those periods, ticks.
+static inline uint16_t stream_whole_ticks(const struct stream *stream)
+{
+#if STREAM_WHOLE_PIXELS
+    return stream_mark(stream)->ticks;
+#else
+    (void)stream;
+    return 0;
+#endif
 }
 
 // The oldest mark was passed.
