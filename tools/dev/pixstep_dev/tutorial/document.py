@@ -192,6 +192,8 @@ def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
         else:
             complaints.append(f"{number}: output without a command")
         continued = (continued or line.startswith(_PROMPT)) and line.endswith("\\")
+    if body[-1:] and body[-1].startswith(BENCH):
+        complaints.append(f"{first + len(body) - 1}: typed at the bench behind the last output")
     return steps
 
 

@@ -16,6 +16,8 @@ from pixstep.errors import UserError
 from pixstep_dev.tutorial import document
 from pixstep_dev.tutorial.document import Cue, Step
 
+_ASKS = re.compile(r"\[[Yy]/[Nn]\]: \Z")
+
 
 class Hands:
     """What is typed during a walk; `logs` has a log, a status and pipes for each step.
@@ -61,16 +63,18 @@ class Hands:
         waiting = deque(found)
         while waiting and waiting[0].bench and not waiting[0].after:
             yield from self._type_shown(waiting.popleft().text, log)
-        pipe = None
-        while pipe is None:
-            pipe = self._reader_of(log)
-            yield
         read = len(_text(log))
+        while (pipe := self._reader_of(log)) is None:
+            yield
         for cue in waiting:
+            over = False
             while not (seen := re.compile(cue.after, re.MULTILINE).search(_text(log), read)):
-                if status_of(log).exists():
-                    return
+                if over:
+                    break
+                over = status_of(log).exists() or _ASKS.search(_text(log), read) is not None
                 yield
+            if not seen:
+                break
             read = seen.end()
             if cue.bench:
                 yield from self._type_shown(cue.text, log)

@@ -16,7 +16,7 @@ import matplotlib as mpl
 from pixstep import natives
 from pixstep.errors import UserError
 from pixstep.progress import Progress
-from pixstep_dev.tutorial import document, hands
+from pixstep_dev.tutorial import hands
 from pixstep_dev.tutorial.document import Step
 
 CLONE = "pixstep"  # ~/pixstep, as the document has it
