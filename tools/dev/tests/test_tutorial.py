@@ -17,7 +17,7 @@ from pixstep_dev.cli.main import main as main_dev
 from pixstep_dev.tutorial import check, document, pictures, session
 
 TUTORIAL = natives.root() / "docs" / "TUTORIAL.md"
-LEAST_STEPS = 40  # a tutorial whose blocks are no longer recognised is shorter
+LEAST_STEPS = 30  # a tutorial whose blocks are no longer recognised is shorter
 
 
 @pytest.fixture(scope="module")
