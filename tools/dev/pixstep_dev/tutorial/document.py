@@ -199,7 +199,8 @@ def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
 
 def _without_bench(step: Step) -> tuple[Step, list[str]]:
     """Return a step without what is typed at the bench behind its output, and that."""
-    shown, before = list(step.shown), []
+    shown = list(step.shown)
+    before: list[str] = []
     while shown and shown[-1].startswith(BENCH):
         before.insert(0, shown.pop().removeprefix(BENCH))
     return replace(step, shown=tuple(shown)), before

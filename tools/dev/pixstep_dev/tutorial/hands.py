@@ -9,7 +9,7 @@ import errno
 import os
 import re
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 from pixstep.errors import UserError
@@ -67,12 +67,7 @@ class Hands:
         while (pipe := self._reader_of(log)) is None:
             yield
         for cue in waiting:
-            over = False
-            while not (seen := re.compile(cue.after, re.MULTILINE).search(_text(log), read)):
-                if over:
-                    break
-                over = status_of(log).exists() or _ASKS.search(_text(log), read) is not None
-                yield
+            seen = yield from _printed(cue, log, read)
             if not seen:
                 break
             read = seen.end()
@@ -138,6 +133,15 @@ def status_of(log: Path) -> Path:
 def ended_of(log: Path) -> Path:
     """Return what is there when the command of a window has ended."""
     return log.with_name(f"{log.name}.ended")
+
+
+def _printed(cue: Cue, log: Path, read: int) -> Generator[None, None, re.Match[str] | None]:
+    """Wait for what stands before a cue; None if the command ends, or asks something else."""
+    pattern, last = re.compile(cue.after, re.MULTILINE), False
+    while not (seen := pattern.search(_text(log), read)) and not last:
+        last = status_of(log).exists() or _ASKS.search(_text(log), read) is not None
+        yield
+    return seen
 
 
 def _text(log: Path) -> str:
