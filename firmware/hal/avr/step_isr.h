@@ -47,6 +47,10 @@
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
 
+// Idle periods of a parked axis at an edge that its timer captured, when a little later the coarse
+// clock's low 16 bits were `units`. Main loop only, before the axis is parked anew.
+uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured);
+
 // What an axis's interrupt has done, as of one instant. Called with interrupts on: they are off for
 // the few cycles of the reads and on afterwards.
 static inline struct engine_sample step_isr_sample(uint8_t axis)
