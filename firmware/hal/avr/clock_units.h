@@ -28,7 +28,7 @@ static inline struct clock_look clock_look(void)
     uint8_t counting = (uint8_t)(GPIOR0 & _BV(CLOCK_COUNTING_BIT));
 
     return (struct clock_look){
-        .overflows = (uint16_t)clock_overflows,
+        .overflows = *(const volatile uint16_t *)&clock_overflows,
         .count = count,
         .pending = (flags | counting) != 0,
     };

@@ -141,7 +141,12 @@
     lds r6, \train + \low
     sts \top_low, r6
     sbic \flags, \flag
+#if CONFIG_AXES == 1
     rjmp .Llate\axis
+#else
+    rcall .Lcatch_up\axis
+    sts step_isr_last + \axis, r6
+#endif
     lds r4, \train + STEP_ISR_SUM
     lds r6, \train + \after
     add r4, r6
@@ -225,6 +230,56 @@
     sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
 .endm
 
+#if CONFIG_AXES > 1
+; With several axes the waits of a step interrupt can add up to more than the shortest interval. In
+; a train this costs nothing: the next period has begun, but it makes the interval of the one before
+; it, and a train's intervals differ by a tick, those of two trains by little more. So the running
+; period is made as long as it should be, by setting the counter on or back behind the STEP edge.
+; Every edge stays exact as long as this is done before the period ends, and the interrupt that
+; waits then catches up. What was loaded before is not known behind a single period or a command.
+;
+; r6: low byte of the TOP that came too late. Its high byte must be 0, and so is TEMP then. Cycles
+; from the read of the counter to the count that a write gives: CATCH_UP_CYCLES.
+#define CATCH_UP_CYCLES 11
+; The counter is set between its match for the STEP edge (CONFIG_PULSE_LOW_TICKS + 2) and so many ticks before the period's end.
+#define CATCH_UP_FIRST  (BOARD_CPU_HZ / 500000 + 1) 
+#define CATCH_UP_MARGIN 4
+.macro catch_up axis, engine, counter
+.Lcatch_up\axis:
+    push r24
+    lds r24, \engine + STEP_ISR_TRAIN_HIGH
+    and r24, r24
+    brne .Lhopeless\axis
+    lds r24, step_isr_last + \axis
+    and r24, r24
+    breq .Lhopeless\axis
+    sub r24, r6
+    breq .Lcaught_up\axis
+    mov r4, r24                         ; ticks by which the running period is too long
+.Lbefore_edge\axis:
+    lds r24, \counter
+    cpi r24, CATCH_UP_FIRST
+    brlo .Lbefore_edge\axis
+    subi r24, -(CATCH_UP_CYCLES + CATCH_UP_MARGIN)
+    add r24, r4
+    cp r24, r6
+    brsh .Lhopeless\axis
+    subi r24, CATCH_UP_MARGIN
+    sts \counter, r24
+.Lcaught_up\axis:
+    pop r24
+    ret
+.Lhopeless\axis:
+    pop r24
+    pop r6                              ; the return address
+    pop r6
+#if defined(__AVR_3_BYTE_PC__)
+    pop r6
+#endif
+    rjmp .Llate\axis
+.endm
+#endif
+
 .macro step_handler axis, engine, vector, top_low, top_high, edge_low, edge_high, \
     control, flags, flag, mask
     .type step_isr_entry_\axis, @function
@@ -272,6 +327,10 @@ step_isr_entry_\axis:
 .Lrare\axis:
     brne .Lcommand\axis
     take_train \engine, \top_high
+#if CONFIG_AXES > 1
+    ldi r24, 0
+    sts step_isr_last + \axis, r24
+#endif
     restore_r24_z
     rjmp .Lagain\axis
 
@@ -362,6 +421,14 @@ step_isr_too_late_\axis:
 #define BOARD_AXIS(axis, timer) HANDLER(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
+
+#if CONFIG_AXES > 1
+#define CATCH_UP(axis, timer)                                                            \
+    catch_up axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TCNT##timer##L
+#define BOARD_AXIS(axis, timer) CATCH_UP(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+#endif
 
 #define HALTED_HANDLER(axis, timer)                                                       \
     halted_handler step_engines + axis * STEP_ISR_ENGINE_SIZE, TIMER##timer##_COMPA_vect, \

@@ -44,6 +44,13 @@ struct step_engine step_engines[CONFIG_AXES];
 struct step_ring step_rings[CONFIG_AXES]
     __attribute__((section(".step_rings,\"aw\",@nobits;")));
 
+#if CONFIG_AXES > 1
+volatile uint8_t step_isr_last[CONFIG_AXES];
+#define FORGET_LAST(axis) (step_isr_last[axis] = 0)
+#else
+#define FORGET_LAST(axis) ((void)0)
+#endif
+
 static volatile uint8_t late_axes; // bit n: the step interrupt of axis n came too late
 
 struct step_ring *step_timer_ring(uint8_t axis)
@@ -67,6 +74,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
         {                                                                                \
             OCR##timer##B = edge_ticks;                                                  \
             OCR##timer##A = load.top_ticks;                                              \
+            FORGET_LAST(axis);                                                           \
             /* Leave TEMP ready for a pulse train that comes next (step_isr.S). */       \
             OCR##timer##AH = step_engines[axis].train_high;                              \
             step_engine_count(&step_engines[axis], &load);                               \
@@ -423,11 +431,12 @@ uint8_t step_timer_heartbeat(uint8_t axis)
 
 bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
 {
+    const struct step_engine *engine = step_isr_engine(axis);
     bool published = false;
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        if (step_engines[CONFIG_INDEX(axis)].idle_count == idle_count) {
+        if (engine->idle_count == idle_count) {
             step_rings[CONFIG_INDEX(axis)].high[slot] = STEP_HIGH_COMMAND;
             published = true;
         }
