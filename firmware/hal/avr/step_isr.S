@@ -159,6 +159,8 @@
 #if CONFIG_AXES > 1
     ; As long as the interval before it: quick, so that this interrupt catches up in a few steps.
     .subsection 1
+    .type step_isr_slow_\@, @function
+step_isr_slow_\@:
 .Lslow\@:
     lds r4, \engine + STEP_ISR_TRAIN_HIGH
     and r4, r4
@@ -275,6 +277,8 @@
 
 ; The interval with TOP train_high:r6 came too late. Changes r4.
 .macro catch_up axis, engine, counter
+    .type step_isr_catch_up_\axis, @function
+step_isr_catch_up_\axis:
 .Lcatch_up\axis:
     push r24
     push r30
@@ -339,6 +343,8 @@
 ; let later periods have their edge again; the interrupt of the period that was wanted comes next.
 ; Carry: the running period was over before. Changes r24 and Z.
 .macro stretch axis, engine, top_low, top_high, edge_low, edge_high, flags, flag
+    .type step_isr_stretch_\axis, @function
+step_isr_stretch_\axis:
 .Lstretch\axis:
     ldi r24, 1 << \flag
     out \flags, r24
@@ -366,6 +372,8 @@
 
 ; A single period came too late: r24 is its low byte, Z the slot of that. Only behind a train.
 .macro catch_up_entry axis, engine
+    .type step_isr_catch_up_entry_\axis, @function
+step_isr_catch_up_entry_\axis:
 .Lcatch_up_entry\axis:
     mov r6, r24
     inc r31
