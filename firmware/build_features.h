@@ -55,6 +55,9 @@
 #define FEATURE_SHORT_CURVES BOARD_ALL_FEATURES
 #endif
 
+// Several axes share the processor: how fast a line may be depends on how many of them move.
+#define SEVERAL_AXES (BOARD_AXES > 1)
+
 // Input register `features`: the bit numbers of build_features.def.
 #define FEATURES_BITS                                                                    \
     (FEATURE_HOMING << 0 | FEATURE_BACKLASH << 1 | FEATURE_BITS << 2 |                   \

@@ -92,14 +92,14 @@ static void mapped_inputs(void)
 {
     // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_features + 1);
-    check_inputs(false, 0, REG_INPUT_features + 2);
+    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_smooth_min_interval_3_ticks + 1);
+    check_inputs(false, 0, REG_INPUT_smooth_min_interval_3_ticks + 2);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
     check_inputs(true, REG_INPUT_fault_mask_high, 9);
     check_inputs(false, REG_INPUT_fault_mask_high, 10);
-    check_inputs(false, REG_INPUT_features + 1, 1);
+    check_inputs(false, REG_INPUT_smooth_min_interval_3_ticks + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
@@ -136,7 +136,7 @@ static void settings_write_and_read_back(void)
                              bench_input_wide(REG_INPUT_pixel_period_ticks));
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_max_acceleration, 77));
     TEST_ASSERT_EQUAL_UINT16(77, data_holding(REG_HOLDING_max_acceleration));
-    TEST_ASSERT_EQUAL_UINT16(77, limits_now()->max_acceleration);
+    TEST_ASSERT_EQUAL_UINT16(77, limits_together(1)->max_acceleration);
 }
 
 // A finished line is no longer the reference of the clock once the period may have changed.
@@ -168,9 +168,9 @@ static void impossible_settings_change_nothing(void)
 static void direction_times_limit_reversals(void)
 {
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_setup_us, 100));
-    TEST_ASSERT_TRUE(limits_now()->reversal_min_ticks >= BENCH_TICKS_PER_MS / 5u);
+    TEST_ASSERT_TRUE(limits_together(1)->reversal_min_ticks >= BENCH_TICKS_PER_MS / 5u);
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_hold_us, 1000));
-    TEST_ASSERT_TRUE(limits_now()->reversal_min_ticks >= 2u * BENCH_TICKS_PER_MS);
+    TEST_ASSERT_TRUE(limits_together(1)->reversal_min_ticks >= 2u * BENCH_TICKS_PER_MS);
 }
 
 // A queued line was checked against the settings at the time of its upload.

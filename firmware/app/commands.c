@@ -49,12 +49,14 @@ static bool token_fits(const struct order *order)
            order->argument == token_now();
 }
 
-#if FEATURE_HOMING
+#if FEATURE_HOMING || CONFIG_AXES > 1
 static bool names_axis(const struct order *order, uint8_t i)
 {
     return ((uint8_t)order->mask & axis_bit(i)) != 0;
 }
+#endif
 
+#if FEATURE_HOMING
 static bool front_is_seek(uint8_t i)
 {
     bool opening = false;
@@ -85,10 +87,58 @@ static bool seek_fits(uint8_t i, const struct order *order)
 }
 #endif
 
+#if CONFIG_AXES > 1
+// True when this axis moves, or is armed, once the order is carried out.
+static bool would_move(uint8_t i, const struct order *order)
+{
+    return names_axis(order, i) || lifecycle_moving(&axes_get(i)->life);
+}
+
+// The first axis whose lines are too fast for the axes that would move together; NO_AXIS if none.
+static uint8_t first_too_fast(const struct order *order)
+{
+    uint8_t together = 0;
+    uint8_t found = 0;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        together = (uint8_t)(together + (would_move(i, order) ? 1u : 0u));
+    }
+    const struct line_limits *limits = limits_together(together);
+
+    while (found < CONFIG_AXES && (!would_move(found, order) ||
+                                   line_check_fits(&axes_get(found)->check, limits))) {
+        found++;
+    }
+    return found;
+}
+
+// Say which axis is too fast, where the host looks for the reason.
+static void tell_too_fast(const struct order *order)
+{
+    uint8_t i = order->command == COMMAND_ARM ? first_too_fast(order) : NO_AXIS;
+
+    if (i != NO_AXIS) {
+        axes_get(i)->line_error = LINE_too_fast_together;
+        axes_get(i)->line_error_pixel = 0;
+    }
+}
+#else
+static uint8_t first_too_fast(const struct order *order)
+{
+    (void)order;
+    return NO_AXIS;
+}
+
+static void tell_too_fast(const struct order *order)
+{
+    (void)order;
+}
+#endif
+
 static bool can_arm(uint8_t i, const struct order *order)
 {
     return state_of(i) == AXIS_LOADED && !faults_any() && token_fits(order) &&
-           seek_fits(i, order);
+           seek_fits(i, order) && first_too_fast(order) == NO_AXIS;
 }
 
 static void arm_axis(uint8_t i, const struct order *order)
@@ -377,6 +427,7 @@ const struct order *commands_last(void)
 bool commands_give(const struct order *order)
 {
     if (!commands_possible(order)) {
+        tell_too_fast(order);
         return false;
     }
     commands_act(order);

@@ -42,7 +42,7 @@ static const struct area {
     uint16_t end;
 } input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
-    {REG_INPUT_fault_mask_high, REG_INPUT_features + 1u},
+    {REG_INPUT_fault_mask_high, REG_INPUT_smooth_min_interval_3_ticks + 1u},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
     {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
@@ -119,7 +119,7 @@ static APART enum modbus_exception queue_block(uint16_t count, const uint8_t *wo
         return MODBUS_ILLEGAL_VALUE;
     }
     switch (axis_queue_block(axes_get((uint8_t)axis),
-                             limits_now(),
+                             limits_of((uint8_t)axis),
                              get_word(&words[0]),
                              &words[4],
                              (uint8_t)((count - REG_QUEUE_HEADER) / 2u))) {

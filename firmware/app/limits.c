@@ -4,6 +4,7 @@
 #include "app/axes.h"      // axes_get
 #include "app/reference.h" // reference_*
 #include "app/settings.h"  // settings_now
+#include "base/flash.h"    // flash_word
 
 #define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 
@@ -34,7 +35,47 @@ void limits_apply_settings(void)
     }
 }
 
-const struct line_limits *limits_now(void)
+#if CONFIG_AXES == 1
+const struct line_limits *limits_together(uint8_t axes)
 {
+    (void)axes;
     return &current_limits;
 }
+
+const struct line_limits *limits_of(uint8_t axis)
+{
+    (void)axis;
+    return &current_limits;
+}
+#else
+static const uint16_t shortest_ticks[] IN_FLASH = {BOARD_MIN_INTERVAL_1_TICKS,
+                                                   BOARD_MIN_INTERVAL_2_TICKS,
+                                                   BOARD_MIN_INTERVAL_3_TICKS,
+                                                   BOARD_MIN_INTERVAL_TICKS};
+static const uint16_t shortest_smooth_ticks[] IN_FLASH = {
+    BOARD_SMOOTH_MIN_INTERVAL_1_TICKS,
+    BOARD_SMOOTH_MIN_INTERVAL_2_TICKS,
+    BOARD_SMOOTH_MIN_INTERVAL_3_TICKS,
+    BOARD_SMOOTH_MIN_INTERVAL_TICKS};
+_Static_assert(CONFIG_AXES <= sizeof shortest_ticks / sizeof shortest_ticks[0],
+               "an interval for every number of axes");
+
+const struct line_limits *limits_together(uint8_t axes)
+{
+    uint8_t i = axes == CONFIG_AXES ? 3u : (uint8_t)(axes - 1u);
+
+    current_limits.min_interval_ticks = flash_word(&shortest_ticks[i]);
+    current_limits.smooth_min_interval_ticks = flash_word(&shortest_smooth_ticks[i]);
+    return &current_limits;
+}
+
+const struct line_limits *limits_of(uint8_t axis)
+{
+    uint8_t moving = 0;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        moving = (uint8_t)(moving + (lifecycle_moving(&axes_get(i)->life) ? 1u : 0u));
+    }
+    return limits_together(lifecycle_moving(&axes_get(axis)->life) ? moving : 1u);
+}
+#endif

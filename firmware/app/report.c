@@ -246,6 +246,15 @@ static const struct source more_sources[] IN_FLASH = {
     [REG_INPUT_busy_replies - MORE_BASE] = COUNTER(busy_replies),
     [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(FEATURE_EVENTS ? CONFIG_EVENTS : 0),
     [REG_INPUT_features - MORE_BASE] = CONSTANT(FEATURES_BITS),
+    [REG_INPUT_min_interval_1_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_1_TICKS),
+    [REG_INPUT_min_interval_2_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_2_TICKS),
+    [REG_INPUT_min_interval_3_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_3_TICKS),
+    [REG_INPUT_smooth_min_interval_1_ticks - MORE_BASE] =
+        CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_1_TICKS),
+    [REG_INPUT_smooth_min_interval_2_ticks - MORE_BASE] =
+        CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_2_TICKS),
+    [REG_INPUT_smooth_min_interval_3_ticks - MORE_BASE] =
+        CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))

@@ -6,6 +6,7 @@
 #include "app/drivers.h"     // drivers_poll
 #include "app/faults.h"      // faults_latch
 #include "app/inputs.h"      // inputs_poll
+#include "app/parking.h"     // parking_poll
 #include "app/reference.h"   // reference_period
 #include "app/safety.h"      // safety_poll
 #include "app/seek.h"        // seek_poll
@@ -227,6 +228,7 @@ static APART void look_after_axes(void)
     // interval.
     if (CONFIG_AXES > 1) {
         time_check_poll();
+        parking_poll();
     }
     safety_poll();
     poll_inputs();

@@ -38,8 +38,15 @@ void safety_start(void)
     cpu_watchdog_start();
 }
 
-// Feed the watchdog when every axis is alive; one axis is checked in each round. A halted axis
-// counts as alive even without a new heartbeat. An axis whose interrupt does not come at all keeps
+static bool needs_no_heartbeat(uint8_t i)
+{
+    enum step_engine_state state = step_timer_state(i);
+
+    return state == STEP_ENGINE_HALTED || (CONFIG_AXES > 1 && state == STEP_ENGINE_PARKED);
+}
+
+// Feed the watchdog when every axis is alive; one axis is checked in each round. A halted or a
+// parked axis counts as alive even without a new heartbeat. An axis whose interrupt does not come at all keeps
 // the watchdog from being fed: its timer repeats the last period, STEP edge included, and only a
 // reset ends that.
 static void feed_watchdog(void)
@@ -49,8 +56,7 @@ static void feed_watchdog(void)
 
     looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
 
-    if (heartbeat == heartbeats[CONFIG_INDEX(i)] &&
-        step_timer_state(i) != STEP_ENGINE_HALTED) {
+    if (heartbeat == heartbeats[CONFIG_INDEX(i)] && !needs_no_heartbeat(i)) {
         return;
     }
     heartbeats[CONFIG_INDEX(i)] = heartbeat;

@@ -7,7 +7,7 @@
 #include "app/reference.h"  // reference_*
 #include "base/apart.h"     // APART
 #include "hal/clock.h"      // clock_now_units
-#include "hal/step_timer.h" // STEP_TIMER_EDGE_TICKS
+#include "hal/step_timer.h" // step_timer_unpark, STEP_TIMER_EDGE_TICKS
 #include "hal/switches.h"   // switch_capture_*
 
 #if FEATURE_HOMING
@@ -41,6 +41,10 @@ void seek_begin(uint8_t axis, bool opening)
     };
     if (CONFIG_AXES == 1) {
         reference_rest(); // the one capture serves the switch: clock edges are not seen meanwhile
+    }
+    if (CONFIG_AXES > 1) {
+        (void)step_timer_unpark(axis);
+        (void)step_timer_unpark(CONFIG_SWITCH_CAPTURE_AXIS);
     }
     switch_capture_start(axis, opening != inputs_home_inverted());
 }
@@ -179,6 +183,12 @@ bool seek_has_clock_input(void)
 bool seek_edge_waits(uint8_t axis)
 {
     return seek.axis == axis && switch_capture_waiting();
+}
+
+bool seek_needs_interrupts(uint8_t axis)
+{
+    return seek.axis != NO_AXIS &&
+           (axis == seek.axis || axis == CONFIG_SWITCH_CAPTURE_AXIS);
 }
 
 bool seek_can_zero(uint8_t axis)

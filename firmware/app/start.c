@@ -8,7 +8,7 @@
 #include "app/settings.h"   // settings_now
 #include "app/token.h"      // token_now
 #include "app/witness.h"    // witness_excuse
-#include "hal/step_timer.h" // step_timer_publish
+#include "hal/step_timer.h" // step_timer_*
 #include "motion/decode.h"  // decode_is_ahead
 
 // Room that line zero leaves the main loop to come by and release the line: a reply being built
@@ -157,6 +157,10 @@ static bool release_line(uint8_t i)
     }
     if (delay < release_min_ticks()) {
         faults_latch(FAULT_start_late, i, 0);
+        return true;
+    }
+    // The next round's fault tells why the axis was halted.
+    if (CONFIG_AXES > 1 && !step_timer_unpark(i)) {
         return true;
     }
     feed_fill_front(&axis->feed, (uint32_t)delay);

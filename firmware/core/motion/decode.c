@@ -89,11 +89,15 @@ static bool __attribute__((noinline)) next_piece(struct axis *axis,
     }
 }
 
-// Steps that must still pass before the piece may become a pulse train.
+// Steps that must still pass before the piece may become a pulse train. Intervals that only follow
+// each other from train to train leave no room for them.
 static uint8_t to_stagger(const struct axis *axis)
 {
     uint16_t taken = walk_taken(&axis->walk);
 
+    if (axis->stagger != 0 && axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS) {
+        return 0;
+    }
     return taken >= axis->stagger ? 0 : (uint8_t)(axis->stagger - taken);
 }
 

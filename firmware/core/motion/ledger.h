@@ -126,6 +126,15 @@ static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
     return (uint16_t)(ledger->train_steps - ledger->left);
 }
 
+// True when the running and the newest loaded period are idle ones, by an account that was brought
+// up to date exactly.
+static inline bool ledger_idles(const struct ledger *ledger)
+{
+    return ledger->train == LEDGER_NO_TRAIN && ledger->fresh == 0 &&
+           ledger->lengths[0] == STEP_IDLE_TICKS &&
+           ledger->lengths[1] == STEP_IDLE_TICKS && (ledger->pulsed & 3u) == 0;
+}
+
 // Start of a period, in ticks since the timers started. back: 0 the newest loaded period (the one
 // that the timer makes next), 1 the one before, 2 the one before that. Divides inside a train.
 //

@@ -33,6 +33,36 @@ static bool seek_bits_fit(uint16_t word)
     return (word & without) == 0;
 }
 
+// The speeds of lines that wait in the queue count as long as the queue is not empty.
+#if SEVERAL_AXES
+static void keep_fastest(struct line_check *check, const struct line_check *before)
+{
+    check->fastest_plain = before->fastest_plain;
+    check->fastest_smooth = before->fastest_smooth;
+}
+
+static void note_fastest(struct line_check *check, uint16_t speed)
+{
+    uint16_t *fastest = check->smooth ? &check->fastest_smooth : &check->fastest_plain;
+
+    if (!(FEATURE_HOMING && check->one_way) && speed > *fastest) {
+        *fastest = speed;
+    }
+}
+#else
+static void keep_fastest(struct line_check *check, const struct line_check *before)
+{
+    (void)check;
+    (void)before;
+}
+
+static void note_fastest(struct line_check *check, uint16_t speed)
+{
+    (void)check;
+    (void)speed;
+}
+#endif
+
 static enum line_error check_start_mark(struct line_check *check, struct segment entry)
 {
     uint16_t word = (uint16_t)entry.count;
@@ -49,14 +79,14 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
     // by itself. Any other line may follow the one before without a pause and inherits its
     // direction.
     bool chained = (word & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
-    int8_t direction = check->direction;
-    uint16_t rest_ticks = check->rest_ticks;
+    struct line_check before = *check;
 
     line_check_reset(check);
     if (chained) {
-        check->direction = direction;
-        check->rest_ticks = rest_ticks;
+        check->direction = before.direction;
+        check->rest_ticks = before.rest_ticks;
     }
+    keep_fastest(check, &before);
     check->smooth = (word & LINE_START_SMOOTH) != 0;
     check->negative = (word & LINE_START_NEGATIVE) != 0;
     check->seek = (word & LINE_START_SEEK) != 0;
@@ -94,6 +124,17 @@ static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pix
     return (uint32_t)speed * interval_ticks > pixel_ticks;
 }
 
+#if SEVERAL_AXES
+bool line_check_fits(const struct line_check *check, const struct line_limits *limits)
+{
+    return !too_fast(
+               check->fastest_plain, limits->min_interval_ticks, limits->pixel_ticks) &&
+           !too_fast(check->fastest_smooth,
+                     limits->smooth_min_interval_ticks,
+                     limits->pixel_ticks);
+}
+#endif
+
 static uint16_t magnitude_of(int16_t value)
 {
     return (uint16_t)(value < 0 ? -value : value);
@@ -122,14 +163,16 @@ static uint16_t shortest_interval(const struct line_check *check,
     return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
 }
 
-static enum line_error check_plain_segment(const struct line_check *check,
+static enum line_error check_plain_segment(struct line_check *check,
                                            const struct line_limits *limits,
                                            struct segment entry)
 {
-    return too_fast(
-               steps_of(entry), shortest_interval(check, limits), limits->pixel_ticks)
-               ? LINE_too_fast
-               : LINE_none;
+    if (too_fast(
+            steps_of(entry), shortest_interval(check, limits), limits->pixel_ticks)) {
+        return LINE_too_fast;
+    }
+    note_fastest(check, steps_of(entry));
+    return LINE_none;
 }
 
 static int8_t APART direction_of(const struct line_check *check, struct segment entry)
@@ -255,6 +298,7 @@ static enum line_error APART check_smooth_speed(struct line_check *check,
     if (too_fast(top, shortest_interval(check, limits), limits->pixel_ticks)) {
         return LINE_too_fast;
     }
+    note_fastest(check, top);
     if (has_backlash(check)) {
         if (check->pixel == 0 && entry.count != 0) {
             return LINE_backlash_no_room;

@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "base/names.h"     // enum line_error
+#include "build_features.h" // SEVERAL_AXES
 #include "motion/segment.h" // struct segment
 
 // What the board and its settings allow. Times are in timer ticks.
@@ -69,12 +70,23 @@ struct line_check {
     uint16_t speed;
     // Count of the last pixel.
     int16_t last_count;
+#if SEVERAL_AXES
+    // Highest speed of the plain and of the smooth lines, steps/pixel, chained or not: for
+    // line_check_fits(). Seeks are slow enough for any company.
+    uint16_t fastest_plain;
+    uint16_t fastest_smooth;
+#endif
     // Pixels accepted so far: the next entry begins with the pixel behind it.
     uint32_t pixel;
 };
 
 // Expect the start of a line that follows no other: any direction may come first.
 void line_check_reset(struct line_check *check);
+
+#if SEVERAL_AXES
+// True when everything accepted since the reset keeps these limits' shortest intervals too.
+bool line_check_fits(const struct line_check *check, const struct line_limits *limits);
+#endif
 
 // Accept the next entry, or return why not; the reason concerns the pixel behind check->pixel.
 // After a refusal the check must be reset.

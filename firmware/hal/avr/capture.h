@@ -14,8 +14,12 @@
 #include <stdint.h>
 #include <util/atomic.h>
 
+#include "config.h"           // CONFIG_AXES
 #include "hal/avr/step_isr.h" // step_engines
 #include "hal/pixel_clock.h"  // struct pixel_capture
+#if CONFIG_AXES > 1
+#include "hal/avr/clock_units.h" // clock_look
+#endif
 
 // What the handler saw; capture_take() makes sense of it. The handler writes it while `waiting` is
 // false, the main loop reads it while `waiting` is true.
@@ -33,6 +37,10 @@ struct capture {
     uint16_t idle_count;
 };
 
+// In flags_before: the axis was parked. idle_count then holds the coarse clock's low 16 bits, and
+// the other members of the sample are what they were when the axis was parked.
+#define CAPTURE_PARKED 0x80u
+
 // A counter read between two looks at the overflow flag has wrapped before it was read, if the flag
 // appeared between them and the counter is still below this.
 #define CAPTURE_JUST_WRAPPED_TICKS 16u
@@ -43,6 +51,25 @@ struct capture {
 #define CAPTURE_PIXEL_CLOCK_OVERRUN 1
 #define CAPTURE_SWITCH_BUSY         2
 #define CAPTURE_SWITCH_OVERRUN      3
+
+// Low 16 bits of the coarse clock, asked for by a handler.
+#if CONFIG_AXES > 1
+static inline uint16_t capture_units(void)
+{
+    struct clock_look look;
+
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        look = clock_look();
+    }
+    return (uint16_t)clock_look_units(&look);
+}
+#else
+static inline uint16_t capture_units(void)
+{
+    return 0;
+}
+#endif
 
 // The capture interrupt of `timer` into struct capture `name`, up to where it lets others in; what
 // follows is name##_body. `sample`: assembly that may use r24.
@@ -74,7 +101,7 @@ struct capture {
 // The sample, the flag and the counter belong together: 21 cycles with interrupts off.
 //
 // Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back.
-// Budget: 165 cycles.
+// Budget: 165 cycles, and 30 on a board of several axes, one of which may be parked.
 #define CAPTURE_HANDLER(name, timer, axis, busy, overrun)                                \
     CAPTURE_ENTRY(                                                                       \
         name, timer, busy, overrun, "sei\n\t", [flags] "I"(_SFR_IO_ADDR(GPIOR0)))        \
@@ -106,6 +133,11 @@ struct capture {
             counter = TCNT##timer;                                                       \
             after = TIFR##timer;                                                         \
             OCR##timer##AH = engine->train_high;                                         \
+        }                                                                                \
+        if (CONFIG_AXES > 1 && engine->state == STEP_ENGINE_PARKED) {                    \
+            before = CAPTURE_PARKED;                                                     \
+            after = 0;                                                                   \
+            idle_count = capture_units();                                                \
         }                                                                                \
         (name).captured = captured;                                                      \
         (name).counter = counter;                                                        \
@@ -198,11 +230,30 @@ static inline uint8_t capture_back(const struct capture *source, uint8_t overflo
     return source->captured > source->counter ? 2 : 1;
 }
 
+// The edge of a parked axis has a period of its own, whatever has begun since.
+static inline void capture_place_parked(const struct capture *source,
+                                        struct pixel_capture *capture,
+                                        uint8_t axis)
+{
+#if CONFIG_AXES > 1
+    if ((source->flags_before & CAPTURE_PARKED) != 0) {
+        capture->back = 1;
+        capture->sample.idle_count =
+            step_isr_idle_count_at(axis, source->idle_count, source->captured);
+    }
+#else
+    (void)source;
+    (void)capture;
+    (void)axis;
+#endif
+}
+
 // Take the capture that waits. Returns false when there is none. *capture gets the count, how many
 // periods the edge lies back from the one that the engine loaded last, and the sample. busy: the
-// source's BUSY bit of GPIOR0. Main loop only, interrupts on.
+// source's BUSY bit of GPIOR0; axis: that of the timer. Main loop only, interrupts on.
 static inline bool capture_take(struct capture *source,
                                 struct pixel_capture *capture,
+                                uint8_t axis,
                                 uint8_t busy)
 {
     if (!source->waiting) {
@@ -213,6 +264,7 @@ static inline bool capture_take(struct capture *source,
     capture->ticks = source->captured;
     capture->sample = step_engine_sample_of(
         source->tail, source->left, source->cut, source->idle_count);
+    capture_place_parked(source, capture, axis);
     source->waiting = false;
     GPIOR0 &= (uint8_t)~_BV(busy);
     return true;

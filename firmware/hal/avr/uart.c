@@ -64,6 +64,11 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 // is enabled again with interrupts off, when the body has left the stack: otherwise each handler
 // would nest in the one before, where handlers are slower than the bus. The linker makes RCALL and
 // RJMP of CALL and JMP where the body is near, as it is here.
+#if CONFIG_AXES == 1
+#define UART_LET_IN
+#else
+#define UART_LET_IN "nop\n\t"
+#endif
 #define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \
@@ -73,6 +78,7 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
                          "ldi r24, %[mask]\n\t"                                          \
                          "sts %[control], r24\n\t"                                       \
                          "sei\n\t"                                                       \
+                         UART_LET_IN                                                     \
                          "call __vector_" #body "\n\t"                                   \
                          "jmp serial_over"                                               \
                          :                                                               \

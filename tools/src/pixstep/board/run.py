@@ -24,6 +24,7 @@ _POLL_S = 0.02
 _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
+_TOGETHER = "too_fast_together"
 _STOP_TRIES = 3
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
@@ -293,5 +294,9 @@ def _why_not(board: Board, name: str, axes: list[int]) -> str:
     fault = board.fault_advice()
     if fault and name != "clear_fault":
         return fault
+    for axis in range(state["axis_count"]) if name == "arm" else ():
+        error = regs.code_name(regs.line_errors(), board.axis(axis)["line_error"])
+        if error == _TOGETHER:
+            return f"axis {axis}: {error}: `pixstep limits --axes N` says how fast N axes can be"
     named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
     return f"not possible now: {named}"
