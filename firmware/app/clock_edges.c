@@ -62,39 +62,56 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
-// Take a captured clock edge. Not inline, so that the capture does not take up stack below the
-// decoder of steps.
-static APART void take_capture(void)
+// Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
+// is no fault of the clock.
+static void take_edge(const struct pixel_capture *capture, bool after_loss)
 {
     struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
-    struct pixel_capture capture;
     uint32_t pixel = 0;
-    bool lost = false;
 
-    if (!pixel_clock_take(&capture, &lost)) {
-        return;
-    }
     // The edge cannot be placed if a command has brought the account past it meanwhile, or if the
     // axis's switch was captured too and the order of the two is not known. The next edge serves.
-    if (ledger_has_passed(&axis->ledger, &capture.sample) ||
+    if (ledger_has_passed(&axis->ledger, &capture->sample) ||
         (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
         reference_edge_dropped();
         return;
     }
-    ledger_advance(&axis->ledger, &axis->feed.stream, &capture.sample, LEDGER_EXACTLY);
+    ledger_advance(&axis->ledger, &axis->feed.stream, &capture->sample, LEDGER_EXACTLY);
     uint32_t edge_ticks =
         ledger_capture_ticks(
-            &axis->ledger, &axis->feed.stream, capture.back, capture.ticks) -
+            &axis->ledger, &axis->feed.stream, capture->back, capture->ticks) -
         PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
-    if (lost) {
-        clock_fault(FAULT_clock_edge_lost, 0);
-    } else if (reference_watch()->odd != 0) {
+    if (!after_loss && reference_watch()->odd != 0) {
         clock_fault(FAULT_pixel_clock_off, reference_watch()->odd);
     }
     start_on_edge(edge_ticks);
+}
+
+// Edges that were lost since the last call.
+static uint8_t take_lost(void)
+{
+    uint8_t lost = pixel_clock_take_lost();
+
+    return pixel_clock_take_crowded() && lost == 0 ? 1u : lost;
+}
+
+// Take all captured clock edges. Not inline, so that the captures do not take up stack below the
+// decoder of steps.
+static APART void take_captures(void)
+{
+    struct pixel_capture capture;
+    uint8_t lost = 0;
+
+    while (pixel_clock_take(&capture)) {
+        lost = (uint8_t)(lost + take_lost());
+        take_edge(&capture, lost != 0);
+    }
+    if (lost != 0) {
+        clock_fault(FAULT_clock_edge_lost, lost);
+    }
 }
 
 void clock_edges_await(void)
@@ -107,7 +124,7 @@ void clock_edges_await(void)
 void clock_edges_poll(void)
 {
     if (!seek_has_clock_input()) {
-        take_capture();
+        take_captures();
     }
 }
 

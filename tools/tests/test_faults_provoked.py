@@ -140,7 +140,7 @@ def promise(name, condition):
 @pytest.mark.provokes("clock_edge_lost")
 @pytest.mark.parametrize("board", BOARDS)
 def test_clock_edge_lost(board):
-    """Two pulses on the clock's wire before the main loop comes by."""
+    """More pulses on the clock's wire than wait for the main loop."""
     (pin,) = [one for one in boards.load(board).pins if one.signal == "PIXEL_CLOCK"]
     with FaultBench(board) as bench:
         bench.load(LONG)
@@ -148,11 +148,13 @@ def test_clock_edge_lost(board):
         bench.run_until_steps(400)
         pixel = bench.board.axis(0)["pixel"] + 1
         with bench.main_loop_held():
-            for level in (0, 1, 0, 1):
+            for level in (0, 1) * 12:
                 bench.sim.command(f"pin 0 {pin.port} {pin.bit} {level}")
                 bench.sim.run(500)
         bench.run_into_fault(bench.pixel_ticks)
-        bench.assert_fault("clock_edge_lost", pixel=range(pixel, pixel + 2))
+        bench.assert_fault(
+            "clock_edge_lost", pixel=range(pixel, pixel + 2), argument=range(1, 12)
+        )
 
 
 def clock_argument(interval_ticks):

@@ -1,27 +1,67 @@
 // SPDX-License-Identifier: MIT
 #include "hal/pixel_clock.h"
 
+#include <util/atomic.h>
+
 #include "config.h" // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
 #include "hal/avr/capture.h"
 
+static struct capture_queue edges;
+
 #define PIXEL_CLOCK_HANDLER(timer)                                                       \
-    CAPTURE_HANDLER(pixel_clock,                                                         \
-                    timer,                                                               \
-                    CONFIG_PIXEL_CLOCK_AXIS,                                             \
-                    CAPTURE_PIXEL_CLOCK_BUSY,                                            \
-                    CAPTURE_PIXEL_CLOCK_OVERRUN)
+    CAPTURE_QUEUE_HANDLER(edges,                                                         \
+                          timer,                                                         \
+                          CONFIG_PIXEL_CLOCK_AXIS,                                       \
+                          CAPTURE_PIXEL_CLOCK_BUSY,                                      \
+                          CAPTURE_PIXEL_CLOCK_OVERRUN)
 PIXEL_CLOCK_HANDLER(BOARD_PIXEL_CLOCK_TIMER)
 
 bool pixel_clock_waiting(void)
 {
-    return pixel_clock.waiting;
+    return edges.head != edges.tail;
 }
 
-bool pixel_clock_take(struct pixel_capture *capture, bool *lost)
+bool pixel_clock_take(struct pixel_capture *capture)
 {
-    if (!capture_take(&pixel_clock, capture, CAPTURE_PIXEL_CLOCK_BUSY)) {
+    uint8_t tail = edges.tail;
+
+    if (tail == edges.head) {
         return false;
     }
-    *lost = capture_lost(CAPTURE_PIXEL_CLOCK_OVERRUN);
+    const struct capture_entry *entry = &edges.entries[tail & (CONFIG_CLOCK_EDGES - 1u)];
+    bool cut = (entry->notes & CAPTURE_CUT) != 0;
+
+    capture->ticks = entry->captured;
+    capture->back = entry->notes & CAPTURE_BACK;
+    capture->sample = (struct engine_sample){
+        .tail = entry->tail,
+        .left = step_engine_size(entry->left_or_cut),
+        .cut = cut,
+        .train = !cut && entry->left_or_cut < 0,
+        .idle_count = entry->idle_count,
+    };
+    edges.tail = (uint8_t)(tail + 1u);
     return true;
+}
+
+uint8_t pixel_clock_take_lost(void)
+{
+    uint8_t lost = 0;
+
+    if (edges.lost != 0) {
+        ATOMIC_BLOCK(ATOMIC_FORCEON)
+        {
+            lost = edges.lost;
+            edges.lost = 0;
+        }
+    }
+    return lost;
+}
+
+bool pixel_clock_take_crowded(void)
+{
+    bool crowded = (GPIOR0 & _BV(CAPTURE_PIXEL_CLOCK_OVERRUN)) != 0;
+
+    GPIOR0 &= (uint8_t)~_BV(CAPTURE_PIXEL_CLOCK_OVERRUN);
+    return crowded;
 }
