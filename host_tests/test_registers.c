@@ -92,14 +92,14 @@ static void mapped_inputs(void)
 {
     // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_features + 1);
-    check_inputs(false, 0, REG_INPUT_features + 2);
+    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_clock_error_ticks + 1);
+    check_inputs(false, 0, REG_INPUT_clock_error_ticks + 2);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
     check_inputs(true, REG_INPUT_fault_mask_high, 9);
     check_inputs(false, REG_INPUT_fault_mask_high, 10);
-    check_inputs(false, REG_INPUT_features + 1, 1);
+    check_inputs(false, REG_INPUT_clock_error_ticks + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
@@ -118,7 +118,7 @@ static void mapped_holdings(void)
     check_holdings(true, 0, SETTINGS_WORDS);
     check_holdings(false, 0, SETTINGS_WORDS + 1);
     check_holdings(false, SETTINGS_WORDS, 1);
-    check_holdings(false, REG_HOLDING_enable_settle_ms, 0x102);
+    check_holdings(false, REG_HOLDING_record_every, 0x102);
     check_holdings(true, REG_HOLDING_axis_mask, 3);
     check_holdings(false, REG_HOLDING_axis_mask, 4);
     check_holdings(false, REG_HOLDING_axis_mask - 1, 2);

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "app/clock_edges.h"
 
-#include "app/axes.h"        // axes_*
-#include "app/faults.h"      // faults_latch
-#include "app/reference.h"   // reference_*
-#include "app/seek.h"        // seek_*
-#include "app/start.h"       // start_on_edge
-#include "app/time_check.h"  // time_check_lags
-#include "app/token.h"       // token_now
-#include "base/apart.h"      // APART
-#include "hal/pixel_clock.h" // pixel_clock_take
+#include "app/axes.h"         // axes_*
+#include "app/faults.h"       // faults_latch
+#include "app/reference.h"    // reference_*
+#include "app/seek.h"         // seek_*
+#include "app/start.h"        // start_on_edge
+#include "app/time_check.h"   // time_check_lags
+#include "app/token.h"        // token_now
+#include "base/apart.h"       // APART
+#include "hal/pixel_clock.h"  // pixel_clock_*
+#include "motion/lock_grid.h" // lock_grid_*
 
 #if FEATURE_CLOCK_STATISTICS
 // Note the error of a clock edge in the records of the axes. Pixels are counted from a line's own
@@ -62,6 +63,18 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
+// Latch a fault when a line is to follow a clock that cannot be followed.
+static void judge_lock(void)
+{
+    const struct clock_filter *filter = &lock_grid_now()->filter;
+
+    if (!clock_filter_settled(filter)) {
+        clock_fault(FAULT_clock_hold_over, filter->hold_over);
+    } else if (!lock_grid_tolerates()) {
+        clock_fault(FAULT_clock_drifted, (uint16_t)(filter->period.ticks >> 8));
+    }
+}
+
 // Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
 // is no fault of the clock.
 static void take_edge(const struct pixel_capture *capture, bool after_loss)
@@ -84,7 +97,9 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
-    if (!after_loss && reference_watch()->odd != 0) {
+    if (lock_grid_now()->locks) {
+        judge_lock();
+    } else if (!after_loss && reference_watch()->odd != 0) {
         clock_fault(FAULT_pixel_clock_off, reference_watch()->odd);
     }
     start_on_edge(edge_ticks);
@@ -95,7 +110,15 @@ static uint8_t take_lost(void)
 {
     uint8_t lost = pixel_clock_take_lost();
 
-    return pixel_clock_take_crowded() && lost == 0 ? 1u : lost;
+    if (!pixel_clock_take_crowded() || lost != 0) {
+        return lost;
+    }
+    // So close behind another one it is a glitch.
+    if (lock_grid_now()->locks) {
+        lock_grid_now()->filter.glitches++;
+        return 0;
+    }
+    return 1;
 }
 
 // Take all captured clock edges. Not inline, so that the captures do not take up stack below the
@@ -119,6 +142,17 @@ void clock_edges_await(void)
     if (first_clocked() == NO_AXIS && !reference_present()) {
         reference_await_edge();
     }
+    if (!start_any_waits()) {
+        lock_grid_hold_period();
+    }
+}
+
+bool clock_edges_allow(const struct axis *axis)
+{
+    bool opening = false;
+
+    return !lock_grid_now()->locks || !axis_waits_for_edge(axis) ||
+           axis_seeks(axis, &opening) || reference_settled();
 }
 
 void clock_edges_poll(void)
@@ -131,7 +165,15 @@ void clock_edges_poll(void)
 void clock_edges_miss(void)
 {
     if (reference_overdue()) {
+        if (lock_grid_now()->locks && reference_settled() &&
+            clock_filter_bridge(&lock_grid_now()->filter)) {
+            return;
+        }
         reference_rest();
-        clock_fault(FAULT_pixel_clock_missing, 0);
+        if (lock_grid_now()->locks) {
+            clock_fault(FAULT_clock_hold_over, lock_grid_now()->filter.hold_over);
+        } else {
+            clock_fault(FAULT_pixel_clock_missing, 0);
+        }
     }
 }

@@ -1,13 +1,66 @@
 // SPDX-License-Identifier: MIT
 #include "app/reference.h"
 
-#include "app/settings.h" // settings_now
-#include "config.h"       // CONFIG_TIMER_HZ
-#include "hal/clock.h"    // clock_now_units
+#include "app/settings.h"     // settings_now
+#include "base/multiply.h"    // multiply_u32_u16
+#include "config.h"           // CONFIG_TIMER_HZ
+#include "hal/clock.h"        // clock_now_units
+#include "motion/lock_grid.h" // lock_grid_now
+#include "motion/stream.h"    // STREAM_MARKS
 
-static struct pixel_period clock_period;
+// Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
+#define LEAD_TICKS ((uint32_t)0x20000)
+
+static struct pixel_period clock_period; // of the clock's edges
+static struct pixel_period pixel_period;
 static struct clock_watch edge_watch;
 static uint32_t edge_seen_units; // when the last clock edge was handled
+
+// Ticks of a part of a length, parts per million, rounded up; 0.3 % of it may be missing.
+static uint32_t part_of(uint32_t ticks, uint16_t ppm)
+{
+    // 2^20 / 1,000,000 is 1 + 3183 / 65536; the product must stay below 2^32.
+    uint16_t factor = (uint16_t)(ppm + (multiply_u32_u16(ppm, 3183u) >> 16));
+
+    if (ticks > UINT16_MAX) {
+        return (multiply_u32_u16(ticks >> 8, factor) >> 12) + 1u;
+    }
+    return (multiply_u32_u16(ticks, factor) >> 20) + 1u;
+}
+
+// A pixel is decoded when an edge has come that lies one edge and LEAD_TICKS before the pixel, as
+// far as the stream's marks go.
+static uint16_t lead_edges(uint16_t divider)
+{
+    uint16_t most = (uint16_t)(STREAM_MARKS * divider);
+    uint32_t edges = LEAD_TICKS / clock_period.whole_ticks + 1u;
+
+    return edges < most ? (uint16_t)edges : most;
+}
+
+static void set_grid(const struct settings *settings)
+{
+    struct lock_grid *grid = lock_grid_now();
+    // A little more than the tolerance, so that a clock at its limit can still be caught up with.
+    uint32_t slack = part_of(pixel_period.whole_ticks,
+                             (uint16_t)(settings->lock_tolerance_ppm +
+                                        settings->lock_tolerance_ppm / 64u)) +
+                     2u;
+    uint32_t most = PIXEL_PERIOD_MAX_TICKS - pixel_period.whole_ticks;
+
+    grid->locks = settings->sync == SYNC_LOCK;
+    grid->ignored = settings->sync == SYNC_FREE;
+    grid->divider = settings->divider;
+    grid->pixel_ticks = pixel_period.whole_ticks;
+    grid->slack_ticks = slack < most ? slack : most;
+    grid->tolerance_ticks =
+        part_of(clock_period.whole_ticks, settings->lock_tolerance_ppm);
+    grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
+    grid->lead_edges = lead_edges(grid->divider);
+    clock_filter_aim(&grid->filter,
+                     clock_period.whole_ticks,
+                     (uint16_t)(grid->divider + grid->lead_edges));
+}
 
 void reference_apply_settings(void)
 {
@@ -17,7 +70,17 @@ void reference_apply_settings(void)
                            CONFIG_TIMER_HZ,
                            settings_u32(settings->pixel_hz_num),
                            settings_u32(settings->pixel_hz_den));
+    (void)pixel_period_multiply(&pixel_period, &clock_period, settings->divider);
+    set_grid(settings);
+#if FEATURE_CLOCK_STATISTICS
+    edge_watch.divider = settings->divider;
+#endif
     reference_rest();
+}
+
+const struct pixel_period *reference_pixel(void)
+{
+    return &pixel_period;
 }
 
 const struct pixel_period *reference_period(void)
@@ -30,6 +93,29 @@ const struct clock_watch *reference_watch(void)
     return &edge_watch;
 }
 
+#if FEATURE_CLOCK_STATISTICS
+// Compare the clock's edge with the pixel edge that the grid had predicted for it.
+static bool edge_of_grid(uint32_t edge_ticks, uint32_t *pixel)
+{
+    uint16_t number = 0;
+    uint32_t planned_ticks = 0;
+
+    if (!lock_grid_passes(&number, &planned_ticks)) {
+        return false;
+    }
+    *pixel = number;
+    clock_watch_note(&edge_watch, (int32_t)(edge_ticks - planned_ticks));
+    return true;
+}
+#else
+static bool edge_of_grid(uint32_t edge_ticks, uint32_t *pixel)
+{
+    (void)edge_ticks;
+    (void)pixel;
+    return false;
+}
+#endif
+
 bool reference_present(void)
 {
     return edge_watch.known;
@@ -37,8 +123,25 @@ bool reference_present(void)
 
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
 {
+    struct lock_grid *grid = lock_grid_now();
+    bool taken = clock_filter_edge(&grid->filter, edge_ticks);
+
+    if (grid->locks && !taken) {
+        return false;
+    }
     reference_await_edge();
-    return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
+    bool planned = clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
+
+    if (!grid->locks) {
+        return planned;
+    }
+    edge_watch.odd = 0;
+    return edge_of_grid(edge_ticks, pixel);
+}
+
+bool reference_settled(void)
+{
+    return clock_filter_settled(&lock_grid_now()->filter);
 }
 
 void reference_edge_dropped(void)
@@ -50,11 +153,14 @@ void reference_edge_dropped(void)
 void reference_follow(uint32_t zero_ticks)
 {
     clock_watch_follow(&edge_watch, &clock_period, zero_ticks);
+    // The grid of a locked line has its own plan.
+    edge_watch.following = !lock_grid_now()->locks;
 }
 
 void reference_rest(void)
 {
     clock_watch_rest(&edge_watch);
+    clock_filter_restart(&lock_grid_now()->filter);
 }
 
 void reference_await_edge(void)
@@ -66,6 +172,12 @@ void reference_await_edge(void)
 // factor.
 bool reference_overdue(void)
 {
+    const struct lock_grid *grid = lock_grid_now();
+    uint16_t quarters = 6;
+
+    if (grid->locks) {
+        quarters = (uint16_t)(quarters + 4u * grid->filter.bridged);
+    }
     return clock_now_units() - edge_seen_units >
-           clock_period.whole_ticks / 256u * 6u + 7u;
+           multiply_u32_u16(clock_period.whole_ticks / 256u, quarters) + 7u;
 }

@@ -82,12 +82,14 @@ static bool in_range(void)
 bool settings_are_possible(void)
 {
     struct pixel_period period;
+    struct pixel_period pixel;
 
     return in_range() && baud_possible(current_settings.baud_100) &&
            pixel_period_set(&period,
                             CONFIG_TIMER_HZ,
                             settings_u32(current_settings.pixel_hz_num),
-                            settings_u32(current_settings.pixel_hz_den));
+                            settings_u32(current_settings.pixel_hz_den)) &&
+           pixel_period_multiply(&pixel, &period, current_settings.divider);
 }
 
 void settings_exchange(uint8_t first, uint8_t count, uint8_t *words)

@@ -14,6 +14,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+// Setting `sync`.
+#define SYNC_FREE  0u // no line waits for the clock
+#define SYNC_START 1u // line zero is on a clock edge
+#define SYNC_LOCK  2u // and all pixel edges behind it
+
 // Version of the record's layout: a record with another version is not loaded.
 #define SETTINGS_VERSION 1u
 // What an erased EEPROM byte reads as; no record begins with it, because no version is 255.
@@ -77,8 +82,8 @@ void settings_set_defaults(void);
 // until the next reset.
 void settings_override_address(uint8_t address);
 
-// True when every word is within its limits, and when the baud rate and the pixel frequency are
-// possible as a whole.
+// True when every word is within its limits, and when the baud rate, the pixel frequency and the
+// length of a pixel are possible as a whole.
 bool settings_are_possible(void);
 
 // Exchange `count` words from word `first` on with these, which are big-endian. The caller makes

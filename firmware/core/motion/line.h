@@ -16,6 +16,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "motion/lock_grid.h"     // struct line_grid
 #include "motion/pixel_period.h"  // struct pixel_grid
 #include "motion/segment_queue.h" // struct segment_queue
 
@@ -58,6 +59,8 @@ struct line {
     bool leaving_out : 1;
     // The down mark was reached.
     bool down : 1;
+    // to_edge_ticks lacks a pixel that has no length yet.
+    bool edge_open : 1;
     // Steps B of play that this line takes up; 0: none.
     uint16_t backlash_steps;
     // Speed V of the backlash parameter, steps/pixel.
@@ -69,9 +72,13 @@ struct line {
     // From the start of the next piece to the next pixel edge, ticks.
     uint32_t to_edge_ticks;
     // The pixel edges.
-    struct pixel_grid edges;
-    // The ends of the shifted pieces.
-    struct pixel_grid pieces;
+    struct line_grid edges;
+    union {
+        // The ends of the shifted pieces,
+        struct pixel_grid pieces;
+        // and of a locked line how far its next pixel runs ahead, ticks.
+        uint32_t next_ahead_ticks;
+    };
 };
 
 enum line_status {
@@ -94,6 +101,10 @@ void line_begin(struct line *line,
 // Make the next piece of the line and count its steps in line->position. *piece is only valid with
 // LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
 enum line_status line_next(struct line *line, struct piece *piece);
+
+// The next piece must not be made yet: the line is locked to the clock, and edges that are still to
+// come will make the piece's end more certain.
+bool line_is_early(const struct line *line);
 
 // The switch of a seek has tripped: slow down from the next piece on.
 void line_trip(struct line *line);

@@ -36,6 +36,12 @@ bool pixel_period_set(struct pixel_period *period,
                       uint32_t num,
                       uint32_t den);
 
+// Set *product to the period times a factor, exactly. Returns false and changes nothing when it is
+// longer than the limit above.
+bool pixel_period_multiply(struct pixel_period *product,
+                           const struct pixel_period *period,
+                           uint16_t factor);
+
 // A walk along multiples of P. The period must not change meanwhile.
 struct pixel_grid {
     const struct pixel_period *period;
@@ -55,3 +61,6 @@ uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
                                   const struct pixel_period *period,
                                   uint16_t backlash_steps,
                                   uint16_t line_speed);
+
+// ticks * share / whole, rounded down. whole: 1..32767; share: not above whole.
+uint32_t pixel_share_ticks(uint32_t ticks, uint16_t share, uint16_t whole);

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#include "motion/lock_grid.h"
+
+#define INDEX(number) ((number) & (LOCK_GRID_EDGES - 1u))
+
+static struct lock_grid lock_grid;
+
+struct lock_grid *lock_grid_now(void)
+{
+    return &lock_grid;
+}
+
+void line_grid_start_exact(struct line_grid *grid, const struct pixel_period *period)
+{
+    grid->mode = LINE_GRID_EXACT;
+    pixel_grid_start(&grid->exact, period);
+}
+
+void line_grid_start_locked(struct line_grid *grid)
+{
+    grid->mode = LINE_GRID_WAITS;
+    grid->edge = 0;
+    grid->reached = (struct fine_ticks){.ticks = 0};
+}
+
+static uint32_t time_of(uint16_t number)
+{
+    while ((int16_t)(number - lock_grid.newest) > 0) {
+        (void)lock_grid_next();
+    }
+    return lock_grid.times[INDEX(number)];
+}
+
+// The length of a locked pixel. What the grid has moved is made up for within the tolerance of a
+// pixel: a line that was checked is never too fast.
+static uint32_t limit(uint32_t ticks)
+{
+    uint32_t slack = lock_grid.slack_ticks;
+    uint32_t least = lock_grid.pixel_ticks - slack;
+
+    if ((int32_t)(ticks - least) < 0) {
+        return least;
+    }
+    return ticks - least > 2u * slack ? least + 2u * slack : ticks;
+}
+
+uint32_t line_grid_advance(struct line_grid *grid)
+{
+    if (grid->mode == LINE_GRID_EXACT) {
+        return pixel_grid_advance(&grid->exact);
+    }
+    uint32_t before = grid->reached.ticks;
+
+    grid->edge++;
+    if (grid->mode == LINE_GRID_WAITS) {
+        fine_add(&grid->reached, &lock_grid.waiting);
+    } else {
+        grid->reached.ticks = before + limit(time_of(grid->edge) - before);
+    }
+    return grid->reached.ticks - before;
+}
+
+bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
+{
+    uint16_t edges = 1;
+    uint16_t beyond = grid->edge;
+
+    if (grid->mode == LINE_GRID_EXACT) {
+        return false;
+    }
+    // Line zero is on the next edge or later.
+    if (grid->mode == LINE_GRID_LOCKED) {
+        edges = (uint16_t)(lock_grid.newest_edge - lock_grid.filter.edge);
+        beyond = (uint16_t)(beyond - lock_grid.newest);
+    }
+    if (runs_ahead) {
+        beyond--;
+    }
+    return (int16_t)(edges + beyond * lock_grid.divider - lock_grid.lead_edges) > 0;
+}
+
+void lock_grid_hold_period(void)
+{
+    lock_grid.waiting = (struct fine_ticks){.ticks = 0};
+    for (uint16_t bit = LOCK_GRID_DIVIDER_BIT; bit != 0; bit >>= 1) {
+        fine_add(&lock_grid.waiting, &lock_grid.waiting);
+        if ((lock_grid.divider & bit) != 0) {
+            fine_add(&lock_grid.waiting, &lock_grid.filter.period);
+        }
+    }
+}
+
+// Give pixel edge `newest` its time by prediction.
+static uint32_t fix_newest(void)
+{
+    int16_t edges = (int16_t)(lock_grid.newest_edge - lock_grid.filter.edge);
+    uint32_t ticks =
+        clock_filter_ahead(&lock_grid.filter, edges > 0 ? (uint16_t)edges : 0);
+
+    lock_grid.times[INDEX(lock_grid.newest)] = ticks;
+    return ticks;
+}
+
+uint32_t lock_grid_begin(uint16_t edges)
+{
+    lock_grid.newest = 0;
+    lock_grid.newest_edge = (uint16_t)(lock_grid.filter.edge + edges);
+    lock_grid.due = 0;
+    lock_grid.due_edge = lock_grid.newest_edge;
+    return fix_newest();
+}
+
+uint32_t lock_grid_next(void)
+{
+    lock_grid.newest++;
+    lock_grid.newest_edge = (uint16_t)(lock_grid.newest_edge + lock_grid.divider);
+    return fix_newest();
+}
+
+void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)
+{
+    uint16_t decoded = grid->edge;
+
+    grid->reached = (struct fine_ticks){.ticks = zero_ticks};
+    for (grid->edge = number; decoded != 0; decoded--) {
+        grid->edge++;
+        fine_add(&grid->reached, &lock_grid.waiting);
+        if (grid->edge == (uint16_t)(lock_grid.newest + 1u)) {
+            (void)lock_grid_next();
+            lock_grid.times[INDEX(grid->edge)] = grid->reached.ticks;
+        }
+    }
+    grid->mode = LINE_GRID_LOCKED;
+}
+
+bool lock_grid_tolerates(void)
+{
+    uint32_t off = lock_grid.filter.period.ticks - lock_grid.filter.nominal_ticks;
+
+    return off + lock_grid.tolerance_ticks <= 2u * lock_grid.tolerance_ticks;
+}
+
+bool lock_grid_passes(uint16_t *number, uint32_t *ticks)
+{
+    while ((int16_t)(lock_grid.filter.edge - lock_grid.due_edge) > 0) {
+        lock_grid.due++;
+        lock_grid.due_edge = (uint16_t)(lock_grid.due_edge + lock_grid.divider);
+    }
+    if (lock_grid.filter.edge != lock_grid.due_edge ||
+        (int16_t)(lock_grid.newest - lock_grid.due) < 0) {
+        return false;
+    }
+    *number = lock_grid.due;
+    *ticks = lock_grid.times[INDEX(lock_grid.due)];
+    return true;
+}
