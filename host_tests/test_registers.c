@@ -92,14 +92,14 @@ static void mapped_inputs(void)
 {
     // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_clock_error_ticks + 1);
-    check_inputs(false, 0, REG_INPUT_clock_error_ticks + 2);
+    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_clock_error_ticks + 2);
+    check_inputs(false, 0, REG_INPUT_clock_error_ticks + 3);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
     check_inputs(true, REG_INPUT_fault_mask_high, 9);
     check_inputs(false, REG_INPUT_fault_mask_high, 10);
-    check_inputs(false, REG_INPUT_clock_error_ticks + 1, 1);
+    check_inputs(false, REG_INPUT_clock_error_ticks + 2, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);

@@ -63,18 +63,6 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
-// Latch a fault when a line is to follow a clock that cannot be followed.
-static void judge_lock(void)
-{
-    const struct clock_filter *filter = &lock_grid_now()->filter;
-
-    if (!clock_filter_settled(filter)) {
-        clock_fault(FAULT_clock_hold_over, filter->hold_over);
-    } else if (!lock_grid_tolerates()) {
-        clock_fault(FAULT_clock_drifted, (uint16_t)(filter->period.ticks >> 8));
-    }
-}
-
 // Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
 // is no fault of the clock.
 static void take_edge(const struct pixel_capture *capture, bool after_loss)
@@ -98,7 +86,10 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
         note_edge_error(pixel);
     }
     if (lock_grid_now()->locks) {
-        judge_lock();
+        if (!lock_grid_tolerates()) {
+            clock_fault(FAULT_clock_drifted,
+                        (uint16_t)(lock_grid_now()->filter.period.ticks >> 8));
+        }
     } else if (!after_loss && reference_watch()->odd != 0) {
         clock_fault(FAULT_pixel_clock_off, reference_watch()->odd);
     }

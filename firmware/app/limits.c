@@ -15,7 +15,7 @@ static uint32_t shortest_pixel_ticks(void)
 {
     const struct lock_grid *grid = lock_grid_now();
 
-    return grid->locks ? grid->pixel_ticks - grid->slack_ticks : grid->pixel_ticks;
+    return grid->locks ? grid->shortest_ticks : grid->pixel.whole_ticks;
 }
 
 void limits_apply_settings(void)

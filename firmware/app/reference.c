@@ -3,30 +3,17 @@
 
 #include "app/settings.h"     // settings_now
 #include "base/multiply.h"    // multiply_u32_u16
-#include "config.h"           // CONFIG_TIMER_HZ
 #include "hal/clock.h"        // clock_now_units
 #include "motion/lock_grid.h" // lock_grid_now
 #include "motion/stream.h"    // STREAM_MARKS
 
 // Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
 #define LEAD_TICKS ((uint32_t)0x20000)
+#define PPM        1000000uL
 
 static struct pixel_period clock_period; // of the clock's edges
-static struct pixel_period pixel_period;
 static struct clock_watch edge_watch;
 static uint32_t edge_seen_units; // when the last clock edge was handled
-
-// Ticks of a part of a length, parts per million, rounded up; 0.3 % of it may be missing.
-static uint32_t part_of(uint32_t ticks, uint16_t ppm)
-{
-    // 2^20 / 1,000,000 is 1 + 3183 / 65536; the product must stay below 2^32.
-    uint16_t factor = (uint16_t)(ppm + (multiply_u32_u16(ppm, 3183u) >> 16));
-
-    if (ticks > UINT16_MAX) {
-        return (multiply_u32_u16(ticks >> 8, factor) >> 12) + 1u;
-    }
-    return (multiply_u32_u16(ticks, factor) >> 20) + 1u;
-}
 
 // A pixel is decoded when an edge has come that lies one edge and LEAD_TICKS before the pixel, as
 // far as the stream's marks go.
@@ -38,49 +25,32 @@ static uint16_t lead_edges(uint16_t divider)
     return edges < most ? (uint16_t)edges : most;
 }
 
-static void set_grid(const struct settings *settings)
-{
-    struct lock_grid *grid = lock_grid_now();
-    // A little more than the tolerance, so that a clock at its limit can still be caught up with.
-    uint32_t slack = part_of(pixel_period.whole_ticks,
-                             (uint16_t)(settings->lock_tolerance_ppm +
-                                        settings->lock_tolerance_ppm / 64u)) +
-                     2u;
-    uint32_t most = PIXEL_PERIOD_MAX_TICKS - pixel_period.whole_ticks;
-
-    grid->locks = settings->sync == SYNC_LOCK;
-    grid->ignored = settings->sync == SYNC_FREE;
-    grid->divider = settings->divider;
-    grid->pixel_ticks = pixel_period.whole_ticks;
-    grid->slack_ticks = slack < most ? slack : most;
-    grid->tolerance_ticks =
-        part_of(clock_period.whole_ticks, settings->lock_tolerance_ppm);
-    grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
-    grid->lead_edges = lead_edges(grid->divider);
-    clock_filter_aim(&grid->filter,
-                     clock_period.whole_ticks,
-                     (uint16_t)(grid->divider + grid->lead_edges));
-}
-
 void reference_apply_settings(void)
 {
     const struct settings *settings = settings_now();
+    struct lock_grid *grid = lock_grid_now();
 
-    (void)pixel_period_set(&clock_period,
-                           CONFIG_TIMER_HZ,
-                           settings_u32(settings->pixel_hz_num),
-                           settings_u32(settings->pixel_hz_den));
-    (void)pixel_period_multiply(&pixel_period, &clock_period, settings->divider);
-    set_grid(settings);
+    (void)settings_period(&clock_period, 1);
+    (void)settings_period(&grid->pixel, settings->divider);
+    grid->locks = settings->sync == SYNC_LOCK;
+    grid->ignored = settings->sync == SYNC_FREE;
+    grid->divider = settings->divider;
+    lock_grid_tolerate(clock_period.whole_ticks / (PPM / settings->lock_tolerance_ppm) +
+                       1u);
+    grid->lead_edges = lead_edges(grid->divider);
+    grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
+    clock_filter_aim(&grid->filter,
+                     clock_period.whole_ticks,
+                     (uint16_t)(grid->divider + grid->lead_edges));
 #if FEATURE_CLOCK_STATISTICS
-    edge_watch.divider = settings->divider;
+    edge_watch.divider = grid->divider;
 #endif
     reference_rest();
 }
 
 const struct pixel_period *reference_pixel(void)
 {
-    return &pixel_period;
+    return &lock_grid_now()->pixel;
 }
 
 const struct pixel_period *reference_period(void)
@@ -94,23 +64,19 @@ const struct clock_watch *reference_watch(void)
 }
 
 #if FEATURE_CLOCK_STATISTICS
-// Compare the clock's edge with the pixel edge that the grid had predicted for it.
-static bool edge_of_grid(uint32_t edge_ticks, uint32_t *pixel)
+// The clock's edge against its prediction, in the place of a plan.
+static bool edge_of_grid(uint32_t *pixel)
 {
     uint16_t number = 0;
-    uint32_t planned_ticks = 0;
+    bool passes = lock_grid_passes(&number);
 
-    if (!lock_grid_passes(&number, &planned_ticks)) {
-        return false;
-    }
     *pixel = number;
-    clock_watch_note(&edge_watch, (int32_t)(edge_ticks - planned_ticks));
-    return true;
+    clock_watch_note(&edge_watch, lock_grid_now()->filter.error_ticks);
+    return passes;
 }
 #else
-static bool edge_of_grid(uint32_t edge_ticks, uint32_t *pixel)
+static bool edge_of_grid(uint32_t *pixel)
 {
-    (void)edge_ticks;
     (void)pixel;
     return false;
 }
@@ -136,7 +102,7 @@ bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
         return planned;
     }
     edge_watch.odd = 0;
-    return edge_of_grid(edge_ticks, pixel);
+    return edge_of_grid(pixel);
 }
 
 bool reference_settled(void)

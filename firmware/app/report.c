@@ -265,8 +265,7 @@ static const struct source more_sources[] IN_FLASH = {
         MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(glitches)),
     [REG_INPUT_clock_missing - MORE_BASE] =
         MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(missing)),
-    [REG_INPUT_clock_error_ticks - MORE_BASE] =
-        MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(error_ticks)),
+    LONG(REG_INPUT_clock_error_ticks - MORE_BASE, OWNER_FILTER, IN_FILTER(error_ticks)),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))

@@ -14,10 +14,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "motion/pixel_period.h" // struct pixel_period
+
 // Setting `sync`.
 #define SYNC_FREE  0u // no line waits for the clock
 #define SYNC_START 1u // line zero is on a clock edge
 #define SYNC_LOCK  2u // and all pixel edges behind it
+
+// Largest setting `divider`.
+#define DIVIDER_MAX 1000u
 
 // Version of the record's layout: a record with another version is not loaded.
 #define SETTINGS_VERSION 1u
@@ -85,6 +90,9 @@ void settings_override_address(uint8_t address);
 // True when every word is within its limits, and when the baud rate, the pixel frequency and the
 // length of a pixel are possible as a whole.
 bool settings_are_possible(void);
+
+// The exact length of so many clock edges, up to DIVIDER_MAX. Returns false when it is not possible.
+bool settings_period(struct pixel_period *period, uint16_t edges);
 
 // Exchange `count` words from word `first` on with these, which are big-endian. The caller makes
 // sure that the range exists, and asks settings_are_possible() afterwards; a second call with the

@@ -42,15 +42,4 @@ uint8_t pixel_clock_take_lost(void);
 bool pixel_clock_take_crowded(void);
 
 // Discard the captured edges. Returns false when there was none.
-static inline bool pixel_clock_drop(void)
-{
-    struct pixel_capture edge;
-    bool any = false;
-
-    while (pixel_clock_take(&edge)) {
-        any = true;
-    }
-    (void)pixel_clock_take_lost();
-    (void)pixel_clock_take_crowded();
-    return any;
-}
+bool pixel_clock_drop(void);

@@ -109,3 +109,8 @@ bool pixel_clock_take_crowded(void)
 {
     return false;
 }
+
+bool pixel_clock_drop(void)
+{
+    return false;
+}

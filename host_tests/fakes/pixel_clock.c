@@ -90,3 +90,12 @@ bool pixel_clock_take_crowded(void)
 {
     return false;
 }
+
+bool pixel_clock_drop(void)
+{
+    bool any = queued != 0;
+
+    queued = 0;
+    lost = 0;
+    return any;
+}

@@ -16,19 +16,59 @@ void clock_filter_aim(struct clock_filter *filter,
     }
     filter->nominal_ticks = nominal_ticks;
     filter->shift_final = shift;
-    filter->count = 0;
+    clock_filter_restart(filter);
 }
 
-// This edge is the first one.
-static APART void begin(struct clock_filter *filter, uint32_t edge_ticks)
+// An edge more that settles the filter. The shift grows with each power of two, up to its final
+// value; two more powers and the filter has settled.
+static void grow(struct clock_filter *filter)
 {
-    filter->period = (struct fine_ticks){.ticks = filter->nominal_ticks};
-    filter->expected = (struct fine_ticks){.ticks = edge_ticks};
-    fine_add(&filter->expected, &filter->period);
+    filter->count++;
+    if ((filter->count & (filter->count - 1u)) == 0) {
+        filter->stages--;
+        if (filter->stages > 1u) {
+            filter->shift++;
+        }
+    }
+}
+
+static APART void note_error(struct clock_filter *filter, int32_t error_ticks)
+{
+    uint32_t size = (uint32_t)(error_ticks < 0 ? -error_ticks : error_ticks);
+
+    if (size > UINT16_MAX / 16u) {
+        size = UINT16_MAX / 16u;
+    }
+    filter->error_ticks = error_ticks;
+    filter->jitter = (uint16_t)(filter->jitter - filter->jitter / 16u + (uint16_t)size);
+}
+
+// Correct the expected time and the period by the error of the edge, and go on to the next edge.
+static void correct(struct clock_filter *filter)
+{
+    uint8_t shift = filter->shift;
+    struct fine_ticks error = {
+        .fraction = (uint16_t)-filter->expected.fraction,
+        .ticks = (uint32_t)filter->error_ticks,
+    };
+
+    if (error.fraction != 0) {
+        error.ticks--;
+    }
+    fine_halve(&error, shift);
+    fine_add(&filter->expected, &error);
+    // The second edge gives the period.
+    if (shift != 0) {
+        fine_halve(&error, (uint8_t)(shift + 1u));
+    }
+    fine_add(&filter->period, &error);
+}
+
+// Go on to the next edge.
+static APART void expect_next(struct clock_filter *filter)
+{
     filter->edge++;
-    filter->count = 3;
-    filter->stage = 0;
-    filter->bridged = 0;
+    fine_add(&filter->expected, &filter->period);
 }
 
 bool clock_filter_bridge(struct clock_filter *filter)
@@ -38,52 +78,31 @@ bool clock_filter_bridge(struct clock_filter *filter)
     }
     filter->bridged++;
     filter->missing++;
-    filter->edge++;
-    fine_add(&filter->expected, &filter->period);
+    expect_next(filter);
     return true;
 }
 
-static APART void note_error(struct clock_filter *filter, int32_t error)
-{
-    if (error > INT16_MAX) {
-        error = INT16_MAX;
-    } else if (error < -INT16_MAX) {
-        error = -INT16_MAX;
-    }
-    filter->error_ticks = (int16_t)error;
-    uint16_t size = (uint16_t)(error < 0 ? -error : error);
-
-    if (size > UINT16_MAX / 16u) {
-        size = UINT16_MAX / 16u;
-    }
-    filter->jitter = (uint16_t)(filter->jitter - filter->jitter / 16u + size);
-}
-
-// Correct the expected time and the period by the error of the edge, and go on to the next edge.
-static APART void correct(struct clock_filter *filter, int32_t error_ticks)
+static void take(struct clock_filter *filter, int32_t error_ticks)
 {
     note_error(filter, error_ticks);
-    uint8_t stage = filter->stage;
-    uint8_t shift = stage < filter->shift_final ? stage : filter->shift_final;
-    struct fine_ticks error = {
-        .fraction = (uint16_t)-filter->expected.fraction,
-        .ticks = (uint32_t)error_ticks - (filter->expected.fraction != 0 ? 1u : 0u),
-    };
-
-    fine_halve(&error, shift);
-    fine_add(&filter->expected, &error);
-    // The second edge gives the period.
-    fine_halve(&error, shift == 0 ? 0 : (uint8_t)(shift + 1u));
-    fine_add(&filter->period, &error);
-    fine_add(&filter->expected, &filter->period);
-    filter->edge++;
+    correct(filter);
+    expect_next(filter);
     filter->bridged = 0;
     if (!clock_filter_settled(filter)) {
-        filter->count++;
-        if ((filter->count & (filter->count - 1u)) == 0) {
-            filter->stage++;
-        }
+        grow(filter);
     }
+}
+
+// This edge is the first one.
+static APART void begin(struct clock_filter *filter, uint32_t edge_ticks)
+{
+    filter->period = (struct fine_ticks){.ticks = filter->nominal_ticks};
+    filter->expected = (struct fine_ticks){.ticks = edge_ticks};
+    expect_next(filter);
+    filter->count = 3;
+    filter->shift = 0;
+    filter->stages = (uint8_t)(filter->shift_final + 2u);
+    filter->bridged = 0;
 }
 
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
@@ -100,11 +119,11 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
             break;
         }
         if (error <= quarter) {
-            correct(filter, error);
+            take(filter, error);
             return true;
         }
         if (!clock_filter_bridge(filter)) {
-            break;
+            return false;
         }
     }
     begin(filter, edge_ticks);
@@ -115,9 +134,9 @@ uint32_t clock_filter_ahead(const struct clock_filter *filter, uint16_t edges)
 {
     edges--;
     // The fractions' sum is below 2^32 for every number of edges.
-    uint32_t fraction =
-        (uint32_t)filter->period.fraction * edges + filter->expected.fraction + 0x8000u;
+    uint32_t fraction = multiply_u32_u16(filter->period.fraction, edges) +
+                        filter->expected.fraction + 0x8000u;
 
-    return filter->expected.ticks + multiply_u32_u16(filter->period.ticks, edges) +
+    return multiply_u32_u16(filter->period.ticks, edges) + filter->expected.ticks +
            (uint16_t)(fraction >> 16);
 }

@@ -36,8 +36,8 @@ struct clock_filter {
     uint16_t edge;
     // 3 more than the edges taken since the filter began, until it has settled; 0: it has not begun.
     uint16_t count;
-    // Newest edge minus the time expected for it, ticks; limited to 16 bits.
-    int16_t error_ticks;
+    // Newest edge minus the time expected for it, ticks.
+    int32_t error_ticks;
     // Mean magnitude of these errors, in units of 1/16 tick; of errors above 4095 ticks, that many.
     uint16_t jitter;
     // Edges where none can be, and missing edges, since reset; they wrap.
@@ -46,15 +46,17 @@ struct clock_filter {
     // Missing edges in a row, now and at most.
     uint8_t bridged;
     uint8_t hold_over;
-    // Grows whenever count becomes a power of two: the shift, up to its final value, and two more.
-    uint8_t stage;
+    uint8_t shift;
     uint8_t shift_final;
+    // How often count must still become a power of two for the filter to have settled.
+    uint8_t stages;
 };
 
 // Forget the clock: the next edge is the first one. Counts of glitches and missing edges stay.
 static inline void clock_filter_restart(struct clock_filter *filter)
 {
     filter->count = 0;
+    filter->stages = 1;
 }
 
 // Begin anew with another nominal period, for predictions that lie this many edges ahead: their
@@ -64,8 +66,8 @@ void clock_filter_aim(struct clock_filter *filter,
                       uint16_t edges_ahead);
 
 // An edge came. Returns true when it is edge number filter->edge, and false when it was a glitch:
-// more than a quarter of a period from each place where an edge can be. After more than hold_over
-// missing edges, and after a glitch while the filter settles, the filter begins anew with this edge.
+// more than a quarter of a period from each place where an edge can be. After a glitch while it
+// settles the filter begins anew with this edge; after too many missing edges it waits for a restart.
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 
 // The expected edge is missing: go on to the next one. Returns false when more edges in a row are
@@ -73,10 +75,10 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 // were missing.
 bool clock_filter_bridge(struct clock_filter *filter);
 
-// Enough edges have come: 32 of them, or more where the final shift is a larger one.
+// Enough edges have come: 29 of them behind the first, or more where the final shift is a larger one.
 static inline bool clock_filter_settled(const struct clock_filter *filter)
 {
-    return filter->count != 0 && filter->stage > filter->shift_final + 1u;
+    return filter->stages == 0;
 }
 
 // Time of the edge that comes `edges` behind the newest one, 1 or more, rounded to a tick. Only when

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "motion/lock_grid.h"
 
-#define INDEX(number) ((number) & (LOCK_GRID_EDGES - 1u))
+#include "base/apart.h"    // APART
+#include "base/multiply.h" // multiply_u32_u16
+
+#define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
 
 static struct lock_grid lock_grid;
 
@@ -31,17 +34,25 @@ static uint32_t time_of(uint16_t number)
     return lock_grid.times[INDEX(number)];
 }
 
-// The length of a locked pixel. What the grid has moved is made up for within the tolerance of a
-// pixel: a line that was checked is never too fast.
+void lock_grid_tolerate(uint32_t tolerance_ticks)
+{
+    // A little more than the tolerance, so that a clock at its limit can still be caught up with.
+    uint32_t slack = multiply_u32_u16(tolerance_ticks + tolerance_ticks / 64u + 1u,
+                                      lock_grid.divider);
+
+    lock_grid.tolerance_ticks = tolerance_ticks;
+    lock_grid.shortest_ticks = lock_grid.pixel.whole_ticks - slack;
+    lock_grid.longest_ticks = lock_grid.pixel.whole_ticks + slack;
+}
+
+// The length of a locked pixel. What the grid has moved is made up for within the limits of a pixel: a
+// line that was checked is never too fast.
 static uint32_t limit(uint32_t ticks)
 {
-    uint32_t slack = lock_grid.slack_ticks;
-    uint32_t least = lock_grid.pixel_ticks - slack;
-
-    if ((int32_t)(ticks - least) < 0) {
-        return least;
+    if ((int32_t)(ticks - lock_grid.shortest_ticks) < 0) {
+        return lock_grid.shortest_ticks;
     }
-    return ticks - least > 2u * slack ? least + 2u * slack : ticks;
+    return ticks > lock_grid.longest_ticks ? lock_grid.longest_ticks : ticks;
 }
 
 uint32_t line_grid_advance(struct line_grid *grid)
@@ -91,11 +102,10 @@ void lock_grid_hold_period(void)
 }
 
 // Give pixel edge `newest` its time by prediction.
-static uint32_t fix_newest(void)
+static APART uint32_t fix_newest(void)
 {
-    int16_t edges = (int16_t)(lock_grid.newest_edge - lock_grid.filter.edge);
-    uint32_t ticks =
-        clock_filter_ahead(&lock_grid.filter, edges > 0 ? (uint16_t)edges : 0);
+    uint16_t edges = (uint16_t)(lock_grid.newest_edge - lock_grid.filter.edge);
+    uint32_t ticks = clock_filter_ahead(&lock_grid.filter, edges);
 
     lock_grid.times[INDEX(lock_grid.newest)] = ticks;
     return ticks;
@@ -119,38 +129,25 @@ uint32_t lock_grid_next(void)
 
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)
 {
-    uint16_t decoded = grid->edge;
-
-    grid->reached = (struct fine_ticks){.ticks = zero_ticks};
-    for (grid->edge = number; decoded != 0; decoded--) {
-        grid->edge++;
-        fine_add(&grid->reached, &lock_grid.waiting);
-        if (grid->edge == (uint16_t)(lock_grid.newest + 1u)) {
-            (void)lock_grid_next();
-            lock_grid.times[INDEX(grid->edge)] = grid->reached.ticks;
-        }
-    }
     grid->mode = LINE_GRID_LOCKED;
+    grid->edge = (uint16_t)(grid->edge + number);
+    grid->reached.ticks += zero_ticks;
 }
 
 bool lock_grid_tolerates(void)
 {
     uint32_t off = lock_grid.filter.period.ticks - lock_grid.filter.nominal_ticks;
 
-    return off + lock_grid.tolerance_ticks <= 2u * lock_grid.tolerance_ticks;
+    return !clock_filter_settled(&lock_grid.filter) ||
+           off + lock_grid.tolerance_ticks <= 2u * lock_grid.tolerance_ticks;
 }
 
-bool lock_grid_passes(uint16_t *number, uint32_t *ticks)
+bool lock_grid_passes(uint16_t *number)
 {
     while ((int16_t)(lock_grid.filter.edge - lock_grid.due_edge) > 0) {
         lock_grid.due++;
         lock_grid.due_edge = (uint16_t)(lock_grid.due_edge + lock_grid.divider);
     }
-    if (lock_grid.filter.edge != lock_grid.due_edge ||
-        (int16_t)(lock_grid.newest - lock_grid.due) < 0) {
-        return false;
-    }
     *number = lock_grid.due;
-    *ticks = lock_grid.times[INDEX(lock_grid.due)];
-    return true;
+    return lock_grid.filter.edge == lock_grid.due_edge;
 }

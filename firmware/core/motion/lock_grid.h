@@ -20,7 +20,8 @@
 #include "motion/clock_filter.h" // struct clock_filter
 #include "motion/pixel_period.h" // struct pixel_grid
 
-// Pixel edges whose times are kept, a power of two: no axis decodes further ahead.
+// Pixel edges whose times are kept, a power of two, for axes that are not decoded equally far: more
+// than any axis is decoded ahead. The build sets 1 where there is one axis.
 #if !defined(LOCK_GRID_EDGES)
 #define LOCK_GRID_EDGES 16u
 #endif
@@ -38,9 +39,11 @@ struct lock_grid {
     uint16_t divider;
     // A pixel edge is fixed at most so many clock edges ahead, and a pixel.
     uint16_t lead_edges;
-    // Whole ticks of the nominal pixel period; a pixel may be so much longer or shorter.
-    uint32_t pixel_ticks;
-    uint32_t slack_ticks;
+    // The pixel period of the settings,
+    struct pixel_period pixel;
+    // and the limits of a locked pixel.
+    uint32_t shortest_ticks;
+    uint32_t longest_ticks;
     // The clock's period may be so much longer or shorter than its nominal one, ticks.
     uint32_t tolerance_ticks;
     // A pixel of a line that waits.
@@ -81,6 +84,10 @@ struct line_grid {
 // The board's grid.
 struct lock_grid *lock_grid_now(void);
 
+// The period of the clock may be so much longer or shorter than nominal. Call it when `pixel` and
+// `divider` are set.
+void lock_grid_tolerate(uint32_t tolerance_ticks);
+
 // Walk along an exact grid,
 void line_grid_start_exact(struct line_grid *grid, const struct pixel_period *period);
 // or wait for line zero on the clock's.
@@ -112,9 +119,9 @@ uint32_t lock_grid_next(void);
 // Line zero of a waiting line is pixel edge `number`, at this time.
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks);
 
-// The clock's period is within the tolerance.
+// The clock's period is within the tolerance, or is not known yet.
 bool lock_grid_tolerates(void);
 
-// The clock edge that the filter took last is a pixel edge: store its number and its time on the
-// grid. Once for each edge taken.
-bool lock_grid_passes(uint16_t *number, uint32_t *ticks);
+// The clock edge that the filter took last is a pixel edge: store its number. Once for each edge
+// taken.
+bool lock_grid_passes(uint16_t *number);

@@ -54,22 +54,6 @@ bool pixel_period_set(struct pixel_period *period,
     return true;
 }
 
-bool pixel_period_multiply(struct pixel_period *product,
-                           const struct pixel_period *period,
-                           uint16_t factor)
-{
-    struct pixel_period sum = {.divisor = period->divisor};
-
-    for (; factor != 0 && sum.whole_ticks <= PIXEL_PERIOD_MAX_TICKS; factor--) {
-        add_period(&sum, period);
-    }
-    if (sum.whole_ticks > PIXEL_PERIOD_MAX_TICKS) {
-        return false;
-    }
-    *product = sum;
-    return true;
-}
-
 void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period)
 {
     grid->period = period;

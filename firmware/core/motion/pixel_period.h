@@ -36,12 +36,6 @@ bool pixel_period_set(struct pixel_period *period,
                       uint32_t num,
                       uint32_t den);
 
-// Set *product to the period times a factor, exactly. Returns false and changes nothing when it is
-// longer than the limit above.
-bool pixel_period_multiply(struct pixel_period *product,
-                           const struct pixel_period *period,
-                           uint16_t factor);
-
 // A walk along multiples of P. The period must not change meanwhile.
 struct pixel_grid {
     const struct pixel_period *period;

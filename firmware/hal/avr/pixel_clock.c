@@ -44,6 +44,16 @@ bool pixel_clock_take(struct pixel_capture *capture)
     return true;
 }
 
+bool pixel_clock_drop(void)
+{
+    bool any = pixel_clock_waiting();
+
+    edges.tail = edges.head;
+    edges.lost = 0;
+    GPIOR0 &= (uint8_t)~_BV(CAPTURE_PIXEL_CLOCK_OVERRUN);
+    return any;
+}
+
 uint8_t pixel_clock_take_lost(void)
 {
     uint8_t lost = 0;
