@@ -156,8 +156,7 @@ void clock_edges_poll(void)
 void clock_edges_miss(void)
 {
     if (reference_overdue()) {
-        if (lock_grid_now()->locks && reference_settled() &&
-            clock_filter_bridge(&lock_grid_now()->filter)) {
+        if (lock_grid_now()->locks && clock_filter_bridge(&lock_grid_now()->filter)) {
             return;
         }
         reference_rest();

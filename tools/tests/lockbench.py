@@ -10,7 +10,8 @@ from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.simulation.edges import read_edges
 
-AHEAD_S = 0.25  # edges are laid so far ahead of the simulation
+AHEAD_S = 0.25  # edges are laid so far ahead of the simulation,
+MOST_AHEAD = 110  # but no more than these
 HIGH_CYCLES = 200
 SYNC = {"free": 0, "start": 1, "lock": 2}
 
@@ -35,6 +36,7 @@ class OwnClock:
         self.next = Fraction(bench.sim.cycle + 20_000)
         self.true: list[Fraction] = []
         self.edges: list[int] = []
+        self.waiting: list[int] = []
         self.on = True
         bench.sim.command("clock off")
         self._run, self._transmit = bench.sim.run, bench.sim.transmit
@@ -42,17 +44,22 @@ class OwnClock:
 
     def run(self, cycles):
         """Let time pass, with edges."""
-        self.lay(self.sim.cycle + cycles)
-        return self._run(cycles)
+        end = self.sim.cycle + cycles
+        while self.sim.cycle < end:
+            self.lay()
+            self._run(min(end - self.sim.cycle, max(1, int(self.next) - self.sim.cycle) // 2 + 1))
+        return self.sim.cycle
 
     def transmit(self, *words, **more):
         """Send a request, with edges."""
-        self.lay(self.sim.cycle)
+        self.lay()
         return self._transmit(*words, **more)
 
-    def lay(self, cycle):
-        """Lay all edges up to this cycle and some time behind it."""
-        while self.next < cycle + AHEAD_S * self.sim.tick_hz:
+    def lay(self):
+        """Lay edges for some time, or as many as the simulator remembers."""
+        self.waiting = [at for at in self.waiting if at > self.sim.cycle]
+        end = self.sim.cycle + AHEAD_S * self.sim.tick_hz
+        while self.next < end and len(self.waiting) < MOST_AHEAD:
             k = len(self.true)
             self.true.append(self.next)
             at = int(self.next + Fraction(self.jitter()))
@@ -64,6 +71,7 @@ class OwnClock:
 
     def _pulse(self, at):
         self.edges.append(at)
+        self.waiting.append(at)
         self.sim.pin(0, self.pin.port, self.pin.bit, 1, at)
         self.sim.pin(0, self.pin.port, self.pin.bit, 0, at + HIGH_CYCLES)
 
