@@ -92,6 +92,8 @@ class LockBench(Bench):
 
     def clock(self, period, **more):
         """Begin the clock, and let the filter settle."""
+        self.sim.command("clock off")
+        self.until(lambda: not self.board.input("status") & 1)
         steady = period if callable(period) else lambda k: Fraction(period)
         self.own = OwnClock(self, steady, **more)
         return self.own
@@ -100,12 +102,15 @@ class LockBench(Bench):
         """Wait until the board has measured the clock."""
         self.until(lambda: self.board.input("status") & 0x80, seconds)
 
-    def last_steps(self, counts, axis=0, before=0):
-        """Cycles of the last step of each pixel, from the edges recorded."""
+    def last_steps(self, line, axis=0, before=0):
+        """Cycles of the last step of each pixel, from the edges recorded.
+
+        Of a line with backlash those behind its take-up are right.
+        """
         self.sim.command("flush")
         rising = read_edges(self.edges_path).axis(0, axis).rising[before:]
-        ends, total = [], 0
-        for count in counts:
+        ends, total = [], line.backlash
+        for count in line.counts:
             total += abs(count)
             ends.append(int(rising[total - 1]) if count else None)
         assert len(rising) == total

@@ -4,6 +4,9 @@
 #include "base/apart.h"    // APART
 #include "base/multiply.h" // multiply_u32_u16
 
+// `count` behind the first edge.
+#define FIRST_COUNT 3u
+
 void clock_filter_aim(struct clock_filter *filter,
                       uint32_t nominal_ticks,
                       uint16_t edges_ahead)
@@ -99,7 +102,7 @@ static APART void begin(struct clock_filter *filter, uint32_t edge_ticks)
     filter->period = (struct fine_ticks){.ticks = filter->nominal_ticks};
     filter->expected = (struct fine_ticks){.ticks = edge_ticks};
     expect_next(filter);
-    filter->count = 3;
+    filter->count = FIRST_COUNT;
     filter->shift = 0;
     filter->stages = (uint8_t)(filter->shift_final + 2u);
     filter->bridged = 0;
@@ -110,6 +113,11 @@ bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
     while (filter->count != 0) {
         int32_t quarter = (int32_t)(filter->period.ticks / 4u);
         int32_t error = (int32_t)(edge_ticks - filter->expected.ticks);
+
+        // The first interval must be near the nominal one.
+        if (filter->count == FIRST_COUNT) {
+            quarter /= 4;
+        }
 
         if (error < -quarter) {
             filter->glitches++;
