@@ -9,7 +9,7 @@
 
 // Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
 #define LEAD_TICKS ((uint32_t)0x20000)
-#define PPM        1000000uL
+#define PPM        ((uint32_t)1000000)
 
 static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
