@@ -84,7 +84,7 @@ APART bool settings_period(struct pixel_period *period, uint16_t edges)
 {
     uint32_t den = settings_u32(current_settings.pixel_hz_den);
 
-    return den <= UINT32_MAX / DIVIDER_MAX &&
+    return den <= UINT32_MAX / edges &&
            pixel_period_set(period,
                             CONFIG_TIMER_HZ,
                             settings_u32(current_settings.pixel_hz_num),

@@ -21,9 +21,6 @@
 #define SYNC_START 1u // line zero is on a clock edge
 #define SYNC_LOCK  2u // and all pixel edges behind it
 
-// Largest setting `divider`.
-#define DIVIDER_MAX 1000u
-
 // Version of the record's layout: a record with another version is not loaded.
 #define SETTINGS_VERSION 1u
 // What an erased EEPROM byte reads as; no record begins with it, because no version is 255.
@@ -91,7 +88,7 @@ void settings_override_address(uint8_t address);
 // length of a pixel are possible as a whole.
 bool settings_are_possible(void);
 
-// The exact length of so many clock edges, up to DIVIDER_MAX. Returns false when it is not possible.
+// The exact length of so many clock edges, 1 or more. Returns false when it is not possible.
 bool settings_period(struct pixel_period *period, uint16_t edges);
 
 // Exchange `count` words from word `first` on with these, which are big-endian. The caller makes
