@@ -28,7 +28,7 @@
 #endif
 // Errors of the pixel clock's edges against the plan of the reference line.
 #ifndef FEATURE_CLOCK_STATISTICS
-#define FEATURE_CLOCK_STATISTICS 1
+#define FEATURE_CLOCK_STATISTICS BOARD_ALL_FEATURES
 #endif
 // Settings that outlive the supply, and the command that stores them.
 #ifndef FEATURE_STORE

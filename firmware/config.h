@@ -57,6 +57,7 @@
 #define CONFIG_SWITCH_CAPTURE_AXIS       BOARD_SWITCH_CAPTURE_AXIS
 #define CONFIG_QUEUE_ENTRIES             BOARD_QUEUE_ENTRIES // runs and marks per axis
 #define CONFIG_EVENTS                    BOARD_EVENTS        // kept in the event log
+#define CONFIG_CLOCK_EDGES               (CONFIG_AXES == 1 ? 4 : 8) // captured, not taken
 #define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
 // The same while only 1, 2 or 3 axes are armed or move; a board says so only where it has more axes.

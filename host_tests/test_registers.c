@@ -59,7 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
-    TEST_ASSERT_EQUAL_UINT16(3, bench_input(0)); // what the host's tools know
+    TEST_ASSERT_EQUAL_UINT16(4, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
@@ -118,7 +118,7 @@ static void mapped_holdings(void)
     check_holdings(true, 0, SETTINGS_WORDS);
     check_holdings(false, 0, SETTINGS_WORDS + 1);
     check_holdings(false, SETTINGS_WORDS, 1);
-    check_holdings(false, REG_HOLDING_enable_settle_ms, 0x102);
+    check_holdings(false, REG_HOLDING_record_every, 0x102);
     check_holdings(true, REG_HOLDING_axis_mask, 3);
     check_holdings(false, REG_HOLDING_axis_mask, 4);
     check_holdings(false, REG_HOLDING_axis_mask - 1, 2);

@@ -4,7 +4,7 @@
 #include <stddef.h> // NULL
 
 #include "app/axes.h"        // axes_*
-#include "app/clock_edges.h" // clock_edges_await
+#include "app/clock_edges.h" // clock_edges_*
 #include "app/drivers.h"     // drivers_write
 #include "app/faults.h"      // faults_*
 #include "app/limits.h"      // limits_*
@@ -138,7 +138,8 @@ static void tell_too_fast(const struct order *order)
 static bool can_arm(uint8_t i, const struct order *order)
 {
     return state_of(i) == AXIS_LOADED && !faults_any() && token_fits(order) &&
-           seek_fits(i, order) && first_too_fast(order) == NO_AXIS;
+           seek_fits(i, order) && clock_edges_allow(axes_get(i)) &&
+           first_too_fast(order) == NO_AXIS;
 }
 
 static void arm_axis(uint8_t i, const struct order *order)
@@ -154,10 +155,10 @@ static void arm_axis(uint8_t i, const struct order *order)
 #endif
     token_set(order->argument);
     // Call this before the axis itself counts as one that needs the clock.
-    if (axis_waits_for_edge(axis)) {
+    if (axis_waits_for_edge(axis) && settings_now()->sync != SYNC_FREE) {
         clock_edges_await();
     }
-    if (axis_arm(axis, reference_period(), settings_now()->backlash_policy == 0) &&
+    if (axis_arm(axis, reference_pixel(), settings_now()->backlash_policy == 0) &&
         !axis->clocked) {
         start_now(i);
     }

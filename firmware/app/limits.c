@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include "app/limits.h"
 
-#include "app/axes.h"      // axes_get
-#include "app/reference.h" // reference_*
-#include "app/settings.h"  // settings_now
-#include "base/flash.h"    // flash_word
+#include "app/axes.h"         // axes_get
+#include "app/reference.h"    // reference_*
+#include "app/settings.h"     // settings_now
+#include "base/flash.h"       // flash_word
+#include "motion/lock_grid.h" // lock_grid_now
 
 #define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 
 static struct line_limits current_limits;
+
+// The shortest pixel that a line may get.
+static uint32_t shortest_pixel_ticks(void)
+{
+    const struct lock_grid *grid = lock_grid_now();
+
+    return grid->locks ? grid->shortest_ticks : grid->pixel.whole_ticks;
+}
 
 void limits_apply_settings(void)
 {
@@ -21,7 +30,7 @@ void limits_apply_settings(void)
 
     reference_apply_settings();
     current_limits = (struct line_limits){
-        .pixel_ticks = reference_period()->whole_ticks,
+        .pixel_ticks = shortest_pixel_ticks(),
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
         .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
         .seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS,

@@ -19,6 +19,7 @@
 #include "base/flash.h"        // IN_FLASH
 #include "hal/cpu.h"           // cpu_reset_cause
 #include "hal/estop.h"         // estop_tripped
+#include "motion/lock_grid.h"  // lock_grid_now
 #include "wire/bytes.h"        // half_word
 #include "wire/register_map.h" // REG_*
 
@@ -28,6 +29,9 @@ uint16_t report_status(void)
 {
     uint16_t bits = reference_present() ? REPORT_CLOCK : 0;
 
+    if (reference_settled()) {
+        bits |= REPORT_SETTLED;
+    }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct lifecycle *life = &axes_get(i)->life;
         if (lifecycle_armed(life)) {
@@ -133,6 +137,7 @@ enum owner {
     OWNER_SETTINGS,
     OWNER_TRAFFIC,
     OWNER_AXIS,
+    OWNER_FILTER,
 };
 
 // The lowest bits of a member's kind are its owner.
@@ -173,6 +178,7 @@ struct source {
     [(first) + 1] = {.call = (function), .kind = KIND_CALL_LOW}
 #define IN_FAULTS(member) offsetof(struct fault_record, member)
 #define IN_WATCH(member)  offsetof(struct clock_watch, member)
+#define IN_FILTER(member) offsetof(struct clock_filter, member)
 #define IN_SEEK(member)   offsetof(struct seek, member)
 #define IN_AXIS(member)   offsetof(struct axis, member)
 #define COUNTER(name)                                                                    \
@@ -255,6 +261,20 @@ static const struct source more_sources[] IN_FLASH = {
         CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_2_TICKS),
     [REG_INPUT_smooth_min_interval_3_ticks - MORE_BASE] =
         CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS),
+    LONG(REG_INPUT_clock_period_ticks - MORE_BASE,
+         OWNER_FILTER,
+         IN_FILTER(period) + offsetof(struct fine_ticks, ticks)),
+    [REG_INPUT_clock_period_fraction - MORE_BASE] =
+        MEMBER(WIDTH_WORD,
+               OWNER_FILTER,
+               IN_FILTER(period) + offsetof(struct fine_ticks, fraction)),
+    [REG_INPUT_clock_jitter - MORE_BASE] =
+        MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(jitter)),
+    [REG_INPUT_clock_glitches - MORE_BASE] =
+        MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(glitches)),
+    [REG_INPUT_clock_missing - MORE_BASE] =
+        MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(missing)),
+    LONG(REG_INPUT_clock_error_ticks - MORE_BASE, OWNER_FILTER, IN_FILTER(error_ticks)),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
@@ -271,7 +291,9 @@ static const void *object_of(enum owner owner, uint8_t axis)
     case OWNER_WATCH:
         return reference_watch();
     case OWNER_PERIOD:
-        return reference_period();
+        return reference_pixel();
+    case OWNER_FILTER:
+        return &lock_grid_now()->filter;
     case OWNER_SEEK:
         return seek_now();
     case OWNER_SETTINGS:

@@ -7,7 +7,7 @@
 #include "app/faults.h"      // faults_latch
 #include "app/inputs.h"      // inputs_poll
 #include "app/parking.h"     // parking_poll
-#include "app/reference.h"   // reference_period
+#include "app/reference.h"   // reference_pixel
 #include "app/safety.h"      // safety_poll
 #include "app/seek.h"        // seek_poll
 #include "app/settings.h"    // settings_now
@@ -142,7 +142,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
     (void)axes_advance(i, LEDGER_BY_BATCHES);
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(
-        axis, reference_period(), settings_now()->backlash_policy == 0, budget);
+        axis, reference_pixel(), settings_now()->backlash_policy == 0, budget);
     cpu_section(CPU_SECTION_ROUND);
     return budget;
 }

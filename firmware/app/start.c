@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "app/start.h"
 
-#include "app/axes.h"       // axes_*
-#include "app/drivers.h"    // drivers_settling
-#include "app/faults.h"     // faults_latch
-#include "app/reference.h"  // reference_*
-#include "app/settings.h"   // settings_now
-#include "app/token.h"      // token_now
-#include "app/witness.h"    // witness_excuse
-#include "hal/step_timer.h" // step_timer_*
-#include "motion/decode.h"  // decode_is_ahead
+#include "app/axes.h"         // axes_*
+#include "app/drivers.h"      // drivers_settling
+#include "app/faults.h"       // faults_latch
+#include "app/reference.h"    // reference_*
+#include "app/settings.h"     // settings_now
+#include "app/token.h"        // token_now
+#include "app/witness.h"      // witness_excuse
+#include "hal/step_timer.h"   // step_timer_*
+#include "motion/decode.h"    // decode_is_ahead
+#include "motion/lock_grid.h" // lock_grid_*
 
 // Room that line zero leaves the main loop to come by and release the line: a reply being built
 // takes a good two milliseconds.
@@ -41,14 +42,27 @@ static bool waits_for_edge(uint8_t i)
     return axes_get(i)->life.state == AXIS_ARMED;
 }
 
+// The next edge after this one, by the plan or by the grid of locked lines. A line that is locked
+// beside running ones begins on a pixel edge of theirs.
+static uint32_t edge_after(uint32_t edge_ticks, uint16_t edges)
+{
+    if (!lock_grid_now()->locks) {
+        return edge_ticks + reference_period()->whole_ticks;
+    }
+    return CONFIG_AXES > 1 && start_clocked_axis_runs() ? lock_grid_next()
+                                                        : lock_grid_begin(edges);
+}
+
 // One line zero for every waiting axis, so that the axes run in step.
 static uint32_t common_zero(uint32_t edge_ticks)
 {
-    uint32_t zero = edge_ticks + reference_period()->whole_ticks;
+    uint16_t edges = 1;
+    uint32_t zero = edge_after(edge_ticks, edges);
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         while (waits_for_edge(i) && ticks_to_start(axes_get(i), zero) < START_MIN_TICKS) {
-            zero += reference_period()->whole_ticks;
+            edges++;
+            zero = edge_after(zero, edges);
         }
     }
     return zero;
@@ -64,7 +78,7 @@ static bool held_back(void)
 // line take the most decoding, and only an axis at rest has the time for it.
 static bool all_ready(void)
 {
-    if (held_back()) {
+    if (held_back() || (lock_grid_now()->locks && !reference_settled())) {
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -86,22 +100,35 @@ bool start_clocked_axis_runs(void)
     return false;
 }
 
+bool start_any_waits(void)
+{
+    bool waits = false;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        waits = waits || waits_for_edge(i);
+    }
+    return waits;
+}
+
 void start_on_edge(uint32_t edge_ticks)
 {
-    if (!all_ready()) {
+    if (!start_any_waits() || !all_ready()) {
         return;
     }
     uint32_t zero = common_zero(edge_ticks);
-    bool any = false;
+    uint16_t number = lock_grid_now()->newest;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (waits_for_edge(i)) {
-            axis_place(axes_get(i), zero);
-            any = true;
+            struct axis *axis = axes_get(i);
+            axis_place(axis, zero);
+            if (line_grid_locked(&axis->line.edges)) {
+                line_grid_place(&axis->line.edges, number, zero);
+            }
         }
     }
     // One line is the clock's reference; a later start does not take that away from it.
-    if (any && (CONFIG_AXES == 1 || !start_clocked_axis_runs())) {
+    if (CONFIG_AXES == 1 || !start_clocked_axis_runs()) {
         reference_follow(zero);
     }
 }

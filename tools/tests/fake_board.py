@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A test double of boards on a line, at the level of bytes: register map 3, settings, safety.
+"""A test double of boards on a line, at the level of bytes: register map 4, settings, safety.
 
 It stands where the simulator's pipe does (`transmit`), so the real client talks to it. It knows
 the rules of the map, not the motion: a line that runs is done when its pixels have passed.
@@ -99,7 +99,7 @@ class FakeBoard(FakeServer):
         self.serial = 0
         self.storing_until = 0.0
         self.values = {
-            "map_version": 3, "firmware_version": 0x0001, "record_capacity": 10, "reset_cause": 1,
+            "map_version": 4, "firmware_version": 0x0001, "record_capacity": 10, "reset_cause": 1,
             "min_interval_ticks": 266, "smooth_min_interval_ticks": 266, "event_capacity": 4,
             "features": (1 << len(features.table())) - 1,
         }  # fmt: skip

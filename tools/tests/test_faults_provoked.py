@@ -140,7 +140,7 @@ def promise(name, condition):
 @pytest.mark.provokes("clock_edge_lost")
 @pytest.mark.parametrize("board", BOARDS)
 def test_clock_edge_lost(board):
-    """Two pulses on the clock's wire before the main loop comes by."""
+    """More pulses on the clock's wire than wait for the main loop."""
     (pin,) = [one for one in boards.load(board).pins if one.signal == "PIXEL_CLOCK"]
     with FaultBench(board) as bench:
         bench.load(LONG)
@@ -148,16 +148,61 @@ def test_clock_edge_lost(board):
         bench.run_until_steps(400)
         pixel = bench.board.axis(0)["pixel"] + 1
         with bench.main_loop_held():
-            for level in (0, 1, 0, 1):
+            for level in (0, 1) * 12:
                 bench.sim.command(f"pin 0 {pin.port} {pin.bit} {level}")
                 bench.sim.run(500)
         bench.run_into_fault(bench.pixel_ticks)
-        bench.assert_fault("clock_edge_lost", pixel=range(pixel, pixel + 2))
+        bench.assert_fault(
+            "clock_edge_lost", pixel=range(pixel, pixel + 2), argument=range(1, 12)
+        )
 
 
 def clock_argument(interval_ticks):
     """The fault's argument for an interval, give or take a little."""
     return range(int(interval_ticks) // 256 - 1, int(interval_ticks) // 256 + 3)
+
+
+class LockedFaultBench(FaultBench):
+    """A board whose lines are locked to the clock, which has settled."""
+
+    def __enter__(self):
+        super().__enter__()
+        self.board.write_setting("sync", 2)
+        self.until_true(lambda: self.board.input("status") & 0x80, look=100_000)
+        self.load(LONG)
+        self.arm()
+        self.run_until_steps(400)
+        return self
+
+
+@pytest.mark.provokes("clock_hold_over")
+@pytest.mark.parametrize("board", BOARDS)
+def test_clock_hold_over(board):
+    """The clock of a locked line stops."""
+    with LockedFaultBench(board) as bench:
+        bench.sim.command("clock off")
+        begin = bench.sim.cycle
+        bench.run_into_fault(10 * bench.pixel_ticks)
+        assert 4.4 < (bench.sim.cycle - begin) / bench.pixel_ticks < 5.7
+        pixel = bench.count() // LONG.counts[0] + 1
+        bench.assert_fault("clock_hold_over", pixel=range(pixel - 1, pixel + 2), argument=4)
+
+
+@pytest.mark.provokes("clock_drifted")
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("ppm", [-15_000, 15_000])
+def test_clock_drifted(board, ppm):
+    """The clock of a locked line leaves the tolerance of 10,000 ppm."""
+    with LockedFaultBench(board) as bench:
+        bench.sim.command(f"clock ppm {ppm}")
+        bench.run_into_fault(40 * bench.pixel_ticks)
+        pixel = bench.count() // LONG.counts[0] + 1
+        argument = clock_argument(bench.pixel_ticks / (1 + ppm / 1e6))
+        bench.assert_fault(
+            "clock_drifted",
+            pixel=range(pixel - 1, pixel + 2),
+            argument=range(argument[0] - 4, argument[-1] + 4),
+        )
 
 
 @pytest.mark.provokes("pixel_clock_off")

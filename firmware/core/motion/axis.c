@@ -176,7 +176,7 @@ static void axis_begin_line(struct axis *axis,
 
 bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up)
 {
-    bool clocked = axis_waits_for_edge(axis);
+    bool clocked = axis_waits_for_edge(axis) && !lock_grid_now()->ignored;
 
     if (!start_queued(axis) || !lifecycle_report(&axis->life, LIFECYCLE_ARM)) {
         return false;
@@ -184,6 +184,9 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     axis->clocked = clocked;
     feed_hold(&axis->feed);
     axis_begin_line(axis, period, always_take_up);
+    if (clocked && lock_grid_now()->locks && !axis->line.seek) {
+        line_grid_start_locked(&axis->line.edges);
+    }
     axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel
     return true;
 }
@@ -251,8 +254,13 @@ void axis_line_decoded(struct axis *axis,
     }
     axis->direction_known = true;
     if (line_chains(axis)) {
+        struct line_grid edges = axis->line.edges;
+
         axis->lines_done++;
         axis_begin_line(axis, period, always_take_up);
+        if (line_grid_locked(&edges)) {
+            axis->line.edges = edges;
+        }
         return;
     }
     feed_end(&axis->feed);

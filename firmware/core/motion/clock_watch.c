@@ -36,6 +36,7 @@ void clock_watch_follow(struct clock_watch *watch,
     watch->zero_ticks = zero_ticks;
     watch->next_ticks = zero_ticks;
     watch->pixel = 0;
+    watch->phase = 0;
     watch->error_ticks = 0;
     watch->error_max_ticks = 0;
     pixel_grid_start(&watch->grid, period);
@@ -49,10 +50,25 @@ static int16_t saturate_int16(int32_t value)
     return value < -INT16_MAX ? (int16_t)-INT16_MAX : (int16_t)value;
 }
 
+void clock_watch_note(struct clock_watch *watch, int32_t error_ticks)
+{
+    watch->error_ticks = saturate_int16(error_ticks);
+    uint16_t size =
+        (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
+
+    if (size > watch->error_max_ticks) {
+        watch->error_max_ticks = size;
+    }
+}
+
 static APART void plan_next(struct clock_watch *watch)
 {
     watch->next_ticks += pixel_grid_advance(&watch->grid);
-    watch->pixel++;
+    watch->phase++;
+    if (watch->phase >= watch->divider) {
+        watch->phase = 0;
+        watch->pixel++;
+    }
 }
 
 bool clock_watch_edge(struct clock_watch *watch,
@@ -80,15 +96,12 @@ bool clock_watch_edge(struct clock_watch *watch,
         missed++;
         plan_next(watch);
     }
-    watch->error_ticks = saturate_int16((int32_t)(edge_ticks - watch->next_ticks));
-    uint16_t size =
-        (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
-    if (size > watch->error_max_ticks) {
-        watch->error_max_ticks = size;
-    }
+    bool pixel_edge = watch->phase == 0;
+
+    clock_watch_note(watch, (int32_t)(edge_ticks - watch->next_ticks));
     *pixel = watch->pixel;
     plan_next(watch);
-    return true;
+    return pixel_edge;
 }
 
 #else

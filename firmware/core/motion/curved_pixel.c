@@ -73,9 +73,11 @@ static uint8_t write_periods(struct curve_steep *steep,
 
 // Begin the pixel. Where it goes on as the one before it ended, the next interval is extrapolated
 // from that one's last two; else it is found from the speed.
-static void begin(struct line *line, struct curve_steep *steep, int16_t half)
+static void begin(struct line *line,
+                  struct curve_steep *steep,
+                  uint32_t ticks,
+                  int16_t half)
 {
-    uint32_t ticks = line->to_edge_ticks;
     struct curve_place at;
 
     curve_place_start(&at, ticks, line->speed, half);
@@ -93,19 +95,22 @@ APART uint8_t curved_pixel_write(struct line *line,
 {
     uint16_t steps = line_curved_steps(line);
     uint16_t end_speed = (uint16_t)(2u * steps - line->speed);
-    uint32_t ticks = line->to_edge_ticks;
     bool faster = end_speed > line->speed;
 
-    if (steps == 0 || steps > EVEN_PIXEL_MAX_STEPS || stream_marks_full(stream) ||
-        !intervals_fit(
-            ticks, faster ? line->speed : end_speed, faster ? end_speed : line->speed)) {
+    if (steps == 0 || steps > EVEN_PIXEL_MAX_STEPS || stream_marks_full(stream)) {
         return 0;
     }
     if (steps > stream_space(stream)) {
         return EVEN_PIXEL_WAITS;
     }
+    uint32_t ticks = line_pixel_ticks(line);
+    if (ticks == 0 || !intervals_fit(ticks,
+                                     faster ? line->speed : end_speed,
+                                     faster ? end_speed : line->speed)) {
+        return 0;
+    }
     uint8_t first = stream->head;
-    begin(line, steep, (int16_t)(steps - line->speed));
+    begin(line, steep, ticks, (int16_t)(steps - line->speed));
     uint8_t first_high = write_periods(steep, stream->ring, first, (uint8_t)steps, ticks);
     line_pass_even(line, line->negative ? -(int16_t)steps : (int16_t)steps);
     line->speed = end_speed;

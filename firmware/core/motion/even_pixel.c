@@ -74,7 +74,6 @@ _Static_assert(offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
                    offsetof(struct line, even) == EVEN_PIXEL_RATE &&
                    offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
                    offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
-                   offsetof(struct line, edges) == EVEN_PIXEL_EDGES &&
                    STREAM_MARKS == EVEN_PIXEL_MARK_COUNT && STREAM_UNKNOWN == UINT8_MAX &&
                    EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
                    EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
@@ -154,14 +153,16 @@ static inline uint8_t write_pixel(struct line *line,
                                   uint8_t steps,
                                   bool negative)
 {
-    uint32_t ticks = line->to_edge_ticks;
-
-    if (ticks > EVEN_PIXEL_MAX_TICKS || stream_marks_full(stream) ||
-        !set_interval(&line->even, ticks, steps)) {
+    if (stream_marks_full(stream)) {
         return 0;
     }
     if (steps > stream_space(stream)) {
         return EVEN_PIXEL_WAITS;
+    }
+    uint32_t ticks = line_pixel_ticks(line);
+    if (ticks == 0 || ticks > EVEN_PIXEL_MAX_TICKS ||
+        !set_interval(&line->even, ticks, steps)) {
+        return 0;
     }
     line_pass_even(line, negative ? -(int16_t)steps : (int16_t)steps);
     even_pixel_put(stream, &line->even, (uint16_t)line->position);

@@ -50,7 +50,10 @@
 #define EVEN_PIXEL_RATE     7
 #define EVEN_PIXEL_POSITION 21
 #define EVEN_PIXEL_TO_EDGE  25
-#define EVEN_PIXEL_EDGES    29
+
+// Its flags, and the bit of edge_open among them.
+#define EVEN_PIXEL_FLAGS     6
+#define EVEN_PIXEL_EDGE_OPEN 0x80
 
 // Limits: even_pixel.h, stream.h and step_ring.h have the names.
 #define EVEN_PIXEL_MOST_STEPS    64

@@ -10,7 +10,7 @@
 ;     r12  third byte of the pixel's length  r22..r25  length of the pixel, ticks
 ;     r13  steps of a pixel                  Y         line
 ;
-; Cycles of a pixel: 128 (132 on the ATmega2560), pixel_grid_advance() and even_pixel_put(); with
+; Cycles of a pixel: 128 (132 on the ATmega2560), line_pixel_ticks() and even_pixel_put(); with
 ; another number of steps than the pixel before, line_even_steps() and even_pixel_divide() besides.
 #include "base/asm.inc" // macros
 #include "motion/even_pixel_layout.h"
@@ -66,19 +66,27 @@ next_segment:
     brsh leave
 
 next_pixel:
-    ldd r22, Y + EVEN_PIXEL_TO_EDGE     ; 11  not too long?
-    ldd r23, Y + EVEN_PIXEL_TO_EDGE + 1
-    ldd r24, Y + EVEN_PIXEL_TO_EDGE + 2
-    clr r25
-    mov TICKS2, r24
-    cpi r24, EVEN_PIXEL_TICKS_TOO_BIG
-    brsh leave
     movw r30, r16                       ; 8   a mark is free?
     ldd r18, Z + EVEN_PIXEL_MARK_HEAD
     ldd r19, Z + EVEN_PIXEL_MARK_TAIL
     sub r18, r19
     cpi r18, EVEN_PIXEL_MARK_COUNT - 1
     brsh leave
+    ldd r18, Z + EVEN_PIXEL_RETIRED     ; 9   room in the ring?
+    ldd r19, Z + EVEN_PIXEL_HEAD
+    sub r18, r19
+    subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
+    cp r18, STEPS
+    brlo no_room
+    movw r24, r28                       ; 10  how long is the pixel? 0: not known yet
+    call line_pixel_ticks
+    mov TICKS2, r24
+    cpi r24, EVEN_PIXEL_TICKS_TOO_BIG
+    brsh leave
+    mov r18, r22
+    or r18, r23
+    or r18, r24
+    breq leave
 
     ldd r18, Y + EVEN_PIXEL_RATE + EVEN_PIXEL_STEPS ; 4 as many steps as in the last pixel?
     cp r18, STEPS
@@ -99,15 +107,7 @@ next_pixel:
     std Y + EVEN_PIXEL_RATE + EVEN_PIXEL_TICKS + 1, r23
 
 interval_known:
-    movw r30, r16                       ; 10  room in the ring?
-    ldd r18, Z + EVEN_PIXEL_RETIRED
-    ldd r19, Z + EVEN_PIXEL_HEAD
-    sub r18, r19
-    subi r18, 256 - EVEN_PIXEL_RING_CAPACITY
-    cp r18, STEPS
-    brsh 4f
-    rjmp no_room
-4:  ldd r24, Y + EVEN_PIXEL_REPEAT      ; 10  one pixel less of the segment
+    ldd r24, Y + EVEN_PIXEL_REPEAT      ; 10  one pixel less of the segment
     ldd r25, Y + EVEN_PIXEL_REPEAT + 1
     sbiw r24, 1
     std Y + EVEN_PIXEL_REPEAT, r24
@@ -127,13 +127,12 @@ interval_known:
     .endif
     std Y + EVEN_PIXEL_POSITION + \byte, r24
     .endr
-    movw r24, r28                       ; 7   the pixel behind
-    adiw r24, EVEN_PIXEL_EDGES
-    call pixel_grid_advance
-    std Y + EVEN_PIXEL_TO_EDGE, r22     ; 8
-    std Y + EVEN_PIXEL_TO_EDGE + 1, r23
-    std Y + EVEN_PIXEL_TO_EDGE + 2, r24
-    std Y + EVEN_PIXEL_TO_EDGE + 3, r25
+    ldd r24, Y + EVEN_PIXEL_FLAGS       ; 13  the pixel behind has no length yet
+    ori r24, EVEN_PIXEL_EDGE_OPEN
+    std Y + EVEN_PIXEL_FLAGS, r24
+    .irp byte, 0, 1, 2, 3
+    std Y + EVEN_PIXEL_TO_EDGE + \byte, r1
+    .endr
 
     ldd r20, Y + EVEN_PIXEL_POSITION    ; 12
     ldd r21, Y + EVEN_PIXEL_POSITION + 1

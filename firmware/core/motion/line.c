@@ -32,8 +32,19 @@ void line_begin(struct line *line,
         .line_speed = parameter.repeat,
     };
     line->shifted = line->backlash_steps != 0;
-    pixel_grid_start(&line->edges, period);
-    line->to_edge_ticks = pixel_grid_advance(&line->edges);
+    line_grid_start_exact(&line->edges, period);
+    line->edge_open = true;
+}
+
+// Ticks from the start of the next piece to the next pixel edge. A locked line's edge is fixed here,
+// so as late as possible.
+static APART uint32_t ticks_to_edge(struct line *line)
+{
+    if (line->edge_open) {
+        line->edge_open = false;
+        line->to_edge_ticks += line_grid_advance(&line->edges);
+    }
+    return line->to_edge_ticks;
 }
 
 // Place the next pixel edge in this piece, after edge_steps of the piece's steps.
@@ -41,11 +52,17 @@ static APART void place_edge(struct line *line, struct piece *piece, uint16_t ed
 {
     piece->has_edge = true;
     piece->edge_steps = edge_steps;
-    piece->edge_ticks = line->to_edge_ticks;
+    piece->edge_ticks = ticks_to_edge(line);
     piece->edge_position =
         line->position + (piece->negative ? -(int32_t)edge_steps : edge_steps);
-    line->to_edge_ticks =
-        pixel_grid_advance(&line->edges) - (piece->ticks - piece->edge_ticks);
+    line->to_edge_ticks = piece->edge_ticks - piece->ticks;
+    line->edge_open = true;
+}
+
+// The part t_b of a pixel by which the line runs ahead of it.
+static APART uint32_t ticks_ahead(const struct line *line, uint32_t ticks)
+{
+    return pixel_share_ticks(ticks, line->backlash_steps, line->line_speed);
 }
 
 // Move the line's position by the steps of this piece.
@@ -58,8 +75,13 @@ static APART void count_steps(struct line *line, const struct piece *piece)
 // the line speed: the piece would have no length.
 static bool delay_piece(struct line *line, struct piece *piece)
 {
-    uint32_t ticks = pixel_grid_start_shifted(
-        &line->pieces, line->edges.period, line->backlash_steps, line->line_speed);
+    uint32_t edge_ticks = ticks_to_edge(line);
+    uint32_t ticks = line_grid_locked(&line->edges)
+                         ? edge_ticks - ticks_ahead(line, edge_ticks)
+                         : pixel_grid_start_shifted(&line->pieces,
+                                                    line->edges.exact.period,
+                                                    line->backlash_steps,
+                                                    line->line_speed);
 
     *piece = (struct piece){.ticks = ticks, .negative = line->negative};
     line->to_edge_ticks -= ticks;
@@ -71,7 +93,7 @@ static bool delay_piece(struct line *line, struct piece *piece)
 static void take_up_piece(struct line *line, struct piece *piece)
 {
     *piece = (struct piece){
-        .ticks = line->to_edge_ticks,
+        .ticks = ticks_to_edge(line),
         .steps = line->backlash_steps,
         .negative = line->negative,
     };
@@ -98,9 +120,34 @@ static APART uint16_t steps_at_edge(const struct line *line, uint16_t steps)
     return divide_u32_u16(product, whole);
 }
 
+// The length of a pixel. Where a locked line runs ahead, its pixels end so far ahead of the grid as
+// t_b of the pixel to come says.
 static uint32_t pixel_ticks(struct line *line)
 {
-    return is_shifted(line) ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks;
+    if (!is_shifted(line)) {
+        return ticks_to_edge(line);
+    }
+    if (!line_grid_locked(&line->edges)) {
+        return pixel_grid_advance(&line->pieces);
+    }
+    uint32_t next = line_grid_advance(&line->edges);
+
+    line->next_ahead_ticks = ticks_ahead(line, next);
+    return ticks_to_edge(line) + next - line->next_ahead_ticks;
+}
+
+// Place the pixel edge in a piece that runs ahead of it. In a locked line such a piece is not quite
+// as long as its pixel: the edge is placed where the steps have it, in the same part of the piece.
+static void place_edge_ahead(struct line *line, struct piece *piece)
+{
+    if (line_grid_locked(&line->edges)) {
+        line->to_edge_ticks = ticks_ahead(line, piece->ticks);
+    }
+    place_edge(line, piece, steps_at_edge(line, piece->steps));
+    if (line_grid_locked(&line->edges)) {
+        line->to_edge_ticks = line->next_ahead_ticks;
+        line->edge_open = false;
+    }
 }
 
 static uint16_t segment_steps(const struct line *line)
@@ -125,7 +172,11 @@ static enum line_status pixel_piece(struct line *line, struct piece *piece)
         .curved = line->smooth && steps != line->speed,
         .negative = line->smooth ? line->negative : line->segment.count < 0,
     };
-    place_edge(line, piece, is_shifted(line) ? steps_at_edge(line, steps) : steps);
+    if (is_shifted(line)) {
+        place_edge_ahead(line, piece);
+    } else {
+        place_edge(line, piece, steps);
+    }
     count_steps(line, piece);
     line->speed = line->smooth ? (uint16_t)(2u * steps - line->speed) : steps;
     line->segment.repeat--;
@@ -164,6 +215,11 @@ static enum line_status take_segment(struct line *line)
         }
     }
     return LINE_PIECE;
+}
+
+bool line_is_early(const struct line *line)
+{
+    return line_grid_early(&line->edges, is_shifted(line));
 }
 
 void line_trip(struct line *line)
@@ -215,4 +271,9 @@ uint8_t line_even_steps(struct line *line, bool negative)
     line->curve_half = 0;
     line->speed = steps;
     return (uint8_t)steps;
+}
+
+uint32_t line_pixel_ticks(struct line *line)
+{
+    return line_is_early(line) ? 0 : ticks_to_edge(line);
 }

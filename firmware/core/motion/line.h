@@ -17,6 +17,7 @@
 #include <stdint.h>
 
 #include "motion/even_pixel.h"    // struct even_pixel
+#include "motion/lock_grid.h"     // struct line_grid
 #include "motion/pixel_period.h"  // struct pixel_grid
 #include "motion/segment_queue.h" // struct segment_queue
 
@@ -59,6 +60,8 @@ struct line {
     bool leaving_out : 1;
     // The down mark was reached.
     bool down : 1;
+    // to_edge_ticks lacks a pixel that has no length yet.
+    bool edge_open : 1;
     // The interval of the last pixel of few even steps.
     struct even_pixel even;
     // Half-acceleration of the pixel before, if curved_pixel.c wrote it; else 0. Steps/pixel^2.
@@ -74,9 +77,13 @@ struct line {
     // From the start of the next piece to the next pixel edge, ticks.
     uint32_t to_edge_ticks;
     // The pixel edges.
-    struct pixel_grid edges;
-    // The ends of the shifted pieces.
-    struct pixel_grid pieces;
+    struct line_grid edges;
+    union {
+        // The ends of the shifted pieces,
+        struct pixel_grid pieces;
+        // and of a locked line how far its next pixel runs ahead, ticks.
+        uint32_t next_ahead_ticks;
+    };
 };
 
 enum line_status {
@@ -100,8 +107,7 @@ void line_begin(struct line *line,
 // LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
 enum line_status line_next(struct line *line, struct piece *piece);
 
-// True where the line's pieces are the clock's own pixels, so that line_even_steps() may be asked:
-// line->to_edge_ticks is the length of the next pixel.
+// True where the line's pieces are the clock's own pixels, so that the functions below may be asked.
 bool line_on_pixels(const struct line *line);
 
 // Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
@@ -118,13 +124,23 @@ static inline uint16_t line_curved_steps(const struct line *line)
     return curved ? steps : 0;
 }
 
-// Pass over one pixel of the segment in work, of so many signed steps, as line_next() would.
+// Length of that pixel, ticks; 0 while line_is_early(). A locked line's pixel gets it here, so as late
+// as possible.
+uint32_t line_pixel_ticks(struct line *line);
+
+// Pass over one pixel of the segment in work, of so many signed steps, as line_next() would. After
+// line_pixel_ticks().
 static inline void line_pass_even(struct line *line, int16_t steps)
 {
     line->segment.repeat--;
     line->position += steps;
-    line->to_edge_ticks = pixel_grid_advance(&line->edges);
+    line->to_edge_ticks = 0;
+    line->edge_open = true;
 }
+
+// The next piece must not be made yet: the line is locked to the clock, and edges that are still to
+// come will make the piece's end more certain.
+bool line_is_early(const struct line *line);
 
 // The switch of a seek has tripped: slow down from the next piece on.
 void line_trip(struct line *line);

@@ -126,18 +126,36 @@ static APART bool start_fraction(struct pixel_grid *grid,
     return false;
 }
 
+// ticks * share / whole, rounded down; *rest is what the division leaves over.
+static APART uint32_t share_of(uint32_t ticks,
+                               uint16_t share,
+                               uint16_t whole,
+                               uint16_t *rest)
+{
+    uint32_t over = (uint32_t)(uint16_t)(ticks % whole) * share;
+    struct quotient more =
+        divide_with_rest((uint16_t)(over >> 16), (uint16_t)over, whole);
+
+    *rest = more.rest;
+    return multiply_u32_u16(ticks / whole, share) + more.whole;
+}
+
 uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
                                   const struct pixel_period *period,
                                   uint16_t backlash_steps,
                                   uint16_t line_speed)
 {
     uint16_t share = (uint16_t)(line_speed - backlash_steps);
-    uint16_t left = (uint16_t)(period->whole_ticks % line_speed);
-    uint32_t over = (uint32_t)left * share;
-    struct quotient more =
-        divide_with_rest((uint16_t)(over >> 16), (uint16_t)over, line_speed);
+    uint16_t rest = 0;
+    uint32_t whole = share_of(period->whole_ticks, share, line_speed, &rest);
 
     grid->period = period;
-    return multiply_u32_u16(period->whole_ticks / line_speed, share) + more.whole +
-           start_fraction(grid, more.rest, share, line_speed);
+    return whole + start_fraction(grid, rest, share, line_speed);
+}
+
+uint32_t pixel_share_ticks(uint32_t ticks, uint16_t share, uint16_t whole)
+{
+    uint16_t rest = 0;
+
+    return share_of(ticks, share, whole, &rest);
 }

@@ -49,13 +49,14 @@ uint8_t switches_read(uint8_t axis)
 #if FEATURE_HOMING
 
 #if CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS
-// One timer's capture serves both: the switch during a seek, else the pixel clock.
+// One timer's capture serves both: the switch during a seek, else the pixel clock. The edges behind
+// the oldest one that waits are a switch's bounces.
 bool switch_capture_take(struct switch_capture *capture)
 {
-    bool lost = false;
-    bool taken = pixel_clock_take(&capture->edge, &lost);
+    bool taken = pixel_clock_take(&capture->edge);
 
     capture->seeker = capture->edge.sample;
+    (void)pixel_clock_drop();
     return taken;
 }
 
@@ -88,10 +89,8 @@ CAPTURE_HANDLER_AT_ONCE(switch_edge,
 
 bool switch_capture_take(struct switch_capture *capture)
 {
-    bool taken = capture_take(&switch_edge,
-                              &capture->edge,
-                              CONFIG_SWITCH_CAPTURE_AXIS,
-                              CAPTURE_SWITCH_BUSY);
+    bool taken = capture_take(
+        &switch_edge, &capture->edge, CONFIG_SWITCH_CAPTURE_AXIS, CAPTURE_SWITCH_BUSY);
 
     capture->seeker = seeker_sample;
     return taken;

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "motion/clock_filter.h"
+
+#include "base/apart.h"    // APART
+#include "base/multiply.h" // multiply_u32_u16
+
+// `count` behind the first edge.
+#define FIRST_COUNT 3u
+
+void clock_filter_aim(struct clock_filter *filter,
+                      uint32_t nominal_ticks,
+                      uint16_t edges_ahead)
+{
+    uint8_t shift = CLOCK_FILTER_SHIFT_MIN;
+
+    for (uint16_t most = 5; edges_ahead > most && shift < CLOCK_FILTER_SHIFT_MAX;
+         most = (uint16_t)(most * 3u)) {
+        shift++;
+    }
+    filter->nominal_ticks = nominal_ticks;
+    filter->shift_final = shift;
+    clock_filter_restart(filter);
+}
+
+// An edge more that settles the filter. The shift grows with each power of two, up to its final
+// value; two more powers and the filter has settled.
+static void grow(struct clock_filter *filter)
+{
+    filter->count++;
+    if ((filter->count & (filter->count - 1u)) == 0) {
+        filter->stages--;
+        if (filter->stages > 1u) {
+            filter->shift++;
+        }
+    }
+}
+
+static APART void note_error(struct clock_filter *filter, int32_t error_ticks)
+{
+    uint32_t size = (uint32_t)(error_ticks < 0 ? -error_ticks : error_ticks);
+
+    if (size > UINT16_MAX / 16u) {
+        size = UINT16_MAX / 16u;
+    }
+    filter->error_ticks = error_ticks;
+    filter->jitter = (uint16_t)(filter->jitter - filter->jitter / 16u + (uint16_t)size);
+}
+
+// Correct the expected time and the period by the error of the edge, and go on to the next edge.
+static void correct(struct clock_filter *filter)
+{
+    uint8_t shift = filter->shift;
+    struct fine_ticks error = {
+        .fraction = (uint16_t)-filter->expected.fraction,
+        .ticks = (uint32_t)filter->error_ticks,
+    };
+
+    if (error.fraction != 0) {
+        error.ticks--;
+    }
+    fine_halve(&error, shift);
+    fine_add(&filter->expected, &error);
+    // The second edge gives the period.
+    if (shift != 0) {
+        fine_halve(&error, (uint8_t)(shift + 1u));
+    }
+    fine_add(&filter->period, &error);
+}
+
+// Go on to the next edge.
+static APART void expect_next(struct clock_filter *filter)
+{
+    filter->edge++;
+    fine_add(&filter->expected, &filter->period);
+}
+
+bool clock_filter_bridge(struct clock_filter *filter)
+{
+    if (filter->bridged == filter->hold_over) {
+        return false;
+    }
+    filter->bridged++;
+    filter->missing++;
+    expect_next(filter);
+    return true;
+}
+
+static void take(struct clock_filter *filter, int32_t error_ticks)
+{
+    note_error(filter, error_ticks);
+    correct(filter);
+    expect_next(filter);
+    filter->bridged = 0;
+    if (!clock_filter_settled(filter)) {
+        grow(filter);
+    }
+}
+
+// This edge is the first one.
+static APART void begin(struct clock_filter *filter, uint32_t edge_ticks)
+{
+    filter->period = (struct fine_ticks){.ticks = filter->nominal_ticks};
+    filter->expected = (struct fine_ticks){.ticks = edge_ticks};
+    expect_next(filter);
+    filter->count = FIRST_COUNT;
+    filter->shift = 0;
+    filter->stages = (uint8_t)(filter->shift_final + 2u);
+    filter->bridged = 0;
+}
+
+bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
+{
+    while (filter->count != 0) {
+        int32_t quarter = (int32_t)(filter->period.ticks / 4u);
+        int32_t error = (int32_t)(edge_ticks - filter->expected.ticks);
+
+        // The first interval must be near the nominal one.
+        if (filter->count == FIRST_COUNT) {
+            quarter /= 4;
+        }
+
+        if (error < -quarter) {
+            filter->glitches++;
+            if (clock_filter_settled(filter)) {
+                return false;
+            }
+            break;
+        }
+        if (error <= quarter) {
+            take(filter, error);
+            return true;
+        }
+        if (!clock_filter_bridge(filter)) {
+            return false;
+        }
+    }
+    begin(filter, edge_ticks);
+    return true;
+}
+
+uint32_t clock_filter_ahead(const struct clock_filter *filter, uint16_t edges)
+{
+    edges--;
+    // The fractions' sum is below 2^32 for every number of edges.
+    uint32_t fraction = multiply_u32_u16(filter->period.fraction, edges) +
+                        filter->expected.fraction + 0x8000u;
+
+    return multiply_u32_u16(filter->period.ticks, edges) + filter->expected.ticks +
+           (uint16_t)(fraction >> 16);
+}
