@@ -63,6 +63,10 @@ struct line_check {
     // which the line takes them up.
     uint16_t backlash_steps;
     uint16_t line_speed;
+    // Highest speed of the line, steps/pixel: of a plain line the largest count.
+    uint16_t top_speed;
+    // A segment up to this speed that goes on as the line does needs no closer look; 0: none.
+    uint16_t easy_speed;
     // Length of the zero pixels since the last step, ticks; 0xFFFF: that or more.
     uint16_t rest_ticks;
     // Speed at the end of the last pixel, steps/pixel.
