@@ -55,7 +55,8 @@
 #define CONFIG_AXES                      BOARD_AXES
 #define CONFIG_PIXEL_CLOCK_AXIS          BOARD_PIXEL_CLOCK_AXIS
 #define CONFIG_SWITCH_CAPTURE_AXIS       BOARD_SWITCH_CAPTURE_AXIS
-#define CONFIG_QUEUE_ENTRIES             BOARD_QUEUE_ENTRIES // runs and marks per axis
+#define CONFIG_QUEUE_ENTRIES             BOARD_QUEUE_ENTRIES // runs and marks per axis, at least
+#define CONFIG_QUEUE_BYTES               (CONFIG_QUEUE_ENTRIES * 4u)
 #define CONFIG_EVENTS                    BOARD_EVENTS        // kept in the event log
 #define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
@@ -69,7 +70,6 @@
 #define CONFIG_INDEX(axis) ((uint8_t)(axis))
 #endif
 
-#if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
-#error                                                                                   \
-    "CONFIG_QUEUE_ENTRIES must be a power of two up to 128: the queue's indices are 8 bits"
+#if (BOARD_QUEUE_ENTRIES & (BOARD_QUEUE_ENTRIES - 1)) != 0 || BOARD_QUEUE_ENTRIES < 2
+#error "BOARD_QUEUE_ENTRIES must be a power of two from 2 on"
 #endif

@@ -111,18 +111,30 @@ uint16_t data_holding(uint16_t address)
     return word != NULL ? *word : 0;
 }
 
-// None of the three writes is inlined: what one keeps on the stack would lie below the others.
-static APART enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
+// The window's words behind its header are runs of two words, or, when the axis's word has a number
+// of bytes in its high half, that many bytes of packed entries.
+static bool read_block(struct block *block, uint16_t count, uint8_t *words)
 {
-    uint16_t axis = get_word(&words[2]);
-    if (count < REG_QUEUE_HEADER + 2u || (count & 1u) != 0 || axis >= CONFIG_AXES) {
+    uint8_t bytes = words[2];
+    uint8_t left = (uint8_t)(count - REG_QUEUE_HEADER);
+
+    block->number = get_word(words);
+    block->bytes = &words[2u * REG_QUEUE_HEADER];
+    block->packed = bytes != 0;
+    block->size = bytes != 0 ? bytes : (uint8_t)(2u * left);
+    return count > REG_QUEUE_HEADER && words[3] < CONFIG_AXES &&
+           (bytes != 0 ? left == (uint8_t)((bytes + 1u) / 2u) : left % 2u == 0);
+}
+
+// None of the three writes is inlined: what one keeps on the stack would lie below the others.
+static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
+{
+    struct block block;
+
+    if (!read_block(&block, count, words)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    switch (axis_queue_block(axes_get((uint8_t)axis),
-                             limits_now(),
-                             get_word(&words[0]),
-                             &words[4],
-                             (uint8_t)((count - REG_QUEUE_HEADER) / 2u))) {
+    switch (axis_queue_block(axes_get(words[3]), limits_now(), &block)) {
     case BLOCK_TAKEN:
     case BLOCK_REPEATED:
         return MODBUS_OK;
