@@ -15,13 +15,13 @@
 
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
-    uint8_t count = ledger->records.count;
+    uint8_t count = records_shown(&ledger->records);
 
     if (offset < 2) {
-        return half_word(count == 0 ? 0 : ledger->pixel, offset == 1);
+        return half_word(ledger->records.count == 0 ? 0 : ledger->pixel, offset == 1);
     }
     if (offset < REG_RECORD_HEADER) {
-        return offset == 2 ? count : 0;
+        return offset == 2 ? count : ledger->records.made;
     }
     uint8_t behind_header = (uint8_t)(offset - REG_RECORD_HEADER);
     // A reply of records passes here for each of its words: the quotient by a product, right up to
@@ -36,6 +36,22 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
     return records_word(&ledger->records, number, word);
 }
 
+static uint16_t stream_register(uint16_t offset)
+{
+    const struct axis *axis = axes_get(CONFIG_INDEX(offset / REG_STREAM_STRIDE));
+
+    switch (offset % REG_STREAM_STRIDE) {
+    case 0:
+        return segment_queue_free(&axis->queue);
+    case 1:
+        return axis->next_block;
+    case 2:
+        return lifecycle_shown(&axis->life);
+    default:
+        return axis->ledger.records.made;
+    }
+}
+
 // The input registers that there are, in order.
 static const struct area {
     uint16_t first;
@@ -43,6 +59,7 @@ static const struct area {
 } input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
     {REG_INPUT_fault_mask_high, REG_INPUT_features + 1u},
+    {REG_STREAM_BASE, REG_STREAM_BASE + CONFIG_AXES * REG_STREAM_STRIDE},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
     {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
@@ -70,8 +87,11 @@ bool data_input_mapped(uint16_t address, uint16_t count)
 
 uint16_t data_input(uint16_t address)
 {
-    if (address < REG_RECORD_BASE) {
+    if (address < REG_STREAM_BASE) {
         return report_word(address);
+    }
+    if (address < REG_RECORD_BASE) {
+        return stream_register((uint16_t)(address - REG_STREAM_BASE));
     }
     if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
         return events_word(address);
