@@ -27,7 +27,7 @@ from pixstep.board.state import (
     Switches,
     Trip,
 )
-from pixstep.board.upload import Upload
+from pixstep.board.upload import Upload, feed
 
 __all__ = [
     "TRIP_ALREADY",
@@ -47,4 +47,5 @@ __all__ = [
     "Switches",
     "Trip",
     "Upload",
+    "feed",
 ]
