@@ -24,6 +24,8 @@ from pixstep.board.state import (
     TRIP_OPENED,
     Event,
     Record,
+    Records,
+    Stream,
     Switches,
     Trip,
 )
@@ -44,6 +46,8 @@ __all__ = [
     "MissingFeatureError",
     "NoReplyError",
     "Record",
+    "Records",
+    "Stream",
     "Switches",
     "Trip",
     "Upload",

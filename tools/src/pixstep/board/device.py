@@ -81,6 +81,11 @@ class Board(Wire):
         register = self.map.input(name)
         return register.decode(self.read_inputs(register.address, register.words))
 
+    def setting(self, name: str) -> int:
+        """Return a holding register by name."""
+        register = self.map.holding(name)
+        return register.decode(self.read_holdings(register.address, register.words))
+
     def features(self) -> frozenset[str]:
         """Return the names of what the board's image was built with (asked once)."""
         if self._features is None:
