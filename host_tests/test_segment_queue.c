@@ -81,6 +81,24 @@ static void front_word_does_not_take(void)
     check_next(0x01F1, 0);
 }
 
+static void marks_stay_where_pixels_are_taken(void)
+{
+    static const uint8_t bytes[] = {0x3A, 0x77, 5, 0, 0x38, 0x80, 2, 0, 0};
+    struct segment segment;
+
+    TEST_ASSERT_FALSE(segment_queue_pop_pixels(&queue, &segment));
+    segment_queue_append(&queue, bytes, sizeof bytes, 0);
+    TEST_ASSERT_TRUE(segment_queue_pop_pixels(&queue, &segment));
+    TEST_ASSERT_EQUAL_INT16(2, segment.count);
+    TEST_ASSERT_FALSE(segment_queue_pop_pixels(&queue, &segment));
+    TEST_ASSERT_EQUAL_UINT16(8, segment_queue_fill(&queue));
+    check_next(7, 0);
+    TEST_ASSERT_TRUE(segment_queue_pop_pixels(&queue, &segment));
+    TEST_ASSERT_EQUAL_INT16(7, segment.count);
+    TEST_ASSERT_FALSE(segment_queue_pop_pixels(&queue, &segment));
+    check_next(2, 0);
+}
+
 static void clear_empties(void)
 {
     const uint8_t near = 0x38;
@@ -232,6 +250,7 @@ int main(void)
     RUN_TEST(first_in_first_out);
     RUN_TEST(full_refuses_and_keeps);
     RUN_TEST(front_word_does_not_take);
+    RUN_TEST(marks_stay_where_pixels_are_taken);
     RUN_TEST(clear_empties);
     RUN_TEST(smallest_queue_wraps);
     RUN_TEST(largest_queue_wraps);

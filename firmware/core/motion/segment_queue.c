@@ -59,6 +59,22 @@ bool segment_queue_pop(struct segment_queue *queue, struct segment *segment)
     return true;
 }
 
+bool segment_queue_pop_pixels(struct segment_queue *queue, struct segment *segment)
+{
+    uint16_t at = queue->out.at;
+    int16_t last = queue->out.last;
+
+    if (!segment_queue_pop(queue, segment)) {
+        return false;
+    }
+    if (segment->repeat != 0) {
+        return true;
+    }
+    queue->out.at = at;
+    queue->out.last = last;
+    return false;
+}
+
 uint16_t segment_queue_front_word(const struct segment_queue *queue)
 {
     const uint8_t *bytes = queue->out.bytes;
