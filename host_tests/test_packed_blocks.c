@@ -147,7 +147,6 @@ static void first_entries_are_in_full(void)
 // The largest backlash has 15 bits, which are no negative count.
 static void parameter_of_15_bits(void)
 {
-    struct piece piece;
     struct line line;
 
     bench_open(1, 1);
@@ -157,7 +156,6 @@ static void parameter_of_15_bits(void)
     line_begin(&line, &bench.period, &bench.axis.queue, true);
     TEST_ASSERT_EQUAL_UINT16(32766, line.backlash_steps);
     TEST_ASSERT_EQUAL_UINT16(32766, line.line_speed);
-    (void)piece;
 }
 
 // The same line by runs and packed: the axis makes the same steps.

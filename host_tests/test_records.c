@@ -152,11 +152,18 @@ static void errors_of_pixels_without_record(void)
     begin(2, 10);
     records_note_error(&records, 1, 99);
     pass_many(4);
-    records_note_error(&records, 3, 99);
+    records_note_error(&records, 3, 99); // none is passing
     records_note_error(&records, 2, 5);
     TEST_ASSERT_EQUAL_UINT8(2, records_shown(&records));
     check_record(0, 2, 0, 5);
     check_record(1, 4, 0, 0);
+    begin(100, 10);
+    pass_many(3);
+    records_note_error(&records, 2, 9); // late, and no deviation
+    TEST_ASSERT_EQUAL_UINT8(0, records_shown(&records));
+    records_note_error(&records, 2, 11); // late: the newest takes it
+    TEST_ASSERT_EQUAL_UINT8(1, records_shown(&records));
+    check_record(0, 3, 0, 11);
 }
 
 static void pixel_numbers_wrap(void)
@@ -195,7 +202,7 @@ static void budgets(void)
     uint16_t noted = cycles_now();
 
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(170, added - start);
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(130, noted - added);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(150, noted - added);
     begin(9, 10);
     pass_many(3);
     start = cycles_now();

@@ -36,22 +36,6 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
     return records_word(&ledger->records, number, word);
 }
 
-static uint16_t stream_register(uint16_t offset)
-{
-    const struct axis *axis = axes_get(CONFIG_INDEX(offset / REG_STREAM_STRIDE));
-
-    switch (offset % REG_STREAM_STRIDE) {
-    case 0:
-        return segment_queue_free(&axis->queue);
-    case 1:
-        return axis->next_block;
-    case 2:
-        return lifecycle_shown(&axis->life);
-    default:
-        return axis->ledger.records.made;
-    }
-}
-
 // The input registers that there are, in order.
 static const struct area {
     uint16_t first;
@@ -59,7 +43,7 @@ static const struct area {
 } input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
     {REG_INPUT_fault_mask_high, REG_INPUT_features + 1u},
-    {REG_STREAM_BASE, REG_STREAM_BASE + CONFIG_AXES * REG_STREAM_STRIDE},
+    {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
     {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
@@ -87,11 +71,12 @@ bool data_input_mapped(uint16_t address, uint16_t count)
 
 uint16_t data_input(uint16_t address)
 {
-    if (address < REG_STREAM_BASE) {
+    if (address < REG_ROOM_BASE) {
         return report_word(address);
     }
     if (address < REG_RECORD_BASE) {
-        return stream_register((uint16_t)(address - REG_STREAM_BASE));
+        return segment_queue_free(
+            &axes_get(CONFIG_INDEX((uint8_t)(address - REG_ROOM_BASE)))->queue);
     }
     if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
         return events_word(address);

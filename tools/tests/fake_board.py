@@ -168,8 +168,9 @@ class FakeBoard(FakeServer):
         words = {}
         if first >= regs.EVENT_BASE:
             return self.event_words()
-        if regs.STREAM_BASE <= first < regs.RECORD_BASE:
-            return self.stream_words()
+        if regs.ROOM_BASE <= first < regs.RECORD_BASE:
+            free = [packing.MOST * (QUEUE - len(axis.entries)) for axis in self.axes]
+            return dict(enumerate(free, regs.ROOM_BASE))
         if first >= regs.RECORD_BASE:
             return self.record_words((first - regs.RECORD_BASE) // regs.RECORD_STRIDE)
         for item in MAP.inputs:
@@ -211,15 +212,6 @@ class FakeBoard(FakeServer):
             "next_block": axis.next_block, "position_steps": axis.position,
             "pixel": axis.pixel, "lines_done": axis.lines_done,
         }.get(name, 0)  # fmt: skip
-
-    def stream_words(self):
-        words = {}
-        for number, axis in enumerate(self.axes):
-            base = regs.STREAM_BASE + number * regs.STREAM_WORDS
-            free = packing.MOST * (QUEUE - len(axis.entries))
-            found = [free, axis.next_block, STATE[axis.state], len(axis.records)]
-            words |= {base + index: word for index, word in enumerate(found)}
-        return words
 
     def record_words(self, number):
         axis = self.axes[number]

@@ -37,7 +37,7 @@ def seek(bench, axis, count, pixels, flags=0):
 def test_starved(board):
     """The queue is filled, but the line's end never comes."""
     with FaultBench(board, hz=200) as bench:
-        pixels = bench.board.streams()[0].free * 3 // 4 + 1
+        pixels = bench.board.room()[0] * 3 // 4 + 1
         line = Line(tuple(20 + n % 2 for n in range(pixels)), PLAIN)
         upload = Upload(bench.board, 0, runs.queue_entries(line)[:-1])
         upload.push()

@@ -223,8 +223,7 @@ static void note_easy_speed(struct line_check *check)
     uint16_t easy = check->top_speed;
 
     if (has_backlash(check)) {
-        uint16_t most = check->reached ? check->line_speed : 0;
-        easy = easy < most ? easy : most;
+        easy = check->reached ? check->line_speed : 0; // a speed that was reached is allowed
     }
     check->easy_speed = easy < COUNT_MAX ? easy : COUNT_MAX;
 }

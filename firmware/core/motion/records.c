@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/records.h"
 
+#include <stddef.h> // NULL
+
 static struct {
     uint16_t every;
     uint16_t error_ticks;
@@ -99,27 +101,41 @@ static uint8_t slot_of(const struct records *records, uint8_t number)
     return (uint8_t)(slot - back);
 }
 
-void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+// The record of a pixel; the newest one stands for a pixel that was passed over, or NULL.
+static struct kept_record *record_of(struct records *records, uint16_t pixel)
 {
+    struct kept_record *newest = &records->kept[records->newest];
     uint8_t slot = records->newest;
 
     for (uint8_t left = records->count; left != 0; left--) {
         struct kept_record *record = &records->kept[slot];
         int16_t behind = (int16_t)(uint16_t)(record->pixel - pixel);
-        if (behind == -1 && left == records->count) {
-            records->early_ticks = error_ticks;
+        if (behind == 0) {
+            return record;
         }
         if (behind < 0) {
-            return;
-        }
-        if (behind == 0) {
-            record->edge_error_ticks = error_ticks;
-            if (left == records->count) {
-                note_newest(records, error_ticks);
-            }
-            return;
+            return record == newest || !records->passing ? NULL : newest;
         }
         slot = slot == 0 ? RECORDS_KEPT - 1u : (uint8_t)(slot - 1u);
+    }
+    return records->passing ? newest : NULL;
+}
+
+void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+{
+    struct kept_record *newest = &records->kept[records->newest];
+    struct kept_record *record = NULL;
+
+    if (records->count != 0 && pixel == (uint16_t)(newest->pixel + 1u)) {
+        records->early_ticks = error_ticks;
+        return;
+    }
+    record = record_of(records, pixel);
+    if (record != NULL) {
+        record->edge_error_ticks = error_ticks;
+    }
+    if (record == newest) {
+        note_newest(records, error_ticks);
     }
 }
 

@@ -75,8 +75,8 @@ void records_add(struct records *records,
                  int32_t actual_steps,
                  uint16_t expected_steps);
 
-// Note how far the clock's edge at the end of a pixel lay from its planned time. Does nothing when
-// that pixel has no record any more.
+// Note how far the clock's edge at the end of a pixel lay from its planned time. Of a pixel that was
+// passed over the newest record takes the error; of one before the oldest record nothing does.
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks);
 
 // Number of records to be read.

@@ -5,7 +5,7 @@
 //     0x0000  the board (registers.def)       0x0000  settings (registers.def)
 //     0x0020  axis 0, 0x0030 axis 1, ...      0x0100  commands (registers.def)
 //     0x0060  more of the board               0x1000  queue window
-//     0x0080  streams of axes 0, 1, ...
+//     0x0080  free bytes of the queues
 //     0x0100  records of axis 0, 0x0180 ...
 //     0x0300  event log
 //
@@ -28,10 +28,9 @@
 #define REG_EVENT_BASE   0x0300u // newest events, input
 #define REG_EVENT_HEADER 1u      // events since reset
 #define REG_EVENT_WORDS  8u      // number, code, axis, argument, pixel (2), time (2)
-// Stream word w of axis a: REG_STREAM_BASE + a * REG_STREAM_STRIDE + w. What a host needs that keeps
-// several queues filled, together so that one short request reads it.
-#define REG_STREAM_BASE   0x0080u // input
-#define REG_STREAM_STRIDE 4u      // free bytes of the queue, next block, state, records of the line
+// Free bytes in the queue of axis a: REG_ROOM_BASE + a. Together, so that a host that keeps several
+// queues filled reads them by one short request.
+#define REG_ROOM_BASE 0x0080u // input
 // One write from the window's start carries one block for one axis. The axis's word has the number of
 // bytes in its high half when packed bytes follow (motion/segment_pack.h), else runs follow.
 #define REG_QUEUE_WINDOW 0x1000u // block, axis, then runs of two words or bytes

@@ -25,7 +25,6 @@ from pixstep.board.state import (
     Event,
     Record,
     Records,
-    Stream,
     Switches,
     Trip,
 )
@@ -47,7 +46,6 @@ __all__ = [
     "NoReplyError",
     "Record",
     "Records",
-    "Stream",
     "Switches",
     "Trip",
     "Upload",

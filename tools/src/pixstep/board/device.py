@@ -22,7 +22,6 @@ from pixstep.board.state import (
     Event,
     Record,
     Records,
-    Stream,
     Switches,
     Trip,
     parse_events,
@@ -123,13 +122,9 @@ class Board(Wire):
             self._packs = self.input("map_version") >= regs.PACKED_MAP_VERSION
         return self._packs
 
-    def streams(self, first: int = 0, count: int = 1) -> list[Stream]:
-        """Return what streaming needs of `count` axes from `first` on, in one short request."""
-        words = self.read_inputs(
-            regs.STREAM_BASE + regs.STREAM_WORDS * first, regs.STREAM_WORDS * count
-        )
-        starts = range(0, len(words), regs.STREAM_WORDS)
-        return [Stream(*words[start : start + regs.STREAM_WORDS]) for start in starts]
+    def room(self, first: int = 0, count: int = 1) -> list[int]:
+        """Return the free bytes in the queues of `count` axes from `first` on, in one request."""
+        return self.read_inputs(regs.ROOM_BASE + first, count)
 
     def axis(self, axis: int) -> dict[str, int]:
         """Return the input registers of one axis by name."""

@@ -30,19 +30,6 @@ class Records:
     records: list[Record]
 
 
-@dataclass(frozen=True)
-class Stream:
-    """What a host needs of an axis that keeps its queue filled.
-
-    Free bytes of the queue, number of the next block, the state as axis_state, records of the line.
-    """
-
-    free: int
-    next_block: int
-    state: int
-    records_made: int
-
-
 TRIP_NONE, TRIP_CLOSED, TRIP_OPENED, TRIP_ALREADY = range(4)
 
 

@@ -118,7 +118,7 @@ class Upload:
         if known is not None:
             return known
         if self._packed:
-            return self.board.streams(self.axis)[0].free
+            return self.board.room(self.axis)[0]
         return self.board.axis(self.axis)["queue_free"] * packing.MOST
 
     def _write(self, block: int, entries: list[bytes]) -> None:
@@ -189,8 +189,8 @@ def feed(uploads: Iterable[Upload]) -> int:
     board = next(iter(open_ones.values())).board
     if not board.packs():
         return sum(bool(item.push()) for item in open_ones.values())
-    found = board.streams(count=max(open_ones) + 1)
-    room = {axis: found[axis].free for axis in open_ones}
+    found = board.room(count=max(open_ones) + 1)
+    room = {axis: found[axis] for axis in open_ones}
     blocks = 0
     while room:
         axis = max(room, key=lambda item: room[item])
