@@ -43,7 +43,7 @@ static void words_by_address(void)
     TEST_ASSERT_EQUAL_HEX32(0x1234FEDCuL, settings_u32(SETTINGS.pixel_hz_num));
     TEST_ASSERT_EQUAL_HEX32(1, settings_u32(SETTINGS.pixel_hz_den));
     TEST_ASSERT_EQUAL_UINT16(999, SETTINGS.enable_settle_ms);
-    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_enable_settle_ms + 1, SETTINGS_WORDS);
+    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_record_every + 1, SETTINGS_WORDS);
 }
 
 static void check_value(uint16_t address, uint16_t word, bool possible)
@@ -81,6 +81,7 @@ static void ranges(void)
     check_range(REG_HOLDING_bus_timeout_ms, 0, 60000);
     check_range(REG_HOLDING_idle_off_ms, 0, 60000);
     check_range(REG_HOLDING_enable_settle_ms, 0, 1000);
+    check_range(REG_HOLDING_record_every, 1, 10000);
 }
 
 static void check_hz(bool possible, uint32_t num, uint32_t den)

@@ -101,7 +101,8 @@ class FakeBoard(FakeServer):
         self.serial = 0
         self.storing_until = 0.0
         self.values = {
-            "map_version": regs.MAP_VERSION, "firmware_version": 0x0001, "record_capacity": 10, "reset_cause": 1,
+            "map_version": regs.MAP_VERSION, "firmware_version": 0x0001,
+            "record_capacity": 10, "reset_cause": 1,
             "min_interval_ticks": 266, "smooth_min_interval_ticks": 266, "event_capacity": 4,
             "features": (1 << len(features.table())) - 1,
         }  # fmt: skip
