@@ -50,15 +50,15 @@
 // more: the direction output changes that long after the middle at most. One axis's commands take
 // 370 ticks on the Uno and 630 on the Mega; there four axes that reverse at once take 1530, and a
 // byte on the bus may come between (test_turns.py reverses all of them at the limit).
-#define CONFIG_BOARD_NAME                BOARD_NAME
-#define CONFIG_BOARD_ID                  BOARD_ID
-#define CONFIG_AXES                      BOARD_AXES
-#define CONFIG_PIXEL_CLOCK_AXIS          BOARD_PIXEL_CLOCK_AXIS
-#define CONFIG_SWITCH_CAPTURE_AXIS       BOARD_SWITCH_CAPTURE_AXIS
-#define CONFIG_QUEUE_ENTRIES             BOARD_QUEUE_ENTRIES // runs and marks per axis, at least
-#define CONFIG_QUEUE_BYTES               (CONFIG_QUEUE_ENTRIES * 4u)
-#define CONFIG_EVENTS                    BOARD_EVENTS        // kept in the event log
-#define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_BOARD_NAME          BOARD_NAME
+#define CONFIG_BOARD_ID            BOARD_ID
+#define CONFIG_AXES                BOARD_AXES
+#define CONFIG_PIXEL_CLOCK_AXIS    BOARD_PIXEL_CLOCK_AXIS
+#define CONFIG_SWITCH_CAPTURE_AXIS BOARD_SWITCH_CAPTURE_AXIS
+#define CONFIG_QUEUE_ENTRIES      BOARD_QUEUE_ENTRIES // runs and marks per axis, at least
+#define CONFIG_QUEUE_BYTES        (CONFIG_QUEUE_ENTRIES * 4u)
+#define CONFIG_EVENTS             BOARD_EVENTS // kept in the event log
+#define CONFIG_MIN_INTERVAL_TICKS (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SEEK_MIN_INTERVAL_TICKS   (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_REVERSAL_MARGIN_TICKS     ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)

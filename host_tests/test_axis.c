@@ -345,8 +345,7 @@ static void block_of_several_entries(void)
     static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
     struct segment segment;
 
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN,
-                      bench_queue_block(0, block, sizeof block, false));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue_block(0, block, sizeof block, false));
     TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
     TEST_ASSERT_EQUAL_INT16(0x21, segment.count);
     TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));

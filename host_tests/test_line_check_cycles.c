@@ -31,10 +31,10 @@ void tearDown(void)
 
 static void begin(uint16_t word, int16_t backlash_steps, uint16_t line_speed)
 {
-    TEST_ASSERT_EQUAL(LINE_none,
-                      line_check_entry(&check,
-                                       &limits,
-                                       (struct segment){(int16_t)(LINE_MARK_START | word), 0}));
+    TEST_ASSERT_EQUAL(
+        LINE_none,
+        line_check_entry(
+            &check, &limits, (struct segment){(int16_t)(LINE_MARK_START | word), 0}));
     TEST_ASSERT_EQUAL(
         LINE_none,
         line_check_entry(&check, &limits, (struct segment){backlash_steps, line_speed}));

@@ -151,7 +151,8 @@ static void parameter_of_15_bits(void)
 
     bench_open(1, 1);
     bench.limits.smooth_min_interval_ticks = 1;
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, SEND(0x80, SMOOTH, 0, 0, 0xFF, 0xFE, 0x7F, 0xFE, 0x80, 0, 0, 1));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN,
+                      SEND(0x80, SMOOTH, 0, 0, 0xFF, 0xFE, 0x7F, 0xFE, 0x80, 0, 0, 1));
     TEST_ASSERT_EQUAL_UINT16(32766, bench.axis.check.backlash_steps);
     line_begin(&line, &bench.period, &bench.axis.queue, true);
     TEST_ASSERT_EQUAL_UINT16(32766, line.backlash_steps);

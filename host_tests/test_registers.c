@@ -284,10 +284,12 @@ static void queue_window_rules(void)
     TEST_ASSERT_EQUAL_UINT16(AXIS_LOADING, axis_input(0, REG_AXIS_axis_state));
 }
 
-// Packed bytes behind a word of their number and the axis; a byte that fills the last word counts not.
+// Packed bytes behind a word of their number and the axis; a byte that only fills the last word is
+// none of them.
 static void queue_window_takes_packed_bytes(void)
 {
-    static const uint16_t line[] = {0, 0x0D01, 0x8021, 0, 0x8000, 0, 0x3D3E, 0x7105, 0x3880};
+    static const uint16_t line[] = {
+        0, 0x0D01, 0x8021, 0, 0x8000, 0, 0x3D3E, 0x7105, 0x3880};
     static const uint16_t end[] = {1, 0x0401, 0x8002, 0};
     static const uint16_t no_axis[] = {0, 0x0400 + CONFIG_AXES, 0x8021, 0};
     static const uint16_t cut[] = {2, 0x0101, 0x8021};

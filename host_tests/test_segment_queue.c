@@ -193,7 +193,7 @@ static void entries_wrap_inside(void)
     }
 }
 
-// Differences leave the range of counts in both directions: the sum wraps, and the check refuses it.
+// A difference may leave the range of counts: the check refuses the sum.
 static void sums_wrap(void)
 {
     static const uint8_t bytes[] = {0xBF, 0xFF, 0, 1, 0x7F, 0xFF};

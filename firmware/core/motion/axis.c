@@ -252,7 +252,8 @@ void axis_line_finished(struct axis *axis)
 static bool line_chains(const struct axis *axis)
 {
     return start_queued(axis) && !axis->line.seek &&
-           (segment_queue_front_word(&axis->queue) & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
+           (segment_queue_front_word(&axis->queue) &
+            (LINE_START_WAIT | LINE_START_SEEK)) == 0;
 }
 
 void axis_line_decoded(struct axis *axis,

@@ -223,7 +223,8 @@ static void note_easy_speed(struct line_check *check)
     uint16_t easy = check->top_speed;
 
     if (has_backlash(check)) {
-        easy = check->reached ? check->line_speed : 0; // a speed that was reached is allowed
+        easy =
+            check->reached ? check->line_speed : 0; // a speed that was reached is allowed
     }
     check->easy_speed = easy < COUNT_MAX ? easy : COUNT_MAX;
 }
@@ -362,8 +363,8 @@ static enum line_error check_mark(struct line_check *check, struct segment entry
 }
 
 static enum line_error check_closely(struct line_check *check,
-                                           const struct line_limits *limits,
-                                           struct segment entry)
+                                     const struct line_limits *limits,
+                                     struct segment entry)
 {
     enum line_error error = LINE_none;
 

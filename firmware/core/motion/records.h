@@ -3,9 +3,9 @@
 // and how far the clock's edge lay from its planned time. A new record overwrites the oldest one.
 // Main loop only.
 //
-// At high pixel rates a host cannot read a record of each pixel: records_thin() keeps those of every
-// Nth pixel and of every deviation, that is where the actual position is not the expected one, or
-// where the edge error has changed by more than a limit since the newest record that was kept. The
+// At high pixel rates a host cannot read a record of each pixel: records_thin() keeps those of
+// every Nth pixel and of every deviation, that is where the actual position is not the expected one,
+// or where the edge error has changed by more than a limit since the newest record that was kept. The
 // newest pixel always has a record, which the next pixel overwrites if it is not to be kept.
 //
 //     pixel       ...  4      8      9      11           every 4, a deviation at pixel 9
@@ -75,8 +75,8 @@ void records_add(struct records *records,
                  int32_t actual_steps,
                  uint16_t expected_steps);
 
-// Note how far the clock's edge at the end of a pixel lay from its planned time. Of a pixel that was
-// passed over the newest record takes the error; of one before the oldest record nothing does.
+// Note how far the clock's edge at the end of a pixel lay from its planned time. Of a pixel that
+// was passed over the newest record takes the error; of one before the oldest record nothing does.
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks);
 
 // Number of records to be read.

@@ -3,10 +3,10 @@
 
 #include "base/apart.h" // APART
 
-#define NEAR_ZERO   0x38u // first byte of the difference 0
-#define SHORT_RUN   0x6Fu // added to the repeat of a short run, 2..7
-#define WIDE       0x78u
-#define WIDE_ZERO   0x7C00u // the two bytes of the difference 0
+#define NEAR_ZERO 0x38u // first byte of the difference 0
+#define SHORT_RUN 0x6Fu // added to the repeat of a short run, 2..7
+#define WIDE      0x78u
+#define WIDE_ZERO 0x7C00u // the two bytes of the difference 0
 
 static uint8_t next_byte(struct segment_reader *reader)
 {
@@ -42,7 +42,8 @@ static struct segment APART unpack_long(struct segment_reader *reader, uint8_t f
     }
     if (first < WIDE) {
         difference = (uint16_t)(int8_t)(uint8_t)word;
-        entry.repeat = first == SEGMENT_RUN ? next_byte(reader) : (uint8_t)(first - SHORT_RUN);
+        entry.repeat =
+            first == SEGMENT_RUN ? next_byte(reader) : (uint8_t)(first - SHORT_RUN);
     }
     reader->last = (int16_t)((uint16_t)reader->last + difference);
     entry.count = reader->last;

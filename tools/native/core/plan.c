@@ -111,7 +111,8 @@ static void queue_entry(struct plan *plan, struct segment entry)
 
 static void fill_queue(struct plan *plan)
 {
-    while (plan->entries_left != 0 && segment_queue_free_entries(&plan->axis.queue) != 0) {
+    while (plan->entries_left != 0 &&
+           segment_queue_free_entries(&plan->axis.queue) != 0) {
         queue_entry(plan, *plan->entries);
         plan->entries++;
         plan->entries_left--;
