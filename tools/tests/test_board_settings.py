@@ -114,7 +114,7 @@ def test_export_and_import(one, tmp_path):
         ("[settings]\nparity = 1\nparity = 2\n", ":3:11: Cannot overwrite a value"),
         ("map_version = 2\n[settings]\nparity = 1\n", ":1: settings of register map 2"),
         ("what = 2\n[settings]\nparity = 1\n", ":1: unknown key 'what'"),
-        ("map_version = 3\n", ": no table [settings]"),
+        ("map_version = 4\n", ": no table [settings]"),
         ("[settings]\npixel_hz_num = 60000\n", "the period must be 1024"),
         ("[settings]\nparity = " + 5000 * "1" + "\n", ":2: a number has too many digits"),
         ("[settings]\nparity = 0x" + 5000 * "1" + "\n", ":2: parity = a number of 19997 bits: 0"),

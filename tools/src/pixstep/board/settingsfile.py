@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Settings as a TOML file: each with its unit, range and meaning as a comment; read back checked.
 
-map_version = 3
+map_version = 4
 board = "mega"
 count = 16
 
