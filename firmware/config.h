@@ -50,15 +50,16 @@
 // more: the direction output changes that long after the middle at most. One axis's commands take
 // 370 ticks on the Uno and 630 on the Mega; there four axes that reverse at once take 1530, and a
 // byte on the bus may come between (test_turns.py reverses all of them at the limit).
-#define CONFIG_BOARD_NAME                BOARD_NAME
-#define CONFIG_BOARD_ID                  BOARD_ID
-#define CONFIG_AXES                      BOARD_AXES
-#define CONFIG_PIXEL_CLOCK_AXIS          BOARD_PIXEL_CLOCK_AXIS
-#define CONFIG_SWITCH_CAPTURE_AXIS       BOARD_SWITCH_CAPTURE_AXIS
-#define CONFIG_QUEUE_ENTRIES             BOARD_QUEUE_ENTRIES // runs and marks per axis
-#define CONFIG_EVENTS                    BOARD_EVENTS        // kept in the event log
-#define CONFIG_CLOCK_EDGES               (CONFIG_AXES == 1 ? 4 : 8) // captured, not taken
-#define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_BOARD_NAME          BOARD_NAME
+#define CONFIG_BOARD_ID            BOARD_ID
+#define CONFIG_AXES                BOARD_AXES
+#define CONFIG_PIXEL_CLOCK_AXIS    BOARD_PIXEL_CLOCK_AXIS
+#define CONFIG_SWITCH_CAPTURE_AXIS BOARD_SWITCH_CAPTURE_AXIS
+#define CONFIG_QUEUE_ENTRIES      BOARD_QUEUE_ENTRIES // runs and marks per axis, at least
+#define CONFIG_QUEUE_BYTES        (CONFIG_QUEUE_ENTRIES * 4u)
+#define CONFIG_EVENTS             BOARD_EVENTS // kept in the event log
+#define CONFIG_CLOCK_EDGES        (CONFIG_AXES == 1 ? 4 : 8) // captured, not taken
+#define CONFIG_MIN_INTERVAL_TICKS (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
 // The same while only 1, 2 or 3 axes are armed or move; a board says so only where it has more axes.
 #if !defined(BOARD_MIN_INTERVAL_1_TICKS)
@@ -83,7 +84,6 @@
 #define CONFIG_INDEX(axis) ((uint8_t)(axis))
 #endif
 
-#if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
-#error                                                                                   \
-    "CONFIG_QUEUE_ENTRIES must be a power of two up to 128: the queue's indices are 8 bits"
+#if (BOARD_QUEUE_ENTRIES & (BOARD_QUEUE_ENTRIES - 1)) != 0 || BOARD_QUEUE_ENTRIES < 2
+#error "BOARD_QUEUE_ENTRIES must be a power of two from 2 on"
 #endif

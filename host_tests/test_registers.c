@@ -95,6 +95,9 @@ static void mapped_inputs(void)
     check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_smooth_min_interval_3_ticks + 1);
     check_inputs(false, 0, REG_INPUT_smooth_min_interval_3_ticks + 2);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
+    check_inputs(true, REG_ROOM_BASE, CONFIG_AXES);
+    check_inputs(false, REG_ROOM_BASE - 1, 2);
+    check_inputs(false, REG_ROOM_BASE, CONFIG_AXES + 1);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
     check_inputs(true, REG_INPUT_fault_mask_high, 9);
@@ -233,6 +236,8 @@ static void queue_registers(void)
     bench_plain_line(1, 10, 20);
     TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 4,
                              axis_input(1, REG_AXIS_queue_free));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_BYTES - 16, bench_input(REG_ROOM_BASE + 1));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_BYTES, bench_input(REG_ROOM_BASE));
     TEST_ASSERT_EQUAL_UINT16(4, axis_input(1, REG_AXIS_next_block));
     TEST_ASSERT_EQUAL_UINT16(AXIS_LOADED, axis_input(1, REG_AXIS_axis_state));
     TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_next_block));
@@ -253,7 +258,7 @@ static void refusal_registers(void)
 
 static enum modbus_exception window(const uint16_t *words, uint8_t count)
 {
-    uint8_t bytes[16];
+    uint8_t bytes[20];
 
     for (uint8_t i = 0; i < count; i++) {
         put_word(&bytes[2u * i], words[i]);
@@ -277,6 +282,29 @@ static void queue_window_rules(void)
                              axis_input(0, REG_AXIS_queue_free));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(wrong_block, 4));
     TEST_ASSERT_EQUAL_UINT16(AXIS_LOADING, axis_input(0, REG_AXIS_axis_state));
+}
+
+// Packed bytes behind a word of their number and the axis; a byte that only fills the last word is
+// none of them.
+static void queue_window_takes_packed_bytes(void)
+{
+    static const uint16_t line[] = {
+        0, 0x0D01, 0x8021, 0, 0x8000, 0, 0x3D3E, 0x7105, 0x3880};
+    static const uint16_t end[] = {1, 0x0401, 0x8002, 0};
+    static const uint16_t no_axis[] = {0, 0x0400 + CONFIG_AXES, 0x8021, 0};
+    static const uint16_t cut[] = {2, 0x0101, 0x8021};
+
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(line, 8));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(no_axis, 4));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(end, 2));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(line, 9));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(line, 9));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_BYTES - 13, bench_input(REG_ROOM_BASE + 1));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_LOADING, axis_input(1, REG_AXIS_axis_state));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(end, 4));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_LOADED, axis_input(1, REG_AXIS_axis_state));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(cut, 3));
+    TEST_ASSERT_EQUAL_UINT16(LINE_malformed, axis_input(1, REG_AXIS_line_error));
 }
 
 static void full_queue_is_busy(void)
@@ -411,6 +439,7 @@ int main(void)
     RUN_TEST(queue_registers);
     RUN_TEST(refusal_registers);
     RUN_TEST(queue_window_rules);
+    RUN_TEST(queue_window_takes_packed_bytes);
     RUN_TEST(full_queue_is_busy);
     RUN_TEST(line_registers);
     RUN_TEST(records_oldest_first);

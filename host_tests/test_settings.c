@@ -85,7 +85,7 @@ static void ranges(void)
     check_range(REG_HOLDING_sync, 0, 2);
     check_range(REG_HOLDING_lock_tolerance_ppm, 100, 50000);
     check_range(REG_HOLDING_hold_over_edges, 0, 100);
-    check_range(REG_HOLDING_record_every, 1, 1);
+    check_range(REG_HOLDING_record_every, 1, 10000);
 }
 
 static void check_hz(bool possible, uint32_t num, uint32_t den)

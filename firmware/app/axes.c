@@ -13,7 +13,7 @@
 #define TRAIN_STAGGER_STEPS 2u
 
 static struct axis axes[CONFIG_AXES];
-static struct segment segment_slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
+static uint8_t queue_bytes[CONFIG_AXES][CONFIG_QUEUE_BYTES];
 
 void axes_start(void)
 {
@@ -21,8 +21,8 @@ void axes_start(void)
         const struct axis_parts parts = {
             .ring = step_timer_ring(i),
             .trains = step_timer_trains(i),
-            .slots = segment_slots[i],
-            .slot_count = CONFIG_QUEUE_ENTRIES,
+            .queue_bytes = queue_bytes[i],
+            .queue_size = CONFIG_QUEUE_BYTES,
             .stagger = (uint8_t)(TRAIN_STAGGER_STEPS * i),
             .first_period_ticks = STEP_IDLE_TICKS,
         };

@@ -15,13 +15,13 @@
 
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
-    uint8_t count = ledger->records.count;
+    uint8_t count = records_shown(&ledger->records);
 
     if (offset < 2) {
-        return half_word(count == 0 ? 0 : ledger->pixel, offset == 1);
+        return half_word(ledger->records.count == 0 ? 0 : ledger->pixel, offset == 1);
     }
     if (offset < REG_RECORD_HEADER) {
-        return offset == 2 ? count : 0;
+        return offset == 2 ? count : ledger->records.made;
     }
     uint8_t behind_header = (uint8_t)(offset - REG_RECORD_HEADER);
     // A reply of records passes here for each of its words: the quotient by a product, right up to
@@ -43,6 +43,7 @@ static const struct area {
 } input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
     {REG_INPUT_fault_mask_high, REG_INPUT_smooth_min_interval_3_ticks + 1u},
+    {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
     {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
@@ -70,8 +71,12 @@ bool data_input_mapped(uint16_t address, uint16_t count)
 
 uint16_t data_input(uint16_t address)
 {
-    if (address < REG_RECORD_BASE) {
+    if (address < REG_ROOM_BASE) {
         return report_word(address);
+    }
+    if (address < REG_RECORD_BASE) {
+        return segment_queue_free(
+            &axes_get(CONFIG_INDEX((uint8_t)(address - REG_ROOM_BASE)))->queue);
     }
     if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
         return events_word(address);
@@ -111,18 +116,30 @@ uint16_t data_holding(uint16_t address)
     return word != NULL ? *word : 0;
 }
 
-// None of the three writes is inlined: what one keeps on the stack would lie below the others.
-static APART enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
+// The window's words behind its header are runs of two words, or, when the axis's word has a number
+// of bytes in its high half, that many bytes of packed entries.
+static bool read_block(struct block *block, uint16_t count, uint8_t *words)
 {
-    uint16_t axis = get_word(&words[2]);
-    if (count < REG_QUEUE_HEADER + 2u || (count & 1u) != 0 || axis >= CONFIG_AXES) {
+    uint8_t bytes = words[2];
+    uint8_t left = (uint8_t)(count - REG_QUEUE_HEADER);
+
+    block->number = get_word(words);
+    block->bytes = &words[2u * REG_QUEUE_HEADER];
+    block->packed = bytes != 0;
+    block->size = bytes != 0 ? bytes : (uint8_t)(2u * left);
+    return count > REG_QUEUE_HEADER && words[3] < CONFIG_AXES &&
+           (bytes != 0 ? left == (uint8_t)((bytes + 1u) / 2u) : left % 2u == 0);
+}
+
+// None of the three writes is inlined: what one keeps on the stack would lie below the others.
+static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
+{
+    struct block block;
+
+    if (!read_block(&block, count, words)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    switch (axis_queue_block(axes_get((uint8_t)axis),
-                             limits_of((uint8_t)axis),
-                             get_word(&words[0]),
-                             &words[4],
-                             (uint8_t)((count - REG_QUEUE_HEADER) / 2u))) {
+    switch (axis_queue_block(axes_get(words[3]), limits_of(words[3]), &block)) {
     case BLOCK_TAKEN:
     case BLOCK_REPEATED:
         return MODBUS_OK;

@@ -7,6 +7,9 @@
 #include "base/flash.h"       // flash_word
 #include "motion/lock_grid.h" // lock_grid_now
 
+// A change of the clock edge's error by more than this part of a pixel is a deviation.
+#define DEVIATION_PARTS 64u
+
 #define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 
 static struct line_limits current_limits;
@@ -29,6 +32,9 @@ void limits_apply_settings(void)
         (uint16_t)(driver_us * TICKS_PER_US + CONFIG_REVERSAL_MARGIN_TICKS);
 
     reference_apply_settings();
+    uint32_t error_ticks = reference_period()->whole_ticks / DEVIATION_PARTS;
+    records_thin(settings->record_every,
+                 error_ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)error_ticks);
     current_limits = (struct line_limits){
         .pixel_ticks = shortest_pixel_ticks(),
         .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,

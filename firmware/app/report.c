@@ -92,7 +92,7 @@ static uint16_t settings_state_word(uint8_t axis, bool low)
 static uint16_t queue_free(uint8_t axis, bool low)
 {
     (void)low;
-    return segment_queue_free(&axes_get(axis)->queue);
+    return segment_queue_free_entries(&axes_get(axis)->queue);
 }
 
 static uint16_t ring_fill(uint8_t axis, bool low)

@@ -11,6 +11,7 @@ from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
+from pixstep.lines import packing
 from pixstep_dev.robustness.wire import crc16
 
 MAP = regs.register_map()
@@ -80,6 +81,7 @@ class FakeAxis:
     token: int = 0
     started_s: float = 0.0
     pixel: int = 0
+    last: int = 0  # count of the newest entry
     records: list = field(default_factory=list)
     count: int = 0  # of the run that is being made
     repeat: int = 0
@@ -99,7 +101,8 @@ class FakeBoard(FakeServer):
         self.serial = 0
         self.storing_until = 0.0
         self.values = {
-            "map_version": 4, "firmware_version": 0x0001, "record_capacity": 10, "reset_cause": 1,
+            "map_version": regs.MAP_VERSION, "firmware_version": 0x0001,
+            "record_capacity": 10, "reset_cause": 1,
             "min_interval_ticks": 266, "smooth_min_interval_ticks": 266, "event_capacity": 4,
             "features": (1 << len(features.table())) - 1,
         }  # fmt: skip
@@ -166,6 +169,9 @@ class FakeBoard(FakeServer):
         words = {}
         if first >= regs.EVENT_BASE:
             return self.event_words()
+        if regs.ROOM_BASE <= first < regs.RECORD_BASE:
+            free = [packing.MOST * (QUEUE - len(axis.entries)) for axis in self.axes]
+            return dict(enumerate(free, regs.ROOM_BASE))
         if first >= regs.RECORD_BASE:
             return self.record_words((first - regs.RECORD_BASE) // regs.RECORD_STRIDE)
         for item in MAP.inputs:
@@ -212,7 +218,7 @@ class FakeBoard(FakeServer):
         axis = self.axes[number]
         kept = axis.records[-self.values["record_capacity"] :]
         newest = kept[-1][0] if kept else 0
-        words = [newest >> 16, newest, len(kept), 0]
+        words = [newest >> 16, newest, len(kept), len(axis.records)]
         for pixel, steps in kept:
             words += [pixel, steps >> 16, steps, steps >> 16, steps, 0]
         words += [0] * (regs.RECORD_STRIDE - len(words))
@@ -288,6 +294,7 @@ class FakeBoard(FakeServer):
 
     def queue(self, words):
         block, number, *rest = words
+        packed, number = divmod(number, 0x100)
         if number >= len(self.axes):
             raise RefusalError(VALUE)
         axis = self.axes[number]
@@ -295,11 +302,17 @@ class FakeBoard(FakeServer):
             return
         if block != axis.next_block or axis.state == "fault":
             raise RefusalError(VALUE)
-        entries = list(zip(rest[::2], rest[1::2], strict=True))
+        if packed:
+            data = b"".join(word.to_bytes(2) for word in rest)
+            found = packing.unpack(data[:packed], axis.last)
+            entries = [(count & 0xFFFF, repeat) for count, repeat in found]
+        else:
+            entries = list(zip(rest[::2], rest[1::2], strict=True))
         if len(axis.entries) + len(entries) > QUEUE:
             raise RefusalError(BUSY)
         axis.next_block = (block + 1) & 0xFFFF
         axis.entries += entries
+        axis.last = entries[-1][0]
         axis.state = axis.state if axis.state == "running" else "loaded"
 
     def obey(self, name, mask, argument):

@@ -36,8 +36,8 @@ def seek(bench, axis, count, pixels, flags=0):
 @pytest.mark.parametrize("board", BOARDS)
 def test_starved(board):
     """The queue is filled, but the line's end never comes."""
-    with FaultBench(board) as bench:
-        pixels = bench.board.axis(0)["queue_free"] * 3 // 4 + 1
+    with FaultBench(board, hz=200) as bench:
+        pixels = bench.board.room()[0] * 3 // 4 + 1
         line = Line(tuple(20 + n % 2 for n in range(pixels)), PLAIN)
         upload = Upload(bench.board, 0, runs.queue_entries(line)[:-1])
         upload.push()

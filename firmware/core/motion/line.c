@@ -28,7 +28,7 @@ void line_begin(struct line *line,
         .negative = ((uint16_t)mark.count & LINE_START_NEGATIVE) != 0,
         .seek = ((uint16_t)mark.count & LINE_START_SEEK) != 0,
         .fresh = true,
-        .backlash_steps = take_up ? (uint16_t)parameter.count : 0,
+        .backlash_steps = take_up ? (uint16_t)parameter.count & SEGMENT_PARAMETER : 0,
         .line_speed = parameter.repeat,
     };
     line->shifted = line->backlash_steps != 0;

@@ -64,6 +64,10 @@ struct line_check {
     // which the line takes them up.
     uint16_t backlash_steps;
     uint16_t line_speed;
+    // Highest speed of the line, steps/pixel: of a plain line the largest count.
+    uint16_t top_speed;
+    // A segment up to this speed that goes on as the line does needs no closer look; 0: none.
+    uint16_t easy_speed;
     // Length of the zero pixels since the last step, ticks; 0xFFFF: that or more.
     uint16_t rest_ticks;
     // Speed at the end of the last pixel, steps/pixel.
@@ -87,6 +91,9 @@ void line_check_reset(struct line_check *check);
 // True when everything accepted since the reset keeps these limits' shortest intervals too.
 bool line_check_fits(const struct line_check *check, const struct line_limits *limits);
 #endif
+
+// The limits may be others than those of the entries before. Divides.
+void line_check_limits(struct line_check *check, const struct line_limits *limits);
 
 // Accept the next entry, or return why not; the reason concerns the pixel behind check->pixel.
 // After a refusal the check must be reset.

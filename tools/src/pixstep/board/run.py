@@ -17,6 +17,7 @@ from pixstep.board.client import (
     Upload,
 )
 from pixstep.board.errors import IMPOSSIBLE
+from pixstep.board.upload import feed
 from pixstep.board.world import World
 from pixstep.progress import Progress, unseen
 
@@ -162,8 +163,7 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
     while True:
         over, done = True, 0
         for lines in group:
-            for upload in lines.uploads:
-                upload.push()
+            feed(lines.uploads)
             found = lines.board.axes(max(lines.axes) + 1)
             names = [regs.axis_state(found[axis]["axis_state"]) for axis in lines.axes]
             over = over and not any(name in _MOVING for name in names)
