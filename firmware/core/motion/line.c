@@ -253,13 +253,9 @@ bool line_on_pixels(const struct line *line)
 
 uint8_t line_even_steps(struct line *line, bool negative)
 {
-    struct segment next;
-
-    if (line->segment.repeat == 0) {
-        if (!segment_queue_peek(line->queue, 0, &next) || next.repeat == 0) {
-            return 0;
-        }
-        (void)segment_queue_pop(line->queue, &line->segment);
+    if (line->segment.repeat == 0 &&
+        !segment_queue_pop_pixels(line->queue, &line->segment)) {
+        return 0;
     }
     int16_t count = line->segment.count;
     uint16_t steps = (uint16_t)(count < 0 ? -count : count);

@@ -197,8 +197,7 @@ static uint16_t steps_of(struct segment entry)
     return magnitude_of(entry.count);
 }
 
-static enum line_error check_plain_segment(struct line_check *check,
-                                           struct segment entry)
+static enum line_error check_plain_segment(struct line_check *check, struct segment entry)
 {
     if (steps_of(entry) > check->top_speed) {
         return LINE_too_fast;
