@@ -63,6 +63,10 @@ void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period
 uint32_t pixel_grid_advance(struct pixel_grid *grid)
 {
     const struct pixel_period *period = grid->period;
+
+    if (period->remainder == 0) {
+        return period->whole_ticks;
+    }
     uint32_t room = period->divisor - period->remainder;
 
     if (grid->sum >= room) {
