@@ -88,7 +88,8 @@ static inline bool ledger_due(const struct ledger *ledger,
     if (ledger->train == LEDGER_NO_TRAIN) {
         uint8_t whole = stream_whole_pixel(stream);
         if (whole != 0) {
-            return behind >= whole && (behind >= LEDGER_LAG_PERIODS || stream_marks_low(stream));
+            return behind >= whole &&
+                   (behind >= LEDGER_LAG_PERIODS || stream_marks_low(stream));
         }
         if (behind != 0) {
             return !stream_inside_batch(stream, sample->tail);
