@@ -59,7 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
-    TEST_ASSERT_EQUAL_UINT16(3, bench_input(0)); // what the host's tools know
+    TEST_ASSERT_EQUAL_UINT16(4, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
@@ -69,6 +69,10 @@ static void board_describes_itself(void)
                              bench_input(REG_INPUT_min_interval_ticks));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
                              bench_input(REG_INPUT_smooth_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT16(BOARD_MIN_INTERVAL_1_TICKS,
+                             bench_input(REG_INPUT_min_interval_1_ticks));
+    TEST_ASSERT_EQUAL_UINT16(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS,
+                             bench_input(REG_INPUT_smooth_min_interval_3_ticks));
     TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_INPUT_record_capacity));
     TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
 }
@@ -97,8 +101,8 @@ static void mapped_inputs(void)
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 9);
-    check_inputs(false, REG_INPUT_fault_mask_high, 10);
+    check_inputs(true, REG_INPUT_fault_mask_high, 22);
+    check_inputs(false, REG_INPUT_fault_mask_high, 23);
     check_inputs(false, REG_INPUT_smooth_min_interval_3_ticks + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
