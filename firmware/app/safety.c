@@ -42,7 +42,8 @@ static bool needs_no_heartbeat(uint8_t i)
 {
     enum step_engine_state state = step_timer_state(i);
 
-    return state == STEP_ENGINE_HALTED || (CONFIG_AXES > 1 && state == STEP_ENGINE_PARKED);
+    return state == STEP_ENGINE_HALTED ||
+           (CONFIG_AXES > 1 && state == STEP_ENGINE_PARKED);
 }
 
 // Feed the watchdog when every axis is alive; one axis is checked in each round. A halted or a

@@ -31,12 +31,12 @@ static void clock_body(void) __asm__("__vector_clock_body") __attribute__((signa
 // in for the flag that the hardware has cleared. SEI lets SBI execute before any interrupt.
 ISR(TIMER0_OVF_vect, ISR_NAKED)
 {
-    __asm__ volatile("sei\n\t"
-                     "sbi %[flags], %[counting]\n\t"
-                     "jmp __vector_clock_body"
-                     :
-                     : [flags] "I"(_SFR_IO_ADDR(GPIOR0)),
-                       [counting] "I"(CLOCK_COUNTING_BIT));
+    __asm__ volatile(
+        "sei\n\t"
+        "sbi %[flags], %[counting]\n\t"
+        "jmp __vector_clock_body"
+        :
+        : [flags] "I"(_SFR_IO_ADDR(GPIOR0)), [counting] "I"(CLOCK_COUNTING_BIT));
 }
 
 static void clock_body(void)

@@ -19,10 +19,8 @@ bool pixel_clock_waiting(void)
 
 bool pixel_clock_take(struct pixel_capture *capture, bool *lost)
 {
-    if (!capture_take(&pixel_clock,
-                      capture,
-                      CONFIG_PIXEL_CLOCK_AXIS,
-                      CAPTURE_PIXEL_CLOCK_BUSY)) {
+    if (!capture_take(
+            &pixel_clock, capture, CONFIG_PIXEL_CLOCK_AXIS, CAPTURE_PIXEL_CLOCK_BUSY)) {
         return false;
     }
     *lost = capture_lost(CAPTURE_PIXEL_CLOCK_OVERRUN);

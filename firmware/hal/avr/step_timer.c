@@ -269,8 +269,7 @@ static uint16_t parked_idle_count(uint8_t axis)
 
 uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured)
 {
-    return parked_count_at(
-        parked_bases[axis], units, captured, parked_idle_count(axis));
+    return parked_count_at(parked_bases[axis], units, captured, parked_idle_count(axis));
 }
 
 // Switch the overflow interrupt of an axis on or off, and leave TEMP as its handler expects it. 9

@@ -88,10 +88,8 @@ CAPTURE_HANDLER_AT_ONCE(switch_edge,
 
 bool switch_capture_take(struct switch_capture *capture)
 {
-    bool taken = capture_take(&switch_edge,
-                              &capture->edge,
-                              CONFIG_SWITCH_CAPTURE_AXIS,
-                              CAPTURE_SWITCH_BUSY);
+    bool taken = capture_take(
+        &switch_edge, &capture->edge, CONFIG_SWITCH_CAPTURE_AXIS, CAPTURE_SWITCH_BUSY);
 
     capture->seeker = seeker_sample;
     return taken;

@@ -77,9 +77,7 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
         __asm__ volatile("push r24\n\t"                                                  \
                          "ldi r24, %[mask]\n\t"                                          \
                          "sts %[control], r24\n\t"                                       \
-                         "sei\n\t"                                                       \
-                         UART_LET_IN                                                     \
-                         "call __vector_" #body "\n\t"                                   \
+                         "sei\n\t" UART_LET_IN "call __vector_" #body "\n\t"             \
                          "jmp serial_over"                                               \
                          :                                                               \
                          : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
