@@ -63,7 +63,7 @@
 #define CONFIG_EVENTS                    BOARD_EVENTS        // kept in the event log
 #define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
-// The same while only 1, 2 or 3 axes are armed or move; a board says so only where it has more axes.
+// The same while only 1, 2 or 3 axes are armed or move, on a board with more axes.
 #if !defined(BOARD_MIN_INTERVAL_1_TICKS)
 #define BOARD_MIN_INTERVAL_1_TICKS        BOARD_MIN_INTERVAL_TICKS
 #define BOARD_SMOOTH_MIN_INTERVAL_1_TICKS BOARD_SMOOTH_MIN_INTERVAL_TICKS
