@@ -55,9 +55,7 @@ class BoardLimits:
         )
 
 
-def named(
-    name: str, pixel_hz: Fraction, tick_hz: int | None = None, axes: int = 1
-) -> BoardLimits:
+def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None, axes: int = 1) -> BoardLimits:
     """Return the limits of a board with its default settings; at another timer's rate if given.
 
     `axes` is the number of axes that move together: the more, the longer the shortest intervals.
