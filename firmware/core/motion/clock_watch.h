@@ -55,10 +55,10 @@ void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks);
 
-// An edge came at edge_ticks. Returns true when the edge is a pixel edge of the reference line; *pixel
-// is then its number (0: line zero) and watch->error_ticks its error. A
-// line that misses more than four edges in a row is the reference no longer, so that the time is
-// bounded however long the clock has rested.
+// An edge came at edge_ticks. Returns true when the edge is a pixel edge of the reference line;
+// *pixel is then its number (0: line zero) and watch->error_ticks its error. A line that misses
+// more than four edges in a row is the reference no longer, so that the time is bounded however
+// long the clock has rested.
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
