@@ -26,9 +26,14 @@
 #define CLOCK_FILTER_SHIFT_MAX 7u
 
 struct clock_filter {
-    // Where the next edge is expected.
-    struct fine_ticks expected;
-    struct fine_ticks period;
+    union {
+        struct {
+            // Where the next edge is expected.
+            struct fine_ticks expected;
+            struct fine_ticks period;
+        };
+        struct fine_ticks pair[2];
+    };
     // The period of the settings, for the first edge.
     uint32_t nominal_ticks;
     // Number of the newest edge, missing ones counted; wraps.
