@@ -155,9 +155,7 @@ def test_clock_edge_lost(board):
                 bench.sim.command(f"pin 0 {pin.port} {pin.bit} {level}")
                 bench.sim.run(500)
         bench.run_into_fault(bench.pixel_ticks)
-        bench.assert_fault(
-            "clock_edge_lost", pixel=range(pixel, pixel + 2), argument=range(1, 12)
-        )
+        bench.assert_fault("clock_edge_lost", pixel=range(pixel, pixel + 2), argument=range(1, 12))
 
 
 def clock_argument(interval_ticks):
