@@ -134,7 +134,7 @@ def test_speeds_with_units():
     by_length = px.make_line(profile, speed="12 mm/s", pixels=30, motor=machine["M39"], backlash=0)
     assert by_length.line.line_speed == 160
     assert px.make_line(profile, speed="3000 steps/s", pixels=30).line.line_speed == 100
-    with pytest.raises(px.UserError, match=r"speed 100 steps/s is .* nearest 3 and 4"):
+    with pytest.raises(px.UserError, match=r"100 steps/s is 3.3.* nearest legal 2 .* and 4 "):
         px.make_line(profile, speed="100 steps/s", pixels=30)
     with pytest.raises(px.UserError, match="needs a pixel frequency"):
         px.make_line(px.Profile((8, 16)), speed="100 steps/s", pixels=30)
@@ -241,6 +241,7 @@ def test_an_interrupted_program_stops_the_axes(mega, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Device, "command", noted)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt) as ended:
         mega.board().run(px.line([2] * 60, decode="plain", pixel_hz=30), 1, progress=interrupted)
+    assert ended.value.__notes__[0].startswith("board 1 axis 1 at position ")
     assert sent[-2:] == [("arm", [1]), ("stop", [1])]

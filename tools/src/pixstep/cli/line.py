@@ -38,10 +38,9 @@ from pixstep.cli.quantities import (
     WholeHzType,
     scale_of,
     whole_limit,
-    whole_speed,
 )
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck, planner
+from pixstep.lines import linecheck, planner, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import hz_text
 from pixstep.profiles import generator, madefor
@@ -85,7 +84,7 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
         raise UserError("--plain and --decode smooth contradict each other")
     speeds, notes = formats.read_prn(prn, lenient=options["lenient"])
     say([*notes, *madefor.notes(prn, None, pixel_hz, refuse=True)])
-    speed = whole_speed(speed, pixel_hz, scale_of(ctx), smooth=not plain)
+    speed = units.whole_speed(speed, pixel_hz, scale_of(ctx), smooth=not plain)
     jerk_warn = whole_limit(options["jerk_warn"], pixel_hz, least=0)
     request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
     made = generator.generate(speeds, request, str(prn))

@@ -12,10 +12,10 @@ from rich.table import Table
 from pixstep import atomic, formats
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import HZ, json_option, plot_option, raw_option, say, show_json, teller
-from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType, whole_limit
+from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType
 from pixstep.errors import UserError
+from pixstep.lines import units
 from pixstep.lines.linecheck import MAX_COUNT
-from pixstep.lines.units import parse_pixels
 from pixstep.reversals.compensate import (
     FIRST,
     INITIAL_DIRECTIONS,
@@ -40,7 +40,7 @@ class _Pixels(click.ParamType):
         if value == "auto":
             return None
         try:
-            pixels = parse_pixels(value)
+            pixels = units.parse_pixels(value)
         except UserError:
             pixels = 0
         if pixels < 1:
@@ -116,9 +116,8 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
 def _limits(options: dict) -> MotionLimits:
     """Return what the motor can do; no pixel holds more than MAX_COUNT steps."""
     hz = options["pixel_hz"]
-    acceleration, slow, fast = (
-        whole_limit(options[name], hz) for name in ("max_acceleration", "start_stop", "max_speed")
-    )
+    names = ("max_acceleration", "start_stop", "max_speed")
+    acceleration, slow, fast = (units.whole_limit(options[name], hz) for name in names)
     return MotionLimits(acceleration, slow, min(fast, MAX_COUNT))
 
 

@@ -9,6 +9,7 @@ from dataclasses import astuple, dataclass
 from fractions import Fraction
 from functools import cache
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -104,7 +105,7 @@ def _words(entries: Iterable[Entry]) -> list[Entry]:
     return [((count + 0x8000 & 0xFFFF) - 0x8000, repeat) for count, repeat in entries]
 
 
-def _limits(limits: CoreLimits):
+def _limits(limits: CoreLimits) -> Any:  # of cffi, which has no types
     return _core().ffi.new("struct line_limits *", astuple(limits))
 
 
@@ -114,7 +115,7 @@ def _code(number: int, pixel: int) -> Code:
 
 
 @cache
-def codes() -> dict[int, dict]:
+def codes() -> dict[int, dict[str, Any]]:
     """Return the rows of the firmware's table of line errors by number."""
     return {row["code"]: row for row in tables.table("line_errors")}
 

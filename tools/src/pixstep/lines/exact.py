@@ -14,7 +14,7 @@ period early and B steps at speed V fill the gap.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from math import isqrt
+from math import isqrt, sqrt
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class Instant:
         return tick == whole or (tick == whole + 1 and not self.is_integer())
 
     def __float__(self) -> float:
-        return (self.x + self.y * self.d**0.5) / self.e
+        return (self.x + self.y * sqrt(self.d)) / self.e
 
 
 @dataclass(frozen=True, slots=True)

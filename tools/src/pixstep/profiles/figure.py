@@ -65,7 +65,7 @@ def _captions(figure: Figure, drawing: Drawing, meanings: list[Artist]) -> None:
     figure.suptitle(f"{drawing.title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
     figure.text(0.012, 0.957, drawing.subtitle, fontsize=9.5, color=FAINT, va="top")
     if meanings:
-        longest = max(len(one.get_label()) for one in meanings)
+        longest = max(len(str(one.get_label())) for one in meanings)
         columns = max(1, 160 // (longest + 10))  # characters that fit, and room for a mark
         figure.legend(handles=meanings, loc="outside lower left", ncols=columns,
                       labelcolor=INK, fontsize=9)  # fmt: skip
@@ -150,7 +150,8 @@ def _second_scale(axes: Axes, drawing: Drawing, order: int) -> None:
     if drawing.pixel_hz is None:
         return
     factor = float(drawing.pixel_hz) ** order
-    scale = axes.secondary_yaxis("right", functions=(lambda y: y * factor, lambda y: y / factor))
+    functions = (lambda y: np.multiply(y, factor), lambda y: np.divide(y, factor))
+    scale = axes.secondary_yaxis("right", functions=functions)
     scale.set_ylabel(units.unit(order, per_second=True).replace("2", "²").replace("3", "³"))
     scale.yaxis.set_major_formatter(EngFormatter(sep=""))
     scale.spines["right"].set_visible(True)

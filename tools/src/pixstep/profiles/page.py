@@ -45,7 +45,7 @@ def figures_table(figures: Figures, hz: Fraction | None) -> Table:
 
 def figures_json(figures: Figures, hz: Fraction | None) -> dict:
     """Return the figures as plain data."""
-    data = {
+    data: dict[str, int | float | str] = {
         "pixels": figures.pixels,
         "steps": figures.steps,
         "peak_speed_steps_per_px": figures.peak_speed,

@@ -39,7 +39,7 @@ def of(line: Line) -> list[Phase]:
 
 def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tuple]]:
     """Yield the kind of every piece, with the speeds that tell it from another of its kind."""
-    swings = {}
+    swings: dict[int, tuple[int, int]] = {}
     for run in linecheck.oscillations(line) if line.smooth else ():
         swings |= dict.fromkeys(range(run.pixel - 1, run.pixel - 1 + run.length), run.swing)
     changes = motion.accelerations if line.smooth else motion.speed_changes
