@@ -82,8 +82,8 @@ def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None)
         markdown.write(write, _MARKERS, _document(measured))
         click.echo(f"{write}: written", err=True)
     if as_json:
-        shown = compare.compare(measured) if comparing else {"schema": SCHEMA, **measured}
-        click.echo(json.dumps(shown, indent=2))
+        facts = {"targets": compare.compare(measured)} if comparing else measured
+        click.echo(json.dumps({"schema": SCHEMA, **facts}, indent=2))
     elif not write:
         console = Console(highlight=False)
         if not console.is_terminal:

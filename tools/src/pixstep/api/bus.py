@@ -11,7 +11,7 @@ from pixstep.board import connection, limits, uploading
 from pixstep.board import run as running
 from pixstep.board.client import Board as Device
 from pixstep.board.link import Link
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.progress import Progress, unseen
 
@@ -74,7 +74,13 @@ class Board:
         by_axis = _by_axis(lines, axis)
         hz = _one_frequency(by_axis)
         refuse_period(hz, self.device.tick_hz())
+        kind = self.kind
         for item in by_axis.values():
+            if item.motor and item.motor.board != kind:
+                raise RefusedError(
+                    f"{item.line.name}: motor {item.motor.name} is on a {item.motor.board}, board "
+                    f"{self.unit} is a {kind}"
+                )
             if item.line.backlash:
                 self.device.require("backlash")
             self.check(item).raise_if_refused()

@@ -9,7 +9,6 @@ from rich.table import Table
 
 from pixstep.board import boards, capability
 from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability
-from pixstep.cli import machinedefaults
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, pixel_hz_option, show_json
 from pixstep.cli.quantities import (
@@ -49,7 +48,7 @@ def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
     axes = axes or able.board.axes
     if axes > able.board.axes:
         raise UserError(f"--axes {axes}: {boards.axes_text(board)}")
-    told = _facts(able, axes) | {"machine": machinedefaults.in_force(ctx)}
+    told = _facts(able, axes)
     told["shortest_line"] = _shortest(able, limits)
     if as_json:
         show_json(told)

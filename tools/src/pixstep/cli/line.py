@@ -12,7 +12,6 @@ import click
 from pixstep import atomic, formats
 from pixstep.board import boards
 from pixstep.board.limits import named
-from pixstep.cli import machinedefaults
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     DECODE,
@@ -169,7 +168,6 @@ def line_check(
     if as_json:
         report = {
             "file": str(csv),
-            "machine": machinedefaults.in_force(ctx),
             "line": line_number or 1,
             "decode": decode,
             "backlash": backlash,

@@ -18,7 +18,7 @@ import click
 from click.core import ParameterSource
 
 from pixstep.cli.quantities import set_scale
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import SPEED, Quantity, Scale
 from pixstep.machine import finding
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pixstep.machine.reading import Machine
 
 _FACTS_OF = "pixstep.machine"
+_ANY_BOARD = (["board", "stop"], ["board", "info"])
 _OTHER_NAMES = {"line sim": ["sim"], "line plan": ["ticks"]}
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
 _FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
@@ -154,10 +155,39 @@ class Facts(dict):
         return bool(set(words) - {motor.decode for motor in self.motors})
 
 
-def in_force(ctx: click.Context) -> str | None:
-    """Return the path of the machine file that a command used, for its JSON."""
+def told(ctx: click.Context | None) -> dict[str, str | None]:
+    """Return the machine file that gave a command a default, for its JSON; None if none did.
+
+    A command that no file could give any has nothing to tell.
+    """
+    if ctx is None or _FACTS_OF not in ctx.meta:
+        return {}
+    used = _used(ctx)
+    return {"machine": str(used.path) if used else None}
+
+
+def _used(ctx: click.Context) -> Machine | None:
+    """Return the machine that a command has asked for a default; it is not read only for this."""
     facts = ctx.meta.get(_FACTS_OF)
-    return None if facts is None or facts.found is None else str(facts.found.path)
+    return None if facts is None else vars(facts).get("found")
+
+
+def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
+    """Refuse a connected board of another kind than the machine file that is used says.
+
+    Stopping goes on, and so does what shows which board it is: both only note it.
+    """
+    used = _used(ctx)
+    if used is None:
+        return
+    for name, board in used.boards.items():
+        if (board.port, board.unit) != (port, unit) or board.kind == kind:
+            continue
+        said = f"{used.path} has boards.{name} as a {board.kind}"
+        text = f"board {unit} on {port} is a {kind}; {said}"
+        if _words(ctx) not in _ANY_BOARD:
+            raise RefusedError(text)
+        click.echo(f"note: {text}", err=True)
 
 
 def by_machine(ctx: click.Context, name: str) -> bool:

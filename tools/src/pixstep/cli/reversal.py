@@ -2,6 +2,7 @@
 """`pixstep line compensate`: take up the play at the reversals of a plain line."""
 
 from dataclasses import asdict
+from fractions import Fraction
 from pathlib import Path
 
 import click
@@ -105,7 +106,7 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     with atomic.together():
         formats.write_csv(output, list(made.counts), read.header)
         if plot:
-            _draw(made, request, csv, plot)
+            _draw(made, request, csv, options["pixel_hz"], plot)
     if as_json:
         show_json(_report(csv, output, request, made))
     else:
@@ -121,10 +122,10 @@ def _limits(options: dict) -> MotionLimits:
     return MotionLimits(acceleration, slow, min(fast, MAX_COUNT))
 
 
-def _draw(made: Compensated, request: Request, csv: Path, plot: Path) -> None:
+def _draw(made: Compensated, request: Request, csv: Path, hz: Fraction | None, plot: Path) -> None:
     from pixstep.reversals import picture  # matplotlib takes a second to load
 
-    picture.draw(made, request, str(csv), plot)
+    picture.draw(made, request, str(csv), hz, plot)
 
 
 def _report(csv: Path, output: Path, request: Request, made: Compensated) -> dict:

@@ -15,6 +15,7 @@ from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
 from pixstep.board.port import PARITIES
 from pixstep.board.transport import BAUD, TIMEOUT_S
+from pixstep.cli import machinedefaults
 from pixstep.cli.command import complain
 from pixstep.cli.options import say
 from pixstep.cli.quantities import TimeType
@@ -173,7 +174,9 @@ def one_board(line: PortOptions, unit: int) -> Iterator[tuple[Connection, Known]
 
 def _known(found: Connection, unit: int) -> Known:
     one = found.board(unit)
-    return Known(one, one.who())
+    who = one.who()
+    machinedefaults.compare_board(click.get_current_context(), found.port, unit, who.board)
+    return Known(one, who)
 
 
 def _addresses(found: Connection, units: tuple[int, ...] | str) -> tuple[int, ...]:
