@@ -10,7 +10,7 @@ from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.board import connection, limits, uploading
 from pixstep.board import run as running
 from pixstep.board.client import Board as Device
-from pixstep.board.link import Link
+from pixstep.board.connection import Link
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.progress import Progress, unseen

@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Looking for boards: every address, and every rate and parity if asked."""
 
+from __future__ import annotations
+
 import contextlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pixstep.board import meanings
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, ExceptionReplyError, NoReplyError
-from pixstep.board.transport import FittingClient
 from pixstep.progress import Progress, unseen
+
+if TYPE_CHECKING:
+    from pixstep.board.transport import FittingClient
 
 UNITS = range(1, 248)
 BAUDS = (115_200, 19_200, 9_600, 38_400, 57_600, 250_000, 500_000, 1_000_000)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The firmware's motion core, bound into Python: its line check and the ticks that it plans."""
 
+from __future__ import annotations
+
 import importlib.machinery
 import importlib.util
 import sys
@@ -9,12 +11,16 @@ from dataclasses import astuple, dataclass
 from fractions import Fraction
 from functools import cache
 from types import ModuleType
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from pixstep import natives, tables
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 FIRST_WARNING = 32  # codes from here on are warnings: the line is taken
 LIBRARY = "_core.pyd" if sys.platform == "win32" else "_core.abi3.so"

@@ -13,8 +13,7 @@ from pixstep.board import connection, run, scan, settings
 from pixstep.board.client import Board, BoardError
 from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
-from pixstep.board.port import PARITIES
-from pixstep.board.transport import BAUD, TIMEOUT_S
+from pixstep.board.port import BAUD, PARITIES, TIMEOUT_S
 from pixstep.cli import machinedefaults
 from pixstep.cli.command import complain
 from pixstep.cli.options import say
