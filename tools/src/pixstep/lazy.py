@@ -18,7 +18,13 @@ class _Lazy(ModuleType):
     """Stands for a module."""
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(importlib.import_module(self.__name__), name)
+        module = importlib.import_module(self.__name__)
+        if hasattr(module, name):
+            return getattr(module, name)
+        try:
+            return importlib.import_module(f"{self.__name__}.{name}")  # a package's own module
+        except ModuleNotFoundError:
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}") from None
 
 
 def lazy(name: str) -> ModuleType:

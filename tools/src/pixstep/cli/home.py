@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """`pixstep home sim`: homing on a simulated board with a load and its switches."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import click
-from rich.console import Console
 
 from pixstep import progress
 from pixstep.board import boards, limits
@@ -10,8 +13,14 @@ from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan
 from pixstep.cli.options import json_option, out_option, pixel_hz_option, plots_option
 from pixstep.cli.results import deliver
+from pixstep.lazy import lazy
 from pixstep.moves import homesim, hometask, legs
 from pixstep.simulation import report
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 
 @command("sim")
@@ -52,7 +61,7 @@ def home_sim(ctx, out, plot, as_json, **options):
     ctx.exit(deliver(summary, out, _print_page, as_json=as_json))
 
 
-def _print_page(console: Console, summary: dict) -> None:
+def _print_page(console: rich.console.Console, summary: dict) -> None:
     """Print the one-page verdict."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line compensate`: take up the play at the reversals of a plain line."""
 
+from __future__ import annotations
+
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich import box
-from rich.console import Console
-from rich.table import Table
 
 from pixstep import atomic, formats
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import HZ, json_option, plot_option, raw_option, say, show_json, teller
 from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines import units
 from pixstep.lines.linecheck import MAX_COUNT
 from pixstep.reversals.compensate import (
@@ -27,6 +28,13 @@ from pixstep.reversals.compensate import (
     compensate,
 )
 from pixstep.reversals.takeup import MotionLimits
+
+if TYPE_CHECKING:
+    import rich.box
+    import rich.console
+    import rich.table
+else:
+    rich = lazy("rich")
 
 
 class _Pixels(click.ParamType):
@@ -110,7 +118,12 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     if as_json:
         show_json(_report(csv, output, request, made))
     else:
-        _print(Console(highlight=False, stderr=atomic.is_stdout(output)), output, request, made)
+        _print(
+            rich.console.Console(highlight=False, stderr=atomic.is_stdout(output)),
+            output,
+            request,
+            made,
+        )
     ctx.exit(0 if made.complete else 1)
 
 
@@ -146,7 +159,9 @@ def _report(csv: Path, output: Path, request: Request, made: Compensated) -> dic
     }
 
 
-def _print(console: Console, output: Path, request: Request, made: Compensated) -> None:
+def _print(
+    console: rich.console.Console, output: Path, request: Request, made: Compensated
+) -> None:
     """Print one row a reversal and the summary."""
     tell = teller(output)
     if made.transitions:
@@ -171,8 +186,8 @@ def _print(console: Console, output: Path, request: Request, made: Compensated) 
         )
 
 
-def _table(transitions: tuple[Transition, ...]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+def _table(transitions: tuple[Transition, ...]) -> rich.table.Table:
+    table = rich.table.Table(box=rich.box.SIMPLE_HEAD, pad_edge=False)
     names = ("from", "to", "way", "taken up", "extra", "speed", "accel", "load off", "right from")
     for name in names:
         table.add_column(name, justify="right", no_wrap=True)
