@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Self
 
 from pixstep.api.motions import CheckResult, MotionLine
-from pixstep.board import connection, limits, uploading
+from pixstep.board import connection, limits, upload
 from pixstep.board import run as running
 from pixstep.board.client import Board as Device
 from pixstep.board.connection import Link
@@ -88,7 +88,7 @@ class Board:
             self.device.set_pixel_hz(hz)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
-        group = [running.Lines(self.device, axes, uploading.begin(self.device, motions))]
+        group = [running.Lines(self.device, axes, upload.begin(self.device, motions))]
         with running.stopped_on_failure(group):
             running.arm(self.device, axes)
             longest = max(item.pixels for item in by_axis.values())

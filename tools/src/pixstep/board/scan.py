@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pixstep.board import meanings
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, ExceptionReplyError, NoReplyError
 from pixstep.progress import Progress, unseen
@@ -73,7 +72,7 @@ def look(board: Board) -> Found | None:
         firmware=regs.version_text(firmware),
         map_version=version,
         axes=axes,
-        status=meanings.words(board.map.input("status"), status),
+        status=regs.words(board.map.input("status"), status),
         fault=regs.code_name(regs.faults(), fault) if fault else "",
         trouble=trouble,
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep import progress
-from pixstep.board import features, meanings, scan, settings
+from pixstep.board import features, scan, settings
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
@@ -191,16 +191,16 @@ def _info(known: Known) -> dict:
         "server_id": server_id(known),
         "identification": _identification(known),
         "features": [item.name for item in features.table() if board.has(item.name)],
-        "status": meanings.words(names("status"), state["status"]),
-        "reset_cause": meanings.words(names("reset_cause"), state["reset_cause"]),
+        "status": regs.words(names("status"), state["status"]),
+        "reset_cause": regs.words(names("reset_cause"), state["reset_cause"]),
         "fault": board.fault_text(),
         "pixel_clock": {
             "present": regs.flags(state["status"])["clock"],
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
         },
-        "outputs": meanings.words(names("outputs"), state["outputs"]),
-        "inputs": meanings.words(names("inputs"), state["inputs"]),
+        "outputs": regs.words(names("outputs"), state["outputs"]),
+        "inputs": regs.words(names("inputs"), state["inputs"]),
         "settings": {
             "record": state["settings_serial"],
             "stored": bool(state["settings_serial"]),
@@ -210,7 +210,7 @@ def _info(known: Known) -> dict:
         "axes": [
             {
                 "axis": number,
-                "state": meanings.words(board.map.axis_input("axis_state"), axis["axis_state"]),
+                "state": regs.words(board.map.axis_input("axis_state"), axis["axis_state"]),
                 "position_steps": axis["position_steps"],
                 "pixel": axis["pixel"],
                 "lines_done": axis["lines_done"],
