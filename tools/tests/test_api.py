@@ -254,7 +254,7 @@ def test_a_load_with_play_and_a_waveform(tmp_path):
     run = px.simulate(line, "uno", plant="play=3", out=tmp_path / "run", vcd=True)
     assert run.passed and (tmp_path / "run" / "run.vcd").is_file()
     assert [row.load_steps for row in run.axes[0].pixels][-1] == 3
-    assert [axes.get_title() for axes in run.plot_load().axes] == [
+    assert [axes.get_title("left") for axes in run.plot_load().axes] == [
         "Position", "Load minus ideal: largest 3 steps",
     ]  # fmt: skip
     for more, message in (
