@@ -11,9 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 from bench import Bench
-from effort import cases
+from effort import TRIED_BOARDS, cases
 from pixstep import formats
-from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import runs
@@ -24,7 +23,7 @@ from worked import DATA, SAMPLE_CSV
 PROFILE = DATA / "AccProf-fast-move.csv"
 FAST = accel.Acceleration((40, 120, 240, 400, 600, 840, 1120, 1440, 1700, 1900, 2000))
 FARTHEST = cases(100_000, 1_000_000)
-BOARDS = boards.BOARD_NAMES
+BOARDS = TRIED_BOARDS
 
 
 def random_profile(rng):

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_state_machine_as_test
 
 from clock import TICK_HZ
-from effort import cases
-from pixstep.board import boards
+from effort import TRIED_BOARDS, cases
 from pixstep.board import registers as regs
 from pixstep.simulation.simctl import Permit, Simulator
 from pixstep_dev.robustness.orders import actions, campaign
@@ -210,7 +209,7 @@ TOGETHER = cases(15, 100)
 RESTS = cases(4, 10)
 
 
-@pytest.mark.parametrize("board", boards.BOARD_NAMES)
+@pytest.mark.parametrize("board", TRIED_BOARDS)
 def test_campaign(invoke, board):
     done = invoke(
         "robustness", "orders", "--board", board, "--count", TRIALS, "--seed", 5, "--json"
@@ -233,7 +232,7 @@ def test_together(invoke):
     assert outcome["started"]["all"] > TOGETHER // 2
 
 
-@pytest.mark.parametrize("board", boards.BOARD_NAMES)
+@pytest.mark.parametrize("board", TRIED_BOARDS)
 def test_rests(invoke, board):
     done = invoke("robustness", "orders", "--board", board, "--rests", "--count", RESTS, "--json")
     outcome = json.loads(done.stdout)
