@@ -19,7 +19,7 @@ from pixstep.progress import Progress
 from pixstep_dev.tutorial.document import Step
 
 CLONE = "pixstep"  # ~/pixstep, as the document has it
-_LIMIT_S = 300
+_LIMIT_S = 3600  # a guard against hanging, however busy the machine
 _LOOK_S = 0.2
 
 # The status of the last command is given on, so that `echo $?` shows a reader's.
