@@ -14,10 +14,11 @@ set(PIXSTEP_REAL_TIME board_port board_trouble conformance virtual_bench)
 set(PIXSTEP_ALONE tutorial console_doc)
 set(PIXSTEP_SHORT_TOGETHER 8)
 
-# What every Python program of a test is run with: byte code is kept where tools/check and tools/setup
-# keep it, not beside the sources, and what is missing fails a test instead of skipping it.
+# What every Python program of a test is run with: byte code is kept where tools/check keeps it, not
+# beside the sources, and what is missing fails a test instead of skipping it.
 set(PIXSTEP_PYTHON_ENVIRONMENT
-    "PYTHONPYCACHEPREFIX=${CMAKE_SOURCE_DIR}/build/pycache" PYTHONDONTWRITEBYTECODE= PIXSTEP_REQUIRE_BUILT=1
+    "PYTHONPYCACHEPREFIX=${CMAKE_SOURCE_DIR}/build/pycache" PYTHONDONTWRITEBYTECODE=
+    PIXSTEP_REQUIRE_BUILT=1
 )
 
 # python_test(<name> <label> FILES <file>... ENVIRONMENT <variable>...)

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from bench import Bench
 from checked_lines import WORLDS, World, entries, long_lines, pieces
-from effort import TRIED_BOARDS, cases
-from pixstep.board import limits
+from effort import cases
+from pixstep.board import boards, limits
 from pixstep.board import registers as regs
 from pixstep.board.client import Upload
 from pixstep.board.errors import BUSY, BoardError, LineRefusedByBoardError
@@ -26,7 +26,7 @@ from pixstep.lines.runs import queue_entries
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-BOARDS = TRIED_BOARDS
+BOARDS = boards.BOARD_NAMES
 FEWEST = cases(100, 200)  # lines a board, whatever --lines says
 MOVING = 20  # of so many lines one more is sent while it moves
 FIRST_SETTING = "pixel_hz_num"
