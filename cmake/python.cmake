@@ -76,4 +76,6 @@ add_test(
     COMMAND "${PIXSTEP_PYTHON}" tools/checks/wheel.py "${CMAKE_BINARY_DIR}/wheel"
     WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
 )
-set_tests_properties(wheel.install PROPERTIES LABELS python)
+set_tests_properties(
+    wheel.install PROPERTIES LABELS python COST 20 ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT}"
+)
