@@ -5,8 +5,8 @@
 # that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-    bench board board_images every_output examples fast_moves fuzzing homing homing_smooth one_check
-    orders safety_faults
+    bench board board_images every_output examples fast_moves figures fuzzing homing homing_smooth
+    one_check orders safety_faults
 )
 # These talk to a simulated board over a pseudo terminal, in real time.
 set(PIXSTEP_REAL_TIME board_port board_trouble conformance virtual_bench)
