@@ -104,8 +104,8 @@ static void mapped_inputs(void)
     check_inputs(false, REG_ROOM_BASE, CONFIG_AXES + 1);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 22);
-    check_inputs(false, REG_INPUT_fault_mask_high, 23);
+    check_inputs(true, REG_INPUT_fault_mask_high, 23);
+    check_inputs(false, REG_INPUT_fault_mask_high, 24);
     check_inputs(false, REG_INPUT_smooth_min_interval_3_ticks + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
