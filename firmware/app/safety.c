@@ -53,11 +53,12 @@ static bool needs_no_heartbeat(uint8_t i)
 // reset ends that.
 static void feed_watchdog(void)
 {
-    uint8_t i = looked_at;
+    uint8_t i = CONFIG_INDEX(looked_at);
     uint8_t heartbeat = step_timer_heartbeat(i);
 
-    looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
-
+    if (CONFIG_AXES > 1) {
+        looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
+    }
     if (heartbeat == heartbeats[CONFIG_INDEX(i)] && !needs_no_heartbeat(i)) {
         return;
     }
