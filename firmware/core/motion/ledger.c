@@ -29,7 +29,7 @@ void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error
     records_note_error(&ledger->records, (uint16_t)pixel, error_ticks);
 }
 
-static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
+static APART void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
 {
     ledger->lengths[2] = ledger->lengths[1];
     ledger->lengths[1] = ledger->lengths[0];
@@ -122,7 +122,7 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static inline void pass_edge(struct ledger *ledger,
+static APART void pass_edge(struct ledger *ledger,
                              int32_t position_steps,
                              uint16_t expected_steps)
 {
@@ -169,7 +169,7 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
 }
 
 // `count` single pulsing or quiet periods were passed. The ring still holds the last three.
-static inline void pass_count(struct ledger *ledger, uint8_t count)
+static APART void pass_count(struct ledger *ledger, uint8_t count)
 {
     uint8_t fresh = (uint8_t)(ledger->fresh + count);
 

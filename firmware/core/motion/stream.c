@@ -212,10 +212,10 @@ uint8_t stream_pass_periods(struct stream *stream,
                             bool whole,
                             uint32_t *ticks)
 {
-    const struct stream_mark *mark = stream_mark(stream);
     struct stream_batch *batch = oldest_batch(stream);
     uint8_t first = stream->retired;
-    uint8_t stop = mark == NULL ? tail : sooner(stream, mark->slot, tail);
+    uint8_t stop =
+        stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail) : tail;
     bool at_batch = batch != NULL && batch->slot == first;
 
     if (at_batch) {
