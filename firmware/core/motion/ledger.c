@@ -2,6 +2,7 @@
 #include "motion/ledger.h"
 
 #include "base/apart.h"           // APART
+#include "base/multiply.h"        // multiply_u32_u16
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
@@ -168,6 +169,11 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
+static APART void move_position(struct ledger *ledger, uint8_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}
+
 // `count` single pulsing or quiet periods were passed. The ring still holds the last three.
 static APART void pass_count(struct ledger *ledger, uint8_t count)
 {
@@ -175,7 +181,7 @@ static APART void pass_count(struct ledger *ledger, uint8_t count)
 
     ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
     if (ledger->pulse) {
-        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
+        move_position(ledger, count);
     }
 }
 
@@ -307,7 +313,7 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
         uint8_t steps = (uint8_t)(count < 0 ? -count : count);
         ledger->train = count < 0 ? 1 : 0;
         ledger->train_steps = (uint16_t)(ledger->train_steps + steps);
-        ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+        move_position(ledger, steps);
     }
 }
 
@@ -317,11 +323,12 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
 static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle_count)
 {
     uint16_t count = (uint16_t)(idle_count - ledger->idle_seen);
-    uint32_t ticks = (uint32_t)count * STEP_IDLE_TICKS;
 
     if (count == 0) {
         return;
     }
+    uint32_t ticks = multiply_u32_u16(STEP_IDLE_TICKS, count);
+
     note_fresh(ledger, stream);
     for (uint8_t i = count < 3u ? (uint8_t)count : 3u; i != 0; i--) {
         shift_lengths(ledger, STEP_IDLE_TICKS, false);
