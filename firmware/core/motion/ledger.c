@@ -11,7 +11,7 @@ void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
     ledger_restart(ledger, first_period_ticks);
 }
 
-void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
+APART void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
 {
     ledger->pulse = false;
     ledger->left = 0;
