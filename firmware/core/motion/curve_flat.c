@@ -57,7 +57,7 @@ static int32_t cube_of(uint16_t speed)
 }
 
 // speed * T, without its lowest 8 bits.
-static APART int32_t slope_of(uint32_t ticks, uint16_t speed)
+static int32_t slope_of(uint32_t ticks, uint16_t speed)
 {
     return wide_times(wide_from_int32((int32_t)ticks), speed).high;
 }
