@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "motion/stream.h"
 
+#include "base/apart.h"           // APART
 #include "base/require.h"         // REQUIRE
 #include "motion/step_ring_sum.h" // step_ring_sum
 
-void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
+APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
 {
     stream->head = slot;
     stream->retired = slot;
