@@ -24,9 +24,9 @@ void line_begin(struct line *line,
     (void)segment_queue_pop(queue, &parameter);
     *line = (struct line){
         .queue = queue,
-        .smooth = ((uint16_t)mark.count & LINE_START_SMOOTH) != 0,
-        .negative = ((uint16_t)mark.count & LINE_START_NEGATIVE) != 0,
-        .seek = ((uint16_t)mark.count & LINE_START_SEEK) != 0,
+        .smooth = ((uint8_t)mark.count & LINE_START_SMOOTH) != 0,
+        .negative = ((uint8_t)mark.count & LINE_START_NEGATIVE) != 0,
+        .seek = ((uint8_t)mark.count & LINE_START_SEEK) != 0,
         .fresh = true,
         .backlash_steps = take_up ? (uint16_t)parameter.count & SEGMENT_PARAMETER : 0,
         .line_speed = parameter.repeat,
