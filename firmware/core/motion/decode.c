@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/decode.h"
 
+#include "base/apart.h"          // APART
 #include "build_features.h"      // FEATURE_SHORT_CURVES
 #include "motion/curved_pixel.h" // curved_pixel_write
 #include "motion/even_pixel.h"   // even_pixels_write
@@ -139,7 +140,7 @@ bool decode_is_ahead(const struct axis *axis)
 }
 
 // Go on behind a step: to its pixel edge, to more steps or to the next piece.
-static void pass_step(struct axis *axis)
+static APART void pass_step(struct axis *axis)
 {
     bool over = walk_done(&axis->walk);
 
