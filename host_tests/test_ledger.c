@@ -196,7 +196,7 @@ static void run_pixels(uint8_t pixels, bool negative)
         step(2000, negative);
         step(2000, negative);
         position += negative ? -2 : 2;
-        feed_mark_here(&feed, false, position);
+        feed_mark_here(&feed, false, (int16_t)position);
         if (k == 0) {
             release();
         } else {

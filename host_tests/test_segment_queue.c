@@ -203,23 +203,6 @@ static void sums_wrap(void)
     check_next(16383 + 1023, 1);
 }
 
-// A run in two words, as a block of runs brings it.
-static void runs_of_two_words(void)
-{
-    static uint8_t bytes[] = {0x4E, 0x20, 0x12, 0x34, 0xFF, 0xFF, 0, 1};
-    struct segment_reader reader = {.bytes = bytes, .mask = UINT16_MAX};
-    struct segment run = segment_read_run(&reader);
-
-    TEST_ASSERT_EQUAL_INT16(20000, run.count);
-    TEST_ASSERT_EQUAL_HEX16(0x1234, run.repeat);
-    TEST_ASSERT_EQUAL_INT16(20000 - 32768, reader.last);
-    run = segment_read_run(&reader);
-    TEST_ASSERT_EQUAL_INT16(-1, run.count);
-    TEST_ASSERT_EQUAL_UINT16(1, run.repeat);
-    TEST_ASSERT_EQUAL_INT16(-1, reader.last);
-    TEST_ASSERT_EQUAL_UINT16(8, reader.at);
-}
-
 static uint16_t pop_cycles(void)
 {
     struct segment segment;
@@ -258,7 +241,6 @@ int main(void)
     RUN_TEST(sizes_of_entries);
     RUN_TEST(entries_wrap_inside);
     RUN_TEST(sums_wrap);
-    RUN_TEST(runs_of_two_words);
     RUN_TEST(budgets);
     return UNITY_END();
 }

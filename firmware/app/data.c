@@ -65,8 +65,10 @@ static const struct area holding_areas[] IN_FLASH = {
 
 // True when these areas have all of the registers. A read may go on from one area to the next where
 // they touch.
-static APART bool
-are_mapped(const struct area *area, uint8_t areas, uint16_t address, uint16_t count)
+static APART bool are_mapped(const struct area *area,
+                             uint8_t areas,
+                             uint16_t address,
+                             uint16_t count)
 {
     for (; areas != 0; areas--) {
         uint16_t first = flash_word(&area->first);

@@ -99,12 +99,10 @@ bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
         return false;
     }
     reference_await_edge();
-    bool planned = clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
-
     if (!grid->locks) {
-        return planned;
+        return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
     }
-    edge_watch.odd = 0;
+    clock_watch_count(&edge_watch, edge_ticks);
     return edge_of_grid(pixel);
 }
 

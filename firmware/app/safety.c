@@ -47,7 +47,8 @@ static bool needs_no_heartbeat(uint8_t i)
 }
 
 // Feed the watchdog when every axis is alive; one axis is checked in each round. A halted or a
-// parked axis counts as alive even without a new heartbeat. An axis whose interrupt does not come at all keeps
+// parked axis counts as alive even without a new heartbeat. An axis whose interrupt does not
+// come at all keeps
 // the watchdog from being fed: its timer repeats the last period, STEP edge included, and only a
 // reset ends that.
 static void feed_watchdog(void)

@@ -126,6 +126,12 @@ void start_on_edge(uint32_t edge_ticks)
     if (!start_any_waits() || !all_ready()) {
         return;
     }
+    // How far line zero is ahead is told by accounts that have come up to now.
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits_for_edge(i)) {
+            (void)axes_advance(i, LEDGER_EXACTLY);
+        }
+    }
     uint32_t zero = common_zero(edge_ticks);
     uint16_t number = lock_grid_now()->newest;
 
@@ -219,12 +225,15 @@ static APART bool release_line(uint8_t i)
 
 void start_poll(void)
 {
-    uint8_t i = 0;
+    uint8_t left = CONFIG_AXES;
 
     // Try again at once: a round as long as an idle period would meet the period's end every time.
-    while (i < CONFIG_AXES) {
+    // The axis of the pixel clock, the last one of a board, comes first: it cannot be released while
+    // an edge waits, and the next one comes soon.
+    while (left != 0) {
+        uint8_t i = (uint8_t)(left - 1u);
         if (!may_release(i) || release_line(i)) {
-            i++;
+            left--;
         }
     }
 }

@@ -14,7 +14,7 @@
 #define IDLE         0xFFu
 #define RECORD_BYTES ((uint8_t)sizeof(struct settings))
 _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot");
-_Static_assert(SLOTS * SLOT_STRIDE <= 256u, "a byte's address has eight bits");
+_Static_assert(SLOTS *SLOT_STRIDE <= 256u, "a byte's address has eight bits");
 
 #define STATE_FOUND   0x01u
 #define STATE_CHANGED 0x02u

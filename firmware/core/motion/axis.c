@@ -28,12 +28,16 @@ static bool read_entry(const struct block *block,
                        const struct line_check *check,
                        struct segment *entry)
 {
-    if (!block->packed) {
-        *entry = segment_read_run(reader);
-        return true;
-    }
     uint8_t at = (uint8_t)reader->at;
     uint8_t first = block->bytes[at];
+
+    if (!block->packed) {
+        block->bytes[at] = first | SEGMENT_IN_FULL;
+        *entry = segment_unpack(reader);
+        // A count of 16 bits, which the check may have to refuse.
+        entry->count = (int16_t)((uint16_t)first << 8 | block->bytes[at + 1u]);
+        return true;
+    }
 
     if (segment_packed_size(first) > (uint8_t)(block->size - at) ||
         (check->phase != LINE_CHECK_SEGMENTS && first < SEGMENT_IN_FULL)) {
@@ -79,20 +83,6 @@ static bool check_block(struct axis *axis,
     axis->check = check;
     axis->line_warning = check.warning;
     return true;
-}
-
-// Queue the entries of a block that was read to its end. The caller has made sure that there is
-// room for all of them.
-static void push_block(struct axis *axis,
-                       const struct block *block,
-                       const struct segment_reader *reader)
-{
-    if (!block->packed) {
-        for (uint8_t i = 0; i < block->size; i = (uint8_t)(i + SEGMENT_MOST)) {
-            block->bytes[i] |= SEGMENT_IN_FULL;
-        }
-    }
-    segment_queue_append(&axis->queue, block->bytes, block->size, reader->last);
 }
 
 // Report that the axis may be armed: when the queue holds a whole line, or when most of the queue
@@ -145,7 +135,7 @@ enum block_result axis_queue_block(struct axis *axis,
         (void)lifecycle_report(&axis->life, LIFECYCLE_REFUSE);
         return BLOCK_REFUSED;
     }
-    push_block(axis, block, &reader);
+    segment_queue_append(&axis->queue, block->bytes, block->size, reader.last);
     axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
     axis->next_block++;
     axis->any_block = true;

@@ -120,7 +120,7 @@ void axis_init(struct axis *axis, const struct axis_parts *parts);
 struct block {
     // Number that the host gave the block.
     uint16_t number;
-    // The entries' memory, which has any value once the block was taken.
+    // The entries' memory, which has any value once the block was checked.
     uint8_t *bytes;
     // Number of bytes.
     uint8_t size;

@@ -3,6 +3,7 @@
 
 #include <stddef.h> // offsetof
 
+#include "base/apart.h"     // APART
 #include "base/multiply.h"  // multiply_*
 #include "build_features.h" // FEATURE_NARROW_CURVES
 #include "motion/curve_flat_layout.h"
@@ -61,9 +62,16 @@ static int32_t slope_of(uint32_t ticks, uint16_t speed)
     return wide_times(wide_from_int32((int32_t)ticks), speed).high;
 }
 
-enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed)
+APART enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed, bool loose)
 {
-    return kind_of(slope_of(ticks, top_speed), top_speed, true);
+    return kind_of(slope_of(ticks, top_speed), top_speed, loose);
+}
+
+// True when the curve is flat at this speed: its intervals fit, and they change by less than four
+// ticks from step to step, or by less than one if growth is four times as much. growth: a*T / 4.
+static APART bool is_flat_at(uint32_t ticks, int32_t growth, uint16_t speed)
+{
+    return growth < cube_of(speed) && multiply_u32_u16(INTERVAL_MAX, speed) >= ticks;
 }
 
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
@@ -75,18 +83,14 @@ enum curve_flat_kind curve_flat_kind(uint32_t ticks,
     uint16_t top = faster ? end_speed : start_speed;
     uint16_t low = faster ? start_speed : end_speed;
     int32_t growth = slope_of(ticks, (uint16_t)(top - low));
-    int32_t limit = cube_of(low);
 
-    *stays = true;
-    if (growth >> 2 < limit && multiply_u32_u16(INTERVAL_MAX, low) >= ticks) {
-        return kind_of(slope_of(ticks, top), top, growth >= limit);
+    *stays = is_flat_at(ticks, growth >> 2, low);
+    if (*stays) {
+        return curve_flat_now(ticks, top, !is_flat_at(ticks, growth, low));
     }
-    if (!faster && growth >> 2 < cube_of(top) &&
-        multiply_u32_u16(INTERVAL_MAX, top) >= ticks) {
-        *stays = false;
-        return curve_flat_now(ticks, top);
-    }
-    return CURVE_FLAT_NOT;
+    return !faster && is_flat_at(ticks, growth >> 2, top)
+               ? curve_flat_now(ticks, top, true)
+               : CURVE_FLAT_NOT;
 }
 
 // T^2, the distance of two steps, without its highest bits.

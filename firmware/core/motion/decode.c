@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/decode.h"
 
+#include "base/apart.h"          // APART
 #include "build_features.h"      // FEATURE_SHORT_CURVES
 #include "motion/curved_pixel.h" // curved_pixel_write
 #include "motion/even_pixel.h"   // even_pixels_write
@@ -57,8 +58,8 @@ uint32_t decode_ahead_ticks(const struct axis *axis)
     return ahead;
 }
 
-// True when no piece may be begun for now: no mark is left, a seek is decoded far enough ahead, or a
-// locked line waits for edges of the clock.
+// True when no piece may be begun for now: no mark is left, a seek is decoded far enough ahead, or
+// a locked line waits for edges of the clock.
 static bool no_more_pieces(const struct axis *axis)
 {
     return stream_marks_full(&axis->feed.stream) || line_is_early(&axis->line) ||
@@ -139,7 +140,7 @@ bool decode_is_ahead(const struct axis *axis)
 }
 
 // Go on behind a step: to its pixel edge, to more steps or to the next piece.
-static void pass_step(struct axis *axis)
+static APART void pass_step(struct axis *axis)
 {
     bool over = walk_done(&axis->walk);
 

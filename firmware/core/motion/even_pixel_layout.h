@@ -49,7 +49,7 @@
 #define EVEN_PIXEL_REPEAT   4
 #define EVEN_PIXEL_RATE     7
 #define EVEN_PIXEL_POSITION 21
-#define EVEN_PIXEL_TO_EDGE  25
+#define EVEN_PIXEL_TO_EDGE  23
 
 // Its flags, and the bit of edge_open among them.
 #define EVEN_PIXEL_FLAGS     6

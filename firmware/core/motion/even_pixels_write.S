@@ -112,21 +112,17 @@ interval_known:
     sbiw r24, 1
     std Y + EVEN_PIXEL_REPEAT, r24
     std Y + EVEN_PIXEL_REPEAT + 1, r25
-    mov r18, STEPS                      ; 26  position
-    clr r19
+    ldd r20, Y + EVEN_PIXEL_POSITION    ; 15  position
+    ldd r21, Y + EVEN_PIXEL_POSITION + 1
     tst NEGATIVE
-    breq 1f
-    neg r18
-    com r19
-1:  .irp byte, 0, 1, 2, 3
-    ldd r24, Y + EVEN_PIXEL_POSITION + \byte
-    .if \byte == 0
-    add r24, r18
-    .else
-    adc r24, r19
-    .endif
-    std Y + EVEN_PIXEL_POSITION + \byte, r24
-    .endr
+    brne 1f
+    add r20, STEPS
+    adc r21, r1
+    rjmp 2f
+1:  sub r20, STEPS
+    sbc r21, r1
+2:  std Y + EVEN_PIXEL_POSITION, r20
+    std Y + EVEN_PIXEL_POSITION + 1, r21
     ldd r24, Y + EVEN_PIXEL_FLAGS       ; 13  the pixel behind has no length yet
     ori r24, EVEN_PIXEL_EDGE_OPEN
     std Y + EVEN_PIXEL_FLAGS, r24
@@ -134,9 +130,7 @@ interval_known:
     std Y + EVEN_PIXEL_TO_EDGE + \byte, r1
     .endr
 
-    ldd r20, Y + EVEN_PIXEL_POSITION    ; 12
-    ldd r21, Y + EVEN_PIXEL_POSITION + 1
-    movw r22, r28
+    movw r22, r28                       ; 8   r20, r21 are the position
     subi r22, -EVEN_PIXEL_RATE
     sbci r23, -1
     movw r24, r16

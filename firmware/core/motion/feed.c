@@ -176,7 +176,7 @@ void feed_quiet(struct feed *feed, uint32_t ticks)
     feed_pump(feed);
 }
 
-void feed_mark_here(struct feed *feed, bool line_start, int32_t position)
+void feed_mark_here(struct feed *feed, bool line_start, int16_t position)
 {
     stream_add_mark(&feed->stream, line_start, (uint16_t)position);
     if (!feed->lead) {

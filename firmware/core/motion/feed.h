@@ -126,7 +126,7 @@ static inline bool feed_busy(const struct feed *feed)
 
 // Place a pixel edge or a line start behind everything fed so far. position: expected position at
 // the edge, signed steps of the line. Only when stream_marks_full() is false.
-void feed_mark_here(struct feed *feed, bool line_start, int32_t position);
+void feed_mark_here(struct feed *feed, bool line_start, int16_t position);
 
 // The line is over, and nothing follows it without a gap: write the last step's period and the end
 // command. Only when feed_busy() is false.

@@ -2,6 +2,7 @@
 #include "motion/ledger.h"
 
 #include "base/apart.h"           // APART
+#include "base/multiply.h"        // multiply_u32_u16
 #include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
@@ -10,7 +11,7 @@ void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
     ledger_restart(ledger, first_period_ticks);
 }
 
-void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
+APART void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
 {
     ledger->pulse = false;
     ledger->left = 0;
@@ -29,7 +30,7 @@ void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error
     records_note_error(&ledger->records, (uint16_t)pixel, error_ticks);
 }
 
-static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
+static APART void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
 {
     ledger->lengths[2] = ledger->lengths[1];
     ledger->lengths[1] = ledger->lengths[0];
@@ -122,9 +123,9 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static inline void pass_edge(struct ledger *ledger,
-                             int32_t position_steps,
-                             uint16_t expected_steps)
+static APART void pass_edge(struct ledger *ledger,
+                            int32_t position_steps,
+                            uint16_t expected_steps)
 {
     ledger->pixel++;
     records_add(&ledger->records,
@@ -168,14 +169,19 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
+static APART void move_position(struct ledger *ledger, uint8_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}
+
 // `count` single pulsing or quiet periods were passed. The ring still holds the last three.
-static inline void pass_count(struct ledger *ledger, uint8_t count)
+static APART void pass_count(struct ledger *ledger, uint8_t count)
 {
     uint8_t fresh = (uint8_t)(ledger->fresh + count);
 
     ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
     if (ledger->pulse) {
-        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
+        move_position(ledger, count);
     }
 }
 
@@ -307,7 +313,7 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
         uint8_t steps = (uint8_t)(count < 0 ? -count : count);
         ledger->train = count < 0 ? 1 : 0;
         ledger->train_steps = (uint16_t)(ledger->train_steps + steps);
-        ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+        move_position(ledger, steps);
     }
 }
 
@@ -317,11 +323,12 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
 static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle_count)
 {
     uint16_t count = (uint16_t)(idle_count - ledger->idle_seen);
-    uint32_t ticks = (uint32_t)count * STEP_IDLE_TICKS;
 
     if (count == 0) {
         return;
     }
+    uint32_t ticks = multiply_u32_u16(STEP_IDLE_TICKS, count);
+
     note_fresh(ledger, stream);
     for (uint8_t i = count < 3u ? (uint8_t)count : 3u; i != 0; i--) {
         shift_lengths(ledger, STEP_IDLE_TICKS, false);

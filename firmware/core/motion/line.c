@@ -24,9 +24,9 @@ void line_begin(struct line *line,
     (void)segment_queue_pop(queue, &parameter);
     *line = (struct line){
         .queue = queue,
-        .smooth = ((uint16_t)mark.count & LINE_START_SMOOTH) != 0,
-        .negative = ((uint16_t)mark.count & LINE_START_NEGATIVE) != 0,
-        .seek = ((uint16_t)mark.count & LINE_START_SEEK) != 0,
+        .smooth = ((uint8_t)mark.count & LINE_START_SMOOTH) != 0,
+        .negative = ((uint8_t)mark.count & LINE_START_NEGATIVE) != 0,
+        .seek = ((uint8_t)mark.count & LINE_START_SEEK) != 0,
         .fresh = true,
         .backlash_steps = take_up ? (uint16_t)parameter.count & SEGMENT_PARAMETER : 0,
         .line_speed = parameter.repeat,
@@ -36,8 +36,8 @@ void line_begin(struct line *line,
     line->edge_open = true;
 }
 
-// Ticks from the start of the next piece to the next pixel edge. A locked line's edge is fixed here,
-// so as late as possible.
+// Ticks from the start of the next piece to the next pixel edge. A locked line's edge is fixed
+// here, so as late as possible.
 static APART uint32_t ticks_to_edge(struct line *line)
 {
     if (line->edge_open) {
@@ -47,14 +47,22 @@ static APART uint32_t ticks_to_edge(struct line *line)
     return line->to_edge_ticks;
 }
 
+static APART int16_t position_after(const struct line *line,
+                                    const struct piece *piece,
+                                    uint16_t steps)
+{
+    uint16_t position = (uint16_t)line->position;
+
+    return (int16_t)(uint16_t)(piece->negative ? position - steps : position + steps);
+}
+
 // Place the next pixel edge in this piece, after edge_steps of the piece's steps.
 static APART void place_edge(struct line *line, struct piece *piece, uint16_t edge_steps)
 {
     piece->has_edge = true;
     piece->edge_steps = edge_steps;
     piece->edge_ticks = ticks_to_edge(line);
-    piece->edge_position =
-        line->position + (piece->negative ? -(int32_t)edge_steps : edge_steps);
+    piece->edge_position = position_after(line, piece, edge_steps);
     line->to_edge_ticks = piece->edge_ticks - piece->ticks;
     line->edge_open = true;
 }
@@ -66,9 +74,9 @@ static APART uint32_t ticks_ahead(const struct line *line, uint32_t ticks)
 }
 
 // Move the line's position by the steps of this piece.
-static APART void count_steps(struct line *line, const struct piece *piece)
+static void count_steps(struct line *line, const struct piece *piece)
 {
-    line->position += piece->negative ? -(int32_t)piece->steps : piece->steps;
+    line->position = position_after(line, piece, piece->steps);
 }
 
 // Make the start of the leading zero pixel, a piece without steps. False when the backlash equals
@@ -227,7 +235,7 @@ void line_trip(struct line *line)
     line->leaving_out = !line->down;
 }
 
-enum line_status line_next(struct line *line, struct piece *piece)
+APART enum line_status line_next(struct line *line, struct piece *piece)
 {
     if (is_shifted(line) && !line->fresh && line->speed == line->line_speed) {
         take_up_piece(line, piece);

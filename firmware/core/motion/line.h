@@ -38,8 +38,8 @@ struct piece {
     uint16_t edge_steps;
     // and so many ticks from its start (1..ticks).
     uint32_t edge_ticks;
-    // Position expected at the edge: signed steps of the line.
-    int32_t edge_position;
+    // Position expected at the edge: signed steps of the line, modulo 2^16.
+    int16_t edge_position;
 };
 
 struct line {
@@ -72,8 +72,8 @@ struct line {
     uint16_t line_speed;
     uint16_t
         speed; // steps/pixel at the start of the next piece; plain: in the last pixel
-    // Signed steps up to the start of the next piece.
-    int32_t position;
+    // Signed steps up to the start of the next piece, modulo 2^16.
+    int16_t position;
     // From the start of the next piece to the next pixel edge, ticks.
     uint32_t to_edge_ticks;
     // The pixel edges.
@@ -133,7 +133,7 @@ uint32_t line_pixel_ticks(struct line *line);
 static inline void line_pass_even(struct line *line, int16_t steps)
 {
     line->segment.repeat--;
-    line->position += steps;
+    line->position = (int16_t)(uint16_t)((uint16_t)line->position + (uint16_t)steps);
     line->to_edge_ticks = 0;
     line->edge_open = true;
 }

@@ -102,9 +102,10 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
         check->rest_ticks = before.rest_ticks;
     }
     keep_fastest(check, &before);
-    check->smooth = (word & LINE_START_SMOOTH) != 0;
-    check->negative = (word & LINE_START_NEGATIVE) != 0;
-    check->seek = (word & LINE_START_SEEK) != 0;
+    uint8_t flags = (uint8_t)word;
+    check->smooth = (flags & LINE_START_SMOOTH) != 0;
+    check->negative = (flags & LINE_START_NEGATIVE) != 0;
+    check->seek = (flags & LINE_START_SEEK) != 0;
     check->one_way = check->seek;
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
@@ -328,8 +329,7 @@ static enum line_error check_equal_counts(struct line_check *check, struct segme
 {
     uint16_t amplitude = magnitude_of((int16_t)((int16_t)check->speed - entry.count));
     uint16_t steps = (uint16_t)entry.count;
-    bool equal =
-        entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
+    bool equal = entry.repeat > 1u || (entry.count == check->last_count && check->begun);
 
     if (amplitude == 0 || !equal) {
         return LINE_none;
@@ -363,7 +363,7 @@ static enum line_error APART check_smooth_speed(struct line_check *check,
     }
     note_fastest(check, top);
     if (has_backlash(check)) {
-        if (check->pixel == 0 && entry.count != 0) {
+        if (!check->begun && entry.count != 0) {
             return LINE_backlash_no_room;
         }
         if (top > check->line_speed) {
@@ -406,7 +406,7 @@ static enum line_error check_smooth_segment(struct line_check *check,
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
     }
-    if (check->pixel == 0 && entry.count == 0 && !has_backlash(check)) {
+    if (!check->begun && entry.count == 0 && !has_backlash(check)) {
         note_warning(check, LINE_idle_pixel);
     }
     return error;
@@ -497,6 +497,7 @@ static enum line_error check_segment(struct line_check *check,
     enum line_error error = check_closely(check, limits, entry);
 
     if (error == LINE_none) {
+        check->begun = true;
         pass_segment(check, entry);
     }
     return error;

@@ -56,6 +56,8 @@ struct line_check {
     bool seek : 1;
     // The line is a seek: when it trips, any segment behind the down mark may come next.
     bool one_way : 1;
+    // A segment of the line was accepted.
+    bool begun : 1;
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     // First warning of the line (enum line_error, from 32 on).

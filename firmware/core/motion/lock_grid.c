@@ -47,8 +47,8 @@ APART void lock_grid_tolerate(uint32_t tolerance_ticks)
     grid->longest_ticks = grid->pixel.whole_ticks + slack;
 }
 
-// The length of a locked pixel. What the grid has moved is made up for within the limits of a pixel: a
-// line that was checked is never too fast.
+// The length of a locked pixel. What the grid has moved is made up for within the limits of a
+// pixel: a line that was checked is never too fast.
 static uint32_t limit(uint32_t ticks)
 {
     if ((int32_t)(ticks - lock_grid.shortest_ticks) < 0) {

@@ -30,6 +30,10 @@ void pixel_grid_start(struct pixel_grid *grid, const struct pixel_period *period
 uint32_t pixel_grid_advance(struct pixel_grid *grid)
 {
     const struct pixel_period *period = grid->period;
+
+    if (period->remainder == 0) {
+        return period->whole_ticks;
+    }
     uint32_t room = period->divisor - period->remainder;
 
     if (grid->sum >= room) {
@@ -59,9 +63,9 @@ static APART uint32_t share_of(uint32_t ticks,
 // first step, r (V-B) / V is the remainder of that step, and 1 more where what both quotients leave
 // over makes a whole.
 APART uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
-                                  const struct pixel_period *period,
-                                  uint16_t backlash_steps,
-                                  uint16_t line_speed)
+                                        const struct pixel_period *period,
+                                        uint16_t backlash_steps,
+                                        uint16_t line_speed)
 {
     uint16_t share = (uint16_t)(line_speed - backlash_steps);
     uint32_t rest = 0;

@@ -21,8 +21,10 @@ void records_reset(struct records *records)
     records->passing = false;
     records->made = 0;
     records->to_next = thin.every;
+#if FEATURE_CLOCK_STATISTICS
     records->shown_ticks = 0;
     records->early_ticks = 0;
+#endif
 }
 
 static void keep_newest(struct records *records)
@@ -31,6 +33,7 @@ static void keep_newest(struct records *records)
     records->made++;
 }
 
+#if FEATURE_CLOCK_STATISTICS
 // The error of the newest pixel's edge is known: keep the record if the error is another than the
 // one before.
 static void note_newest(struct records *records, int16_t error)
@@ -47,6 +50,36 @@ static void note_newest(struct records *records, int16_t error)
         records->shown_ticks = error;
     }
 }
+
+// Give the newest record the error of an edge that came before its pixel.
+static void take_early(struct records *records, struct kept_record *record)
+{
+    int16_t early_ticks = records->early_ticks;
+
+    record->edge_error_ticks = early_ticks;
+    if (early_ticks != 0) {
+        records->early_ticks = 0;
+        note_newest(records, early_ticks);
+    }
+}
+
+static int16_t error_of(const struct kept_record *record)
+{
+    return record->edge_error_ticks;
+}
+#else
+static void take_early(struct records *records, struct kept_record *record)
+{
+    (void)records;
+    (void)record;
+}
+
+static int16_t error_of(const struct kept_record *record)
+{
+    (void)record;
+    return 0;
+}
+#endif
 
 // Move on to the slot of the next record.
 static struct kept_record *next_slot(struct records *records)
@@ -70,12 +103,10 @@ void records_add(struct records *records,
 {
     struct kept_record *record = next_slot(records);
     int16_t beyond_steps = (int16_t)(uint16_t)((uint16_t)actual_steps - expected_steps);
-    int16_t early_ticks = records->early_ticks;
 
     record->pixel = pixel;
     record->actual_steps = actual_steps;
     record->beyond_steps = beyond_steps;
-    record->edge_error_ticks = early_ticks;
     records->passing = true;
     records->to_next--;
     if (records->to_next == 0) {
@@ -84,10 +115,7 @@ void records_add(struct records *records,
     } else if (beyond_steps != 0) {
         keep_newest(records);
     }
-    if (early_ticks != 0) {
-        records->early_ticks = 0;
-        note_newest(records, early_ticks);
-    }
+    take_early(records, record);
 }
 
 static uint8_t slot_of(const struct records *records, uint8_t number)
@@ -101,6 +129,7 @@ static uint8_t slot_of(const struct records *records, uint8_t number)
     return (uint8_t)(slot - back);
 }
 
+#if FEATURE_CLOCK_STATISTICS
 // The record of a pixel; the newest one stands for a pixel that was passed over, or NULL.
 static struct kept_record *record_of(struct records *records, uint16_t pixel)
 {
@@ -138,6 +167,14 @@ void records_note_error(struct records *records, uint16_t pixel, int16_t error_t
         note_newest(records, error_ticks);
     }
 }
+#else
+void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+{
+    (void)records;
+    (void)pixel;
+    (void)error_ticks;
+}
+#endif
 
 struct pixel_record records_get(const struct records *records, uint8_t number)
 {
@@ -145,7 +182,7 @@ struct pixel_record records_get(const struct records *records, uint8_t number)
 
     return (struct pixel_record){
         .pixel = record->pixel,
-        .edge_error_ticks = record->edge_error_ticks,
+        .edge_error_ticks = error_of(record),
         .expected_steps = record->actual_steps - record->beyond_steps,
         .actual_steps = record->actual_steps,
     };
@@ -160,7 +197,7 @@ uint16_t records_word(const struct records *records, uint8_t number, uint8_t wor
         return record->pixel;
     }
     if (word == 5) {
-        return (uint16_t)record->edge_error_ticks;
+        return (uint16_t)error_of(record);
     }
     if (word <= 2) {
         steps -= record->beyond_steps;

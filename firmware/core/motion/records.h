@@ -3,8 +3,8 @@
 // and how far the clock's edge lay from its planned time. A new record overwrites the oldest one.
 // Main loop only.
 //
-// At high pixel rates a host cannot read a record of each pixel: records_thin() keeps those of every
-// Nth pixel and of every deviation. A deviation is an actual position that is not the expected one,
+// At high pixel rates a host cannot read a record of each pixel: records_thin() keeps those of
+// every Nth pixel and of every deviation: an actual position that is not the expected one,
 // or an edge error that has changed by more than a limit since the newest record that was kept. The
 // newest pixel always has a record, which the next pixel overwrites if it is not to be kept.
 //
@@ -12,10 +12,14 @@
 //     kept              (4)    (8)    (9)    (11)        records_get(0) is pixel 4, 3 are shown
 //
 // `made` counts the records of the line, so that a host knows how many it has not read.
+//
+// Without FEATURE_CLOCK_STATISTICS nobody notes edge errors: they read as 0 and take no memory.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "build_features.h" // FEATURE_CLOCK_STATISTICS
 
 // Records kept, up to 20: what one read request can carry. The build sets fewer for the smaller
 // board. Two at least: one may be of a pixel that is passing.
@@ -39,7 +43,9 @@ struct kept_record {
     int32_t actual_steps;
     // Actual minus expected position.
     int16_t beyond_steps;
+#if FEATURE_CLOCK_STATISTICS
     int16_t edge_error_ticks;
+#endif
     uint16_t pixel;
 };
 
@@ -54,10 +60,12 @@ struct records {
     uint16_t made;
     // Pixels until the next one that is kept in any case.
     uint16_t to_next;
+#if FEATURE_CLOCK_STATISTICS
     // Edge error of the newest record that was to be kept.
     int16_t shown_ticks;
     // Edge error of the pixel behind the newest one, whose edge came early.
     int16_t early_ticks;
+#endif
     struct kept_record kept[RECORDS_KEPT];
 };
 

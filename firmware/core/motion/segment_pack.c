@@ -62,12 +62,3 @@ struct segment segment_unpack(struct segment_reader *reader)
     reader->last = (int16_t)((uint16_t)reader->last + first - NEAR_ZERO);
     return (struct segment){.count = reader->last, .repeat = 1};
 }
-
-struct segment segment_read_run(struct segment_reader *reader)
-{
-    struct segment entry = {.count = (int16_t)next_word(reader, next_byte(reader))};
-
-    entry.repeat = next_word(reader, next_byte(reader));
-    reader->last = signed_15((uint16_t)entry.count);
-    return entry;
-}

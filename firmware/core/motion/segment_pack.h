@@ -57,6 +57,3 @@ static inline uint8_t segment_packed_size(uint8_t first)
 
 // Read the next entry and pass it. The bytes must hold all of it.
 struct segment segment_unpack(struct segment_reader *reader);
-
-// Read the next entry of a block of runs, which brings each as two words, and pass it.
-struct segment segment_read_run(struct segment_reader *reader);

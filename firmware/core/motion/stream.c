@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "motion/stream.h"
 
+#include "base/apart.h"           // APART
 #include "base/require.h"         // REQUIRE
 #include "motion/step_ring_sum.h" // step_ring_sum
 
-void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
+APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
 {
     stream->head = slot;
     stream->retired = slot;
@@ -212,10 +213,10 @@ uint8_t stream_pass_periods(struct stream *stream,
                             bool whole,
                             uint32_t *ticks)
 {
-    const struct stream_mark *mark = stream_mark(stream);
     struct stream_batch *batch = oldest_batch(stream);
     uint8_t first = stream->retired;
-    uint8_t stop = mark == NULL ? tail : sooner(stream, mark->slot, tail);
+    uint8_t stop =
+        stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail) : tail;
     bool at_batch = batch != NULL && batch->slot == first;
 
     if (at_batch) {

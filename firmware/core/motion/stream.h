@@ -225,6 +225,12 @@ static inline bool stream_marks_full(const struct stream *stream)
     return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_MARKS - 1u;
 }
 
+// True when few further marks fit.
+static inline bool stream_marks_low(const struct stream *stream)
+{
+    return (uint8_t)(stream->mark_head - stream->mark_tail) >= 3u * STREAM_MARKS / 4u;
+}
+
 // True when a mark waits for its place.
 static inline bool stream_mark_waits(const struct stream *stream)
 {
@@ -245,21 +251,24 @@ void stream_place_marks(struct stream *stream, uint8_t early);
 
 // The reader's end. `tail` is where the interrupt reads next; the reader never goes beyond it.
 
-// The oldest mark, NULL if there is none that has its place.
+// True when there is a mark that has its place.
+static inline bool stream_has_mark(const struct stream *stream)
+{
+    return stream->mark_tail != stream->mark_placed;
+}
+
+// The oldest of these marks, if there is one.
 static inline const struct stream_mark *stream_mark(const struct stream *stream)
 {
-    return stream->mark_tail == stream->mark_placed
-               ? NULL
-               : &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
+    return &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
 }
 
 // True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader
 // has come to that slot.
 static inline bool stream_mark_within(const struct stream *stream, uint8_t count)
 {
-    const struct stream_mark *mark = stream_mark(stream);
-
-    return mark != NULL && (uint8_t)(mark->slot - stream->retired) <= count;
+    return stream_has_mark(stream) &&
+           (uint8_t)(stream_mark(stream)->slot - stream->retired) <= count;
 }
 
 // Periods that can be passed as a whole up to the oldest mark, mark->ticks long together; 0: it is
@@ -269,7 +278,8 @@ static inline uint8_t stream_whole_pixel(const struct stream *stream)
 #if STREAM_WHOLE_PIXELS
     const struct stream_mark *mark = stream_mark(stream);
 
-    return mark != NULL && (uint8_t)(mark->slot - mark->periods) == stream->retired
+    return stream_has_mark(stream) &&
+                   (uint8_t)(mark->slot - mark->periods) == stream->retired
                ? mark->periods
                : 0;
 #else

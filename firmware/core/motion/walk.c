@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "motion/walk.h"
 
+#include "base/apart.h" // APART
+
 #define NO_EDGE 0xFFFFu
 
-static uint16_t edge_of(const struct piece *piece)
+static APART uint16_t edge_of(const struct piece *piece)
 {
     return piece->has_edge ? piece->edge_steps : NO_EDGE;
 }
@@ -29,7 +31,7 @@ static void aim_at_special(struct walk *walk, uint16_t index)
     walk->until = (uint16_t)(next - index);
 }
 
-void walk_start(struct walk *walk, const struct piece *piece)
+APART void walk_start(struct walk *walk, const struct piece *piece)
 {
     walk->curved = piece->curved;
     walk->at_edge = false;
