@@ -47,7 +47,8 @@ function(pixstep_read_board name)
     endif()
     set(BOARD_DEFINITIONS
         "BOARD_FILE=<hal/boards/${name}.def>" "RECORDS_KEPT=${BOARD_RECORDS}u"
-        "STREAM_BATCHES=${BOARD_STREAM_BATCHES}u" "BAUD_CLOCK_100=${baud_clock_100}u"
+        "STREAM_BATCHES=${BOARD_STREAM_BATCHES}u"
+        "STREAM_WHOLE_PIXELS=${BOARD_WHOLE_PIXELS}" "BAUD_CLOCK_100=${baud_clock_100}u"
         "LOCK_GRID_EDGES=${grid_edges}u"
         PARENT_SCOPE
     )

@@ -25,12 +25,16 @@
 // at once and the handler's own way to OCRnA. Cycles (uno, mega, m1284); `pixstep bench --only
 // waits` and `--only handlers` measure them:
 //
-//     interrupts off in the main loop, or in a serial handler   21    21    21
+//     interrupts off in the main loop, or in a serial handler   21    28    28
 //     pixel clock capture, until it lets others in              13    14    13
-//     step handlers of the other axes                            -   141    47   47 each
+//     step handlers of the other axes                            -   147    49   49 each
 //     a train's period, from the flag's service to OCRnA        23    25    23
 //                                                               --   ---   ---
-//                                                               57   201   104
+//                                                               57   214   113
+//
+// Axes at rest are parked and interrupt nobody: with fewer axes moving an interval may be shorter
+// (DESIGN.md, "Axes at rest"). The waits of a coincidence can then be longer than the interval; a
+// train catches up (step_isr.S).
 //
 // A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
 // periods (decode.c). The other axes take up to 86 cycles where they begin a train. They begin
@@ -61,7 +65,7 @@
 #define CONFIG_CLOCK_EDGES        (CONFIG_AXES == 1 ? 4 : 8) // captured, not taken
 #define CONFIG_MIN_INTERVAL_TICKS (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
-// The same while only 1, 2 or 3 axes are armed or move; a board says so only where it has more axes.
+// The same while only 1, 2 or 3 axes are armed or move, on a board with more axes.
 #if !defined(BOARD_MIN_INTERVAL_1_TICKS)
 #define BOARD_MIN_INTERVAL_1_TICKS        BOARD_MIN_INTERVAL_TICKS
 #define BOARD_SMOOTH_MIN_INTERVAL_1_TICKS BOARD_SMOOTH_MIN_INTERVAL_TICKS
@@ -74,8 +78,8 @@
 #define BOARD_MIN_INTERVAL_3_TICKS        BOARD_MIN_INTERVAL_TICKS
 #define BOARD_SMOOTH_MIN_INTERVAL_3_TICKS BOARD_SMOOTH_MIN_INTERVAL_TICKS
 #endif
-#define CONFIG_SEEK_MIN_INTERVAL_TICKS   (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
-#define CONFIG_REVERSAL_MARGIN_TICKS     ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
+#define CONFIG_SEEK_MIN_INTERVAL_TICKS (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_REVERSAL_MARGIN_TICKS   ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
 #if CONFIG_AXES == 1

@@ -49,20 +49,34 @@ static void a_number_is_added_to_itself(void)
     TEST_ASSERT_EQUAL_UINT16(0x2000u, fine.fraction);
 }
 
-static void halves_are_rounded_down(void)
+static int64_t halved(int64_t value, uint8_t times)
+{
+    int64_t divisor = (int64_t)1 << times;
+    int64_t whole = value / divisor;
+
+    return value < 0 && value % divisor != 0 ? whole - 1 : whole;
+}
+
+static void check_number(int64_t expected, const struct fine_ticks *fine)
+{
+    TEST_ASSERT_EQUAL_UINT32((uint32_t)((uint64_t)expected >> 16), fine->ticks);
+    TEST_ASSERT_EQUAL_UINT16((uint16_t)expected, fine->fraction);
+}
+
+static void a_pair_is_corrected(void)
 {
     for (uint16_t i = 0; i < TRIALS; i++) {
-        struct fine_ticks fine = any();
-        uint8_t times = (uint8_t)(i % 20u);
-        int64_t value = value_of(&fine);
-        int64_t divisor = (int64_t)1 << times;
-        int64_t expected = value / divisor;
+        struct fine_ticks pair[2] = {any(), any()};
+        uint8_t shift = (uint8_t)(i % 8u);
+        int32_t error_ticks = (int32_t)chance() / 256;
+        int64_t error = (int64_t)error_ticks * 65536 - pair[0].fraction;
+        int64_t place = value_of(&pair[0]) + halved(error, shift);
+        uint8_t more = shift == 0 ? 0 : (uint8_t)(shift + 1u);
+        int64_t step = value_of(&pair[1]) + halved(halved(error, shift), more);
 
-        if (value < 0 && value % divisor != 0) {
-            expected--;
-        }
-        fine_halve(&fine, times);
-        TEST_ASSERT_EQUAL_INT64(expected, value_of(&fine));
+        fine_track(pair, error_ticks, shift);
+        check_number(place, &pair[0]);
+        check_number(step, &pair[1]);
     }
 }
 
@@ -71,6 +85,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(sums_wrap_at_48_bits);
     RUN_TEST(a_number_is_added_to_itself);
-    RUN_TEST(halves_are_rounded_down);
+    RUN_TEST(a_pair_is_corrected);
     return UNITY_END();
 }

@@ -23,6 +23,12 @@ void setUp(void)
         .reversal_min_ticks = 4240,
     };
     line_check_reset(&check);
+#if SEVERAL_AXES
+    // A line that waits in the queue is faster: the first pixel faster than any before costs as much
+    // as a rest.
+    check.fastest_plain = UINT16_MAX;
+    check.fastest_smooth = UINT16_MAX;
+#endif
 }
 
 void tearDown(void)
@@ -117,8 +123,8 @@ static void rests_and_reversals(void)
 {
     begin(0, 0, 0);
     (void)entry_cycles(2, 1);
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(330, entry_cycles(0, 1));
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(330, entry_cycles(-2, 1));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(360, entry_cycles(0, 1));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(360, entry_cycles(-2, 1));
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(450, entry_cycles(2, 1));
 }
 

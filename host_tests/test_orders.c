@@ -73,7 +73,7 @@ static void check_twice(enum command again)
     TEST_ASSERT_EQUAL(AXIS_EMPTY, bench_input(REG_AXIS_BASE + REG_AXIS_STRIDE));
     bench_rounds(300);
     TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STOPPING));
-    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, step_timer_state(1));
+    TEST_ASSERT_EQUAL(STEP_ENGINE_PARKED, step_timer_state(1));
     check_nothing_moves();
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     check_usable(1);
@@ -156,7 +156,7 @@ static void loaded_line_survives_an_emergency_stop(void)
     bench_rounds(20);
     TEST_ASSERT_EQUAL(FAULT_estop, faults_record()->code);
     TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_LAST)->life.state);
-    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, step_timer_state(BENCH_LAST));
+    TEST_ASSERT_FALSE(step_timer_unpark(BENCH_LAST));
     fake_estop(true);
     command(0, COMMAND_CLEAR_FAULT);
     bench_rounds(3);

@@ -32,8 +32,8 @@ static void check(uint64_t parked, uint64_t asked, uint32_t phase_ticks, uint32_
 {
     uint16_t first = (uint16_t)(parked / STEP_IDLE_TICKS * 7u); // any count
     uint32_t base = parked_base(units_at(parked, phase_ticks), counter_at(parked), first);
-    uint16_t exact =
-        (uint16_t)(first + (uint16_t)(asked / STEP_IDLE_TICKS - parked / STEP_IDLE_TICKS));
+    uint16_t exact = (uint16_t)(first + (uint16_t)(asked / STEP_IDLE_TICKS -
+                                                   parked / STEP_IDLE_TICKS));
 
     TEST_ASSERT_EQUAL_UINT16(
         exact,
@@ -58,7 +58,8 @@ static void every_phase_of_a_period(void)
 static void around_each_beginning(void)
 {
     for (uint32_t phase = 0; phase < PARKED_UNIT_TICKS; phase++) {
-        for (uint32_t asked = STEP_IDLE_TICKS - 3u; asked < STEP_IDLE_TICKS + 3u; asked++) {
+        for (uint32_t asked = STEP_IDLE_TICKS - 3u; asked < STEP_IDLE_TICKS + 3u;
+             asked++) {
             check(STEP_IDLE_TICKS - 1u, asked, phase, 0);
             check(0, asked, phase, PARKED_SLACK_TICKS);
         }

@@ -69,6 +69,10 @@ static void board_describes_itself(void)
                              bench_input(REG_INPUT_min_interval_ticks));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
                              bench_input(REG_INPUT_smooth_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT16(BOARD_MIN_INTERVAL_1_TICKS,
+                             bench_input(REG_INPUT_min_interval_1_ticks));
+    TEST_ASSERT_EQUAL_UINT16(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS,
+                             bench_input(REG_INPUT_smooth_min_interval_3_ticks));
     TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_INPUT_record_capacity));
     TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
 }
@@ -100,8 +104,8 @@ static void mapped_inputs(void)
     check_inputs(false, REG_ROOM_BASE, CONFIG_AXES + 1);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 9);
-    check_inputs(false, REG_INPUT_fault_mask_high, 10);
+    check_inputs(true, REG_INPUT_fault_mask_high, 23);
+    check_inputs(false, REG_INPUT_fault_mask_high, 24);
     check_inputs(false, REG_INPUT_smooth_min_interval_3_ticks + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);

@@ -26,7 +26,9 @@ void axes_start(void)
             .stagger = (uint8_t)(TRAIN_STAGGER_STEPS * i),
             .first_period_ticks = STEP_IDLE_TICKS,
         };
-        axis_init(axes_get(i), &parts);
+        struct axis *axis = axes_get(i);
+        BY_POINTER(axis);
+        axis_init(axis, &parts);
     }
 }
 

@@ -77,11 +77,12 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
         reference_edge_dropped();
         return;
     }
-    ledger_advance(&axis->ledger, &axis->feed.stream, &capture->sample, LEDGER_EXACTLY);
-    uint32_t edge_ticks =
-        ledger_capture_ticks(
-            &axis->ledger, &axis->feed.stream, capture->back, capture->ticks) -
-        PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    uint32_t edge_ticks = ledger_advance_to_capture(&axis->ledger,
+                                                    &axis->feed.stream,
+                                                    &capture->sample,
+                                                    capture->back,
+                                                    capture->ticks) -
+                          PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
@@ -93,7 +94,10 @@ static void take_edge(const struct pixel_capture *capture, bool after_loss)
     } else if (!after_loss && reference_watch()->odd != 0) {
         clock_fault(FAULT_pixel_clock_off, reference_watch()->odd);
     }
-    start_on_edge(edge_ticks);
+    // Line zero is counted from the newest edge: an older one may be too long ago.
+    if (!pixel_clock_waiting()) {
+        start_on_edge(edge_ticks);
+    }
 }
 
 // Edges that were lost since the last call.
@@ -155,7 +159,7 @@ void clock_edges_poll(void)
 
 void clock_edges_miss(void)
 {
-    if (reference_overdue()) {
+    if (!pixel_clock_waiting() && reference_overdue()) {
         if (lock_grid_now()->locks && clock_filter_bridge(&lock_grid_now()->filter)) {
             return;
         }

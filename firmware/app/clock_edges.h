@@ -15,8 +15,8 @@ void clock_edges_poll(void);
 void clock_edges_miss(void);
 
 // An axis is about to be armed for the clock: its time-out begins now, unless edges are already
-// arriving. For lines that are locked to the clock: the first of them fixes the length of pixels that
-// are decoded before line zero.
+// arriving. For lines that are locked to the clock: the first of them fixes the length of pixels
+// that are decoded before line zero.
 void clock_edges_await(void);
 
 // The axis's front line may be armed as far as the clock is concerned: a line that is to be locked

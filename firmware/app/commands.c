@@ -377,7 +377,8 @@ static const struct command_row command_table[] IN_FLASH = {
 // sends them to all boards, whatever axes each board has.
 static bool names_axes(const struct order *order)
 {
-    bool others = order->command == COMMAND_DISARM || order->command == COMMAND_STOP;
+    uint8_t command = (uint8_t)order->command;
+    bool others = command == COMMAND_DISARM || command == COMMAND_STOP;
 
     return ((uint8_t)order->mask & ALL_AXES) != 0 &&
            (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
@@ -390,7 +391,7 @@ static bool each_axis(const struct order *order, bool act)
     struct command_row row;
     uint8_t mask = 1;
 
-    flash_copy(&row, &command_table[order->command], sizeof row);
+    flash_copy(&row, &command_table[(uint8_t)order->command], sizeof row);
     if (row.for_axes) {
         mask = (uint8_t)order->mask;
         if (!names_axes(order)) {

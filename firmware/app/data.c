@@ -36,11 +36,14 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
     return records_word(&ledger->records, number, word);
 }
 
-// The input registers that there are, in order.
-static const struct area {
+// Registers that follow each other.
+struct area {
     uint16_t first;
     uint16_t end;
-} input_areas[] IN_FLASH = {
+};
+
+// The input registers that there are, in order.
+static const struct area input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
     {REG_INPUT_fault_mask_high, REG_INPUT_smooth_min_interval_3_ticks + 1u},
     {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
@@ -50,15 +53,30 @@ static const struct area {
 #endif
 };
 
-#define INPUT_AREAS ((uint8_t)(sizeof input_areas / sizeof input_areas[0]))
+#define ORDER_WORDS (sizeof(struct order) / sizeof(uint16_t))
 
-// A read may go on from one area to the next where they touch.
-bool data_input_mapped(uint16_t address, uint16_t count)
+// The holding registers that there are, but for the queue window.
+static const struct area holding_areas[] IN_FLASH = {
+    {0, SETTINGS_WORDS},
+    {REG_HOLDING_axis_mask, REG_HOLDING_axis_mask + ORDER_WORDS},
+};
+
+#define AREAS(areas) ((uint8_t)(sizeof(areas) / sizeof(areas)[0]))
+
+// True when these areas have all of the registers. A read may go on from one area to the next where
+// they touch.
+static APART bool are_mapped(const struct area *area,
+                             uint8_t areas,
+                             uint16_t address,
+                             uint16_t count)
 {
-    for (uint8_t i = 0; i < INPUT_AREAS; i++) {
-        uint16_t end = flash_word(&input_areas[i].end);
+    for (; areas != 0; areas--) {
+        uint16_t first = flash_word(&area->first);
+        uint16_t end = flash_word(&area->end);
         uint16_t room = (uint16_t)(end - address);
-        if (address >= flash_word(&input_areas[i].first) && address < end) {
+
+        area++;
+        if (address >= first && address < end) {
             if (count <= room) {
                 return true;
             }
@@ -67,6 +85,11 @@ bool data_input_mapped(uint16_t address, uint16_t count)
         }
     }
     return false;
+}
+
+bool data_input_mapped(uint16_t address, uint16_t count)
+{
+    return are_mapped(input_areas, AREAS(input_areas), address, count);
 }
 
 uint16_t data_input(uint16_t address)
@@ -87,8 +110,6 @@ uint16_t data_input(uint16_t address)
                            (uint8_t)(offset % REG_RECORD_STRIDE));
 }
 
-#define ORDER_WORDS (sizeof(struct order) / sizeof(uint16_t))
-
 // The word itself; NULL when nothing is mapped there.
 static APART const uint16_t *holding_word(uint16_t address)
 {
@@ -101,12 +122,8 @@ static APART const uint16_t *holding_word(uint16_t address)
 
 bool data_holding_mapped(uint16_t address, uint16_t count)
 {
-    if (address >= REG_QUEUE_WINDOW) {
-        return address == REG_QUEUE_WINDOW;
-    }
-    return holding_word(address) != NULL &&
-           holding_word((uint16_t)(address + count - 1u)) != NULL &&
-           count <= SETTINGS_WORDS;
+    return address == REG_QUEUE_WINDOW ||
+           are_mapped(holding_areas, AREAS(holding_areas), address, count);
 }
 
 uint16_t data_holding(uint16_t address)

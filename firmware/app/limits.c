@@ -4,6 +4,7 @@
 #include "app/axes.h"         // axes_get
 #include "app/reference.h"    // reference_*
 #include "app/settings.h"     // settings_now
+#include "base/apart.h"       // BY_POINTER
 #include "base/flash.h"       // flash_word
 #include "motion/lock_grid.h" // lock_grid_now
 
@@ -12,7 +13,11 @@
 
 #define TICKS_PER_US ((uint32_t)(CONFIG_TIMER_HZ / 1000000uL))
 
-static struct line_limits current_limits;
+static struct line_limits current_limits = {
+    .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
+    .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
+    .seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS,
+};
 
 // The shortest pixel that a line may get.
 static uint32_t shortest_pixel_ticks(void)
@@ -35,16 +40,14 @@ void limits_apply_settings(void)
     uint32_t error_ticks = reference_period()->whole_ticks / DEVIATION_PARTS;
     records_thin(settings->record_every,
                  error_ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)error_ticks);
-    current_limits = (struct line_limits){
-        .pixel_ticks = shortest_pixel_ticks(),
-        .min_interval_ticks = CONFIG_MIN_INTERVAL_TICKS,
-        .smooth_min_interval_ticks = CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
-        .seek_min_interval_ticks = CONFIG_SEEK_MIN_INTERVAL_TICKS,
-        // The direction changes in the middle of an interval, so that half of it must be enough.
-        .reversal_min_ticks = (uint16_t)(2u * half_ticks),
-        .max_acceleration = settings->max_acceleration,
-        .start_stop_steps = settings->start_stop_steps,
-    };
+    struct line_limits *limits = &current_limits;
+
+    BY_POINTER(limits);
+    limits->pixel_ticks = shortest_pixel_ticks();
+    // The direction changes in the middle of an interval, so that half of it must be enough.
+    limits->reversal_min_ticks = (uint16_t)(2u * half_ticks);
+    limits->max_acceleration = settings->max_acceleration;
+    limits->start_stop_steps = settings->start_stop_steps;
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         axes_get(i)->feed.reversal_ticks = half_ticks;
     }

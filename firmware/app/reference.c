@@ -2,7 +2,8 @@
 #include "app/reference.h"
 
 #include "app/settings.h"     // settings_now
-#include "base/multiply.h"    // multiply_u32_u16
+#include "base/apart.h"       // BY_POINTER
+#include "base/divide.h"      // divide_u32_u16
 #include "hal/clock.h"        // clock_now_units
 #include "motion/lock_grid.h" // lock_grid_now
 #include "motion/stream.h"    // STREAM_MARKS
@@ -20,22 +21,24 @@ static uint32_t edge_seen_units; // when the last clock edge was handled
 static uint16_t lead_edges(uint16_t divider)
 {
     uint16_t most = (uint16_t)(STREAM_MARKS * divider);
-    uint32_t edges = LEAD_TICKS / clock_period.whole_ticks + 1u;
+    uint16_t edges = (uint16_t)(LEAD_TICKS / clock_period.whole_ticks + 1u);
 
-    return edges < most ? (uint16_t)edges : most;
+    return edges < most ? edges : most;
 }
 
-void reference_apply_settings(void)
+APART void reference_apply_settings(void)
 {
     const struct settings *settings = settings_now();
     struct lock_grid *grid = lock_grid_now();
 
+    BY_POINTER(grid);
     (void)settings_period(&clock_period, 1);
     (void)settings_period(&grid->pixel, settings->divider);
     grid->locks = settings->sync == SYNC_LOCK;
     grid->ignored = settings->sync == SYNC_FREE;
     grid->divider = settings->divider;
-    lock_grid_tolerate(clock_period.whole_ticks / (PPM / settings->lock_tolerance_ppm) +
+    lock_grid_tolerate(clock_period.whole_ticks /
+                           divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
                        1u);
     grid->lead_edges = lead_edges(grid->divider);
     grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
@@ -96,12 +99,10 @@ bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
         return false;
     }
     reference_await_edge();
-    bool planned = clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
-
     if (!grid->locks) {
-        return planned;
+        return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
     }
-    edge_watch.odd = 0;
+    clock_watch_count(&edge_watch, edge_ticks);
     return edge_of_grid(pixel);
 }
 
@@ -145,5 +146,5 @@ bool reference_overdue(void)
         quarters = (uint16_t)(quarters + 4u * grid->filter.bridged);
     }
     return clock_now_units() - edge_seen_units >
-           multiply_u32_u16(clock_period.whole_ticks / 256u, quarters) + 7u;
+           (uint32_t)(uint16_t)(clock_period.whole_ticks / 256u) * quarters + 7u;
 }

@@ -28,8 +28,8 @@ const struct clock_watch *reference_watch(void);
 bool reference_present(void);
 
 // An edge came at edge_ticks (ticks since the timers started). Returns true when the edge belongs
-// is a pixel edge of the reference line; *pixel is then its number (clock_watch_edge()). A line that
-// is locked to the clock leaves out glitches.
+// is a pixel edge of the reference line; *pixel is then its number (clock_watch_edge()). A line
+// that is locked to the clock leaves out glitches.
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel);
 
 // The clock has run long enough for lines to be locked to it.
@@ -50,6 +50,6 @@ void reference_rest(void);
 void reference_await_edge(void);
 
 // True when the time-out is over: 1.5 clock periods and up to 28 us since the last edge, or since
-// reference_await_edge(); with lines that are locked to the clock one period more for each edge that
-// was bridged since. Whether that is a fault is the caller's question.
+// reference_await_edge(); with lines that are locked to the clock one period more for each edge
+// that was bridged since. Whether that is a fault is the caller's question.
 bool reference_overdue(void);

@@ -48,7 +48,7 @@ uint16_t report_status(void)
     if (estop_tripped()) {
         bits |= REPORT_ESTOP;
     }
-    if (traffic_counters()->listen_only) {
+    if (server_listens_only(traffic_counters())) {
         bits |= REPORT_LISTEN_ONLY;
     }
     return permit_is_on() ? (uint16_t)(bits | REPORT_PERMIT) : bits;

@@ -203,13 +203,16 @@ static void decode_in_turn(uint8_t budget)
 }
 #endif
 
+// Only an axis that is about to start counts: a token or a driver may hold an axis back for long
+// while others run.
+static bool starting(void)
+{
+    return CONFIG_AXES == 1 ? axes_any_starting() : start_near();
+}
+
 static APART void decode_some(void)
 {
-    // Only an axis that is about to start counts: a token or a driver may hold an axis back for
-    // long while others run.
-    bool starting = CONFIG_AXES == 1 ? axes_any_starting() : start_near();
-
-    decode_in_turn(starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
+    decode_in_turn(starting() ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
 }
 
 // Everything but the decoding of steps. Apart from it, so that the stack of each of the two is free
@@ -232,6 +235,10 @@ static APART void look_after_axes(void)
     }
     safety_poll();
     poll_inputs();
+    // The axis of the pixel clock cannot be released while an edge waits.
+    if (starting()) {
+        clock_edges_poll();
+    }
     start_poll();
     clock_edges_miss();
     store_poll();

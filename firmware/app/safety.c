@@ -47,16 +47,18 @@ static bool needs_no_heartbeat(uint8_t i)
 }
 
 // Feed the watchdog when every axis is alive; one axis is checked in each round. A halted or a
-// parked axis counts as alive even without a new heartbeat. An axis whose interrupt does not come at all keeps
+// parked axis counts as alive even without a new heartbeat. An axis whose interrupt does not
+// come at all keeps
 // the watchdog from being fed: its timer repeats the last period, STEP edge included, and only a
 // reset ends that.
 static void feed_watchdog(void)
 {
-    uint8_t i = looked_at;
+    uint8_t i = CONFIG_INDEX(looked_at);
     uint8_t heartbeat = step_timer_heartbeat(i);
 
-    looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
-
+    if (CONFIG_AXES > 1) {
+        looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
+    }
     if (heartbeat == heartbeats[CONFIG_INDEX(i)] && !needs_no_heartbeat(i)) {
         return;
     }

@@ -102,5 +102,11 @@ struct settings *settings_record(void);
 // The value of a 32-bit setting, whose high word comes first.
 static inline uint32_t settings_u32(const uint16_t *words)
 {
-    return ((uint32_t)words[0] << 16) | words[1];
+    // A union, because avr-gcc computes what could be two loads.
+    union {
+        uint16_t half[2];
+        uint32_t whole;
+    } value = {.half = {words[1], words[0]}};
+
+    return value.whole;
 }

@@ -8,6 +8,7 @@
 #include "app/settings.h"     // settings_now
 #include "app/token.h"        // token_now
 #include "app/witness.h"      // witness_excuse
+#include "base/apart.h"       // BY_POINTER
 #include "hal/step_timer.h"   // step_timer_*
 #include "motion/decode.h"    // decode_is_ahead
 #include "motion/lock_grid.h" // lock_grid_*
@@ -19,18 +20,18 @@
 #define RELEASE_MAX_TICKS ((int32_t)120000)
 // The delay is two periods; the second covers the direction set-up time, and neither may be too
 // short for the commands before it.
-#define COMMANDS_TICKS ((int32_t)1000)
+#define COMMANDS_TICKS 1000u
 
 static int32_t release_min_ticks(void)
 {
-    int32_t setup_ticks =
-        (int32_t)settings_now()->dir_setup_us * (int32_t)(CONFIG_TIMER_HZ / 1000000uL);
+    uint16_t setup_ticks = (uint16_t)(settings_now()->dir_setup_us *
+                                      (uint16_t)(CONFIG_TIMER_HZ / 1000000uL));
 
-    return 2 * (setup_ticks + COMMANDS_TICKS);
+    return (uint16_t)(2u * (setup_ticks + COMMANDS_TICKS));
 }
 
 // Ticks from the newest loaded period to the first period of the line.
-static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
+static APART int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
 {
     return (int32_t)(zero_ticks - STEP_TIMER_EDGE_TICKS + axis->feed.lead_in_ticks -
                      axis->ledger.loaded_ticks);
@@ -53,23 +54,33 @@ static uint32_t edge_after(uint32_t edge_ticks, uint16_t edges)
                                                         : lock_grid_begin(edges);
 }
 
+// Some waiting axis could not be released in time for this line zero.
+static bool is_too_soon(uint32_t zero_ticks)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits_for_edge(i) &&
+            ticks_to_start(axes_get(i), zero_ticks) < START_MIN_TICKS) {
+            return true;
+        }
+    }
+    return false;
+}
+
 // One line zero for every waiting axis, so that the axes run in step.
 static uint32_t common_zero(uint32_t edge_ticks)
 {
-    uint16_t edges = 1;
-    uint32_t zero = edge_after(edge_ticks, edges);
+    uint16_t edges = 0;
+    uint32_t zero = edge_ticks;
 
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        while (waits_for_edge(i) && ticks_to_start(axes_get(i), zero) < START_MIN_TICKS) {
-            edges++;
-            zero = edge_after(zero, edges);
-        }
-    }
+    do {
+        edges++;
+        zero = edge_after(zero, edges);
+    } while (is_too_soon(zero));
     return zero;
 }
 
 // Armed axes must wait for command `go`, or for a driver that was switched on lately.
-static bool held_back(void)
+static APART bool held_back(void)
 {
     return token_now() != 0 || drivers_settling();
 }
@@ -114,6 +125,12 @@ void start_on_edge(uint32_t edge_ticks)
 {
     if (!start_any_waits() || !all_ready()) {
         return;
+    }
+    // How far line zero is ahead is told by accounts that have come up to now.
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits_for_edge(i)) {
+            (void)axes_advance(i, LEDGER_EXACTLY);
+        }
     }
     uint32_t zero = common_zero(edge_ticks);
     uint16_t number = lock_grid_now()->newest;
@@ -166,10 +183,12 @@ bool start_near(void)
 #endif
 
 // Returns false when an idle period began meanwhile: the next attempt has a whole idle period.
-static bool release_line(uint8_t i)
+static APART bool release_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
+    struct feed *feed = &axis->feed;
 
+    BY_POINTER(feed);
     if (!axes_advance(i, LEDGER_EXACTLY) || !has_begun(axis)) {
         return true;
     }
@@ -190,11 +209,11 @@ static bool release_line(uint8_t i)
     if (CONFIG_AXES > 1 && !step_timer_unpark(i)) {
         return true;
     }
-    feed_fill_front(&axis->feed, (uint32_t)delay);
-    if (!step_timer_publish(i, axis->feed.held_slot, axis->ledger.idle_seen)) {
+    feed_fill_front(feed, (uint32_t)delay);
+    if (!step_timer_publish(i, feed->held_slot, axis->ledger.idle_seen)) {
         return false;
     }
-    feed_front_released(&axis->feed, (uint32_t)delay);
+    feed_front_released(feed, (uint32_t)delay);
     if (axis_released(axis)) {
         witness_excuse(i);
     } else {
@@ -206,12 +225,15 @@ static bool release_line(uint8_t i)
 
 void start_poll(void)
 {
-    uint8_t i = 0;
+    uint8_t left = CONFIG_AXES;
 
     // Try again at once: a round as long as an idle period would meet the period's end every time.
-    while (i < CONFIG_AXES) {
+    // The axis of the pixel clock, the last one of a board, comes first: it cannot be released while
+    // an edge waits, and the next one comes soon.
+    while (left != 0) {
+        uint8_t i = (uint8_t)(left - 1u);
         if (!may_release(i) || release_line(i)) {
-            i++;
+            left--;
         }
     }
 }

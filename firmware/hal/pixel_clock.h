@@ -38,7 +38,8 @@ bool pixel_clock_take(struct pixel_capture *capture);
 // 255: that or more.
 uint8_t pixel_clock_take_lost(void);
 
-// True when, since the last call, an edge came so close behind another one that it was not captured.
+// True when, since the last call, an edge came so close behind another one that it was not
+// captured.
 bool pixel_clock_take_crowded(void);
 
 // Discard the captured edges. Returns false when there was none.

@@ -50,8 +50,8 @@ bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count);
 bool step_timer_park(uint8_t axis, uint16_t idle_count);
 
 // Let the step interrupt serve a parked axis again; the count of idle periods goes on. Returns
-// false, and the axis stays parked, if it was halted meanwhile: step_timer_settle() must come first.
-// Does nothing to an axis that is not parked.
+// false, and the axis stays parked, if it was halted meanwhile: step_timer_settle() must come
+// first. Does nothing to an axis that is not parked.
 bool step_timer_unpark(uint8_t axis);
 
 // Bring an axis to rest, from every state and as often as wanted: nothing more of its ring is

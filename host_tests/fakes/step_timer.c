@@ -79,7 +79,7 @@ static struct step_load next_load(struct timer *timer, const struct step_ring *r
 {
     if (timer->engine.state == STEP_ENGINE_PARKED) {
         timer->engine.idle_count++;
-        return (struct step_load){.top_ticks = STEP_IDLE_TICKS - 1u};
+        return timer->held;
     }
     return step_engine_next(&timer->engine, ring);
 }

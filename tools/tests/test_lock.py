@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Lines locked to the pixel clock, on the images: pixel edges against the clock's true edges."""
 
+import itertools
 import statistics
 from fractions import Fraction
 
 import pytest
 
 from lockbench import LockBench, gauss
+from pixstep.board import boards
 from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator
@@ -55,7 +57,9 @@ def test_a_clock_that_is_off_is_followed(bench_of, board, hz, offset):
         ends = run_line(bench, Line((PER_PIXEL,) * 60, PLAIN))
         assert max(map(abs, errors(bench, ends))) <= 2
         measured = bench.board.input("clock_period_ticks")
-        assert abs(measured + bench.board.input("clock_period_fraction") / 65536 - ppm(hz, offset)) < 1
+        assert (
+            abs(measured + bench.board.input("clock_period_fraction") / 65536 - ppm(hz, offset)) < 1
+        )
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -180,4 +184,63 @@ def test_a_free_line_needs_no_clock(bench_of, board):
         bench.until(lambda: bench.state() == "done")
         assert bench.fault_name() == "none"
         ends = bench.last_steps(line)
-        assert {b - a for a, b in zip(ends, ends[1:], strict=False)} == {160_000}
+        assert {b - a for a, b in itertools.pairwise(ends)} == {160_000}
+
+
+def _estop(bench):
+    (pin,) = (p for p in boards.load(bench.name).pins if p.signal == "ESTOP")
+    bench.sim.pin(0, pin.port, pin.bit, 0)
+    bench.sim.wait_s(0.02)
+    bench.sim.pin(0, pin.port, pin.bit, 1)
+    bench.sim.wait_s(0.02)
+
+
+def _disarm(bench):
+    try:
+        bench.board.command("disarm", [0])
+    except BoardError:  # it runs already
+        bench.board.command("stop", [0])
+
+
+def _clock_stops(bench):
+    bench.own.on = False
+    bench.sim.wait_s(0.2)
+    bench.own.on = True
+
+
+def _clock_jumps(bench):
+    bench.own.next += Fraction(60_000)
+
+
+ENDS = {
+    "stop": lambda bench: bench.board.command("stop", [0]),
+    "disarm": _disarm,
+    "estop": _estop,
+    "clock stops": _clock_stops,
+    "clock jumps": _clock_jumps,
+}
+# Milliseconds behind the command to arm: armed, line zero placed, first pixels, in the middle.
+MOMENTS = (0, 7, 13, 22, 250)
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("end", ENDS)
+def test_a_locked_line_that_ends_early_leaves_nothing_behind(bench_of, board, end):
+    """Positions are the edges made, and the next line is locked from its line zero on."""
+    line = Line((PER_PIXEL,) * 40, PLAIN)
+    with bench_of(board, 100) as bench:
+        bench.follow()
+        bench.clock(ppm(100, -3000))
+        for moment in MOMENTS:
+            bench.settle()
+            bench.load(line)
+            bench.arm()
+            bench.sim.wait_s(moment / 1000 + 0.0001)
+            ENDS[end](bench)
+            bench.until(lambda: bench.state() not in ("armed", "running"))
+            bench.assert_rest()
+            if bench.board.input("fault_code"):
+                bench.board.command("clear_fault", [])
+            bench.board.command("discard", [0])
+        found = errors(bench, run_line(bench, line))
+        assert max(map(abs, found)) <= 2

@@ -8,8 +8,8 @@ import pytest
 from bench import Bench
 from effort import cases
 from pixstep.board import boards
-from pixstep.board.run import arm
 from pixstep.board.client import BoardError
+from pixstep.board.run import arm
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation import verdict
@@ -51,10 +51,10 @@ def test_a_single_axis_goes_on_as_ever():
         assert interrupts(bench) - before == pytest.approx(1_600_000 / IDLE_CYCLES, abs=2)
 
 
-@pytest.mark.parametrize("phases", cases(40, long=600))
 @pytest.mark.parametrize("board", SEVERAL)
-def test_a_line_begins_on_the_clock_whatever_the_phase(board, phases, tmp_path):
+def test_a_line_begins_on_the_clock_whatever_the_phase(board, tmp_path):
     """Of each axis, the one that captures the clock among them: parked, unparked, parked again."""
+    phases = cases(40, 1200)
     edges, clock = tmp_path / "edges.csv", tmp_path / "clock.csv"
     count = boards.load(board).axes
     bench = Bench(board, range(count), 400, edges=edges)
@@ -81,13 +81,14 @@ def test_a_line_begins_on_the_clock_whatever_the_phase(board, phases, tmp_path):
                     SHORT, period, cut(made, number * steps, steps), tick_hz=bench.sim.tick_hz
                 )
                 assert found.reasons == [], (axis, number)
-                assert verdict.judge_clock(found.line_zero_cycle, period, ticks)[1] is None
+                assert verdict.judge_clock(found.line_zero_cycle, period, ticks)[1] == ""
 
 
 def cut(made, first, count):
     """Return the edges of one of several lines."""
     begin = made.rising[first - 1] + 1 if first else 0
-    within = (made.direction_cycles > begin) & (made.direction_cycles <= made.rising[first + count - 1])
+    end = made.rising[first + count - 1]
+    within = (made.direction_cycles > begin) & (made.direction_cycles <= end)
     return replace(
         made,
         step_cycles=made.step_cycles[2 * first : 2 * (first + count)],

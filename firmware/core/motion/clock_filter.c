@@ -46,27 +46,6 @@ static APART void note_error(struct clock_filter *filter, int32_t error_ticks)
     filter->jitter = (uint16_t)(filter->jitter - filter->jitter / 16u + (uint16_t)size);
 }
 
-// Correct the expected time and the period by the error of the edge, and go on to the next edge.
-static void correct(struct clock_filter *filter)
-{
-    uint8_t shift = filter->shift;
-    struct fine_ticks error = {
-        .fraction = (uint16_t)-filter->expected.fraction,
-        .ticks = (uint32_t)filter->error_ticks,
-    };
-
-    if (error.fraction != 0) {
-        error.ticks--;
-    }
-    fine_halve(&error, shift);
-    fine_add(&filter->expected, &error);
-    // The second edge gives the period.
-    if (shift != 0) {
-        fine_halve(&error, (uint8_t)(shift + 1u));
-    }
-    fine_add(&filter->period, &error);
-}
-
 // Go on to the next edge.
 static APART void expect_next(struct clock_filter *filter)
 {
@@ -88,7 +67,7 @@ bool clock_filter_bridge(struct clock_filter *filter)
 static void take(struct clock_filter *filter, int32_t error_ticks)
 {
     note_error(filter, error_ticks);
-    correct(filter);
+    fine_track(filter->pair, error_ticks, filter->shift);
     expect_next(filter);
     filter->bridged = 0;
     if (!clock_filter_settled(filter)) {

@@ -1,8 +1,7 @@
-// SPDX-License-Identifier: MIT
-// Tracks the pixel clock: the time of its edges and its period, both smoothed, so that edges to come
-// can be predicted. An alpha-beta filter, in whole numbers and shifts; DESIGN.md, "Locked to the
-// pixel clock", derives its gains. Times are ticks since the timers started; they wrap. Main loop
-// only.
+// SPDX-License-Identifier: MIT Tracks the pixel clock: the time of its edges and its period, both
+// smoothed, so that edges to come can be predicted. An alpha-beta filter, in whole numbers and
+// shifts; DESIGN.md, "Locked to the pixel clock", derives its gains. Times are ticks since the
+// timers started; they wrap. Main loop only.
 //
 //     edges       |         |          |                     |       |  |
 //     expected    |         |         |          |          |          |
@@ -27,14 +26,20 @@
 #define CLOCK_FILTER_SHIFT_MAX 7u
 
 struct clock_filter {
-    // Where the next edge is expected.
-    struct fine_ticks expected;
-    struct fine_ticks period;
+    union {
+        struct {
+            // Where the next edge is expected.
+            struct fine_ticks expected;
+            struct fine_ticks period;
+        };
+        struct fine_ticks pair[2];
+    };
     // The period of the settings, for the first edge.
     uint32_t nominal_ticks;
     // Number of the newest edge, missing ones counted; wraps.
     uint16_t edge;
-    // 3 more than the edges taken since the filter began, until it has settled; 0: it has not begun.
+    // 3 more than the edges taken since the filter began, until it has settled; 0: it has not
+    // begun.
     uint16_t count;
     // Newest edge minus the time expected for it, ticks.
     int32_t error_ticks;
@@ -67,20 +72,22 @@ void clock_filter_aim(struct clock_filter *filter,
 
 // An edge came. Returns true when it is edge number filter->edge, and false when it was a glitch:
 // more than a quarter of a period from each place where an edge can be. After a glitch while it
-// settles the filter begins anew with this edge; after too many missing edges it waits for a restart.
+// settles the filter begins anew with this edge; after too many missing edges it waits for a
+// restart.
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 
 // The expected edge is missing: go on to the next one. Returns false when more edges in a row are
-// missing than hold_over allows. clock_filter_edge() does it where an edge shows that edges before it
-// were missing.
+// missing than hold_over allows. clock_filter_edge() does it where an edge shows that edges before
+// it were missing.
 bool clock_filter_bridge(struct clock_filter *filter);
 
-// Enough edges have come: 29 of them behind the first, or more where the final shift is a larger one.
+// Enough edges have come: 29 of them behind the first, or more where the final shift is a larger
+// one.
 static inline bool clock_filter_settled(const struct clock_filter *filter)
 {
     return filter->stages == 0;
 }
 
-// Time of the edge that comes `edges` behind the newest one, 1 or more, rounded to a tick. Only when
-// clock_filter_settled().
+// Time of the edge that comes `edges` behind the newest one, 1 or more, rounded to a tick. Only
+// when clock_filter_settled().
 uint32_t clock_filter_ahead(const struct clock_filter *filter, uint16_t edges);

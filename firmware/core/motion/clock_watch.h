@@ -55,10 +55,10 @@ void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks);
 
-// An edge came at edge_ticks. Returns true when the edge is a pixel edge of the reference line; *pixel
-// is then its number (0: line zero) and watch->error_ticks its error. A
-// line that misses more than four edges in a row is the reference no longer, so that the time is
-// bounded however long the clock has rested.
+// An edge came at edge_ticks. Returns true when the edge is a pixel edge of the reference line;
+// *pixel is then its number (0: line zero) and watch->error_ticks its error. A line that misses
+// more than four edges in a row is the reference no longer, so that the time is bounded however
+// long the clock has rested.
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
@@ -68,6 +68,14 @@ bool clock_watch_edge(struct clock_watch *watch,
 // The newest edge came so many ticks later than planned.
 void clock_watch_note(struct clock_watch *watch, int32_t error_ticks);
 #endif
+
+// An edge came that is judged elsewhere.
+static inline void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks)
+{
+    watch->edges++;
+    watch->edge_ticks = edge_ticks;
+    watch->known = true;
+}
 
 // An edge came whose time is not known: the next distance cannot be judged. The line stays the
 // reference.

@@ -58,8 +58,8 @@ uint32_t decode_ahead_ticks(const struct axis *axis)
     return ahead;
 }
 
-// True when no piece may be begun for now: no mark is left, a seek is decoded far enough ahead, or a
-// locked line waits for edges of the clock.
+// True when no piece may be begun for now: no mark is left, a seek is decoded far enough ahead, or
+// a locked line waits for edges of the clock.
 static bool no_more_pieces(const struct axis *axis)
 {
     return stream_marks_full(&axis->feed.stream) || line_is_early(&axis->line) ||

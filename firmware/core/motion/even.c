@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/even.h"
 
-#include "base/apart.h" // APART
-#include "base/divide.h" // divide_with_rest
+#include "base/apart.h"    // APART
+#include "base/divide.h"   // divide_with_rest
 #include "base/multiply.h" // multiply_u32_u16
 
 void even_start(struct even *even, uint32_t ticks, uint16_t steps)

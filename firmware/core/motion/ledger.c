@@ -124,8 +124,8 @@ static APART int32_t position_at(const struct ledger *ledger,
 }
 
 static APART void pass_edge(struct ledger *ledger,
-                             int32_t position_steps,
-                             uint16_t expected_steps)
+                            int32_t position_steps,
+                            uint16_t expected_steps)
 {
     ledger->pixel++;
     records_add(&ledger->records,

@@ -20,6 +20,9 @@
 // Value of ledger.train outside a pulse train.
 #define LEDGER_NO_TRAIN 0xFFu
 
+// Periods of pixels written as a whole that may wait to be accounted for, as long as there are marks
+// for more of them: a few pixels at once cost less.
+#define LEDGER_LAG_PERIODS 40u
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
 
@@ -85,7 +88,8 @@ static inline bool ledger_due(const struct ledger *ledger,
     if (ledger->train == LEDGER_NO_TRAIN) {
         uint8_t whole = stream_whole_pixel(stream);
         if (whole != 0) {
-            return behind >= whole;
+            return behind >= whole &&
+                   (behind >= LEDGER_LAG_PERIODS || stream_marks_low(stream));
         }
         if (behind != 0) {
             return !stream_inside_batch(stream, sample->tail);

@@ -36,8 +36,8 @@ void line_begin(struct line *line,
     line->edge_open = true;
 }
 
-// Ticks from the start of the next piece to the next pixel edge. A locked line's edge is fixed here,
-// so as late as possible.
+// Ticks from the start of the next piece to the next pixel edge. A locked line's edge is fixed
+// here, so as late as possible.
 static APART uint32_t ticks_to_edge(struct line *line)
 {
     if (line->edge_open) {

@@ -329,8 +329,7 @@ static enum line_error check_equal_counts(struct line_check *check, struct segme
 {
     uint16_t amplitude = magnitude_of((int16_t)((int16_t)check->speed - entry.count));
     uint16_t steps = (uint16_t)entry.count;
-    bool equal =
-        entry.repeat > 1u || (entry.count == check->last_count && check->begun);
+    bool equal = entry.repeat > 1u || (entry.count == check->last_count && check->begun);
 
     if (amplitude == 0 || !equal) {
         return LINE_none;

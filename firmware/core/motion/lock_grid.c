@@ -34,19 +34,21 @@ static uint32_t time_of(uint16_t number)
     return lock_grid.times[INDEX(number)];
 }
 
-void lock_grid_tolerate(uint32_t tolerance_ticks)
+APART void lock_grid_tolerate(uint32_t tolerance_ticks)
 {
+    struct lock_grid *grid = &lock_grid;
     // A little more than the tolerance, so that a clock at its limit can still be caught up with.
     uint32_t slack =
-        multiply_u32_u16(tolerance_ticks + tolerance_ticks / 64u + 1u, lock_grid.divider);
+        multiply_u32_u16(tolerance_ticks + tolerance_ticks / 64u + 1u, grid->divider);
 
-    lock_grid.tolerance_ticks = tolerance_ticks;
-    lock_grid.shortest_ticks = lock_grid.pixel.whole_ticks - slack;
-    lock_grid.longest_ticks = lock_grid.pixel.whole_ticks + slack;
+    BY_POINTER(grid);
+    grid->tolerance_ticks = tolerance_ticks;
+    grid->shortest_ticks = grid->pixel.whole_ticks - slack;
+    grid->longest_ticks = grid->pixel.whole_ticks + slack;
 }
 
-// The length of a locked pixel. What the grid has moved is made up for within the limits of a pixel: a
-// line that was checked is never too fast.
+// The length of a locked pixel. What the grid has moved is made up for within the limits of a
+// pixel: a line that was checked is never too fast.
 static uint32_t limit(uint32_t ticks)
 {
     if ((int32_t)(ticks - lock_grid.shortest_ticks) < 0) {

@@ -225,6 +225,12 @@ static inline bool stream_marks_full(const struct stream *stream)
     return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_MARKS - 1u;
 }
 
+// True when few further marks fit.
+static inline bool stream_marks_low(const struct stream *stream)
+{
+    return (uint8_t)(stream->mark_head - stream->mark_tail) >= 3u * STREAM_MARKS / 4u;
+}
+
 // True when a mark waits for its place.
 static inline bool stream_mark_waits(const struct stream *stream)
 {

@@ -269,7 +269,7 @@ step_isr_slow_\@:
 ; and so many ticks before the end of the period.
 #define CATCH_UP_FIRST  (BOARD_CPU_HZ / 500000 + 1)
 #define CATCH_UP_MARGIN 4
-; Setting the counter takes longer than a shorter interval, so that the handler would never catch up.
+; Setting the counter takes longer than a shorter interval: the handler would never catch up.
 #define SET_COUNTER_MIN_TICKS 100
 ; Shortest period without an edge; anything less is left to the counter.
 #define STRETCH_MIN_TICKS 64

@@ -20,7 +20,7 @@ from pixstep_dev.tutorial import hands
 from pixstep_dev.tutorial.document import Step
 
 CLONE = "pixstep"  # ~/pixstep, as the document has it
-_LIMIT_S = 600  # only guards against hanging
+_LIMIT_S = 3600  # a guard against hanging, however busy the machine
 _LOOK_S = 0.05
 
 # The status of the last command is given on, so that `echo $?` shows a reader's.

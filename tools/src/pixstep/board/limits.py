@@ -7,9 +7,11 @@ from fractions import Fraction
 
 from pixstep.board import boards, settings, values
 from pixstep.board.client import Board
+from pixstep.errors import RefusedError
+from pixstep.lines import linecheck
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
-from pixstep.lines.linecheck import Limits
+from pixstep.lines.linecheck import Finding, Limits
 from pixstep.lines.rational import period_ticks, refuse_period
 
 
@@ -55,9 +57,7 @@ class BoardLimits:
         )
 
 
-def named(
-    name: str, pixel_hz: Fraction, tick_hz: int | None = None, axes: int = 1
-) -> BoardLimits:
+def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None, axes: int = 1) -> BoardLimits:
     """Return the limits of a board with its default settings; at another timer's rate if given.
 
     `axes` is the number of axes that move together: the more, the longer the shortest intervals.
@@ -99,6 +99,20 @@ def connected(board: Board, pixel_hz: Fraction | None = None, axes: int = 1) -> 
         known["max_acceleration"],
         known["start_stop_steps"],
     )
+
+
+def check(line: Line, found: BoardLimits) -> list[Finding]:
+    """Return the findings of a line; raises RefusedError naming the first that refuses it."""
+    findings = linecheck.check(line, found.of(line))
+    errors = [item for item in findings if item.severity == linecheck.ERROR]
+    if errors:
+        first = errors[0]
+        where = f"pixel {first.pixel}" if first.pixel else "the line as a whole"
+        raise RefusedError(
+            f"{line.name}: line refused: {first.name} at {where}: {first.message} (nothing was "
+            f"sent; `pixstep line check` shows all)"
+        )
+    return findings
 
 
 def _of_axes(name: str, axes: int, state: Mapping[str, int]) -> str:

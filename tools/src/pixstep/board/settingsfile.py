@@ -13,22 +13,30 @@ dir_setup_us = 20
 `count` shows a file that was cut off; one written by hand may leave out all but the settings.
 """
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass
 from pathlib import Path
-
-import tomlkit
+from typing import TYPE_CHECKING
 
 from pixstep import atomic, tomltext
 from pixstep.board import registers as regs
 from pixstep.board import values
 from pixstep.board.device import Identity
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import tomlkit
+else:
+    tomlkit = lazy("tomlkit")
 
 TABLE = "settings"
 _VERSION = "map_version"
 _BOARD, _COUNT = "board", "count"
 _KEYS = {_VERSION, _BOARD, "firmware", _COUNT, TABLE}
+_VERSIONS = (3, regs.MAP_VERSION)  # a map 3 has settings of the same meaning, and fewer
 _MOST_SHOWN = 40  # characters of a value in a message
 
 
@@ -128,7 +136,7 @@ def _check_head(path: Path, lines: list[str], found: dict) -> None:
     if not isinstance(found.get(TABLE), dict) or not found[TABLE]:
         raise UserError(f"{path}: no table [{TABLE}] with settings in it")
     version = found.get(_VERSION, regs.MAP_VERSION)
-    if type(version) is not int or version != regs.MAP_VERSION:
+    if type(version) is not int or version not in _VERSIONS:
         raise UserError(
             f"{path}:{_line_of(lines, _VERSION)}: settings of register map {_shown(version)}, "
             f"this tool knows map {regs.MAP_VERSION}"

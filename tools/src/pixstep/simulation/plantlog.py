@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: MIT
 """The runner's plant log: where motor and load of each axis were, at every change."""
 
+from __future__ import annotations
+
 import csv
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 HEADER = "cycle,board,axis,motor,load"
 
