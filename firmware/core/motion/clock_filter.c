@@ -53,7 +53,7 @@ static APART void expect_next(struct clock_filter *filter)
     fine_add(&filter->expected, &filter->period);
 }
 
-bool clock_filter_bridge(struct clock_filter *filter)
+APART bool clock_filter_bridge(struct clock_filter *filter)
 {
     if (filter->bridged == filter->hold_over) {
         return false;
