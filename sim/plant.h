@@ -23,6 +23,7 @@ struct plant_settings {
     bool present; // the axis was given parameters: its switches drive their pins
     bool has_travel, has_home; // the axis has these switches
     bool has_start, has_seed;  // these were among the parameters
+    bool taken_up_minus; // at the start the play is taken up in the negative direction
     bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
     struct contact_settings contact;
     enum plant_stuck stuck[PLANT_SWITCHES];
@@ -30,7 +31,8 @@ struct plant_settings {
     int64_t travel_min, travel_max; // limit switches close at and beyond these
     int64_t over; // from a limit to its hard stop; steps beyond it are lost
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    int64_t start; // motor and load are here at the start, or are put here later
+    int64_t start; // the load is here at the start, or is put here later; so is the motor,
+                   // unless the play is taken up in the negative direction
     uint64_t seed; // of the bouncing
 };
 
@@ -42,7 +44,7 @@ struct plant {
     bool closed[PLANT_SWITCHES]; // the states that the contacts follow
 };
 
-// Puts motor and load at `start`, the play taken up in the positive direction.
+// Puts the load at `start`, the play taken up as the settings say, the motor accordingly.
 void plant_init(struct plant *plant, const struct plant_settings *settings);
 
 // Changes the parameters while the axis moves. Motor and load stay where they are, unless `start`
