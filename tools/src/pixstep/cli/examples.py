@@ -6,6 +6,7 @@ _SMOOTH = "line.csv --decode smooth --backlash 250"
 _PORT = "--port /dev/ttyACM0"
 _MOVE = "fast.csv --steps 40000"
 _LOAD = '"home=2000,hyst=8,travel=-500..4000,start=123,delay=8000"'
+_SCALE = '--scale "1638400 steps/in"'
 
 EXAMPLES = {
     "bench": ("bench --board uno --only rates", "bench --compare"),
@@ -85,6 +86,21 @@ EXAMPLES = {
         f"sim {_SMOOTH} --board mega --pixel-hz 30 --out run",
         "sim a.csv b.csv --board mega --decode smooth --decode plain --pixel-hz 30 --serial-load "
         "--out run",
+    ),
+    "trajectory circle": (
+        f"trajectory circle --diameter 0.125in {_SCALE} --lead-in 128 -o circle.trj",
+    ),
+    "trajectory compensate": (
+        "trajectory compensate circle.trj --play 7485 --pixel-hz 100.13 -o made.trj",
+    ),
+    "trajectory export": ("trajectory export circle.trj -o circle.parquet",),
+    "trajectory import": ("trajectory import mine.csv -o mine.trj",),
+    "trajectory show": (
+        f"trajectory show circle.trj --play 7485 --pixel-hz 100.13 {_SCALE} --plot circle.png",
+    ),
+    "trajectory sim": (
+        f"trajectory sim circle.trj --board mega --pixel-hz 100.13 --play 7485 {_SCALE} "
+        "--out circle --plot",
     ),
     "ticks": (f"ticks {_SMOOTH} --pixel-hz 30 -o ticks.csv",),
 }

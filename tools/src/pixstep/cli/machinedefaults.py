@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 _FACTS_OF = "pixstep.machine"
 _OTHER_NAMES = {("line", "sim"): ["sim"], ("line", "plan"): ["ticks"]}
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
-_FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
+_FOLDERS = {
+    "sim": "run",
+    "move": "move",
+    "home": "homing",
+    "trajectory": "circle",
+}  # of results, by the first word
 
 
 class Facts(dict):
@@ -240,8 +245,11 @@ def _top_speed(facts: Facts) -> Quantity | None:
     return Quantity(Fraction(speed), SPEED, False, str(speed))
 
 
-def _play(facts: Facts) -> int | None:
-    return facts.motor.backlash_steps or None
+def _play(facts: Facts) -> object:
+    """Of one motor; of a table's axes only if --motor says which they are."""
+    if not facts.multiple("play"):
+        return facts.motor.backlash_steps or None
+    return [motor.backlash_steps for motor in facts.motors] if facts.names else None
 
 
 def _folder(facts: Facts) -> Path | None:
@@ -286,7 +294,8 @@ def add_options(command: click.Command) -> None:
         return
     own = next((param for param in command.params if param.name == "motor"), None)
     many = any(
-        param.name == "decode" and getattr(param, "multiple", False) for param in command.params
+        param.name in ("decode", "play") and getattr(param, "multiple", False)
+        for param in command.params
     )
     if own:
         own.is_eager, own.callback = True, _note_own_motor

@@ -127,7 +127,7 @@ def numbers(body: bytes, columns: int) -> np.ndarray | None:
 
 
 def _table(body: bytes) -> np.ndarray | None:
-    """Return the rows as integers, the signal by its place in _SIGNALS; None if one is malformed."""
+    """Return the rows as integers, the signal by its place in _SIGNALS; None if one is wrong."""
     rows = body.count(b"\n")
     named = 0
     for index, name in enumerate(_SIGNALS):

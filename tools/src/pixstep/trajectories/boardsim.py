@@ -125,14 +125,14 @@ def _trace(
         first = original.positions[0, axis]
         motors.append(first + plant.motor[rows] - plant.motor[0])
         loads.append(first + plant.load_at(cycles))
-    stacked = (np.column_stack(columns) for columns in (motors, loads))
-    return Trace(name, made, original.positions, *stacked, float(1 / job.pixel_hz))
+    motor, load = np.column_stack(motors), np.column_stack(loads)
+    return Trace(name, made, original.positions, motor, load, float(1 / job.pixel_hz))
 
 
 def _roundness(
     trace: Trace, circle: Circle, plants: list[AxisPlant], window: tuple[int, int]
 ) -> Roundness:
-    """Return the radius errors at every step of either motor from angle 0 to the last pass's end."""
+    """Return the radius errors at every step of either motor, from angle 0 to the last pass."""
     events = np.unique(np.concatenate([plant.cycles for plant in plants]))
     events = events[(events >= window[0]) & (events <= window[1])]
     places = np.column_stack(

@@ -169,8 +169,7 @@ def _csv_columns(path: Path, text: str) -> dict[str, np.ndarray]:
     except csv.Error as error:
         raise RefusedError(f"{path}:{rows.line_num}: {error}") from None
     return {
-        name: np.array(column, dtype=np.int64)
-        for name, column in zip(wanted, found, strict=True)
+        name: np.array(column, dtype=np.int64) for name, column in zip(wanted, found, strict=True)
     }
 
 

@@ -27,6 +27,9 @@ class Unit:
         return f"{self.of(counts):{'+' if sign else ''}.{places}f} {self.name}"
 
 
+COUNTS = Unit()
+
+
 @dataclass(frozen=True)
 class Trace:
     """One run: arrays of (records, 2) in counts, the time of each record in seconds."""
