@@ -21,6 +21,10 @@ EXAMPLES = {
     "board info": (f"board info {_PORT}", "board info --unit 1,2 --json"),
     "board log events": ("board log events --follow",),
     "board log records": ("board log records --axis 0 -o log.csv",),
+    "board measure-play": (
+        "board measure-play fast.csv --axis 1 --hysteresis 8",
+        "board measure-play fast.csv --motor M40 --hysteresis 8 --save",
+    ),
     "board move": (f"board move {_MOVE} --axis 2",),
     "board permit": ("board permit on",),
     "board scan": (f"board scan {_PORT} --bauds",),

@@ -150,6 +150,15 @@ def in_force(ctx: click.Context) -> str | None:
     return None if facts is None or facts.machine is None else str(facts.machine.path)
 
 
+def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
+    """Return the machine file of a command and the name of its motor; None without a file.
+
+    Raises UserError if the file has several motors and none is chosen.
+    """
+    facts = _facts(ctx)
+    return None if facts.machine is None else (facts.machine.path, facts.motor.name)
+
+
 def by_machine(ctx: click.Context, name: str) -> bool:
     """True if the value of a parameter comes from the machine file."""
     return ctx.get_parameter_source(name) == ParameterSource.DEFAULT_MAP
@@ -217,7 +226,8 @@ def _units(facts: Facts) -> str | None:
 
 def _profile(facts: Facts) -> Path | None:
     """A PRN for lines; one for moves or homing."""
-    use = next((word for word in ("line", "home") if word in facts.words), "move")
+    words = ["home"] if "measure-play" in facts.words else facts.words
+    use = next((word for word in ("line", "home") if word in words), "move")
     return facts.machine.profile(facts.motor, use)
 
 

@@ -171,6 +171,10 @@ _BOARD = {
     "home": _by_machine(
         "board.home:home_command", "Home an axis: its switch's edge becomes position 0."
     ),
+    "measure-play": _by_machine(
+        "board.measureplay:measure_play_command",
+        "Measure the play of an axis: its home switch, approached from both sides.",
+    ),
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
     "simulate": _by_machine(
         "board.simulate:simulate_command",

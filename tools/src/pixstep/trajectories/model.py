@@ -39,8 +39,9 @@ def follow(command: np.ndarray, point_s: float, servo: Servo | None) -> np.ndarr
             f"of {point_s:g} s: above 0 and at most {_STABLE * SUBSTEPS / (2 * pi * point_s):g} Hz"
         )
     speeds = np.diff(command) / point_s
-    unit = np.eye(3)
-    ahead, fast, pushed = (_point(*column, point_s, servo) for column in unit)
+    ahead = _point(1.0, 0.0, 0.0, point_s, servo)
+    fast = _point(0.0, 1.0, 0.0, point_s, servo)
+    pushed = _point(0.0, 0.0, 1.0, point_s, servo)
     lag, speed = 0.0, float(speeds[0])  # motor less command, motor's speed
     lags = [0.0]
     for wanted in speeds.tolist():
