@@ -70,7 +70,7 @@ _run_option = click.option(
               "many in which it goes down at the end.")  # fmt: skip
 @scale_option
 @click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv, .parquet, else 16-byte records.")  # fmt: skip
+              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
 @json_option
 @click.pass_context
 def circle_command(ctx, diameter, radius, scale, output, as_json, **options):
@@ -98,7 +98,7 @@ def circle_command(ctx, diameter, radius, scale, output, as_json, **options):
 @command("import")
 @_table_argument
 @click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv, .parquet, else 16-byte records.")  # fmt: skip
+              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
 @json_option
 def import_command(table, output, as_json):
     """Check a table of your own and write it as 16-byte records.
@@ -112,7 +112,7 @@ def import_command(table, output, as_json):
 @command("export")
 @_table_argument
 @click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv, .parquet, else 16-byte records.")  # fmt: skip
+              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
 @json_option
 def export_command(table, output, as_json):
     """Write a table as CSV or Parquet, by the end of the output's name."""
@@ -125,7 +125,7 @@ def export_command(table, output, as_json):
 @click.option("--pixel-hz", type=HZ, help="Points a second, for --bandwidth.")
 @scale_option
 @click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv, .parquet, else 16-byte records.")  # fmt: skip
+              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
 @json_option
 @click.pass_context
 def compensate_command(ctx, table, pixel_hz, scale, output, as_json, **options):
@@ -367,12 +367,12 @@ def _print_summary(console: Console, summary: dict) -> None:
     )
     for reason in summary["reasons"]:
         console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
-    table = new_table("run", "steps", "max ticks", "load off", "radius error", "degrees", "passes")
+    table = new_table("run", "steps", "ticks", "load off", "radius error", "at", "apart")
     for name, run in summary["runs"].items():
         table.add_row(name, *_cells(run))
     table.caption = (
-        "max ticks: edge minus exact instant; load off: from the table, counts, at the pixel\n"
-        "edges; radius error: at any step; passes: how far apart at the same point, counts"
+        "ticks: edge minus exact instant; load off: counts from the table at a\n"
+        "pixel edge; radius error: at any step; apart: passes at the same point"
     )
     table.caption_justify = "left"
     console.print(table)
@@ -390,4 +390,4 @@ def _cells(run: dict) -> list[str]:
     if found["unit"] == "counts":
         error = f"{found['max_radius_error']:.1f} counts"
     apart = f"{found['passes_apart_counts']:g}"
-    return [steps, ticks, loads, error, f"{found['at_degrees']:.1f}", apart]
+    return [steps, ticks, loads, error, f"{found['at_degrees']:.1f}°", apart]

@@ -185,7 +185,7 @@ def axis_plays(
     """
     plays = per_axis(options["play"], 0, "--play")
     steps = per_axis(options["transition"], AUTO, "--transition")
-    limits = [limit for limit in (options["max_added"], most_added) if limit]
+    limits = [limit for limit in (options["max_added"], most_added) if limit and limit > 0]
     made_of = []
     for play, points in zip(plays, steps, strict=True):
         least = choose.least_steps(play, min(limits)) if limits and play else 1

@@ -31,7 +31,9 @@ _MOST_SHOWN = 40
 
 
 def kind_of_name(path: Path) -> str:
-    """Return the form in which a file of this name is written."""
+    """Return the form in which a file of this name is written; the standard output gets CSV."""
+    if atomic.is_stdout(path):
+        return CSV
     return _SUFFIXES.get(path.suffix.lower(), RECORDS)
 
 

@@ -15,6 +15,7 @@ differences of the offsets, up to the point before the last.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -102,8 +103,8 @@ def _axis(
     if not item.play or not np.any(ways):
         return offsets, []
     found = []
-    for turn, following in zip(turns, [*turns[1:], len(ways)], strict=True):
-        begin, end = int(turn) + 1, min(int(following) + 1, len(ways))
+    for turn, following in pairwise([*turns.tolist(), len(ways)]):
+        begin, end = turn + 1, min(following + 1, len(ways))
         goal = 0 if ways[turn] == taken_up else -taken_up * item.play
         ramp = _ramp(int(offsets[begin]), goal, item, end - begin)
         offsets[begin : end + 1] = ramp
@@ -111,7 +112,7 @@ def _axis(
         moved = int(ramp[-1] - ramp[0])
         points = int(np.argmax(ramp == ramp[-1]))
         missing = abs(goal - int(ramp[-1]))
-        found.append(Transition(axis, int(turn), int(ways[turn]), points, moved, missing))
+        found.append(Transition(axis, turn, int(ways[turn]), points, moved, missing))
     return offsets, found
 
 
