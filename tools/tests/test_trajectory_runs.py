@@ -8,9 +8,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from bench import Bench
 from effort import only_long
+from pixstep import natives
 from pixstep.errors import RefusedError, UserError
-from pixstep.trajectories import boardsim, circle, circletest, files, host, table
+from pixstep.lines.line import PLAIN, Line
+from pixstep.machine.reading import Machine
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import SimOptions
+from pixstep.trajectories import boardsim, circle, circletest, files, host, table, transitions
 from pixstep.trajectories.boardsim import BoardJob
 from pixstep.trajectories.circle import CircleRequest
 from pixstep.trajectories.circletest import CircleTest
@@ -302,3 +308,79 @@ def test_measurement_records_as_parquet(tmp_path):
 
     rows = pyarrow.parquet.read_table(tmp_path / "t.parquet")
     assert rows.num_rows == made.records and "radius_error" in rows.column_names
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("taken_up", ["plus", "minus"])
+def test_play_is_taken_up_before_a_table_whichever_way_it_stood(taken_up):
+    made = small_circle(1).without_holds()
+    plays = (AxisPlay(PLAY, STEPS), AxisPlay(PLAY - 30, STEPS))
+    ways = tuple(transitions.initial_direction(made, axis) for axis in (0, 1))
+    found = boardsim.taking_up(made, plays, ways)
+    assert {line.pixels for line in found} == {made.records - 1 + 2 * STEPS + 8}
+    knobs = {(0, axis): f"play={item.play},taken_up={taken_up}" for axis, item in enumerate(plays)}
+    with Bench("mega", (0, 1), HZ, plants=knobs) as bench:
+        before = [bench.sim.plant(0, axis)[0] for axis in (0, 1)]
+        for axis, line in enumerate(found):
+            counts = line.counts[: 2 * STEPS + 8]
+            assert sum(counts) == 0
+            bench.load(Line(counts, PLAIN), axis)
+        bench.arm()
+        bench.until(lambda: bench.state(0) == bench.state(1) == "done")
+        for axis, (way, item) in enumerate(zip(ways, plays, strict=True)):
+            motor, load = bench.sim.plant(0, axis)
+            assert motor == before[axis]
+            assert load - motor == (0 if way > 0 else item.play)  # pushed the way it begins
+
+
+@pytest.fixture
+def on_board(make_console):
+    """Return a function that starts a Mega with plants and returns it with its console."""
+    started = []
+
+    def start(hz=HZ, **plants):
+        by_axis = {(0, int(name[-1])): knobs for name, knobs in plants.items()}
+        link = SimLink(SimOptions([("mega", natives.image("mega"))], hz, plants=by_axis))
+        started.append(link)
+        return link.simulator, make_console(link.simulator, link.world)
+
+    yield start
+    for link in started:
+        link.close()
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_table_runs_on_a_board_as_it_is_or_compensated(on_board, put):
+    put(b"p1,p2\n" + b"".join(b"%d,%d\n" % (min(k, 19 - k), k) for k in range(20)), "own.csv")
+    simulator, console = on_board(axis0="play=3", axis1="play=3")
+    words = ("trajectory", "own.csv", "--play", 3, "--transition", 2, "--bandwidth", "none",
+             "--pixel-hz", 100)  # fmt: skip
+    moved = np.array([0, 0])
+    for which, end in (("original", 0), ("compensated", -3)):
+        facts = console.json(*words, "--run", which)
+        assert [row["state"] for row in facts["axes"]] == ["done", "done"]
+        assert (facts["run"], facts["play_steps"]) == (which, [3, 3])
+        moved += (end, 19)
+        assert [simulator.steps(0, axis) for axis in (0, 1)] == moved.tolist()
+        console.out("disarm")
+    assert "own.csv, compensated, axis 2, 25 steps in 0.31 s: done" in console.out(*words)
+    put(b"p1,v1,p2,v2\n0,0,0,0\n500,0,0,0\n0,0,0,0\n", "steep.csv")
+    refused = ("trajectory", "steep.csv", "--transition", 2, "--pixel-hz", 100)
+    assert "steep.csv, compensated, axis 1: line refused" in console.err(*refused, status=3)
+
+
+@pytest.mark.usefixtures("simulator")
+def test_measure_play_command(on_board, put):
+    put(MACHINE.replace("117", "1").encode(), "machine.toml")
+    _, console = on_board(Fraction(30), axis2="play=41,home=300,hyst=6,start=100")
+    words = ("measure-play", natives.source("tools/data/AccProf-fast-move.csv"), "--haps", 3,
+             "--pixel-hz", 30, "--search", 3000, "--repeat", 2)  # fmt: skip
+    assert "play 47 steps, the switch's hysteresis within" in console.out(*words, "--axis", 2)
+    text = console.out(*words, "--hysteresis", 6, "--save", "--motor", "X")
+    assert "axis 2: play 41 steps, hysteresis of 6 steps taken off; 2 approaches" in text
+    assert "machine.toml: motors.X.backlash = 41 steps" in text
+    assert Machine.load("machine.toml")["X"].backlash_steps == 41
+    found = console.json(*words, "--hysteresis", 6, "--motor", "X")
+    assert (found["play_steps"], found["spread_steps"], found["saved"]) == (41, 0, None)
+    assert "--save: no machine file" in console.err(*words, "--save", "--machine", "none", status=2)
+    assert "home_not_found" in console.err(*words, "--axis", 1)

@@ -41,6 +41,10 @@ EXAMPLES = {
     ),
     "board start": ("board start --unit 1,2 --wait",),
     "board stop": ("board stop", "board stop --unit 1 --axis 0"),
+    "board trajectory": (
+        "board trajectory circle.trj --play 7485 --pixel-hz 100.13",
+        "board trajectory circle.trj --run original --motor X --motor Y",
+    ),
     "board upload": (
         f"board upload {_SMOOTH} --arm --wait",
         "board upload a.csv b.csv --decode smooth --decode plain --axis 0",

@@ -180,6 +180,10 @@ _BOARD = {
         "board.simulate:simulate_command",
         "Simulate a board, and work its switches, clock and supply.",
     ),
+    "trajectory": _by_machine(
+        "board.trajectory:trajectory_command",
+        "Run a table of two axes, as it is or with its play taken up at every reversal.",
+    ),
     "selftest": _by_machine(
         "board.selftest:selftest_command", "Walk through the wiring of a new board."
     ),

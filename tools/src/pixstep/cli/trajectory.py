@@ -172,7 +172,8 @@ def show_command(ctx, table, which, pixel_hz, scale, plot, as_json, **options):
     unit = unit_of(ctx, scale)
     facts["runs"] = {run.name: _model_summary(run, found, unit) for run in traces}
     if plot:
-        _draw_model(traces, found, unit, original.name, plot)
+        along = "seconds" if pixel_hz else "points"
+        _draw_model(traces, found, unit, f"{original.name} on a modelled machine", along, plot)
     if as_json:
         show_json(facts)
     else:
@@ -317,15 +318,14 @@ def _model_summary(run: Trace, found: Circle | None, unit: Unit) -> dict:
 
 
 def _draw_model(
-    traces: list[Trace], found: Circle | None, unit: Unit, name: str, path: Path
+    traces: list[Trace], found: Circle | None, unit: Unit, below: str, along: str, path: Path
 ) -> None:
     from pixstep.trajectories import picture  # matplotlib takes a second to load
 
-    below = f"{name} on a modelled machine"
     if found:
         picture.draw([of_points(run, found) for run in traces], unit, below, path)
     else:
-        picture.draw_errors(traces, unit, below, path)
+        picture.draw_errors(traces, unit, below, path, along)
 
 
 def _print_facts(facts: dict, unit: Unit) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A table on a simulated board with its plants: run, judged by its edges, followed by its loads."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -21,6 +21,8 @@ from pixstep.trajectories.circle import Circle
 from pixstep.trajectories.table import AXES, Table
 from pixstep.trajectories.trace import Roundness, Trace, of_points
 from pixstep.trajectories.transitions import AxisPlay
+
+_REST = 4  # pixels between directions: longer than any board's shortest reversal up to 1 kHz
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,23 @@ def lines(made: Table) -> list[Line]:
         Line(tuple(made.counts(axis).tolist()), PLAIN, name=f"{made.name}, axis {axis + 1}")
         for axis in range(AXES)
     ]
+
+
+def taking_up(made: Table, plays: tuple[AxisPlay, ...], ways: tuple[int, ...]) -> list[Line]:
+    """Return a table's lines behind pixels that take up the play in each axis' first direction.
+
+    Each motor goes back by the play and forth again, as fast as a transition adds: it ends where it
+    was, and its load is pushed the way `ways` says.
+    """
+    found = []
+    length = 2 * max(item.steps for item in plays) + 2 * _REST
+    for line, item, way in zip(lines(made), plays, ways, strict=True):
+        ramp = np.diff(np.arange(item.steps + 1, dtype=np.int64) * item.play // item.steps) * way
+        rest = [0] * _REST
+        before = [*(-ramp).tolist(), *rest, *ramp.tolist(), *rest]
+        before = [0] * (length - len(before)) + before
+        found.append(replace(line, counts=(*before, *line.counts)))
+    return found
 
 
 def check(made: Table, found: limits.BoardLimits) -> None:

@@ -28,8 +28,10 @@ def draw(runs: Sequence[Roundness], unit: Unit, below: str, path: Path) -> None:
         plotting.write(build(runs, unit, below), path)
 
 
-def draw_errors(runs: Sequence[Trace], unit: Unit, below: str, path: Path) -> None:
-    """Write the load errors of a table that is no circle, over time."""
+def draw_errors(
+    runs: Sequence[Trace], unit: Unit, below: str, path: Path, along: str = "seconds"
+) -> None:
+    """Write the load errors of a table that is no circle, over time, or as `along` says."""
     with plotting.styled():
         figure = plotting.figure((11, 6.4))
         plotting.heading(figure, "Load minus table", below)
@@ -38,10 +40,12 @@ def draw_errors(runs: Sequence[Trace], unit: Unit, below: str, path: Path) -> No
             for run in runs:
                 values = run.load_errors[:, axis] / float(unit.counts)
                 axes.plot(run.times_s, values, color=_colour(run.name), lw=1, label=run.name)
+            if not any(np.any(run.load_errors[:, axis]) for run in runs):
+                axes.set_ylim(-1, 1)
             axes.set_ylabel(unit.name)
             axes.set_title(f"Axis {axis + 1}")
         panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, labelcolor=INK)
-        panels[1].set_xlabel("seconds")
+        panels[1].set_xlabel(along)
         plotting.write(figure, path)
 
 
@@ -134,4 +138,5 @@ def _straight(axes: Axes, runs: Sequence[Roundness], unit: Unit) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(_figure))
     passes = runs[0].circle.revolutions
     axes.annotate(f"{passes} pass{'es, the first broad' if passes > 1 else ''}", (0.99, 0.92),
-                  xycoords="axes fraction", ha="right", color=FAINT, fontsize=9)  # fmt: skip
+                  xycoords="axes fraction", ha="right", color=FAINT, fontsize=9,
+                  bbox={"fc": "white", "ec": "none", "pad": 1})  # fmt: skip
