@@ -39,12 +39,18 @@ class Choice:
 
 
 def predicted_error(crest: Crest, steps: int) -> float:
-    """Return the largest radius error, in counts, behind a reversal with so many points."""
-    angle = 2 * pi * steps / crest.points
-    slack = model.slack_error(crest.radius, crest.play, angle)
-    if crest.servo is None:
-        return slack
-    return max(slack, _simulated(crest, steps))
+    """Return the largest radius error at a point, in counts, around a reversal of so many points.
+
+    Between the points it may be larger by what the circle falls back in one of them.
+    """
+    behind = min(2 * steps + _settling(crest), crest.points // 4)
+    point = np.arange(-_BEFORE, behind + 1)
+    angle = 2 * pi * point / crest.points
+    ramp = np.clip((point - 1) / steps, 0, 1) * crest.play  # begins in the first point moved back
+    command = crest.radius * np.cos(angle) - ramp
+    place = model.load(model.follow(command, crest.point_s, crest.servo), crest.play, 1)
+    distance = np.hypot(place, crest.radius * np.sin(angle))
+    return float(np.max(np.abs(distance - crest.radius)))
 
 
 def choose(crest: Crest, least: int = 1) -> Choice:
@@ -73,15 +79,9 @@ def least_steps(play: int, most_a_point: int) -> int:
     return max(1, ceil(play / most_a_point)) if most_a_point > 0 else play + 1
 
 
-def _simulated(crest: Crest, steps: int) -> float:
-    """Return the largest radius error of the model at the points around one crest."""
-    assert crest.servo is not None
-    settle = _SETTLED / (2 * pi * crest.servo.hz * max(crest.servo.damping, 0.05) * crest.point_s)
-    behind = min(2 * steps + ceil(settle), crest.points // 4)
-    point = np.arange(-_BEFORE, behind + 1)
-    angle = 2 * pi * point / crest.points
-    ramp = np.clip((point - 1) / steps, 0, 1) * crest.play  # begins in the first point moved back
-    command = crest.radius * np.cos(angle) - ramp
-    place = model.load(model.follow(command, crest.point_s, crest.servo), crest.play, 1)
-    distance = np.hypot(place, crest.radius * np.sin(angle))
-    return float(np.max(np.abs(distance - crest.radius)))
+def _settling(crest: Crest) -> int:
+    """Return the points in which the servo comes to rest."""
+    if crest.servo is None:
+        return 0
+    rate = 2 * pi * crest.servo.hz * max(crest.servo.damping, 0.05)
+    return ceil(_SETTLED / (rate * crest.point_s))

@@ -7,7 +7,7 @@ always where it should be, as a stepper is. Positions are counts at the points.
 """
 
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin
+from math import pi
 
 import numpy as np
 
@@ -74,19 +74,3 @@ def load(motor: np.ndarray, play: float, taken_up: int) -> np.ndarray:
         place = min(max(place, position + low), position + high)
         places.append(place)
     return np.array(places)
-
-
-def slack_error(radius: float, play: float, angle: float) -> float:
-    """Return the radius error of a circle where a take-up over `angle` (radians) leaves slack.
-
-    The load stands at the crest up to the angle f at which it is caught: the motor has moved back
-    by R (1 - cos f) of the circle and by b f / angle of the play b, together b.
-    """
-    low, high = 0.0, min(angle, pi)
-    for _ in range(60):
-        middle = (low + high) / 2
-        if radius * (1 - cos(middle)) < play * (1 - middle / angle):
-            low = middle
-        else:
-            high = middle
-    return radius * (hypot(1, sin(low)) - 1)
