@@ -23,7 +23,7 @@ struct plant_settings {
     bool present; // the axis was given parameters: its switches drive their pins
     bool has_travel, has_home; // the axis has these switches
     bool has_start, has_seed;  // these were among the parameters
-    bool taken_up_minus; // at the start the play is taken up in the negative direction
+    bool taken_up_minus; // the motor starts the play below the load, not where it is
     bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
     struct contact_settings contact;
     enum plant_stuck stuck[PLANT_SWITCHES];
@@ -31,8 +31,7 @@ struct plant_settings {
     int64_t travel_min, travel_max; // limit switches close at and beyond these
     int64_t over; // from a limit to its hard stop; steps beyond it are lost
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    int64_t start; // the load is here at the start, or is put here later; so is the motor,
-                   // unless the play is taken up in the negative direction
+    int64_t start; // the load is here at the start, or is put here later
     uint64_t seed; // of the bouncing
 };
 

@@ -104,11 +104,7 @@ def _polar(axes: PolarAxes, runs: Sequence[Roundness], unit: Unit) -> None:
     for run in runs:
         for (angles, errors), look in zip(_passes(run), _looks(run), strict=True):
             axes.plot(angles, 1 + gain * errors / float(unit.counts), **look)
-    ticks = [tick for tick in MaxNLocator(4).tick_values(-largest, largest)
-             if abs(tick) <= 1.2 * largest]  # fmt: skip
-    axes.set_rlim(0, 1 + 1.25 * _SHARE)
-    axes.set_rgrids([1 + gain * tick for tick in ticks], [f"{tick:+g}" for tick in ticks],
-                    angle=330, fontsize=8, color=INK)  # fmt: skip
+    _rings(axes, largest)
     names = dict.fromkeys(run.name for run in runs)
     marks = [Line2D([], [], color=_colour(name)) for name in names]
     axes.legend(marks, names, loc="center", labelcolor=INK)
@@ -117,6 +113,17 @@ def _polar(axes: PolarAxes, runs: Sequence[Roundness], unit: Unit) -> None:
     axes.set_title(
         f"errors enlarged {exaggerated:.3g} times against the circle; rings: {unit.name}",
         fontsize=9.5, pad=22,
+    )  # fmt: skip
+
+
+def _rings(axes: PolarAxes, largest: float) -> None:
+    """Draw a ring for each round error up to the largest one."""
+    ticks = MaxNLocator(4).tick_values(-largest, largest)
+    ticks = ticks[np.abs(ticks) <= 1.2 * largest]
+    axes.set_rlim(0, 1 + 1.25 * _SHARE)
+    axes.set_rgrids(
+        1 + _SHARE / largest * ticks, [f"{tick:+g}" for tick in ticks],
+        angle=330, fontsize=8, color=INK,
     )  # fmt: skip
 
 
