@@ -31,8 +31,8 @@ struct plant_settings {
     int64_t travel_min, travel_max; // limit switches close at and beyond these
     int64_t over; // from a limit to its hard stop; steps beyond it are lost
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    int64_t start; // the load is here at the start, or is put here later
-    uint64_t seed; // of the bouncing
+    int64_t start;                 // the load is here at the start, or is put here later
+    uint64_t seed;                 // of the bouncing
 };
 
 struct plant {

@@ -118,7 +118,7 @@ def _polar(axes: PolarAxes, runs: Sequence[Roundness], unit: Unit) -> None:
 
 def _rings(axes: PolarAxes, largest: float) -> None:
     """Draw a ring for each round error up to the largest one."""
-    ticks = MaxNLocator(4).tick_values(-largest, largest)
+    ticks = np.array(MaxNLocator(4).tick_values(-largest, largest))
     ticks = ticks[np.abs(ticks) <= 1.2 * largest]
     axes.set_rlim(0, 1 + 1.25 * _SHARE)
     axes.set_rgrids(
