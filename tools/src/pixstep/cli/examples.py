@@ -23,7 +23,7 @@ EXAMPLES = {
     "board log records": ("board log records --axis 0 -o log.csv",),
     "board measure-play": (
         "board measure-play fast.csv --axis 1 --hysteresis 8",
-        "board measure-play fast.csv --motor M40 --hysteresis 8 --save",
+        "board measure-play fast.csv --hysteresis 8 --repeat 10 --save",
     ),
     "board move": (f"board move {_MOVE} --axis 2",),
     "board permit": ("board permit on",),
@@ -43,7 +43,7 @@ EXAMPLES = {
     "board stop": ("board stop", "board stop --unit 1 --axis 0"),
     "board trajectory": (
         "board trajectory circle.trj --play 7485 --pixel-hz 100.13",
-        "board trajectory circle.trj --run original --motor X --motor Y",
+        "board trajectory circle.trj --play 7485 --run original",
     ),
     "board upload": (
         f"board upload {_SMOOTH} --arm --wait",
