@@ -2,6 +2,7 @@
 """Tables of two axes: their files, circles, transitions, and the modelled machine."""
 
 import struct
+import sys
 from math import cos, pi, sin, trunc
 
 import numpy as np
@@ -124,6 +125,13 @@ def test_numbers_that_are_none_in_parquet(tmp_path):
     files.write_columns(path, {"p1": np.array(["a", "b"]), "p2": np.zeros(2)})
     with pytest.raises(RefusedError, match="p1: expected whole numbers, not string"):
         files.read(path)
+
+
+def test_parquet_without_pyarrow_says_what_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(UserError, match=r"t\.parquet: Parquet needs pyarrow: pip install"):
+        files.write(tmp_path / "t.parquet", a_table())
+    assert list(tmp_path.iterdir()) == []
 
 
 # Circles
