@@ -6,8 +6,8 @@
 # `long`).
 set(PIXSTEP_LONG_RUNNING
     api bad_line bench board board_images board_nonsense bus estops exact examples explore
-    fast_moves faults faults_provoked faults_table file_mutations framestorm fuzzing halts homing
-    homing_m1284 homing_mega homing_smooth homing_uno one_check orders orders_kept powercuts
+    fast_moves faults faults_provoked faults_table figures file_mutations framestorm fuzzing halts
+    homing homing_m1284 homing_mega homing_smooth homing_uno one_check orders orders_kept powercuts
     reversal_runs rules safety_faults seek_campaign simrun stack_measured switches trajectories
     trajectory_play trajectory_runs turns waiting_axes witness
 )

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -134,7 +135,7 @@ def test_speeds_with_units():
     by_length = px.make_line(profile, speed="12 mm/s", pixels=30, motor=machine["M39"], backlash=0)
     assert by_length.line.line_speed == 160
     assert px.make_line(profile, speed="3000 steps/s", pixels=30).line.line_speed == 100
-    with pytest.raises(px.UserError, match=r"speed 100 steps/s is .* nearest 3 and 4"):
+    with pytest.raises(px.UserError, match=r"100 steps/s is 3.3.* nearest legal 2 .* and 4 "):
         px.make_line(profile, speed="100 steps/s", pixels=30)
     with pytest.raises(px.UserError, match="needs a pixel frequency"):
         px.make_line(px.Profile((8, 16)), speed="100 steps/s", pixels=30)
@@ -241,6 +242,36 @@ def test_an_interrupted_program_stops_the_axes(mega, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Device, "command", noted)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt) as ended:
         mega.board().run(px.line([2] * 60, decode="plain", pixel_hz=30), 1, progress=interrupted)
+    assert ended.value.__notes__[0].startswith("board 1 axis 1 at position ")
     assert sent[-2:] == [("arm", [1]), ("stop", [1])]
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_load_with_play_and_a_waveform(tmp_path):
+    line = px.line([0, 4, 8, 4, 0, -4, -8, -4, 0], decode="plain", pixel_hz=100)
+    run = px.simulate(line, "uno", plant="play=3", out=tmp_path / "run", vcd=True)
+    assert run.passed and (tmp_path / "run" / "run.vcd").is_file()
+    assert [row.load_steps for row in run.axes[0].pixels][-1] == 3
+    assert [axes.get_title("left") for axes in run.plot_load().axes] == [
+        "Position", "Load minus ideal: largest 3 steps",
+    ]  # fmt: skip
+    for more, message in (
+        ({"plant": {1: "play=3"}}, "plant of axis 1: it has no line"),
+        ({"vcd": True}, "run.vcd needs a folder"),
+    ):
+        with pytest.raises(px.UserError, match=message):
+            px.simulate(line, "uno", **more)
+    with pytest.raises(px.UserError, match="choose one that has a plant and moved: none"):
+        px.simulate(line, "uno").plot_load()
+    with pytest.raises(px.UserError, match="of which axis"):
+        px.simulate([line, line], "m1284", plant="play=3")
+
+
+@pytest.mark.usefixtures("simulator", "desk")
+def test_a_motor_of_another_board_is_refused(mega):
+    machine = px.Machine.load("printer.toml")
+    motor = replace(machine["M39"], board="uno")
+    with pytest.raises(px.RefusedError, match="M39 is on a uno, board 1 is a mega"):
+        mega.board().run(px.line([2, 6, 8, 6, 2], motor=motor))

@@ -228,7 +228,7 @@ def test_why_a_port_cannot_be_opened(monkeypatch, error, complaint):
     def refuse(*_, **__):
         raise error
 
-    monkeypatch.setattr("pixstep.board.port.serial.Serial", refuse)
+    monkeypatch.setattr("serial.Serial", refuse)
     with pytest.raises(UserError, match=complaint):
         Port("/dev/ttyX", 115_200, "E").open(0.1)
 

@@ -282,6 +282,7 @@ def test_watch_goes_on_when_a_board_falls_silent(two):
         (3, "move", natives.root() / "tools/data/AccProf-fast-move.csv", "--steps", 40_000,
          "--pixel-hz", 3000),
         (2, "home", natives.root() / "tools/data/AccProf-fast-move.csv", "--pixel-hz", 100_000),
+        (3, "home", natives.root() / "tools/data/AccProf-fast-move.csv", "--pixel-hz", 3000),
     ],
 )  # fmt: skip
 def test_a_line_that_is_refused_leaves_the_settings_as_they_were(one, words):

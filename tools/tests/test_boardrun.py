@@ -8,8 +8,7 @@ import pytest
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.client import BoardError, LineRefusedByBoardError
-from pixstep.board.connection import Connection
-from pixstep.board.link import Link
+from pixstep.board.connection import Connection, Link
 from pixstep.board.transport import SimClient
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simboard import SimulatedBoard

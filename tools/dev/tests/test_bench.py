@@ -322,8 +322,9 @@ def test_a_saved_result_is_shown_compared_and_written(tmp_path):
     assert "0.0300" in cli("--from", saved)[1]
     status, output = cli("--from", saved, "--compare")
     assert status == 0 and "0.03 / 0.01" in output and "not measured" in output
-    rows = json.loads(cli("--from", saved, "--compare", "--json")[1])
-    assert next(row for row in rows if row["id"] == "ramp")["met"] is True
+    told = json.loads(cli("--from", saved, "--compare", "--json")[1])
+    assert told["schema"] == 1
+    assert next(row for row in told["targets"] if row["id"] == "ramp")["met"] is True
     doc = tmp_path / "DOC.md"
     doc.write_text("<!-- begin generated: timing -->\n<!-- end generated: timing -->\n")
     assert cli("--from", saved, "--write", doc)[0] == 0

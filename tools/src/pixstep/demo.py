@@ -1,21 +1,28 @@
 # SPDX-License-Identifier: MIT
 """The main job on the worked example: profile, line, plan, simulated board, verdict, drawings."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-
-from rich.console import Console
+from typing import TYPE_CHECKING
 
 from pixstep import atomic, formats, natives, outfolder, progress
 from pixstep.board import boards
+from pixstep.lazy import lazy
 from pixstep.lines import exact, linecheck, planner
 from pixstep.lines.line import Line
 from pixstep.profiles import generator
 from pixstep.simulation import report, simtask
 from pixstep.simulation.judge import Judgement
 from pixstep.simulation.simrun import Job
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 PROFILE = "tools/data/AccProfM39-30Hz-1.PRN"
 PIXEL_HZ = Fraction(30)
@@ -32,7 +39,9 @@ class Demo:
     summary: dict
 
 
-def run(console: Console, out: Path | None = None, *, serial_load: bool = False) -> Demo:
+def run(
+    console: rich.console.Console, out: Path | None = None, *, serial_load: bool = False
+) -> Demo:
     """Run the worked example into `out`, print what came out and return it."""
     started = time.monotonic()
     out = out or natives.root() / "build" / "demo"
@@ -64,7 +73,7 @@ def _run(
 
 
 def _print(
-    console: Console,
+    console: rich.console.Console,
     summary: dict,
     line: Line,
     host_right: tuple[bool, bool],

@@ -7,15 +7,20 @@ process, both of which belong to the program that imports this package.
 
 import contextlib
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import Formatter, ScalarFormatter
 
 from pixstep import atomic
 
@@ -25,6 +30,10 @@ IDEAL = "#f2a541"
 MADE = "#1f6f8b"
 BOARD = "#c8553d"
 BAND = "#e8f1f2"
+
+THIN_SPACE, MINUS = "\u2009", "\u2212"
+_MOST_DECIMALS = 9
+_SECONDS_BELOW = 38  # points below the axis of the pixels, which has its own label
 
 STYLE: dict[Any, Any] = {
     "figure.dpi": 110,
@@ -75,6 +84,56 @@ def heading(made: Figure, title: str, below: str, place: float = 0.948) -> None:
     """Write the title of a figure, and what was drawn below it at `place` (1 is the top)."""
     made.suptitle(f"{title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
     made.text(0.012, place, below, fontsize=9.5, color=FAINT, va="top")
+
+
+def number(value: float, decimals: int = 0) -> str:
+    """Return a number as all figures write it: thin spaces between thousands, a real minus."""
+    rounded = round(value, decimals) + 0.0  # no minus zero
+    return f"{rounded:,.{decimals}f}".replace(",", THIN_SPACE).replace("-", MINUS)
+
+
+class Numbers(Formatter):
+    """Ticks as `number` writes them, all with the decimals that the finest of them needs."""
+
+    def __call__(self, value: float, pos: int | None = None) -> str:
+        del pos
+        return number(value, _decimals((value,)))
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        """Return the texts of all ticks of an axis."""
+        decimals = _decimals(values)
+        return [number(value, decimals) for value in values]
+
+
+def _decimals(places: Sequence[float]) -> int:
+    """Return how many decimals tell the places of ticks apart."""
+    step = min((abs(after - before) for before, after in pairwise(places)), default=1.0)
+    rounded = (
+        decimals
+        for decimals in range(_MOST_DECIMALS)
+        if all(abs(round(place, decimals) - place) <= step / 1000 for place in places)
+    )
+    return next(rounded, _MOST_DECIMALS)
+
+
+def write_numbers(made: Figure) -> Figure:
+    """Give all linear axes of a figure, insets and second scales too, their ticks; return it."""
+    for axis in made.findobj(Axis):
+        if type(axis.get_major_formatter()) is ScalarFormatter:
+            axis.set_major_formatter(Numbers())
+    return made
+
+
+def time_axis(axes: Axes, hz: Fraction | float | None, origin: str = "line zero") -> None:
+    """Label the time of a figure: pixels, and below them seconds if the frequency is known."""
+    axes.set_xlabel(f"pixels after {origin}")
+    if hz is None:
+        return
+    rate = float(hz)
+    functions = (lambda pixels: np.divide(pixels, rate), lambda time: np.multiply(time, rate))
+    seconds = axes.secondary_xaxis("bottom", functions=functions)
+    seconds.spines["bottom"].set_position(("outward", _SECONDS_BELOW))
+    seconds.set_xlabel(f"seconds after {origin}")
 
 
 def shade(axes: Axes, spans: list[tuple[int, int]]) -> None:

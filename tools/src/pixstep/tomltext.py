@@ -5,6 +5,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from pixstep.errors import UserError
 
@@ -43,8 +44,8 @@ def line_of(text: str, keys: Sequence[str | int]) -> int | None:
 
     try:
         document = tomlkit.parse(text)
-        item = document.item(keys[0])
-        for key in keys[1:]:
+        item: Any = document  # tomlkit's types do not say which of its items have which methods
+        for key in keys:
             item = item[key] if isinstance(key, int) else item.item(key)
         item.comment(_MARK)
         written = document.as_string()

@@ -6,12 +6,14 @@ counts are the ramp itself. At the printer's 30 Hz each boundary speed is the ne
 and the line's own path differs from the ramp by far more than the board's error.
 """
 
-from fractions import Fraction
+from __future__ import annotations
 
-import numpy as np
+from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from pixstep.board import boards
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.simulation.verdict import find_zero
@@ -19,6 +21,11 @@ from pixstep_dev.bench import lines
 from pixstep_dev.bench.drive import Run, drive
 from pixstep_dev.bench.figure import Figure, Task, key
 from pixstep_dev.bench.trial import CLEAN, WRONG, judge
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 NAME = "ramp"
 PEAK = 30_000  # steps/s

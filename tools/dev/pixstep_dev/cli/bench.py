@@ -1,20 +1,31 @@
 # SPDX-License-Identifier: MIT
 """`pixstep bench`: every figure of speed, measured on the real images in the simulator."""
 
+from __future__ import annotations
+
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
-from rich.text import Text
 
 from pixstep import natives, progress
 from pixstep.board import boards
 from pixstep.cli.command import FILE, PICTURE, command
 from pixstep.cli.options import SCHEMA
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep_dev import markdown
-from pixstep_dev.bench import compare, figures, run, tables
+from pixstep_dev.bench import compare, figures, run
+
+if TYPE_CHECKING:
+    import rich.console
+    import rich.text
+
+    from pixstep_dev.bench import tables
+else:
+    rich = lazy("rich")
+    tables = lazy("pixstep_dev.bench.tables")
 
 _MARKERS = "timing"  # of the generated part of docs/TIMING.md
 _KEYS = {"figures", "failures", "not_measured"}  # of a result
@@ -82,10 +93,10 @@ def _deliver(measured: dict, comparing: bool, as_json: bool, write: Path | None)
         markdown.write(write, _MARKERS, _document(measured))
         click.echo(f"{write}: written", err=True)
     if as_json:
-        shown = compare.compare(measured) if comparing else {"schema": SCHEMA, **measured}
-        click.echo(json.dumps(shown, indent=2))
+        facts = {"targets": compare.compare(measured)} if comparing else measured
+        click.echo(json.dumps({"schema": SCHEMA, **facts}, indent=2))
     elif not write:
-        console = Console(highlight=False)
+        console = rich.console.Console(highlight=False)
         if not console.is_terminal:
             console.width = _PIPE_WIDTH
         _print(console, measured, comparing=comparing)
@@ -120,10 +131,10 @@ def _saved(path: Path) -> dict:
     return measured
 
 
-def _print(console: Console, measured: dict, *, comparing: bool) -> None:
+def _print(console: rich.console.Console, measured: dict, *, comparing: bool) -> None:
     if comparing:
         rows = compare.compare(measured)
-        console.print(Text(compare.about(), style="dim"))
+        console.print(rich.text.Text(compare.about(), style="dim"))
         for columns in (compare.columns(), compare.peer_columns()):
             console.print(tables.grid(columns, rows))
     else:

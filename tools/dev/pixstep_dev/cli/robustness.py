@@ -39,35 +39,28 @@ def frames(ctx, board, count, seed, as_json):
 
     with progress.shown(f"{board}: {count} frames") as show:
         outcome = framestorm.run(framestorm.Plan(board, count, seed), show)
-    if as_json:
-        click.echo(json.dumps(asdict(outcome), indent=2))
-    else:
-        _say_frames(board, outcome)
-    ctx.exit(1 if outcome.complaints else 0)
-
-
-def _say_frames(board: str, outcome) -> None:
-    """Print what a storm did."""
-    click.echo(
+    rows = [
         f"{board}: {outcome.frames:,} frames in {outcome.seconds:.0f} simulated seconds, "
-        f"{outcome.answers:,} answered, {outcome.exceptions:,} of these by an exception"
-    )
-    click.echo(
+        f"{outcome.answers:,} answered, {outcome.exceptions:,} of these by an exception",
         f"  {outcome.edges:,} STEP edges, {outcome.turns} direction changes moved by at most "
-        f"{outcome.turn_shift_cycles} cycles"
-    )
-    for kind, number in sorted(outcome.kinds.items()):
-        click.echo(f"  {number:>7,} {kind}")
-    for name, value in outcome.counters.items():
-        click.echo(f"  board's {name}: {value}")
-    _say_complaints(outcome.complaints, "not one STEP edge differs")
+        f"{outcome.turn_shift_cycles} cycles",
+        *(f"  {number:>7,} {kind}" for kind, number in sorted(outcome.kinds.items())),
+        *(f"  board's {name}: {value}" for name, value in outcome.counters.items()),
+    ]
+    _finish(ctx, asdict(outcome), rows, "not one STEP edge differs", as_json=as_json)
 
 
-def _say_complaints(complaints: list[str], otherwise: str) -> None:
-    for text in complaints:
-        click.echo(f"FAIL: {text}")
-    if not complaints:
-        click.echo(f"  {otherwise}")
+def _finish(
+    ctx: click.Context, facts: dict, rows: list[str], otherwise: str, *, as_json: bool
+) -> None:
+    """Print what a campaign found, as JSON or as text; end with 1 if there are complaints."""
+    complaints = facts["complaints"]
+    if as_json:
+        click.echo(json.dumps(facts, indent=2))
+    else:
+        told = [f"FAIL: {text}" for text in complaints] or [f"  {otherwise}"]
+        click.echo("\n".join([*rows, *told]))
+    ctx.exit(1 if complaints else 0)
 
 
 @robustness_group.command()
@@ -103,11 +96,8 @@ def uploads(ctx, board, count, garbage, seed, as_json):
     plan = campaign.Plan(board, count, seed, model, go_on=garbage)
     with progress.shown(f"{board}: {count} blocks") as show:
         outcome = campaign.run(plan, show)
-    if as_json:
-        click.echo(json.dumps(_upload_facts(outcome), indent=2))
-    else:
-        _say_uploads(board, outcome)
-    ctx.exit(1 if outcome.complaints else 0)
+    rows = _upload_rows(board, outcome)
+    _finish(ctx, _upload_facts(outcome), rows, "every queue was exact", as_json=as_json)
 
 
 def _upload_facts(outcome) -> dict:
@@ -115,23 +105,22 @@ def _upload_facts(outcome) -> dict:
     return {"board": outcome.plan.board, "seed": outcome.plan.seed, **facts}
 
 
-def _say_uploads(board: str, outcome) -> None:
-    """Print what a campaign did."""
-    click.echo(
+def _upload_rows(board: str, outcome) -> list[str]:
+    """Return in words what a campaign did."""
+    rows = [
         f"{board}: {outcome.blocks:,} blocks of {outcome.lines:,} lines, "
         f"{outcome.entries:,} entries, {outcome.requests:,} requests, "
         f"{outcome.given_up:,} times begun again after every retry had failed"
-    )
+    ]
     if outcome.steps:
-        click.echo(f"  {outcome.steps:,} steps made and counted")
-    for name, number in sorted(outcome.noise.items()):
-        click.echo(f"  {number:>7,} {name}")
-    click.echo(f"  {outcome.undetected:,} spoilt frames had a right checksum all the same")
+        rows.append(f"  {outcome.steps:,} steps made and counted")
+    rows += [f"  {number:>7,} {name}" for name, number in sorted(outcome.noise.items())]
+    rows.append(f"  {outcome.undetected:,} spoilt frames had a right checksum all the same")
     if outcome.complaints:
-        click.echo(
+        rows.append(
             f"  {outcome.reported} lines ended with an error, {outcome.silent} were silently wrong"
         )
-    _say_complaints(outcome.complaints, "every queue was exact")
+    return rows
 
 
 @robustness_group.command()
@@ -174,19 +163,14 @@ def estops(ctx, board, count, seed, as_json):
 
     with progress.shown(f"{board}: {count} stops") as show:
         outcome = campaign.run(campaign.Plan(board, count, seed), show)
-    if as_json:
-        click.echo(json.dumps(asdict(outcome), indent=2))
-    else:
-        click.echo(
-            f"{board}: {outcome.stops:,} stops, {outcome.moving:,} of them in motion, "
-            f"{outcome.edges:,} STEP edges"
-        )
-        click.echo(
-            f"  the last edge but one comes {outcome.latest_cycles} cycles behind the stop at "
-            f"most, the permit's end {outcome.permit_cycles}; bound {campaign.BOUND_CYCLES}"
-        )
-        _say_complaints(outcome.complaints, "every position is the number of edges made")
-    ctx.exit(1 if outcome.complaints else 0)
+    rows = [
+        f"{board}: {outcome.stops:,} stops, {outcome.moving:,} of them in motion, "
+        f"{outcome.edges:,} STEP edges",
+        f"  the last edge but one comes {outcome.latest_cycles} cycles behind the stop at "
+        f"most, the permit's end {outcome.permit_cycles}; bound {campaign.BOUND_CYCLES}",
+    ]
+    otherwise = "every position is the number of edges made"
+    _finish(ctx, asdict(outcome), rows, otherwise, as_json=as_json)
 
 
 @robustness_group.command()
@@ -204,15 +188,11 @@ def powercuts(ctx, board, count, seed, as_json):
 
     with progress.shown(f"{board}: {count} cuts") as show:
         outcome = campaign.run(campaign.Plan(board, count, seed), show)
-    if as_json:
-        click.echo(json.dumps(asdict(outcome), indent=2))
-    else:
-        click.echo(
-            f"{board}: {outcome.cuts:,} cuts, {outcome.in_a_byte:,} of them inside a byte; then "
-            f"{outcome.old:,} times the old settings, {outcome.new:,} times the new"
-        )
-        _say_complaints(outcome.complaints, "always one of them, whole")
-    ctx.exit(1 if outcome.complaints else 0)
+    rows = [
+        f"{board}: {outcome.cuts:,} cuts, {outcome.in_a_byte:,} of them inside a byte; then "
+        f"{outcome.old:,} times the old settings, {outcome.new:,} times the new"
+    ]
+    _finish(ctx, asdict(outcome), rows, "always one of them, whole", as_json=as_json)
 
 
 robustness_group.add_command(orders)

@@ -1,19 +1,17 @@
 # SPDX-License-Identifier: MIT
 """Boards on a serial line: checked, loaded, run, stopped."""
 
-import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Self
 
 from pixstep.api.motions import CheckResult, MotionLine
-from pixstep.board import connection, limits, uploading
+from pixstep.board import connection, limits, upload
 from pixstep.board import run as running
 from pixstep.board.client import Board as Device
-from pixstep.board.client import BoardError
-from pixstep.board.link import Link
-from pixstep.errors import UserError
+from pixstep.board.connection import Link
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.progress import Progress, unseen
 
@@ -76,7 +74,13 @@ class Board:
         by_axis = _by_axis(lines, axis)
         hz = _one_frequency(by_axis)
         refuse_period(hz, self.device.tick_hz())
+        kind = self.kind
         for item in by_axis.values():
+            if item.motor and item.motor.board != kind:
+                raise RefusedError(
+                    f"{item.line.name}: motor {item.motor.name} is on a {item.motor.board}, board "
+                    f"{self.unit} is a {kind}"
+                )
             if item.line.backlash:
                 self.device.require("backlash")
             self.check(item).raise_if_refused()
@@ -84,8 +88,8 @@ class Board:
             self.device.set_pixel_hz(hz)
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
-        group = [running.Lines(self.device, axes, uploading.begin(self.device, motions))]
-        with _stopping(group):
+        group = [running.Lines(self.device, axes, upload.begin(self.device, motions))]
+        with running.stopped_on_failure(group):
             running.arm(self.device, axes)
             longest = max(item.pixels for item in by_axis.values())
             running.follow(group, self._link.world, longest, progress)
@@ -166,15 +170,3 @@ def _one_frequency(lines: Mapping[int, MotionLine]) -> Fraction:
         text = " and ".join(f"{hz} Hz" for hz in sorted(found))
         raise UserError(f"lines for {text}: one pixel clock drives all axes")
     return found.pop()
-
-
-@contextlib.contextmanager
-def _stopping(group: list[running.Lines]) -> Iterator[None]:
-    """Stop all axes if the program is interrupted or fails; a board in fault has stopped."""
-    try:
-        yield
-    except (BoardError, UserError):
-        raise
-    except BaseException:
-        running.stop(group)
-        raise

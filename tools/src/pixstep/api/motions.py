@@ -252,7 +252,7 @@ def make_line(
     notes = [*profile.notes, *_other_frequency(profile, hz)]
     play = _backlash(backlash, rule, motor)
     request = generator.LineRequest(
-        _steps_px(speed, hz, motor), pixels, play, lead_in, plain=rule == PLAIN
+        _steps_px(speed, hz, motor, rule), pixels, play, lead_in, plain=rule == PLAIN
     )
     made = generator.generate(list(profile.speeds_steps_px), request, profile.name)
     sign = -1 if rule == PLAIN and motor and motor.negative else 1
@@ -385,19 +385,13 @@ def _backlash(given: int | None, rule: str, motor: Motor | None) -> int:
     return motor.backlash_steps if motor and rule == SMOOTH else 0
 
 
-def _steps_px(speed: int | str, hz: Fraction | None, motor: Motor | None) -> int:
+def _steps_px(speed: int | str, hz: Fraction | None, motor: Motor | None, rule: str) -> int:
     """Return a speed in whole steps/pixel. Raises UserError if it is none."""
     quantity = units.parse(str(speed), units.SPEED)
     if quantity.per_second and hz is None:
         raise UserError(f"speed {speed}: per second needs a pixel frequency: pixel_hz or motor")
-    value = quantity.in_steps(motor.steps_per_unit if motor else None).per_pixel(hz)
-    if value.denominator != 1:
-        below = int(value)
-        raise UserError(
-            f"speed {speed} is {units.number_text(value)} steps/px, not a whole number: nearest "
-            f"{below} and {below + 1}"
-        )
-    return int(value)
+    scale = motor.steps_per_unit if motor else None
+    return units.whole_speed(quantity, hz, scale, smooth=rule == SMOOTH)
 
 
 def _other_frequency(profile: Profile, hz: Fraction | None) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from pixstep.errors import PlainError, UserError
 from pixstep.progress import Progress, unseen
 from pixstep.simulation import simtask
 from pixstep.simulation.judge import Judgement
+from pixstep.simulation.load import AxisLoad
 from pixstep.simulation.report import PixelRow, ticks_text
 from pixstep.simulation.simrun import Job, RunResult
 from pixstep.simulation.verdict import AxisVerdict
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 
 Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
 """One line, lines for axes 0, 1, 2 ..., or lines by axis."""
+
+
+_Drawn = TypeVar("_Drawn")
 
 
 class RunFailedError(PlainError):
@@ -116,6 +120,7 @@ class Run:
     summary: Mapping[str, Any]
     """All figures, as in summary.json."""
     _traces: "Mapping[int, Trace]" = field(repr=False)
+    _loads: "Mapping[int, tuple[AxisLoad, str]]" = field(repr=False)
 
     @property
     def passed(self) -> bool:
@@ -157,14 +162,18 @@ class Run:
         with plotting.styled():
             return plots.positions(self._trace(axis))
 
+    def plot_load(self, axis: int | None = None) -> "Figure":
+        """Draw where the load of an axis with a plant was at the pixel edges, and how far off."""
+        from pixstep import plotting
+        from pixstep.simulation import load_plot
+
+        load, title = _chosen(self._loads, axis, "has a plant and moved")
+        with plotting.styled():
+            return load_plot.build(load, title, self.pixel_hz)
+
     def _trace(self, axis: int | None) -> "Trace":
         """Return what there is to draw of an axis; of the only one by default."""
-        moved = ", ".join(map(str, self._traces)) or "none"
-        if axis is None and len(self._traces) == 1:
-            return next(iter(self._traces.values()))
-        if axis is None or axis not in self._traces:
-            raise UserError(f"axis {axis}: choose one that moved: {moved}")
-        return self._traces[axis]
+        return _chosen(self._traces, axis, "moved")
 
 
 def simulate(
@@ -177,6 +186,8 @@ def simulate(
     pixel_ppm: float = 0.0,
     serial_load: bool = False,
     seed: int = 1,
+    plant: str | Mapping[int, str] | None = None,
+    vcd: bool = False,
     progress: Progress = unseen,
 ) -> Run:
     """Run lines on a simulated board and judge every edge.
@@ -184,9 +195,10 @@ def simulate(
     `lines` is one line, which goes to the axis of its motor, or lines by axis. `board` is `"uno"`,
     `"mega"` or `"m1284"`, by default that of the motor; the pixel frequency is that of the lines.
     `pixel_ppm` is a frequency error of the pixel clock, `serial_load` saturates the serial line
-    meanwhile. The files of the run go to `out`, by `pixstep sim`'s rules, if it is given.
-    `progress` is called with the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises
-    RefusedError for a line that the check refuses, unless `check` is False.
+    meanwhile. `plant` is the mechanics of an axis, as `"play=40"`, or of axes by number. The files
+    of the run go to `out`, by `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a
+    waveform viewer too. `progress` is called with the share done, 0 to 1. Needs the simulator,
+    pixstep-sim. Raises RefusedError for a line that the check refuses, unless `check` is False.
 
     Example:
         >>> from pixstep import line
@@ -199,6 +211,8 @@ def simulate(
     first = next(iter(by_axis.values()))
     hz = exact_hz(pixel_hz) or first.hz
     _refuse(by_axis, kind, hz, check=check)
+    if vcd and out is None:
+        raise UserError("vcd: run.vcd needs a folder: give out")
     job = Job(
         kind,
         {axis: item.line for axis, item in by_axis.items()},
@@ -206,14 +220,16 @@ def simulate(
         pixel_ppm=pixel_ppm,
         serial_load=serial_load,
         seed=seed,
+        plants=_plants(plant, by_axis),
+        vcd=vcd,
     )
     if out is None:
         with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
-            result, judged, _ = simtask.run_and_judge(job, Path(folder), progress)
+            done = simtask.run_and_judge(job, Path(folder), progress)
     else:
         with outfolder.of_run(Path(out), simtask.names()) as place:
-            result, judged, _ = simtask.run_and_judge(job, place, progress)
-    return _run(job, by_axis, result, judged)
+            done = simtask.run_and_judge(job, place, progress)
+    return _run(job, by_axis, *done)
 
 
 def _by_axis(lines: Lines) -> dict[int, MotionLine]:
@@ -248,7 +264,39 @@ def _refuse(lines: Mapping[int, MotionLine], kind: str, hz: Fraction, *, check: 
             item.check(kind).raise_if_refused()
 
 
-def _run(job: Job, lines: Mapping[int, MotionLine], result: RunResult, judged: Judgement) -> Run:
+def _chosen(drawn: Mapping[int, _Drawn], axis: int | None, what: str) -> _Drawn:
+    """Return what there is to draw of an axis; of the only one by default."""
+    if axis is None and len(drawn) == 1:
+        return next(iter(drawn.values()))
+    if axis is None or axis not in drawn:
+        which = ", ".join(map(str, drawn)) or "none"
+        raise UserError(f"axis {axis}: choose one that {what}: {which}")
+    return drawn[axis]
+
+
+def _plants(
+    plant: str | Mapping[int, str] | None, lines: Mapping[int, MotionLine]
+) -> dict[int, str]:
+    """Return the plants by axis; one text is that of the only axis."""
+    if plant is None:
+        return {}
+    if isinstance(plant, str):
+        if len(lines) > 1:
+            raise UserError(f"plant {plant!r}: of which axis? give plants by axis")
+        return dict.fromkeys(lines, plant)
+    for axis in plant:
+        if axis not in lines:
+            raise UserError(f"plant of axis {axis}: it has no line")
+    return dict(plant)
+
+
+def _run(
+    job: Job,
+    lines: Mapping[int, MotionLine],
+    result: RunResult,
+    judged: Judgement,
+    loads: Sequence[AxisLoad],
+) -> Run:
     axes = tuple(_axis(job, found, lines[found.axis], result, judged) for found in judged.axes)
     return Run(
         verdict=judged.summary["verdict"],
@@ -259,6 +307,7 @@ def _run(job: Job, lines: Mapping[int, MotionLine], result: RunResult, judged: J
         axes=axes,
         summary=judged.summary,
         _traces=simtask.traces(result, judged),
+        _loads={load.axis: (load, simtask.load_title(job, load.axis)) for load in loads},
     )
 
 

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """A board over Modbus: names instead of addresses."""
 
+from __future__ import annotations
+
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from typing import TYPE_CHECKING
 
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
@@ -20,8 +23,10 @@ from pixstep.board.errors import (
 )
 from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
 from pixstep.board.stretches import MOST_WORDS, places, values
-from pixstep.board.transport import FittingClient
 from pixstep.board.wire import Wire
+
+if TYPE_CHECKING:
+    from pixstep.board.transport import FittingClient
 
 
 @dataclass(frozen=True)

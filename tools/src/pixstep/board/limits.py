@@ -7,9 +7,11 @@ from fractions import Fraction
 
 from pixstep.board import boards, settings, values
 from pixstep.board.client import Board
+from pixstep.errors import RefusedError
+from pixstep.lines import linecheck
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
-from pixstep.lines.linecheck import Limits
+from pixstep.lines.linecheck import Finding, Limits
 from pixstep.lines.rational import period_ticks, refuse_period
 
 
@@ -95,6 +97,20 @@ def connected(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
         known["max_acceleration"],
         known["start_stop_steps"],
     )
+
+
+def check(line: Line, found: BoardLimits) -> list[Finding]:
+    """Return the findings of a line; raises RefusedError naming the first that refuses it."""
+    findings = linecheck.check(line, found.of(line))
+    errors = [item for item in findings if item.severity == linecheck.ERROR]
+    if errors:
+        first = errors[0]
+        where = f"pixel {first.pixel}" if first.pixel else "the line as a whole"
+        raise RefusedError(
+            f"{line.name}: line refused: {first.name} at {where}: {first.message} (nothing was "
+            f"sent; `pixstep line check` shows all)"
+        )
+    return findings
 
 
 def _driver_us(known: Mapping[str, int]) -> int:

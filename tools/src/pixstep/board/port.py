@@ -5,13 +5,17 @@ The boards' USB chips reset the processor when a port is opened that was closed 
 default. Opening clears it, so that only the first opening after plugging in resets the board.
 """
 
+from __future__ import annotations
+
 import errno
 import os
 from dataclasses import dataclass, replace
-
-import serial
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+
+if TYPE_CHECKING:
+    import serial
 
 try:
     import termios
@@ -19,7 +23,9 @@ except ImportError:  # Windows
     termios = None  # type: ignore[assignment]
 
 PARITIES = {"E": 2, "N": 0, "O": 1}  # by letter, the likeliest first: the value of the setting
-NO_PARITY = "N"
+BAUD, PARITY, NO_PARITY = 115_200, "E", "N"  # a board's own; that of a pseudo terminal
+TIMEOUT_S = 0.5
+RETRIES = 3
 BOOT_S = 2.0  # of the boot loader, before it starts the firmware
 _CFLAG = 2
 _PTYS = ("/dev/pts/", "/dev/ttys")  # Linux, macOS
@@ -46,7 +52,7 @@ class Port:
         """Name, rate and frame, for messages."""
         return f"{self.name} ({self.baud} baud, 8{self.parity}{self.stop_bits})"
 
-    def at(self, baud: int, parity: str) -> "Port":
+    def at(self, baud: int, parity: str) -> Port:
         """Return the port at another rate and parity."""
         return replace(self, baud=baud, parity=parity)
 
@@ -63,6 +69,8 @@ class Port:
             raise UserError(
                 f"{self.name}: a pseudo terminal has no parity {self.parity}: --parity N"
             )
+        import serial  # takes its time to load, which help need not wait for
+
         opened = None
         try:
             opened = serial.Serial(

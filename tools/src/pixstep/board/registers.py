@@ -199,6 +199,28 @@ def version_text(version: int) -> str:
     return f"{version >> 8}.{version & 0xFF}"
 
 
+def words(register: Register, value: int) -> str:
+    """Return a value in words: its state, its bits joined by commas; empty if it has none."""
+    known = register.values
+    if not known:
+        return _special(register, value)
+    if register.unit == "bits":
+        bits = [known.get(bit, f"bit {bit}") for bit in range(16) if value >> bit & 1]
+        return ", ".join(bits) or "none"
+    return known.get(value, f"unknown {register.unit} {value}")
+
+
+def _special(register: Register, value: int) -> str:
+    """Return the words of the few registers that are coded in their own way."""
+    if register.name == "firmware_version":
+        return version_text(value)
+    if register.name == "board_id":
+        return BOARD_IDS.get(value, "unknown")
+    if register.name == "baud_100":
+        return f"{100 * value} baud"
+    return ""
+
+
 def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
     """Return the name of a code, or its number if this tool does not know it."""
     return codes[code].name if code in codes else f"code {code}"

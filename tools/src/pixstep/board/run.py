@@ -3,7 +3,7 @@
 
 import contextlib
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pixstep import signals
@@ -18,6 +18,7 @@ from pixstep.board.client import (
 )
 from pixstep.board.errors import IMPOSSIBLE
 from pixstep.board.world import World
+from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 
 _POLL_S = 0.02
@@ -219,6 +220,23 @@ def stop(group: list[Lines]) -> str:
     with signals.ignored():
         group[0].board.settle()
         return "; ".join(_stop_all(group))
+
+
+@contextlib.contextmanager
+def stopped_on_failure(group: list[Lines]) -> Iterator[None]:
+    """Stop all axes of a group when a signal comes or this program fails.
+
+    The exception goes on with a note saying where the axes are. What a board does wrong is no
+    failure of this program, a board in fault has stopped: a BoardError passes. Keep this the
+    innermost context: no other may fail first.
+    """
+    try:
+        yield
+    except (BoardError, UserError):
+        raise
+    except BaseException as error:
+        error.add_note(stop(group))
+        raise
 
 
 def _stop_all(group: list[Lines]) -> list[str]:

@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: MIT
 """Looking for boards: every address, and every rate and parity if asked."""
 
+from __future__ import annotations
+
 import contextlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from pixstep.board import meanings
 from pixstep.board import registers as regs
 from pixstep.board.client import Board, ExceptionReplyError, NoReplyError
-from pixstep.board.transport import FittingClient
 from pixstep.progress import Progress, unseen
+
+if TYPE_CHECKING:
+    from pixstep.board.transport import FittingClient
 
 UNITS = range(1, 248)
 BAUDS = (115_200, 19_200, 9_600, 38_400, 57_600, 250_000, 500_000, 1_000_000)
@@ -68,7 +72,7 @@ def look(board: Board) -> Found | None:
         firmware=regs.version_text(firmware),
         map_version=version,
         axes=axes,
-        status=meanings.words(board.map.input("status"), status),
+        status=regs.words(board.map.input("status"), status),
         fault=regs.code_name(regs.faults(), fault) if fault else "",
         trouble=trouble,
     )

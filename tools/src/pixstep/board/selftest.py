@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 
-from pixstep.board import meanings, run, settings
 from pixstep.board import registers as regs
+from pixstep.board import run, settings
 from pixstep.board.atmachine import SWITCHES, AtMachine
 from pixstep.board.client import BoardError, LineLostError, NoReplyError
 
@@ -96,7 +96,7 @@ class SelfTest(AtMachine):
     def supply(self) -> Result:
         """What reset the board last: a low supply and a hung program are found by it."""
         cause = self.board.input("reset_cause")
-        words = meanings.words(self.board.map.input("reset_cause"), cause)
+        words = regs.words(self.board.map.input("reset_cause"), cause)
         if cause & _BROWN_OUT:
             return Result("supply", FAILED, f"last reset: {words}; the 5 V supply breaks down")
         if cause & _WATCHDOG:

@@ -13,17 +13,24 @@ dir_setup_us = 20
 `count` shows a file that was cut off; one written by hand may leave out all but the settings.
 """
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass
 from pathlib import Path
-
-import tomlkit
+from typing import TYPE_CHECKING
 
 from pixstep import atomic, tomltext
 from pixstep.board import registers as regs
 from pixstep.board import values
 from pixstep.board.device import Identity
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import tomlkit
+else:
+    tomlkit = lazy("tomlkit")
 
 TABLE = "settings"
 _VERSION = "map_version"

@@ -3,7 +3,6 @@
 
 from dataclasses import dataclass
 
-from pixstep.board import meanings
 from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.board.device import Identity
@@ -50,7 +49,7 @@ class Snapshot:
     @property
     def switches(self) -> str:
         """The switches that are closed or tripped, in words."""
-        return meanings.words(regs.register_map().input("inputs"), self.inputs["inputs"])
+        return regs.words(regs.register_map().input("inputs"), self.inputs["inputs"])
 
     def rates(self, before: "Snapshot | None") -> dict[str, float]:
         """Return how many a second each counter has counted since an earlier snapshot.

@@ -3,7 +3,6 @@
 
 from dataclasses import dataclass
 
-from pixstep.board import meanings
 from pixstep.board import registers as regs
 
 EVENT_RESET = 0x0100  # codes of the event log from here on: a reset, its cause in the low byte
@@ -70,7 +69,7 @@ class Event:
         """What it means."""
         if self.code >= EVENT_RESET:
             cause = regs.register_map().input("reset_cause")
-            return meanings.words(cause, self.code - EVENT_RESET)
+            return regs.words(cause, self.code - EVENT_RESET)
         faults = regs.faults()
         return faults[self.code].text if self.code in faults else "unknown to this tool"
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Two ways to a board for the same Modbus client: a serial port, or the simulator's pipe."""
+"""Two ways to a board for the same Modbus client: a serial port, or the simulator's pipe.
+
+The Modbus library takes long to load: other modules have this one by `lazy`.
+"""
 
 import contextlib
 import logging
@@ -7,16 +10,23 @@ import time
 from typing import Any, Protocol
 
 from pymodbus.client import ModbusSerialClient
-from pymodbus.exceptions import ConnectionException, ModbusIOException
+from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOException
 from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu.other_message import ReportDeviceIdResponse
 
-from pixstep.board.port import NO_PARITY, TROUBLE, Port, is_pty
+from pixstep.board.port import (
+    BAUD,
+    NO_PARITY,
+    PARITY,
+    RETRIES,
+    TIMEOUT_S,
+    TROUBLE,
+    Port,
+    is_pty,
+)
 
-BAUD = 115_200
-PARITY = "E"
 REPLY_S = 0.025  # how long a simulated master waits for the first byte
-TIMEOUT_S = 0.5
-RETRIES = 3
+RequestError = ModbusException  # a request has failed, whatever the reason
 _QUIET_S = 0.03  # without a byte: the reply on its way has ended
 _QUIET_LIMIT_S = 0.3
 
@@ -45,6 +55,7 @@ class FittingClient(ModbusSerialClient):
 
     def __init__(self, port: str, **options: Any) -> None:
         super().__init__(port, **options)
+        self.register(ServerIdReply)
         _quieten(logging.getLogger("pymodbus"))
 
     @property
@@ -146,6 +157,15 @@ class SerialClient(FittingClient):
         data = super().recv(size)
         self.heard += len(data)
         return data
+
+
+class ServerIdReply(ReportDeviceIdResponse):
+    """The reply to function 17 by the standard: the library takes its last byte for a status."""
+
+    def decode(self, data: bytes) -> None:
+        """Keep everything behind the byte count."""
+        super().decode(data)
+        self.identifier = data[1 : 1 + data[0]]
 
 
 class WriteTimeoutError(ConnectionException):

@@ -8,6 +8,8 @@ the queue is streamed: call `Upload.push` again while it runs.
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BUSY, BoardError
+from pixstep.lines.line import Line
+from pixstep.lines.runs import queue_entries
 
 _ILLEGAL_VALUE = 3
 
@@ -116,3 +118,27 @@ class Upload:
         if last or error.code != _ILLEGAL_VALUE or state["next_block"] != self._block:
             raise error
         return False
+
+
+def begin(board: Board, lines: dict[int, Line]) -> list[Upload]:
+    """Queue lines by axis, or as much of them as the queues hold; return what may be left.
+
+    Raises LineRefusedByBoardError, and BoardError for an axis that will not load.
+    """
+    uploads = []
+    for axis, line in lines.items():
+        upload = Upload(board, axis, queue_entries(line))
+        upload.push()
+        uploads.append(upload)
+    return uploads
+
+
+def room(board: Board, axis: int, line: Line) -> tuple[int, int]:
+    """Return the queue entries that a line takes, and those that are free."""
+    state = board.axis(axis)
+    if not state["queue_free"]:
+        raise BoardError(
+            f"board {board.unit}: the queue of axis {axis} is full (`pixstep board disarm` forgets "
+            f"what is in it)"
+        )
+    return len(queue_entries(line)), state["queue_free"]

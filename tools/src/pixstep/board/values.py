@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.board import meanings, stretches
 from pixstep.board import registers as regs
+from pixstep.board import stretches
 from pixstep.board.client import Board, BoardError
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
@@ -49,7 +49,7 @@ class Reading:
     @property
     def words(self) -> str:
         """The value in words, empty if it has none."""
-        return meanings.words(self.item.register, self.value)
+        return regs.words(self.item.register, self.value)
 
     def as_json(self) -> dict:
         """Return plain data; limits only for a setting."""

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """One unit on the line: the Modbus functions by what they do, errors by name."""
 
+from __future__ import annotations
+
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-
-from pymodbus.exceptions import ConnectionException, ModbusException
-from pymodbus.pdu.other_message import ReportDeviceIdResponse
+from typing import TYPE_CHECKING
 
 from pixstep.board import features
 from pixstep.board.errors import (
@@ -15,8 +15,14 @@ from pixstep.board.errors import (
     LineLostError,
     NoReplyError,
 )
-from pixstep.board.transport import FittingClient, WriteTimeoutError
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    from pixstep.board import transport
+    from pixstep.board.transport import FittingClient
+else:
+    transport = lazy("pixstep.board.transport")
 
 BROADCAST = 0
 _ID_BYTES = 2  # of the answer to function 17 before its text
@@ -48,15 +54,6 @@ class ServerId:
     id: int
     running: bool
     text: str
-
-
-class _ServerIdReply(ReportDeviceIdResponse):
-    """The same reply as the standard has it: the library takes its last byte for a status."""
-
-    def decode(self, data: bytes) -> None:
-        """Keep everything behind the byte count."""
-        super().decode(data)
-        self.identifier = data[1 : 1 + data[0]]
 
 
 class Wire:
@@ -130,7 +127,6 @@ class Wire:
     def identify(self) -> ServerId:
         """Return the answer to function 17, report server id."""
         with self._needs("diagnosis"):
-            self.modbus.register(_ServerIdReply)
             data = self._ask("identify", self.modbus.report_device_id).identifier
             if len(data) < _ID_BYTES:
                 raise NoReplyError(self.unit, "identify", heard=len(data))
@@ -217,7 +213,7 @@ class Wire:
         try:
             with self._line_kept():
                 reply = method(*arguments, device_id=self.unit, **options)
-        except ModbusException:
+        except transport.RequestError:
             place, heard = self.modbus.place, self.modbus.heard
             raise NoReplyError(self.unit, what, place, heard) from None
         if reply.isError():
@@ -243,13 +239,13 @@ class Wire:
         """Raise LineLostError if the port goes away in a request, or did before and still is."""
         try:
             yield
-        except WriteTimeoutError:
+        except transport.WriteTimeoutError:
             place = self.modbus.place or "the line"
             raise LineLostError(
                 f"board {self.unit}: {place} takes no bytes: nobody reads at its other end, or "
                 f"this program was stopped for a while"
             ) from None
-        except ConnectionException:
+        except transport.ConnectionException:
             place = self.modbus.place or "the line"
             raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
         except UserError as error:

@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, MutableMapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import click
 from click.shell_completion import CompletionItem
@@ -35,7 +35,7 @@ class OutPicture(OutFile):
 
     def convert(self, value, param, ctx) -> Path:
         """Refuse a name that says no format."""
-        path = super().convert(value, param, ctx)
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if path.suffix.lower() not in PICTURES and not atomic.is_stream(path):
             raise UserError(f"{path}: a drawing ends with {', '.join(PICTURES)}")
         return path
@@ -142,12 +142,13 @@ class Group(click.Group):
 
     command_class = Command
     group_class = type
+    commands: _Commands
 
     def __init__(self, *arguments, late: Mapping[str, Late] | None = None, **options) -> None:
         super().__init__(*arguments, **options)
-        commands = _Commands(late or {})
-        commands.update(self.commands)
-        self.commands = commands
+        early = self.commands
+        self.commands = _Commands(late or {})
+        self.commands.update(early)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
@@ -165,7 +166,7 @@ class Group(click.Group):
         ]
         return found + click.Command.shell_complete(self, ctx, incomplete)
 
-    def main(self, *arguments, **options) -> object:
+    def main(self, *arguments: Any, **options: Any) -> Any:  # as click's own, which is overloaded
         """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
         with signals.caught():
             return super().main(*arguments, **options)

@@ -49,7 +49,10 @@ def completion(shell: str | None, output: Path | None) -> None:
     """
     name = shell or _present()
     target = output or _place(name)
-    script = get_completion_class(name)(click.Group(), {}, _PROGRAM, _VARIABLE).source()
+    completer = get_completion_class(name)
+    if completer is None:
+        raise UserError(f"{name}: the installed click completes nothing in this shell")
+    script = completer(click.Group(), {}, _PROGRAM, _VARIABLE).source()
     atomic.write_text(target, script.strip() + "\n")
     if atomic.is_stdout(target):
         return

@@ -84,7 +84,7 @@ def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json
         for item in findings:
             place = f"{shown_path(path)}:{item.line}:{item.column}"
             click.echo(f"{place}: {_severity(item)}: {item.message}")
-        what = NAMES.get(examined.kind, "unknown format")
+        what = NAMES[examined.kind] if examined.kind else "unknown format"
         hint = " (--lenient accepts it)" if helps else ""
         click.echo(f"{shown_path(path)}: {verdict}: {what}{hint}")
     ctx.exit(status)
@@ -146,7 +146,7 @@ def _examined(path: Path, lenient: bool, raw: bool, smooth: bool) -> Examined:
             f"{NAMES[examined.kind]}: `pixstep line check` checks lines"
         )
     if smooth and not examined.findings.refused:
-        prn.check_smooth(examined.file.values, examined.findings)
+        prn.check_smooth(examined.required().values, examined.findings)
     return examined
 
 
@@ -190,19 +190,20 @@ def _read(source: Path, lenient: bool, raw: bool) -> formats.PrnFile | formats.M
 def _converted(source: Path, read, kind: str, options: dict) -> tuple:
     """Convert; a refusal names the input."""
     hz = options["pixel_hz"]
+    hz_text = None if hz is None else formats.hz_text(hz)
     changes = HeaderChanges(
         name=options["name"],
         haps=options["haps"],
         lead_in_px=options["lead_in"],
-        pixel_hz=None if hz is None else formats.hz_text(hz),
+        pixel_hz=hz_text,
         timestamp=options["date"],
     )
     request = Request(
         kind, options["line"], options["decode"] == PLAIN, options["drop_header"], changes
     )
-    rounded = ()
-    if hz is not None and Fraction(changes.pixel_hz) != hz:
-        rounded = (f"pixel frequency {hz} Hz is written as {changes.pixel_hz}",)
+    rounded: tuple[str, ...] = ()
+    if hz_text is not None and Fraction(hz_text) != hz:
+        rounded = (f"pixel frequency {hz} Hz is written as {hz_text}",)
     try:
         made, notes = converted(read, request)
         return made, notes + rounded

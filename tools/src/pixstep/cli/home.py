@@ -1,17 +1,26 @@
 # SPDX-License-Identifier: MIT
 """`pixstep home sim`: homing on a simulated board with a load and its switches."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import click
-from rich.console import Console
 
 from pixstep import progress
-from pixstep.board import boards
+from pixstep.board import boards, limits
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan
 from pixstep.cli.options import json_option, out_option, pixel_hz_option, plots_option
 from pixstep.cli.results import deliver
-from pixstep.moves import homesim, hometask
+from pixstep.lazy import lazy
+from pixstep.moves import homesim, hometask, legs
 from pixstep.simulation import report
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 
 @command("sim")
@@ -33,10 +42,13 @@ from pixstep.simulation import report
 def home_sim(ctx, out, plot, as_json, **options):
     """Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.
 
-    Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse.
+    Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse, 3
+    for a profile that the board refuses.
     """
+    plan = make_plan(options, options["pixel_hz"])
+    legs.refuse(plan, limits.named(options["board"], options["pixel_hz"]))
     job = homesim.HomeJob(
-        plan=make_plan(options, options["pixel_hz"]),
+        plan=plan,
         board=options["board"],
         pixel_hz=options["pixel_hz"],
         plant=options["plant"],
@@ -49,7 +61,7 @@ def home_sim(ctx, out, plot, as_json, **options):
     ctx.exit(deliver(summary, out, _print_page, as_json=as_json))
 
 
-def _print_page(console: Console, summary: dict) -> None:
+def _print_page(console: rich.console.Console, summary: dict) -> None:
     """Print the one-page verdict."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(

@@ -9,7 +9,8 @@ import click
 
 from pixstep.cli.command import FILE
 from pixstep.cli.options import DECODE, line_option, raw_option, say
-from pixstep.cli.quantities import SPEED_TYPE, StepsType, TimeType, whole_speed
+from pixstep.cli.quantities import SPEED_TYPE, StepsType, TimeType
+from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity
 from pixstep.moves import accel, homesim, legs
@@ -98,7 +99,7 @@ def make_plan(options: dict, pixel_hz: Fraction, *, refuse: bool = False) -> leg
 
 def _slow(speed: Quantity | None, hz: Fraction, decode: str) -> int | None:
     """Return the speed of the second approach in steps/pixel."""
-    return None if speed is None else whole_speed(speed, hz, None, smooth=decode == SMOOTH)
+    return None if speed is None else units.whole_speed(speed, hz, None, smooth=decode == SMOOTH)
 
 
 def _motor_decode(profile: Path) -> str:

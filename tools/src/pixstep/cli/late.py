@@ -15,7 +15,7 @@ class _Late(click.Command):
 
     def __init__(self, name: str, *, module: str, about: str) -> None:
         super().__init__(name, short_help=about)
-        self._module = module
+        self._module, self._attribute = module, name
 
     def make_context(self, info_name, args, parent=None, **extra) -> click.Context:
         """Return the context of the command itself; raises UserError where it is not installed."""
@@ -28,7 +28,7 @@ class _Late(click.Command):
                 f"{self.name} is part of pixstep-dev, which measures and proves pixstep; "
                 "it is not installed"
             ) from None
-        real: click.Command = getattr(module, self.name)
+        real: click.Command = getattr(module, self._attribute)
         return real.make_context(info_name, args, parent, **extra)
 
 

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: MIT
 """`pixstep limits`: what a board, or a motor of the machine, can do at a pixel frequency."""
 
+from __future__ import annotations
+
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
-from rich.table import Table
 
 from pixstep.board import boards, capability
 from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability
-from pixstep.cli import machinedefaults
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, pixel_hz_option, show_json
 from pixstep.cli.quantities import (
@@ -19,10 +19,17 @@ from pixstep.cli.quantities import (
     whole_limit,
 )
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Scale, number_text, unit
 from pixstep.profiles import make
 from pixstep.profiles.make import ProfileLimits
 from pixstep.simulation.report import new_table
+
+if TYPE_CHECKING:
+    import rich.console
+    import rich.table
+else:
+    rich = lazy("rich")
 
 
 @command("limits")
@@ -49,12 +56,12 @@ def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
     axes = axes or able.board.axes
     if axes > able.board.axes:
         raise UserError(f"--axes {axes}: {boards.axes_text(board)}")
-    told = _facts(able, axes) | {"machine": machinedefaults.in_force(ctx)}
+    told = _facts(able, axes)
     told["shortest_line"] = _shortest(able, limits)
     if as_json:
         show_json(told)
     else:
-        _print(Console(highlight=False), able, told, scale_of(ctx))
+        _print(rich.console.Console(highlight=False), able, told, scale_of(ctx))
 
 
 def _facts(able: Capability, axes: int) -> dict:
@@ -121,7 +128,9 @@ def _shortest(able: Capability, limits: dict) -> dict:
     }
 
 
-def _print(console: Console, able: Capability, told: dict, scale: Scale | None) -> None:
+def _print(
+    console: rich.console.Console, able: Capability, told: dict, scale: Scale | None
+) -> None:
     """Print the page."""
     hz, board = able.pixel_hz, able.board
     low, high = able.clock_range_hz
@@ -143,7 +152,7 @@ def _print(console: Console, able: Capability, told: dict, scale: Scale | None) 
     _print_shortest(console, told["shortest_line"])
 
 
-def _kinds_table(able: Capability, scale: Scale | None) -> Table:
+def _kinds_table(able: Capability, scale: Scale | None) -> rich.table.Table:
     """Return the most and the least of each kind of line, in steps or in the motor's length."""
     length, steps = (scale.length, scale.steps_per_unit) if scale else (STEP, 1)
     speed, acceleration = (unit(order, per_second=True, length=length) for order in (1, 2))
@@ -156,7 +165,7 @@ def _kinds_table(able: Capability, scale: Scale | None) -> Table:
     return table
 
 
-def _print_measured(console: Console, told: dict) -> None:
+def _print_measured(console: rich.console.Console, told: dict) -> None:
     """Print the rates of so many axes at once, which no rule of a single line tells."""
     clocks = sorted({row["pixel_hz"] for row in told["measured"]})
     table = new_table("motion", *(f"steps/s at {hz} Hz" for hz in clocks))
@@ -175,7 +184,7 @@ def _print_measured(console: Console, told: dict) -> None:
     )
 
 
-def _print_reversal(console: Console, able: Capability, scale: Scale | None) -> None:
+def _print_reversal(console: rich.console.Console, able: Capability, scale: Scale | None) -> None:
     most = able.direct_reversal_speed
     console.print(
         f"Reversal: {float(able.reversal_s * 1_000_000):g} us between the steps on both sides "
@@ -191,7 +200,7 @@ def _print_reversal(console: Console, able: Capability, scale: Scale | None) -> 
         )
 
 
-def _print_shortest(console: Console, line: dict) -> None:
+def _print_shortest(console: rich.console.Console, line: dict) -> None:
     console.print(
         f"Shortest smooth line at {line['speed_steps_px']} {unit(SPEED)}, accelerating by up to "
         f"{line['max_acceleration_steps_px2']} {unit(ACCELERATION)}: {line['pixels']} pixels "

@@ -12,7 +12,6 @@ import click
 from pixstep import atomic, formats
 from pixstep.board import boards
 from pixstep.board.limits import named
-from pixstep.cli import machinedefaults
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     DECODE,
@@ -38,10 +37,9 @@ from pixstep.cli.quantities import (
     WholeHzType,
     scale_of,
     whole_limit,
-    whole_speed,
 )
 from pixstep.errors import RefusedError, UserError
-from pixstep.lines import linecheck, planner
+from pixstep.lines import linecheck, planner, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import hz_text
 from pixstep.profiles import generator, madefor
@@ -85,7 +83,7 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
         raise UserError("--plain and --decode smooth contradict each other")
     speeds, notes = formats.read_prn(prn, lenient=options["lenient"])
     say([*notes, *madefor.notes(prn, None, pixel_hz, refuse=True)])
-    speed = whole_speed(speed, pixel_hz, scale_of(ctx), smooth=not plain)
+    speed = units.whole_speed(speed, pixel_hz, scale_of(ctx), smooth=not plain)
     jerk_warn = whole_limit(options["jerk_warn"], pixel_hz, least=0)
     request = generator.LineRequest(speed, pixels, backlash, lead_in, plain)
     made = generator.generate(speeds, request, str(prn))
@@ -170,7 +168,6 @@ def line_check(
     if as_json:
         report = {
             "file": str(csv),
-            "machine": machinedefaults.in_force(ctx),
             "line": line_number or 1,
             "decode": decode,
             "backlash": backlash,

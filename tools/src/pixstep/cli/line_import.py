@@ -6,7 +6,6 @@ from pathlib import Path
 import click
 
 from pixstep import atomic, formats
-from pixstep.cli import machinedefaults
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import DECODE, HZ, json_option, say, show_json, teller
 from pixstep.cli.quantities import scale_of
@@ -49,8 +48,7 @@ def line_import(ctx, table, decode, length_unit, output, as_json, fit, **options
     _refuse(table, made, fit=fit)
     formats.write_csv(output, list(made.line.counts))
     if as_json:
-        machine = machinedefaults.in_force(ctx)
-        show_json(_report(table, output, made) | {"machine": machine})
+        show_json(_report(table, output, made))
         return
     say(made.assumed)
     say(f"pixel {item.pixel}: {item.name}: {item.message}" for item in made.findings)

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """`pixstep machine`: begin, check and show a machine file."""
 
+from __future__ import annotations
+
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
-from rich.table import Table
 
 from pixstep import atomic
 from pixstep.board import boards
@@ -20,10 +21,17 @@ from pixstep.cli.options import (
     show_json,
 )
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
 from pixstep.machine import finding
 from pixstep.simulation.report import new_table
+
+if TYPE_CHECKING:
+    import rich.console
+    import rich.table
+else:
+    rich = lazy("rich")
 
 _KINDS = (SMOOTH, PLAIN)
 _file_argument = click.argument(
@@ -92,7 +100,7 @@ def machine_show(file, as_json):
     if as_json:
         show_json(told)
         return
-    console = Console(highlight=False)
+    console = rich.console.Console(highlight=False)
     console.print(
         f"{found.path}: {float(found.pixel_hz):.10g} Hz, lines for "
         f"{found.line.motor or ', '.join(found.motors)}", markup=False, soft_wrap=True,
@@ -130,14 +138,14 @@ def _is_name(name: str) -> bool:
     return name.isascii() and name.replace("-", "").replace("_", "").isalnum()
 
 
-def _boards_table(told: dict) -> Table:
+def _boards_table(told: dict) -> rich.table.Table:
     table = new_table("board", "kind", "port", "unit", "baud", "parity")
     for name, board in told["boards"].items():
         table.add_row(name, *("-" if value is None else str(value) for value in board.values()))
     return table
 
 
-def _motors_table(told: dict) -> Table:
+def _motors_table(told: dict) -> rich.table.Table:
     """Return a row a motor; limits per pixel, as commands use them."""
     table = new_table(
         "motor", "board", "axis", "kind", "dir", "steps per", "play", "speed", "accel"

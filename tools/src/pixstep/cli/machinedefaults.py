@@ -18,7 +18,7 @@ import click
 from click.core import ParameterSource
 
 from pixstep.cli.quantities import set_scale
-from pixstep.errors import UserError
+from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import SPEED, Quantity, Scale
 from pixstep.machine import finding
 
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from pixstep.machine.reading import Machine
 
 _FACTS_OF = "pixstep.machine"
-_OTHER_NAMES = {("line", "sim"): ["sim"], ("line", "plan"): ["ticks"]}
+_ANY_BOARD = (["board", "stop"], ["board", "info"])
+_OTHER_NAMES = {"line sim": ["sim"], "line plan": ["ticks"]}
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
 _FOLDERS = {
     "sim": "run",
@@ -53,8 +54,8 @@ class Facts(dict):
         return self[name] is not None
 
     def __getitem__(self, name: object) -> object:
-        param = self.params.get(name)
-        if param is None or name not in _FACTS or self.machine is None:
+        param = self.params.get(name) if isinstance(name, str) else None
+        if param is None or name not in _FACTS or self.found is None:
             return None
         try:
             return _FACTS[name](self)
@@ -63,8 +64,15 @@ class Facts(dict):
                 raise
             return None
 
+    @property
+    def machine(self) -> Machine:
+        """The machine in force, where a fact of it is wanted: then there is one."""
+        if self.found is None:
+            raise UserError("no machine file")
+        return self.found
+
     @cached_property
-    def machine(self) -> Machine | None:
+    def found(self) -> Machine | None:
         """The machine in force, None if there is none."""
         path = finding.find(self.given)
         if path is None and self.names:
@@ -75,11 +83,16 @@ class Facts(dict):
         if path is None:
             return None
         machine = self._load(path)
-        for name in self.names if machine else ():
-            _ = machine[name]
-        if machine and self.own_motor in machine.motors:
-            self.names = (self.own_motor,)
+        if machine is not None:
+            self._choose(machine)
         return machine
+
+    def _choose(self, machine: Machine) -> None:
+        """Take the motors that are named; one that the file does not have is refused."""
+        for name in self.names:
+            _ = machine[name]
+        if self.own_motor is not None and self.own_motor in machine.motors:
+            self.names = (self.own_motor,)
 
     def _load(self, path: Path) -> Machine | None:
         """Read a file; one that is wrong must not keep anybody from stopping a board."""
@@ -120,7 +133,7 @@ class Facts(dict):
 
     def scale(self) -> Scale | None:
         """Return steps per unit of length; None without a machine, or if motors differ."""
-        if self.machine is None:
+        if self.found is None:
             return None
         scales = {motor.steps_per_unit for motor in self.motors}
         return scales.pop() if len(scales) == 1 else None
@@ -130,24 +143,56 @@ class Facts(dict):
         value = self.ctx.params.get(name)
         return value if isinstance(value, (str, tuple, bool, Path)) else None
 
+    def several(self, name: str) -> tuple[object, ...]:
+        """Return the values that a parameter has so far, none or one or more."""
+        value = self.said(name)
+        if isinstance(value, tuple):
+            return value
+        return () if value is None else (value,)
+
     def multiple(self, name: str) -> bool:
         """True if a parameter of the command may be given several times."""
         return bool(getattr(self.params[name], "multiple", False))
 
     def other_kind(self) -> bool:
         """True if the command line says another kind of motor than the file."""
-        words = self.said("decode") or ()
-        words = (words,) if isinstance(words, str) else words
-        kinds = {motor.decode for motor in self.motors}
-        if self.said("plain"):
-            words = ("plain",)
-        return bool(set(words) - kinds)
+        words = ("plain",) if self.said("plain") else self.several("decode")
+        return bool(set(words) - {motor.decode for motor in self.motors})
 
 
-def in_force(ctx: click.Context) -> str | None:
-    """Return the path of the machine file that a command used, for its JSON."""
+def told(ctx: click.Context | None) -> dict[str, str | None]:
+    """Return the machine file that gave a command a default, for its JSON; None if none did.
+
+    A command that no file could give any has nothing to tell.
+    """
+    if ctx is None or _FACTS_OF not in ctx.meta:
+        return {}
+    used = _used(ctx)
+    return {"machine": str(used.path) if used else None}
+
+
+def _used(ctx: click.Context) -> Machine | None:
+    """Return the machine that a command has asked for a default; it is not read only for this."""
     facts = ctx.meta.get(_FACTS_OF)
-    return None if facts is None or facts.machine is None else str(facts.machine.path)
+    return None if facts is None else vars(facts).get("found")
+
+
+def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
+    """Refuse a connected board of another kind than the machine file that is used says.
+
+    Stopping goes on, and so does what shows which board it is: both only note it.
+    """
+    used = _used(ctx)
+    if used is None:
+        return
+    for name, board in used.boards.items():
+        if (board.port, board.unit) != (port, unit) or board.kind == kind:
+            continue
+        said = f"{used.path} has boards.{name} as a {board.kind}"
+        text = f"board {unit} on {port} is a {kind}; {said}"
+        if _words(ctx) not in _ANY_BOARD:
+            raise RefusedError(text)
+        click.echo(f"note: {text}", err=True)
 
 
 def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
@@ -173,7 +218,7 @@ def _decode(facts: Facts) -> object:
         return None
     if not facts.multiple("decode"):
         return facts.motor.decode
-    files = len(facts.said("csv") or ())
+    files = len(facts.several("csv"))
     if files != len(facts.motors):
         raise UserError(
             f"{files} lines for {len(facts.motors)} motor{'s' if len(facts.motors) > 1 else ''}: "
@@ -347,12 +392,14 @@ def _words(ctx: click.Context) -> list[str]:
     while ctx.parent is not None:
         words.insert(0, ctx.info_name or "")
         ctx = ctx.parent
-    return _OTHER_NAMES.get(tuple(words), words)
+    return _OTHER_NAMES.get(" ".join(words), words)
 
 
-def _note_motor(ctx: click.Context, _param: click.Parameter, value: object) -> None:
+def _note_motor(
+    ctx: click.Context, _param: click.Parameter, value: str | tuple[str, ...] | None
+) -> None:
     if value:
-        _facts(ctx).names = (value,) if isinstance(value, str) else tuple(value)
+        _facts(ctx).names = (value,) if isinstance(value, str) else value
 
 
 def _note_own_motor(ctx: click.Context, _param: click.Parameter, value: str | None) -> str | None:

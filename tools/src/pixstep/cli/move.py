@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """`pixstep move make`, `move show`, `move sim`: fast moves of exactly N steps."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import click
-from rich.console import Console
 
 from pixstep import formats, progress
 from pixstep.board import boards
@@ -20,8 +23,14 @@ from pixstep.cli.options import (
 )
 from pixstep.cli.results import deliver
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.moves import fastsim, fasttask
 from pixstep.simulation import report
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 _MOST_ROWS = 40
 
@@ -80,7 +89,7 @@ def move_sim(ctx, board, axis, out, plot, details, as_json, **options):
     with progress.shown("moving") as show:
         done = fasttask.simulate(job, out, plot=plot, progress=show)
 
-    def page(console: Console, summary: dict) -> None:
+    def page(console: rich.console.Console, summary: dict) -> None:
         report.print_page(console, summary, details=details)
         click.echo(headline(job.move, job.pixel_hz))
         click.echo(
@@ -110,7 +119,7 @@ def _print_runs(job: fastsim.MoveJob) -> None:
             table.add_row(span, str(count), f"{float(count * job.pixel_hz):g}", str(place))
         elif index == hidden.start:
             table.add_row("...", "", "", "")
-    Console(highlight=False).print(table)
+    rich.console.Console(highlight=False).print(table)
 
 
 def _known(value: int | None) -> str:

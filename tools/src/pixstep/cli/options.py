@@ -12,6 +12,7 @@ import click
 
 from pixstep import atomic, formats
 from pixstep.board import boards
+from pixstep.cli import machinedefaults
 from pixstep.cli.command import FOLDER, PICTURE
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
@@ -119,8 +120,9 @@ def plot_option(*other: str, what: str = "Draw into a file") -> Callable:
 
 
 def show_json(facts: dict) -> None:
-    """Print facts as JSON, with the version of its layout."""
-    click.echo(json.dumps({"schema": SCHEMA, **facts}, indent=2))
+    """Print facts as JSON, with the version of its layout and the machine file that was used."""
+    machine = machinedefaults.told(click.get_current_context(silent=True))
+    click.echo(json.dumps({"schema": SCHEMA, **machine, **facts}, indent=2))
 
 
 def show_json_row(facts: dict) -> None:

@@ -23,11 +23,10 @@ from pixstep.cli.quantities import (
     limit_options,
     scale_of,
     whole_limit,
-    whole_speed,
 )
 from pixstep.cli.show import drawn_limits, show_drawing, used_frequency
 from pixstep.errors import UserError
-from pixstep.lines import linecheck
+from pixstep.lines import linecheck, units
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.profiles import generator, names, page, readings
 from pixstep.profiles.drawing import Drawing
@@ -91,7 +90,8 @@ def profile_show(ctx, file, decode, speed, raw, lenient, plot, as_json, **limits
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
     hz = used_frequency(ctx, read.path, read.header)
-    speed = None if speed is None else whole_speed(speed, hz, scale_of(ctx), smooth=decode != PLAIN)
+    if speed is not None:
+        speed = units.whole_speed(speed, hz, scale_of(ctx), smooth=decode != PLAIN)
     decode = decode or _motor(file) or SMOOTH
     counts = _counts(read, decode, speed)
     line = Line(counts, decode, name=str(file))

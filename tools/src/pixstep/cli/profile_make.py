@@ -99,15 +99,10 @@ def _prn_path(
         if motor or variant:
             raise UserError(f"{output}: a file name is given, --motor and --variant have no use")
         return output
-    missing = [
-        option
-        for option, value in (("--motor", motor), ("--variant", variant), ("--pixel-hz", hz))
-        if value is None
-    ]
-    if missing:
-        raise UserError(
-            f"the conventional name needs {', '.join(missing)}; or give a file name with -o"
-        )
+    if motor is None or variant is None or hz is None:
+        parts = {"--motor": motor, "--variant": variant, "--pixel-hz": hz}
+        missing = ", ".join(option for option, value in parts.items() if value is None)
+        raise UserError(f"the conventional name needs {missing}; or give a file name with -o")
     return (output or Path()) / names.conventional(motor, hz, variant)
 
 

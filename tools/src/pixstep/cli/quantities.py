@@ -142,35 +142,5 @@ def limit_options(command: Callable) -> Callable:
 
 
 def whole_limit(quantity: Quantity | None, hz: Fraction | None, *, least: int = 1) -> int | None:
-    """Return a limit as whole steps/px^order, rounded down.
-
-    Raises UserError for a limit below `least`, and for one per second without a frequency.
-    """
-    if quantity is None:
-        return None
-    value = quantity.per_pixel(hz)
-    if value < least:
-        kind = units.unit(quantity.order)
-        figure = units.number_text(value)
-        raise UserError(f"{quantity.text} is {figure} {kind}: at least {least} {kind}")
-    return int(value)
-
-
-def whole_speed(
-    quantity: Quantity, hz: Fraction | None, scale: Scale | None, *, smooth: bool
-) -> int:
-    """Return a speed in whole steps/px; raises UserError naming the nearest legal ones.
-
-    The caller refuses an odd speed of a smooth line.
-    """
-    value = quantity.per_pixel(hz)
-    if value.denominator == 1:
-        return int(value)
-    step = 2 if smooth else 1
-    below = int(value // step) * step
-    legal = [speed for speed in (below, below + step) if speed > 0]
-    kind = "an even whole number, as a smooth line needs" if smooth else "a whole number"
-    raise UserError(
-        f"speed {quantity.text} is {units.number_text(value)} steps/px, not {kind}: nearest legal "
-        f"{' and '.join(units.both_text(speed, SPEED, hz, scale) for speed in legal)}"
-    )
+    """Return a limit that may be missing as whole steps/px^order; see `units.whole_limit`."""
+    return None if quantity is None else units.whole_limit(quantity, hz, least=least)

@@ -1,23 +1,30 @@
 # SPDX-License-Identifier: MIT
 """What a simulated run says at its end."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from pathlib import Path
-
-from rich.console import Console
+from typing import TYPE_CHECKING
 
 from pixstep.cli.options import show_json
+from pixstep.lazy import lazy
 from pixstep.simulation import report
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 
 def deliver(
-    summary: dict, out: Path, page: Callable[[Console, dict], None], *, as_json: bool
+    summary: dict, out: Path, page: Callable[[rich.console.Console, dict], None], *, as_json: bool
 ) -> int:
     """Print a summary as JSON, or its page and the files in `out`; return the exit status."""
     if as_json:
         show_json(summary)
     else:
-        console = Console(highlight=False)
+        console = rich.console.Console(highlight=False)
         page(console, summary)
         report.print_files(console, out)
     return report.exit_status(summary)

@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line compensate`: take up the play at the reversals of a plain line."""
 
+from __future__ import annotations
+
 from dataclasses import asdict
+from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich import box
-from rich.console import Console
-from rich.table import Table
 
 from pixstep import atomic, formats
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import HZ, json_option, plot_option, raw_option, say, show_json, teller
-from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType, whole_limit
+from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+from pixstep.lines import units
 from pixstep.lines.linecheck import MAX_COUNT
-from pixstep.lines.units import parse_pixels
 from pixstep.reversals.compensate import (
     FIRST,
     INITIAL_DIRECTIONS,
@@ -26,6 +28,13 @@ from pixstep.reversals.compensate import (
     compensate,
 )
 from pixstep.reversals.takeup import MotionLimits
+
+if TYPE_CHECKING:
+    import rich.box
+    import rich.console
+    import rich.table
+else:
+    rich = lazy("rich")
 
 
 class _Pixels(click.ParamType):
@@ -40,7 +49,7 @@ class _Pixels(click.ParamType):
         if value == "auto":
             return None
         try:
-            pixels = parse_pixels(value)
+            pixels = units.parse_pixels(value)
         except UserError:
             pixels = 0
         if pixels < 1:
@@ -105,27 +114,31 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     with atomic.together():
         formats.write_csv(output, list(made.counts), read.header)
         if plot:
-            _draw(made, request, csv, plot)
+            _draw(made, request, csv, options["pixel_hz"], plot)
     if as_json:
         show_json(_report(csv, output, request, made))
     else:
-        _print(Console(highlight=False, stderr=atomic.is_stdout(output)), output, request, made)
+        _print(
+            rich.console.Console(highlight=False, stderr=atomic.is_stdout(output)),
+            output,
+            request,
+            made,
+        )
     ctx.exit(0 if made.complete else 1)
 
 
 def _limits(options: dict) -> MotionLimits:
     """Return what the motor can do; no pixel holds more than MAX_COUNT steps."""
     hz = options["pixel_hz"]
-    acceleration, slow, fast = (
-        whole_limit(options[name], hz) for name in ("max_acceleration", "start_stop", "max_speed")
-    )
+    names = ("max_acceleration", "start_stop", "max_speed")
+    acceleration, slow, fast = (units.whole_limit(options[name], hz) for name in names)
     return MotionLimits(acceleration, slow, min(fast, MAX_COUNT))
 
 
-def _draw(made: Compensated, request: Request, csv: Path, plot: Path) -> None:
+def _draw(made: Compensated, request: Request, csv: Path, hz: Fraction | None, plot: Path) -> None:
     from pixstep.reversals import picture  # matplotlib takes a second to load
 
-    picture.draw(made, request, str(csv), plot)
+    picture.draw(made, request, str(csv), hz, plot)
 
 
 def _report(csv: Path, output: Path, request: Request, made: Compensated) -> dict:
@@ -146,7 +159,9 @@ def _report(csv: Path, output: Path, request: Request, made: Compensated) -> dic
     }
 
 
-def _print(console: Console, output: Path, request: Request, made: Compensated) -> None:
+def _print(
+    console: rich.console.Console, output: Path, request: Request, made: Compensated
+) -> None:
     """Print one row a reversal and the summary."""
     tell = teller(output)
     if made.transitions:
@@ -171,8 +186,8 @@ def _print(console: Console, output: Path, request: Request, made: Compensated) 
         )
 
 
-def _table(transitions: tuple[Transition, ...]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+def _table(transitions: tuple[Transition, ...]) -> rich.table.Table:
+    table = rich.table.Table(box=rich.box.SIMPLE_HEAD, pad_edge=False)
     names = ("from", "to", "way", "taken up", "extra", "speed", "accel", "load off", "right from")
     for name in names:
         table.add_column(name, justify="right", no_wrap=True)

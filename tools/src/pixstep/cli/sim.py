@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """`pixstep sim` and `pixstep demo`: lines on a simulated board, judged."""
 
+from __future__ import annotations
+
 import functools
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
 
 from pixstep import demo, progress
 from pixstep.board import boards, limits
@@ -27,11 +29,17 @@ from pixstep.cli.options import (
 from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
+from pixstep.lazy import lazy
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.simulation import report
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import simulate
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 
 @command("sim")
@@ -122,7 +130,7 @@ def sim(ctx, csv, board, decode, backlash, out, check, plot, details, as_json, *
 @click.pass_context
 def demo_command(ctx, out, serial_load, as_json):
     """Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD."""
-    console = Console(highlight=False, quiet=as_json)
+    console = rich.console.Console(highlight=False, quiet=as_json)
     done = demo.run(console, out, serial_load=serial_load)
     if as_json:
         show_json(done.summary)

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """`pixstep trajectory`: tables of two axes, play taken up at reversals, the circle test."""
 
+from __future__ import annotations
+
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console
 
 from pixstep import progress
 from pixstep.board import boards, capability
@@ -38,6 +40,7 @@ from pixstep.cli.trajectoryoptions import (
     unit_of,
 )
 from pixstep.errors import NEGATIVE, UserError
+from pixstep.lazy import lazy
 from pixstep.simulation.report import exit_status, new_table, print_files, ticks_text
 from pixstep.trajectories import choose, circle, circletest, files, host, transitions
 from pixstep.trajectories.boardsim import BoardJob
@@ -46,6 +49,11 @@ from pixstep.trajectories.circletest import RUNS, CircleTest
 from pixstep.trajectories.table import AXES, MOST_RECORDS, Table
 from pixstep.trajectories.trace import Trace, Unit, of_points
 from pixstep.trajectories.transitions import AxisPlay, Compensated
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 _BOTH = "both"
 _count = click.IntRange(0, MOST_RECORDS)
@@ -227,7 +235,7 @@ def sim_command(
     if as_json:
         show_json(summary)
     else:
-        console = Console(highlight=False)
+        console = rich.console.Console(highlight=False)
         _print_summary(console, summary)
         print_files(console, out)
     ctx.exit(exit_status(summary))
@@ -356,7 +364,7 @@ def _roundness_text(found: dict, unit: Unit) -> str:
     )
 
 
-def _print_summary(console: Console, summary: dict) -> None:
+def _print_summary(console: rich.console.Console, summary: dict) -> None:
     """Print the verdict and a row for each run."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     plays = " and ".join(map(str, summary["play_steps"]))

@@ -46,19 +46,23 @@ def convert(
 
     Raises UserError for what would be lost or mistaken without a word of the user's.
     """
-    from_prn, to_prn = isinstance(file, PrnFile), request.to == PRN_KIND
-    _check_options(from_prn, to_prn, request)
-    if from_prn and to_prn:
-        return PrnFile(file.values), _ends_note(file.ends)
-    if from_prn:
-        values = MotionFile((Block(file.values, len(file.values)),))
-        made, notes = _to_motion(values, request)
+    to_prn = request.to == PRN_KIND
+    _check_options(isinstance(file, PrnFile), to_prn, request)
+    if isinstance(file, PrnFile):
+        made, notes = _from_prn(file, request)
     elif to_prn:
         bare, notes = _without_header(_chosen(file, request), "a PRN has none")
         made = PrnFile(bare.values)
     else:
         made, notes = _to_motion(_chosen(file, request), request)
     return made, _ends_note(file.ends) + notes
+
+
+def _from_prn(file: PrnFile, request: Request) -> tuple[PrnFile | MotionFile, tuple[str, ...]]:
+    """Return a profile's values in the format asked for."""
+    if request.to == PRN_KIND:
+        return PrnFile(file.values), ()
+    return _to_motion(MotionFile((Block(file.values, len(file.values)),)), request)
 
 
 def _check_options(from_prn: bool, to_prn: bool, request: Request) -> None:
@@ -95,7 +99,7 @@ def _to_motion(file: MotionFile, request: Request) -> tuple[MotionFile, tuple[st
     if not request.changes.given:
         return made, ()
     if made.header:
-        header = replace(made.header, **request.changes.given)
+        header = ProfileHeader(**{**vars(made.header), **request.changes.given})
         changed = ", ".join(request.changes.given)
         return replace(made, header=header), (f"header: {changed} changed",)
     header = _new_header(request.changes)

@@ -16,6 +16,7 @@ All numbers are little-endian. n follows from the length of the file.
 import struct
 import zlib
 from dataclasses import replace
+from pathlib import Path
 
 from pixstep.errors import UserError
 from pixstep.formats.findings import Findings, shown, shown_path
@@ -55,7 +56,7 @@ def parse_csb(data: bytes, findings: Findings, *, raw: bool = False) -> MotionFi
     return _make(rows, header, raw, start, findings)
 
 
-def encode_csb(file: MotionFile, path: object) -> bytes:
+def encode_csb(file: MotionFile, path: Path | str) -> bytes:
     """Return the bytes of a CSB. Raises UserError for a value or a header that does not fit."""
     text = b""
     if file.header:

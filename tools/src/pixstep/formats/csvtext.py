@@ -4,6 +4,7 @@
 import re
 from dataclasses import replace
 from itertools import islice
+from pathlib import Path
 
 from pixstep.formats.findings import Findings
 from pixstep.formats.header import HEADER_LINES, HEADER_WIDTH, check_header, parse_header
@@ -41,7 +42,7 @@ def parse_csv(data: bytes, findings: Findings, *, raw: bool = False) -> MotionFi
     return made and replace(made, ends=find_line_ends(data))
 
 
-def encode_csv(file: MotionFile, path: object) -> bytes:
+def encode_csv(file: MotionFile, path: Path | str) -> bytes:
     """Return the bytes of a CSV. Raises UserError for a value or a header that does not fit."""
     rows = []
     if file.header:

@@ -10,6 +10,7 @@ from pixstep.formats.meaning import FIELDS, VALUES, header_fields, line_figures,
 from pixstep.formats.motion import (
     BARE,
     BLOCKS,
+    CSB_KIND,
     CSV_KIND,
     RAW,
     Block,
@@ -40,10 +41,10 @@ def describe(path: Path, *, raw: bool = False) -> dict:
         if not again.findings.refused:
             blocks_refused, read = read.findings.in_order()[0].text(path), again
     file = read.required()
-    smooth, plain = VALUES[read.kind]
+    smooth, plain = VALUES[file.kind]
     common = {
         "file": str(path),
-        "kind": read.kind,
+        "kind": file.kind,
         "why": read.why,
         "bytes": len(read.data),
         "sha256": hashlib.sha256(read.data).hexdigest(),
@@ -113,10 +114,10 @@ def _other_readings(file: MotionFile, read: Examined, blocks_refused: str | None
         _, text = _line_row(line_figures(1, Block(rows, len(rows))))
         return [f"raw (--raw): {text}"]
     if file.reading == RAW:
-        blocks = examine(read.path, LENIENT)
+        blocks = examine(read.path, LENIENT, kinds=(CSV_KIND, CSB_KIND))
         if blocks.findings.refused:
             return [f"numbered blocks: refused: {blocks.findings.in_order()[0].text(read.path)}"]
-        return [f"numbered blocks: {counted(len(blocks.required().blocks), 'line')}"]
+        return [f"numbered blocks: {counted(len(blocks.required_motion().blocks), 'line')}"]
     if could_be_blocks(file.rows):
         return [f"numbered block without its header: line 1 of {file.rows[1]} values"]
     return []

@@ -35,6 +35,13 @@ class Examined:
             raise AssertionError(f"{self.path}: refused without an error")
         return replace(self.file, notes=self.findings.notes(self.path))
 
+    def required_motion(self) -> MotionFile:
+        """Return what a file holds that was examined as CSV or CSB alone, as `required` does."""
+        file = self.required()
+        if isinstance(file, PrnFile):
+            raise AssertionError(f"{self.path}: a PRN, though none was asked for")
+        return file
+
 
 def examine(
     path: Path, rules: Rules = STRICT, *, raw: bool = False, kinds: tuple[str, ...] = KINDS
@@ -57,7 +64,7 @@ def examine_bytes(
     """Do what `examine` does with bytes that are loaded already and are not empty."""
     found = recognise(data)
     findings = Findings(rules)
-    file = None
+    file: PrnFile | MotionFile | None = None
     kind = found.kind or _diagnosed_as(path, kinds)
     if kind not in kinds:
         _refuse_kind(data, found.kind, found.why, kinds, findings)

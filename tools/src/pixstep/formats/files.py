@@ -75,7 +75,7 @@ def write_motion(path: Path, file: MotionFile) -> None:
     atomic.write_bytes(path, encode(file, path))
 
 
-def encode(file: PrnFile | MotionFile, path: object = "file") -> bytes:
+def encode(file: PrnFile | MotionFile, path: Path | str = "file") -> bytes:
     """Return the bytes of a file: the very ones that it was read from, if it was read."""
     if isinstance(file, PrnFile):
         return file.encode(path)
@@ -84,7 +84,7 @@ def encode(file: PrnFile | MotionFile, path: object = "file") -> bytes:
 
 def _read(path: Path, kinds: tuple[str, ...], raw: bool, lenient: bool, strict: bool) -> MotionFile:
     rules = LENIENT if lenient else STRICT if strict else _EDITED
-    return examine(path, rules, raw=raw, kinds=kinds).required()
+    return examine(path, rules, raw=raw, kinds=kinds).required_motion()
 
 
 def _require_values(path: Path, values: Sequence[int]) -> None:

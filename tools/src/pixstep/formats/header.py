@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 
 from pixstep.errors import UserError
 from pixstep.formats.findings import Findings, shown, shown_path
@@ -126,7 +127,7 @@ def parse_header(lines: Sequence[bytes], findings: Findings) -> ProfileHeader | 
     return made
 
 
-def check_header(header: ProfileHeader, path: object) -> None:
+def check_header(header: ProfileHeader, path: Path | str) -> None:
     """Raise UserError for a header that cannot be written so that it is read back the same."""
     fields = (
         (_TIMESTAMP, header.timestamp, "timestamp"),
@@ -204,6 +205,8 @@ def _check_frequency(rows: Sequence[str], findings: Findings) -> None:
 def _check_date(header: ProfileHeader, findings: Findings) -> None:
     """Warn of a date that no calendar has, or of the wrong day of the week."""
     found = _CTIME.fullmatch(header.timestamp)
+    if found is None:  # refused before
+        return
     day_name, month, day, hour, *_, year = found.groups()
     try:
         date = datetime.datetime(int(year), _MONTHS.index(month) + 1, int(day), int(hour))

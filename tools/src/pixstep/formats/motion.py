@@ -59,7 +59,7 @@ class MotionFile:
         """Every integer of the data in the order of the file."""
         if self.reading != BLOCKS:
             return list(self.blocks[0].values)
-        rows = []
+        rows: list[int] = []
         for number, block in enumerate(self.blocks, 1):
             rows += (number, block.declared, *block.values)
         return rows
@@ -101,11 +101,11 @@ def make_file(
         findings.error("no_values", *place(0), "no values")
         return None
     if header is None or raw:
-        blocks = (Block(tuple(rows), len(rows)),)
         reading = RAW if header else BARE
+        blocks: tuple[Block, ...] = (Block(tuple(rows), len(rows)),)
     else:
-        blocks = _blocks(rows, header, place, findings)
         reading = BLOCKS
+        blocks = _blocks(rows, header, place, findings)
     if header and blocks:
         _check_haps(header, blocks, findings)
     return MotionFile(blocks, header, reading) if blocks else None
@@ -120,7 +120,8 @@ def _blocks(
     rows: list[int], header: ProfileHeader, place: RowPlace, findings: Findings
 ) -> tuple[Block, ...]:
     """Split rows into numbered blocks; a refused one ends the reading and gives none."""
-    blocks, start = [], 0
+    blocks: list[Block] = []
+    start = 0
     while start < len(rows) and len(blocks) < header.lines:
         block = _block(rows, start, len(blocks) + 1, place, findings)
         if block is None:

@@ -4,6 +4,7 @@
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from pixstep.errors import UserError
 from pixstep.formats.findings import Findings, shown, shown_path
@@ -85,7 +86,7 @@ def odd_byte(text: bytes) -> tuple[str, int, str] | None:
 
 
 def number_texts(
-    values: Iterable[int], columns: Columns, path: object, first: int = 1
+    values: Iterable[int], columns: Columns, path: Path | str, first: int = 1
 ) -> list[str]:
     """Return the records of values. Raises UserError for one that does not fit its columns."""
     rows = []

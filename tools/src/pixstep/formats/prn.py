@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from pixstep.formats.findings import Findings
 from pixstep.formats.numbers import PRN_COLUMNS, number_texts, read_numbers
@@ -32,7 +33,7 @@ class PrnFile:
 
     kind = KIND
 
-    def encode(self, path: object = KIND) -> bytes:
+    def encode(self, path: Path | str = KIND) -> bytes:
         """Return the bytes of the file. Raises UserError for a value that does not fit."""
         return join_records(number_texts(self.values, PRN_COLUMNS, path), self.ends)
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The firmware's motion core, bound into Python: its line check and the ticks that it plans."""
 
+from __future__ import annotations
+
 import importlib.machinery
 import importlib.util
 import sys
@@ -9,11 +11,16 @@ from dataclasses import astuple, dataclass
 from fractions import Fraction
 from functools import cache
 from types import ModuleType
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from pixstep import natives, tables
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 FIRST_WARNING = 32  # codes from here on are warnings: the line is taken
 LIBRARY = "_core.pyd" if sys.platform == "win32" else "_core.abi3.so"
@@ -104,7 +111,7 @@ def _words(entries: Iterable[Entry]) -> list[Entry]:
     return [((count + 0x8000 & 0xFFFF) - 0x8000, repeat) for count, repeat in entries]
 
 
-def _limits(limits: CoreLimits):
+def _limits(limits: CoreLimits) -> Any:  # of cffi, which has no types
     return _core().ffi.new("struct line_limits *", astuple(limits))
 
 
@@ -114,7 +121,7 @@ def _code(number: int, pixel: int) -> Code:
 
 
 @cache
-def codes() -> dict[int, dict]:
+def codes() -> dict[int, dict[str, Any]]:
     """Return the rows of the firmware's table of line errors by number."""
     return {row["code"]: row for row in tables.table("line_errors")}
 

@@ -11,14 +11,21 @@ backlash B at line speed V the first pixels, up to the boundary where V is reach
 period early and B steps at speed V fill the gap.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from math import isqrt
+from math import isqrt, sqrt
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from pixstep.lazy import lazy
 from pixstep.lines.line import Line
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +61,7 @@ class Instant:
         return tick == whole or (tick == whole + 1 and not self.is_integer())
 
     def __float__(self) -> float:
-        return (self.x + self.y * self.d**0.5) / self.e
+        return (self.x + self.y * sqrt(self.d)) / self.e
 
 
 @dataclass(frozen=True, slots=True)

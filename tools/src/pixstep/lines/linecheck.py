@@ -111,7 +111,7 @@ def exit_status(findings: list[Finding]) -> int:
     return 1 if findings else 0
 
 
-def as_json(findings: list[Finding]) -> list[dict]:
+def as_json(findings: list[Finding]) -> list[dict[str, str | int]]:
     """Return the findings as plain data."""
     return [asdict(item) for item in findings]
 

@@ -1,17 +1,24 @@
 # SPDX-License-Identifier: MIT
 """The edges that a board will make, planned by the firmware's own core: ticks and positions."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.errors import RefusedError
+from pixstep.lazy import lazy
 from pixstep.lines import core, linecheck
 from pixstep.lines.core import CoreLimits
 from pixstep.lines.line import Line
 from pixstep.lines.rational import refuse_period
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 EDGES, PIXELS = ("step", "tick"), ("pixel", "tick", "expected_steps")
 _SHORTEST_TICKS = 64  # below this the core's ring cannot be filled in time on any board

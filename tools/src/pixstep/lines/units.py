@@ -163,6 +163,39 @@ def parse_length_unit(name: str) -> tuple[str, Fraction] | None:
     return _LENGTHS.get(_plain(name.strip()))
 
 
+def whole_limit(quantity: Quantity, hz: Fraction | None, *, least: int = 1) -> int:
+    """Return a limit as whole steps/px^order, rounded down.
+
+    Raises UserError for a limit below `least`, and for one per second without a frequency.
+    """
+    value = quantity.per_pixel(hz)
+    if value < least:
+        kind = unit(quantity.order)
+        figure = number_text(value)
+        raise UserError(f"{quantity.text} is {figure} {kind}: at least {least} {kind}")
+    return int(value)
+
+
+def whole_speed(
+    quantity: Quantity, hz: Fraction | None, scale: Scale | None = None, *, smooth: bool
+) -> int:
+    """Return a speed in whole steps/px; raises UserError naming the nearest legal ones.
+
+    The caller refuses an odd speed of a smooth line.
+    """
+    value = quantity.in_steps(scale).per_pixel(hz)
+    if value.denominator == 1:
+        return int(value)
+    step = 2 if smooth else 1
+    below = int(value // step) * step
+    legal = [speed for speed in (below, below + step) if speed > 0]
+    kind = "an even whole number, as a smooth line needs" if smooth else "a whole number"
+    raise UserError(
+        f"speed {quantity.text} is {number_text(value)} steps/px, not {kind}: nearest legal "
+        f"{' and '.join(both_text(speed, SPEED, hz, scale) for speed in legal)}"
+    )
+
+
 def unit(order: int, *, per_second: bool = False, length: str = STEP) -> str:
     """Return the name of a unit: steps, steps/px, steps/s2, mm/s."""
     if order == DISTANCE:

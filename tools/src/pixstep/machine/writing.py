@@ -3,8 +3,6 @@
 
 from pathlib import Path
 
-import tomlkit
-
 from pixstep import atomic, tomltext
 from pixstep.errors import UserError
 from pixstep.machine.reading import Machine
@@ -17,6 +15,8 @@ def set_backlash(path: Path, motor: str, steps: int) -> None:
     """
     Machine.load(path)[motor]  # names the mistake of a wrong file, and a motor that is not there
     text, _ = tomltext.read(path)
+    import tomlkit  # takes long to load
+
     document = tomlkit.parse(text)
     try:
         document["motors"][motor]["backlash"] = f"{steps} steps"

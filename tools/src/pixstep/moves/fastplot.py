@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures of a fast move: speed and position over time, planned and made."""
+"""Pictures of a fast move: speed and position over the pixels, planned and made."""
 
 from pathlib import Path
 
@@ -7,11 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
 
 from pixstep import plotting
 from pixstep.moves.fastsim import MoveJob, MoveRun
-from pixstep.plotting import FAINT, IDEAL, INK, MADE
+from pixstep.plotting import FAINT, IDEAL, INK, MADE, number
 from pixstep.simulation.report import ticks_text
 
 _MOST_DOTS = 60_000
@@ -42,21 +41,21 @@ def _figure(job: MoveJob, done: MoveRun | None) -> Figure:
     if done:
         _draw_made(done, speed, position)
     _finish_speed(speed, job)
-    _finish_position(position, job, times[-1])
+    _finish_position(position, job)
     handles = [Line2D([], [], color=IDEAL, lw=4, alpha=0.6, label="plan")]
     if done:
         handles.append(Line2D([], [], color=MADE, lw=1.6, label="STEP edges"))
     where = "upper right" if job.move.steps > 0 else "lower right"  # where no curve is
     speed.legend(handles=handles, loc=where, ncols=2, labelcolor=INK)
-    return figure
+    return plotting.write_numbers(figure)
 
 
 def _planned(job: MoveJob) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return pixel ends in seconds (from 0), signed steps/s in each pixel, steps at its ends."""
+    """Return pixel edges (from 0), signed steps/s in each pixel, steps at its edges."""
     counts = np.array(job.move.counts, dtype=np.int64)
     hz = float(job.pixel_hz)
     return (
-        np.arange(len(counts) + 1) / hz,
+        np.arange(len(counts) + 1),
         counts * hz,
         np.concatenate([[0], np.cumsum(counts)]),
     )
@@ -69,14 +68,14 @@ def _draw_made(done: MoveRun, speed: Axes, position: Axes) -> None:
     zero = done.judged.summary["line_zero_cycle"]
     if zero is None:
         return
-    seconds = (edges.rising - zero) / done.result.job.tick_hz
+    pixels = (edges.rising - zero) / float(done.result.job.period)
     signs = edges.directions()
     places = np.cumsum(signs)
-    every = max(1, len(seconds) // _MOST_DOTS)
-    position.plot(np.append(0, seconds[::every]), np.append(0, places[::every]), color=MADE, lw=1.3)
-    if len(seconds) > 1:
-        rates = signs[1:] / np.diff(seconds)
-        middle = (seconds[1:] + seconds[:-1]) / 2
+    every = max(1, len(pixels) // _MOST_DOTS)
+    position.plot(np.append(0, pixels[::every]), np.append(0, places[::every]), color=MADE, lw=1.3)
+    if len(pixels) > 1:
+        rates = signs[1:] / np.diff(pixels) * float(job.pixel_hz)
+        middle = (pixels[1:] + pixels[:-1]) / 2
         size = 1.8 if len(middle) > 2000 else 4
         speed.plot(
             middle[::every], rates[::every], ".", ms=size, mew=0, color=MADE, rasterized=True
@@ -86,13 +85,12 @@ def _draw_made(done: MoveRun, speed: Axes, position: Axes) -> None:
 def _finish_speed(axes: Axes, job: MoveJob) -> None:
     axes.set_title("Speed")
     axes.set_ylabel("steps/s")
-    axes.yaxis.set_major_formatter(FuncFormatter(thousands))
     top = float(job.profile.top * job.pixel_hz) * (1 if job.move.steps > 0 else -1)
     reached = float(job.move.top * job.pixel_hz) * (1 if job.move.steps > 0 else -1)
     if abs(top) < 1.6 * abs(reached):
         axes.axhline(top, color=FAINT, lw=0.9, ls=(0, (4, 3)), zorder=0)
         axes.annotate(
-            f"profile's top {thousands(top)} steps/s",
+            f"profile's top {number(top)} steps/s",
             xy=(0, top),
             xycoords=axes.get_yaxis_transform(),
             xytext=(6, 4 if top > 0 else -4),
@@ -106,15 +104,15 @@ def _finish_speed(axes: Axes, job: MoveJob) -> None:
     axes.set_ylim(low, high)
 
 
-def _finish_position(axes: Axes, job: MoveJob, end_s: float) -> None:
+def _finish_position(axes: Axes, job: MoveJob) -> None:
+    end = job.move.pixels
     axes.set_title("Position")
     axes.set_ylabel("steps")
-    axes.set_xlabel("seconds after the start")
-    axes.yaxis.set_major_formatter(FuncFormatter(thousands))
-    axes.plot([end_s], [job.move.steps], "o", ms=6, mfc="white", mec=INK, mew=1.3, zorder=5)
+    plotting.time_axis(axes, job.pixel_hz)
+    axes.plot([end], [job.move.steps], "o", ms=6, mfc="white", mec=INK, mew=1.3, zorder=5)
     axes.annotate(
-        f"{thousands(job.move.steps)}",
-        xy=(end_s, job.move.steps),
+        number(job.move.steps),
+        xy=(end, job.move.steps),
         xytext=(0, -12 if job.move.steps > 0 else 12),
         textcoords="offset points",
         ha="right",
@@ -122,19 +120,19 @@ def _finish_position(axes: Axes, job: MoveJob, end_s: float) -> None:
         color=INK,
         weight="bold",
     )
-    axes.set_xlim(-0.01 * end_s, 1.02 * end_s)
+    axes.set_xlim(-0.01 * end, 1.02 * end)
     axes.margins(y=0.09)
 
 
 def _title(job: MoveJob) -> str:
-    return f"Fast move of {thousands(job.move.steps)} steps"
+    return f"Fast move of {number(job.move.steps)} steps"
 
 
 def _subtitle(job: MoveJob, done: MoveRun | None) -> str:
     move = job.move
     text = (
         f"{move.pixels} pixels at {float(job.pixel_hz):g} Hz = "
-        f"{move.seconds(job.pixel_hz):.3f} s, top {move.top} steps/pixel"
+        f"{move.seconds(job.pixel_hz):.3f} s, top {number(move.top)} steps/px"
     )
     if not done:
         return text
@@ -144,8 +142,3 @@ def _subtitle(job: MoveJob, done: MoveRun | None) -> str:
         return text
     worst = ticks_text(float(np.max(np.abs(errors))))
     return f"{text}; worst edge {worst} ticks from its exact instant"
-
-
-def thousands(value: float, _: object = None) -> str:
-    """Return a number with thin spaces between its thousands, and a real minus."""
-    return f"{value:,.0f}".replace(",", "\u2009").replace("-", "\u2212")

@@ -11,12 +11,11 @@ from matplotlib.lines import Line2D
 
 from pixstep import plotting
 from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
-from pixstep.moves.fastplot import thousands
 from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Homed, Leg
 from pixstep.moves.legjudge import leg_edges
-from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE
+from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, number
 
 # One colour a leg, in the order of LEGS.
 COLOURS = dict(zip(LEGS, ("#7b6ca8", MADE, IDEAL, "#c9a66b", BOARD, "#4c8c5c"), strict=True))
@@ -39,45 +38,50 @@ def _figure(run: HomeRun, verdict: str) -> Figure:
     panels = figure.subplot_mosaic(rows, width_ratios=widths, height_ratios=[1.6, 1])
     place, speed = panels["place"], panels["speed"]
     speed.sharex(place)
-    origin_s = run.legs[0].began_s
+    origin_px = run.legs[0].began_s * float(run.job.pixel_hz)
     for leg in run.legs:
-        _draw_place(place, run, leg, origin_s)
-        _draw_speed(speed, run, leg, origin_s)
+        _draw_place(place, run, leg, origin_px)
+        _draw_speed(speed, run, leg, origin_px)
     _finish_place(place, run)
     _finish_speed(speed, run)
     if run.homed:
         _draw_near(panels["near"], run, run.homed)
-    return figure
+    return plotting.write_numbers(figure)
 
 
-def _course(run: HomeRun, leg: Leg, origin_s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times (s) and the motor's places in the plant's steps at a leg's STEP edges."""
+def _ticks_px(run: HomeRun) -> float:
+    """Return the ticks of a pixel."""
+    return float(run.job.tick_hz / run.job.pixel_hz)
+
+
+def _course(run: HomeRun, leg: Leg, origin_px: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times (pixels) and the motor's places (steps of the plant) at a leg's STEP edges."""
     edges = leg_edges(run.edges, leg, run.job.tick_hz)
     rising, signs = edges.rising, edges.directions()
     first = int(np.searchsorted(run.edges.rising, rising[0])) if len(rising) else 0
     before = run.job.knob("start") + int(run.edges.directions()[:first].sum())
-    return rising / run.job.tick_hz - origin_s, before + np.cumsum(signs)
+    return rising / _ticks_px(run) - origin_px, before + np.cumsum(signs)
 
 
-def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_s: float, width: float = 2.2) -> None:
-    times, places = _course(run, leg, origin_s)
+def _draw_place(axes: Axes, run: HomeRun, leg: Leg, origin_px: float, width: float = 2.2) -> None:
+    times, places = _course(run, leg, origin_px)
     if len(times):
         axes.plot(times, places, color=COLOURS[leg.name], lw=width, solid_capstyle="round")
     if leg.trip and (edges := switch_edges(run, leg, leg.trip)):
-        when = edges[0] / run.job.tick_hz - origin_s
-        made = int(np.searchsorted(times, when + 1 / run.job.tick_hz)) - 1
+        when = edges[0] / _ticks_px(run) - origin_px
+        made = int(np.searchsorted(times, when + 1 / _ticks_px(run))) - 1
         marker, _ = _MARKERS[leg.trip.code]
         axes.plot(
             [when], [places[max(made, 0)]], marker, ms=7, mfc="white", mec=INK, mew=1.3, zorder=6
         )
 
 
-def _draw_speed(axes: Axes, run: HomeRun, leg: Leg, origin_s: float) -> None:
-    times, _ = _course(run, leg, origin_s)
+def _draw_speed(axes: Axes, run: HomeRun, leg: Leg, origin_px: float) -> None:
+    times, _ = _course(run, leg, origin_px)
     if len(times) < 2:
         return
     signs = leg_edges(run.edges, leg, run.job.tick_hz).directions()
-    rates = signs[1:] / np.diff(times)
+    rates = signs[1:] / np.diff(times) * float(run.job.pixel_hz)
     middle = (times[1:] + times[:-1]) / 2
     axes.plot(middle, rates, ".", ms=2.6, mew=0, color=COLOURS[leg.name], rasterized=True)
 
@@ -88,7 +92,6 @@ def _finish_place(axes: Axes, run: HomeRun) -> None:
     axes.set_title("Position of the motor")
     axes.set_ylabel("steps of the plant")
     axes.tick_params(labelbottom=False)
-    axes.yaxis.set_major_formatter(thousands)
     handles = [
         Line2D([], [], color=COLOURS[name], lw=2.6, label=name)
         for name in LEGS
@@ -102,14 +105,13 @@ def _finish_place(axes: Axes, run: HomeRun) -> None:
 def _finish_speed(axes: Axes, run: HomeRun) -> None:
     axes.set_title("Speed")
     axes.set_ylabel("steps/s")
-    axes.set_xlabel("seconds after the start")
-    axes.yaxis.set_major_formatter(thousands)
+    plotting.time_axis(axes, run.job.pixel_hz, "the start")
     top = float(run.job.plan.top * run.job.pixel_hz)
     for bound in (top, -top):
         axes.axhline(bound, color=FAINT, lw=0.9, ls=(0, (4, 3)), zorder=0)
     axes.set_ylim(-1.45 * top, 1.45 * top)
     axes.annotate(
-        f"HAPs {len(run.job.plan.ramp.counts)}: {thousands(top)} steps/s, never faster",
+        f"HAPs {len(run.job.plan.ramp.counts)}: {number(top)} steps/s, never faster",
         xy=(1, top),
         xycoords=axes.get_yaxis_transform(),
         xytext=(-4, 4),
@@ -137,7 +139,7 @@ def _switch(axes: Axes, run: HomeRun) -> None:
     axes.axhline(place, color=INK, lw=0.9, zorder=1)
     axes.set_ylim(bottom, top)
     axes.annotate(
-        f"home switch closes at {thousands(place)}",
+        f"home switch closes at {number(place)}",
         xy=(0, place),
         xycoords=axes.get_yaxis_transform(),
         xytext=(6, 3 * way),
@@ -157,7 +159,7 @@ def _limits(axes: Axes, run: HomeRun) -> None:
         if bottom < place < top:
             axes.axhline(place, color=BOARD, lw=1.1, ls=(0, (5, 3)))
             axes.annotate(
-                f"{name} limit switch at {thousands(place)}",
+                f"{name} limit switch at {number(place)}",
                 xy=(0, place),
                 xycoords=axes.get_yaxis_transform(),
                 xytext=(6, -4),
@@ -170,31 +172,30 @@ def _limits(axes: Axes, run: HomeRun) -> None:
     axes.set_ylim(bottom, top)
 
 
-def _counting_edge_s(run: HomeRun) -> float:
+def _counting_edge_px(run: HomeRun) -> float:
     """Return when the last captured edge came: the one that became position 0."""
     leg, trip = [(leg, leg.trip) for leg in run.legs if leg.trip][-1]
-    return switch_edges(run, leg, trip)[0] / run.job.tick_hz
+    return switch_edges(run, leg, trip)[0] / _ticks_px(run)
 
 
 def _draw_near(axes: Axes, run: HomeRun, homed: Homed) -> None:
     """Draw the legs around the edge that counts, step by step."""
     shown = [leg for leg in run.legs if leg.name in _FINAL and leg.steps]
-    origin_s = _counting_edge_s(run)
+    origin_px = _counting_edge_px(run)
     for leg in shown:
-        times, places = _course(run, leg, origin_s)
+        times, places = _course(run, leg, origin_px)
         axes.step(times, places, where="post", color=COLOURS[leg.name], lw=1.8)
         axes.plot(times, places, ".", ms=4, color=COLOURS[leg.name])
-        _draw_place(axes, run, leg, origin_s, width=0)
+        _draw_place(axes, run, leg, origin_px, width=0)
     axes.set_title("The edge that counts, every dot one step")
-    axes.set_xlabel("seconds from that edge")
-    axes.yaxis.set_major_formatter(thousands)
+    plotting.time_axis(axes, run.job.pixel_hz, "that edge")
     axes.margins(y=0.08)
     _switch(axes, run)
     if shown:
-        times, places = _course(run, shown[-1], origin_s)
+        times, places = _course(run, shown[-1], origin_px)
         axes.plot(times[-1:], places[-1:], "o", ms=8, mfc="white", mec=INK, mew=1.5, zorder=7)
         axes.annotate(
-            f"position {homed.position_steps}",
+            f"position {number(homed.position_steps)}",
             xy=(times[-1], places[-1]),
             xytext=(4, 14 if shown[-1].steps > 0 else -14),
             textcoords="offset points",
@@ -210,7 +211,7 @@ def _subtitle(run: HomeRun, verdict: str) -> str:
     way = "plus" if plan.direction > 0 else "minus"
     text = (
         f"{job.board} axis {plan.axis} towards {way} at {float(job.pixel_hz):g} Hz, "
-        f"{plan.decode}, slow approach {thousands(float(plan.slow * job.pixel_hz))} steps/s"
+        f"{plan.decode}, slow approach {number(float(plan.slow * job.pixel_hz))} steps/s"
     )
     return f"{text}; {run.error or verdict}"
 

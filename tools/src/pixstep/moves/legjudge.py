@@ -1,19 +1,26 @@
 # SPDX-License-Identifier: MIT
 """The verdict on one leg of a homing, from its STEP edges alone: speeds and exact instants."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from math import ceil, sqrt
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from pixstep.lazy import lazy
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import edge_tick
 from pixstep.moves.homing import Leg
 from pixstep.moves.legs import HomingPlan
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import AxisEdges
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 _NEAR = 2  # ticks: a leg's beginning as its first edge tells it, and roundings
 

@@ -4,9 +4,13 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pixstep.errors import UserError
+from pixstep.board.limits import BoardLimits
+from pixstep.errors import RefusedError, UserError
+from pixstep.lines import core
 from pixstep.lines.line import PLAIN, SMOOTH
-from pixstep.lines.runs import Seek
+from pixstep.lines.rational import hz_text
+from pixstep.lines.runs import Seek, queue_entries, seek_entries
+from pixstep.moves import fast
 from pixstep.moves.accel import Acceleration
 from pixstep.moves.seeklines import require_smooth, seek_line
 
@@ -106,6 +110,29 @@ def plan(profile: Acceleration, request: HomingRequest, pixel_hz: Fraction) -> H
     )
     made.approach()  # refuses a search too short for a single pixel
     return made
+
+
+def refuse(homing: HomingPlan, board: BoardLimits) -> None:
+    """Raise RefusedError for the first leg that a board would refuse, by the firmware's check.
+
+    The moves between the seeks are no faster than the longest one, up the whole ramp.
+    """
+    up = sum(homing.ramp.counts)
+    between = fast.plan(homing.ramp, 2 * up + homing.ramp.counts[-1]).line("move")
+    legs = (
+        ("approach", seek_entries(homing.approach())),
+        ("back off", seek_entries(homing.back_off())),
+        ("move", queue_entries(between)),
+        ("slow approach", seek_entries(homing.slow_approach())),
+    )
+    for name, entries in legs:
+        errors = (code for code in core.check(entries, board.of_core()) if code.is_error)
+        first = next(errors, None)
+        if first:
+            raise RefusedError(
+                f"{homing.ramp.source}: homing at {hz_text(board.pixel_hz)} Hz: {name}: line "
+                f"refused: {first.name} at pixel {first.pixel}: {first.text} (nothing was sent)"
+            )
 
 
 def _haps(profile: Acceleration, request: HomingRequest) -> int:

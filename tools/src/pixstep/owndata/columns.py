@@ -35,6 +35,14 @@ class Column:
     unit: str | None
 
 
+@dataclass(frozen=True)
+class KnownColumn(Column):
+    """A column of which both are known."""
+
+    quantity: str
+    unit: str
+
+
 def of_name(number: int, name: str) -> Column:
     """Return what a name says: pos_mm, v [mm/s], steps, time_s, pixel."""
     text = name.strip().lower()

@@ -18,6 +18,7 @@ from pixstep.owndata.columns import (
     SPEED,
     STEPS,
     Column,
+    KnownColumn,
     choose,
     factor_of,
 )
@@ -61,7 +62,7 @@ class _Motion:
     """Exact positions at the pixel edges in steps, from 0 at the start; where each came from."""
 
     table: Table
-    column: Column
+    column: KnownColumn
     positions: tuple[Fraction, ...]
     first_row: int  # of the first pixel
 
@@ -77,8 +78,8 @@ def import_line(path: str | Path, request: Request) -> Imported:
     for a file that does not say what its numbers are where the request does not either.
     """
     read = read_table(Path(path))
-    column, times = choose(read, request.column)
-    column, assumed = _meaning(read, column, request)
+    chosen, times = choose(read, request.column)
+    column, assumed = _meaning(read, chosen, request)
     if times is not None and times.number != column.number:
         assumed += _check_clock(read, times, request.pixel_hz)
     motion = _motion(read, column, request)
@@ -96,7 +97,7 @@ def import_line(path: str | Path, request: Request) -> Imported:
     return Imported(line, (*read.notes, *assumed, *more), error, findings)
 
 
-def _meaning(read: Table, column: Column, request: Request) -> tuple[Column, list[str]]:
+def _meaning(read: Table, column: Column, request: Request) -> tuple[KnownColumn, list[str]]:
     """Return the column with its quantity and unit, and what was assumed of them."""
     quantity = request.quantity or column.quantity
     unit = request.unit or column.unit
@@ -117,7 +118,7 @@ def _meaning(read: Table, column: Column, request: Request) -> tuple[Column, lis
     if quantity == STEPS and not unit.startswith("step"):
         raise UserError(f"{read.path}: {read.title(column.number)}: steps in {unit}: --quantity?")
     text = f"{read.title(column.number)} is {words[quantity]}"
-    return Column(column.number, quantity, unit), [text]
+    return KnownColumn(column.number, quantity, unit), [text]
 
 
 def _all_whole(values: list[Fraction]) -> bool:
@@ -147,7 +148,7 @@ def _check_clock(read: Table, times: Column, hz: Fraction | None) -> list[str]:
     return [f"{read.title(times.number)} agrees with {float(hz):.10g} Hz"]
 
 
-def _motion(read: Table, column: Column, request: Request) -> _Motion:
+def _motion(read: Table, column: KnownColumn, request: Request) -> _Motion:
     """Return the motion in steps of the motor, as exact as the numbers are."""
     try:
         factor = factor_of(column.unit, column.quantity, request.scale, request.pixel_hz)

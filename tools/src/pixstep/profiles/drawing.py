@@ -28,13 +28,15 @@ class Drawing:
     @property
     def subtitle(self) -> str:
         """The figures in a line."""
+        from pixstep.plotting import number
+
         figures, hz = self.motion.figures, self.pixel_hz
         time = f" = {float(figures.pixels / hz):.4g} s at {float(hz):.7g} Hz" if hz else ""
         peaks = (
-            f"{figures.peak_speed} steps/px, {figures.peak_acceleration} steps/px², "
-            f"{figures.peak_jerk} steps/px³"
+            f"{number(figures.peak_speed)} steps/px, "
+            f"{number(figures.peak_acceleration)} steps/px², {number(figures.peak_jerk)} steps/px³"
         )
         return (
-            f"{self.line.decode}, {figures.pixels} px{time}, {figures.steps} steps; "
-            f"peak speed, acceleration, jerk: {peaks}"
+            f"{self.line.decode}, {number(figures.pixels)} px{time}, "
+            f"{number(figures.steps)} steps; peak speed, acceleration, jerk: {peaks}"
         )

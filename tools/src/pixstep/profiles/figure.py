@@ -8,7 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import EngFormatter, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
 from pixstep import atomic, plotting, progress
 from pixstep.errors import UserError
@@ -48,13 +48,13 @@ def build(drawing: Drawing) -> Figure:
         _second_scale(axes, drawing, order)
     meanings = marks.add(panels, drawing.line, drawing.image_pixel)
     marks.lane(lane, drawing.line)
-    position.set_xlabel("pixel periods after line zero")
+    plotting.time_axis(position, drawing.pixel_hz)
     edge = 0.006 * drawing.line.pixels  # so that marks at both ends are whole
     position.set_xlim(-edge, drawing.line.pixels + edge)
     position.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
     figure.align_ylabels(panels)
     _captions(figure, drawing, meanings)
-    return figure
+    return plotting.write_numbers(figure)
 
 
 def _captions(figure: Figure, drawing: Drawing, meanings: list[Artist]) -> None:
@@ -65,7 +65,7 @@ def _captions(figure: Figure, drawing: Drawing, meanings: list[Artist]) -> None:
     figure.suptitle(f"{drawing.title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
     figure.text(0.012, 0.957, drawing.subtitle, fontsize=9.5, color=FAINT, va="top")
     if meanings:
-        longest = max(len(one.get_label()) for one in meanings)
+        longest = max(len(str(one.get_label())) for one in meanings)
         columns = max(1, 160 // (longest + 10))  # characters that fit, and room for a mark
         figure.legend(handles=meanings, loc="outside lower left", ncols=columns,
                       labelcolor=INK, fontsize=9)  # fmt: skip
@@ -121,7 +121,6 @@ def _stems(
 
 def _position(axes: Axes, motion: kinematics.Kinematics) -> None:
     _panel(axes, "position", "steps")
-    axes.yaxis.set_major_formatter(EngFormatter(sep=""))
     times, steps = motion.curve()
     axes.plot(times, steps, color=MADE, lw=1.8, gid="position")
     if motion.line.pixels <= _DENSE:
@@ -140,8 +139,8 @@ def _limit(axes: Axes, drawing: Drawing, order: int) -> None:
     bottom = min(low, -limit) if low < 0 else 0
     space = 0.12 * (top - bottom)
     axes.set_ylim(bottom - space if low < 0 else 0, top + 1.6 * space)
-    axes.text(0.5, limit, f"limit {limit}", transform=axes.get_yaxis_transform(), ha="center",
-              va="center", fontsize=8.5, color=BOARD,
+    axes.text(0.5, limit, f"limit {plotting.number(limit)}", ha="center", va="center",
+              transform=axes.get_yaxis_transform(), fontsize=8.5, color=BOARD,
               bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
 
 
@@ -150,8 +149,8 @@ def _second_scale(axes: Axes, drawing: Drawing, order: int) -> None:
     if drawing.pixel_hz is None:
         return
     factor = float(drawing.pixel_hz) ** order
-    scale = axes.secondary_yaxis("right", functions=(lambda y: y * factor, lambda y: y / factor))
+    functions = (lambda y: np.multiply(y, factor), lambda y: np.divide(y, factor))
+    scale = axes.secondary_yaxis("right", functions=functions)
     scale.set_ylabel(units.unit(order, per_second=True).replace("2", "²").replace("3", "³"))
-    scale.yaxis.set_major_formatter(EngFormatter(sep=""))
     scale.spines["right"].set_visible(True)
     scale.spines["right"].set_color("#dfe5ea")

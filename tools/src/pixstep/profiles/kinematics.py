@@ -6,13 +6,20 @@ constant, the speed linear and the position quadratic; inside a plain pixel the 
 Changes at a boundary (all jerks, the accelerations of a plain line) are figures of that boundary.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 
 @dataclass(frozen=True)

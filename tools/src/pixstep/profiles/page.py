@@ -1,24 +1,31 @@
 # SPDX-License-Identifier: MIT
 """What the profile commands print: figures per pixel and per second, changes of a repair."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
-from rich.table import Table
-
+from pixstep.lazy import lazy
 from pixstep.lines import units
 from pixstep.lines.units import ACCELERATION, JERK, SPEED
 from pixstep.profiles.kinematics import Figures
 from pixstep.profiles.repair import Change
 
+if TYPE_CHECKING:
+    import rich.table
+else:
+    rich = lazy("rich")
+
 _SHOWN = 12  # values of a change that are printed
 _LINES = 20  # findings or changes that are printed
 
 
-def figures_table(figures: Figures, hz: Fraction | None) -> Table:
+def figures_table(figures: Figures, hz: Fraction | None) -> rich.table.Table:
     """Return the figures as a table, with a column per second if the frequency is known."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
+    table = rich.table.Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("")
     table.add_column("per pixel", justify="right")
     table.add_column("")
@@ -45,7 +52,7 @@ def figures_table(figures: Figures, hz: Fraction | None) -> Table:
 
 def figures_json(figures: Figures, hz: Fraction | None) -> dict:
     """Return the figures as plain data."""
-    data = {
+    data: dict[str, int | float | str] = {
         "pixels": figures.pixels,
         "steps": figures.steps,
         "peak_speed_steps_per_px": figures.peak_speed,

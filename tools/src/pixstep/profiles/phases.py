@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
 
+from pixstep import plotting
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.profiles import kinematics
@@ -39,7 +40,7 @@ def of(line: Line) -> list[Phase]:
 
 def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tuple]]:
     """Yield the kind of every piece, with the speeds that tell it from another of its kind."""
-    swings = {}
+    swings: dict[int, tuple[int, int]] = {}
     for run in linecheck.oscillations(line) if line.smooth else ():
         swings |= dict.fromkeys(range(run.pixel - 1, run.pixel - 1 + run.length), run.swing)
     changes = motion.accelerations if line.smooth else motion.speed_changes
@@ -66,11 +67,11 @@ def _kind(line: Line, change: int, begin: int, end: int) -> tuple[str, tuple]:
 
 def _texts(kind: str, speeds: tuple) -> tuple[str, str]:
     """Return the name of a phase and a shorter one."""
+    numbers = [plotting.number(speed) for speed in speeds]
     if kind == CONSTANT:
-        text = str(speeds[0]).replace("-", "\N{MINUS SIGN}")
-        return f"constant {text}", text
+        return f"constant {numbers[0]}", numbers[0]
     if kind == SWING:
-        return "oscillates between {} and {} steps/px".format(*speeds), "oscillates"
+        return "oscillates between {} and {} steps/px".format(*numbers), "oscillates"
     return {
         REST: ("rest", "rest"),
         UP: ("speeding up", "up"),

@@ -117,7 +117,7 @@ def check(profile: ProfileFile, motor: str | None, limits: Limits) -> list[Readi
             readings.append(Reading(rows, "", ()))
             continue
         for decode in decodes:
-            findings = tuple(_findings(profile, rows, decode, limits))
+            findings = tuple(_findings(profile, rows.form, rows.values, decode, limits))
             readings.append(Reading(rows, decode, findings))
     return readings
 
@@ -146,16 +146,18 @@ def _block(path: Path) -> Rows:
         return Rows(BLOCK, None, str(error))
 
 
-def _findings(profile: ProfileFile, rows: Rows, decode: str, limits: Limits) -> Iterator[Finding]:
+def _findings(
+    profile: ProfileFile, form: str, values: tuple[int, ...], decode: str, limits: Limits
+) -> Iterator[Finding]:
     """Yield what is wrong with one reading."""
     if decode == PLAIN:
-        yield from _plain_findings(rows.values, limits)
-    elif rows.form == PRN:
-        yield from _speed_findings(rows.values, limits)
+        yield from _plain_findings(values, limits)
+    elif form == PRN:
+        yield from _speed_findings(values, limits)
     else:
-        yield from _count_findings(rows.values, limits)
-    if profile.header and profile.header.haps > len(rows.values):
-        text = f"HAPs {profile.header.haps}, but there are {len(rows.values)} values"
+        yield from _count_findings(values, limits)
+    if profile.header and profile.header.haps > len(values):
+        text = f"HAPs {profile.header.haps}, but there are {len(values)} values"
         yield Finding("haps", WARNING, 0, text)
 
 

@@ -107,13 +107,14 @@ def _ramp_blocks(stretches: list[Stretch], between: list[list[int]], wish: Wish)
 def _ramp_block(left: Stretch, inside: list[int], right: Stretch, wish: Wish) -> _Block:
     """Plan what leads from one stretch to the next, taking or inserting missing pixels."""
     limit = wish.max_acceleration
-    ramp = ramps.Ramp(tuple(inside), left.speed, right.speed, limit)
+    end = None if right.free else right.speed
+    ramp = ramps.Ramp(tuple(inside), left.speed, end, limit)
     pixel = right.pixel - len(inside)
     if ramps.follows(ramp):
         return _Block(pixel, ramp.counts, ramps.decoded(left.speed, ramp.counts), "")
     needed = len(inside)
-    if right.speed is not None:
-        needed = max(needed, ramps.pixels_needed(left.speed, right.speed, limit))
+    if end is not None:
+        needed = max(needed, ramps.pixels_needed(left.speed, end, limit))
     missing = needed - len(inside)
     if not missing:
         return _Block(pixel, ramp.counts, ramps.plan(ramp), _reason(left, ramp, right))

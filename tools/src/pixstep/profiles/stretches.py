@@ -10,18 +10,24 @@ START = "start"
 
 @dataclass
 class Stretch:
-    """Pixels of constant speed (None: the free end of an accelerating part)."""
+    """Pixels of constant speed; or the `free` end of an accelerating part, at any speed."""
 
-    speed: int | None
+    speed: int
     pixel: int
     counts: tuple[int, ...] = ()
     first: int = 0  # pixels that the ramp before takes
     last: int = 0  # pixels that the ramp behind takes
+    free: bool = False
 
     @property
     def kept(self) -> tuple[int, ...]:
         """The pixels left."""
         return self.counts[self.first : len(self.counts) - self.last]
+
+    @property
+    def rests(self) -> bool:
+        """True for pixels at rest."""
+        return self.speed == 0 and not self.free
 
 
 def split(counts: tuple[int, ...], part: str) -> tuple[list[Stretch], list[list[int]]]:
@@ -41,7 +47,7 @@ def split(counts: tuple[int, ...], part: str) -> tuple[list[Stretch], list[list[
             between[-1].append(count)
         pixel += length
     if between[-1] or (part == LINE and stretches[-1].speed):
-        stretches.append(Stretch(0 if part == LINE else None, pixel))
+        stretches.append(Stretch(0, pixel, free=part != LINE))
     return stretches, between
 
 
@@ -52,7 +58,7 @@ def consumed_pair(stretches: list[Stretch]) -> int | None:
     """
     for index in range(1, len(stretches) - 1):
         pair = stretches[index]
-        moving = stretches[index - 1].speed != 0 and stretches[index + 1].speed != 0
-        if len(pair.counts) == 2 and not pair.kept and moving:
+        beside_rest = stretches[index - 1].rests or stretches[index + 1].rests
+        if len(pair.counts) == 2 and not pair.kept and not beside_rest:
             return index
     return None

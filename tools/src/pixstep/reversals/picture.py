@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of a compensated line: speeds, the offset taken up, the load's predicted error."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,13 @@ from pixstep.reversals.compensate import Compensated, Request
 from pixstep.reversals.play import load_positions
 
 
-def draw(made: Compensated, request: Request, name: str, path: Path) -> None:
+def draw(made: Compensated, request: Request, name: str, hz: Fraction | None, path: Path) -> None:
     """Write the picture as PNG to `path`, whole or not at all."""
     with plotting.styled():
-        plotting.write(_figure(made, request, name), path)
+        plotting.write(_figure(made, request, name, hz), path)
 
 
-def _figure(made: Compensated, request: Request, name: str) -> Figure:
+def _figure(made: Compensated, request: Request, name: str, hz: Fraction | None) -> Figure:
     figure = plotting.figure((11, 8.2))
     title = "Reversals: play taken up over the motion"
     plotting.heading(figure, title, _subtitle(made, request, name), 0.954)
@@ -32,9 +33,9 @@ def _figure(made: Compensated, request: Request, name: str) -> Figure:
     _speeds(speed, made)
     _offset(offset, made)
     _error(error, made, request)
-    error.set_xlabel("pixel edges from the start of the line")
+    plotting.time_axis(error, hz)
     error.set_xlim(-0.5, len(made.counts) + 0.5)
-    return figure
+    return plotting.write_numbers(figure)
 
 
 def _subtitle(made: Compensated, request: Request, name: str) -> str:
@@ -42,7 +43,7 @@ def _subtitle(made: Compensated, request: Request, name: str) -> str:
     length = f"{request.transition_px} pixels" if request.transition_px else "fewest pixels"
     return (
         f"{name}: {len(made.counts)} pixels, play {request.play} steps, {length} a transition, "
-        f"at most {limits.max_acceleration} steps/pixel² beyond {limits.start_stop} steps/pixel"
+        f"at most {limits.max_acceleration} steps/px² beyond {limits.start_stop} steps/px"
     )
 
 
@@ -57,7 +58,7 @@ def _speeds(axes: Axes, made: Compensated) -> None:
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, labelcolor=INK,
         borderaxespad=0.2,
     )  # fmt: skip
-    axes.set_ylabel("steps / pixel")
+    axes.set_ylabel("steps/px")
     axes.set_title("Speed")
 
 

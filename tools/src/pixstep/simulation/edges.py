@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: MIT
 """The runner's edge list and clock log, as arrays."""
 
+from __future__ import annotations
+
 import re
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 HEADER = "cycle,board,axis,signal,level"
 _SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT")

@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Where the load was at every pixel edge of a simulated run, and where it should have been."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from pixstep.lazy import lazy
 from pixstep.lines.line import Line
 from pixstep.reversals.play import strokes
 from pixstep.simulation.plantlog import AxisPlant
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The picture of a run's load: where it was at every pixel edge, and how far off."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +14,14 @@ from pixstep.plotting import BOARD, FAINT, IDEAL, INK, MADE
 from pixstep.simulation.load import AxisLoad
 
 
-def draw(load: AxisLoad, title: str, path: Path) -> None:
+def draw(load: AxisLoad, title: str, hz: Fraction, path: Path) -> None:
     """Write the picture as PNG to `path`, whole or not at all."""
     with plotting.styled():
-        plotting.write(_figure(load, title), path)
+        plotting.write(build(load, title, hz), path)
 
 
-def _figure(load: AxisLoad, title: str) -> Figure:
+def build(load: AxisLoad, title: str, hz: Fraction) -> Figure:
+    """Return the figure; its axes are position and error."""
     figure = plotting.figure((11, 7.2))
     plotting.heading(figure, "Load at the pixel edges", title)
     position, error = figure.subplots(2, 1, sharex=True, height_ratios=[1.2, 1])
@@ -27,7 +29,8 @@ def _figure(load: AxisLoad, title: str) -> Figure:
         plotting.shade(axes, list(load.spans))
     _positions(position, load)
     _errors(error, load)
-    return figure
+    plotting.time_axis(error, hz)
+    return plotting.write_numbers(figure)
 
 
 def _positions(axes: Axes, load: AxisLoad) -> None:
@@ -55,7 +58,6 @@ def _errors(axes: Axes, load: AxisLoad) -> None:
     axes.set_ylim(-top, top)
     axes.set_xlim(-0.5, len(load.errors) + 1.5)
     axes.set_ylabel("steps")
-    axes.set_xlabel("pixel edge")
     axes.set_title(_error_title(load))
 
 

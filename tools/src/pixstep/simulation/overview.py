@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter
 
 from pixstep import plotting
 from pixstep.plotting import BAND, BOARD, IDEAL, MADE
@@ -21,13 +20,13 @@ def build(traces: Sequence[Trace]) -> Figure:
         _speed(speed, trace)
         _errors(error, trace)
     for axes in rows[-1]:
-        axes.set_xlabel("pixels after line zero")
+        plotting.time_axis(axes, traces[0].hz)
     longest = max(trace.line.pixels for trace in traces)
     rows[0][0].set_xlim(-0.3, longest + 0.3)
     figure.align_ylabels()
     figure.suptitle("All axes: speed over the ideal, edge errors", x=0.012, ha="left",
                     fontsize=14, weight="bold", color=plotting.INK)  # fmt: skip
-    return figure
+    return plotting.write_numbers(figure)
 
 
 def _speed(axes: Axes, trace: Trace) -> None:
@@ -37,7 +36,6 @@ def _speed(axes: Axes, trace: Trace) -> None:
     low, high = min(0.0, float(speeds.min())), max(0.0, float(speeds.max()))
     room = 0.08 * (high - low) or 1.0
     axes.set_ylim(low - room, high + room)  # so that a constant speed shows as one
-    axes.yaxis.set_major_formatter(EngFormatter(sep=""))
     axes.set_ylabel("steps/s")
     axes.set_title(trace.title.partition(", backlash")[0], fontsize=9)
 

@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The runner's plant log: where motor and load of each axis were, at every change."""
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.simulation.edges import blocks, numbers
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 HEADER = "cycle,board,axis,motor,load"
 _COLUMNS = 5

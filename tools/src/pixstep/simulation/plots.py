@@ -9,12 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import EngFormatter
 
 from pixstep import plotting
 from pixstep.lines import exact
 from pixstep.lines.line import Line
-from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE
+from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, number
 from pixstep.simulation.edges import AxisEdges
 from pixstep.simulation.report import PixelRow, ticks_text
 
@@ -32,6 +31,11 @@ class Trace:
     edges: AxisEdges
     pixels: list[PixelRow]
     title: str
+
+    @property
+    def hz(self) -> Fraction:
+        """The pixel frequency in Hz."""
+        return self.tick_hz / self.period
 
     @property
     def made_px(self) -> np.ndarray:
@@ -104,7 +108,6 @@ def motion(trace: Trace) -> Figure:
         speed.plot(*rates, ".", ms=size, mew=0, color=MADE)
         _magnify(speed, trace, (times, speeds), rates)
     _legend(speed, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board: 1 / interval")])
-    speed.yaxis.set_major_formatter(EngFormatter(sep=""))
     speed.set_ylabel("speed, steps/s")
     speed.set_title("Velocity")
     ideal = trace.ideal_px
@@ -112,14 +115,13 @@ def motion(trace: Trace) -> Figure:
     wanted = np.cumsum(exact.directions(trace.line))
     position.plot(ideal, wanted, color=IDEAL, lw=5, alpha=0.55)
     position.plot(made, count, color=MADE, lw=1.2)
-    position.yaxis.set_major_formatter(EngFormatter(sep=""))
     position.set_ylabel("position, steps")
-    position.set_xlabel("pixels after line zero")
+    plotting.time_axis(position, trace.hz)
     position.set_title("Position")
     _legend(position, [_line(IDEAL, 5, "ideal"), _line(MADE, 1.5, "board")])
     _take_up_note(speed, trace)
     speed.set_xlim(-0.3, trace.line.pixels + 0.3)
-    return figure
+    return plotting.write_numbers(figure)
 
 
 def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
@@ -138,7 +140,6 @@ def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
     inset.plot(*made, "o", ms=2.2, mew=0, color=MADE)
     inset.set_xlim(0.5, flat + 0.2)
     inset.set_ylim(0, 1.05 * line.speeds[flat] * trace.tick_hz / float(trace.period))
-    inset.yaxis.set_major_formatter(EngFormatter(sep=""))
     inset.set_title("start, every dot one step", fontsize=9, weight="normal")
     inset.tick_params(labelsize=8)
 
@@ -151,7 +152,7 @@ def _take_up_note(axes: Axes, trace: Trace) -> None:
     begin = end - trace.line.backlash / trace.line.line_speed
     axes.axvspan(begin, end, color=BOARD, alpha=0.25, lw=0)
     axes.annotate(
-        f"{trace.line.backlash} steps of backlash",
+        f"{number(trace.line.backlash)} steps of backlash",
         xy=(begin, 0.9 * axes.get_ylim()[1]),
         xytext=(begin - 2.2, 0.9 * axes.get_ylim()[1]),
         arrowprops={"arrowstyle": "-", "color": BOARD},
@@ -180,13 +181,13 @@ def edge_error(trace: Trace) -> Figure:
     over.set_ylim(-top, top)
     over.set_xlim(-0.3, trace.line.pixels + 0.3)
     over.set_ylabel(f"timer ticks ({1e9 / trace.tick_hz:g} ns)")
-    over.set_xlabel("pixels after line zero")
+    plotting.time_axis(over, trace.hz)
     rms = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
     worst = float(np.max(np.abs(errors), initial=0))
     over.set_title(
         f"worst {ticks_text(worst)} ticks, "
         f"rms {rms:.3f} ticks = {rms / trace.tick_hz * 1e9:.1f} ns "
-        f"over {len(errors)} steps"
+        f"over {number(len(errors))} steps"
     )
     handles = [
         _dot(MADE, 4, "step"),
@@ -198,7 +199,7 @@ def edge_error(trace: Trace) -> Figure:
     spread.set_xlabel("error, ticks")
     spread.set_ylabel("steps")
     spread.set_title("Distribution")
-    return figure
+    return plotting.write_numbers(figure)
 
 
 def positions(trace: Trace) -> Figure:
@@ -214,7 +215,6 @@ def positions(trace: Trace) -> Figure:
     table.plot(pixel, reference, color=IDEAL, lw=5, alpha=0.55)
     table.plot(pixel, expected, "o", ms=6, mfc="none", mec=BOARD, mew=1.1)
     table.plot(pixel, actual, ".", ms=4.5, color=MADE)
-    table.yaxis.set_major_formatter(EngFormatter(sep=""))
     table.set_ylabel("steps")
     table.set_title("Steps made at the end of each pixel")
     handles = [
@@ -229,10 +229,10 @@ def positions(trace: Trace) -> Figure:
     worst = float(np.nanmax(np.abs(np.concatenate([expected, actual]) - np.tile(reference, 2))))
     difference.set_ylim(-max(1.5, 1.2 * worst), max(1.5, 1.2 * worst))
     difference.set_ylabel("steps off the reference")
-    difference.set_xlabel("pixel")
+    plotting.time_axis(difference, trace.hz)
     same = int(np.sum((expected == reference) & (actual == reference)))
     difference.set_title(f"{same} of {len(pixel)} pixels equal")
-    return figure
+    return plotting.write_numbers(figure)
 
 
 def _number(value: int | None) -> float:

@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: MIT
 """The outputs of a run: pixels.csv, summary.json and the page a person reads."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from pathlib import Path
-
-from rich import box
-from rich.console import Console
-from rich.table import Table
+from typing import TYPE_CHECKING
 
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import rich.box
+    import rich.console
+    import rich.table
+else:
+    rich = lazy("rich")
 
 PIXELS_HEADER = "board,axis,pixel,edge_cycle,expected_steps,actual_steps"
 
@@ -52,7 +59,7 @@ def exit_status(summary: dict) -> int:
     return {"pass": FINE, "refused": REFUSED}.get(summary["verdict"], NEGATIVE)
 
 
-def print_page(console: Console, summary: dict, *, details: bool = False) -> None:
+def print_page(console: rich.console.Console, summary: dict, *, details: bool = False) -> None:
     """Print the verdict of a run, with `details` the figures of every interrupt too."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
@@ -66,7 +73,7 @@ def print_page(console: Console, summary: dict, *, details: bool = False) -> Non
     console.print(_footer(summary), highlight=False, soft_wrap=True)
 
 
-def print_files(console: Console, out: Path) -> None:
+def print_files(console: rich.console.Console, out: Path) -> None:
     """Print where the results of a run are, relative to the current folder if below it."""
     folder = out.resolve()
     if folder.is_relative_to(Path.cwd()):
@@ -87,7 +94,7 @@ def _headline(summary: dict) -> str:
     return ", ".join(parts)
 
 
-def _axes_table(summary: dict) -> Table:
+def _axes_table(summary: dict) -> rich.table.Table:
     table = new_table("axis", "steps", "max ticks", "rms ns", "ppm", "on edge", "positions", "late")
     for axis in summary["axes"]:
         ends = axis["last_steps_on_edge"] + axis["last_steps_off_edge"]
@@ -114,7 +121,7 @@ def _of(made: int, wanted: int) -> str:
     return str(made) if made == wanted else f"{made}/{wanted}"
 
 
-def _handlers_table(summary: dict) -> Table:
+def _handlers_table(summary: dict) -> rich.table.Table:
     table = new_table("interrupt", "count", "min", "mean", "max cycles", "latest start")
     table.columns[0].justify = "left"
     for row in summary["handlers"]:
@@ -129,9 +136,9 @@ def _handlers_table(summary: dict) -> Table:
     return table
 
 
-def new_table(*names: str) -> Table:
+def new_table(*names: str) -> rich.table.Table:
     """Return a table with right-aligned columns, in the style of every page."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table = rich.table.Table(box=rich.box.SIMPLE_HEAD, pad_edge=False)
     for name in names:
         table.add_column(name, justify="right", no_wrap=True)
     return table

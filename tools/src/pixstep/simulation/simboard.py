@@ -10,17 +10,24 @@ with SimulatedBoard("mega", Fraction(30), edges=path) as run:
     run.finish()
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from pixstep import natives
 from pixstep.board.boardrun import BoardRun
 from pixstep.board.device import Board
-from pixstep.board.transport import SimClient
+from pixstep.lazy import lazy
 from pixstep.simulation.simctl import SimOptions, Simulator
+
+if TYPE_CHECKING:
+    from pixstep.board import transport
+else:
+    transport = lazy("pixstep.board.transport")
 
 SETTLE_PIXELS = 2
 
@@ -52,7 +59,7 @@ class SimLink:
         except BaseException:
             self.simulator.kill()
             raise
-        self.modbus = SimClient(self.simulator)
+        self.modbus = transport.SimClient(self.simulator)
         self.world = SimWorld(self.simulator)
 
     def __enter__(self) -> Self:

@@ -5,6 +5,8 @@ Everything before the start of the motion is the same with and without serial lo
 runs can be compared edge by edge.
 """
 
+from __future__ import annotations
+
 import contextlib
 import shutil
 import tempfile
@@ -12,14 +14,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Record
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
 from pixstep.progress import Progress, unseen
@@ -27,6 +29,11 @@ from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 _POLICIES = {"always": 0, "on_reversal": 1}
 

@@ -27,7 +27,8 @@ OUTPUTS = (
     "summary.json",
     "run.vcd",
 )
-_PLOTS = ("motion.png", "edge-error.png", "positions.png", "load.png")
+_TOGETHER = "motion.png"  # of one axis its own, of several all in one
+_PLOTS = (_TOGETHER, "edge-error.png", "positions.png", "load.png")
 
 
 def names() -> list[str]:
@@ -97,20 +98,23 @@ def _draw_loads(job: Job, loads: list[AxisLoad], out: Path) -> list[Path]:
     paths = []
     for found in loads:
         prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
-        title = f"{_title(job, found.axis)}, plant {job.plants[found.axis]}"
-        load_plot.draw(found, title, out / f"{prefix}load.png")
+        load_plot.draw(found, load_title(job, found.axis), job.pixel_hz, out / f"{prefix}load.png")
         paths.append(out / f"{prefix}load.png")
     return paths
 
 
 def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
-    """Draw the plots of every axis that moved; return their paths."""
-    from pixstep.simulation import plots
+    """Draw the plots of every axis that moved, and one of several together; return their paths."""
+    from pixstep import plotting
+    from pixstep.simulation import overview, plots
 
-    paths = []
-    for axis, trace in traces(result, judged).items():
+    found, paths = traces(result, judged), []
+    for axis, trace in found.items():
         prefix = "" if len(result.job.lines) == 1 else f"axis{axis}-"
         paths += plots.draw(trace, out, prefix)
+    if len(found) > 1:
+        with plotting.styled():
+            paths.append(plotting.write(overview.build([*found.values()]), out / _TOGETHER))
     return paths
 
 
@@ -134,10 +138,17 @@ def traces(result: RunResult, judged: Judgement) -> "dict[int, plots.Trace]":
     }
 
 
+def load_title(job: Job, axis: int) -> str:
+    """Return the title of the drawing of an axis' load."""
+    return f"{_title(job, axis)}, plant {job.plants[axis]}"
+
+
 def _title(job: Job, axis: int) -> str:
+    from pixstep.plotting import number  # matplotlib takes a second to load
+
     line = job.lines[axis]
     hz = hz_text(job.pixel_hz).removesuffix("/1")
     return (
         f"{job.board} axis {axis}, {line.decode} decoding, {line.pixels} pixels at {hz} Hz, "
-        f"{line.total_steps} steps, backlash {line.backlash}"
+        f"{number(line.total_steps)} steps, backlash {number(line.backlash)}"
     )

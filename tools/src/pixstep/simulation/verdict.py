@@ -7,17 +7,24 @@ a pixel can move. It must then lie within CLOCK_TOLERANCE cycles of a pixel cloc
 nominal pixel period.
 """
 
+from __future__ import annotations
+
 from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import islice
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.rational import edge_tick
 from pixstep.simulation.edges import AxisEdges
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 CLOCK_TOLERANCE = 4  # cycles
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
 """A table on a simulated board with its plants: run, judged by its edges, followed by its loads."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.board import boards, limits
 from pixstep.errors import RefusedError, UserError
+from pixstep.lazy import lazy
 from pixstep.lines import linecheck
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import edge_tick
@@ -21,6 +23,11 @@ from pixstep.trajectories.circle import Circle
 from pixstep.trajectories.table import AXES, Table
 from pixstep.trajectories.trace import Roundness, Trace, of_points
 from pixstep.trajectories.transitions import AxisPlay
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 _REST = 4  # pixels between directions: longer than any board's shortest reversal up to 1 kHz
 

@@ -4,15 +4,22 @@
 Both errors come from the model of one crest, for a circle of the same radius.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, pi
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.trajectories import model
 from pixstep.trajectories.model import Servo
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 _BEFORE = 8  # points before the crest
 _SETTLED = 7.0  # time constants of the servo

@@ -6,14 +6,21 @@ Before it hold records at rest; with a lead-in both axes come up to speed along 
 angle 0 is passed at full speed, and slow down behind it in the same way.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.lines.linecheck import MAX_COUNT
 from pixstep.trajectories import table
 from pixstep.trajectories.table import AXES, MOST_RECORDS, Table
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 HOLDS = 1024
 _MISSED = 1e-7  # counts by which floating point may miss a whole number

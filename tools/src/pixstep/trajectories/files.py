@@ -5,21 +5,26 @@ A record is four signed 32-bit integers, little-endian: p1, v1, p2, v2. The othe
 same columns by name. Reading goes by the content, writing by the end of the name.
 """
 
+from __future__ import annotations
+
 import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from pixstep import atomic
 from pixstep.errors import RefusedError, UserError
+from pixstep.lazy import lazy
 from pixstep.trajectories import table
 from pixstep.trajectories.table import COLUMNS, MOST_RECORDS, Table
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 RECORDS, CSV, PARQUET = "records", "csv", "parquet"
 RECORD_BYTES = 16
@@ -215,7 +220,7 @@ def _whole_column(path: Path, name: str, column: Any) -> np.ndarray:
     return numbers.astype(np.int64)
 
 
-def _arrow(path: Path) -> tuple["ModuleType", "ModuleType"]:
+def _arrow(path: Path) -> tuple[ModuleType, ModuleType]:
     """Return pyarrow and its Parquet module. Raises UserError where it is not installed."""
     try:
         import pyarrow  # heavy, and wanted for Parquet only

@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: MIT
 """A table on the modelled machine: what its load does without any board."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from pixstep.lazy import lazy
 from pixstep.trajectories import model, transitions
 from pixstep.trajectories.model import Servo
 from pixstep.trajectories.table import AXES, Table
 from pixstep.trajectories.trace import Trace
 from pixstep.trajectories.transitions import AxisPlay
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 ORIGINAL, COMPENSATED = "original", "compensated"
 

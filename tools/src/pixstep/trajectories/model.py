@@ -6,12 +6,19 @@ The servo is of second order with velocity feed-forward; its loop runs SUBSTEPS 
 always where it should be, as a stepper is. Positions are counts at the points.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from math import pi
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 SUBSTEPS = 20
 _STABLE = 0.5  # radians of the natural frequency in a substep: far from where the loop swings up

@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: MIT
 """A table of positions and velocities of two axes, and what makes one fit to be run."""
 
-from dataclasses import dataclass, field
+from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from pixstep.errors import RefusedError
+from pixstep.lazy import lazy
 from pixstep.lines.linecheck import MAX_COUNT
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 AXES = 2
 COLUMNS = ("p1", "v1", "p2", "v2")
@@ -34,7 +41,7 @@ class Table:
         same &= np.all(self.velocities == 0, axis=1)
         return int(np.argmin(same)) if not np.all(same) else self.records
 
-    def without_holds(self) -> "Table":
+    def without_holds(self) -> Table:
         """Return the table from where it stands last: a record at rest, then the motion."""
         first = max(self.holds - 1, 0)
         return Table(self.positions[first:], self.velocities[first:], self.name)

@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: MIT
 """What a table does on a machine, point by point, and how round its circle comes out."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from pixstep.lazy import lazy
 from pixstep.trajectories.circle import Circle
 from pixstep.trajectories.table import AXES, Table
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 
 @dataclass(frozen=True)

@@ -14,15 +14,22 @@ differences of the offsets, up to the point before the last.
                  reversal                  steps points
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from itertools import pairwise
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.reversals.play import directions
 from pixstep.trajectories import table
 from pixstep.trajectories.table import AXES, Table
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board scan`, `info`, `features`: which boards there are, what they say of themselves."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import click
-from rich.console import Console
 
 from pixstep import progress
-from pixstep.board import features, meanings, scan, settings
+from pixstep.board import features, scan, settings
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
@@ -26,7 +29,13 @@ from pixstep.cli.board.group import (
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, say, show_json
 from pixstep.errors import UserError
+from pixstep.lazy import lazy
 from pixstep.simulation.report import new_table
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 
 @command("scan")
@@ -75,7 +84,7 @@ def info_command(line, units, as_json):
     if as_json:
         show_json({"boards": told})
         return
-    console = Console(highlight=False)
+    console = rich.console.Console(highlight=False)
     for item in told:
         _print_info(console, item)
 
@@ -104,7 +113,9 @@ def features_command(line, units, as_json):
     for row in rows:
         has = ("yes" if one["has"] else "no" for one in row)
         table.add_row(row[0]["name"], *has, row[0]["meaning"])
-    Console(highlight=False, width=max(Console().width, 120)).print(table, markup=False)
+    rich.console.Console(highlight=False, width=max(rich.console.Console().width, 120)).print(
+        table, markup=False
+    )
 
 
 def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
@@ -163,7 +174,7 @@ def _print_found(answers: list[Found]) -> None:
             str(item.unit), item.board, item.firmware, version, str(item.axes), item.status,
             item.fault,
         )  # fmt: skip
-    Console(highlight=False).print(table)
+    rich.console.Console(highlight=False).print(table)
 
 
 def _info(known: Known) -> dict:
@@ -180,16 +191,16 @@ def _info(known: Known) -> dict:
         "server_id": server_id(known),
         "identification": _identification(known),
         "features": [item.name for item in features.table() if board.has(item.name)],
-        "status": meanings.words(names("status"), state["status"]),
-        "reset_cause": meanings.words(names("reset_cause"), state["reset_cause"]),
+        "status": regs.words(names("status"), state["status"]),
+        "reset_cause": regs.words(names("reset_cause"), state["reset_cause"]),
         "fault": board.fault_text(),
         "pixel_clock": {
             "present": regs.flags(state["status"])["clock"],
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
         },
-        "outputs": meanings.words(names("outputs"), state["outputs"]),
-        "inputs": meanings.words(names("inputs"), state["inputs"]),
+        "outputs": regs.words(names("outputs"), state["outputs"]),
+        "inputs": regs.words(names("inputs"), state["inputs"]),
         "settings": {
             "record": state["settings_serial"],
             "stored": bool(state["settings_serial"]),
@@ -199,7 +210,7 @@ def _info(known: Known) -> dict:
         "axes": [
             {
                 "axis": number,
-                "state": meanings.words(board.map.axis_input("axis_state"), axis["axis_state"]),
+                "state": regs.words(board.map.axis_input("axis_state"), axis["axis_state"]),
                 "position_steps": axis["position_steps"],
                 "pixel": axis["pixel"],
                 "lines_done": axis["lines_done"],
@@ -237,7 +248,7 @@ def _identification(known: Known) -> dict[str, str]:
         return {}
 
 
-def _print_info(console: Console, told: dict) -> None:
+def _print_info(console: rich.console.Console, told: dict) -> None:
     """Print a board's page."""
 
     def line(name: str, text: str) -> None:

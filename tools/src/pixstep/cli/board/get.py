@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board get`: registers by name, with units, words, ranges."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import click
-from rich.console import Console
 
 from pixstep.board import features, values
 from pixstep.board.client import Board
@@ -10,7 +13,13 @@ from pixstep.board.values import SETTING, Reading
 from pixstep.cli.board.group import boards, line_options, units_option
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, show_json
+from pixstep.lazy import lazy
 from pixstep.simulation.report import new_table
+
+if TYPE_CHECKING:
+    import rich.console
+else:
+    rich = lazy("rich")
 
 
 @command("get")
@@ -74,7 +83,9 @@ def _print(readings: list[Reading], *, full: bool) -> None:
             str(register.default) if is_setting else "",
             register.meaning,
         )
-    Console(highlight=False, width=max(Console().width, 120)).print(table, markup=False)
+    rich.console.Console(highlight=False, width=max(rich.console.Console().width, 120)).print(
+        table, markup=False
+    )
 
 
 def text(reading: Reading) -> str:

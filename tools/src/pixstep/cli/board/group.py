@@ -10,14 +10,11 @@ import click
 
 from pixstep import progress, signals
 from pixstep.board import connection, run, scan, settings
-from pixstep.board.client import (
-    Board,
-    BoardError,
-)
+from pixstep.board.client import Board, BoardError
 from pixstep.board.connection import Connection, PortOptions
 from pixstep.board.device import Identity
-from pixstep.board.port import PARITIES
-from pixstep.board.transport import BAUD, TIMEOUT_S
+from pixstep.board.port import BAUD, PARITIES, TIMEOUT_S
+from pixstep.cli import machinedefaults
 from pixstep.cli.command import complain
 from pixstep.cli.options import say
 from pixstep.cli.quantities import TimeType
@@ -139,8 +136,7 @@ def boards(
 ) -> Iterator[tuple[Connection, list[Known]]]:
     """Yield the open line and its boards, each with a register map that this tool knows."""
     with opened(line) as found:
-        chosen = present(found) if units == ALL else units
-        yield found, [_known(found, unit) for unit in chosen]
+        yield found, [_known(found, unit) for unit in _addresses(found, units)]
 
 
 def each_board(
@@ -157,13 +153,13 @@ def each_board(
 def each_of(found: Connection, units: tuple[int, ...] | str, act: Callable[[Known], None]) -> None:
     """Do the same on a line that is open."""
     failures: list[BoardError] = []
-    for unit in present(found) if units == ALL else units:
+    for unit in _addresses(found, units):
         try:
             act(_known(found, unit))
         except BoardError as error:
             failures.append(error)
-    for error in failures[:-1]:
-        complain(error)
+    for failure in failures[:-1]:
+        complain(failure)
     if failures:
         raise failures[-1]
 
@@ -177,7 +173,14 @@ def one_board(line: PortOptions, unit: int) -> Iterator[tuple[Connection, Known]
 
 def _known(found: Connection, unit: int) -> Known:
     one = found.board(unit)
-    return Known(one, one.who())
+    who = one.who()
+    machinedefaults.compare_board(click.get_current_context(), found.port, unit, who.board)
+    return Known(one, who)
+
+
+def _addresses(found: Connection, units: tuple[int, ...] | str) -> tuple[int, ...]:
+    """Return the addresses of an option: those given, or of all boards that are found."""
+    return present(found) if isinstance(units, str) else units
 
 
 def present(found: Connection) -> tuple[int, ...]:
@@ -194,21 +197,16 @@ def present(found: Connection) -> tuple[int, ...]:
 def stopping(group: list[run.Lines]) -> Iterator[None]:
     """Stop all axes of a group when Ctrl-C, SIGTERM or SIGHUP comes, or this program fails.
 
-    Raises StoppedError saying where the axes are then. What a board does wrong is no failure of
-    this program: a BoardError passes. Keep this the innermost context: no other may fail first.
+    Raises StoppedError saying where the axes are after a signal. Keep this the innermost context.
     """
     try:
-        yield
-    except (BoardError, UserError):
-        raise
+        with run.stopped_on_failure(group):
+            yield
     except KeyboardInterrupt as error:
-        told = run.stop(group)
+        told = "; ".join(error.__notes__)
         raise StoppedError(
             f"stopped by {signals.name(error)}: {told}", signals.status(error)
         ) from None
-    except BaseException:
-        run.stop(group)
-        raise
 
 
 def note_unattended(board: Board) -> None:

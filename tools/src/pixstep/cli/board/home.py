@@ -4,14 +4,14 @@
 import click
 
 from pixstep import progress
-from pixstep.board import run, settings
+from pixstep.board import limits, run, settings
 from pixstep.board.client import Board, BoardError
 from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan
 from pixstep.cli.options import HZ, json_option, show_json
 from pixstep.lines.rational import refuse_period
-from pixstep.moves import homing
+from pixstep.moves import homing, legs
 from pixstep.moves.homesim import INVERTED
 from pixstep.moves.homing import Homed, HomingError
 
@@ -35,6 +35,7 @@ def home_command(line, unit, as_json, **options):
         pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
         refuse_period(pixel_hz, known.board.tick_hz())
         plan = make_plan(options, pixel_hz, refuse=True)
+        legs.refuse(plan, limits.connected(known.board, pixel_hz))
         set_inputs(known.board, options)
         run.command(known.board, "enable", [plan.axis])
         try:
@@ -43,8 +44,8 @@ def home_command(line, unit, as_json, **options):
                 homed = homing.home(known.board, plan, pixel_hz, found.world, show)
         except HomingError as error:
             if as_json:
-                legs = homing.legs_as_json(error.legs)
-                row = {"found": False, "fault": error.name, "text": str(error), "legs": legs}
+                made = homing.legs_as_json(error.legs)
+                row = {"found": False, "fault": error.name, "text": str(error), "legs": made}
                 show_json(row)
             raise BoardError(f"board {unit}: {error}") from None
     if as_json:

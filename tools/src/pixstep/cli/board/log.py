@@ -2,6 +2,7 @@
 """`pixstep board log`: per-pixel records into a CSV as they come; the event log."""
 
 import contextlib
+import functools
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -94,7 +95,7 @@ def _rows_to(output: Path | None) -> Iterator[Callable[[str], None]]:
         atomic.replacing(output) as temporary,
         temporary.open("w", encoding="ascii", newline="\n") as file,
     ):
-        yield lambda row: file.write(f"{row}\n")
+        yield functools.partial(print, file=file)
 
 
 def _wait_s(known: Known) -> float:

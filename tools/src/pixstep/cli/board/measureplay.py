@@ -4,7 +4,7 @@
 import click
 
 from pixstep import progress
-from pixstep.board import run, settings
+from pixstep.board import limits, run, settings
 from pixstep.board.client import BoardError
 from pixstep.cli import machinedefaults
 from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
@@ -16,7 +16,7 @@ from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.lines.units import SPEED, parse
-from pixstep.moves import playmeasure
+from pixstep.moves import legs, playmeasure
 from pixstep.moves.playmeasure import MeasuredPlay
 
 
@@ -51,6 +51,7 @@ def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **o
         pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
         refuse_period(pixel_hz, known.board.tick_hz())
         plan = make_plan(options, pixel_hz, refuse=True)
+        legs.refuse(plan, limits.connected(known.board, pixel_hz))
         set_inputs(known.board, options)
         run.command(known.board, "enable", [plan.axis])
         try:

@@ -4,7 +4,7 @@
 import click
 
 from pixstep import progress
-from pixstep.board import limits, run, settings, uploading
+from pixstep.board import limits, run, settings, upload
 from pixstep.board.client import BoardError
 from pixstep.cli.board.group import AXIS, line_options, one_board, stopping, unit_option
 from pixstep.cli.command import command
@@ -33,11 +33,11 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
         refuse_period(hz, board.tick_hz())
         _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))
-        uploading.check(planned, limits.connected(board, hz))
+        limits.check(planned, limits.connected(board, hz))
         if pixel_hz:
             board.set_pixel_hz(pixel_hz)
         before = run.positions(board, [axis])[axis]
-        uploads = uploading.begin(board, {axis: planned})
+        uploads = upload.begin(board, {axis: planned})
         group = [run.Lines(board, [axis], uploads)]
         with progress.shown("moving") as show, stopping(group):
             run.arm(board, [axis])

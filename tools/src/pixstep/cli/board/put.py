@@ -3,7 +3,8 @@
 
 import click
 
-from pixstep.board import features, meanings, settings, values
+from pixstep.board import features, settings, values
+from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.board.settings import Change
 from pixstep.board.world import World
@@ -70,6 +71,6 @@ def change_text(change: dict | Change) -> str:
     """Return a change as `name: old -> new unit (words)`."""
     row = change if isinstance(change, dict) else change.as_json()
     register = values.check(row["name"], row["new"])
-    words = meanings.words(register, row["new"])
+    words = regs.words(register, row["new"])
     unit = values.unit_text(register)
     return f"{row['name']}: {row['old']} -> {row['new']}{unit}" + (f" ({words})" if words else "")

@@ -1,27 +1,36 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board simulate`: a board to practise on, and hands for its switches, clock, supply."""
 
+from __future__ import annotations
+
 import contextlib
 import os
 import sys
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import click
-from rich.console import Console
-from rich.live import Live
 
 from pixstep import atomic, signals
 from pixstep.board import boards
-from pixstep.cli.board import benchview
 from pixstep.cli.command import FILE, command, complain
 from pixstep.cli.options import pixel_hz_option, say, show_json_row
 from pixstep.errors import PlainError, UserError
+from pixstep.lazy import lazy
 from pixstep.simulation import benchscript, virtualbench
 from pixstep.simulation.benchscript import Order
 from pixstep.simulation.virtualbench import SLICE_S, VirtualBench
+
+if TYPE_CHECKING:
+    import rich.console
+    import rich.live
+
+    from pixstep.cli.board import benchview
+else:
+    rich = lazy("rich")
+    benchview = lazy("pixstep.cli.board.benchview")
 
 _KEYS = "typed"
 _INPUT = "standard input"
@@ -226,7 +235,9 @@ class _Text:
 class _View:
     """A frame that is drawn again and again, with the line that is typed below."""
 
-    def __init__(self, bench: VirtualBench, live: Live, typed: benchview.Typed, port: str) -> None:
+    def __init__(
+        self, bench: VirtualBench, live: rich.live.Live, typed: benchview.Typed, port: str
+    ) -> None:
         self.bench, self.live, self.typed = bench, live, typed
         self.said, self._drawn_s = f"pixstep board ... --port {port}", -_REDRAW_S
 
@@ -247,6 +258,6 @@ class _View:
 def _serve_terminal(
     bench: VirtualBench, orders: list[Order], typed: benchview.Typed, port: str
 ) -> None:
-    console = Console(highlight=False)
-    with Live(console=console, auto_refresh=False, screen=False) as live:
+    console = rich.console.Console(highlight=False)
+    with rich.live.Live(console=console, auto_refresh=False, screen=False) as live:
         _serve(bench, orders, typed, _View(bench, live, typed, port))

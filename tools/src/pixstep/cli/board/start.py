@@ -44,7 +44,7 @@ def start_command(line, units, axes, wait, as_json):
         group = [item for item in group if item.axes]
         if not group:
             raise UserError("no axis has a line loaded: `pixstep board upload` loads one")
-        shown = progress.shown("running") if wait else contextlib.nullcontext()
+        shown = progress.shown("running") if wait else contextlib.nullcontext(progress.unseen)
         with shown as show, stopping(group):
             token = _start(group, found.world)
             if wait:

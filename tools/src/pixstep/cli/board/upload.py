@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pixstep import formats, progress
-from pixstep.board import limits, run, settings, uploading
+from pixstep.board import limits, run, settings, upload
 from pixstep.board.client import Board
 from pixstep.board.world import World
 from pixstep.cli.board.group import (
@@ -122,14 +122,14 @@ def check_lines(known: Known, lines: dict[int, Line], hz: Fraction | None) -> No
     for item in lines.values():
         say(
             f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"
-            for one in uploading.check(item, found)
+            for one in limits.check(item, found)
         )
 
 
 def _streamed(board: Board, lines: dict[int, Line]) -> str:
     """Return which line does not fit its queue as a whole, in words; empty if all do."""
     for axis, item in lines.items():
-        takes, free = uploading.room(board, axis, item)
+        takes, free = upload.room(board, axis, item)
         if takes > free:
             return f"{item.name} takes {takes} queue entries, axis {axis} has room for {free}"
     return ""
@@ -139,7 +139,7 @@ def run_lines(board: Board, world: World, lines: dict[int, Line], *, arm: bool, 
     """Queue the lines, and as asked arm and follow them; return what was done."""
     axes = list(lines)
     pixels = max(item.pixels for item in lines.values())
-    uploads = uploading.begin(board, lines)
+    uploads = upload.begin(board, lines)
     if arm and wait:
         group = [run.Lines(board, axes, uploads)]
         with progress.shown("running") as show, stopping(group):

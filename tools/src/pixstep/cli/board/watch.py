@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board watch`: boards as they are, again and again."""
 
+from __future__ import annotations
+
 import contextlib
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console, Group
-from rich.live import Live
-from rich.text import Text
 
 from pixstep import signals
 from pixstep.board import registers as regs
@@ -17,10 +17,20 @@ from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
 from pixstep.cli.board.group import Known, boards, line_options, units_option
-from pixstep.cli.board.watchview import AXIS_COLUMNS, page
 from pixstep.cli.command import command
 from pixstep.cli.options import show_json_row
 from pixstep.cli.quantities import TimeType
+from pixstep.lazy import lazy
+
+if TYPE_CHECKING:
+    import rich.console
+    import rich.live
+    import rich.text
+
+    from pixstep.cli.board import watchview
+else:
+    rich = lazy("rich")
+    watchview = lazy("pixstep.cli.board.watchview")
 
 Pair = tuple[Snapshot, Snapshot | None]
 
@@ -51,7 +61,7 @@ def watch_command(line, units, interval, count, once, as_json):
                 for now, before in look:
                     show_json_row(now.as_json(before))
             return
-        console = Console(highlight=False)
+        console = rich.console.Console(highlight=False)
         if console.is_terminal and not once:
             _live(console, looks, found.port)
         else:
@@ -107,12 +117,13 @@ def _take(known: Known, time_s: float) -> Snapshot:
         return Snapshot(known.who, time_s, {}, [], str(error))
 
 
-def _live(console: Console, looks: Iterator[list[Pair]], port: str) -> None:
+def _live(console: rich.console.Console, looks: Iterator[list[Pair]], port: str) -> None:
     """Redraw the terminal at each look."""
-    with Live(console=console, auto_refresh=False, screen=False) as live:
+    with rich.live.Live(console=console, auto_refresh=False, screen=False) as live:
         for look in looks:
-            title = Text(f"{port}   Ctrl-C ends", style="dim")
-            live.update(Group(title, *(page(*pair) for pair in look)), refresh=True)
+            title = rich.text.Text(f"{port}   Ctrl-C ends", style="dim")
+            pages = [watchview.page(*pair) for pair in look]
+            live.update(rich.console.Group(title, *pages), refresh=True)
 
 
 def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
@@ -129,7 +140,7 @@ def _lines(now: Snapshot, before: Snapshot | None) -> Iterator[str]:
     )
     for number, axis in enumerate(now.axes):
         state = regs.axis_state(axis["axis_state"])
-        rest = ", ".join(f"{name} {axis[name]}" for name in AXIS_COLUMNS)
+        rest = ", ".join(f"{name} {axis[name]}" for name in watchview.AXIS_COLUMNS)
         yield f"board {unit} axis {number}: {state}, {rest}"
     if before is not None:
         yield f"board {unit}: {_rates_text(now, before)}"

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT
+"""Modules that take long to load: imported when something of them is first used.
+
+A command's help, and a command that does without them, need not wait for numpy or pymodbus:
+
+    if TYPE_CHECKING:
+        import numpy as np
+    else:
+        np = lazy("numpy")
+"""
+
+import importlib
+from types import ModuleType
+from typing import Any
+
+
+class _Lazy(ModuleType):
+    """Stands for a module."""
+
+    def __getattr__(self, name: str) -> Any:
+        module = importlib.import_module(self.__name__)
+        if hasattr(module, name):
+            return getattr(module, name)
+        try:
+            return importlib.import_module(f"{self.__name__}.{name}")  # a package's own module
+        except ModuleNotFoundError:
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}") from None
+
+
+def lazy(name: str) -> ModuleType:
+    """Return what stands for a module of this name."""
+    return _Lazy(name)
