@@ -375,12 +375,13 @@ def _print_summary(console: rich.console.Console, summary: dict) -> None:
     )
     for reason in summary["reasons"]:
         console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
-    table = new_table("run", "steps", "ticks", "load off", "radius error", "at", "apart")
+    table = new_table("run", "ticks", "load off", "radius error", "at", "apart")
     for name, run in summary["runs"].items():
         table.add_row(name, *_cells(run))
     table.caption = (
-        "ticks: edge minus exact instant; load off: counts from the table at a\n"
-        "pixel edge; radius error: at any step; apart: passes at the same point"
+        "ticks: edge minus exact instant; load off: counts from the\n"
+        "table at a pixel edge; radius error: at any step; apart:\n"
+        "passes at the same point, counts"
     )
     table.caption_justify = "left"
     console.print(table)
@@ -388,14 +389,13 @@ def _print_summary(console: rich.console.Console, summary: dict) -> None:
 
 def _cells(run: dict) -> list[str]:
     """Return what is told of a run in a row."""
-    steps = " ".join(str(axis["steps"]) for axis in run["edges"])
     ticks = ticks_text(max(axis["max_edge_error_ticks"] for axis in run["edges"]))
     loads = " ".join(map(str, run.get("max_load_error_counts", ["-"])))
     found = run.get("roundness")
     if not found:
-        return [steps, ticks, loads, "-", "-", "-"]
+        return [ticks, loads, "-", "-", "-"]
     error = f"{found['max_radius_error']:.6f} {found['unit']}"
     if found["unit"] == "counts":
         error = f"{found['max_radius_error']:.1f} counts"
     apart = f"{found['passes_apart_counts']:g}"
-    return [steps, ticks, loads, error, f"{found['at_degrees']:.1f}°", apart]
+    return [ticks, loads, error, f"{found['at_degrees']:.1f}°", apart]

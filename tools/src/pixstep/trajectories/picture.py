@@ -52,7 +52,10 @@ def draw_errors(
 def build(runs: Sequence[Roundness], unit: Unit, below: str) -> Figure:
     """Return the figure of a circle test."""
     figure = plotting.figure((12.4, 7.0))
-    plotting.heading(figure, "Circle test: radius error over angle", below, 0.945)
+    passes = runs[0].circle.revolutions
+    drawn = f"{passes} passes over each other, the first broad" if passes > 1 else "1 pass"
+    title = "Circle test: radius error over angle"
+    plotting.heading(figure, title, f"{below}; {drawn}", 0.945)
     grid = figure.add_gridspec(2, 2, width_ratios=[1, 1.1])
     around = figure.add_subplot(grid[:, 0], axes_class=PolarAxes)
     assert isinstance(around, PolarAxes)
@@ -143,7 +146,3 @@ def _straight(axes: Axes, runs: Sequence[Roundness], unit: Unit) -> None:
     axes.set_xticks(range(0, 361, 45))
     axes.set_ylabel(unit.name)
     axes.yaxis.set_major_formatter(FuncFormatter(_figure))
-    passes = runs[0].circle.revolutions
-    axes.annotate(f"{passes} pass{'es, the first broad' if passes > 1 else ''}", (0.99, 0.92),
-                  xycoords="axes fraction", ha="right", color=FAINT, fontsize=9,
-                  bbox={"fc": "white", "ec": "none", "pad": 1})  # fmt: skip
