@@ -33,6 +33,14 @@ function(pixstep_image board)
         COMMENT "Images of the ${board} board"
         USES_TERMINAL VERBATIM
     )
+    add_custom_target(
+        suites_${board}
+        COMMAND "${CMAKE_COMMAND}" --build --preset ${board} --target unit_suites
+        WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+        COMMENT "Suites for the ${board} board"
+        USES_TERMINAL VERBATIM
+    )
+    add_dependencies(suites_${board} image_${board})
     string(TOUPPER ${board} name)
     set(PIXSTEP_${name}_BUILD "${build}" PARENT_SCOPE)
     set(PIXSTEP_${name}_IMAGE "${image}" PARENT_SCOPE)
@@ -49,3 +57,15 @@ foreach(board IN LISTS PIXSTEP_BOARDS)
     set(before image_${board})
 endforeach()
 add_custom_target(images DEPENDS ${before})
+
+# The suites of every board that runs them; `all` builds those of one (host_tests/CMakeLists.txt).
+add_custom_target(all_suites)
+function(pixstep_add_suites)
+    foreach(board IN LISTS PIXSTEP_BOARDS)
+        pixstep_read_board(${board})
+        if(BOARD_RUNS_SUITES)
+            add_dependencies(all_suites suites_${board})
+        endif()
+    endforeach()
+endfunction()
+pixstep_add_suites()

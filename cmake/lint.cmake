@@ -21,7 +21,7 @@ file(
 
 function(lint name)
     add_test(NAME lint.${name} COMMAND ${ARGN} WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}")
-    set_tests_properties(lint.${name} PROPERTIES LABELS lint TIMEOUT 900)
+    set_tests_properties(lint.${name} PROPERTIES LABELS lint)
 endfunction()
 
 set(tidy "${PIXSTEP_PYTHON}" "${CMAKE_SOURCE_DIR}/tools/checks/tidy.py")
@@ -61,7 +61,7 @@ set_tests_properties(
 set_tests_properties(
     lint.tidy.host lint.tidy.avr lint.tidy.host.long lint.tidy.avr.long PROPERTIES PROCESSORS 2
 )
-set_tests_properties(lint.tidy.host.long lint.tidy.avr.long PROPERTIES LABELS long TIMEOUT 3600)
+set_tests_properties(lint.tidy.host.long lint.tidy.avr.long PROPERTIES LABELS long)
 
 add_custom_target(
     format

@@ -1,26 +1,24 @@
 # SPDX-License-Identifier: MIT
-# The Python tests (label `python`), run by the clone's own environment. A file that simulates for
-# more than some seconds is a ctest entry of its own, `py.<name>`; the others share an interpreter
-# by the dozen, `py.short.<n>`, since most of their time is the import of libraries. A file that
-# knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
-# `long`).
+# The Python tests (label `python`), run by the clone's own environment. A file that takes more than
+# ten seconds of processor time is a ctest entry of its own, `py.<name>`; the others share an
+# interpreter, `py.short.<n>`, since the import of libraries takes longer than many of them. A file
+# that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
+# `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-    api bad_line bench board board_images board_nonsense bus estops exact examples explore
-    fast_moves faults faults_provoked faults_table figures file_mutations framestorm fuzzing halts
-    homing homing_m1284 homing_mega homing_smooth homing_uno one_check orders orders_kept powercuts
-    reversal_runs rules safety_faults seek_campaign simrun stack_measured switches trajectories
-    trajectory_play trajectory_runs turns waiting_axes witness
+    bench board board_images every_output examples fast_moves figures fuzzing homing homing_smooth
+    one_check orders safety_faults trajectories trajectory_play trajectory_runs
 )
 # These talk to a simulated board over a pseudo terminal, in real time.
 set(PIXSTEP_REAL_TIME board_port board_trouble conformance virtual_bench)
 # These compare what such a session prints: nothing runs beside them.
 set(PIXSTEP_ALONE tutorial console_doc)
-set(PIXSTEP_SHORT_TOGETHER 12)
+set(PIXSTEP_SHORT_TOGETHER 8)
 
-# What every Python program of a test is run with: byte code is kept in the build, not beside the
-# sources, and what is missing fails a test instead of skipping it.
+# What every Python program of a test is run with: byte code is kept where tools/check keeps it, not
+# beside the sources, and what is missing fails a test instead of skipping it.
 set(PIXSTEP_PYTHON_ENVIRONMENT
-    "PYTHONPYCACHEPREFIX=${CMAKE_BINARY_DIR}/pycache" PYTHONDONTWRITEBYTECODE=
+    "PYTHONPYCACHEPREFIX=${CMAKE_SOURCE_DIR}/build/pycache" PYTHONDONTWRITEBYTECODE=
+    PIXSTEP_REQUIRE_BUILT=1
 )
 
 # python_test(<name> <label> FILES <file>... ENVIRONMENT <variable>...)
@@ -33,7 +31,7 @@ function(python_test name label)
         WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
     )
     set_tests_properties(
-        ${name} PROPERTIES LABELS "${label}" TIMEOUT 1800
+        ${name} PROPERTIES LABELS "${label}" COST 20
         ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT};${arg_ENVIRONMENT}"
     )
 endfunction()
@@ -78,4 +76,6 @@ add_test(
     COMMAND "${PIXSTEP_PYTHON}" tools/checks/wheel.py "${CMAKE_BINARY_DIR}/wheel"
     WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
 )
-set_tests_properties(wheel.install PROPERTIES LABELS python TIMEOUT 600)
+set_tests_properties(
+    wheel.install PROPERTIES LABELS python COST 20 ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT}"
+)

@@ -5,7 +5,7 @@
 # rule(<name> <program> <argument>...): a test `rules.<name>` that runs a program from the root.
 function(rule name)
     add_test(NAME rules.${name} COMMAND ${ARGN} WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}")
-    set_tests_properties(rules.${name} PROPERTIES LABELS rules TIMEOUT 120)
+    set_tests_properties(rules.${name} PROPERTIES LABELS rules)
 endfunction()
 
 set(checks "${CMAKE_SOURCE_DIR}/tools/checks")
@@ -31,7 +31,7 @@ rule(sizes "${PIXSTEP_PYTHON}" "${checks}/sizes.py" ${named_images})
 # Builds and runs the suites once more, with counters; seconds, as they are.
 rule(coverage "${PIXSTEP_PYTHON}" "${checks}/coverage.py" --check docs/TESTING.md)
 set_tests_properties(
-    rules.coverage PROPERTIES PROCESSORS 2 TIMEOUT 300 ENVIRONMENT "UNITY_DIR=${UNITY_DIR}"
+    rules.coverage PROPERTIES PROCESSORS 2 ENVIRONMENT "UNITY_DIR=${UNITY_DIR}"
 )
 
 # The modules: who uses whom, what of their state others can write, what flash and RAM each takes.
@@ -44,6 +44,5 @@ rule(module_sizes "${PIXSTEP_PYTHON}" "${checks}/module_sizes.py" --check docs/T
 # All feature switches of a board turned over; each by itself, with what it costs, takes longer.
 rule(features "${PIXSTEP_PYTHON}" "${checks}/features.py" --together)
 rule(features.long "${PIXSTEP_PYTHON}" "${checks}/features.py" --check docs/TIMING.md)
-set_tests_properties(rules.features rules.features.long PROPERTIES TIMEOUT 600)
 set_tests_properties(rules.features.long PROPERTIES LABELS long PROCESSORS 2)
 rule(figures "${PIXSTEP_PYTHON}" "${checks}/figures.py")

@@ -17,6 +17,8 @@ IMAGES = {
     if name.startswith("PIXSTEP_") and name.endswith("_IMAGES")
 }
 RESULT_ADDRESS = 0x600
+# A guard against a simulator that hangs, however busy the machine; no verdict.
+HANG_S = 1800
 GPIOR2 = 0x4B
 
 
@@ -28,7 +30,7 @@ def image(board, name):
 def call(*arguments):
     """One run of the simulator from its command line."""
     return subprocess.run(
-        [SIM, *arguments], check=False, capture_output=True, text=True, timeout=60
+        [SIM, *arguments], check=False, capture_output=True, text=True, timeout=HANG_S
     )
 
 
@@ -49,7 +51,7 @@ class Session:
     def __exit__(self, *_):
         self.process.stdin.close()
         self.process.stdout.close()
-        self.process.wait(timeout=30)
+        self.process.wait(timeout=HANG_S)
 
     def ask(self, command):
         self.process.stdin.write(command + "\n")

@@ -6,9 +6,9 @@ source in firmware/hal/avr that keeps it are one module too. A module uses anoth
 files includes the other's header, or if its object refers to a symbol that the other's defines.
 """
 
+import functools
 import json
 import re
-import shlex
 import subprocess
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -143,18 +143,24 @@ def objects(build: Path, folder: str = "firmware", root: Path = ROOT) -> list[tu
 
 def object_of(command: dict[str, str]) -> str:
     """The object file that one compile command makes, as it is written there."""
-    words = shlex.split(command["command"])
+    # No object's name is quoted, and shlex would take most of the rules' time.
+    words = command["command"].split()
     return words[words.index("-o") + 1]
 
 
-def read_symbols(source: str, made: Path, nm: str) -> Symbols:
-    """Let nm list one object file."""
+def read_symbols(made: list[tuple[str, Path]], nm: str) -> list[Symbols]:
+    """Let nm list object files, all in one run."""
+    paths = [str(path) for _, path in made]
     try:
-        listed = subprocess.run([nm, "-g", str(made)], capture_output=True, text=True, check=True)
+        listed = subprocess.run([nm, "-gA", *paths], capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError) as error:
         words = getattr(error, "stderr", "") or str(error)
-        raise ModuleError(f"{made}: {words.strip()}: build first") from None
-    return parse_symbols(source, listed.stdout)
+        raise ModuleError(f"{words.strip()}: build first") from None
+    rows: dict[str, list[str]] = {path: [] for path in paths}
+    for row in listed.stdout.splitlines():
+        path, _, symbol = row.rpartition(":")
+        rows[path].append(symbol)
+    return [parse_symbols(source, "\n".join(rows[str(path)])) for source, path in made]
 
 
 def parse_symbols(source: str, listing: str) -> Symbols:
@@ -171,13 +177,18 @@ def build_symbols(build: Path, folder: str = "firmware", root: Path = ROOT) -> l
     cache = (build / "CMakeCache.txt").read_text(encoding="utf-8")
     chosen = re.search(r"^CMAKE_NM:\w+=(.+)$", cache, re.MULTILINE)
     nm = chosen[1] if chosen else "nm"
-    return [read_symbols(source, path, nm) for source, path in made]
+    return read_symbols(made, nm)
 
 
 def declares(header: str, name: str, root: Path = ROOT) -> bool:
     """Whether a header declares a function of that name."""
-    text = (root / header).read_text(encoding="utf-8")
-    return re.search(rf"\b{re.escape(name)}\s*\(", text) is not None
+    return name in declared(root / header)
+
+
+@functools.cache
+def declared(header: Path) -> frozenset[str]:
+    """The names before a parenthesis in a header."""
+    return frozenset(re.findall(r"\b(\w+)\s*\(", header.read_text(encoding="utf-8")))
 
 
 def port_of(name: str, ports: Iterable[str], root: Path = ROOT) -> str | None:

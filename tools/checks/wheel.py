@@ -20,6 +20,8 @@ from pathlib import Path
 
 from common import ROOT, finish
 
+# Where byte code is kept: the libraries are links, and not to be written to.
+BYTE_CODE = ("PYTHONPYCACHEPREFIX",)
 PROFILE = "AccProfM39-30Hz-1.PRN"
 LINE = ("line.csv", "--decode", "smooth", "--pixel-hz", "30")
 COMMANDS = (
@@ -104,6 +106,7 @@ def run(
 ) -> str:
     """Run a command with an environment of its own; return what it did, empty if that is fine."""
     own = {"PATH": str(programs), "HOME": str(home), "LANG": "C.UTF-8", **more}
+    own |= {name: os.environ[name] for name in BYTE_CODE if name in os.environ}
     done = subprocess.run(
         [program, *words], env=own, cwd=home, capture_output=True, text=True, check=False,
         executable=programs / program,

@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 from clock import TICK_HZ
+from effort import cases
 from pixstep import demo
 from pixstep.board import boards
 from pixstep.lines import planner
@@ -65,10 +66,11 @@ def test_serial_load_changes_no_edge(tmp_path, board):
 @pytest.mark.parametrize("board", BOARDS)
 @pytest.mark.parametrize("rate", [10_000, 20_000, 30_000])
 def test_constant_rate_is_exact(tmp_path, board, rate):
-    tested = rate_case(rate, 60_000, tick_hz=boards.load(board).tick_hz)
+    steps = cases(15_000, 60_000)
+    tested = rate_case(rate, steps, tick_hz=boards.load(board).tick_hz)
     judged = passed(simulate(Job(board, {0: tested.line}, tested.pixel_hz), tmp_path))
     (axis,) = judged.summary["axes"]
-    assert axis["steps"] == 60_000
+    assert axis["steps"] == steps
     assert axis["rate_error_ppm"] == 0
     assert axis["max_interval_error_ticks"] <= 0.67
 

@@ -4,6 +4,7 @@
 import pytest
 
 from bench import Bench
+from effort import TRIED_BOARDS
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
@@ -14,7 +15,7 @@ from pixstep_dev.robustness import wire
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-BOARDS = boards.BOARD_NAMES
+BOARDS = TRIED_BOARDS
 # Whose default images serve function 8, and whose do not.
 DIAGNOSING = [board.name for board in boards.all_boards() if board.all_features]
 OTHERS = sorted(set(BOARDS) - set(DIAGNOSING))

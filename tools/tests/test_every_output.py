@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import click
 import pytest
 
-from pixstep import formats, natives
+from pixstep import formats, natives, plotting
 from pixstep.cli.command import Command, OutFile, OutFolder
 from pixstep.cli.main import main
 
@@ -109,11 +109,25 @@ every_file = pytest.mark.parametrize("output", FILES, ids=str)
 every_folder = pytest.mark.parametrize("output", FOLDERS, ids=str)
 
 
+def draw_quickly(monkeypatch):
+    """Draw small and without a layout: how pictures are written is tried, not how they look."""
+    make = plotting.figure
+
+    def made(_):
+        figure = make((1, 1))
+        figure.set_layout_engine("none")
+        return figure
+
+    monkeypatch.setattr(plotting, "figure", made)
+    monkeypatch.setitem(plotting.STYLE, "savefig.dpi", 20)
+
+
 @pytest.fixture
 def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
     """Return a function that calls a command with a path for its output."""
     shutil.rmtree(tmp_path)
     (tmp_path / "work").mkdir(parents=True)
+    draw_quickly(monkeypatch)
     monkeypatch.chdir(tmp_path / "work")
     formats.write_csv(tmp_path / "work" / "line.csv", [2, 4, 4, 2])
     (tmp_path / "work" / "own.csv").write_text("steps\n2\n4\n4\n2\n")

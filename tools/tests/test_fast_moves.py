@@ -11,8 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 from bench import Bench
+from effort import TRIED_BOARDS, cases
 from pixstep import formats
-from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import runs
@@ -22,7 +22,8 @@ from worked import DATA, SAMPLE_CSV
 
 PROFILE = DATA / "AccProf-fast-move.csv"
 FAST = accel.Acceleration((40, 120, 240, 400, 600, 840, 1120, 1440, 1700, 1900, 2000))
-BOARDS = boards.BOARD_NAMES
+FARTHEST = cases(100_000, 1_000_000)
+BOARDS = TRIED_BOARDS
 
 
 def random_profile(rng):
@@ -219,7 +220,7 @@ def test_misuse_is_one_line(tmp_path, words, text, status):
 def test_random_moves_on_one_board_end_on_their_step(board):
     """One move after the other: register and count follow the sum of all of them."""
     rng = random.Random(board)
-    sizes = [1, 2, 3, *(random_steps(rng, 30_000) for _ in range(25))]
+    sizes = [1, 2, 3, *(random_steps(rng, 30_000) for _ in range(cases(8, 25)))]
     place = edges = 0
     with Bench(board, hz=30) as bench:
         for steps in sizes:
@@ -235,7 +236,12 @@ def test_random_moves_on_one_board_end_on_their_step(board):
 @pytest.mark.usefixtures("simulator")
 @pytest.mark.parametrize(
     ("board", "axis", "steps"),
-    [("mega", 0, 1_000_000), ("mega", 3, -98_765), ("uno", 0, 43_210), ("uno", 0, 1)],
+    [
+        ("mega", 0, FARTHEST),
+        ("mega", 3, -98_765),
+        ("uno", 0, 43_210),
+        ("uno", 0, 1),
+    ],
 )
 def test_every_edge_of_a_move(tmp_path, board, axis, steps):
     job = fastsim.MoveJob(FAST, fast.plan(FAST, steps), board, axis, Fraction(30))

@@ -7,7 +7,7 @@ from effort import cases
 from homebench import assert_repeats, repeat
 
 pytestmark = pytest.mark.usefixtures("simulator")
-COUNT = cases(20, 125)
+COUNT = cases(10, 125)
 
 
 @pytest.mark.parametrize("axis", range(4))

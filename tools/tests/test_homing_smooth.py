@@ -9,6 +9,7 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
+from effort import cases
 from homebench import PROFILE as STEEP
 from homebench import HomeBench, assert_repeats, repeat
 from pixstep.board import boards
@@ -26,6 +27,7 @@ HZ = Fraction(290)  # 136 steps/px: just below what seeks of the mega may have
 PLANT = "home=2000,hyst=8,travel=-500..4000"
 AXES = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
 BOARDS = [("uno", 0), ("mega", 2), ("m1284", 0)]
+TRIPS = cases(10, 20)
 
 
 def run(tmp_path, board, axis, knobs, *, direction=1, inverted="none", filter_us=None, **changes):
@@ -49,8 +51,13 @@ def speeds_of(counts):
     return speeds
 
 
-@pytest.mark.parametrize(("board", "axis"), AXES)
-@pytest.mark.parametrize("start", [123, 3400])
+@pytest.mark.parametrize(
+    ("board", "axis", "start"),
+    cases(
+        [*((*each, 123) for each in AXES), *((*each, 3400) for each in BOARDS)],
+        [(*each, start) for each in AXES for start in (123, 3400)],
+    ),
+)
 def test_homing_from_both_sides(tmp_path, board, axis, start):
     summary = passed(tmp_path, board, axis, f"{PLANT},start={start},delay=8000")
     assert summary["decode"] == "smooth" and summary["load_beyond_switch_steps"] in (0, 1)
@@ -61,7 +68,7 @@ def test_homing_from_both_sides(tmp_path, board, axis, start):
     assert tuple(counts[-10:]) == PROFILE.counts[9::-1]
 
 
-@pytest.mark.parametrize(("board", "axis"), AXES)
+@pytest.mark.parametrize(("board", "axis"), cases(BOARDS, AXES))
 def test_minus_direction(tmp_path, board, axis):
     knobs = f"{PLANT},start=3000,active=high"
     summary = passed(tmp_path, board, axis, knobs, direction=-1, inverted="limits")
@@ -103,7 +110,7 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
     with HomeBench(board, axis, f"{PLANT},start=0", hz=HZ, edges=path) as bench:
         plan = bench.plan(profile=PROFILE, decode=SMOOTH, slow=4, search_steps=6000)
         made = []
-        for index in range(20):
+        for index in range(TRIPS):
             place = 2000 - rng.randint(1, (60, 700)[index % 2])
             bench.sim.knobs(0, axis, f"start={place},delay={rng.randint(0, 16_000)}")
             bench.sim.run(50_000)
@@ -127,16 +134,18 @@ def test_trips_while_speeding_up_stop_mirrored(tmp_path, board, axis):
         if leg.name != "slow approach":
             assert tuple(speeds[: top + 1]) == SPEEDS[: top + 1]
             tops.add(speeds[top])
-    assert len(made) == 60 and len(tops) >= 5, tops
+    assert len(made) == 3 * TRIPS and len(tops) >= cases(3, 5), tops
 
 
 @pytest.mark.parametrize("axis", range(4))
 def test_many_homings_of_the_mega_end_on_one_step(axis):
-    assert_repeats(repeat("mega", axis, 25, seed=50 + axis, decode=SMOOTH), 25)
+    count = cases(8, 25)
+    assert_repeats(repeat("mega", axis, count, seed=50 + axis, decode=SMOOTH), count)
 
 
 def test_many_homings_of_the_uno_end_on_one_step():
-    assert_repeats(repeat("uno", 0, 100, seed=60, decode=SMOOTH), 100)
+    count = cases(25, 100)
+    assert_repeats(repeat("uno", 0, count, seed=60, decode=SMOOTH), count)
 
 
 def test_the_bench_profile_is_sound_smoothly():

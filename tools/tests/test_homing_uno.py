@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A thousand homings from random places with random delays of the switch: the uno's 500."""
+"""Homings from random places with random delays of the switch: the uno's 500."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from effort import cases
 from homebench import assert_repeats, repeat
 
 pytestmark = pytest.mark.usefixtures("simulator")
-COUNT = cases(25, 125)
+COUNT = cases(15, 125)
 
 
 @pytest.mark.parametrize("seed", range(4))

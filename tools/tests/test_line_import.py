@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from effort import cases
 from pixstep import formats
 from pixstep.errors import UserError
 from pixstep.lines import linecheck
@@ -151,7 +152,7 @@ def test_a_file_that_is_no_text(put, tmp_path):
         import_line(tmp_path / "none.csv", Request(PLAIN))
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=cases(6, 60), deadline=None, derandomize=True)
 @given(
     st.integers(2, 200),
     st.integers(0, 40_000),

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from bench import Bench
 from checked_lines import WORLDS, World, entries, long_lines, pieces
+from effort import cases
 from pixstep.board import boards, limits
 from pixstep.board import registers as regs
 from pixstep.board.client import Upload
@@ -26,7 +27,7 @@ from pixstep.lines.runs import queue_entries
 pytestmark = pytest.mark.usefixtures("simulator")
 
 BOARDS = boards.BOARD_NAMES
-FEWEST = 200  # lines a board, whatever --lines says
+FEWEST = cases(100, 200)  # lines a board, whatever --lines says
 MOVING = 20  # of so many lines one more is sent while it moves
 FIRST_SETTING = "pixel_hz_num"
 SETTLE_S = 0.02

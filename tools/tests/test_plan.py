@@ -3,10 +3,12 @@
 
 import random
 from fractions import Fraction
+from itertools import cycle, product
 
 import pytest
 
 from clock import TICK_HZ
+from effort import cases
 from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines import exact, planner
@@ -18,6 +20,7 @@ from worked import EXPECTED, worked_line
 
 pytestmark = pytest.mark.usefixtures("plan_program")
 
+BACKLASHES = [0, 1, 250, 999, 1000]
 CLOCKS = sorted({board.tick_hz for board in boards.all_boards()})
 
 
@@ -40,7 +43,7 @@ def judge(tested: Case) -> None:
 
 @pytest.mark.parametrize("decode", [SMOOTH, PLAIN])
 @pytest.mark.parametrize("tick_hz", CLOCKS)
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(cases(2, 5)))
 def test_random_lines(lines_option, decode, seed, tick_hz):
     rng = random.Random(f"{seed} {decode} plan")
     for _ in range(max(1, lines_option // 5)):
@@ -48,8 +51,10 @@ def test_random_lines(lines_option, decode, seed, tick_hz):
 
 
 @pytest.mark.parametrize("tick_hz", CLOCKS)
-@pytest.mark.parametrize("hz", PIXEL_HZ)
-@pytest.mark.parametrize("backlash", [0, 1, 250, 999, 1000])
+@pytest.mark.parametrize(
+    ("hz", "backlash"),
+    cases(zip(PIXEL_HZ, cycle(BACKLASHES), strict=False), product(PIXEL_HZ, BACKLASHES)),
+)
 def test_worked_example(hz, backlash, tick_hz):
     judge(Case(worked_line(backlash, pixels=34), hz, tick_hz))
 

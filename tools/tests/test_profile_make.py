@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from clock import TICK_HZ
+from effort import cases
 from pixstep import formats
 from pixstep.cli.main import main
 from pixstep.errors import UserError
@@ -19,7 +20,7 @@ from pixstep.lines.units import ACCELERATION, JERK
 from pixstep.profiles import generator, make
 from pixstep.profiles.make import ProfileLimits, shortest_pixels, shortest_profile
 
-RANDOM_LIMITS = 2000
+RANDOM_LIMITS = cases(300, 2000)
 
 
 def random_limits(rng: random.Random) -> ProfileLimits:
@@ -110,7 +111,7 @@ def test_random_limits_make_lines_without_findings():
 @pytest.mark.usefixtures("plan_program")
 def test_the_firmware_takes_the_lines():
     rng = random.Random(22)
-    for _ in range(40):
+    for _ in range(cases(10, 40)):
         limits = random_limits(rng)
         line = line_of(limits, 2, rng.choice((0, limits.top_speed // 2)))
         hz = max(Fraction(1), Fraction(TICK_HZ, 2000 * limits.top_speed))

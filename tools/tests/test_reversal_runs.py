@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bench import Bench
+from effort import TRIED_BOARDS
 from pixstep import formats
 from pixstep.board import boards
 from pixstep.errors import UserError
@@ -28,7 +29,7 @@ from strokes_line import LIMITS, PLAY, four_reversals
 HZ = Fraction(100)
 IDEAL = tuple(four_reversals())
 TRANSITION_PX = 12
-BOARDS = boards.BOARD_NAMES
+BOARDS = TRIED_BOARDS
 
 
 def compensated(transition_px=TRANSITION_PX):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The play model and the laying over, against the published errors of a circle."""
 
+import functools
 import math
 from itertools import accumulate, pairwise
 
@@ -30,6 +31,7 @@ TABLE = {  # points of the transition: largest error in inches, small and large 
 }
 
 
+@functools.cache
 def circle(radius):
     """One coordinate of a circle in counts, a revolution and a half from its largest value."""
     return [int(radius * math.cos(2 * math.pi * i / POINTS)) for i in range(POINTS * 3 // 2 + 1)]

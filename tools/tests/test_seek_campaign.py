@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("simulator")
 
 
 @pytest.mark.parametrize(
-    ("board", "trials"), [("uno", cases(7, 14)), ("mega", cases(7, 14)), ("m1284", 14)]
+    ("board", "trials"), [("uno", cases(7, 14)), ("mega", cases(7, 14)), ("m1284", cases(4, 14))]
 )
 def test_random_seeks(tmp_path, board, trials):
     endings, offsets = set(), set()

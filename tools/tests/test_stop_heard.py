@@ -4,6 +4,7 @@
 import pytest
 
 from bench import Bench
+from effort import TRIED_BOARDS
 from pixstep.board import boards
 from pixstep.lines.line import PLAIN, Line
 from pixstep_dev.robustness.orders import frames
@@ -12,7 +13,7 @@ from test_bus import DIAGNOSING
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
-BOARDS = boards.BOARD_NAMES
+BOARDS = TRIED_BOARDS
 SILENCES_US = (1812, 2250)
 RUNNING = Line((40,) * 200, PLAIN)
 REPLY = seal(bytes([2, 4, 250, *range(250)]))  # of another board: 125 registers

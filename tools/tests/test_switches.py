@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from bench import Bench
-from effort import cases
+from effort import TRIED_BOARDS, cases
 from pixstep.board import boards
 from pixstep.board.client import LineRefusedByBoardError, Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 
 pytestmark = pytest.mark.usefixtures("simulator")
-BOARDS = boards.BOARD_NAMES
+BOARDS = TRIED_BOARDS
 HZ = Fraction(100)
 START, WAIT, SEEK, END, DOWN = 0x01, 0x20, 0x80, (2, 0), (3, 0)
 

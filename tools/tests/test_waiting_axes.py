@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from bench import Bench
-from pixstep.board import boards
+from effort import TRIED_BOARDS
 from pixstep.board import registers as regs
 from pixstep.board.client import Upload
 from pixstep.lines.line import PLAIN, Line
@@ -38,7 +38,7 @@ def test_a_line_that_is_held_back_takes_no_time_from_one_that_runs(token, settle
         assert bench.count() == line.total_steps
 
 
-@pytest.mark.parametrize("board", boards.BOARD_NAMES)
+@pytest.mark.parametrize("board", TRIED_BOARDS)
 def test_what_is_queued_right_behind_a_stop_is_kept_or_refused(board):
     entries = queue_entries(Line((3, 3), PLAIN))
     answers = set()

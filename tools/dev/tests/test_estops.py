@@ -5,15 +5,14 @@ import json
 
 import pytest
 
-from effort import cases
-from pixstep.board import boards
+from effort import TRIED_BOARDS, cases
 from pixstep.board.client import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simctl import Simulator
 from pixstep_dev.robustness import estops
 
-BOARDS = boards.BOARD_NAMES
+BOARDS = TRIED_BOARDS
 STOPS = cases(20, 60)
 
 

@@ -4,7 +4,7 @@
 import pytest
 
 import orders_kept
-from pixstep.board import boards
+from effort import TRIED_BOARDS
 from pixstep_dev.robustness.orders import actions
 from pixstep_dev.robustness.orders.actions import TELL, Order, Pin, Wait
 from pixstep_dev.robustness.orders.guard import Guard
@@ -31,7 +31,7 @@ def test_kept(board, kept):
     assert fault in (kept.faults or ("none",))
 
 
-@pytest.mark.parametrize("board", boards.BOARD_NAMES)
+@pytest.mark.parametrize("board", TRIED_BOARDS)
 def test_permit_has_no_pulse_beside_a_stop(board):
     """Switching PERMIT on is carried out at every place of the emergency stop's interrupt."""
     with World(board) as world:

@@ -5,11 +5,11 @@ import json
 
 import pytest
 
-from effort import cases
-from pixstep.board import boards, settings
+from effort import TRIED_BOARDS, cases
+from pixstep.board import settings
 from pixstep_dev.robustness import powercuts
 
-BOARDS = boards.BOARD_NAMES
+BOARDS = TRIED_BOARDS
 CUTS = cases(25, 60)
 
 

@@ -12,11 +12,12 @@ from click.testing import CliRunner
 
 from pixstep import natives
 from pixstep.cli.main import main
+from pixstep.errors import UserError
 from pixstep_dev.cli.main import main as main_dev
 from pixstep_dev.tutorial import check, document, pictures, session
 
 TUTORIAL = natives.root() / "docs" / "TUTORIAL.md"
-LEAST_STEPS = 40  # a tutorial whose blocks are no longer recognised is shorter
+LEAST_STEPS = 30  # a tutorial whose blocks are no longer recognised is shorter
 
 
 @pytest.fixture(scope="module")
@@ -35,23 +36,19 @@ def found_in(tmp_path, text):
     return [item.removeprefix(f"{path}:") for item in check.check(path)]
 
 
-@pytest.mark.usefixtures("plan_program", "simulator", "mbpoll")
+@pytest.mark.usefixtures("plan_program", "simulator")
 def test_the_tutorial_is_true(tutorial):
-    assert len(tutorial.steps) >= LEAST_STEPS and len(tutorial.pictures) == 5
+    assert len(tutorial.steps) >= LEAST_STEPS and len(tutorial.pictures) == 2
     assert check.check(TUTORIAL) == []
 
 
 def test_what_cannot_be_run_exists(tutorial):
     """Targets, presets, scripts, options of commands that need network, root or a board."""
-    assert {item.needs for item in tutorial.not_run} == set(document.NOT_RUN)
+    assert {item.needs for item in tutorial.not_run} == {"network", "board"}
     for item in tutorial.not_run:
         words = item.command.split()
         judge = JUDGES[words[0]]
         assert judge(words[1:]), f"{item.line}: {item.command}"
-
-
-def _apt(words):
-    return words[:2] == ["apt-get", "install"] and "=git\n" in read("tools/setup")
 
 
 def _clone(words):
@@ -75,15 +72,6 @@ def _setup(words):
     return words in ([], ["run"]) and "run | all) ;;" in read("tools/setup")
 
 
-def _mbpoll(words):
-    """Every option is one of mbpoll's, every type one that it names."""
-    usage = subprocess.run(["mbpoll", "-h"], capture_output=True, text=True, check=False).stdout
-    known = set(re.findall(r"^  (-\w)\b", usage, flags=re.MULTILINE))
-    types = set(re.findall(r"^  -t (\S+)", usage, flags=re.MULTILINE))
-    kinds = [words[index + 1] for index, word in enumerate(words) if word == "-t"]
-    return {word for word in words if word.startswith("-")} <= known and set(kinds) <= types
-
-
 def read(path):
     return natives.source(path).read_text(encoding="utf-8")
 
@@ -98,7 +86,6 @@ def _pixstep(words):
 
 
 JUDGES = {
-    "sudo": _apt,
     "git": _clone,
     "cd": lambda words: words == [f"~/{session.CLONE}"],
     "tools/setup": _setup,
@@ -106,7 +93,6 @@ JUDGES = {
     "tools/build": lambda words: not words and bool(read("tools/build")),
     "cmake": _cmake,
     "stty": lambda words: words[0] == "-F" and words[2:] == ["-hupcl"],
-    "mbpoll": _mbpoll,
     "export": lambda words: words[0].startswith("PIXSTEP_PORT=/dev/"),
     "pixstep": _pixstep,
 }
@@ -117,12 +103,6 @@ def test_judges_refuse():
     assert not _cmake(["--build", "--preset", "nano", "--target", "flash"])
     assert not _setup(["everything"])
     assert not _pixstep(["flash", "--burn", "now"])
-
-
-@pytest.mark.usefixtures("mbpoll")
-@pytest.mark.parametrize("words", ["-z 3", "-t 9", "-t 3:octal"])
-def test_unknown_options_of_mbpoll_are_found(words):
-    assert not _mbpoll(words.split())
 
 
 @pytest.mark.parametrize(
@@ -174,6 +154,7 @@ def test_parts_of_a_document():
         ("```bash\nls\n```", "1: a block of unknown kind 'bash'"),
         ("```sh wings\nfly\n```", "1: a block of unknown kind 'sh wings'"),
         ("```console\nout\n```", "2: output without a command"),
+        (block("$ one", "out", "bench> press"), "4: typed at the bench behind the last output"),
         ("![p](a.png)", "1: a.png: no title says what makes it"),
     ],
 )
@@ -181,7 +162,6 @@ def test_unclear_places_are_found(text, complaint):
     assert document.parse(text).complaints == (complaint,)
 
 
-@pytest.mark.usefixtures("mbpoll")
 def test_faults_are_found(tmp_path):
     text = block(
         "$ mkdir ~/first-line && cd ~/first-line", "$ echo right", "wrong", "$ false", "$ true",
@@ -194,7 +174,6 @@ def test_faults_are_found(tmp_path):
     ]
 
 
-@pytest.mark.usefixtures("mbpoll")
 def test_steps_behind_an_exit_are_not_reached(tmp_path):
     assert found_in(tmp_path, block("$ exit 0", "$ echo x", "x")) == [
         "2: not reached: exit 0",
@@ -202,7 +181,6 @@ def test_steps_behind_an_exit_are_not_reached(tmp_path):
     ]
 
 
-@pytest.mark.usefixtures("mbpoll")
 def test_what_is_left_running_is_ended(tmp_path):
     pid = tmp_path / "pid"
     assert found_in(tmp_path, block(f"$ sleep 250 & echo $! >{pid}")) == []
@@ -212,7 +190,60 @@ def test_what_is_left_running_is_ended(tmp_path):
     assert state in ("", "Z")
 
 
-@pytest.mark.usefixtures("mbpoll")
+def test_files_of_the_reader_are_written(tmp_path):
+    text = f"```toml machine.toml\n[clock]\n\npixel = '$30'\n```\n{block('$ cat machine.toml')}"
+    assert found_in(tmp_path, text) == [
+        "7: prints something else: cat machine.toml\n    [clock]\n    \n    pixel = '$30'"
+    ]
+
+
+ASKED = (
+    r"""$ for n in 1 2; do printf 'Is %d so? [y/N]: ' "$n"; read -r a; echo "said $a"; done""",
+)
+
+
+def test_questions_are_answered(tmp_path):
+    said = ("Is 1 so? [y/N]: y", "said y", "...", "Is ... so? [y/N]: n", "said n")
+    assert found_in(tmp_path, block(*ASKED, *said)) == []
+
+
+def test_questions_that_are_not_asked_are_found(tmp_path):
+    said = ("Is 1 so? [y/N]: y", "said y", "Is 3 so? [y/N]: y", "said y")
+    (complaint,) = found_in(tmp_path, block("$ echo a", "Go? [Y/n]: y"))
+    assert complaint == "2: prints something else: echo a\n    a"
+    (complaint,) = found_in(tmp_path, block(*ASKED, *said))
+    assert complaint.endswith("    said y\n    Is 2 so? [y/N]: said")
+
+
+# What the hands see of a bench: a first line, then one for each command, behind its time.
+BENCH = """```console bench
+$ echo ready; while read -r text; do echo "$text" >>typed; echo "   1.000 s  $text"; done
+...
+```
+"""
+
+
+def test_the_bench_is_worked(tmp_path):
+    text = BENCH + block(
+        "bench> one", "$ cat typed", "one", "bench> two", "bench> three", "$ tail -n 1 typed",
+        "three",
+        "$ until grep -q four typed; do sleep 0.1; done; echo seen",
+        "bench> until it moves", "bench> four", "seen",
+        "$ echo first; until grep -q five typed; do sleep 0.1; done; echo last",
+        "first", "bench> five", "last",
+    )  # fmt: skip
+    assert found_in(tmp_path, text) == []
+
+
+def test_what_goes_wrong_at_the_bench_is_said(tmp_path):
+    lines = ("bench> press all", "$ echo x", "x")
+    with pytest.raises(UserError, match="bench> press all: no window of a bench is open"):
+        found_in(tmp_path, block(*lines))
+    ends = "```console bench\n$ echo ready; read -r text; echo no such command\n...\n```\n"
+    with pytest.raises(UserError, match=r"press all: the bench has ended: \['no such command'\]"):
+        found_in(tmp_path, ends + block(*lines))
+
+
 def test_write_refreshes(tmp_path):
     path = tmp_path / "DOC.md"
     picture = TUTORIAL.parent / "tutorial" / "tens.png"

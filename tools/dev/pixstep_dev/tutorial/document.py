@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: MIT
 """What a walked document holds: commands with their outputs, commands that are not run, pictures.
 
-Fenced blocks are of three kinds, by the words behind their backquotes:
+Fenced blocks are of these kinds, by the words behind their backquotes:
 
     console       commands ("$ ", continued behind a backslash) with their output: all are run
+    console bench one command that goes on in a window of its own: a virtual bench
     sh WHY        commands only, not run here because they need WHY: network, root or board
+    toml FILE     a file that the reader writes (text FILE as well)
     text          something to look at
+
+In an output stands also what is typed while the command runs: the answer behind a question
+("[Y/n]: y"), and behind "bench> " a command in the window of the bench. Each is typed when all
+that stands before it has been printed; what comes before a command, or first behind it, before its
+start.
 
 Outputs agree by *the rule of the dots*: in the document a line `...` stands for any lines (or
 none), `...` inside a line for any characters of it; all else is literally what the command prints,
@@ -16,12 +23,16 @@ A picture is an image whose title names the file of the walk that it shows:
 """
 
 import re
+import shlex
 from dataclasses import dataclass, replace
 
 DOTS = "..."
 NOT_RUN = ("network", "root", "board")
 _FENCE = "```"
 _PROMPT = "$ "
+BENCH = "bench> "
+_QUESTION = re.compile(r"(?P<question>.*\[[Yy]/[Nn]\]: )(?P<answer>\w+)")
+_END_OF_FILE = "END"
 _IMAGE = re.compile(r'!\[[^\]]*\]\((?P<shown>[^)\s]+)(?: "(?P<made>[^"]+)")?\)')
 
 
@@ -32,6 +43,22 @@ class Step:
     line: int
     command: str
     shown: tuple[str, ...]
+    before: tuple[str, ...] = ()  # typed at the bench
+    window: bool = False  # goes on beside the others, in a window of its own
+
+    @property
+    def typed_to(self) -> bool:
+        """True if something is typed before the command or while it runs."""
+        return self.window or bool(self.before or cues(self))
+
+
+@dataclass(frozen=True)
+class Cue:
+    """What is typed while a command runs, and the pattern of what it has printed by then."""
+
+    after: str
+    text: str
+    bench: bool
 
 
 @dataclass(frozen=True)
@@ -81,8 +108,11 @@ def parse(text: str) -> Document:
     complaints: list[str] = []
     for first, kind, body in _parts(lines):
         words = kind.split()
-        if kind == "console":
-            steps += _steps(first, body, complaints)
+        if kind in ("console", "console bench"):
+            window = kind != "console"
+            steps += [replace(step, window=window) for step in _steps(first, body, complaints)]
+        elif words[:1] in (["toml"], ["text"]) and len(words) == 2:
+            steps.append(_file(first, words[1], body))
         elif words[:1] == ["sh"] and len(words) == 2 and words[1] in NOT_RUN:
             not_run += [replace(item, needs=words[1]) for item in _commands(first, body)]
         elif kind == _FENCE:
@@ -95,12 +125,31 @@ def parse(text: str) -> Document:
 def agrees(shown: tuple[str, ...] | list[str], printed: list[str]) -> bool:
     """True if an output is what the document shows, by the rule of the dots."""
     pattern = "".join(
-        r"(?:[^\n]*\n)*?"
-        if line.strip() == DOTS
-        else "[^\n]*".join(map(re.escape, line.split(DOTS))) + "\n"
+        r"(?:[^\n]*\n)*?" if line.strip() == DOTS else _pattern(line) + "\n"
         for line in plain(shown)
     )
     return re.fullmatch(pattern, "".join(f"{line}\n" for line in plain(printed))) is not None
+
+
+def cues(step: Step) -> list[Cue]:
+    """Return what is typed while a command runs, in its order."""
+    found: list[Cue] = []
+    after = ""
+    for line in step.shown:
+        question = _QUESTION.fullmatch(line)
+        if line.startswith(BENCH):
+            found.append(Cue(after, line.removeprefix(BENCH), bench=True))
+        elif question:
+            found.append(Cue(f"^{_pattern(question['question'])}", question["answer"], bench=False))
+        if line.startswith(BENCH) or question:
+            after = ""
+        elif line.strip() != DOTS:
+            after = f"^{_pattern(line.rstrip())} *\n"
+    return found
+
+
+def _pattern(line: str) -> str:
+    return "[^\n]*".join(map(re.escape, line.split(DOTS)))
 
 
 def plain(lines: tuple[str, ...] | list[str]) -> list[str]:
@@ -127,18 +176,40 @@ def _parts(lines: tuple[str, ...]) -> list[tuple[int, str, list[str]]]:
 def _steps(first: int, body: list[str], complaints: list[str]) -> list[Step]:
     """Return the commands of a console block."""
     steps: list[Step] = []
+    before: list[str] = []
     continued = False
     for number, line in enumerate(body, start=first):
         if continued:
             steps[-1] = replace(steps[-1], command=f"{steps[-1].command}\n{line}")
         elif line.startswith(_PROMPT):
-            steps.append(Step(number, line.removeprefix(_PROMPT), ()))
+            if steps:
+                steps[-1], before = _without_bench(steps[-1])
+            steps.append(Step(number, line.removeprefix(_PROMPT), (), tuple(before)))
         elif steps:
             steps[-1] = replace(steps[-1], shown=(*steps[-1].shown, line))
+        elif line.startswith(BENCH):
+            before.append(line.removeprefix(BENCH))
         else:
             complaints.append(f"{number}: output without a command")
         continued = (continued or line.startswith(_PROMPT)) and line.endswith("\\")
+    if body[-1:] and body[-1].startswith(BENCH):
+        complaints.append(f"{first + len(body) - 1}: typed at the bench behind the last output")
     return steps
+
+
+def _without_bench(step: Step) -> tuple[Step, list[str]]:
+    """Return a step without what is typed at the bench behind its output, and that."""
+    shown = list(step.shown)
+    before: list[str] = []
+    while shown and shown[-1].startswith(BENCH):
+        before.insert(0, shown.pop().removeprefix(BENCH))
+    return replace(step, shown=tuple(shown)), before
+
+
+def _file(first: int, name: str, body: list[str]) -> Step:
+    """Return the step that writes a file as a reader would with an editor."""
+    text = "\n".join([f"cat >{shlex.quote(name)} <<'{_END_OF_FILE}'", *body, _END_OF_FILE])
+    return Step(first - 1, text, ())
 
 
 def _commands(first: int, body: list[str]) -> list[NotRun]:

@@ -16,18 +16,24 @@ import matplotlib as mpl
 from pixstep import natives
 from pixstep.errors import UserError
 from pixstep.progress import Progress
+from pixstep_dev.tutorial import hands
 from pixstep_dev.tutorial.document import Step
 
 CLONE = "pixstep"  # ~/pixstep, as the document has it
-_LIMIT_S = 300
-_LOOK_S = 0.2
+_LIMIT_S = 3600  # a guard against hanging, however busy the machine
+_LOOK_S = 0.05
 
 # The status of the last command is given on, so that `echo $?` shows a reader's.
 _HEAD = """status() { return "$1"; }
 last=0
 """
 _STEP = """status "$last"; {{ {command}
-}} >{log} 2>&1; last=$?; echo "$last" >{log}.status
+}} {stdin}>>{log} 2>&1; last=$?; echo "$last" >{status}
+"""
+# A window is there when it has printed its first line, or has ended.
+_WINDOW = """{{ {{ {command}
+}} {stdin}>>{log} 2>&1; touch {ended}; }} &
+until [ -s {log} ] || [ -e {ended} ]; do sleep 0.05; done; last=0; echo "$last" >{status}
 """
 
 
@@ -49,12 +55,28 @@ def walk(steps: tuple[Step, ...], home: Path, logs: Path, progress: Progress) ->
     paths = [logs / f"step-{index}" for index in range(len(steps))]
     script = logs / "walk.sh"
     script.write_text(_HEAD + "".join(map(_lines, steps, paths)), encoding="utf-8")
-    _run(script, home, lambda: progress(len(list(logs.glob("*.status"))) / max(1, len(steps))))
+    typing = hands.Hands(steps, paths)
+    work = typing.work()
+
+    def look() -> None:
+        next(work, None)
+        progress(len(list(logs.glob("*.status"))) / max(1, len(steps)))
+
+    try:
+        _run(script, home, look)
+    finally:
+        typing.close()
     return [_outcome(step, path) for step, path in zip(steps, paths, strict=True)]
 
 
 def _lines(step: Step, log: Path) -> str:
-    return _STEP.format(command=step.command, log=shlex.quote(str(log)))
+    return (_WINDOW if step.window else _STEP).format(
+        command=step.command,
+        log=shlex.quote(str(log)),
+        status=shlex.quote(str(hands.status_of(log))),
+        ended=shlex.quote(str(hands.ended_of(log))),
+        stdin=f"<{shlex.quote(str(hands.pipe_of(log)))} " if step.typed_to else "",
+    )
 
 
 def _run(script: Path, home: Path, look: Callable[[], None]) -> None:
@@ -98,7 +120,7 @@ def _environment(home: Path) -> dict[str, str]:
 
 
 def _outcome(step: Step, log: Path) -> Outcome:
-    status = log.with_name(f"{log.name}.status")
+    status = hands.status_of(log)
     if not status.exists():
         return Outcome(step, [], None)
     text = log.read_text(encoding="utf-8", errors="replace")
