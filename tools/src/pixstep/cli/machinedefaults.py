@@ -201,7 +201,7 @@ def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
     Raises UserError if the file has several motors and none is chosen.
     """
     facts = _facts(ctx)
-    return None if facts.machine is None else (facts.machine.path, facts.motor.name)
+    return (facts.found.path, facts.motor.name) if facts.found else None
 
 
 def by_machine(ctx: click.Context, name: str) -> bool:
