@@ -25,6 +25,7 @@ PRN, FAST = (
 LINE = ("line.csv", "--decode", "plain")
 AT_30 = ("--pixel-hz", 30)
 PROFILE = ("--top-speed", 20, "--max-acceleration", 4, "--max-jerk", 4, "--name", "x", *AT_30)
+TABLE = ("table.csv", "--play", 2, "--transition", 2, "--bandwidth", "none")
 # How each command is called, without the output that is tried and with the others that it needs.
 CALLS = {
     "board log records -o": ("board", "log", "records"),
@@ -50,6 +51,12 @@ CALLS = {
     "profile make --csv": ("profile", "make", *PROFILE, "-o", "{other}"),
     "profile make -o": ("profile", "make", *PROFILE[:-4], *AT_30),
     "profile repair -o": ("profile", "repair", "line.csv"),
+    "trajectory circle -o": ("trajectory", "circle", "--radius", 900, "--points", 64),
+    "trajectory compensate -o": ("trajectory", "compensate", *TABLE),
+    "trajectory export -o": ("trajectory", "export", "table.csv"),
+    "trajectory import -o": ("trajectory", "import", "table.csv"),
+    "trajectory show --plot": ("trajectory", "show", *TABLE),
+    "trajectory sim --out": ("trajectory", "sim", *TABLE, "--board", "mega", *AT_30),
     "profile show -o": ("profile", "show", PRN),
     "sim --out": ("sim", *LINE, *AT_30, "--board", "uno"),
     "ticks -o": ("ticks", *LINE, *AT_30),
@@ -124,6 +131,8 @@ def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "work")
     formats.write_csv(tmp_path / "work" / "line.csv", [2, 4, 4, 2])
     (tmp_path / "work" / "own.csv").write_text("steps\n2\n4\n4\n2\n")
+    points = [f"{min(k, 9 - k)},{k}\n" for k in range(10)]
+    (tmp_path / "work" / "table.csv").write_text("".join(["p1,p2\n", *points]))
 
     def run(output, path, *more, status=0):
         number = len(list((tmp_path).iterdir()))
@@ -247,7 +256,8 @@ def test_a_folder_of_the_users_is_left_alone(call, output, tmp_path):
         (out / name).write_text("mine")
     before = tree(tmp_path)
     text = call(output, "out", status=2).stderr
-    assert last_line(text).startswith("out/edges.csv: already exists and is not as an earlier run")
+    first = "summary.json" if output.words[0] == "trajectory" else "edges.csv"  # in their order
+    assert last_line(text).startswith(f"out/{first}: already exists and is not as an earlier run")
     assert tree(tmp_path) == before
 
 
