@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: MIT
+"""lookahead: how fast the path is run so that no motor exceeds a limit, in a moving window.
+
+The unknown is w = (du/dt)^2 at the ends of the intervals of programmed time u. In an interval w is
+linear in u, so a motor's acceleration q' w'/2 + q'' w is linear in the two unknowns x at its
+beginning and y at its end:
+
+    |a y - b x| <= A      with a = q'/2du (+ q''), b = q'/2du (- q'') at the end (the beginning)
+
+A pass backwards finds the highest x from which every limit can be kept to the end of the window,
+where the path may have to stop; a pass forwards takes the highest y that these allow. On a path
+without bend that is the optimum; with bends it tends to it as the intervals shrink.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pixstep.programs.blends import Floats, Intervals
+from pixstep.programs.motors import SMOOTH_ROUNDING, Setup
+
+_TINY = 1e-12
+_FREE = float("inf")
+_CURVED_BOUND = 8.0  # a pixel of constant acceleration a bends by a/8 from its chord
+
+
+@dataclass(frozen=True)
+class Run:
+    """Intervals with w at their ends; `straight` ones may be run faster in between."""
+
+    path: Intervals
+    begin: Floats
+    end: Floats
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What each motor may do, in counts and ms; `corner` bounds q'' w alone."""
+
+    speed: Floats
+    acceleration: Floats
+    corner: Floats
+
+    @classmethod
+    def of(cls, setup: Setup) -> "Limits":
+        """Return the limits to plan with: whole steps add their share to them."""
+        pixel = setup.pixel_ms
+        speed = [
+            max(motor.max_speed - (2 / pixel if motor.smooth else 0), 0.5 * motor.max_speed)
+            for motor in setup.motors
+        ]
+        acceleration = [motor.planned_acceleration(pixel) for motor in setup.motors]
+        return cls(
+            np.array(speed), np.array(acceleration), np.array([_corner(m, setup) for m in setup.motors])
+        )
+
+
+def _corner(motor, setup: Setup) -> float:
+    """Return how much a motor may accelerate sideways, for its path or for the board."""
+    pixel = setup.pixel_ms
+    if motor.smooth:
+        return _CURVED_BOUND * setup.path_tolerance / pixel**2
+    return _FREE
+
+
+class TimeLaw:
+    """Runs a path of any length within limits, `window` moves ahead."""
+
+    def __init__(self, limits: Limits, window: int) -> None:
+        self.limits = limits
+        self.window = max(1, window)
+        self._stride = max(1, self.window // 8)
+        self._w = _FREE  # where the forward pass stands
+        self._rows: list[_Row] = []
+        self._highest: list[float] = []  # of w at the beginning of each interval, by the last pass
+
+    def runs(self, path: Iterable[Intervals]) -> Iterator[Run]:
+        """Yield the intervals of whole moves with their w, as soon as the window has seen enough."""
+        waiting: list[Intervals] = []
+        known = 0  # intervals in the passes
+        for part in path:
+            waiting.append(part)
+            first, last = int(waiting[0].move[0]), int(part.move[-1])
+            if last - first < self.window + self._stride:
+                continue
+            joined = Intervals.joined(waiting)
+            joined, known = yield from self._committed(joined, known)
+            waiting = [joined]
+        if waiting:
+            joined = Intervals.joined(waiting)
+            self._extend(joined.part(slice(known, None)))
+            self._backward(end=_FREE)
+            yield self._forward(joined)
+
+    def _committed(self, joined: Intervals, known: int) -> Iterator[Run]:
+        """Yield what can be run for good; return the rest, and how much of it is known."""
+        moves = joined.move
+        last = int(moves[-1]) - 1  # the last move may go on in the next part
+        place = 0
+        while int(moves[place]) + self.window + self._stride <= last:
+            first = int(moves[place])
+            horizon = int(np.searchsorted(moves, first + self.window + self._stride, side="right"))
+            if horizon > known:
+                self._extend(joined.part(slice(known, horizon)))
+                self._backward(end=0.0)
+                known = horizon
+            after = int(np.searchsorted(moves, first + self._stride, side="left"))
+            yield self._forward(joined.part(slice(place, after)))
+            place = after
+        return joined.part(slice(place, None)), known - place
+
+    def _extend(self, part: Intervals) -> None:
+        if len(part):
+            self._rows += _rows(part, self.limits)
+
+    def _backward(self, end: float) -> None:
+        """Find the highest w of the intervals; those that an earlier pass has right are kept."""
+        rows, before = self._rows, self._highest
+        known = len(before)
+        found = [0.0] * len(rows)
+        for index in range(len(rows) - 1, -1, -1):
+            row = rows[index]
+            limit = min(end, row.end_cap)
+            high = row.cap
+            for offset, slope in row.back:
+                value = offset + slope * limit
+                if value < high:
+                    high = value
+            end = found[index] = _FREE if row.rest else max(high, 0.0)
+            if index < known and before[index] == end:
+                found[:index] = before[:index]
+                break
+        self._highest = found
+
+    def _forward(self, part: Intervals) -> Run:
+        """Run the first intervals as fast as they may be."""
+        count = len(part)
+        begin, end = [0.0] * count, [0.0] * count
+        w, highest = self._w, self._highest
+        following = [*highest[1 : count + 1], _FREE][:count]
+        for index, (row, high, limit) in enumerate(
+            zip(self._rows[:count], highest, following, strict=True)
+        ):
+            if row.rest:
+                begin[index] = end[index] = 1.0
+                w = _FREE
+                continue
+            w = min(w, high)
+            begin[index] = w
+            top = min(limit, row.end_cap)
+            for offset, slope in row.ahead:
+                value = offset + slope * w
+                if value < top:
+                    top = value
+            end[index] = w = max(top, 0.0)
+        self._w = w
+        del self._rows[:count], self._highest[:count]
+        return Run(part, np.array(begin), np.array(end))
+
+
+@dataclass(slots=True)
+class _Row:
+    """An interval for the passes: bounds of w, and bounds of one end by the other."""
+
+    cap: float
+    end_cap: float
+    back: list[tuple[float, float]]
+    ahead: list[tuple[float, float]]
+    rest: bool
+
+
+def _rows(part: Intervals, limits: Limits) -> list[_Row]:
+    du = part.du[:, None]
+    end_speed, end_bend = part.end_speed, part.end_bend
+    first, last = part.speed / (2 * du), end_speed / (2 * du)
+    a = np.hstack([first, last + end_bend])
+    b = np.hstack([first - part.bend, last])
+    flip = np.where(a < 0, -1.0, 1.0)
+    a, b = a * flip, b * flip
+    most = np.tile(limits.acceleration, 2)
+    cap = np.minimum(_speed_cap(part, end_speed, limits), _corner_cap(part, end_bend, limits))
+    start_cap = np.minimum(cap, _static(a, b, most))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = np.where(a > _TINY, most / a, _FREE), np.where(a > _TINY, b / a, 0.0)
+        back = np.where(b > _TINY, most / b, _FREE), np.where(b > _TINY, a / b, 0.0)
+    lines = part.straight.tolist()
+    pairs_ahead = np.stack(ahead, axis=2).tolist()
+    pairs_back = np.stack(back, axis=2).tolist()
+    return [
+        _Row(one, other, [min(backs)], [min(aheads)], rest)
+        if line
+        else _Row(one, other, backs, aheads, rest)
+        for one, other, backs, aheads, line, rest in zip(
+            start_cap.tolist(), cap.tolist(), pairs_back, pairs_ahead, lines,
+            part.rest.tolist(), strict=True,
+        )
+    ]  # fmt: skip
+
+
+def _speed_cap(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
+    """Return the highest w by the speeds, never above the programmed one."""
+    fastest = np.maximum(np.abs(part.speed), np.abs(end_speed))
+    with np.errstate(divide="ignore"):
+        return np.minimum(1.0, np.min((limits.speed / fastest) ** 2, axis=1))
+
+
+def _corner_cap(part: Intervals, end_bend: Floats, limits: Limits) -> Floats:
+    sharpest = np.maximum(np.abs(part.bend), np.abs(end_bend))
+    with np.errstate(divide="ignore"):
+        return np.min(limits.corner / np.maximum(sharpest, 1e-300), axis=1)
+
+
+def _static(a: Floats, b: Floats, most: Floats) -> Floats:
+    """Return the highest x with which some y satisfies all: pairs of constraints, y left out."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        alone = np.where(a > _TINY, _FREE, np.where(np.abs(b) > _TINY, most / np.abs(b), _FREE))
+        slope = np.where(a > _TINY, b / a, 0.0)
+        offset = np.where(a > _TINY, most / a, _FREE)
+        falling = np.where(slope < 0, -offset / slope, _FREE)  # y >= 0
+        apart = slope[:, :, None] - slope[:, None, :]
+        both = offset[:, :, None] + offset[:, None, :]
+        pairs = np.where(apart > 0, both / apart, _FREE)
+    return np.minimum(
+        np.minimum(alone.min(axis=1), falling.min(axis=1)), np.nanmin(pairs, axis=(1, 2))
+    )
+
+
+__all__ = ["SMOOTH_ROUNDING", "Limits", "Run", "TimeLaw"]
