@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pixstep.programs.moves import Dwell, Move
 
 Floats = npt.NDArray[np.float64]
-_FLANK, _TOP = 6, 6  # intervals of a flank and of the top of a trapezoid of acceleration
+_FLANK, _TOP = 6, 10  # intervals of a flank and of the top of a trapezoid of acceleration
 _TOGETHER = 512  # moves whose intervals are made at once
 _NOTHING_MS = 1e-9  # shorter intervals are left out
 
@@ -63,6 +63,23 @@ class Intervals:
         names = [one.name for one in fields(Intervals)]
         return Intervals(
             **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        )
+
+    def divided(self, pieces: npt.NDArray[np.int64]) -> "Intervals":
+        """Return each interval in a number of equal pieces."""
+        index = np.repeat(np.arange(len(self)), pieces)
+        number = np.arange(len(index)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        du = self.du[index] / pieces[index]
+        s = (number * du)[:, None]
+        speed, bend, twist = self.speed[index], self.bend[index], self.twist[index]
+        return Intervals(
+            du,
+            self.place[index] + s * (speed + s * (bend / 2 + s * twist / 6)),
+            speed + s * (bend + s * twist / 2),
+            bend + s * twist,
+            twist,
+            self.move[index],
+            self.rest[index],
         )
 
     @property
@@ -191,11 +208,16 @@ def _interleaved(blended: Intervals, lines: Intervals, moves: int) -> Intervals:
     return Intervals.joined([blended, lines]).part(order)
 
 
+def _nodes(count: int) -> Floats:
+    """Return nodes from 0 to 1, closer at both ends: there the limits change abruptly."""
+    return (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
+
+
 def _blends(
     ta: Floats, ts: Floats, before: Floats, after: Floats, centre: Floats, move: npt.NDArray
 ) -> Intervals:
     """Return the intervals of blends from one speed to another around positions."""
-    flank, top = np.arange(_FLANK + 1) / _FLANK, np.arange(1, _TOP + 1) / _TOP
+    flank, top = _nodes(_FLANK), _nodes(_TOP)[1:]
     a, s = ta[:, None], ts[:, None]
     nodes = np.hstack([s * flank, s + (a - 2 * s) * top, a - s * (1 - flank[1:])])
     first = nodes[:, :-1]

@@ -12,6 +12,7 @@ from pixstep.programs.language import AXIS_WORDS
 
 SMOOTH_ROUNDING = 4  # steps/px2 that whole steps add to a smooth motor's planned acceleration
 PLAIN_ROUNDING = 2  # and to a plain motor's
+SMOOTH_SPEED_ROUNDING = 2  # steps/px
 SMOOTH_JERK_ROUNDING, PLAIN_JERK_ROUNDING = 8, 4  # steps/px3
 _LEAST_SMOOTH = SMOOTH_ROUNDING
 MS = 1000
@@ -36,6 +37,12 @@ class PlanMotor:
     unit: str = "steps"
     axis: int = 0
     negative: bool = False
+
+    def planned_speed(self, pixel_ms: float) -> float:
+        """Return the speed to plan with: an even speed may lie 2 steps/px above the planned one."""
+        if not self.smooth:
+            return self.max_speed
+        return max(self.max_speed - SMOOTH_SPEED_ROUNDING / pixel_ms, self.max_speed / 2)
 
     def planned_acceleration(self, pixel_ms: float) -> float:
         """Return the acceleration to plan with, so that whole steps stay within the limit.

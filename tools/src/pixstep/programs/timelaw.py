@@ -7,6 +7,9 @@ beginning and y at its end:
 
     |a y - b x| <= A      with a = q'/2du (+ q''), b = q'/2du (- q'') at the end (the beginning)
 
+Where q' is a parabola the acceleration is one too, and lies between its Bezier points: those at
+both ends and one in between, which is linear in x and y as well.
+
 A pass backwards finds the highest x from which every limit can be kept to the end of the window,
 where the path may have to stop; a pass forwards takes the highest y that these allow. On a path
 without bend that is the optimum; with bends it tends to it as the intervals shrink.
@@ -16,12 +19,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from pixstep.programs.blends import Floats, Intervals
-from pixstep.programs.motors import SMOOTH_ROUNDING, Setup
+from pixstep.programs.motors import PlanMotor, Setup
 
 _TINY = 1e-12
 _FREE = float("inf")
+_FAST = 0.999  # of the highest w: no finer grid makes it faster
+_MOST_PIECES = 10
 _CURVED_BOUND = 8.0  # a pixel of constant acceleration a bends by a/8 from its chord
 
 
@@ -36,32 +42,43 @@ class Run:
 
 @dataclass(frozen=True)
 class Limits:
-    """What each motor may do, in counts and ms; `corner` bounds q'' w alone."""
+    """What each motor may do, in counts and ms.
+
+    `corner` bounds q'' w alone, `reversal` the acceleration in a blend that turns the motor round.
+    """
 
     speed: Floats
     acceleration: Floats
     corner: Floats
+    reversal: Floats
 
     @classmethod
     def of(cls, setup: Setup) -> "Limits":
         """Return the limits to plan with: whole steps add their share to them."""
-        pixel = setup.pixel_ms
-        speed = [
-            max(motor.max_speed - (2 / pixel if motor.smooth else 0), 0.5 * motor.max_speed)
-            for motor in setup.motors
-        ]
-        acceleration = [motor.planned_acceleration(pixel) for motor in setup.motors]
+        pixel, motors = setup.pixel_ms, setup.motors
         return cls(
-            np.array(speed), np.array(acceleration), np.array([_corner(m, setup) for m in setup.motors])
+            np.array([motor.planned_speed(pixel) for motor in motors]),
+            np.array([motor.planned_acceleration(pixel) for motor in motors]),
+            np.array([_corner(motor, setup) for motor in motors]),
+            np.array([_reversal(motor, pixel) for motor in motors]),
         )
 
 
-def _corner(motor, setup: Setup) -> float:
-    """Return how much a motor may accelerate sideways, for its path or for the board."""
-    pixel = setup.pixel_ms
-    if motor.smooth:
-        return _CURVED_BOUND * setup.path_tolerance / pixel**2
-    return _FREE
+def _corner(motor: PlanMotor, setup: Setup) -> float:
+    """Return how much a motor may accelerate by the bend of its path alone.
+
+    In a pixel a smooth motor makes a parabola, which leaves a bent path by an eighth of its bend.
+    """
+    if not motor.smooth:
+        return _FREE
+    return _CURVED_BOUND * setup.path_tolerance / setup.pixel_ms**2
+
+
+def _reversal(motor: PlanMotor, pixel_ms: float) -> float:
+    """Return the acceleration with which the first pixel behind a reversal is slow enough."""
+    if motor.reversal_steps is None:
+        return _FREE
+    return max(2.0 * (motor.reversal_steps - 1), 0.5) / pixel_ms**2
 
 
 class TimeLaw:
@@ -140,7 +157,7 @@ class TimeLaw:
         w, highest = self._w, self._highest
         following = [*highest[1 : count + 1], _FREE][:count]
         for index, (row, high, limit) in enumerate(
-            zip(self._rows[:count], highest, following, strict=True)
+            zip(self._rows[:count], highest[:count], following, strict=True)
         ):
             if row.rest:
                 begin[index] = end[index] = 1.0
@@ -159,6 +176,45 @@ class TimeLaw:
         return Run(part, np.array(begin), np.array(end))
 
 
+def refined(runs: Iterable[Run], limits: Limits) -> Iterator[Intervals]:
+    """Yield the intervals again, finer where a first plan leaves limits unused.
+
+    An interval has one w', so that a change from speeding up to slowing down, and an acceleration
+    that varies inside, cost as much time as the interval is long.
+    """
+    for run in runs:
+        yield run.path.divided(_pieces(run, limits))
+
+
+def _pieces(run: Run, limits: Limits) -> npt.NDArray[np.int64]:
+    """Return into how many pieces each interval is to be divided."""
+    path = run.path
+    gain = ((run.end - run.begin) / (2 * path.du))[:, None]
+    first = np.abs(path.speed * gain + path.bend * run.begin[:, None])
+    last = np.abs(path.end_speed * gain + path.end_bend * run.end[:, None])
+    most = _accelerations(path, path.end_speed, limits)
+    used = np.minimum(np.max(first / most, axis=1), np.max(last / most, axis=1))
+    cap = np.minimum(
+        _speed_cap(path, path.end_speed, limits), _corner_cap(path, path.end_bend, limits)
+    )
+    slow = np.minimum(run.begin, run.end) < cap * _FAST
+    unused = np.where(_sharp(path), 1.0, 1 - used)
+    unused = np.where(slow & ~path.straight & ~path.rest, unused, 0.0)
+    padded = np.pad(unused, 1)
+    nearby = np.maximum(np.maximum(padded[:-2], padded[2:]), unused)
+    nearby[path.straight | path.rest] = 0.0
+    return np.clip(np.ceil(nearby * _MOST_PIECES), 1, _MOST_PIECES).astype(np.int64)
+
+
+def _sharp(path: Intervals) -> npt.NDArray[np.bool_]:
+    """Return where a motor loses most of its q' in an interval, which hides that w may grow."""
+    du = path.du[:, None]
+    last, first = path.end_speed, path.speed
+    ending = last * (last + 2 * du * path.end_bend) < 0
+    begun = first * (first - 2 * du * path.bend) < 0
+    return np.any(ending | begun, axis=1)
+
+
 @dataclass(slots=True)
 class _Row:
     """An interval for the passes: bounds of w, and bounds of one end by the other."""
@@ -174,11 +230,12 @@ def _rows(part: Intervals, limits: Limits) -> list[_Row]:
     du = part.du[:, None]
     end_speed, end_bend = part.end_speed, part.end_bend
     first, last = part.speed / (2 * du), end_speed / (2 * du)
-    a = np.hstack([first, last + end_bend])
-    b = np.hstack([first - part.bend, last])
+    middle = first + 0.75 * part.bend
+    a = np.hstack([first, middle, last + end_bend])
+    b = np.hstack([first - part.bend, middle - part.bend - part.twist * du / 2, last])
     flip = np.where(a < 0, -1.0, 1.0)
     a, b = a * flip, b * flip
-    most = np.tile(limits.acceleration, 2)
+    most = np.tile(_accelerations(part, end_speed, limits), (1, 3))
     cap = np.minimum(_speed_cap(part, end_speed, limits), _corner_cap(part, end_bend, limits))
     start_cap = np.minimum(cap, _static(a, b, most))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -196,6 +253,21 @@ def _rows(part: Intervals, limits: Limits) -> list[_Row]:
             part.rest.tolist(), strict=True,
         )
     ]  # fmt: skip
+
+
+def _accelerations(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
+    """Return the limit of each interval and motor: lower in blends that turn a motor round."""
+    first = int(part.move[0])
+    group = part.move - first
+    blended = ~part.straight
+    low = np.zeros((int(group[-1]) + 1, part.speed.shape[1]))
+    high = np.zeros_like(low)
+    for speeds in (part.speed[blended], end_speed[blended]):
+        np.minimum.at(low, group[blended], speeds)
+        np.maximum.at(high, group[blended], speeds)
+    turns = (low < 0) & (high > 0)
+    lowered = np.minimum(limits.acceleration, limits.reversal)
+    return np.where(turns[group] & blended[:, None], lowered, limits.acceleration)
 
 
 def _speed_cap(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
@@ -225,5 +297,3 @@ def _static(a: Floats, b: Floats, most: Floats) -> Floats:
         np.minimum(alone.min(axis=1), falling.min(axis=1)), np.nanmin(pairs, axis=(1, 2))
     )
 
-
-__all__ = ["SMOOTH_ROUNDING", "Limits", "Run", "TimeLaw"]
