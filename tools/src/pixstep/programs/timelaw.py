@@ -25,6 +25,7 @@ from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import PlanMotor, Setup
 
 _TINY = 1e-12
+_NOTHING = 1e-300  # instead of 0 below a fraction
 _FREE = float("inf")
 _FAST = 0.999  # of the highest w: no finer grid makes it faster
 _MOST_PIECES = 10
@@ -278,9 +279,19 @@ def _speed_cap(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
 
 
 def _corner_cap(part: Intervals, end_bend: Floats, limits: Limits) -> Floats:
-    sharpest = np.maximum(np.abs(part.bend), np.abs(end_bend))
-    with np.errstate(divide="ignore"):
-        return np.min(limits.corner / np.maximum(sharpest, 1e-300), axis=1)
+    """Return the highest w by what turns the path aside: q'' without its part along q'."""
+    if np.all(np.isinf(limits.corner)):
+        return np.full(len(part), _FREE)
+    aside = np.maximum(
+        np.abs(_aside(part.speed, part.bend)), np.abs(_aside(part.end_speed, end_bend))
+    )
+    return np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1)
+
+
+def _aside(speed: Floats, bend: Floats) -> Floats:
+    length = np.sum(speed**2, axis=1, keepdims=True)
+    along = np.sum(speed * bend, axis=1, keepdims=True) / np.maximum(length, _NOTHING)
+    return np.where(length > _TINY, bend - along * speed, 0.0)
 
 
 def _static(a: Floats, b: Floats, most: Floats) -> Floats:

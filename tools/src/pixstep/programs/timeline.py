@@ -5,10 +5,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.timelaw import Limits, Run
+
+_NOTHING = 1e-200  # instead of 0 below a fraction
 
 
 @dataclass(frozen=True)
@@ -60,13 +61,16 @@ def as_programmed(path: Iterable[Intervals]) -> Iterator[Run]:
         yield Run(part, np.ones(len(part)), np.ones(len(part)))
 
 
-def timelines(runs: Iterable[Run], limits: Limits, *, start_ms: float = 0.0) -> Iterator[Timeline]:
-    """Yield the runs in time; a straight interval gets its ramps."""
-    now = start_ms
+def timelines(
+    runs: Iterable[Run], limits: Limits, *, programmed: bool = False
+) -> Iterator[Timeline]:
+    """Yield the runs in time; a straight interval gets its ramps, unless all is `programmed`."""
+    now = 0.0
     for run in runs:
         if not len(run.path):
             continue
-        path, begin, end = _with_ramps(run, limits)
+        whole = (run.path, run.begin, run.end)
+        path, begin, end = whole if programmed else _with_ramps(run, limits)
         ms = 2 * path.du / (np.sqrt(begin) + np.sqrt(end))
         start = now + np.concatenate([[0.0], np.cumsum(ms)[:-1]])
         made = Timeline(path, start, ms, np.sqrt(begin), (end - begin) / (2 * path.du))
@@ -79,15 +83,15 @@ def _with_ramps(run: Run, limits: Limits) -> tuple[Intervals, Floats, Floats]:
     path, begin, end = run.path, run.begin, run.end
     speed = np.abs(path.speed)
     with np.errstate(divide="ignore"):
-        gain = np.min(limits.acceleration / np.maximum(speed, 1e-300), axis=1)
+        gain = np.min(limits.acceleration / np.maximum(speed, _NOTHING), axis=1)
         cap = np.minimum(1.0, np.min((limits.speed / speed) ** 2, axis=1))
     slope = np.where(path.straight & ~path.rest, 2 * gain, 0.0)
     top = np.minimum(np.maximum(cap, np.maximum(begin, end)), (begin + end + slope * path.du) / 2)
     top = np.where(slope > 0, np.maximum(top, np.maximum(begin, end)), begin)
     with np.errstate(invalid="ignore"):
-        up = np.where(slope > 0, (top - begin) / np.maximum(slope, 1e-300), 0.0)
-        down = np.where(slope > 0, (top - end) / np.maximum(slope, 1e-300), 0.0)
-    over = np.maximum(up + down, 1e-300)
+        up = np.where(slope > 0, (top - begin) / np.maximum(slope, _NOTHING), 0.0)
+        down = np.where(slope > 0, (top - end) / np.maximum(slope, _NOTHING), 0.0)
+    over = np.maximum(up + down, _NOTHING)
     shrink = np.minimum(1.0, path.du / over)
     up, down = up * shrink, down * shrink
     level = np.where(slope > 0, np.maximum(path.du - up - down, 0.0), path.du)
@@ -104,27 +108,3 @@ def _with_ramps(run: Run, limits: Limits) -> tuple[Intervals, Floats, Floats]:
         spread.speed, spread.bend, spread.twist, spread.move, spread.rest,
     )  # fmt: skip
     return divided, firsts.ravel()[chosen], lasts.ravel()[chosen]
-
-
-@dataclass
-class Peaks:
-    """The highest speed and acceleration of every motor, as planned, and each move's time."""
-
-    speed: Floats
-    acceleration: Floats
-    total_ms: float = 0.0
-
-    def add(self, line: Timeline) -> None:
-        """Take a part of the plan."""
-        for kept, found in ((self.speed, line.speeds()), (self.acceleration, line.accelerations())):
-            both = np.maximum(np.abs(found[0]).max(axis=0), np.abs(found[1]).max(axis=0))
-            np.maximum(kept, both, out=kept)
-        self.total_ms = line.end
-
-    @classmethod
-    def none(cls, motors: int) -> "Peaks":
-        """Return the peaks of motors at rest."""
-        return cls(np.zeros(motors), np.zeros(motors))
-
-
-Numbers = npt.NDArray[np.int64]

@@ -66,7 +66,7 @@ class TwoMoves:
         self.violations: list[Violation] = []
         self.violated = 0
         self._limits = [motor.planned_acceleration(setup.pixel_ms) for motor in setup.motors]
-        self._speeds = [motor.max_speed for motor in setup.motors]
+        self._speeds = [motor.planned_speed(setup.pixel_ms) for motor in setup.motors]
         self._place = tuple([0.0] * len(setup.motors))
         self._still = self._place
 
