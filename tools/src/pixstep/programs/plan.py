@@ -2,7 +2,6 @@
 """A program planned to counts per pixel, as a stream: memory does not grow with its length."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 from pixstep.errors import UserError
 from pixstep.programs import language
@@ -10,25 +9,12 @@ from pixstep.programs.blends import Path, Timed, nominal
 from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup
 from pixstep.programs.moves import Dwell, Program
+from pixstep.programs.options import MODE1, MODES, Options
 from pixstep.programs.pixels import Counts, Rounding, edges
 from pixstep.programs.report import Report
 from pixstep.programs.timelaw import TimeLaw, refined
 from pixstep.programs.timeline import Timeline, as_programmed, timelines
 from pixstep.programs.twomoves import TwoMoves
-
-MODE1, LOOKAHEAD = "mode1", "lookahead"
-MODES = (MODE1, LOOKAHEAD)
-WINDOW = 1024  # moves
-
-
-@dataclass(frozen=True)
-class Options:
-    """How a program is planned."""
-
-    mode: str = LOOKAHEAD
-    window: int = WINDOW
-    assume_last: bool = True
-
 
 class Plan:
     """A program that is planned as its counts are asked for; `report` is complete at the end."""

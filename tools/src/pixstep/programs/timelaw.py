@@ -141,7 +141,7 @@ class TimeLaw:
             row = rows[index]
             limit = min(end, row.end_cap)
             high = row.cap
-            for offset, slope in row.back:
+            for offset, slope in zip(row.back, row.back_slope, strict=True):
                 value = offset + slope * limit
                 if value < high:
                     high = value
@@ -167,7 +167,7 @@ class TimeLaw:
             w = min(w, high)
             begin[index] = w
             top = min(limit, row.end_cap)
-            for offset, slope in row.ahead:
+            for offset, slope in zip(row.ahead, row.ahead_slope, strict=True):
                 value = offset + slope * w
                 if value < top:
                     top = value
@@ -222,8 +222,10 @@ class _Row:
 
     cap: float
     end_cap: float
-    back: list[tuple[float, float]]
-    ahead: list[tuple[float, float]]
+    back: list[float]  # the beginning is at most each of these and its slope times the end
+    back_slope: list[float]
+    ahead: list[float]
+    ahead_slope: list[float]
     rest: bool
 
 
@@ -231,29 +233,36 @@ def _rows(part: Intervals, limits: Limits) -> list[_Row]:
     du = part.du[:, None]
     end_speed, end_bend = part.end_speed, part.end_bend
     first, last = part.speed / (2 * du), end_speed / (2 * du)
-    middle = first + 0.75 * part.bend
-    a = np.hstack([first, middle, last + end_bend])
-    b = np.hstack([first - part.bend, middle - part.bend - part.twist * du / 2, last])
-    flip = np.where(a < 0, -1.0, 1.0)
-    a, b = a * flip, b * flip
-    most = np.tile(_accelerations(part, end_speed, limits), (1, 3))
+    a, b = [first, last + end_bend], [first - part.bend, last]
+    if np.any(part.twist):
+        middle = first + 0.75 * part.bend
+        a.append(middle)
+        b.append(middle - part.bend - part.twist * du / 2)
+    flip = np.where(np.hstack(a) < 0, -1.0, 1.0)
+    a_all, b_all = np.hstack(a) * flip, np.hstack(b) * flip
+    most = np.tile(_accelerations(part, end_speed, limits), (1, len(a)))
     cap = np.minimum(_speed_cap(part, end_speed, limits), _corner_cap(part, end_bend, limits))
-    start_cap = np.minimum(cap, _static(a, b, most))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ahead = np.where(a > _TINY, most / a, _FREE), np.where(a > _TINY, b / a, 0.0)
-        back = np.where(b > _TINY, most / b, _FREE), np.where(b > _TINY, a / b, 0.0)
-    lines = part.straight.tolist()
-    pairs_ahead = np.stack(ahead, axis=2).tolist()
-    pairs_back = np.stack(back, axis=2).tolist()
-    return [
-        _Row(one, other, [min(backs)], [min(aheads)], rest)
-        if line
-        else _Row(one, other, backs, aheads, rest)
-        for one, other, backs, aheads, line, rest in zip(
-            start_cap.tolist(), cap.tolist(), pairs_back, pairs_ahead, lines,
-            part.rest.tolist(), strict=True,
-        )
+    start_cap = np.minimum(cap, _static(a_all, b_all, most))
+    columns = [
+        start_cap, cap, *_bounds(b_all, a_all, most), *_bounds(a_all, b_all, most), part.rest
     ]  # fmt: skip
+    lines = part.straight.tolist()
+    rows = [_Row(*values) for values in zip(*(one.tolist() for one in columns), strict=True)]
+    return [_shortest(row) if line else row for row, line in zip(rows, lines, strict=True)]
+
+
+def _bounds(of: Floats, by: Floats, most: Floats) -> tuple[Floats, Floats]:
+    """Return offsets and slopes that bound the unknown with coefficients `of` by the other."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(of > _TINY, most / of, _FREE), np.where(of > _TINY, by / of, 0.0)
+
+
+def _shortest(row: _Row) -> _Row:
+    """Return a straight interval's row: one motor is the weakest, and all slopes are 1."""
+    for offsets, slopes in ((row.back, row.back_slope), (row.ahead, row.ahead_slope)):
+        weakest = offsets.index(min(offsets))
+        offsets[:], slopes[:] = [offsets[weakest]], [slopes[weakest]]
+    return row
 
 
 def _accelerations(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
