@@ -138,7 +138,9 @@ def _print(done: Result, out: Path) -> None:
         click.echo(f"{name}:{bad.line}: exceeds the acceleration of {bad.motor}: {bad.ratio:.4g} x")
     for path, found in zip(done.files, done.findings, strict=True):
         for item in found[:_SHOWN]:
-            click.echo(f"{path}: pixel {item.pixel}: the board refuses: {item.name}: {item.message}")
+            click.echo(
+                f"{path}: pixel {item.pixel}: the board refuses: {item.name}: {item.message}"
+            )
 
 
 def _table(motors: list[MotorReport]) -> Table:

@@ -250,4 +250,3 @@ def _blends(
         np.repeat(move, first.shape[1]),
         np.zeros(count, dtype=bool),
     )
-

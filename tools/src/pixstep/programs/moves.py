@@ -164,9 +164,7 @@ class Program:
             yield Move(self._line, self._counts(target), tm, ta, ts)
         self._units = target
 
-    def _circular(
-        self, words: dict[str, Item], target: list[float], ta: float
-    ) -> Iterator[Move]:
+    def _circular(self, words: dict[str, Item], target: list[float], ta: float) -> Iterator[Move]:
         """Yield the segments of a circle; what is no X and no Y goes along in proportion."""
         x, y = self.setup.words["X"], self.setup.words["Y"]
         first = next(iter(words.values()))

@@ -123,4 +123,3 @@ def _swings(speed: int, other: int) -> bool:
     """Whether two equal counts would be taken for an oscillation: one entered at other speed."""
     amplitude, count = abs(speed - other) // 2, (speed + other) // 2
     return amplitude > _SMALL_SWING and 100 * amplitude > count
-

@@ -16,6 +16,7 @@ from pixstep.programs.timelaw import TimeLaw, refined
 from pixstep.programs.timeline import Timeline, as_programmed, timelines
 from pixstep.programs.twomoves import TwoMoves
 
+
 class Plan:
     """A program that is planned as its counts are asked for; `report` is complete at the end."""
 

@@ -316,4 +316,3 @@ def _static(a: Floats, b: Floats, most: Floats) -> Floats:
     return np.minimum(
         np.minimum(alone.min(axis=1), falling.min(axis=1)), np.nanmin(pairs, axis=(1, 2))
     )
-

@@ -137,9 +137,7 @@ class TwoMoves:
         """Return TA of the blend into a move: as programmed, or longer for the accelerations."""
         return max(new.move.ta, self._least(before, new.speed, new.share))
 
-    def _least(
-        self, before: tuple[float, ...], after: tuple[float, ...], share: float
-    ) -> float:
+    def _least(self, before: tuple[float, ...], after: tuple[float, ...], share: float) -> float:
         """Return the shortest TA that keeps every acceleration; its peak is dV/(TA - TS)."""
         return max(
             [
