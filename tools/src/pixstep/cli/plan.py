@@ -33,7 +33,7 @@ _SHOWN = 8  # slowed moves and violations that are printed
     type=click.Choice(MODES),
     default=LOOKAHEAD,
     show_default=True,
-    help="lookahead never exceeds a limit; mode1 sees two moves, as the controller that it follows.",
+    help="lookahead never exceeds a limit; mode1 sees no more than two moves.",
 )
 @click.option(
     "--window",

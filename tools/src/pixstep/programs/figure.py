@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from pixstep import plotting
 from pixstep.plotting import BOARD, FAINT, INK, MADE
-from pixstep.programs.motors import PlanMotor
+from pixstep.programs.motors import PLAIN_ROUNDING, PlanMotor
 from pixstep.programs.results import Result
 
 _MOST_POINTS = 20_000
@@ -76,6 +76,10 @@ def _draw_motor(row: np.ndarray, result: Result, index: int, motor: PlanMotor) -
                 where="post", **drawn)  # fmt: skip
     _limit(row[0], motor.max_speed, float(np.abs(speeds).max()) / pixel)
     _limit(row[1], motor.max_acceleration, float(np.abs(changes).max()) / pixel**2)
+    if not motor.smooth:
+        allowed = motor.max_acceleration + PLAIN_ROUNDING / pixel**2
+        for side in (allowed, -allowed):
+            row[1].axhline(side, color=FAINT, lw=0.8, ls=":")
     row[0].set_ylabel(f"{motor.name}, counts/ms")
     row[1].set_ylabel("counts/ms²")
 

@@ -8,8 +8,9 @@ A smooth motor's pixels have constant acceleration. If v is the mean speed over 
 edge, then v changes by at most A T^2 from edge to edge, and the trapezoids of v lie on the path
 wherever that is straight. The board's speeds u are even: with E = made - planned position and
 d = u - v the next u is the even number nearest to v - (E + d/2). What is rounded away, r, is at
-most 1; E + d/2 = r one pixel later. So |E| <= 1, |d| <= 2, and the acceleration is off by r - 2r' + r'',
-at most 4. At rest u is 0 and positions are even: a smooth line's total is the sum of its speeds.
+most 1; E + d/2 = r one pixel later. So |E| <= 1, |d| <= 2, and the acceleration is off by
+r - 2r' + r'', at most 4. At rest u is 0 and positions are even: a smooth line's total is the sum
+of its speeds.
 """
 
 from collections.abc import Iterable, Iterator

@@ -93,8 +93,8 @@ class _SmoothRules:
             way = (length > 0) - (length < 0)
             if way and way == -self._ways[index]:
                 raise ProgramError(
-                    f"{self.name}:{move.line}:1: motor {motor.name} is smooth and would turn round: "
-                    f"a smooth line has one direction (kind plain turns)"
+                    f"{self.name}:{move.line}:1: motor {motor.name} is smooth and would turn "
+                    f"round: a smooth line has one direction (kind plain turns)"
                 )
             self._ways[index] = self._ways[index] or way
 
@@ -104,7 +104,7 @@ class _SmoothRules:
             whole = round(move.target[index])
             if whole % 2:
                 raise ProgramError(
-                    f"{self.name}:{move.line}:1: motor {motor.name} is smooth and would stop at step "
-                    f"{whole}: the speeds of a smooth line are even, and so is its sum: nearest "
-                    f"{whole - 1} and {whole + 1}"
+                    f"{self.name}:{move.line}:1: motor {motor.name} is smooth and would stop at "
+                    f"step {whole}: the speeds of a smooth line are even, and so is its sum: "
+                    f"nearest {whole - 1} and {whole + 1}"
                 )

@@ -20,12 +20,14 @@ from pixstep.programs.timeline import Timeline
 from pixstep.programs.twomoves import Violation
 
 MOST_LISTED = 1000
+_AT_LIMIT = 0.99
+_SAME_MS = 1e-6
 _SLOWER = 1.001  # as programmed, but for the last digits
 
 
 @dataclass(frozen=True)
 class Slowed:
-    """A move that takes longer than programmed, and why."""
+    """A move that takes longer than programmed, or whose blend does, and why."""
 
     line: int
     asked_ms: float
@@ -177,7 +179,7 @@ class Report:
             self.moves += 1
             self.asked_ms += move_begun.asked
             time += move_begun.tm - own  # neighbours share the time of a blend
-            if time > move_begun.asked * _SLOWER + 1e-6:
+            if move_begun.why or time > move_begun.asked * _SLOWER + _SAME_MS:
                 self._slow(move_begun, time, ratio)
 
     def _slow(self, move: Timed, ms: float, ratio: np.ndarray) -> None:
@@ -191,7 +193,7 @@ class Report:
         """Return what is nearest to its limit in a move."""
         count = len(self.motors)
         index = int(np.argmax(ratio))
-        if ratio[index] < 0.99:  # noqa: PLR2004
+        if ratio[index] < _AT_LIMIT:
             return "path"
         what = "speed" if index < count else "acceleration"
         return f"{what} of {self.motors[index % count].motor.name}"

@@ -113,8 +113,7 @@ def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
         raise UserError(f"axes {', '.join(map(str, axes))}: a program streams to one board")
     entries = Entries(plan)
     run.uploads = {
-        axis: StreamedUpload(run.board, axis, entries.of(index))
-        for index, axis in enumerate(axes)
+        axis: StreamedUpload(run.board, axis, entries.of(index)) for index, axis in enumerate(axes)
     }
     for upload in run.uploads.values():
         upload.push()

@@ -94,7 +94,7 @@ class TimeLaw:
         self._highest: list[float] = []  # of w at the beginning of each interval, by the last pass
 
     def runs(self, path: Iterable[Intervals]) -> Iterator[Run]:
-        """Yield the intervals of whole moves with their w, as soon as the window has seen enough."""
+        """Yield the intervals of whole moves with their w, once the window has seen enough."""
         waiting: list[Intervals] = []
         known = 0  # intervals in the passes
         for part in path:

@@ -46,12 +46,16 @@ class _Open:
         """TS as a part of TA."""
         return self.move.ts / self.move.ta
 
-    def timed(self, stop_ta: float = 0.0) -> Timed:
-        """Return the move for the path; `stop_ta` of the last one."""
+    def timed(self, stretched: str, stop_ta: float = 0.0) -> Timed:
+        """Return the move for the path; `stop_ta` of the last one.
+
+        `stretched` says why its blend lasts longer than programmed, if it does.
+        """
         move, share = self.move, self.share
+        longer = max(self.ta, stop_ta) > move.ta + _SAME
         return Timed(
             move.line, move.target, self.tm, self.ta, share * self.ta, stop_ta, share * stop_ta,
-            move.tm, self.why,
+            move.tm, self.why or (stretched if longer else ""),
         )  # fmt: skip
 
 
@@ -85,7 +89,7 @@ class TwoMoves:
                 last = self._first(new)
                 continue
             last, new = self._joined(done, last, new)
-            yield last.timed()
+            yield last.timed(self._weakest(done, last))
             done, last = last, new
         yield from self._stopped(done, last)
 
@@ -185,7 +189,7 @@ class TwoMoves:
             last = slower
             self._judge(done.speed if done else self._still, last)
             self._judge_stop(last, stop)
-        yield last.timed(stop)
+        yield last.timed(self._weakest(done, last), stop)
 
     def _stopping(self, done: _Open | None, last: _Open) -> _Open:
         """Return the last move slowed down so that it ends at rest, as well as that can be."""
@@ -222,6 +226,12 @@ class TwoMoves:
             if len(self.violations) < self.MOST:
                 name = self.setup.motors[ratios.index(worst)].name
                 self.violations.append(Violation(new.move.line, name, worst))
+
+    def _weakest(self, done: _Open | None, last: _Open) -> str:
+        """Return which acceleration the blend into a move needs most of."""
+        before = done.speed if done else self._still
+        change = tuple([b - a for a, b in zip(before, last.speed, strict=True)])
+        return f"acceleration of {self._name(change, self._limits)}"
 
     def _name(self, distance: tuple[float, ...], limits: list[float]) -> str:
         """Return the motor that a distance asks most of."""
