@@ -8,8 +8,8 @@ set(PIXSTEP_LONG_RUNNING
     api bad_line bench board board_images board_nonsense bus estops exact examples explore
     fast_moves faults faults_provoked faults_table file_mutations framestorm fuzzing halts homing
     homing_m1284 homing_mega homing_smooth homing_uno one_check orders orders_kept powercuts
-    reversal_runs rules safety_faults seek_campaign simrun stack_measured switches turns
-    waiting_axes witness
+    programs programs_cli reversal_runs rules safety_faults seek_campaign simrun stack_measured
+    switches turns waiting_axes witness
 )
 # These talk to a simulated board over a pseudo terminal, in real time.
 set(PIXSTEP_REAL_TIME board_port board_trouble conformance virtual_bench)

@@ -2,6 +2,7 @@
 """Motion programs: blended moves, the two-move planner and the look-ahead, figure by figure."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -153,7 +154,7 @@ def test_a_longer_window_is_never_slower_and_enough_is_all(text):
         report = planned(text, of, window=window)[1]
         times.append(report.total_ms)
         ratios.append(report.motors[0].planned_ratio)
-    assert all(late <= early + 1e-9 for early, late in zip(times, times[1:], strict=False))
+    assert all(late <= early + 1e-9 for early, late in pairwise(times))
     assert max(ratios) <= 1 + 1e-9
     enough = math.ceil(4 / 3 * 50 / 2 / 2)  # of moves of 2 ms: 4/3 of half the time to stop
     whole = planned(text, of)[1].total_ms

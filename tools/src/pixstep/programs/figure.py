@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Drawings of a plan: its path, and speed and acceleration of each motor with their limits."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,19 +11,28 @@ from matplotlib.figure import Figure
 from pixstep import plotting
 from pixstep.plotting import BOARD, FAINT, INK, MADE
 from pixstep.programs.motors import PLAIN_ROUNDING, PlanMotor
-from pixstep.programs.results import Result
+from pixstep.programs.pixels import Counts
+from pixstep.programs.plan import Plan
 
 _MOST_POINTS = 20_000
 
 
-def save(result: Result, path: Path, motion: Path) -> None:
+@dataclass(frozen=True)
+class Drawn:
+    """A plan and the counts of its first pixels."""
+
+    plan: Plan
+    counts: Counts
+
+
+def save(result: Drawn, path: Path, motion: Path) -> None:
     """Write both drawings."""
     with plotting.styled():
         plotting.write(draw_path(result), path)
         plotting.write(draw_motion(result), motion)
 
 
-def draw_path(result: Result) -> Figure:
+def draw_path(result: Drawn) -> Figure:
     """Return the path of the first two motors, or the position of the only one over time."""
     motors = result.plan.setup.motors
     places = np.vstack([np.zeros((1, len(motors))), np.cumsum(result.counts, axis=0)])
@@ -44,7 +54,7 @@ def draw_path(result: Result) -> Figure:
     return figure
 
 
-def draw_motion(result: Result) -> Figure:
+def draw_motion(result: Drawn) -> Figure:
     """Return a row for each motor: its speed and its acceleration, in counts and milliseconds."""
     motors = result.plan.setup.motors
     figure = plotting.figure((11, 1.4 + 2.3 * len(motors)))
@@ -58,7 +68,7 @@ def draw_motion(result: Result) -> Figure:
     return figure
 
 
-def _draw_motor(row: np.ndarray, result: Result, index: int, motor: PlanMotor) -> None:
+def _draw_motor(row: np.ndarray, result: Drawn, index: int, motor: PlanMotor) -> None:
     pixel = result.plan.setup.pixel_ms
     counts = result.counts[:, index]
     if motor.smooth:
@@ -101,7 +111,7 @@ def _decoded(counts: np.ndarray) -> np.ndarray:
     return np.array(speeds)
 
 
-def _times(result: Result, count: int) -> np.ndarray:
+def _times(result: Drawn, count: int) -> np.ndarray:
     return np.arange(count) * result.plan.setup.pixel_ms / 1000
 
 
@@ -113,5 +123,5 @@ def _label(motor: PlanMotor) -> str:
     return f"{motor.name}, {motor.unit}"
 
 
-def _title(result: Result) -> str:
+def _title(result: Drawn) -> str:
     return f"{Path(result.plan.name).name}, {result.plan.options.mode}"

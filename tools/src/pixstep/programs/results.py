@@ -74,7 +74,8 @@ def write(
         if plot:
             from pixstep.programs import figure  # matplotlib takes a second to load
 
-            figure.save(result, folder / PATH_PICTURE, folder / MOTION_PICTURE)
+            drawn = figure.Drawn(plan, counts)
+            figure.save(drawn, folder / PATH_PICTURE, folder / MOTION_PICTURE)
             facts["plots"] = [str(out / name) for name in pictures]
     return replace(result, facts=facts)
 
