@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-_FINER, _STRAIGHT = 2, 32  # pieces for one of the planner's
+_FINER, _STRAIGHT = 4, 64  # pieces for one of the planner's
 _LEVELS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 _LEAST = 1e-9
 _ROUNDS = 12

@@ -88,7 +88,9 @@ def _write_lines(plan: Plan, folder: Path, names: list[str], progress: Progress)
         files = [stack.enter_context((folder / name).open("wb")) for name in names]
         for part in plan.counts():
             for index, (file, motor) in enumerate(zip(files, plan.setup.motors, strict=True)):
-                file.write(_records(of_line(part[:, index], motor), names[index], row))
+                with atomic.told_of(folder / names[index]):
+                    file.write(_records(of_line(part[:, index], motor), names[index], row))
+                    file.flush()
             row += len(part)
             if room > 0:
                 kept.append(part[:room].astype(np.int32))

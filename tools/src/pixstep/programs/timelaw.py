@@ -28,7 +28,7 @@ _TINY = 1e-12
 _NOTHING = 1e-300  # instead of 0 below a fraction
 _FREE = float("inf")
 _FAST = 0.999  # of the highest w: no finer grid makes it faster
-_MOST_PIECES = 10
+_MOST_PIECES = 20
 _CURVED_BOUND = 8.0  # a pixel of constant acceleration a bends by a/8 from its chord
 
 
