@@ -42,7 +42,7 @@ def edges(lines: Iterable[Timeline], setup: Setup) -> Iterator[Floats]:
     place = still
     for line in lines:
         last = int(np.floor((line.end + delay) / half + 1e-9))
-        times = np.arange(given, last + 1) * half - delay
+        times = np.arange(given, last + 1, dtype=np.float64) * np.float64(half) - delay
         if len(times):
             yield line.places(times)
         given = max(given, last + 1)

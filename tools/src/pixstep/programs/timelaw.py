@@ -15,7 +15,7 @@ where the path may have to stop; a pass forwards takes the highest y that these 
 without bend that is the optimum; with bends it tends to it as the intervals shrink.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,7 +111,9 @@ class TimeLaw:
             self._backward(end=_FREE)
             yield self._forward(joined)
 
-    def _committed(self, joined: Intervals, known: int) -> Iterator[Run]:
+    def _committed(
+        self, joined: Intervals, known: int
+    ) -> Generator[Run, None, tuple[Intervals, int]]:
         """Yield what can be run for good; return the rest, and how much of it is known."""
         moves = joined.move
         last = int(moves[-1]) - 1  # the last move may go on in the next part
