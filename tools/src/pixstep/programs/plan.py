@@ -53,7 +53,8 @@ class Plan:
             two = None
             path = Path(len(self.setup.motors)).intervals(self._noted(nominal(events)))
             first = TimeLaw(limits, self.options.window).runs(path)
-            runs = TimeLaw(limits, self.options.window).runs(refined(first, limits))
+            second = TimeLaw(limits, self.options.window).runs(refined(first, limits))
+            runs = TimeLaw(limits, self.options.window).runs(refined(second, limits))
         for line in timelines(runs, limits, programmed=two is not None):
             self.report.add_time(line)
             yield line
