@@ -83,6 +83,10 @@ EXAMPLES = {
     "move make": (f"move make {_MOVE} --pixel-hz 30 -o move.csv",),
     "move show": (f"move show {_MOVE} --pixel-hz 30 --plot move.png",),
     "move sim": (f"move sim {_MOVE} --pixel-hz 30 --board mega --out move --plot",),
+    "plan": (
+        "plan square.pmc --out square --plot",
+        "plan square.pmc --mode mode1 --json",
+    ),
     "profile check": (f"profile check {_PRN}", "profile check fast.csv --decode plain"),
     "profile make": (
         "profile make --top-speed 30000steps/s --max-acceleration 115200steps/s2 --max-jerk 40 "

@@ -214,6 +214,10 @@ _MAIN = {
         "line:ticks",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
     ),
+    "plan": _late(
+        "plan:plan",
+        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
+    ),
     "demo": _late(
         "sim:demo_command",
         "Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD.",
