@@ -156,12 +156,12 @@ static void decode_train(struct axis *axis)
     uint8_t room = (uint8_t)(stream_space(&axis->feed.stream) - FEED_BURST);
     uint16_t fit = (uint16_t)((room + 1u) * STEP_TRAIN_ENTRY_MAX);
     uint16_t steps = walk_stretch(&axis->walk);
-    struct even even = axis->walk.steps.even;
 
     if (steps > fit) {
         steps = fit;
     }
-    feed_train(&axis->feed, &even, steps, walk_skip_even(&axis->walk, steps));
+    walk_pass_train(
+        &axis->walk, steps, feed_train(&axis->feed, &axis->walk.steps.even, steps));
     pass_step(axis);
 }
 
