@@ -24,8 +24,8 @@ void setUp(void)
     };
     line_check_reset(&check);
 #if SEVERAL_AXES
-    // A line that waits in the queue is faster: the first pixel faster than any before costs as much
-    // as a rest.
+    // A line that waits in the queue is faster: the first pixel faster than any before costs as
+    // much as a rest.
     check.fastest_plain = UINT16_MAX;
     check.fastest_smooth = UINT16_MAX;
 #endif

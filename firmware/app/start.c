@@ -231,8 +231,8 @@ void start_poll(void)
     uint8_t left = CONFIG_AXES;
 
     // Try again at once: a round as long as an idle period would meet the period's end every time.
-    // The axis of the pixel clock, the last one of a board, comes first: it cannot be released while
-    // an edge waits, and the next one comes soon.
+    // The axis of the pixel clock, the last one of a board, comes first: it cannot be released
+    // while an edge waits, and the next one comes soon.
     while (left != 0) {
         uint8_t i = (uint8_t)(left - 1u);
         if (!may_release(i) || release_line(i)) {

@@ -36,8 +36,8 @@ static void make_steps(struct curve_steep *steep,
     }
 }
 
-// Write the periods of the pixel, except for the high byte of the first, which is returned. The last
-// step lies at the end of the pixel.
+// Write the periods of the pixel, except for the high byte of the first, which is returned. The
+// last step lies at the end of the pixel.
 static uint8_t write_periods(struct curve_steep *steep,
                              struct step_ring *ring,
                              uint8_t slot,

@@ -18,9 +18,9 @@
 // Most steps of such a pixel, and the shortest interval, are those of even pixels.
 
 // Write the line's next pixel if it is one of few steps under acceleration. *steep stays with the
-// line's axis and is nobody else's until line->curve_half is 0 again. Returns what the pixel costs of
-// a round's budget; 0: it is something else, and nothing was done; EVEN_PIXEL_WAITS: the ring has no
-// room for it. Only when even_pixels_write() may be called.
+// line's axis and is nobody else's until line->curve_half is 0 again. Returns what the pixel costs
+// of a round's budget; 0: it is something else, and nothing was done; EVEN_PIXEL_WAITS: the ring
+// has no room for it. Only when even_pixels_write() may be called.
 uint8_t curved_pixel_write(struct line *line,
                            struct curve_steep *steep,
                            struct stream *stream);

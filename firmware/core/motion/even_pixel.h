@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: MIT
-// Pixels of few evenly spaced steps: the common case where the pixel clock runs at kilohertz. Such a
-// pixel is written into the stream as a whole, one entry a step, with the very intervals that even.h
-// makes, at a cost that a pixel of a few hundred microseconds leaves room for. Main loop only.
+// SPDX-License-Identifier: MIT Pixels of few evenly spaced steps: the common case where the pixel
+// clock runs at kilohertz. Such a pixel is written into the stream as a whole, one entry a step,
+// with the very intervals that even.h makes, at a cost that a pixel of a few hundred microseconds
+// leaves room for. Main loop only.
 //
 //     T = 10, n = 4     base 2, remainder 2     entries   3  2  3  2
 //
@@ -39,8 +39,9 @@ struct even_pixel {
 
 // Write the line's next pixels as long as each is one of few even steps in the direction of the
 // steps before it, and as budget, ring and marks allow. Returns what they cost of a round's budget;
-// 0: the next one is something else, EVEN_PIXEL_WAITS: it has no room now. Only when the newest step
-// lies at the line's place, its period is still to be written, and one mark waits for that period.
+// 0: the next one is something else, EVEN_PIXEL_WAITS: it has no room now. Only when the newest
+// step lies at the line's place, its period is still to be written, and one mark waits for that
+// period.
 uint8_t even_pixels_write(struct line *line,
                           struct stream *stream,
                           bool negative,

@@ -373,9 +373,9 @@ void ledger_advance(struct ledger *ledger,
     add_idle(ledger, stream, sample->idle_count);
 }
 
-// The account stands inside a pixel or a batch, with single periods from there to the sample's tail.
-// Find the start of period `back`, counted from that tail. False when the periods before the account
-// are no longer known by themselves.
+// The account stands inside a pixel or a batch, with single periods from there to the sample's
+// tail. Find the start of period `back`, counted from that tail. False when the periods before the
+// account are no longer known by themselves.
 static bool start_beside(const struct ledger *ledger,
                          const struct stream *stream,
                          uint8_t tail,

@@ -20,8 +20,8 @@
 // Value of ledger.train outside a pulse train.
 #define LEDGER_NO_TRAIN 0xFFu
 
-// Periods of pixels written as a whole that may wait to be accounted for, as long as there are marks
-// for more of them: a few pixels at once cost less.
+// Periods of pixels written as a whole that may wait to be accounted for, as long as there are
+// marks for more of them: a few pixels at once cost less.
 #define LEDGER_LAG_PERIODS 40u
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u

@@ -107,7 +107,8 @@ void line_begin(struct line *line,
 // LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
 enum line_status line_next(struct line *line, struct piece *piece);
 
-// True where the line's pieces are the clock's own pixels, so that the functions below may be asked.
+// True where the line's pieces are the clock's own pixels, so that the functions below may be
+// asked.
 bool line_on_pixels(const struct line *line);
 
 // Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
@@ -124,8 +125,8 @@ static inline uint16_t line_curved_steps(const struct line *line)
     return curved ? steps : 0;
 }
 
-// Length of that pixel, ticks; 0 while line_is_early(). A locked line's pixel gets it here, so as late
-// as possible.
+// Length of that pixel, ticks; 0 while line_is_early(). A locked line's pixel gets it here, so as
+// late as possible.
 uint32_t line_pixel_ticks(struct line *line);
 
 // Pass over one pixel of the segment in work, of so many signed steps, as line_next() would. After

@@ -55,7 +55,8 @@ struct stream_mark {
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
 #if STREAM_WHOLE_PIXELS
-    // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not known.
+    // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not
+    // known.
     uint8_t periods;
     // Length of these periods together, ticks.
     uint16_t ticks;
@@ -88,8 +89,8 @@ struct stream {
     uint8_t mark_placed; // writer: marks before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
 #if STREAM_WHOLE_PIXELS
-    // Writer: periods behind the newest placed mark, if they are those of a pixel written as a whole;
-    // else STREAM_UNKNOWN.
+    // Writer: periods behind the newest placed mark, if they are those of a pixel written as a
+    // whole; else STREAM_UNKNOWN.
     uint8_t behind_periods;
     // Length of these periods together, ticks.
     uint16_t behind_ticks;
@@ -175,8 +176,8 @@ static inline void stream_publish_batch(struct stream *stream,
 // Append one period. Marks that waited for it are placed behind it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
-// Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand in
-// the ring from the head on, and a mark that waits for its place behind the period to come. Only
+// Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand
+// in the ring from the head on, and a mark that waits for its place behind the period to come. Only
 // when one mark waits now: that one is placed behind the first period. The caller shows the periods
 // to the interrupt by the high byte of the first.
 //
@@ -207,9 +208,9 @@ static inline bool stream_train_free(const struct stream *stream)
     return stream->trains[0].steps == 0 || stream->trains[1].steps == 0;
 }
 
-// Append the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only when
-// stream_train_free(). Marks that waited for the period that carries the edge of the step before the
-// train are placed behind the train's first period. Returns the train's ticks.
+// Append the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only
+// when stream_train_free(). Marks that waited for the period that carries the edge of the step
+// before the train are placed behind the train's first period. Returns the train's ticks.
 uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
 
 // Leave `count` slots out, the first of which keeps reading empty: the interrupt sees nothing of

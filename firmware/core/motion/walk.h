@@ -76,8 +76,8 @@ static inline uint16_t walk_taken(const struct walk *walk)
                                        : (uint16_t)0xFFFF;
 }
 
-// Note that `steps` steps, `ticks` long together, were taken straight from walk->steps.even; at most
-// walk_stretch().
+// Note that `steps` steps, `ticks` long together, were taken straight from walk->steps.even; at
+// most walk_stretch().
 void walk_pass_train(struct walk *walk, uint16_t steps, uint32_t ticks);
 
 // Note that `count` steps, `ticks` long together, were taken straight from walk->steps; at most

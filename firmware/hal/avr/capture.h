@@ -105,8 +105,8 @@ struct capture_entry {
     uint8_t tail;
     int8_t left_or_cut;
     uint16_t idle_count;
-    // CAPTURE_CUT: `cut` is not 0. CAPTURE_WAS_PARKED: idle_count is the coarse clock's low 16 bits.
-    // CAPTURE_BACK: struct pixel_capture.
+    // CAPTURE_CUT: `cut` is not 0. CAPTURE_WAS_PARKED: idle_count is the coarse clock's low 16
+    // bits. CAPTURE_BACK: struct pixel_capture.
     uint8_t notes;
 };
 
@@ -177,9 +177,9 @@ _Static_assert(
 //     beside a count that has just wrapped) or in m; and 1 more when the captured value is beyond
 //     the counter: the edge lies in the period before the counter's.
 //
-// Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back.
-// Where the axis is parked, no interrupt of its own runs: the entry gets the coarse clock's units in
-// the place of the idle count, and the other members are what they were when the axis was parked.
+// Reading ICRn and TCNTn disturbs TEMP, which belongs to a run (step_isr.S): it is put back. Where
+// the axis is parked, no interrupt of its own runs: the entry gets the coarse clock's units in the
+// place of the idle count, and the other members are what they were when the axis was parked.
 //
 // Budget: 165 cycles; 215 where the axis is parked.
 #define CAPTURE_QUEUE_HANDLER(queue, timer, axis, busy, overrun)                         \
