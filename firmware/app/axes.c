@@ -78,11 +78,11 @@ bool axes_any_queued(void)
 }
 
 // True when an edge was captured that needs a sample of this axis. The account must come to that
-// sample before it follows a newer one.
+// sample before it follows a newer one. A single axis has one capture for both inputs.
 static bool capture_waits(uint8_t i)
 {
     return (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||
-           (FEATURE_HOMING && switch_capture_waiting());
+           (FEATURE_HOMING && CONFIG_AXES > 1 && switch_capture_waiting());
 }
 
 // Not inline: the sample and the account's own registers are off the stack again when the caller
