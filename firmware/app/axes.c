@@ -81,7 +81,7 @@ bool axes_any_queued(void)
 // sample before it follows a newer one. A single axis has one capture for both inputs.
 static bool capture_waits(uint8_t i)
 {
-    return (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||
+    return (CONFIG_INDEX(i) == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||
            (FEATURE_HOMING && CONFIG_AXES > 1 && switch_capture_waiting());
 }
 

@@ -39,7 +39,7 @@ void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
 
     if (first_fault.code == FAULT_none) {
         first_fault.code = (uint8_t)code;
-        first_fault.axis = axis;
+        first_fault.axis = CONFIG_INDEX(axis);
         first_fault.argument = argument;
         first_fault.pixel = pixel;
     }

@@ -34,9 +34,9 @@ static uint8_t seeking_axis(void)
 void seek_begin(uint8_t axis, bool opening)
 {
     seek = (struct seek){
-        .axis = axis,
+        .axis = CONFIG_INDEX(axis),
         .opening = opening,
-        .trip_axis = axis,
+        .trip_axis = CONFIG_INDEX(axis),
         .trip_code = TRIP_NONE,
     };
     if (CONFIG_AXES == 1) {
@@ -46,7 +46,7 @@ void seek_begin(uint8_t axis, bool opening)
         (void)step_timer_unpark(axis);
         (void)step_timer_unpark(CONFIG_SWITCH_CAPTURE_AXIS);
     }
-    switch_capture_start(axis, opening != inputs_home_inverted());
+    switch_capture_start(CONFIG_INDEX(axis), opening != inputs_home_inverted());
 }
 
 // Note where the seeking axis was at the switch's edge. The accounts of the axis that captures and
@@ -193,7 +193,7 @@ bool seek_needs_interrupts(uint8_t axis)
 
 bool seek_can_zero(uint8_t axis)
 {
-    return seek.axis == NO_AXIS && seek.trip_axis == axis &&
+    return seek.axis == NO_AXIS && seek.trip_axis == CONFIG_INDEX(axis) &&
            (seek.trip_code == TRIP_CLOSED || seek.trip_code == TRIP_OPENED);
 }
 
