@@ -105,17 +105,17 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
     return true;
 }
 
-bool axes_advance(uint8_t i, enum ledger_extent extent)
+bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 {
     return advance(i, extent, false);
 }
 
 void axes_advance_rested(uint8_t i)
 {
-    (void)advance(i, LEDGER_EXACTLY, true);
+    (void)advance(CONFIG_INDEX(i), LEDGER_EXACTLY, true);
 }
 
-void axes_stop(uint8_t i)
+void axes_stop_at(uint8_t i)
 {
     struct axis *axis = axes_get(i);
     uint8_t slot = 0;

@@ -28,7 +28,7 @@ static void halt_axis(uint8_t i)
 }
 
 // The outputs come first, because writing the record takes time.
-void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
+void faults_latch_at(enum fault code, uint8_t axis, uint16_t argument)
 {
     permit_set(false);
     token_set(0);
@@ -39,7 +39,7 @@ void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
 
     if (first_fault.code == FAULT_none) {
         first_fault.code = (uint8_t)code;
-        first_fault.axis = CONFIG_INDEX(axis);
+        first_fault.axis = axis;
         first_fault.argument = argument;
         first_fault.pixel = pixel;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/feed.h"
 
+#include "base/apart.h"   // APART
 #include "base/require.h" // REQUIRE
 
 // A long interval is cut into periods of this length, ticks. The last period is then at least
@@ -61,7 +62,7 @@ void feed_train(struct feed *feed,
     stream_put_train(&feed->stream, even, steps, ticks);
 }
 
-void feed_hold(struct feed *feed)
+APART void feed_hold(struct feed *feed)
 {
     feed->held = true;
     feed->merge = true;
@@ -185,7 +186,7 @@ void feed_mark_here(struct feed *feed, bool line_start, int16_t position)
     }
 }
 
-void feed_end(struct feed *feed)
+APART void feed_end(struct feed *feed)
 {
     REQUIRE(!feed_busy(feed));
     if (feed->lead || feed->pending_ticks != 0) {
