@@ -195,7 +195,7 @@ static void check_new_pieces(uint16_t backlash, uint16_t budget)
 
 static void new_piece(void)
 {
-    check_new_pieces(0, 3450);
+    check_new_pieces(0, 3800);
     check_new_pieces(250, 5000);
 }
 

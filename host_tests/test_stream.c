@@ -117,8 +117,8 @@ static void reset_forgets_everything(void)
     even_start(&even, 100000, 100);
     put_batch(5);
     stream_add_mark(&stream, false, 5);
-    stream_put_train(&stream, &even, 100, 100000);
-    stream_put_train(&stream, &even, 100, 100000);
+    TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
+    TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
     TEST_ASSERT_FALSE(stream_train_free(&stream));
     stream_reset(&stream, 7, 99);
     TEST_ASSERT_EQUAL_UINT8(7, stream.head);
@@ -140,7 +140,7 @@ static void end_is_the_sum_of_all_entries(void)
     put_batch(10);
     uint32_t ticks = appended_ticks(FIRST_SLOT, 14);
     stream_put_command(&stream, STEP_COMMAND_QUIET);
-    stream_put_train(&stream, &even, 300, 100003);
+    TEST_ASSERT_EQUAL_UINT32(100003, stream_put_train(&stream, &even, 300));
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u, stream.end_ticks);
     stream_delay(&stream, STEP_IDLE_TICKS);
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u + STEP_IDLE_TICKS,
@@ -221,8 +221,8 @@ static void train_entries_name_their_train(void)
 
     even_start(&even, 200000, 400);
     stream_add_mark(&stream, false, 0);
-    stream_put_train(&stream, &even, 400, 200000);
-    stream_put_train(&stream, &even, 400, 200000);
+    TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
+    TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
     check_mark(false, STEP_TRAIN_ENTRY_MAX - 1u, 0);
     for (uint8_t train = 0; train < STEP_TRAINS; train++) {
         int16_t steps = 0;

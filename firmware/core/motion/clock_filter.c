@@ -35,7 +35,7 @@ static void grow(struct clock_filter *filter)
     }
 }
 
-static APART void note_error(struct clock_filter *filter, int32_t error_ticks)
+static void note_error(struct clock_filter *filter, int32_t error_ticks)
 {
     uint32_t size = (uint32_t)(error_ticks < 0 ? -error_ticks : error_ticks);
 
@@ -76,7 +76,7 @@ static void take(struct clock_filter *filter, int32_t error_ticks)
 }
 
 // This edge is the first one.
-static APART void begin(struct clock_filter *filter, uint32_t edge_ticks)
+static void begin(struct clock_filter *filter, uint32_t edge_ticks)
 {
     filter->period = (struct fine_ticks){.ticks = filter->nominal_ticks};
     filter->expected = (struct fine_ticks){.ticks = edge_ticks};

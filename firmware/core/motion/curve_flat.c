@@ -67,11 +67,11 @@ APART enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed, bo
     return kind_of(slope_of(ticks, top_speed), top_speed, loose);
 }
 
-// True when the curve is flat at this speed: its intervals fit, and they change by less than four
-// ticks from step to step, or by less than one if growth is four times as much. growth: a*T / 4.
-static APART bool is_flat_at(uint32_t ticks, int32_t growth, uint16_t speed)
+// The a*T below which the interval changes by less than one tick from step to step at this speed;
+// 0 if the interval does not fit.
+static APART int32_t flat_limit(uint32_t ticks, uint16_t speed)
 {
-    return growth < cube_of(speed) && multiply_u32_u16(INTERVAL_MAX, speed) >= ticks;
+    return multiply_u32_u16(INTERVAL_MAX, speed) >= ticks ? cube_of(speed) : 0;
 }
 
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
@@ -83,12 +83,13 @@ enum curve_flat_kind curve_flat_kind(uint32_t ticks,
     uint16_t top = faster ? end_speed : start_speed;
     uint16_t low = faster ? start_speed : end_speed;
     int32_t growth = slope_of(ticks, (uint16_t)(top - low));
+    int32_t limit = flat_limit(ticks, low);
 
-    *stays = is_flat_at(ticks, growth >> 2, low);
+    *stays = growth >> 2 < limit;
     if (*stays) {
-        return curve_flat_now(ticks, top, !is_flat_at(ticks, growth, low));
+        return curve_flat_now(ticks, top, growth >= limit);
     }
-    return !faster && is_flat_at(ticks, growth >> 2, top)
+    return !faster && growth >> 2 < flat_limit(ticks, top)
                ? curve_flat_now(ticks, top, true)
                : CURVE_FLAT_NOT;
 }

@@ -115,14 +115,13 @@ static bool train_due(const struct axis *axis)
            to_stagger(axis) == 0 && feed_fits_train(&axis->feed, even);
 }
 
-// True when a train is due but none is free, and there is time to wait for one.
+// True when there is time to wait for a train: now that one is due, and none is free.
 static bool train_awaited(const struct axis *axis)
 {
-    const struct feed *feed = &axis->feed;
+    const struct stream *stream = &axis->feed.stream;
 
-    return !stream_train_free(&feed->stream) && train_due(axis) &&
-           (axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
-            feed->stream.trains[feed->stream.newest_train].ticks >= TRAIN_WAIT_TICKS);
+    return axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
+           stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS;
 }
 
 bool decode_is_ahead(const struct axis *axis)
@@ -157,12 +156,12 @@ static void decode_train(struct axis *axis)
     uint8_t room = (uint8_t)(stream_space(&axis->feed.stream) - FEED_BURST);
     uint16_t fit = (uint16_t)((room + 1u) * STEP_TRAIN_ENTRY_MAX);
     uint16_t steps = walk_stretch(&axis->walk);
-    struct even even = axis->walk.steps.even;
 
     if (steps > fit) {
         steps = fit;
     }
-    feed_train(&axis->feed, &even, steps, walk_skip_even(&axis->walk, steps));
+    walk_pass_train(
+        &axis->walk, steps, feed_train(&axis->feed, &axis->walk.steps.even, steps));
     pass_step(axis);
 }
 
@@ -277,14 +276,16 @@ static uint8_t decode_step(struct axis *axis)
 // 0 if they must wait.
 static uint8_t decode_steps(struct axis *axis, uint8_t budget)
 {
-    if (train_awaited(axis)) {
-        axis->phase = DECODE_AWAITS_TRAIN;
-        return 0;
-    }
     axis->phase = DECODE_STEPS;
-    if (train_due(axis) && stream_train_free(&axis->feed.stream)) {
-        decode_train(axis);
-        return SLOW_STEP_COST;
+    if (train_due(axis)) {
+        if (stream_train_free(&axis->feed.stream)) {
+            decode_train(axis);
+            return SLOW_STEP_COST;
+        }
+        if (train_awaited(axis)) {
+            axis->phase = DECODE_AWAITS_TRAIN;
+            return 0;
+        }
     }
     uint8_t cost = decode_burst(axis, budget);
 

@@ -50,16 +50,13 @@ bool feed_fits_train(const struct feed *feed, const struct even *even)
            (even->remainder == 0 || ((uint8_t)even->base_ticks != 0));
 }
 
-void feed_train(struct feed *feed,
-                const struct even *even,
-                uint16_t steps,
-                uint32_t ticks)
+uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps)
 {
     if (!feed->pulse) {
         stream_put_command(&feed->stream, STEP_COMMAND_PULSE);
         feed->pulse = true;
     }
-    stream_put_train(&feed->stream, even, steps, ticks);
+    return stream_put_train(&feed->stream, even, steps);
 }
 
 APART void feed_hold(struct feed *feed)

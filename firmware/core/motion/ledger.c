@@ -143,10 +143,10 @@ static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *m
 
 static void pass_marks(struct ledger *ledger, struct stream *stream)
 {
-    while (stream_mark_within(stream, 0)) {
+    while (stream_has_mark(stream)) {
         const struct stream_mark *mark = stream_mark(stream);
 
-        if (ledger->left > mark->early) {
+        if (mark->slot != stream->retired || ledger->left > mark->early) {
             return;
         }
         if (mark->line_start) {
@@ -226,7 +226,7 @@ static APART bool take_pixels(struct ledger *ledger, struct stream *stream, uint
 }
 
 // The train is over: account for its length and free it.
-static APART void pass_train(struct ledger *ledger, struct stream *stream, uint32_t ticks)
+static void pass_train(struct ledger *ledger, struct stream *stream, uint32_t ticks)
 {
     ledger->loaded_ticks += ticks;
     stream_free_train(stream, ledger->train);
@@ -269,15 +269,21 @@ static void settle_train(struct ledger *ledger, struct stream *stream, bool cut)
 {
     const struct stream_train *train = &stream->trains[ledger->train];
 
-    if (cut && ledger->left != 0) {
-        uint16_t loaded = ledger_train_loaded(ledger);
+    uint16_t loaded = ledger_train_loaded(ledger);
+    uint32_t ticks = train->ticks;
+
+    if (ledger->left == 0) {
+        if (loaded != train->steps) {
+            return;
+        }
+    } else if (cut) {
         ledger->position_steps = ledger_position(ledger);
-        note_lengths(ledger, stream, loaded);
-        pass_train(ledger, stream, stream_train_ticks(stream, ledger->train, loaded));
-    } else if (ledger->left == 0 && ledger->train_steps == train->steps) {
-        note_lengths(ledger, stream, train->steps);
-        pass_train(ledger, stream, train->ticks);
+        ticks = stream_train_ticks(stream, ledger->train, loaded);
+    } else {
+        return;
     }
+    note_lengths(ledger, stream, loaded);
+    pass_train(ledger, stream, ticks);
 }
 
 static void __attribute__((noinline)) arrive_in_train(struct ledger *ledger,

@@ -54,16 +54,16 @@ static void fill_train(struct pulse_train *train, const struct even *even)
     train->top_high = (uint8_t)(top >> 8);
 }
 
-void stream_put_train(struct stream *stream,
-                      const struct even *even,
-                      uint16_t steps,
-                      uint32_t ticks)
+uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps)
 {
     uint8_t train = stream->trains[0].steps == 0 ? 0 : 1;
 
     REQUIRE(stream->trains[train].steps == 0);
     fill_train(&stream->engine_trains[train], even);
-    stream->trains[train] = (struct stream_train){steps, even->sum, ticks};
+    stream->trains[train].steps = steps;
+    stream->trains[train].sum = even->sum;
+    uint32_t ticks = even_skip(even, steps);
+    stream->trains[train].ticks = ticks;
     stream->newest_train = train;
     while (steps != 0) {
         uint8_t now =
@@ -75,6 +75,7 @@ void stream_put_train(struct stream *stream,
         steps = (uint16_t)(steps - now);
     }
     stream->end_ticks += ticks;
+    return ticks;
 }
 
 uint8_t stream_reserve(struct stream *stream, uint8_t count)

@@ -207,13 +207,10 @@ static inline bool stream_train_free(const struct stream *stream)
     return stream->trains[0].steps == 0 || stream->trains[1].steps == 0;
 }
 
-// Append `steps` evenly spaced steps, `ticks` long together, as a pulse train. Only when
-// stream_train_free(). `even` is as it was before these steps. Marks that waited for the period
-// that carries the edge of the step before the train are placed behind the train's first period.
-void stream_put_train(struct stream *stream,
-                      const struct even *even,
-                      uint16_t steps,
-                      uint32_t ticks);
+// Append the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only when
+// stream_train_free(). Marks that waited for the period that carries the edge of the step before the
+// train are placed behind the train's first period. Returns the train's ticks.
+uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
 
 // Leave `count` slots out, the first of which keeps reading empty: the interrupt sees nothing of
 // what follows. Returns that slot.

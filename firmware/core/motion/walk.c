@@ -102,12 +102,9 @@ uint32_t walk_next(struct walk *walk)
     return shift_special(walk, ticks);
 }
 
-uint32_t walk_skip_even(struct walk *walk, uint16_t steps)
+void walk_pass_train(struct walk *walk, uint16_t steps, uint32_t ticks)
 {
-    uint32_t ticks = even_skip(&walk->steps.even, steps);
-
     walk->until = (uint16_t)(walk->until - steps);
     walk->exact_ticks += ticks;
     walk->at_edge = walk->until == 0 && edge_of(walk->piece) == walk->piece->steps;
-    return ticks;
 }
