@@ -38,6 +38,14 @@ static inline void faults_latch(enum fault code, uint8_t axis, uint16_t argument
     faults_latch_at(code, CONFIG_INDEX(axis), argument);
 }
 
+// The same with the argument 0.
+void faults_latch_plain_at(enum fault code, uint8_t axis);
+
+static inline void faults_latch_plain(enum fault code, uint8_t axis)
+{
+    faults_latch_plain_at(code, CONFIG_INDEX(axis));
+}
+
 // The step interrupt of this axis came too late: latch the fault and request a restart of time.
 void faults_latch_underrun(uint8_t axis);
 

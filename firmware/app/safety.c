@@ -83,7 +83,7 @@ static bool bus_silent(void)
 // Latch a fault of the first axis that moves, or of axis 0.
 static void latch_for_moving(enum fault code)
 {
-    faults_latch(code, (uint8_t)(axes_first_moving() % CONFIG_AXES), 0);
+    faults_latch_plain(code, (uint8_t)(axes_first_moving() % CONFIG_AXES));
 }
 
 static void latch_bus_silence(void)

@@ -131,7 +131,7 @@ static void judge_switch(void)
 }
 
 // True when nothing of the seek is left because the axis was stopped or its line discarded.
-static bool at_rest(uint8_t state)
+static APART bool at_rest(uint8_t state)
 {
     return state == AXIS_EMPTY || state == AXIS_STOPPING;
 }
@@ -144,7 +144,7 @@ static void end_seek(void)
     switch_capture_stop();
     if (seek.trip_code == TRIP_NONE && !faults_any() &&
         !at_rest(axes_get(axis)->life.state)) {
-        faults_latch(seek.opening ? FAULT_home_stuck : FAULT_home_not_found, axis, 0);
+        faults_latch_plain(seek.opening ? FAULT_home_stuck : FAULT_home_not_found, axis);
     }
 }
 

@@ -4,7 +4,7 @@
 #include <util/atomic.h>
 
 #include "base/apart.h" // APART
-#include "config.h" // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
+#include "config.h"     // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
 #include "hal/avr/capture.h"
 
 static struct capture_queue edges;

@@ -11,7 +11,7 @@
 #include "hal/avr/capture.h"
 
 #define READ_BIT(number, port, bit, mask)                                                \
-    if (CONFIG_INDEX(axis) == (number) && (PIN##port & _BV(bit)) != 0) {                               \
+    if (CONFIG_INDEX(axis) == (number) && (PIN##port & _BV(bit)) != 0) {                 \
         levels |= (mask);                                                                \
     }
 
