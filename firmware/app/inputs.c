@@ -55,7 +55,7 @@ static APART bool has_lasted(uint16_t now_units, uint16_t since_units)
            clock_units_of_us(settings_now()->input_filter_us);
 }
 
-bool inputs_lasted(uint16_t since_units)
+APART bool inputs_lasted(uint16_t since_units)
 {
     return has_lasted((uint16_t)clock_now_units(), since_units);
 }
@@ -100,9 +100,9 @@ static void watch_limits(uint8_t i, bool first_look)
         return;
     }
     if (moved > 0 && (inputs->state & SWITCH_LIMIT_PLUS) != 0) {
-        faults_latch(FAULT_limit_plus, i, 0);
+        faults_latch_plain(FAULT_limit_plus, i);
     } else if (moved < 0 && (inputs->state & SWITCH_LIMIT_MINUS) != 0) {
-        faults_latch(FAULT_limit_minus, i, 0);
+        faults_latch_plain(FAULT_limit_minus, i);
     }
 }
 

@@ -132,12 +132,11 @@ static uint16_t axis_state(uint8_t axis, bool low)
 enum owner {
     OWNER_FAULTS,
     OWNER_WATCH,
-    OWNER_PERIOD,
     OWNER_SEEK,
     OWNER_SETTINGS,
     OWNER_TRAFFIC,
     OWNER_AXIS,
-    OWNER_FILTER,
+    OWNER_GRID,
 };
 
 // The lowest bits of a member's kind are its owner.
@@ -178,7 +177,7 @@ struct source {
     [(first) + 1] = {.call = (function), .kind = KIND_CALL_LOW}
 #define IN_FAULTS(member) offsetof(struct fault_record, member)
 #define IN_WATCH(member)  offsetof(struct clock_watch, member)
-#define IN_FILTER(member) offsetof(struct clock_filter, member)
+#define IN_FILTER(member) offsetof(struct lock_grid, filter.member)
 #define IN_SEEK(member)   offsetof(struct seek, member)
 #define IN_AXIS(member)   offsetof(struct axis, member)
 #define COUNTER(name)                                                                    \
@@ -208,8 +207,8 @@ static const struct source board_sources[] IN_FLASH = {
     [REG_INPUT_exceptions] = COUNTER(exceptions),
     [REG_INPUT_rx_overruns] = COUNTER(rx_overruns),
     LONG(REG_INPUT_pixel_period_ticks,
-         OWNER_PERIOD,
-         offsetof(struct pixel_period, whole_ticks)),
+         OWNER_GRID,
+         offsetof(struct lock_grid, pixel.whole_ticks)),
     [REG_INPUT_min_interval_ticks] = CONSTANT(CONFIG_MIN_INTERVAL_TICKS),
     [REG_INPUT_smooth_min_interval_ticks] = CONSTANT(CONFIG_SMOOTH_MIN_INTERVAL_TICKS),
     [REG_INPUT_record_capacity] = CONSTANT(RECORDS_KEPT),
@@ -262,19 +261,19 @@ static const struct source more_sources[] IN_FLASH = {
     [REG_INPUT_smooth_min_interval_3_ticks - MORE_BASE] =
         CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS),
     LONG(REG_INPUT_clock_period_ticks - MORE_BASE,
-         OWNER_FILTER,
+         OWNER_GRID,
          IN_FILTER(period) + offsetof(struct fine_ticks, ticks)),
     [REG_INPUT_clock_period_fraction - MORE_BASE] =
         MEMBER(WIDTH_WORD,
-               OWNER_FILTER,
+               OWNER_GRID,
                IN_FILTER(period) + offsetof(struct fine_ticks, fraction)),
     [REG_INPUT_clock_jitter - MORE_BASE] =
-        MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(jitter)),
+        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(jitter)),
     [REG_INPUT_clock_glitches - MORE_BASE] =
-        MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(glitches)),
+        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(glitches)),
     [REG_INPUT_clock_missing - MORE_BASE] =
-        MEMBER(WIDTH_WORD, OWNER_FILTER, IN_FILTER(missing)),
-    LONG(REG_INPUT_clock_error_ticks - MORE_BASE, OWNER_FILTER, IN_FILTER(error_ticks)),
+        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(missing)),
+    LONG(REG_INPUT_clock_error_ticks - MORE_BASE, OWNER_GRID, IN_FILTER(error_ticks)),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
@@ -290,10 +289,8 @@ static const void *object_of(enum owner owner, uint8_t axis)
         return faults_record();
     case OWNER_WATCH:
         return reference_watch();
-    case OWNER_PERIOD:
-        return reference_pixel();
-    case OWNER_FILTER:
-        return &lock_grid_now()->filter;
+    case OWNER_GRID:
+        return lock_grid_now();
     case OWNER_SEEK:
         return seek_now();
     case OWNER_SETTINGS:

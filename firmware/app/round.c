@@ -70,7 +70,7 @@ static void name_halt(uint8_t i)
     take_underruns();
     if (axes_get(i)->life.state == AXIS_RUNNING) {
         (void)axes_advance(i, LEDGER_EXACTLY);
-        faults_latch(why_halted(axes_get(i)), i, 0);
+        faults_latch_plain(why_halted(axes_get(i)), i);
     }
 }
 
@@ -128,8 +128,8 @@ static void poll_inputs(void)
     uint8_t axis = rounds % INPUT_ROUNDS;
 
     if (axis < CONFIG_AXES) {
-        inputs_poll(axis);
-        drivers_poll(axis);
+        inputs_poll(CONFIG_INDEX(axis));
+        drivers_poll(CONFIG_INDEX(axis));
     }
     seek_poll();
 }

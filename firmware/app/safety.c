@@ -6,6 +6,7 @@
 #include "app/faults.h"     // faults_latch
 #include "app/settings.h"   // settings_now
 #include "app/traffic.h"    // traffic_last_request_ms
+#include "base/apart.h"     // APART
 #include "hal/clock.h"      // clock_now_ms
 #include "hal/cpu.h"        // cpu_*
 #include "hal/estop.h"      // estop_*
@@ -19,7 +20,7 @@ static uint8_t heartbeats[CONFIG_AXES]; // of each step interrupt, at its last c
 static uint8_t axes_alive; // axes with a new heartbeat since the watchdog was fed
 static uint8_t looked_at;  // the axis to check next
 
-static bool estop_inverted(void)
+static APART bool estop_inverted(void)
 {
     return (settings_now()->inputs_inverted & ESTOP_INVERTED) != 0;
 }
@@ -83,7 +84,7 @@ static bool bus_silent(void)
 // Latch a fault of the first axis that moves, or of axis 0.
 static void latch_for_moving(enum fault code)
 {
-    faults_latch(code, (uint8_t)(axes_first_moving() % CONFIG_AXES), 0);
+    faults_latch_plain(code, (uint8_t)(axes_first_moving() % CONFIG_AXES));
 }
 
 static void latch_bus_silence(void)

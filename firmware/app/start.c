@@ -158,12 +158,6 @@ void start_now(uint8_t axis)
     axis_place(axes_get(axis), 0);
 }
 
-// The line's first interval can be merged into the delay only as long as that is not released.
-static bool has_begun(const struct axis *axis)
-{
-    return axis->phase == DECODE_OUTSIDE || !axis->feed.merge;
-}
-
 // A STARTING axis may be released. An axis that follows the clock has its line zero already, so
 // that nothing holds it back.
 static bool may_release(uint8_t i)
@@ -192,12 +186,13 @@ static APART bool release_line(uint8_t i)
     struct feed *feed = &axis->feed;
 
     BY_POINTER(feed);
-    if (!axes_advance(i, LEDGER_EXACTLY) || !has_begun(axis)) {
+    // The line's first interval can be merged into the delay only as long as that is not released.
+    if (!axes_advance(i, LEDGER_EXACTLY) ||
+        (axis->phase != DECODE_OUTSIDE && feed->merge)) {
         return true;
     }
     if (!axis->clocked) {
-        axis->zero_ticks = axis->ledger.loaded_ticks + STEP_TIMER_EDGE_TICKS -
-                           axis->feed.lead_in_ticks + 2u * (uint32_t)START_MIN_TICKS;
+        axis->zero_ticks = (uint32_t)(2 * START_MIN_TICKS - ticks_to_start(axis, 0));
     }
     int32_t delay = ticks_to_start(axis, axis->zero_ticks);
 
@@ -205,7 +200,7 @@ static APART bool release_line(uint8_t i)
         return true;
     }
     if (delay < release_min_ticks()) {
-        faults_latch(FAULT_start_late, i, 0);
+        faults_latch_plain(FAULT_start_late, i);
         return true;
     }
     // The next round's fault tells why the axis was halted.
@@ -235,7 +230,7 @@ void start_poll(void)
     // while an edge waits, and the next one comes soon.
     while (left != 0) {
         uint8_t i = (uint8_t)(left - 1u);
-        if (!may_release(i) || release_line(i)) {
+        if (!may_release(i) || release_line(CONFIG_INDEX(i))) {
             left--;
         }
     }

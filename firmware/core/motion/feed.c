@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/feed.h"
 
+#include "base/apart.h"   // APART
 #include "base/require.h" // REQUIRE
 
 // A long interval is cut into periods of this length, ticks. The last period is then at least
@@ -58,7 +59,7 @@ uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps)
     return stream_put_train(&feed->stream, even, steps);
 }
 
-void feed_hold(struct feed *feed)
+APART void feed_hold(struct feed *feed)
 {
     feed->held = true;
     feed->merge = true;
@@ -66,23 +67,24 @@ void feed_hold(struct feed *feed)
     feed->held_slot = stream_reserve(&feed->stream, HELD_SLOTS);
 }
 
-static void put_held(struct feed *feed, uint8_t offset, uint32_t ticks)
+static void put_held(struct step_ring *ring, uint8_t slot, uint32_t ticks)
 {
-    uint8_t slot = (uint8_t)(feed->held_slot + offset);
-    uint16_t top = (uint16_t)(ticks - 1u);
+    uint16_t top = (uint16_t)((uint16_t)ticks - 1u);
 
-    feed->stream.ring->low[slot] = (uint8_t)top;
-    feed->stream.ring->high[slot] = (uint8_t)(top >> 8);
+    ring->low[slot] = (uint8_t)top;
+    ring->high[slot] = (uint8_t)(top >> 8);
 }
 
 void feed_fill_front(struct feed *feed, uint32_t delay_ticks)
 {
+    struct step_ring *ring = feed->stream.ring;
+    uint8_t slot = feed->held_slot;
     uint32_t half = delay_ticks / 2u;
 
     REQUIRE(feed->held && half != 0 && delay_ticks <= FEED_DELAY_MAX_TICKS);
-    put_held(feed, 1, half);
-    put_held(feed, 2, delay_ticks - half);
-    feed->stream.ring->low[feed->held_slot] = STEP_COMMAND_BEGIN;
+    put_held(ring, (uint8_t)(slot + 1u), half);
+    put_held(ring, (uint8_t)(slot + 2u), delay_ticks - half);
+    ring->low[slot] = STEP_COMMAND_BEGIN;
 }
 
 void feed_front_released(struct feed *feed, uint32_t delay_ticks)
@@ -181,7 +183,7 @@ void feed_mark_here(struct feed *feed, bool line_start, int16_t position)
     }
 }
 
-void feed_end(struct feed *feed)
+APART void feed_end(struct feed *feed)
 {
     REQUIRE(!feed_busy(feed));
     if (feed->lead || feed->pending_ticks != 0) {

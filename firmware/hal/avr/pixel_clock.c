@@ -3,7 +3,8 @@
 
 #include <util/atomic.h>
 
-#include "config.h" // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
+#include "base/apart.h" // APART
+#include "config.h"     // CONFIG_*, BOARD_PIXEL_CLOCK_TIMER
 #include "hal/avr/capture.h"
 
 static struct capture_queue edges;
@@ -42,7 +43,7 @@ static void place_parked(const struct capture_entry *entry, struct pixel_capture
 }
 #endif
 
-bool pixel_clock_waiting(void)
+APART bool pixel_clock_waiting(void)
 {
     return edges.head != edges.tail;
 }

@@ -11,7 +11,7 @@
 #include "hal/avr/capture.h"
 
 #define READ_BIT(number, port, bit, mask)                                                \
-    if (axis == (number) && (PIN##port & _BV(bit)) != 0) {                               \
+    if (CONFIG_INDEX(axis) == (number) && (PIN##port & _BV(bit)) != 0) {                 \
         levels |= (mask);                                                                \
     }
 
@@ -55,9 +55,16 @@ bool switch_capture_take(struct switch_capture *capture)
 {
     bool taken = pixel_clock_take(&capture->edge);
 
-    capture->seeker = capture->edge.sample;
+    if (CONFIG_AXES > 1) {
+        capture->seeker = capture->edge.sample;
+    }
     (void)pixel_clock_drop();
     return taken;
+}
+
+static void drop_capture(void)
+{
+    (void)pixel_clock_drop();
 }
 
 static void enable_capture(uint8_t axis, bool on)
@@ -96,6 +103,13 @@ bool switch_capture_take(struct switch_capture *capture)
     return taken;
 }
 
+static void drop_capture(void)
+{
+    struct switch_capture stale;
+
+    (void)switch_capture_take(&stale);
+}
+
 static void enable_capture(uint8_t axis, bool on)
 {
     seeker_axis = axis;
@@ -118,15 +132,13 @@ bool switch_capture_waiting(void)
 
 static APART void choose_input(uint8_t axis, uint8_t comparator, bool rising)
 {
-    struct switch_capture stale;
-
     ADCSRB = (uint8_t)_BV(ACME);
     ADMUX = axis; // the input of that number
     ACSR = comparator;
     TCCR1B = (uint8_t)(rising ? TCCR1B | _BV(ICES1) : TCCR1B & ~_BV(ICES1));
     _delay_loop_1(SETTLE_LOOPS);
     enable_capture(axis, (comparator & _BV(ACIC)) != 0);
-    (void)switch_capture_take(&stale);
+    drop_capture();
 }
 
 // The comparator compares the pin with the bandgap reference: its output is low while the pin is
