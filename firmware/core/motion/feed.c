@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/feed.h"
 
+#include "base/apart.h"   // APART
 #include "base/require.h" // REQUIRE
 
 // A long interval is cut into periods of this length, ticks. The last period is then at least
@@ -125,7 +126,7 @@ static void merge_first_interval(struct feed *feed)
     feed->merge = false;
 }
 
-void feed_make_room(struct feed *feed)
+APART void feed_make_room(struct feed *feed)
 {
     if (!stream_marks_full(&feed->stream)) {
         return;
@@ -181,7 +182,7 @@ void feed_mark_here(struct feed *feed, bool line_start, int16_t position)
     }
 }
 
-void feed_end(struct feed *feed)
+APART void feed_end(struct feed *feed)
 {
     REQUIRE(!feed_busy(feed));
     if (feed->lead || feed->pending_ticks != 0) {
