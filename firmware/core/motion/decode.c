@@ -66,9 +66,8 @@ static bool no_more_pieces(const struct axis *axis)
            (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
 }
 
-// Begin the next piece. False when nothing can be decoded now. Not inline, so that its registers do
-// not lie on the stack below the decoder of steps.
-static bool __attribute__((noinline)) next_piece(struct axis *axis,
+// Begin the next piece. False when nothing can be decoded now.
+static bool next_piece(struct axis *axis,
                                                  const struct pixel_period *period,
                                                  bool always_take_up)
 {
