@@ -341,7 +341,7 @@ static enum line_error check_equal_counts(struct line_check *check, struct segme
     return LINE_none;
 }
 
-static APART bool too_steep(const struct line_limits *limits, int16_t acceleration)
+static bool too_steep(const struct line_limits *limits, int16_t acceleration)
 {
     return limits->max_acceleration != 0 &&
            magnitude_of(acceleration) > limits->max_acceleration;
