@@ -59,7 +59,7 @@ uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps)
     return stream_put_train(&feed->stream, even, steps);
 }
 
-void feed_hold(struct feed *feed)
+APART void feed_hold(struct feed *feed)
 {
     feed->held = true;
     feed->merge = true;
@@ -67,7 +67,7 @@ void feed_hold(struct feed *feed)
     feed->held_slot = stream_reserve(&feed->stream, HELD_SLOTS);
 }
 
-static void put_held(struct feed *feed, uint8_t offset, uint32_t ticks)
+static APART void put_held(struct feed *feed, uint8_t offset, uint32_t ticks)
 {
     uint8_t slot = (uint8_t)(feed->held_slot + offset);
     uint16_t top = (uint16_t)(ticks - 1u);
