@@ -36,6 +36,7 @@ static const char manual[] =
     "    home=N               home switch closed above this (no switch)\n"
     "    hyst=N               it opens so many steps below where it closed (8)\n"
     "    start=N              where motor and load are at reset (0)\n"
+    "    taken_up=plus|minus  in which direction the play is taken up then (plus)\n"
     "    active=low|high      level of a closed switch (low)\n"
     "    delay=TICKS          contacts follow the load so much later (0; at most "
     "16000000)\n"

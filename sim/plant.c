@@ -56,7 +56,8 @@ static bool update_switches(struct plant *p)
 
 static void put_at_start(struct plant *p)
 {
-    p->motor = p->load = p->settings.start;
+    p->load = p->settings.start;
+    p->motor = p->load - (p->settings.taken_up_minus ? p->settings.play : 0);
     p->pressed_home = false; // within its hysteresis, home begins open
 }
 
@@ -89,8 +90,7 @@ static bool at_hard_stop(const struct plant *p, int direction)
 }
 
 // The load sits within the play around the motor. The motor pushes it up when the gap is 0, and
-// pulls it down when the gap is as large as the play. At the start the play is taken up in the
-// positive direction.
+// pulls it down when the gap is as large as the play.
 bool plant_step(struct plant *p, int direction)
 {
     int64_t gap = p->motor - p->load; // 0 while pushing up, -play while pulling down

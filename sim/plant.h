@@ -23,6 +23,7 @@ struct plant_settings {
     bool present; // the axis was given parameters: its switches drive their pins
     bool has_travel, has_home; // the axis has these switches
     bool has_start, has_seed;  // these were among the parameters
+    bool taken_up_minus; // the motor starts the play below the load, not where it is
     bool active_high; // a closed switch reads 1 (default: 0, to ground, with the pull-up)
     struct contact_settings contact;
     enum plant_stuck stuck[PLANT_SWITCHES];
@@ -30,8 +31,8 @@ struct plant_settings {
     int64_t travel_min, travel_max; // limit switches close at and beyond these
     int64_t over; // from a limit to its hard stop; steps beyond it are lost
     int64_t home, home_hysteresis; // closes at home, opens at home - hysteresis
-    int64_t start; // motor and load are here at the start, or are put here later
-    uint64_t seed; // of the bouncing
+    int64_t start;                 // the load is here at the start, or is put here later
+    uint64_t seed;                 // of the bouncing
 };
 
 struct plant {
@@ -42,7 +43,7 @@ struct plant {
     bool closed[PLANT_SWITCHES]; // the states that the contacts follow
 };
 
-// Puts motor and load at `start`, the play taken up in the positive direction.
+// Puts the load at `start`, the play taken up as the settings say, the motor accordingly.
 void plant_init(struct plant *plant, const struct plant_settings *settings);
 
 // Changes the parameters while the axis moves. Motor and load stay where they are, unless `start`

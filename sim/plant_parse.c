@@ -80,6 +80,12 @@ static bool read_start(struct plant_settings *s, char *value)
     return read_number(value, &s->start);
 }
 
+static bool read_taken_up(struct plant_settings *s, char *value)
+{
+    s->taken_up_minus = strcmp(value, "minus") == 0;
+    return s->taken_up_minus || strcmp(value, "plus") == 0;
+}
+
 static bool read_active(struct plant_settings *s, char *value)
 {
     s->active_high = strcmp(value, "high") == 0;
@@ -178,6 +184,7 @@ static const struct {
     {"home", read_home, "a position in steps"},
     {"hyst", read_hysteresis, "steps, 0 or more"},
     {"start", read_start, "a position in steps"},
+    {"taken_up", read_taken_up, "plus or minus"},
     {"active", read_active, "low or high"},
     {"delay", read_delay, "ticks, 0 to 16000000"},
     {"bounce", read_bounce, "an even number of edges, 0 to 64"},

@@ -127,7 +127,8 @@ static APART void take_captures(void)
         lost = (uint8_t)(lost + take_lost());
         take_edge(&capture, lost != 0);
     }
-    if (lost != 0) {
+    // A line that waits needs no edge in particular.
+    if (lost != 0 && start_clocked_axis_runs()) {
         clock_fault(FAULT_clock_edge_lost, lost);
     }
 }

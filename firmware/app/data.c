@@ -92,7 +92,7 @@ bool data_input_mapped(uint16_t address, uint16_t count)
     return are_mapped(input_areas, AREAS(input_areas), address, count);
 }
 
-uint16_t data_input(uint16_t address)
+APART uint16_t data_input(uint16_t address)
 {
     if (address < REG_ROOM_BASE) {
         return report_word(address);

@@ -77,12 +77,6 @@ static bool edge_of_grid(uint32_t *pixel)
     clock_watch_note(&edge_watch, lock_grid_now()->filter.error_ticks);
     return passes;
 }
-#else
-static bool edge_of_grid(uint32_t *pixel)
-{
-    (void)pixel;
-    return false;
-}
 #endif
 
 bool reference_present(void)
@@ -99,11 +93,13 @@ bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
         return false;
     }
     reference_await_edge();
-    if (!grid->locks) {
-        return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
+#if FEATURE_CLOCK_STATISTICS
+    if (grid->locks) {
+        clock_watch_count(&edge_watch, edge_ticks);
+        return edge_of_grid(pixel);
     }
-    clock_watch_count(&edge_watch, edge_ticks);
-    return edge_of_grid(pixel);
+#endif
+    return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
 }
 
 bool reference_settled(void)

@@ -336,14 +336,18 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
 
 uint16_t report_word(uint16_t address)
 {
-    if (address >= MORE_BASE) {
-        return word_of(&more_sources[address - MORE_BASE], 0);
-    }
-    if (address < REG_AXIS_BASE) {
-        return word_of(&board_sources[address], 0);
-    }
-    uint8_t offset = (uint8_t)(address - REG_AXIS_BASE);
+    const struct source *table = board_sources;
+    uint8_t place = (uint8_t)address;
+    uint8_t axis = 0;
 
-    return word_of(&axis_sources[offset % REG_AXIS_STRIDE],
-                   CONFIG_INDEX(offset / REG_AXIS_STRIDE));
+    if (address >= MORE_BASE) {
+        table = more_sources;
+        place = (uint8_t)(place - MORE_BASE);
+    } else if (place >= REG_AXIS_BASE) {
+        table = axis_sources;
+        place = (uint8_t)(place - REG_AXIS_BASE);
+        axis = CONFIG_INDEX(place / REG_AXIS_STRIDE);
+        place = place % REG_AXIS_STRIDE;
+    }
+    return word_of(&table[place], axis);
 }

@@ -45,10 +45,10 @@ static bool waits_for_edge(uint8_t i)
 
 // The next edge after this one, by the plan or by the grid of locked lines. A line that is locked
 // beside running ones begins on a pixel edge of theirs.
-static uint32_t edge_after(uint32_t edge_ticks, uint16_t edges)
+static uint32_t edge_after(struct pixel_grid *plan, uint32_t edge_ticks, uint16_t edges)
 {
     if (!lock_grid_now()->locks) {
-        return edge_ticks + reference_period()->whole_ticks;
+        return edge_ticks + pixel_grid_advance(plan);
     }
     return CONFIG_AXES > 1 && start_clocked_axis_runs() ? lock_grid_next()
                                                         : lock_grid_begin(edges);
@@ -71,10 +71,13 @@ static uint32_t common_zero(uint32_t edge_ticks)
 {
     uint16_t edges = 0;
     uint32_t zero = edge_ticks;
+    struct pixel_grid plan;
+
+    pixel_grid_start(&plan, reference_period());
 
     do {
         edges++;
-        zero = edge_after(zero, edges);
+        zero = edge_after(&plan, zero, edges);
     } while (is_too_soon(zero));
     return zero;
 }

@@ -337,6 +337,17 @@ class Knobs(PlantTest):
         self.tell(sim, "knobs 0 0 delay=5")
         self.assertEqual(sim.ask("plant 0 0"), before)
 
+    def test_play_taken_up_either_way(self):
+        for side, motor in (("plus", 0), ("minus", -3)):
+            sim = self.session(f"play=3,taken_up={side}")
+            self.assertEqual(sim.ask("plant 0 0"), f"plant {motor} 0")
+            self.tell(sim, f"run {RUN_CYCLES}")
+            self.tell(sim, "flush")
+            load = 0
+            for _, made in positions(read_edges(self.edges_path)):
+                load = min(max(load, motor + made), motor + made + 3)
+            self.assertEqual(sim.ask("plant 0 0"), f"plant {motor + made} {load}")
+
     def test_start_within_the_hysteresis_is_open(self):
         sim = self.session(f"home={HOME},hyst={HYSTERESIS},start={HOME}")
         self.assertEqual(sim.ask("switches 0 0").split()[2], str(CLOSED))

@@ -25,6 +25,12 @@ PRN, FAST = (
 LINE = ("line.csv", "--decode", "plain")
 AT_30 = ("--pixel-hz", 30)
 PROFILE = ("--top-speed", 20, "--max-acceleration", 4, "--max-jerk", 4, "--name", "x", *AT_30)
+TABLE = ("table.csv", "--play", 2, "--transition", 2, "--bandwidth", "none")
+MILL = """\
+clock.pixel = "100 Hz"
+boards.main.kind = "uno"
+motors.X = { axis = 0, kind = "plain", limits.max_acceleration = 9 }
+"""
 # How each command is called, without the output that is tried and with the others that it needs.
 CALLS = {
     "board log records -o": ("board", "log", "records"),
@@ -47,9 +53,16 @@ CALLS = {
     "move make -o": ("move", "make", FAST, "--steps", 900, *AT_30),
     "move show --plot": ("move", "show", FAST, "--steps", 900, *AT_30),
     "move sim --out": ("move", "sim", FAST, "--steps", 900, *AT_30, "--board", "uno"),
+    "plan --out": ("plan", "go.pmc", "--machine", "mill.toml"),
     "profile make --csv": ("profile", "make", *PROFILE, "-o", "{other}"),
     "profile make -o": ("profile", "make", *PROFILE[:-4], *AT_30),
     "profile repair -o": ("profile", "repair", "line.csv"),
+    "trajectory circle -o": ("trajectory", "circle", "--radius", 900, "--points", 64),
+    "trajectory compensate -o": ("trajectory", "compensate", *TABLE),
+    "trajectory export -o": ("trajectory", "export", "table.csv"),
+    "trajectory import -o": ("trajectory", "import", "table.csv"),
+    "trajectory show --plot": ("trajectory", "show", *TABLE),
+    "trajectory sim --out": ("trajectory", "sim", *TABLE, "--board", "mega", *AT_30),
     "profile show -o": ("profile", "show", PRN),
     "sim --out": ("sim", *LINE, *AT_30, "--board", "uno"),
     "ticks -o": ("ticks", *LINE, *AT_30),
@@ -123,7 +136,11 @@ def call(plan_program, simulator, invoke, one, tmp_path, monkeypatch):
     draw_quickly(monkeypatch)
     monkeypatch.chdir(tmp_path / "work")
     formats.write_csv(tmp_path / "work" / "line.csv", [2, 4, 4, 2])
+    (tmp_path / "work" / "mill.toml").write_text(MILL)
+    (tmp_path / "work" / "go.pmc").write_text("TS0 TA9 TM90 X40")
     (tmp_path / "work" / "own.csv").write_text("steps\n2\n4\n4\n2\n")
+    points = [f"{min(k, 9 - k)},{k}\n" for k in range(10)]
+    (tmp_path / "work" / "table.csv").write_text("".join(["p1,p2\n", *points]))
 
     def run(output, path, *more, status=0):
         number = len(list((tmp_path).iterdir()))
@@ -243,11 +260,12 @@ def test_a_full_disk_is_one_line(call, output, tmp_path):
 def test_a_folder_of_the_users_is_left_alone(call, output, tmp_path):
     out = tmp_path / "work" / "out"
     out.mkdir()
-    for name in ("edges.csv", "summary.json", "notes.txt"):
+    for name in ("edges.csv", "summary.json", "report.json", "notes.txt"):
         (out / name).write_text("mine")
     before = tree(tmp_path)
     text = call(output, "out", status=2).stderr
-    assert last_line(text).startswith("out/edges.csv: already exists and is not as an earlier run")
+    first = {"trajectory": "summary.json", "plan": "report.json"}.get(output.words[0], "edges.csv")
+    assert last_line(text).startswith(f"out/{first}: already exists and is not as an earlier run")
     assert tree(tmp_path) == before
 
 
@@ -258,7 +276,8 @@ def test_a_folder_that_cannot_be_written_is_one_line(call, output, tmp_path):
         assert last_line(call(output, place, status=2).stderr).startswith(f"{place}: ")
     with no_room():
         text = call(output, "full", status=2).stderr
-    wanted = ("simulator: ended: File size limit exceeded", "full/line.csv: File too large")
+    wanted = ("simulator: ended: File size limit exceeded", "full/line.csv: File too large",
+              "full/X.csv: File too large")  # fmt: skip
     assert last_line(text) in wanted
     assert tree(tmp_path) == before and not (tmp_path / "work" / "full").exists()
 

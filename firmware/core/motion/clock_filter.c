@@ -53,7 +53,7 @@ static APART void expect_next(struct clock_filter *filter)
     fine_add(&filter->expected, &filter->period);
 }
 
-bool clock_filter_bridge(struct clock_filter *filter)
+APART bool clock_filter_bridge(struct clock_filter *filter)
 {
     if (filter->bridged == filter->hold_over) {
         return false;
@@ -90,22 +90,19 @@ static void begin(struct clock_filter *filter, uint32_t edge_ticks)
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
 {
     while (filter->count != 0) {
-        int32_t quarter = (int32_t)(filter->period.ticks / 4u);
+        // A quarter of the period. The first interval must be near the nominal one.
+        uint8_t shift = filter->count == FIRST_COUNT ? 4u : 2u;
+        int32_t most = (int32_t)(filter->period.ticks >> shift);
         int32_t error = (int32_t)(edge_ticks - filter->expected.ticks);
 
-        // The first interval must be near the nominal one.
-        if (filter->count == FIRST_COUNT) {
-            quarter /= 4;
-        }
-
-        if (error < -quarter) {
+        if (error < -most) {
             filter->glitches++;
             if (clock_filter_settled(filter)) {
                 return false;
             }
             break;
         }
-        if (error <= quarter) {
+        if (error <= most) {
             take(filter, error);
             return true;
         }

@@ -14,14 +14,18 @@ static void compare_interval(struct clock_watch *watch,
                              uint32_t edge_ticks)
 {
     uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
-    uint32_t off_ticks = interval_ticks - period_ticks;
+    uint32_t most_ticks = period_ticks / 16u;
 
-    if ((int32_t)off_ticks < 0) {
-        off_ticks = -off_ticks;
-    }
-    watch->odd = watch->known && off_ticks > period_ticks / 16u
-                     ? (uint16_t)(interval_ticks >> 8 | 1u)
-                     : 0;
+    watch->odd =
+        watch->known && interval_ticks - period_ticks + most_ticks > 2u * most_ticks
+            ? (uint16_t)((uint16_t)(interval_ticks >> 8) | 1u)
+            : 0;
+    clock_watch_count(watch, edge_ticks);
+}
+
+void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks)
+{
+    watch->edges++;
     watch->edge_ticks = edge_ticks;
     watch->known = true;
 }
@@ -78,7 +82,6 @@ bool clock_watch_edge(struct clock_watch *watch,
 {
     uint8_t missed = 0;
 
-    watch->edges++;
     compare_interval(watch, period->whole_ticks, edge_ticks);
     if (!watch->following) {
         return false;
@@ -121,7 +124,6 @@ bool clock_watch_edge(struct clock_watch *watch,
                       uint32_t *pixel)
 {
     (void)pixel;
-    watch->edges++;
     compare_interval(watch, period->whole_ticks, edge_ticks);
     return false;
 }

@@ -70,12 +70,7 @@ void clock_watch_note(struct clock_watch *watch, int32_t error_ticks);
 #endif
 
 // An edge came that is judged elsewhere.
-static inline void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks)
-{
-    watch->edges++;
-    watch->edge_ticks = edge_ticks;
-    watch->known = true;
-}
+void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks);
 
 // An edge came whose time is not known: the next distance cannot be judged. The line stays the
 // reference.

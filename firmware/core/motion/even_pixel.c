@@ -11,6 +11,8 @@
 // Longest interval of a single period, ticks, with room for a longer one beside it.
 #define INTERVAL_MAX_TICKS 0xFC00u
 
+// Where whole pixels are not noted, flash is short too: every quotient by division.
+#if STREAM_WHOLE_PIXELS
 // floor(65536 / n); 65535 for n = 1.
 static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
     0,    65535, 32768, 21845, 16384, 13107, 10922, 9362, 8192, 7281, 6553, 5957, 5461,
@@ -33,6 +35,14 @@ static void divide_short(struct even_pixel *pixel, uint16_t ticks, uint8_t steps
     }
     *pixel = (struct even_pixel){ticks, base, steps, rest};
 }
+#else
+static void divide_short(struct even_pixel *pixel, uint16_t ticks, uint8_t steps)
+{
+    (void)pixel;
+    (void)ticks;
+    (void)steps;
+}
+#endif
 
 // The same for every length. Returns false when the intervals are too short or too long for single
 // periods. The assembly calls this, too.
@@ -40,7 +50,7 @@ bool even_pixel_divide(struct even_pixel *pixel, uint8_t steps, uint32_t ticks);
 
 bool even_pixel_divide(struct even_pixel *pixel, uint8_t steps, uint32_t ticks)
 {
-    if (ticks <= UINT16_MAX) {
+    if (STREAM_WHOLE_PIXELS && ticks <= UINT16_MAX) {
         divide_short(pixel, (uint16_t)ticks, steps);
     } else if (ticks >> 16 >= steps) {
         return false;

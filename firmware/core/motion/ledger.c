@@ -409,10 +409,12 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
 {
     uint32_t start_ticks = 0;
 
-    ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
-    if (STREAM_WHOLE_PIXELS && stream->retired != sample->tail &&
-        start_beside(ledger, stream, sample->tail, back, &start_ticks)) {
-        return start_ticks + captured_ticks;
+    if (STREAM_WHOLE_PIXELS) {
+        ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
+        if (stream->retired != sample->tail &&
+            start_beside(ledger, stream, sample->tail, back, &start_ticks)) {
+            return start_ticks + captured_ticks;
+        }
     }
     ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
     return ledger_capture_ticks(ledger, stream, back, captured_ticks);

@@ -3,6 +3,7 @@
 
 #include "base/apart.h"    // APART
 #include "base/multiply.h" // multiply_u32_u16
+#include "build_features.h" // FEATURE_CLOCK_STATISTICS
 
 #define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
 
@@ -75,21 +76,23 @@ uint32_t line_grid_advance(struct line_grid *grid)
 
 bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
 {
+    const struct lock_grid *lock = &lock_grid;
     uint16_t edges = 1;
     uint16_t beyond = grid->edge;
 
     if (grid->mode == LINE_GRID_EXACT) {
         return false;
     }
+    BY_POINTER(lock);
     // Line zero is on the next edge or later.
     if (grid->mode == LINE_GRID_LOCKED) {
-        edges = (uint16_t)(lock_grid.newest_edge - lock_grid.filter.edge);
-        beyond = (uint16_t)(beyond - lock_grid.newest);
+        edges = (uint16_t)(lock->newest_edge - lock->filter.edge);
+        beyond = (uint16_t)(beyond - lock->newest);
     }
     if (runs_ahead) {
         beyond--;
     }
-    return (int16_t)(edges + beyond * lock_grid.divider - lock_grid.lead_edges) > 0;
+    return (int16_t)(edges + beyond * lock->divider - lock->lead_edges) > 0;
 }
 
 void lock_grid_hold_period(void)
@@ -104,29 +107,37 @@ void lock_grid_hold_period(void)
 }
 
 // Give pixel edge `newest` its time by prediction.
-static APART uint32_t fix_newest(void)
+static APART uint32_t fix_newest(struct lock_grid *grid)
 {
-    uint16_t edges = (uint16_t)(lock_grid.newest_edge - lock_grid.filter.edge);
-    uint32_t ticks = clock_filter_ahead(&lock_grid.filter, edges);
+    uint16_t edges = (uint16_t)(grid->newest_edge - grid->filter.edge);
+    uint32_t ticks = clock_filter_ahead(&grid->filter, edges);
 
-    lock_grid.times[INDEX(lock_grid.newest)] = ticks;
+    grid->times[INDEX(grid->newest)] = ticks;
     return ticks;
 }
 
 uint32_t lock_grid_begin(uint16_t edges)
 {
-    lock_grid.newest = 0;
-    lock_grid.newest_edge = (uint16_t)(lock_grid.filter.edge + edges);
-    lock_grid.due = 0;
-    lock_grid.due_edge = lock_grid.newest_edge;
-    return fix_newest();
+    struct lock_grid *grid = &lock_grid;
+
+    BY_POINTER(grid);
+    grid->newest = 0;
+    grid->newest_edge = (uint16_t)(grid->filter.edge + edges);
+    if (FEATURE_CLOCK_STATISTICS) {
+        grid->due = 0;
+        grid->due_edge = grid->newest_edge;
+    }
+    return fix_newest(grid);
 }
 
 uint32_t lock_grid_next(void)
 {
-    lock_grid.newest++;
-    lock_grid.newest_edge = (uint16_t)(lock_grid.newest_edge + lock_grid.divider);
-    return fix_newest();
+    struct lock_grid *grid = &lock_grid;
+
+    BY_POINTER(grid);
+    grid->newest++;
+    grid->newest_edge = (uint16_t)(grid->newest_edge + grid->divider);
+    return fix_newest(grid);
 }
 
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)

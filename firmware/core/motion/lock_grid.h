@@ -39,21 +39,21 @@ struct lock_grid {
     uint16_t divider;
     // A pixel edge is fixed at most so many clock edges ahead, and a pixel.
     uint16_t lead_edges;
-    // The pixel period of the settings,
-    struct pixel_period pixel;
-    // and the limits of a locked pixel.
-    uint32_t shortest_ticks;
-    uint32_t longest_ticks;
-    // The clock's period may be so much longer or shorter than its nominal one, ticks.
-    uint32_t tolerance_ticks;
-    // A pixel of a line that waits.
-    struct fine_ticks waiting;
     // The newest pixel edge that has its time, and the clock edge that it is.
     uint16_t newest;
     uint16_t newest_edge;
     // The same of the next pixel edge whose clock edge is to come.
     uint16_t due;
     uint16_t due_edge;
+    // The limits of a locked pixel.
+    uint32_t shortest_ticks;
+    uint32_t longest_ticks;
+    // The clock's period may be so much longer or shorter than its nominal one, ticks.
+    uint32_t tolerance_ticks;
+    // A pixel of a line that waits.
+    struct fine_ticks waiting;
+    // The pixel period of the settings.
+    struct pixel_period pixel;
     // Times of the newest pixel edges, by their numbers.
     uint32_t times[LOCK_GRID_EDGES];
 };

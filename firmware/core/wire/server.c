@@ -361,7 +361,7 @@ static enum modbus_exception serve_function(struct frame *frame,
 
 // Check the function, then the request's length, and serve the request. Most replies repeat the
 // request and are as long as it is; the other functions set frame->reply.
-static enum modbus_exception serve_checked(struct frame *frame,
+static APART enum modbus_exception serve_checked(struct frame *frame,
                                            uint8_t rule,
                                            struct server_counters *counters)
 {

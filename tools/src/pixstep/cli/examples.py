@@ -6,6 +6,7 @@ _SMOOTH = "line.csv --decode smooth --backlash 250"
 _PORT = "--port /dev/ttyACM0"
 _MOVE = "fast.csv --steps 40000"
 _LOAD = '"home=2000,hyst=8,travel=-500..4000,start=123,delay=8000"'
+_SCALE = '--scale "1638400 steps/in"'
 
 EXAMPLES = {
     "bench": ("bench --board uno --only rates", "bench --compare"),
@@ -20,6 +21,10 @@ EXAMPLES = {
     "board info": (f"board info {_PORT}", "board info --unit 1,2 --json"),
     "board log events": ("board log events --follow",),
     "board log records": ("board log records --axis 0 -o log.csv",),
+    "board measure-play": (
+        "board measure-play fast.csv --axis 1 --hysteresis 8",
+        "board measure-play fast.csv --hysteresis 8 --repeat 10 --save",
+    ),
     "board move": (f"board move {_MOVE} --axis 2",),
     "board permit": ("board permit on",),
     "board scan": (f"board scan {_PORT} --bauds",),
@@ -36,6 +41,10 @@ EXAMPLES = {
     ),
     "board start": ("board start --unit 1,2 --wait",),
     "board stop": ("board stop", "board stop --unit 1 --axis 0"),
+    "board trajectory": (
+        "board trajectory circle.trj --play 7485 --pixel-hz 100.13",
+        "board trajectory circle.trj --play 7485 --run original",
+    ),
     "board upload": (
         f"board upload {_SMOOTH} --arm --wait",
         "board upload a.csv b.csv --decode smooth --decode plain --axis 0",
@@ -74,6 +83,10 @@ EXAMPLES = {
     "move make": (f"move make {_MOVE} --pixel-hz 30 -o move.csv",),
     "move show": (f"move show {_MOVE} --pixel-hz 30 --plot move.png",),
     "move sim": (f"move sim {_MOVE} --pixel-hz 30 --board mega --out move --plot",),
+    "plan": (
+        "plan square.pmc --out square --plot",
+        "plan square.pmc --mode mode1 --json",
+    ),
     "profile check": (f"profile check {_PRN}", "profile check fast.csv --decode plain"),
     "profile make": (
         "profile make --top-speed 30000steps/s --max-acceleration 115200steps/s2 --max-jerk 40 "
@@ -85,6 +98,21 @@ EXAMPLES = {
         f"sim {_SMOOTH} --board mega --pixel-hz 30 --out run",
         "sim a.csv b.csv --board mega --decode smooth --decode plain --pixel-hz 30 --serial-load "
         "--out run",
+    ),
+    "trajectory circle": (
+        f"trajectory circle --diameter 0.125in {_SCALE} --lead-in 128 -o circle.trj",
+    ),
+    "trajectory compensate": (
+        "trajectory compensate circle.trj --play 7485 --pixel-hz 100.13 -o made.trj",
+    ),
+    "trajectory export": ("trajectory export circle.trj -o circle.parquet",),
+    "trajectory import": ("trajectory import mine.csv -o mine.trj",),
+    "trajectory show": (
+        f"trajectory show circle.trj --play 7485 --pixel-hz 100.13 {_SCALE} --plot circle.png",
+    ),
+    "trajectory sim": (
+        f"trajectory sim circle.trj --board mega --pixel-hz 100.13 --play 7485 {_SCALE} "
+        "--out circle --plot",
     ),
     "ticks": (f"ticks {_SMOOTH} --pixel-hz 30 -o ticks.csv",),
 }

@@ -30,7 +30,12 @@ _FACTS_OF = "pixstep.machine"
 _ANY_BOARD = (["board", "stop"], ["board", "info"])
 _OTHER_NAMES = {"line sim": ["sim"], "line plan": ["ticks"]}
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
-_FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
+_FOLDERS = {
+    "sim": "run",
+    "move": "move",
+    "home": "homing",
+    "trajectory": "circle",
+}  # of results, by the first word
 
 
 class Facts(dict):
@@ -190,6 +195,15 @@ def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
         click.echo(f"note: {text}", err=True)
 
 
+def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
+    """Return the machine file of a command and the name of its motor; None without a file.
+
+    Raises UserError if the file has several motors and none is chosen.
+    """
+    facts = _facts(ctx)
+    return (facts.found.path, facts.motor.name) if facts.found else None
+
+
 def by_machine(ctx: click.Context, name: str) -> bool:
     """True if the value of a parameter comes from the machine file."""
     return ctx.get_parameter_source(name) == ParameterSource.DEFAULT_MAP
@@ -257,7 +271,8 @@ def _units(facts: Facts) -> str | None:
 
 def _profile(facts: Facts) -> Path | None:
     """A PRN for lines; one for moves or homing."""
-    use = next((word for word in ("line", "home") if word in facts.words), "move")
+    words = ["home"] if "measure-play" in facts.words else facts.words
+    use = next((word for word in ("line", "home") if word in words), "move")
     return facts.machine.profile(facts.motor, use)
 
 
@@ -285,8 +300,11 @@ def _top_speed(facts: Facts) -> Quantity | None:
     return Quantity(Fraction(speed), SPEED, False, str(speed))
 
 
-def _play(facts: Facts) -> int | None:
-    return facts.motor.backlash_steps or None
+def _play(facts: Facts) -> object:
+    """Of one motor; of a table's axes only if --motor says which they are."""
+    if not facts.multiple("play"):
+        return facts.motor.backlash_steps or None
+    return [motor.backlash_steps for motor in facts.motors] if facts.names else None
 
 
 def _folder(facts: Facts) -> Path | None:
@@ -331,7 +349,8 @@ def add_options(command: click.Command) -> None:
         return
     own = next((param for param in command.params if param.name == "motor"), None)
     many = any(
-        param.name == "decode" and getattr(param, "multiple", False) for param in command.params
+        param.name in ("decode", "play") and getattr(param, "multiple", False)
+        for param in command.params
     )
     if own:
         own.is_eager, own.callback = True, _note_own_motor

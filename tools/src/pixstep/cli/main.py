@@ -89,6 +89,32 @@ _HOME = {
         "Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.",
     ),
 }
+_TRAJECTORY = {
+    "circle": _by_machine(
+        "trajectory:circle_command",
+        "Make the table of a circle, counter-clockwise from angle 0, in counts.",
+    ),
+    "import": _late(
+        "trajectory:import_command",
+        "Check a table of your own and write it as 16-byte records.",
+    ),
+    "export": _late(
+        "trajectory:export_command",
+        "Write a table as CSV or Parquet, by the end of the output's name.",
+    ),
+    "compensate": _by_machine(
+        "trajectory:compensate_command",
+        "Write a table with the play of both axes taken up at every reversal.",
+    ),
+    "show": _by_machine(
+        "trajectory:show_command",
+        "Show what is in a table and, with --play, what the load of a modelled machine does.",
+    ),
+    "sim": _by_machine(
+        "trajectory:sim_command",
+        "Run a table on two axes of a simulated board, and measure the circle that its loads make.",
+    ),
+}
 _SETTINGS = {
     "export": _by_machine(
         "board.settings:export_command", "Write all settings in force to a TOML file."
@@ -145,10 +171,18 @@ _BOARD = {
     "home": _by_machine(
         "board.home:home_command", "Home an axis: its switch's edge becomes position 0."
     ),
+    "measure-play": _by_machine(
+        "board.measureplay:measure_play_command",
+        "Measure the play of an axis: its home switch, approached from both sides.",
+    ),
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
     "simulate": _by_machine(
         "board.simulate:simulate_command",
         "Simulate a board, and work its switches, clock and supply.",
+    ),
+    "trajectory": _by_machine(
+        "board.trajectory:trajectory_command",
+        "Run a table of two axes, as it is or with its play taken up at every reversal.",
     ),
     "selftest": _by_machine(
         "board.selftest:selftest_command", "Walk through the wiring of a new board."
@@ -179,6 +213,10 @@ _MAIN = {
     "ticks": _by_machine(
         "line:ticks",
         "Plan the edges of a line of a CSV or CSB with the native build of the firmware's core.",
+    ),
+    "plan": _late(
+        "plan:plan",
+        "Plan a motion program of blended moves: a line for each motor, all of equal length.",
     ),
     "demo": _late(
         "sim:demo_command",
@@ -252,6 +290,11 @@ def home() -> None:
     """Find the home switch and make its edge position 0."""
 
 
+@group("trajectory", late=_TRAJECTORY)
+def trajectory() -> None:
+    """Tables of two axes: circles, play taken up at reversals, the circle test."""
+
+
 @group("settings", late=_SETTINGS)
 def settings() -> None:
     """All settings: as a TOML file and back, stored, defaults."""
@@ -288,5 +331,5 @@ def main() -> None:
 
 for _nested in (settings, log):
     board.add_command(_nested)
-for _group in (line, machine, file, profile, move, home, board):
+for _group in (line, machine, file, profile, move, home, trajectory, board):
     main.add_command(_group)

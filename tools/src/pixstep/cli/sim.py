@@ -69,7 +69,7 @@ else:
     multiple=True,
     metavar="KNOBS",
     help='Mechanics of the axis, as "play=40" (pixstep-sim --help lists the knobs); once, or per '
-    "line. Play starts taken up in the + direction.",
+    "line. Play starts taken up in the + direction, with taken_up=minus in the other.",
 )
 @click.option(
     "--ideal",

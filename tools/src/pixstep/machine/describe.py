@@ -23,6 +23,7 @@ def as_json(machine: Tables) -> dict:
         "machine": str(machine.path),
         "pixel_hz": str(machine.pixel_hz),
         "line": machine.line.model_dump(),
+        "program": machine.program.model_dump(mode="json"),
         "boards": {name: board.model_dump() for name, board in machine.boards.items()},
         "motors": {name: motor_json(machine, motor) for name, motor in machine.motors.items()},
     }
@@ -34,6 +35,7 @@ def motor_json(machine: Tables, motor: Motor) -> dict:
     return {
         "board": machine.board_name(motor),
         "axis": motor.axis,
+        "word": motor.word,
         "kind": motor.kind,
         "direction": motor.direction,
         f"steps_per_{scale.length}" if scale else "steps_per_unit": (

@@ -41,6 +41,7 @@ def _board_kind(text: str) -> str:
 
 
 Hz = Annotated[Fraction, _by(parse_hz)]
+Seconds = Annotated[Fraction, _by(units.parse_seconds)]
 StepScale = Annotated[Scale, _by(units.parse_scale)]
 Pixels = Annotated[int, _by(units.parse_pixels)]
 Distance = Annotated[Quantity, _by(partial(units.parse, order=DISTANCE))]
@@ -95,6 +96,7 @@ class Motor(_Table):
 
     name: str
     axis: Annotated[int, Field(ge=0)]
+    word: Literal["X", "Y", "Z", "A", "B", "C", "U", "V", "W"] | None = None
     kind: Literal["smooth", "plain"]
     board: str | None = None
     steps_per_unit: StepScale | None = None
@@ -137,6 +139,15 @@ class LineTable(_Table):
     lead_in: Annotated[Pixels, Field(ge=0)] = 0
 
 
+class ProgramTable(_Table):
+    """What motion programs have in common: their units of time, their feed rates."""
+
+    feed_time: Annotated[Seconds, Field(gt=0)] = Fraction(1)
+    top_feed: Annotated[float, Field(gt=0)] | None = None
+    other_feed: Annotated[float, Field(gt=0)] | None = None
+    segment_time: Annotated[Seconds, Field(ge=0, le=Fraction(255, 1000))] = Fraction(0)
+
+
 class Tables(_Table):
     """A machine: `machine["M39"]` is a motor. `reading.Machine` is one that comes from a file."""
 
@@ -144,6 +155,7 @@ class Tables(_Table):
     boards: dict[str, MachineBoard] = Field(min_length=1)
     motors: dict[str, Motor] = Field(min_length=1)
     line: LineTable = LineTable()
+    program: ProgramTable = ProgramTable()
     _path: Path = PrivateAttr(default=Path("machine.toml"))
 
     @property

@@ -109,8 +109,10 @@ def home(
     return _Homing(board, plan, pixel_hz, world, progress).go()
 
 
-class _Homing:
-    """The legs of one homing."""
+class Legs:
+    """Makes legs that seek a switch or move, one after the other, on one axis."""
+
+    names: tuple[str, ...] = LEGS
 
     def __init__(
         self, board: Board, plan: HomingPlan, pixel_hz: Fraction, world: World, progress: Progress
@@ -118,37 +120,6 @@ class _Homing:
         self.board, self.plan, self.pixel_hz = board, plan, pixel_hz
         self.world, self.progress = world, progress
         self.legs: list[Leg] = []
-
-    def go(self) -> Homed:
-        """Go through all legs."""
-        if self.board.switches(self.plan.axis).home:
-            self.seek(_LEAVE, self.plan.back_off())
-        self.seek(_APPROACH, self.plan.approach())
-        self.seek(_BACK_OFF, self.plan.back_off())
-        self.stand_clear()
-        edge = self.seek(_SLOW, self.plan.slow_approach())
-        if edge is None:
-            raise HomingError(
-                f"axis {self.plan.axis}: the home switch is closed again before the slow approach",
-                legs=tuple(self.legs),
-            )
-        self.board.zero(self.plan.axis)
-        beyond = self.position()
-        if beyond:
-            self.move(_RETURN, -beyond)
-        return Homed(self.plan, tuple(self.legs), edge, beyond, self.position())
-
-    def stand_clear(self) -> None:
-        """Stand so far from where the switch opened that the slow approach has its speed there.
-
-        Much further away (the back-off needs room to slow down) would only take longer.
-        """
-        leg = self.legs[-1]
-        if leg.trip is None:
-            return
-        stands = self.plan.direction * (leg.trip.position_steps - leg.end_steps)
-        if not self.plan.clear_steps <= stands <= 2 * self.plan.clear_steps:
-            self.move(_CLEAR, self.plan.direction * (stands - self.plan.clear_steps))
 
     def seek(self, name: str, seek: Seek) -> Trip | None:
         """Make a seek line; return the switch's edge, None if it already was as sought."""
@@ -163,6 +134,10 @@ class _Homing:
     def position(self) -> int:
         """Return the board's position register, steps."""
         return self.board.axis(self.plan.axis)["position_steps"]
+
+    def show(self, name: str, share: float) -> None:
+        """Show how far all legs are: a leg's share is done."""
+        self.progress((self.names.index(name) + share) / len(self.names))
 
     def _leg(self, name: str, entries: list[tuple[int, int]], wanted: int) -> None:
         """Upload, arm and follow a line; `wanted` is the trip it looks for, 0 for none."""
@@ -211,7 +186,6 @@ class _Homing:
     def _follow(self, name: str, pixels: int) -> dict[str, int]:
         """Poll until the leg is done or a fault has stopped it; return the axis' registers."""
         ends = self.world.now_s() + float(pixels / self.pixel_hz) + _PATIENCE_S
-        begun = LEGS.index(name) / len(LEGS)
         while True:
             state = self.board.axis(self.plan.axis)
             if state["axis_state"] in (_state("done"), _state("fault"), _state("refused")):
@@ -222,7 +196,7 @@ class _Homing:
                     f"{regs.axis_state(state['axis_state'])}",
                     legs=tuple(self.legs),
                 )
-            self.progress(begun + min(1.0, state["pixel"] / pixels) / len(LEGS))
+            self.show(name, min(1.0, state["pixel"] / pixels))
             self.world.wait(_POLL_S)
 
     def _fault(self, leg: Leg) -> HomingError:
@@ -241,6 +215,41 @@ class _Homing:
             return HomingError(f"axis {axis}: {text}", name, tuple(self.legs))
         cure = next(fault.cure for fault in regs.faults().values() if fault.name == name)
         return HomingError(f"axis {axis}: {name}: {text}. {cure}", name, tuple(self.legs))
+
+
+class _Homing(Legs):
+    """The legs of one homing."""
+
+    def go(self) -> Homed:
+        """Go through all legs."""
+        if self.board.switches(self.plan.axis).home:
+            self.seek(_LEAVE, self.plan.back_off())
+        self.seek(_APPROACH, self.plan.approach())
+        self.seek(_BACK_OFF, self.plan.back_off())
+        self.stand_clear()
+        edge = self.seek(_SLOW, self.plan.slow_approach())
+        if edge is None:
+            raise HomingError(
+                f"axis {self.plan.axis}: the home switch is closed again before the slow approach",
+                legs=tuple(self.legs),
+            )
+        self.board.zero(self.plan.axis)
+        beyond = self.position()
+        if beyond:
+            self.move(_RETURN, -beyond)
+        return Homed(self.plan, tuple(self.legs), edge, beyond, self.position())
+
+    def stand_clear(self) -> None:
+        """Stand so far from where the switch opened that the slow approach has its speed there.
+
+        Much further away (the back-off needs room to slow down) would only take longer.
+        """
+        leg = self.legs[-1]
+        if leg.trip is None:
+            return
+        stands = self.plan.direction * (leg.trip.position_steps - leg.end_steps)
+        if not self.plan.clear_steps <= stands <= 2 * self.plan.clear_steps:
+            self.move(_CLEAR, self.plan.direction * (stands - self.plan.clear_steps))
 
 
 def _state(name: str) -> int:

@@ -78,6 +78,12 @@ class HomingPlan:
         first = self.slow // 2 if self.smooth else self.slow
         return self._seek(Acceleration((first,), source=self.ramp.source), self.direction)
 
+    def slow_back_off(self) -> Seek:
+        """Away from the switch until it opens, at the slow speed."""
+        first = self.slow // 2 if self.smooth else self.slow
+        ramp = Acceleration((first,), source=self.ramp.source)
+        return self._seek(ramp, -self.direction, opens=True)
+
     def _seek(self, ramp: Acceleration, direction: int, *, opens: bool = False) -> Seek:
         return seek_line(ramp, direction, self.search_steps, opens=opens, decode=self.decode)
 

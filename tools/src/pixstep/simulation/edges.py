@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import re
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +20,7 @@ else:
 
 HEADER = "cycle,board,axis,signal,level"
 _SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT")
+_BLOCK_BYTES = 1 << 26
 _AXES = 256  # more than a board has
 _ROW = re.compile(rf"\d+,\d+,\d+,({'|'.join(_SIGNALS)}),[01]")
 
@@ -69,19 +72,16 @@ class EdgeLog:
 
 def read_edges(path: Path) -> EdgeLog:
     """Read edges.csv; raises UserError naming the line for a malformed one."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
-    head, _, body = data.partition(b"\n")
-    if head != HEADER.encode():
-        raise UserError(f"{path}:1: the header is not {HEADER!r}")
-    table = _table(body if body.endswith(b"\n") or not body else body + b"\n")
-    if table is None:
-        for number, line in enumerate(body.decode("ascii", "replace").splitlines(), 2):
-            if not _ROW.fullmatch(line):
-                raise UserError(f"{path}:{number}: {line!r} is not an edge")
-        raise UserError(f"{path}: not an edge list")
+    parts = []
+    for first, body in blocks(path, HEADER):
+        found_rows = _table(body)
+        if found_rows is None:
+            for number, line in enumerate(body.decode("ascii", "replace").splitlines(), first):
+                if not _ROW.fullmatch(line):
+                    raise UserError(f"{path}:{number}: {line!r} is not an edge")
+            raise UserError(f"{path}: not an edge list")
+        parts.append(found_rows)
+    table = np.concatenate([np.zeros((0, 5), dtype=np.int64), *parts])
     keys = table[:, 1] * _AXES + table[:, 2]
     found = np.flatnonzero(np.bincount(keys)).tolist()
     return EdgeLog({divmod(key, _AXES): _axis_edges(table[keys == key]) for key in found})
@@ -101,22 +101,47 @@ def read_clock(path: Path) -> np.ndarray:
         raise UserError(f"{path}: not a clock log") from None
 
 
-def _table(body: bytes) -> np.ndarray | None:
-    """Return the rows as integers, the signal by its place in _SIGNALS; None if one is malformed.
+def blocks(path: Path, header: str) -> Iterator[tuple[int, bytes]]:
+    """Yield the rows of a log behind its header in blocks, each with the number of its first line.
+
+    A log may be larger than memory. Raises UserError for another header.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            if file.readline().rstrip(b"\n") != header.encode():
+                raise UserError(f"{path}:1: the header is not {header!r}")
+            line = 2
+            while body := file.read(_BLOCK_BYTES):
+                body += file.readline()
+                yield line, body if body.endswith(b"\n") else body + b"\n"
+                line += body.count(b"\n")
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror or error}") from None
+
+
+def numbers(body: bytes, columns: int) -> np.ndarray | None:
+    """Return the whole numbers of rows of so many columns; None if they are not that.
 
     All rows are converted at once: a run of seconds has a million of them.
     """
+    rows = body.count(b"\n")
+    if body.count(b",") != (columns - 1) * rows:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # what is no number ends the array
+        found = np.fromstring(body.replace(b"\n", b","), dtype=np.int64, sep=",")
+    return found.reshape(rows, columns) if len(found) == columns * rows else None
+
+
+def _table(body: bytes) -> np.ndarray | None:
+    """Return the rows as integers, the signal by its place in _SIGNALS; None if one is wrong."""
     rows = body.count(b"\n")
     named = 0
     for index, name in enumerate(_SIGNALS):
         named += body.count(f",{name},".encode())
         body = body.replace(f",{name},".encode(), f",{index},".encode())
-    words = body.replace(b"\n", b",").split(b",")[:-1]
-    if len(words) != 5 * rows or named != rows:
-        return None
-    try:
-        table = np.array(words, dtype=np.int64).reshape(-1, 5)
-    except ValueError:
+    table = numbers(body, 5) if named == rows else None
+    if table is None:
         return None
     fine = np.all(table >= 0) and np.all(table[:, 2] < _AXES) and np.all(table[:, 4] <= 1)
     return table if fine else None

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-import csv
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
+from pixstep.simulation.edges import blocks, numbers
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,6 +18,9 @@ else:
     np = lazy("numpy")
 
 HEADER = "cycle,board,axis,motor,load"
+_COLUMNS = 5
+_AXES = 256  # more than a board has
+_ROW = re.compile(r"\d+,\d+,\d+,-?\d+,-?\d+")
 
 
 @dataclass(frozen=True)
@@ -38,26 +42,21 @@ class AxisPlant:
 
 def read_plant(path: Path) -> dict[tuple[int, int], AxisPlant]:
     """Read a plant log by (board, axis); raises UserError naming the line of a malformed one."""
-    rows: dict[tuple[int, int], list[list[int]]] = {}
-    try:
-        with Path(path).open(encoding="ascii", newline="") as file:
-            reader = csv.reader(file)
-            if ",".join(next(reader, [])) != HEADER:
-                raise UserError(f"{path}:1: the header is not {HEADER!r}")
-            for words in reader:
-                cycle, board, axis, motor, load = _numbers(path, reader.line_num, words)
-                rows.setdefault((board, axis), []).append([cycle, motor, load])
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
-    return {key: AxisPlant(*np.array(table, dtype=np.int64).T) for key, table in rows.items()}
+    parts: dict[tuple[int, int], list[np.ndarray]] = {}
+    for first, body in blocks(path, HEADER):
+        rows = numbers(body, _COLUMNS)
+        if rows is None:
+            raise _malformed(path, first, body)
+        places = rows[:, 1] * _AXES + rows[:, 2]
+        for place in np.unique(places).tolist():
+            mine = rows[places == place][:, [0, 3, 4]]
+            parts.setdefault(divmod(place, _AXES), []).append(mine)
+    return {key: AxisPlant(*np.concatenate(tables).T) for key, tables in parts.items()}
 
 
-def _numbers(path: Path, number: int, words: list[str]) -> list[int]:
-    """Return the five numbers of a row."""
-    try:
-        values = [int(word) for word in words]
-    except ValueError:
-        values = []
-    if len(values) != 5:
-        raise UserError(f"{path}:{number}: {','.join(words)!r} is not a row of a plant log")
-    return values
+def _malformed(path: Path, first: int, body: bytes) -> UserError:
+    """Return the refusal of the first row that is none; `first` is the number of its first line."""
+    for number, row in enumerate(body.decode("ascii", "replace").splitlines(), first):
+        if not _ROW.fullmatch(row):
+            return UserError(f"{path}:{number}: {row!r} is not a row of a plant log")
+    return UserError(f"{path}: not a plant log")

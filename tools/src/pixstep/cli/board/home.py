@@ -36,7 +36,7 @@ def home_command(line, unit, as_json, **options):
         refuse_period(pixel_hz, known.board.tick_hz())
         plan = make_plan(options, pixel_hz, refuse=True)
         legs.refuse(plan, limits.connected(known.board, pixel_hz))
-        _set(known.board, options)
+        set_inputs(known.board, options)
         run.command(known.board, "enable", [plan.axis])
         try:
             group = [run.Lines(known.board, [plan.axis])]
@@ -54,8 +54,8 @@ def home_command(line, unit, as_json, **options):
         click.echo(_text(unit, homed))
 
 
-def _set(board: Board, options: dict) -> None:
-    """Write the settings that were asked for, in one request."""
+def set_inputs(board: Board, options: dict) -> None:
+    """Write the settings that the options of homing ask for, in one request."""
     wanted = {}
     if options["pixel_hz"]:
         wanted["pixel_hz_num"] = options["pixel_hz"].numerator

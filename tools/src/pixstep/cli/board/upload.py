@@ -82,14 +82,14 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as
         else:
             _compare(csv, settings.pixel_hz(known.board), check=check)
         if check:
-            _check(known, lines, options["pixel_hz"])
+            check_lines(known, lines, options["pixel_hz"])
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):
             raise UserError(
                 f"{streamed}: it is streamed while it moves: add --arm, without --no-wait"
             )
         _set(known.board, options)
-        summary = _run(known.board, found.world, lines, arm=arm, wait=wait)
+        summary = run_lines(known.board, found.world, lines, arm=arm, wait=wait)
     if as_json:
         show_json(summary)
     else:
@@ -111,7 +111,7 @@ def _compare(csv: tuple[Path, ...], hz: Fraction, *, check: bool) -> None:
         say(madefor.notes(path, header, hz, refuse=check))
 
 
-def _check(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
+def check_lines(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
     """Check lines with the board's limits; warnings go to the error stream.
 
     `hz` is the pixel frequency that the board will be set to, if another than its own.
@@ -135,7 +135,7 @@ def _streamed(board: Board, lines: dict[int, Line]) -> str:
     return ""
 
 
-def _run(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait: bool) -> dict:
+def run_lines(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait: bool) -> dict:
     """Queue the lines, and as asked arm and follow them; return what was done."""
     axes = list(lines)
     pixels = max(item.pixels for item in lines.values())

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board measure-play`: the play of an axis, by its home switch from both sides."""
+
+import click
+
+from pixstep import progress
+from pixstep.board import limits, run, settings
+from pixstep.board.client import BoardError
+from pixstep.cli import machinedefaults
+from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.cli.board.home import set_inputs
+from pixstep.cli.command import command
+from pixstep.cli.homeoptions import home_options, make_plan
+from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.quantities import StepsType
+from pixstep.errors import UserError
+from pixstep.lines.rational import refuse_period
+from pixstep.lines.units import SPEED, parse
+from pixstep.moves import legs, playmeasure
+from pixstep.moves.playmeasure import MeasuredPlay
+
+
+@command("measure-play")
+@home_options
+@line_options
+@unit_option
+@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@click.option("--repeat", type=click.IntRange(1, 100), default=5, show_default=True,
+              help="Slow approaches from either side.")  # fmt: skip
+@click.option("--hysteresis", type=StepsType(0),
+              help="Of the switch: by how much it opens below where it closes, as its data sheet "
+              "says. Without it the play found has it within.")  # fmt: skip
+@click.option("--save", is_flag=True, help="Write the play into the machine file.")
+@json_option
+@click.pass_context
+def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **options):
+    """Measure the play of an axis: its home switch, approached from both sides.
+
+    By a CSV or CSB profile, with the options of `pixstep board home`; nothing is zeroed. The slow
+    approaches are at 1 step/px unless --slow says more: a step must take longer than the switch's
+    contact needs to follow.
+    """
+    motor = machinedefaults.motor_in_force(ctx) if save else None
+    if save and motor is None:
+        raise UserError("--save: no machine file: --machine FILE and --motor NAME say which motor")
+    if options["slow"] is None:
+        options["slow"] = parse("2" if options["decode"] == "smooth" else "1", SPEED)
+    with one_board(line, unit) as (found, known):
+        known.axes((options["axis"],))
+        known.board.require("homing")
+        pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
+        refuse_period(pixel_hz, known.board.tick_hz())
+        plan = make_plan(options, pixel_hz, refuse=True)
+        legs.refuse(plan, limits.connected(known.board, pixel_hz))
+        set_inputs(known.board, options)
+        run.command(known.board, "enable", [plan.axis])
+        try:
+            group = [run.Lines(known.board, [plan.axis])]
+            with progress.shown("measuring") as show, stopping(group):
+                measured = playmeasure.measure(
+                    known.board, plan, pixel_hz, found.world,
+                    repeat=repeat, hysteresis=hysteresis, progress=show,
+                )  # fmt: skip
+        except BoardError as error:
+            raise BoardError(f"board {unit}: {error}") from None
+    if motor:
+        from pixstep.machine import writing
+
+        writing.set_backlash(*motor, measured.play)
+    if as_json:
+        saved = str(motor[0]) if motor else None
+        show_json({"unit": unit, "saved": saved} | measured.as_json())
+    else:
+        click.echo(_text(unit, measured))
+        if motor:
+            click.echo(f"{motor[0]}: motors.{motor[1]}.backlash = {measured.play} steps")
+
+
+def _text(unit: int, found: MeasuredPlay) -> str:
+    """Return what was found, in a sentence."""
+    if found.hysteresis is None:
+        known = "the switch's hysteresis within (--hysteresis takes it off)"
+    else:
+        known = f"hysteresis of {found.hysteresis:g} steps taken off"
+    return (
+        f"board {unit} axis {found.axis}: play {found.play} steps, {known}; "
+        f"{len(found.approaches)} approaches from either side, {found.spread:g} steps apart"
+    )

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board trajectory`: a table of two axes on a board, the original or compensated."""
+
+import click
+
+from pixstep.board import settings
+from pixstep.board.limits import connected
+from pixstep.cli.board.group import AXIS, line_options, one_board, unit_option
+from pixstep.cli.board.upload import check_lines, run_lines
+from pixstep.cli.command import FILE, command
+from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.trajectoryoptions import axis_plays, play_options, read_table
+from pixstep.lines.rational import period_ticks, refuse_period
+from pixstep.trajectories import boardsim, host, transitions
+from pixstep.trajectories.circletest import RUNS
+from pixstep.trajectories.host import COMPENSATED
+from pixstep.trajectories.table import AXES
+
+
+@command("trajectory")
+@click.argument("table", metavar="TABLE", type=FILE)
+@play_options
+@click.option("--run", "which", type=click.Choice(RUNS), default=COMPENSATED, show_default=True,
+              help="The table as it is, or with its play taken up.")  # fmt: skip
+@click.option("--take-up/--no-take-up", default=True, show_default=True,
+              help="First go back by the play and forth again, so that it is taken up in the "
+              "direction in which each axis begins.")  # fmt: skip
+@line_options
+@unit_option
+@click.option("--axis", type=AXIS, default=0, show_default=True,
+              help="Axis of the board for the first axis of the table.")  # fmt: skip
+@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@json_option
+def trajectory_command(table, line, unit, which, take_up, axis, pixel_hz, as_json, **options):
+    """Run a table of two axes, as it is or with its play taken up at every reversal.
+
+    Hold records are left out. The lines are checked with the board's own limits before anything
+    moves, streamed, and followed to their end.
+    """
+    original = read_table(table).without_holds()
+    ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
+    with one_board(line, unit) as (found, known):
+        known.axes((axis + AXES - 1,))
+        hz = pixel_hz or settings.pixel_hz(known.board)
+        refuse_period(hz, known.board.tick_hz())
+        limits = connected(known.board, hz)
+        top = int(period_ticks(hz, limits.tick_hz)) // limits.min_interval_ticks
+        most = top - int(abs(original.velocities).max()) - 1
+        plays = axis_plays(options, original, hz, most)
+        made = host.command(original, plays, which)
+        chosen = boardsim.taking_up(made, plays, ways) if take_up else boardsim.lines(made)
+        lines = dict(enumerate(chosen, axis))
+        check_lines(known, lines, hz)
+        if pixel_hz:
+            known.board.set_pixel_hz(pixel_hz)
+        summary = run_lines(known.board, found.world, lines, arm=True, wait=True)
+    summary |= {
+        "run": which,
+        "play_steps": [item.play for item in plays],
+        "transition_points": [item.steps for item in plays],
+    }
+    if as_json:
+        show_json(summary)
+        return
+    for row in summary["axes"]:
+        click.echo(
+            f"board {unit} axis {row['axis']}: {row['file']}, {row['steps']} steps in "
+            f"{row['seconds']:g} s: {row['state']}, position {row['position_steps']}"
+        )

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep plan`: a motion program to a line for each motor, within the limits of all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pixstep import progress
+from pixstep.cli.command import FILE, FOLDER, command
+from pixstep.cli.options import json_option, plots_option, show_json
+from pixstep.cli.quantities import TimeType
+from pixstep.errors import NEGATIVE, UserError
+from pixstep.machine import finding
+from pixstep.programs.options import LOOKAHEAD, MODES, WINDOW, Options
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from pixstep.programs.report import MotorReport, Report
+    from pixstep.programs.results import Result
+
+_SHOWN = 8  # slowed moves and violations that are printed
+
+
+@command("plan")
+@click.argument("program", metavar="PROGRAM", type=FILE)
+@click.option(
+    "--mode",
+    type=click.Choice(MODES),
+    default=LOOKAHEAD,
+    show_default=True,
+    help="lookahead never exceeds a limit; mode1 sees no more than two moves.",
+)
+@click.option(
+    "--window",
+    type=click.IntRange(1, 1_000_000),
+    default=WINDOW,
+    show_default=True,
+    help="Moves that lookahead sees ahead.",
+)
+@click.option(
+    "--no-assume-last",
+    is_flag=True,
+    help="mode1: do not time each move as if it were the last one; limits may be exceeded.",
+)
+@click.option(
+    "--segment",
+    type=TimeType("ms", 0, 255),
+    help="Length of a circle's segments: 5ms.  [default: program.segment_time of the machine file]",
+)
+@click.option(
+    "--path-tolerance",
+    type=click.FloatRange(0.01, 1000),
+    default=1.0,
+    show_default=True,
+    help="Steps that a smooth motor may cut a corner by.",
+)
+@click.option(
+    "--machine",
+    metavar="FILE",
+    envvar=finding.VARIABLE,
+    show_envvar=True,
+    help=f"Machine file with motors and limits.  [default: {finding.NAME} in the current folder]",
+)
+@click.option(
+    "--out",
+    type=FOLDER,
+    default=Path("plan"),
+    show_default=True,
+    help="Folder for the results; replaces only what an earlier run has left there.",
+)
+@plots_option
+@json_option
+@click.pass_context
+def plan(ctx, program, machine, out, plot, as_json, **options):
+    """Plan a motion program of blended moves: a line for each motor, all of equal length.
+
+    The folder gets NAME.csv for each motor, report.json and with --plot drawings. Exit status 1 if
+    a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
+    """
+    from pixstep.board import limits  # these take a while to load
+    from pixstep.machine.reading import Machine
+    from pixstep.programs import results
+    from pixstep.programs.motors import of_machine
+    from pixstep.programs.plan import Plan
+
+    path = finding.find(machine)
+    if path is None:
+        raise UserError(
+            f"no machine file: --machine FILE, {finding.VARIABLE}, or {finding.NAME} in this "
+            f"folder (`pixstep machine new` begins one)"
+        )
+    read = Machine.load(path)
+    setup = replace(of_machine(read), path_tolerance=options["path_tolerance"])
+    if options["segment"] is not None:
+        setup = replace(setup, segment_ms=float(options["segment"]))
+    bounds = [
+        limits.named(read.board_of(read[motor.name]).kind, read.pixel_hz) for motor in setup.motors
+    ]
+    with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
+        planned = Plan(
+            str(program),
+            text,
+            setup,
+            Options(options["mode"], options["window"], not options["no_assume_last"]),
+        )
+        done = results.write(planned, out, bounds, plot=plot, progress=go)
+    if as_json:
+        show_json({"machine": str(read.path), **done.facts})
+    else:
+        _print(done, out)
+    ctx.exit(0 if done.fine else NEGATIVE)
+
+
+def _print(done: Result, out: Path) -> None:
+    """Print the report: a row for each motor, what was slowed, what is exceeded."""
+    from rich.console import Console
+
+    report: Report = done.plan.report
+    console = Console(highlight=False)
+    console.print(_table(report.motors))
+    click.echo(
+        f"{out}: {report.moves} moves, {report.total_ms:.6g} ms ({report.asked_ms:.6g} ms "
+        f"programmed), {report.pixels} pixels at {float(report.setup.pixel_hz):g} Hz"
+    )
+    for why, count in report.reasons.most_common():
+        click.echo(f"{count} of {report.moves} moves slowed: {why}")
+    name = done.plan.name
+    for item in report.slowed[:_SHOWN]:
+        click.echo(f"{name}:{item.line}: {item.asked_ms:.6g} -> {item.ms:.6g} ms: {item.why}")
+    if report.slowed_moves > _SHOWN:
+        click.echo(f"... {report.slowed_moves - _SHOWN} more in report.json")
+    for bad in report.violations[:_SHOWN]:
+        click.echo(f"{name}:{bad.line}: exceeds the acceleration of {bad.motor}: {bad.ratio:.4g} x")
+    for path, found in zip(done.files, done.findings, strict=True):
+        for item in found[:_SHOWN]:
+            click.echo(
+                f"{path}: pixel {item.pixel}: the board refuses: {item.name}: {item.message}"
+            )
+
+
+def _table(motors: list[MotorReport]) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in ("motor", "kind", "steps", "speed", "of limit", "accel", "of limit", "counted"):
+        table.add_column(name, justify="left" if name in ("motor", "kind") else "right")
+    for item in motors:
+        table.add_row(
+            item.motor.name,
+            "smooth" if item.motor.smooth else "plain",
+            str(item.steps),
+            f"{item.planned_speed:.5g}",
+            f"{item.speed_ratio:.4f}",
+            f"{item.planned_acceleration:.5g}",
+            f"{item.planned_ratio:.4f}",
+            f"{item.counted_acceleration} of {item.allowed:.6g}",
+        )
+    table.caption = (
+        "speed: counts/ms, accel: counts/ms2, as planned; counted: the largest\n"
+        "acceleration of the whole steps, and what they may have, steps/px2"
+    )
+    table.caption_justify = "left"
+    return table

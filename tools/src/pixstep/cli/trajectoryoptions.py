@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""What the commands of `pixstep trajectory` share: scales, plays, transitions, reading a table."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import click
+
+from pixstep.cli.manylines import per_line
+from pixstep.cli.options import say
+from pixstep.cli.quantities import StepsType, scale_of
+from pixstep.errors import UserError
+from pixstep.lines import units
+from pixstep.lines.units import DISTANCE, STEP, Quantity, Scale
+from pixstep.trajectories import choose, circle, files
+from pixstep.trajectories.circle import Circle
+from pixstep.trajectories.model import Servo
+from pixstep.trajectories.table import AXES, Table
+from pixstep.trajectories.trace import Unit
+from pixstep.trajectories.transitions import AxisPlay
+
+AUTO = "auto"
+NONE = "none"
+MOST_POINTS = 1_000_000
+_PER = re.compile(r".*/ *([^/ ]+) *")
+
+
+class LengthType(click.ParamType):
+    """A length such as 0.125in, 3mm or 102400 (counts); the scale is asked for later."""
+
+    name = "LENGTH"
+
+    def convert(self, value, param, ctx) -> Quantity:
+        """Parse the text; a bad one is a usage error."""
+        if isinstance(value, Quantity):
+            return value
+        try:
+            return units.parse(str(value), DISTANCE)
+        except UserError as error:
+            return self.fail(str(error), param, ctx)
+
+
+@dataclass(frozen=True)
+class GivenScale:
+    """A scale as it was written, and the unit that lengths are told in."""
+
+    scale: Scale
+    unit: Unit
+
+
+class ScaleType(click.ParamType):
+    """Counts of a length: 1638400 steps/in or 400 steps/mm."""
+
+    name = "SCALE"
+
+    def convert(self, value, param, ctx) -> GivenScale:
+        """Parse the text; a bad one is a usage error."""
+        if isinstance(value, GivenScale):
+            return value
+        try:
+            scale = units.parse_scale(value)
+        except UserError as error:
+            return self.fail(str(error), param, ctx)
+        named = _PER.fullmatch(value)
+        found = units.parse_length_unit(named[1]) if named else None
+        if named is None or found is None or found[0] == STEP:  # um/step
+            return GivenScale(scale, Unit(scale.length, scale.steps_per_unit))
+        return GivenScale(scale, Unit(named[1], scale.steps_per_unit * found[1]))
+
+
+class PointsType(click.ParamType):
+    """A number of points, or auto."""
+
+    name = "POINTS|auto"
+
+    def convert(self, value, param, ctx) -> int | str:
+        """Parse the text; a bad one is a usage error."""
+        if value == AUTO or isinstance(value, int):
+            return value
+        if not (value.isascii() and value.isdigit() and 1 <= int(value[:9]) <= MOST_POINTS):
+            self.fail(f"{value!r}: a number of points from 1, or auto", param, ctx)
+        return int(value)
+
+
+class BandwidthType(click.ParamType):
+    """The natural frequency of a servo in Hz, or none for a motor that follows at once."""
+
+    name = "HZ|none"
+
+    def convert(self, value, param, ctx) -> float | str:
+        """Parse the text; a bad one is a usage error."""
+        if value == NONE or isinstance(value, float):
+            return value
+        try:
+            hz = float(value.removesuffix("Hz"))
+        except ValueError:
+            hz = 0.0
+        if not 0 < hz < 1e6:
+            self.fail(f"{value!r}: a frequency above 0 Hz, or none", param, ctx)
+        return hz
+
+
+scale_option = click.option(
+    "--scale", type=ScaleType(), metavar="SCALE",
+    help='Counts of a length: "1638400 steps/in", "400 steps/mm".  [default: the motor\'s]',
+)  # fmt: skip
+_PLAY_OPTIONS = (
+    click.option(
+        "--play", type=StepsType(0), multiple=True,
+        help="Play of each axis in counts; once, or per axis.",
+    ),
+    click.option(
+        "--transition", type=PointsType(), multiple=True, default=(AUTO,),
+        help="Points in which play is taken up; once, or per axis. auto: those with the smallest "
+        "error for the circle's radius, the play and --bandwidth.  [default: auto]",
+    ),
+    click.option(
+        "--bandwidth", type=BandwidthType(), default="10", show_default=True,
+        help="Natural frequency of the servo that follows the table; none: a motor without lag.",
+    ),
+    click.option(
+        "--damping", type=click.FloatRange(0, 4), default=0.6, show_default=True,
+        help="Damping of that servo.",
+    ),
+    click.option(
+        "--max-added", type=StepsType(1),
+        help="Counts that a transition may add in a point: what the motor's speed may jump by.",
+    ),
+)  # fmt: skip
+
+
+def play_options(command: Callable) -> Callable:
+    """Give a command the options of play and transitions."""
+    for option in reversed(_PLAY_OPTIONS):
+        command = option(command)
+    return command
+
+
+def unit_of(ctx: click.Context, given: GivenScale | None) -> Unit:
+    """Return the unit to tell lengths in: of --scale, of the motor, else counts."""
+    if given:
+        return given.unit
+    scale = scale_of(ctx)
+    return Unit(scale.length, scale.steps_per_unit) if scale else Unit()
+
+
+def counts_of(ctx: click.Context, length: Quantity, given: GivenScale | None) -> Fraction:
+    """Return a length in counts. Raises UserError if that needs a scale which is missing."""
+    if length.length != STEP and not given and not scale_of(ctx):
+        raise UserError(f"{length.text}: needs --scale, or a motor of a machine file")
+    return length.in_steps(given.scale if given else scale_of(ctx)).value
+
+
+def read_table(path: Path) -> Table:
+    """Read a table; notes go to the error stream."""
+    found, notes = files.read(path)
+    say(notes)
+    return found
+
+
+def find_circle(made: Table) -> Circle | None:
+    """Return the circle of a table; None if it is none."""
+    try:
+        return circle.find(made)
+    except UserError:
+        return None
+
+
+def servo_of(options: dict) -> Servo | None:
+    """Return the servo that the options describe."""
+    if options["bandwidth"] == NONE:
+        return None
+    return Servo(options["bandwidth"], options["damping"])
+
+
+def axis_plays(
+    options: dict, made: Table, hz: Fraction | None, most_added: int | None = None
+) -> tuple[AxisPlay, ...]:
+    """Return play and transition of each axis, as given or as chosen, at least as long as wanted.
+
+    `most_added` is what the board allows. Raises UserError if they cannot be chosen.
+    """
+    plays = per_axis(options["play"], 0, "--play")
+    steps = per_axis(options["transition"], AUTO, "--transition")
+    limits = [limit for limit in (options["max_added"], most_added) if limit and limit > 0]
+    made_of = []
+    for play, points in zip(plays, steps, strict=True):
+        least = choose.least_steps(play, min(limits)) if limits and play else 1
+        if points == AUTO:
+            points = _chosen(options, made, hz, play, least)
+        elif points < least:
+            raise UserError(
+                f"--transition {points}: {play} counts add more than {min(limits)} in a point: at "
+                f"least {least} points"
+            )
+        made_of.append(AxisPlay(play, points))
+    return tuple(made_of)
+
+
+def per_axis(values: tuple, default: object, option: str) -> list:
+    """Return a value for each axis, of an option given never, once, or for both."""
+    if len(values) > AXES:
+        raise UserError(f"{option} is given {len(values)} times for {AXES} axes")
+    return per_line(values, AXES, default, option)
+
+
+def crest_of(found: Circle, play: int, hz: Fraction | None, options: dict) -> choose.Crest:
+    """Return where an axis of a circle reverses. Raises UserError if points have no time."""
+    servo = servo_of(options)
+    if servo and hz is None:
+        raise UserError("a servo has a bandwidth in time: give --pixel-hz, the points a second")
+    point_s = float(1 / hz) if hz else 1.0
+    return choose.Crest(found.radius, found.points, play, point_s, servo)
+
+
+def _chosen(options: dict, made: Table, hz: Fraction | None, play: int, least: int) -> int:
+    """Return the best number of points for a circle."""
+    if not play:
+        return 1
+    found = find_circle(made)
+    if found is None:
+        raise UserError(f"{made.name}: is no circle, so --transition is needed as a number")
+    return choose.choose(crest_of(found, play, hz, options), least).steps

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Circles as segments that are blended over their whole length."""
+
+import math
+from typing import NamedTuple
+
+_CLOSE = 1e-4  # of the radius: how far the end may lie beside the circle
+
+
+class Arc(NamedTuple):
+    """A part of a circle: centre, radius, first angle and signed angle to the end."""
+
+    centre: tuple[float, float]
+    radius: float
+    first: float
+    angle: float
+    end: tuple[float, float]
+
+    @property
+    def length(self) -> float:
+        """How long it is."""
+        return self.radius * abs(self.angle)
+
+
+class ArcRequest(NamedTuple):
+    """What a line says of a circle: `way` is 1 counterclockwise, -1 clockwise."""
+
+    begin: tuple[float, float]
+    end: tuple[float, float]
+    way: int
+    values: dict[str, float]
+
+    def solved(self) -> Arc:
+        """Return the circle. Raises ValueError saying what is wrong with it."""
+        if "R" in self.values and self.values.keys() & {"I", "J"}:
+            raise ValueError("a circle has a radius R or a centre I, J, not both")
+        centre = self._by_radius() if "R" in self.values else self._by_centre()
+        first = math.atan2(self.begin[1] - centre[1], self.begin[0] - centre[0])
+        last = math.atan2(self.end[1] - centre[1], self.end[0] - centre[0])
+        angle = (last - first) * self.way % math.tau
+        if self.begin == self.end or angle == 0:
+            angle = math.tau
+        return Arc(centre, math.dist(self.begin, centre), first, angle * self.way, self.end)
+
+    def _by_centre(self) -> tuple[float, float]:
+        if not self.values.keys() & {"I", "J"}:
+            raise ValueError("a circle needs a radius R or a centre I, J (from where it begins)")
+        centre = (
+            self.begin[0] + self.values.get("I", 0.0),
+            self.begin[1] + self.values.get("J", 0.0),
+        )
+        radius, other = math.dist(self.begin, centre), math.dist(self.end, centre)
+        if radius == 0:
+            raise ValueError("the radius of the circle is 0")
+        if abs(other - radius) > _CLOSE * radius:
+            raise ValueError(
+                f"the circle begins at radius {radius:.9g} and ends at radius {other:.9g}"
+            )
+        return centre
+
+    def _by_radius(self) -> tuple[float, float]:
+        """Return the centre: of R above 0 for the shorter way, below 0 for the longer one."""
+        radius, chord = self.values["R"], math.dist(self.begin, self.end)
+        if chord == 0:
+            raise ValueError("a whole circle needs a centre I, J")
+        if abs(radius) < chord / 2:
+            raise ValueError(f"radius {radius:.9g} is too short: the ends are {chord:.9g} apart")
+        high = math.sqrt(max(0.0, radius**2 - chord**2 / 4)) * self.way
+        side = high if radius > 0 else -high
+        (x0, y0), (x1, y1) = self.begin, self.end
+        return (
+            (x0 + x1) / 2 - side * (y1 - y0) / chord,
+            (y0 + y1) / 2 + side * (x1 - x0) / chord,
+        )
+
+
+def arc_points(arc: Arc, count: int) -> list[tuple[float, float]]:
+    """Return the corners of `count` or more segments, the last of them the circle's end.
+
+    Segments that are blended over their whole length make parabolas, which pass a corner at an
+    eighth of its bend. Corners that lie 1/cos(half a segment) outside put the parabolas on the
+    circle, but for the fourth power of the angle.
+    """
+    segments = max(count, math.ceil(abs(arc.angle) / _WIDEST))
+    step = arc.angle / segments
+    radius = arc.radius / math.cos(step / 2)
+    angles = [arc.first + step * number for number in range(1, segments)]
+    inside = [
+        (arc.centre[0] + radius * math.cos(angle), arc.centre[1] + radius * math.sin(angle))
+        for angle in angles
+    ]
+    return [*inside, arc.end]
+
+
+_WIDEST = math.radians(15)

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: MIT
+"""The nominal path: moves blended as programmed, as intervals of the programmed time u.
+
+Blend i is centred on the boundary of moves i-1 and i and lasts TA; the speed changes there from
+V of one move to V of the next by a trapezoid of acceleration whose flanks last TS each. Distances
+stay exact, as the blend is symmetric.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from pixstep.programs.moves import Dwell, Move
+
+Floats = npt.NDArray[np.float64]
+_FLANK, _TOP = 6, 10  # intervals of a flank and of the top of a trapezoid of acceleration
+_TOGETHER = 512  # moves whose intervals are made at once
+_NOTHING_MS = 1e-9  # shorter intervals are left out
+
+
+class Timed(NamedTuple):
+    """A move with the times that it gets; a stop behind it takes `stop_ta` with flanks `stop_ts`.
+
+    `why` says what changed the programmed times, "" for nothing.
+    """
+
+    line: int
+    target: tuple[float, ...]
+    tm: float
+    ta: float
+    ts: float
+    stop_ta: float
+    stop_ts: float
+    asked: float  # the time as programmed
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Pieces of a path over programmed time; positions are cubic in each, one column a motor."""
+
+    du: Floats
+    place: Floats
+    speed: Floats
+    bend: Floats  # second derivative at the beginning
+    twist: Floats  # third derivative
+    move: npt.NDArray[np.int64]
+    rest: npt.NDArray[np.bool_]  # a dwell
+
+    def __len__(self) -> int:
+        return len(self.du)
+
+    def part(self, choice: slice | npt.NDArray) -> "Intervals":
+        """Return some of the intervals."""
+        return Intervals(**{one.name: getattr(self, one.name)[choice] for one in fields(self)})
+
+    @staticmethod
+    def joined(parts: list["Intervals"]) -> "Intervals":
+        """Return parts in a row."""
+        names = [one.name for one in fields(Intervals)]
+        return Intervals(
+            **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        )
+
+    def divided(self, pieces: npt.NDArray[np.int64]) -> "Intervals":
+        """Return each interval in a number of equal pieces."""
+        index = np.repeat(np.arange(len(self)), pieces)
+        number = np.arange(len(index)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        du = self.du[index] / pieces[index]
+        s = (number * du)[:, None]
+        speed, bend, twist = self.speed[index], self.bend[index], self.twist[index]
+        return Intervals(
+            du,
+            self.place[index] + s * (speed + s * (bend / 2 + s * twist / 6)),
+            speed + s * (bend + s * twist / 2),
+            bend + s * twist,
+            twist,
+            self.move[index],
+            self.rest[index],
+        )
+
+    @property
+    def end_speed(self) -> Floats:
+        """Derivative of the position at the end of each interval."""
+        du = self.du[:, None]
+        return self.speed + self.bend * du + self.twist * du**2 / 2
+
+    @property
+    def end_bend(self) -> Floats:
+        """Second derivative at the end of each interval."""
+        return self.bend + self.twist * self.du[:, None]
+
+    @property
+    def straight(self) -> npt.NDArray[np.bool_]:
+        """Which of them have a constant speed."""
+        return ~(np.any(self.bend != 0, axis=1) | np.any(self.twist != 0, axis=1))
+
+
+def nominal(events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
+    """Yield the moves with their times by the three rules of blending, no limit considered."""
+    before: Timed | None = None
+    for event in events:
+        if isinstance(event, Dwell):
+            before = None
+            yield event
+            continue
+        before = _by_rules(event, before)
+        yield before
+
+
+def _by_rules(move: Move, before: Timed | None) -> Timed:
+    """Return a move with TM >= TA, and with a blend that leaves the one before it alone."""
+    tm = move.tm if move.fixed else max(move.tm, move.ta)
+    why = "acceleration time" if tm > move.tm else ""
+    ta = move.ta
+    room = 2 * (before.tm - before.ta / 2) if before else ta
+    if ta > room:
+        ta, why = room, why or "blend clipped"
+    ts = min(move.ts, ta / 2)
+    return Timed(move.line, move.target, tm, ta, ts, move.ta, move.ts, move.tm, why)
+
+
+class Path:
+    """Makes intervals of moves as they come; a stop is at whole counts."""
+
+    def __init__(self, motors: int) -> None:
+        self._place = np.zeros(motors)
+        self._speed = np.zeros(motors)
+        self._moves: list[Timed] = []
+        self._count = 0  # moves whose intervals are made
+
+    def intervals(self, timed: Iterable[Timed | Dwell]) -> Iterator[Intervals]:
+        """Yield the intervals, a number of moves at a time."""
+        for item in timed:
+            if isinstance(item, Dwell):
+                yield from self._stop()
+                if item.ms:
+                    yield self._rest(item.ms)
+                continue
+            self._moves.append(item)
+            if len(self._moves) > _TOGETHER:
+                last = self._moves.pop()
+                yield self._made(self._moves, last.ta, None)
+                self._moves = [last]
+        yield from self._stop()
+
+    def _stop(self) -> Iterator[Intervals]:
+        """Yield what is left of a section; its end is put on whole counts."""
+        if not self._moves:
+            return
+        last = self._moves[-1]
+        whole = tuple(float(round(value)) for value in last.target)
+        self._moves[-1] = last._replace(target=whole)
+        yield self._made(self._moves, last.stop_ta, last)
+        self._moves = []
+
+    def _rest(self, ms: float) -> Intervals:
+        still = np.zeros((1, len(self._place)))
+        return Intervals(
+            np.array([ms]), self._place[None, :].copy(), still, still, still,
+            np.array([max(self._count - 1, 0)]), np.array([True]),
+        )  # fmt: skip
+
+    def _made(self, moves: list[Timed], next_ta: float, stop: Timed | None) -> Intervals:
+        """Return the intervals of moves: the blend before each, then what is straight."""
+        tm, ta, ts = np.array([(move.tm, move.ta, move.ts) for move in moves]).T
+        target = np.array([move.target for move in moves])
+        begin = np.vstack([self._place, target[:-1]])
+        speed = (target - begin) / tm[:, None]
+        before = np.vstack([self._speed, speed[:-1]])
+        behind = np.append(ta[1:], next_ta)
+        straight = np.maximum(tm - ta / 2 - behind / 2, 0.0)
+        numbers = self._count + np.arange(len(moves))
+        blended = _blends(ta, ts, before, speed, begin, numbers)
+        lines = Intervals(
+            straight, begin + speed * ta[:, None] / 2, speed, np.zeros_like(speed),
+            np.zeros_like(speed), numbers, np.zeros(len(moves), dtype=bool),
+        )  # fmt: skip
+        parts = [_interleaved(blended, lines, len(moves))]
+        self._place, self._speed = target[-1], speed[-1]
+        self._count += len(moves)
+        if stop is not None:
+            nought = np.zeros_like(self._speed)
+            parts.append(
+                _blends(
+                    np.array([stop.stop_ta]), np.array([stop.stop_ts]), self._speed[None, :],
+                    nought[None, :], self._place[None, :], numbers[-1:],
+                )
+            )  # fmt: skip
+            self._speed = nought
+        found = Intervals.joined(parts)
+        return found.part(found.du > _NOTHING_MS)
+
+
+def _interleaved(blended: Intervals, lines: Intervals, moves: int) -> Intervals:
+    """Return for each move the intervals of its blend, then its straight one."""
+    each = len(blended) // moves
+    order = np.concatenate(
+        [
+            np.arange(len(blended)).reshape(moves, each),
+            len(blended) + np.arange(moves)[:, None],
+        ],
+        axis=1,
+    ).ravel()
+    return Intervals.joined([blended, lines]).part(order)
+
+
+def _nodes(count: int) -> Floats:
+    """Return nodes from 0 to 1, closer at both ends: there the limits change abruptly."""
+    return (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
+
+
+def _blends(
+    ta: Floats, ts: Floats, before: Floats, after: Floats, centre: Floats, move: npt.NDArray
+) -> Intervals:
+    """Return the intervals of blends from one speed to another around positions."""
+    flank, top = _nodes(_FLANK), _nodes(_TOP)[1:]
+    a, s = ta[:, None], ts[:, None]
+    nodes = np.hstack([s * flank, s + (a - 2 * s) * top, a - s * (1 - flank[1:])])
+    first = nodes[:, :-1]
+    rising = np.arange(first.shape[1]) < _FLANK
+    falling = np.arange(first.shape[1]) >= _FLANK + _TOP
+    height, steep = 1 / (a - s), 1 / np.where(s > 0, s, 1.0)
+    left = a - first
+    share = np.where(rising, height * first**2 * steep / 2, height * (first - s / 2))
+    share = np.where(falling, 1 - height * left**2 * steep / 2, share)
+    area = np.where(
+        rising, height * first**3 * steep / 6, height * (first**2 / 2 - s * first / 2 + s**2 / 6)
+    )
+    area = np.where(falling, a / 2 - left + height * left**3 * steep / 6, area)
+    bend = np.where(rising, height * first * steep, height)
+    bend = np.where(falling, height * left * steep, bend)
+    twist = np.where(rising, height * steep, 0.0) - np.where(falling, height * steep, 0.0)
+    change = (after - before)[:, None, :]
+    start = (centre - before * a / 2)[:, None, :]
+    count, motors = first.size, before.shape[1]
+
+    def flat(values: Floats) -> Floats:
+        return values.reshape(count, motors)
+
+    return Intervals(
+        np.diff(nodes, axis=1).ravel(),
+        flat(start + before[:, None, :] * first[:, :, None] + change * area[:, :, None]),
+        flat(before[:, None, :] + change * share[:, :, None]),
+        flat(change * bend[:, :, None]),
+        flat(change * twist[:, :, None]),
+        np.repeat(move, first.shape[1]),
+        np.zeros(count, dtype=bool),
+    )

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: MIT
+"""The motors of a program as the planner sees them: counts and milliseconds."""
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from pixstep.board import capability
+from pixstep.errors import RefusedError, UserError
+from pixstep.lines.units import number_text
+from pixstep.machine.model import Motor, Tables
+from pixstep.programs.language import AXIS_WORDS
+
+SMOOTH_ROUNDING = 4  # steps/px2 that whole steps add to a smooth motor's planned acceleration
+PLAIN_ROUNDING = 2  # and to a plain motor's
+SMOOTH_SPEED_ROUNDING = 2  # steps/px
+SMOOTH_JERK_ROUNDING, PLAIN_JERK_ROUNDING = 8, 4  # steps/px3
+_LEAST_SMOOTH = SMOOTH_ROUNDING
+MS = 1000
+
+
+@dataclass(frozen=True)
+class PlanMotor:
+    """A motor: which word moves it, how far, and what it can do.
+
+    Speeds are in counts/ms, accelerations in counts/ms2, jerks in counts/ms3. `reversal_steps` is
+    the highest count of a plain pixel right behind one of the other direction; None is no limit.
+    """
+
+    name: str
+    word: str
+    max_acceleration: float
+    max_speed: float = 32.0
+    counts_per_unit: float = 1.0
+    smooth: bool = False
+    max_jerk: float | None = None
+    reversal_steps: int | None = None
+    unit: str = "steps"
+    axis: int = 0
+    negative: bool = False
+
+    def planned_speed(self, pixel_ms: float) -> float:
+        """Return the speed to plan with: an even speed may lie 2 steps/px above the planned one."""
+        if not self.smooth:
+            return self.max_speed
+        return max(self.max_speed - SMOOTH_SPEED_ROUNDING / pixel_ms, self.max_speed / 2)
+
+    def planned_acceleration(self, pixel_ms: float) -> float:
+        """Return the acceleration to plan with, so that whole steps stay within the limit.
+
+        Raises UserError for a smooth motor that no line can obey.
+        """
+        if not self.smooth:
+            return self.max_acceleration
+        per_pixel = self.max_acceleration * pixel_ms**2
+        if per_pixel <= _LEAST_SMOOTH:
+            longer = (_LEAST_SMOOTH / self.max_acceleration) ** 0.5
+            raise RefusedError(
+                f"motor {self.name}: {per_pixel:.6g} steps/px2 is too little acceleration for "
+                f"smooth lines, whose speeds are even: more than {_LEAST_SMOOTH} steps/px2 = "
+                f"{_LEAST_SMOOTH / pixel_ms**2:.6g} counts/ms2, or a pixel longer than "
+                f"{longer:.6g} ms ({MS / longer:.6g} Hz), or kind plain"
+            )
+        return self.max_acceleration - SMOOTH_ROUNDING / pixel_ms**2
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Everything that a program does not say: the motors, the pixel clock, times."""
+
+    motors: tuple[PlanMotor, ...]
+    pixel_hz: Fraction
+    feed_ms: float = 1000.0
+    top_feed: float | None = None
+    other_feed: float | None = None
+    segment_ms: float = 0.0
+    path_tolerance: float = 1.0
+    words: dict[str, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Note which word moves which motor."""
+        words = {motor.word: index for index, motor in enumerate(self.motors)}
+        object.__setattr__(self, "words", words)
+
+    @property
+    def pixel_ms(self) -> float:
+        """The pixel period in milliseconds."""
+        return float(MS / self.pixel_hz)
+
+
+def of_machine(machine: Tables) -> Setup:
+    """Return the setup of a machine file.
+
+    Raises UserError naming the file and the key of what is missing.
+    """
+    hz = machine.pixel_hz
+    given = machine.program
+    motors = tuple(_motor(machine, motor) for motor in machine.motors.values() if _word(motor))
+    if not motors:
+        raise UserError(
+            f"{machine.path}: no motor has a word for programs: name it X, Y, Z ... or set the "
+            f"key word"
+        )
+    seen: dict[str, str] = {}
+    for motor in motors:
+        if motor.word in seen:
+            raise UserError(
+                f"{machine.path}: motors.{motor.name}.word = {motor.word!r}: motor "
+                f"{seen[motor.word]} has this word"
+            )
+        seen[motor.word] = motor.name
+    return Setup(
+        motors,
+        hz,
+        float(given.feed_time * MS),
+        given.top_feed,
+        given.other_feed,
+        float(given.segment_time * MS),
+    )
+
+
+def _word(motor: Motor) -> str | None:
+    """Return the word that moves a motor: its own key, else its name, if that is a word."""
+    name = motor.name.upper()
+    return motor.word or (name if len(name) == 1 and name in AXIS_WORDS else None)
+
+
+def _motor(machine: Tables, motor: Motor) -> PlanMotor:
+    hz = machine.pixel_hz
+    limits = {key: motor.limit(key) for key in ("max_speed", "max_acceleration", "max_jerk")}
+    values = {
+        key: None if limit is None else float(limit.per_pixel(hz) * (hz / MS) ** limit.order)
+        for key, limit in limits.items()
+    }
+    acceleration = values["max_acceleration"]
+    if not acceleration:
+        raise UserError(
+            f"{machine.path}: motors.{motor.name}.limits.max_acceleration: is missing; a program "
+            f"needs it"
+        )
+    able = capability.of(machine.board_of(motor).kind, hz)
+    top = float(able.top_speed(motor.kind) * hz / MS)
+    scale = motor.steps_per_unit
+    speed = values["max_speed"]
+    return PlanMotor(
+        name=motor.name,
+        word=_word(motor) or "",
+        max_acceleration=acceleration,
+        max_speed=min(speed, top) if speed else top,
+        counts_per_unit=float(scale.steps_per_unit) if scale else 1.0,
+        smooth=motor.smooth,
+        max_jerk=values["max_jerk"],
+        reversal_steps=None if motor.smooth else able.direct_reversal_speed,
+        unit=scale.length if scale else "steps",
+        axis=motor.axis,
+        negative=motor.negative,
+    )
+
+
+def limit_text(motor: PlanMotor, pixel_ms: float) -> str:
+    """Return a motor's limits as people read them."""
+    return (
+        f"{motor.name}: {number_text(motor.max_speed)} counts/ms, "
+        f"{number_text(motor.max_acceleration)} counts/ms2 = "
+        f"{number_text(motor.max_acceleration * pixel_ms**2)} steps/px2"
+    )

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""A program planned to counts per pixel, as a stream: memory does not grow with its length."""
+
+from collections.abc import Iterable, Iterator
+
+from pixstep.errors import UserError
+from pixstep.programs import language
+from pixstep.programs.blends import Path, Timed, nominal
+from pixstep.programs.language import ProgramError
+from pixstep.programs.motors import Setup
+from pixstep.programs.moves import Dwell, Program
+from pixstep.programs.options import MODE1, MODES, Options
+from pixstep.programs.pixels import Counts, Rounding, edges
+from pixstep.programs.report import Report
+from pixstep.programs.timelaw import TimeLaw, refined
+from pixstep.programs.timeline import Timeline, as_programmed, timelines
+from pixstep.programs.twomoves import TwoMoves
+
+
+class Plan:
+    """A program that is planned as its counts are asked for; `report` is complete at the end."""
+
+    def __init__(
+        self, name: str, text: Iterable[str], setup: Setup, options: Options | None = None
+    ) -> None:
+        self.name, self.setup = name, setup
+        self.options = options or Options()
+        if self.options.mode not in MODES:
+            raise UserError(f"mode {self.options.mode!r}: expected one of {', '.join(MODES)}")
+        if self.options.mode == MODE1 and setup.segment_ms:
+            raise UserError("mode1 has no segments: leave --segment out, or plan with lookahead")
+        self.report = Report.of(setup)
+        self._text = text
+
+    def counts(self) -> Iterator[Counts]:
+        """Yield counts of pixels, a column for each motor, a row for each pixel."""
+        for part in Rounding(self.setup).counts(edges(self.timelines(), self.setup)):
+            self.report.add_counts(part)
+            yield part
+        if not self.report.moves:
+            raise ProgramError(f"{self.name}:1:1: nothing moves in this program")
+
+    def timelines(self) -> Iterator[Timeline]:
+        """Yield the plan in time, before it is rounded."""
+        events = Program(self.name, self.setup).events(language.read(self.name, self._text))
+        limits = self.report.limits
+        if self.options.mode == MODE1:
+            two = TwoMoves(self.setup, assume_last=self.options.assume_last)
+            path = Path(len(self.setup.motors)).intervals(self._noted(two.timed(events)))
+            runs = as_programmed(path)
+            self.report.violations = two.violations
+        else:
+            two = None
+            path = Path(len(self.setup.motors)).intervals(self._noted(nominal(events)))
+            first = TimeLaw(limits, self.options.window).runs(path)
+            second = TimeLaw(limits, self.options.window).runs(refined(first, limits))
+            runs = TimeLaw(limits, self.options.window).runs(refined(second, limits))
+        for line in timelines(runs, limits, programmed=two is not None):
+            self.report.add_time(line)
+            yield line
+        if two:
+            self.report.violated = two.violated
+
+    def _noted(self, moves: Iterable[Timed | Dwell]) -> Iterator[Timed | Dwell]:
+        """Yield the moves, noted for the report; what a smooth motor cannot do is refused."""
+        smooth = _SmoothRules(self.name, self.setup)
+        last: Timed | None = None
+        for item in moves:
+            if isinstance(item, Timed):
+                smooth.move(item)
+                self.report.begun.append(item)
+                last = item
+            elif last:
+                smooth.stop(last)
+            yield item
+        if last:
+            smooth.stop(last)
+
+
+class _SmoothRules:
+    """A smooth line has one direction, and comes to rest on even steps."""
+
+    def __init__(self, name: str, setup: Setup) -> None:
+        self.name = name
+        self.motors = [(index, motor) for index, motor in enumerate(setup.motors) if motor.smooth]
+        self._places = [0.0] * len(setup.motors)
+        self._ways = [0] * len(setup.motors)
+
+    def move(self, move: Timed) -> None:
+        """Look at a move. Raises ProgramError if a motor would turn round."""
+        for index, motor in self.motors:
+            length = move.target[index] - self._places[index]
+            self._places[index] = move.target[index]
+            way = (length > 0) - (length < 0)
+            if way and way == -self._ways[index]:
+                raise ProgramError(
+                    f"{self.name}:{move.line}:1: motor {motor.name} is smooth and would turn "
+                    f"round: a smooth line has one direction (kind plain turns)"
+                )
+            self._ways[index] = self._ways[index] or way
+
+    def stop(self, move: Timed) -> None:
+        """Look at where a move stops. Raises ProgramError for odd steps."""
+        for index, motor in self.motors:
+            whole = round(move.target[index])
+            if whole % 2:
+                raise ProgramError(
+                    f"{self.name}:{move.line}:1: motor {motor.name} is smooth and would stop at "
+                    f"step {whole}: the speeds of a smooth line are even, and so is its sum: "
+                    f"nearest {whole - 1} and {whole + 1}"
+                )

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: MIT
+"""What is known of a plan: time, peaks, ratios to the limits, slowed moves, violations."""
+
+from collections import Counter, deque
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from pixstep.programs.blends import Timed
+from pixstep.programs.motors import (
+    PLAIN_ROUNDING,
+    SMOOTH_ROUNDING,
+    PlanMotor,
+    Setup,
+)
+from pixstep.programs.pixels import Counts
+from pixstep.programs.timelaw import Limits
+from pixstep.programs.timeline import Timeline
+from pixstep.programs.twomoves import Violation
+
+MOST_LISTED = 1000
+_AT_LIMIT = 0.99
+_SAME_MS = 1e-6
+_SLOWER = 1.001  # as programmed, but for the last digits
+
+
+@dataclass(frozen=True)
+class Slowed:
+    """A move that takes longer than programmed, or whose blend does, and why."""
+
+    line: int
+    asked_ms: float
+    ms: float
+    why: str
+
+
+@dataclass
+class MotorReport:
+    """What a motor does. Planned figures are before, counted ones after rounding to whole steps."""
+
+    motor: PlanMotor
+    pixel_ms: float
+    steps: int = 0
+    travel: int = 0
+    planned_speed: float = 0.0
+    planned_acceleration: float = 0.0
+    counted_speed: int = 0  # steps/px
+    counted_acceleration: int = 0  # steps/px2
+    last: int = 0
+    speed: int = 0
+
+    @property
+    def limit(self) -> float:
+        """The acceleration limit in steps/px2."""
+        return self.motor.max_acceleration * self.pixel_ms**2
+
+    @property
+    def allowed(self) -> float:
+        """What whole steps may make of the limit, steps/px2."""
+        return self.limit + (0 if self.motor.smooth else PLAIN_ROUNDING)
+
+    @property
+    def planned_ratio(self) -> float:
+        """Planned acceleration over the limit."""
+        return self.planned_acceleration / self.motor.max_acceleration
+
+    @property
+    def counted_ratio(self) -> float:
+        """Counted acceleration over the limit and what whole steps may add."""
+        return self.counted_acceleration / self.allowed
+
+    @property
+    def speed_ratio(self) -> float:
+        """Planned speed over the limit."""
+        return self.planned_speed / self.motor.max_speed
+
+    def add(self, counts: np.ndarray) -> None:
+        """Take the counts of some pixels."""
+        if not len(counts):
+            return
+        self.steps += int(counts.sum())
+        self.travel += int(np.abs(counts).sum())
+        if self.motor.smooth:
+            self._add_smooth(np.abs(counts).tolist())
+            return
+        self.counted_speed = max(self.counted_speed, int(np.abs(counts).max()))
+        change = np.abs(np.diff(counts, prepend=self.last))
+        self.counted_acceleration = max(self.counted_acceleration, int(change.max()))
+        self.last = int(counts[-1])
+
+    def _add_smooth(self, counts: list[int]) -> None:
+        speeds = [self.speed]
+        for count in counts:
+            speeds.append(2 * count - speeds[-1])
+        changes = max(abs(after - before) for before, after in pairwise(speeds))
+        self.counted_acceleration = max(self.counted_acceleration, changes)
+        self.counted_speed = max(self.counted_speed, *speeds)
+        self.speed = speeds[-1]
+
+    def as_json(self) -> dict:
+        """Return it as plain data."""
+        motor, pixel = self.motor, self.pixel_ms
+        return {
+            "name": motor.name,
+            "word": motor.word,
+            "kind": "smooth" if motor.smooth else "plain",
+            "steps": self.steps,
+            "travel_steps": self.travel,
+            "max_speed_counts_ms": motor.max_speed,
+            "max_acceleration_counts_ms2": motor.max_acceleration,
+            "max_acceleration_steps_px2": self.limit,
+            "planned_speed_counts_ms": self.planned_speed,
+            "planned_acceleration_counts_ms2": self.planned_acceleration,
+            "speed_ratio": self.speed_ratio,
+            "acceleration_ratio": self.planned_ratio,
+            "counted_speed_steps_px": self.counted_speed,
+            "counted_speed_counts_ms": self.counted_speed / pixel,
+            "counted_acceleration_steps_px2": self.counted_acceleration,
+            "rounding_steps_px2": SMOOTH_ROUNDING if motor.smooth else PLAIN_ROUNDING,
+            "counted_ratio": self.counted_ratio,
+        }
+
+
+@dataclass
+class Report:
+    """What is known of a plan; complete when its last count is made."""
+
+    setup: Setup
+    limits: Limits
+    motors: list[MotorReport]
+    moves: int = 0
+    pixels: int = 0
+    total_ms: float = 0.0
+    asked_ms: float = 0.0
+    slowed: list[Slowed] = field(default_factory=list)
+    slowed_moves: int = 0
+    reasons: Counter = field(default_factory=Counter)
+    violations: list[Violation] = field(default_factory=list)
+    violated: int = 0
+    begun: deque[Timed] = field(default_factory=deque)
+
+    @classmethod
+    def of(cls, setup: Setup) -> "Report":
+        """Return the report of a plan that has not begun."""
+        motors = [MotorReport(motor, setup.pixel_ms) for motor in setup.motors]
+        return cls(setup, Limits.of(setup), motors)
+
+    @property
+    def whole(self) -> bool:
+        """True if no limit is exceeded."""
+        return not self.violated
+
+    def add_time(self, line: Timeline) -> None:
+        """Take a part of the plan in time."""
+        speed = np.maximum(*(np.abs(one) for one in line.speeds()))
+        acceleration = np.maximum(*(np.abs(one) for one in line.accelerations()))
+        for index, motor in enumerate(self.motors):
+            motor.planned_speed = max(motor.planned_speed, float(speed[:, index].max()))
+            motor.planned_acceleration = max(
+                motor.planned_acceleration, float(acceleration[:, index].max())
+            )
+        self.total_ms = line.end
+        self._note_moves(line, speed / self.limits.speed, acceleration / self.limits.acceleration)
+
+    def _note_moves(self, line: Timeline, speed: np.ndarray, acceleration: np.ndarray) -> None:
+        """Note which moves take longer than programmed, and what keeps them."""
+        moving = np.flatnonzero(~line.path.rest)
+        if not len(moving):
+            return
+        move = line.path.move[moving]
+        starts = np.flatnonzero(np.diff(move, prepend=move[0] - 1))
+        ms = np.add.reduceat(line.ms[moving], starts)
+        ratios = np.hstack([speed, acceleration])[moving]
+        worst = np.maximum.reduceat(ratios, starts, axis=0)
+        asked = np.add.reduceat(line.path.du[moving], starts)
+        for time, own, ratio in zip(ms.tolist(), asked.tolist(), worst, strict=True):
+            move_begun = self.begun.popleft()
+            self.moves += 1
+            self.asked_ms += move_begun.asked
+            time += move_begun.tm - own  # neighbours share the time of a blend
+            if move_begun.why or time > move_begun.asked * _SLOWER + _SAME_MS:
+                self._slow(move_begun, time, ratio)
+
+    def _slow(self, move: Timed, ms: float, ratio: np.ndarray) -> None:
+        self.slowed_moves += 1
+        why = move.why or self._reason(ratio)
+        self.reasons[why] += 1
+        if len(self.slowed) < MOST_LISTED:
+            self.slowed.append(Slowed(move.line, move.asked, ms, why))
+
+    def _reason(self, ratio: np.ndarray) -> str:
+        """Return what is nearest to its limit in a move."""
+        count = len(self.motors)
+        index = int(np.argmax(ratio))
+        if ratio[index] < _AT_LIMIT:
+            return "path"
+        what = "speed" if index < count else "acceleration"
+        return f"{what} of {self.motors[index % count].motor.name}"
+
+    def add_counts(self, counts: Counts) -> None:
+        """Take the counts of some pixels."""
+        self.pixels += len(counts)
+        for index, motor in enumerate(self.motors):
+            motor.add(counts[:, index])
+
+    def as_json(self) -> dict:
+        """Return everything as plain data."""
+        return {
+            "moves": self.moves,
+            "pixels": self.pixels,
+            "pixel_hz": str(self.setup.pixel_hz),
+            "total_ms": self.total_ms,
+            "programmed_ms": self.asked_ms,
+            "motors": [motor.as_json() for motor in self.motors],
+            "slowed_moves": self.slowed_moves,
+            "reasons": dict(self.reasons.most_common()),
+            "slowed": [vars(item) for item in self.slowed],
+            "violated": self.violated,
+            "violations": [item._asdict() for item in self.violations],
+        }

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: MIT
+"""A plan into a folder: a line file for each motor, all of equal length, and the report."""
+
+import re
+from collections.abc import Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from pixstep import atomic, outfolder
+from pixstep.board.limits import BoardLimits
+from pixstep.formats.numbers import CSV_COLUMNS, number_texts
+from pixstep.formats.records import LineEnds, join_records
+from pixstep.lines import linecheck
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.linecheck import Finding
+from pixstep.programs.motors import PlanMotor
+from pixstep.programs.pixels import Counts
+from pixstep.programs.plan import Plan
+from pixstep.progress import Progress, unseen
+
+REPORT, PATH_PICTURE, MOTION_PICTURE = "report.json", "path.png", "motion.png"
+MOST_KEPT = 2_000_000  # pixels that are checked and drawn
+_PLAIN_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+
+
+@dataclass(frozen=True)
+class Result:
+    """A plan that is written; `counts` and `findings` are those of its first pixels."""
+
+    plan: Plan
+    files: tuple[str, ...]
+    counts: Counts
+    findings: tuple[tuple[Finding, ...], ...]
+    facts: dict
+
+    @property
+    def fine(self) -> bool:
+        """True if no limit is exceeded and the board would take every line."""
+        return self.plan.report.whole and not any(self.findings)
+
+
+def file_name(motor: PlanMotor) -> str:
+    """Return the name of a motor's line file."""
+    name = motor.name if _PLAIN_NAME.fullmatch(motor.name) else motor.word
+    return f"{name}.csv"
+
+
+def write(
+    plan: Plan,
+    out: Path,
+    bounds: list[BoardLimits],
+    *,
+    plot: bool = False,
+    progress: Progress = unseen,
+) -> Result:
+    """Plan a program and write everything to a folder, all files or none.
+
+    `bounds` are what each motor's board allows. Raises UserError for a mistake in the program.
+    """
+    names = [file_name(motor) for motor in plan.setup.motors]
+    pictures = [PATH_PICTURE, MOTION_PICTURE]
+    with outfolder.of_run(out, [*names, REPORT, *pictures]) as folder:
+        counts = _write_lines(plan, folder, names, progress)
+        found = tuple(
+            tuple(_errors(motor, counts[:, index].tolist(), bounds[index], names[index]))
+            for index, motor in enumerate(plan.setup.motors)
+        )
+        result = Result(plan, tuple(str(out / name) for name in names), counts, found, {})
+        facts = as_json(result)
+        atomic.write_json(folder / REPORT, facts)
+        if plot:
+            from pixstep.programs import figure  # matplotlib takes a second to load
+
+            drawn = figure.Drawn(plan, counts)
+            figure.save(drawn, folder / PATH_PICTURE, folder / MOTION_PICTURE)
+            facts["plots"] = [str(out / name) for name in pictures]
+    return replace(result, facts=facts)
+
+
+def _write_lines(plan: Plan, folder: Path, names: list[str], progress: Progress) -> Counts:
+    """Write the lines as they are planned; return the counts of the first pixels."""
+    kept: list[Counts] = []
+    room, row = MOST_KEPT, 1
+    with ExitStack() as stack:
+        files = [stack.enter_context((folder / name).open("wb")) for name in names]
+        for part in plan.counts():
+            for index, (file, motor) in enumerate(zip(files, plan.setup.motors, strict=True)):
+                with atomic.told_of(folder / names[index]):
+                    file.write(_records(of_line(part[:, index], motor), names[index], row))
+                    file.flush()
+            row += len(part)
+            if room > 0:
+                kept.append(part[:room].astype(np.int32))
+                room -= len(part)
+            progress(0.0)
+    return np.vstack(kept)
+
+
+def of_line(counts: Counts, motor: PlanMotor) -> Counts:
+    """Return counts as a line file has them: a smooth line's are unsigned."""
+    if motor.smooth:
+        return np.abs(counts)
+    return -counts if motor.negative else counts
+
+
+def _records(counts: Counts, name: str, first: int) -> bytes:
+    return join_records(number_texts(counts.tolist(), CSV_COLUMNS, name, first), LineEnds())
+
+
+def _errors(
+    motor: PlanMotor, counts: list[int], bounds: BoardLimits, name: str
+) -> Iterable[Finding]:
+    """Yield why the board would refuse a line."""
+    line = Line(
+        tuple(map(abs, counts)) if motor.smooth else tuple(counts),
+        SMOOTH if motor.smooth else PLAIN,
+        name=name,
+    )
+    found = linecheck.without_idle_pixel(linecheck.check(line, bounds.of(line)))
+    return [item for item in found if item.severity == linecheck.ERROR]
+
+
+def as_json(result: Result) -> dict:
+    """Return everything that is known as plain data."""
+    plan = result.plan
+    facts = {
+        "program": plan.name,
+        "mode": plan.options.mode,
+        "window_moves": plan.options.window,
+        "verdict": "fine" if result.fine else "exceeds limits",
+        **plan.report.as_json(),
+    }
+    for motor, item, path, found in zip(
+        facts["motors"], plan.report.motors, result.files, result.findings, strict=True
+    ):
+        backwards = (item.steps < 0) != item.motor.negative
+        motor["file"] = path
+        motor["direction"] = "-" if item.motor.smooth and backwards else "+"
+        motor["refused"] = linecheck.as_json(list(found[:MOST_FINDINGS]))
+    return facts
+
+
+MOST_FINDINGS = 20

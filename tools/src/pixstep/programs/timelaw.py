@@ -1,0 +1,320 @@
+# SPDX-License-Identifier: MIT
+"""lookahead: how fast the path is run so that no motor exceeds a limit, in a moving window.
+
+The unknown is w = (du/dt)^2 at the ends of the intervals of programmed time u. In an interval w is
+linear in u, so a motor's acceleration q' w'/2 + q'' w is linear in the two unknowns x at its
+beginning and y at its end:
+
+    |a y - b x| <= A      with a = q'/2du (+ q''), b = q'/2du (- q'') at the end (the beginning)
+
+Where q' is a parabola the acceleration is one too, and lies between its Bezier points: those at
+both ends and one in between, which is linear in x and y as well.
+
+A pass backwards finds the highest x from which every limit can be kept to the end of the window,
+where the path may have to stop; a pass forwards takes the highest y that these allow. On a path
+without bend that is the optimum; with bends it tends to it as the intervals shrink.
+"""
+
+from collections.abc import Generator, Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pixstep.programs.blends import Floats, Intervals
+from pixstep.programs.motors import PlanMotor, Setup
+
+_TINY = 1e-12
+_NOTHING = 1e-300  # instead of 0 below a fraction
+_FREE = float("inf")
+_FAST = 0.999  # of the highest w: no finer grid makes it faster
+_MOST_PIECES = 20
+_CURVED_BOUND = 8.0  # a pixel of constant acceleration a bends by a/8 from its chord
+
+
+@dataclass(frozen=True)
+class Run:
+    """Intervals with w at their ends; `straight` ones may be run faster in between."""
+
+    path: Intervals
+    begin: Floats
+    end: Floats
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What each motor may do, in counts and ms.
+
+    `corner` bounds q'' w alone, `reversal` the acceleration in a blend that turns the motor round.
+    """
+
+    speed: Floats
+    acceleration: Floats
+    corner: Floats
+    reversal: Floats
+
+    @classmethod
+    def of(cls, setup: Setup) -> "Limits":
+        """Return the limits to plan with: whole steps add their share to them."""
+        pixel, motors = setup.pixel_ms, setup.motors
+        return cls(
+            np.array([motor.planned_speed(pixel) for motor in motors]),
+            np.array([motor.planned_acceleration(pixel) for motor in motors]),
+            np.array([_corner(motor, setup) for motor in motors]),
+            np.array([_reversal(motor, pixel) for motor in motors]),
+        )
+
+
+def _corner(motor: PlanMotor, setup: Setup) -> float:
+    """Return how much a motor may accelerate by the bend of its path alone.
+
+    In a pixel a smooth motor makes a parabola, which leaves a bent path by an eighth of its bend.
+    """
+    if not motor.smooth:
+        return _FREE
+    return _CURVED_BOUND * setup.path_tolerance / setup.pixel_ms**2
+
+
+def _reversal(motor: PlanMotor, pixel_ms: float) -> float:
+    """Return the acceleration with which the first pixel behind a reversal is slow enough."""
+    if motor.reversal_steps is None:
+        return _FREE
+    return max(2.0 * (motor.reversal_steps - 1), 0.5) / pixel_ms**2
+
+
+class TimeLaw:
+    """Runs a path of any length within limits, `window` moves ahead."""
+
+    def __init__(self, limits: Limits, window: int) -> None:
+        self.limits = limits
+        self.window = max(1, window)
+        self._stride = max(1, self.window // 8)
+        self._w = _FREE  # where the forward pass stands
+        self._rows: list[_Row] = []
+        self._highest: list[float] = []  # of w at the beginning of each interval, by the last pass
+
+    def runs(self, path: Iterable[Intervals]) -> Iterator[Run]:
+        """Yield the intervals of whole moves with their w, once the window has seen enough."""
+        waiting: list[Intervals] = []
+        known = 0  # intervals in the passes
+        for part in path:
+            waiting.append(part)
+            first, last = int(waiting[0].move[0]), int(part.move[-1])
+            if last - first < self.window + self._stride:
+                continue
+            joined = Intervals.joined(waiting)
+            joined, known = yield from self._committed(joined, known)
+            waiting = [joined]
+        if waiting:
+            joined = Intervals.joined(waiting)
+            self._extend(joined.part(slice(known, None)))
+            self._backward(end=_FREE)
+            yield self._forward(joined)
+
+    def _committed(
+        self, joined: Intervals, known: int
+    ) -> Generator[Run, None, tuple[Intervals, int]]:
+        """Yield what can be run for good; return the rest, and how much of it is known."""
+        moves = joined.move
+        last = int(moves[-1]) - 1  # the last move may go on in the next part
+        place = 0
+        while int(moves[place]) + self.window + self._stride <= last:
+            first = int(moves[place])
+            horizon = int(np.searchsorted(moves, first + self.window + self._stride, side="right"))
+            if horizon > known:
+                self._extend(joined.part(slice(known, horizon)))
+                self._backward(end=0.0)
+                known = horizon
+            after = int(np.searchsorted(moves, first + self._stride, side="left"))
+            yield self._forward(joined.part(slice(place, after)))
+            place = after
+        return joined.part(slice(place, None)), known - place
+
+    def _extend(self, part: Intervals) -> None:
+        if len(part):
+            self._rows += _rows(part, self.limits)
+
+    def _backward(self, end: float) -> None:
+        """Find the highest w of the intervals; those that an earlier pass has right are kept."""
+        rows, before = self._rows, self._highest
+        known = len(before)
+        found = [0.0] * len(rows)
+        for index in range(len(rows) - 1, -1, -1):
+            row = rows[index]
+            limit = min(end, row.end_cap)
+            high = row.cap
+            for offset, slope in zip(row.back, row.back_slope, strict=True):
+                value = offset + slope * limit
+                if value < high:
+                    high = value
+            end = found[index] = _FREE if row.rest else max(high, 0.0)
+            if index < known and before[index] == end:
+                found[:index] = before[:index]
+                break
+        self._highest = found
+
+    def _forward(self, part: Intervals) -> Run:
+        """Run the first intervals as fast as they may be."""
+        count = len(part)
+        begin, end = [0.0] * count, [0.0] * count
+        w, highest = self._w, self._highest
+        following = [*highest[1 : count + 1], _FREE][:count]
+        for index, (row, high, limit) in enumerate(
+            zip(self._rows[:count], highest[:count], following, strict=True)
+        ):
+            if row.rest:
+                begin[index] = end[index] = 1.0
+                w = _FREE
+                continue
+            w = min(w, high)
+            begin[index] = w
+            top = min(limit, row.end_cap)
+            for offset, slope in zip(row.ahead, row.ahead_slope, strict=True):
+                value = offset + slope * w
+                if value < top:
+                    top = value
+            end[index] = w = max(top, 0.0)
+        self._w = w
+        del self._rows[:count], self._highest[:count]
+        return Run(part, np.array(begin), np.array(end))
+
+
+def refined(runs: Iterable[Run], limits: Limits) -> Iterator[Intervals]:
+    """Yield the intervals again, finer where a first plan leaves limits unused.
+
+    An interval has one w', so that a change from speeding up to slowing down, and an acceleration
+    that varies inside, cost as much time as the interval is long.
+    """
+    for run in runs:
+        yield run.path.divided(_pieces(run, limits))
+
+
+def _pieces(run: Run, limits: Limits) -> npt.NDArray[np.int64]:
+    """Return into how many pieces each interval is to be divided."""
+    path = run.path
+    gain = ((run.end - run.begin) / (2 * path.du))[:, None]
+    first = np.abs(path.speed * gain + path.bend * run.begin[:, None])
+    last = np.abs(path.end_speed * gain + path.end_bend * run.end[:, None])
+    most = _accelerations(path, path.end_speed, limits)
+    used = np.minimum(np.max(first / most, axis=1), np.max(last / most, axis=1))
+    cap = np.minimum(
+        _speed_cap(path, path.end_speed, limits), _corner_cap(path, path.end_bend, limits)
+    )
+    slow = np.minimum(run.begin, run.end) < cap * _FAST
+    unused = np.where(_sharp(path), 1.0, 1 - used)
+    unused = np.where(slow & ~path.straight & ~path.rest, unused, 0.0)
+    padded = np.pad(unused, 1)
+    nearby = np.maximum(np.maximum(padded[:-2], padded[2:]), unused)
+    nearby[path.straight | path.rest] = 0.0
+    return np.clip(np.ceil(nearby * _MOST_PIECES), 1, _MOST_PIECES).astype(np.int64)
+
+
+def _sharp(path: Intervals) -> npt.NDArray[np.bool_]:
+    """Return where a motor loses most of its q' in an interval, which hides that w may grow."""
+    du = path.du[:, None]
+    last, first = path.end_speed, path.speed
+    ending = last * (last + 2 * du * path.end_bend) < 0
+    begun = first * (first - 2 * du * path.bend) < 0
+    return np.any(ending | begun, axis=1)
+
+
+@dataclass(slots=True)
+class _Row:
+    """An interval for the passes: bounds of w, and bounds of one end by the other."""
+
+    cap: float
+    end_cap: float
+    back: list[float]  # the beginning is at most each of these and its slope times the end
+    back_slope: list[float]
+    ahead: list[float]
+    ahead_slope: list[float]
+    rest: bool
+
+
+def _rows(part: Intervals, limits: Limits) -> list[_Row]:
+    du = part.du[:, None]
+    end_speed, end_bend = part.end_speed, part.end_bend
+    first, last = part.speed / (2 * du), end_speed / (2 * du)
+    a, b = [first, last + end_bend], [first - part.bend, last]
+    if np.any(part.twist):
+        middle = first + 0.75 * part.bend
+        a.append(middle)
+        b.append(middle - part.bend - part.twist * du / 2)
+    flip = np.where(np.hstack(a) < 0, -1.0, 1.0)
+    a_all, b_all = np.hstack(a) * flip, np.hstack(b) * flip
+    most = np.tile(_accelerations(part, end_speed, limits), (1, len(a)))
+    cap = np.minimum(_speed_cap(part, end_speed, limits), _corner_cap(part, end_bend, limits))
+    start_cap = np.minimum(cap, _static(a_all, b_all, most))
+    columns = [
+        start_cap, cap, *_bounds(b_all, a_all, most), *_bounds(a_all, b_all, most), part.rest
+    ]  # fmt: skip
+    lines = part.straight.tolist()
+    rows = [_Row(*values) for values in zip(*(one.tolist() for one in columns), strict=True)]
+    return [_shortest(row) if line else row for row, line in zip(rows, lines, strict=True)]
+
+
+def _bounds(of: Floats, by: Floats, most: Floats) -> tuple[Floats, Floats]:
+    """Return offsets and slopes that bound the unknown with coefficients `of` by the other."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(of > _TINY, most / of, _FREE), np.where(of > _TINY, by / of, 0.0)
+
+
+def _shortest(row: _Row) -> _Row:
+    """Return a straight interval's row: one motor is the weakest, and all slopes are 1."""
+    for offsets, slopes in ((row.back, row.back_slope), (row.ahead, row.ahead_slope)):
+        weakest = offsets.index(min(offsets))
+        offsets[:], slopes[:] = [offsets[weakest]], [slopes[weakest]]
+    return row
+
+
+def _accelerations(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
+    """Return the limit of each interval and motor: lower in blends that turn a motor round."""
+    first = int(part.move[0])
+    group = part.move - first
+    blended = ~part.straight
+    low = np.zeros((int(group[-1]) + 1, part.speed.shape[1]))
+    high = np.zeros_like(low)
+    for speeds in (part.speed[blended], end_speed[blended]):
+        np.minimum.at(low, group[blended], speeds)
+        np.maximum.at(high, group[blended], speeds)
+    turns = (low < 0) & (high > 0)
+    lowered = np.minimum(limits.acceleration, limits.reversal)
+    return np.where(turns[group] & blended[:, None], lowered, limits.acceleration)
+
+
+def _speed_cap(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
+    """Return the highest w by the speeds, never above the programmed one."""
+    fastest = np.maximum(np.abs(part.speed), np.abs(end_speed))
+    with np.errstate(divide="ignore"):
+        return np.minimum(1.0, np.min((limits.speed / fastest) ** 2, axis=1))
+
+
+def _corner_cap(part: Intervals, end_bend: Floats, limits: Limits) -> Floats:
+    """Return the highest w by what turns the path aside: q'' without its part along q'."""
+    if np.all(np.isinf(limits.corner)):
+        return np.full(len(part), _FREE)
+    aside = np.maximum(
+        np.abs(_aside(part.speed, part.bend)), np.abs(_aside(part.end_speed, end_bend))
+    )
+    return np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1)
+
+
+def _aside(speed: Floats, bend: Floats) -> Floats:
+    length = np.sum(speed**2, axis=1, keepdims=True)
+    along = np.sum(speed * bend, axis=1, keepdims=True) / np.maximum(length, _NOTHING)
+    return np.where(length > _TINY, bend - along * speed, 0.0)
+
+
+def _static(a: Floats, b: Floats, most: Floats) -> Floats:
+    """Return the highest x with which some y satisfies all: pairs of constraints, y left out."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        alone = np.where(a > _TINY, _FREE, np.where(np.abs(b) > _TINY, most / np.abs(b), _FREE))
+        slope = np.where(a > _TINY, b / a, 0.0)
+        offset = np.where(a > _TINY, most / a, _FREE)
+        falling = np.where(slope < 0, -offset / slope, _FREE)  # y >= 0
+        apart = slope[:, :, None] - slope[:, None, :]
+        both = offset[:, :, None] + offset[:, None, :]
+        pairs = np.where(apart > 0, both / apart, _FREE)
+    return np.minimum(
+        np.minimum(alone.min(axis=1), falling.min(axis=1)), np.nanmin(pairs, axis=(1, 2))
+    )

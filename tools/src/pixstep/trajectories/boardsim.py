@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""A table on a simulated board with its plants: run, judged by its edges, followed by its loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pixstep.board import boards, limits
+from pixstep.errors import RefusedError, UserError
+from pixstep.lazy import lazy
+from pixstep.lines import linecheck
+from pixstep.lines.line import PLAIN, Line
+from pixstep.lines.rational import edge_tick
+from pixstep.progress import Progress, unseen
+from pixstep.simulation.plantlog import AxisPlant
+from pixstep.simulation.simrun import Job
+from pixstep.simulation.simtask import run_and_judge
+from pixstep.trajectories import host, transitions
+from pixstep.trajectories.circle import Circle
+from pixstep.trajectories.table import AXES, Table
+from pixstep.trajectories.trace import Roundness, Trace, of_points
+from pixstep.trajectories.transitions import AxisPlay
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
+
+_REST = 4  # pixels between directions: longer than any board's shortest reversal up to 1 kHz
+
+
+@dataclass(frozen=True)
+class BoardJob:
+    """Where a table is run: board, first of its two axes, clock, play of both plants in steps."""
+
+    board: str
+    pixel_hz: Fraction
+    plays: tuple[int, ...]
+    axis: int = 0
+    image: Path | None = None
+    seed: int = 1
+
+    @property
+    def axes(self) -> range:
+        """The board's axes, one for each of the table's."""
+        return range(self.axis, self.axis + AXES)
+
+
+@dataclass(frozen=True)
+class BoardRun:
+    """What a run has left: the verdict on its edges, its loads, and how round its circle is."""
+
+    summary: dict
+    trace: Trace | None  # None if the board did not run to the end
+    roundness: Roundness | None = None
+
+
+def lines(made: Table) -> list[Line]:
+    """Return the plain lines of a table's two axes: a pixel from each record to the next."""
+    return [
+        Line(tuple(made.counts(axis).tolist()), PLAIN, name=f"{made.name}, axis {axis + 1}")
+        for axis in range(AXES)
+    ]
+
+
+def taking_up(made: Table, plays: tuple[AxisPlay, ...], ways: tuple[int, ...]) -> list[Line]:
+    """Return a table's lines behind pixels that take up the play in each axis' first direction.
+
+    Each motor goes back by the play and forth again, as fast as a transition adds: it ends where it
+    was, and its load is pushed the way `ways` says.
+    """
+    found = []
+    length = 2 * max(item.steps for item in plays) + 2 * _REST
+    for line, item, way in zip(lines(made), plays, ways, strict=True):
+        ramp = np.diff(np.arange(item.steps + 1, dtype=np.int64) * item.play // item.steps) * way
+        rest = [0] * _REST
+        before = [*(-ramp).tolist(), *rest, *ramp.tolist(), *rest]
+        before = [0] * (length - len(before)) + before
+        found.append(replace(line, counts=(*before, *line.counts)))
+    return found
+
+
+def check(made: Table, found: limits.BoardLimits) -> None:
+    """Raise RefusedError for the first pixel that a board would refuse."""
+    for line in lines(made):
+        for item in linecheck.check(line, found.of(line)):
+            if item.severity == linecheck.ERROR:
+                raise RefusedError(
+                    f"{line.name}: {item.name} behind record {item.pixel}: {item.message}"
+                )
+
+
+def run(
+    original: Table,
+    plays: tuple[AxisPlay, ...],
+    name: str,
+    job: BoardJob,
+    folder: Path,
+    progress: Progress = unseen,
+    circle: Circle | None = None,
+) -> BoardRun:
+    """Run a table, the original or compensated, leave the run's logs in `folder`, and judge it.
+
+    Raises RefusedError for what the board would refuse, UserError for a board with too few axes.
+    """
+    board = boards.load(job.board)
+    if job.axes[-1] >= board.axes:
+        raise UserError(f"axis {job.axes[-1]}: the {boards.axes_text(job.board)}")
+    made = host.command(original, plays, name)
+    check(made, limits.named(job.board, job.pixel_hz))
+    result, judged, _ = run_and_judge(_job(job, made, original), folder, progress)
+    zero = judged.summary["line_zero_cycle"]
+    if zero is None or judged.summary["verdict"] != "pass":
+        return BoardRun(judged.summary, None)
+    cycles = [zero + edge_tick(record, result.job.period) for record in range(made.records)]
+    plants = [result.plants[0, axis] for axis in job.axes]
+    trace = _trace(name, made, original, plants, np.array(cycles), job)
+    if circle is None:
+        return BoardRun(judged.summary, trace)
+    window = cycles[circle.start], cycles[circle.end]
+    return BoardRun(judged.summary, trace, _roundness(trace, circle, plants, window))
+
+
+def _job(job: BoardJob, made: Table, original: Table) -> Job:
+    """Return the simulated run; each plant starts with its play taken up as the motion begins."""
+    sides = ["minus" if transitions.initial_direction(original, i) < 0 else "plus" for i in (0, 1)]
+    return Job(
+        board=job.board,
+        lines=dict(zip(job.axes, lines(made), strict=True)),
+        pixel_hz=job.pixel_hz,
+        plants={
+            axis: f"play={play},taken_up={side}"
+            for axis, play, side in zip(job.axes, job.plays, sides, strict=True)
+        },
+        image=job.image,
+        seed=job.seed,
+    )
+
+
+def _trace(
+    name: str, made: Table, original: Table, plants: list[AxisPlant], cycles: np.ndarray,
+    job: BoardJob,
+) -> Trace:  # fmt: skip
+    """Return what motors and loads were at every record."""
+    motors, loads = [], []
+    for axis, plant in enumerate(plants):
+        rows = np.maximum(np.searchsorted(plant.cycles, cycles, side="right") - 1, 0)
+        first = original.positions[0, axis]
+        motors.append(first + plant.motor[rows] - plant.motor[0])
+        loads.append(first + plant.load_at(cycles))
+    motor, load = np.column_stack(motors), np.column_stack(loads)
+    return Trace(name, made, original.positions, motor, load, float(1 / job.pixel_hz))
+
+
+def _roundness(
+    trace: Trace, circle: Circle, plants: list[AxisPlant], window: tuple[int, int]
+) -> Roundness:
+    """Return the radius errors at every step of either motor, from angle 0 to the last pass."""
+    events = np.unique(np.concatenate([plant.cycles for plant in plants]))
+    events = events[(events >= window[0]) & (events <= window[1])]
+    places = np.column_stack(
+        [trace.ideal[0, axis] + plant.load_at(events) for axis, plant in enumerate(plants)]
+    )
+    errors = np.hypot(places[:, 0], places[:, 1]) - circle.radius
+    turned = (events - window[0]) / (window[1] - window[0])
+    angles = turned * 2 * np.pi * circle.revolutions
+    return Roundness(trace.name, circle, of_points(trace, circle).passes, angles, errors)

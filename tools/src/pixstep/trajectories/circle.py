@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""Circles: made as the recovered program made them, and recognised in a table.
+
+Counter-clockwise from angle 0, centre 0: axis 1 is A cos, axis 2 is A sin, cut off towards zero.
+Before it hold records at rest; with a lead-in both axes come up to speed along the circle, so that
+angle 0 is passed at full speed, and slow down behind it in the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pixstep.errors import UserError
+from pixstep.lazy import lazy
+from pixstep.lines.linecheck import MAX_COUNT
+from pixstep.trajectories import table
+from pixstep.trajectories.table import AXES, MOST_RECORDS, Table
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
+
+HOLDS = 1024
+_MISSED = 1e-7  # counts by which floating point may miss a whole number
+_OFF_CIRCLE = 2.0  # counts that a record may be off its circle
+
+
+@dataclass(frozen=True)
+class CircleRequest:
+    """What circle to make: radius in counts, points of a revolution, revolutions."""
+
+    radius: int
+    points: int = 8192
+    revolutions: int = 3
+    holds: int = HOLDS
+    lead_in: int = 0  # points in which the speed comes up, and as many in which it goes down
+
+
+@dataclass(frozen=True)
+class Circle:
+    """The circle that a table holds: record `start` (from 0) is angle 0 at full speed."""
+
+    radius: int
+    points: int
+    start: int
+    revolutions: int
+
+    @property
+    def end(self) -> int:
+        """The record in which the last revolution ends."""
+        return self.start + self.points * self.revolutions
+
+
+def make(request: CircleRequest) -> Table:
+    """Return the table of a circle. Raises UserError for one that no table or no pixel holds."""
+    _refuse(request)
+    point = _path(request)
+    angle = 2 * np.pi * point / request.points
+    unit = np.column_stack([np.cos(angle), np.sin(angle)])
+    speed = _speeds(request) * 2 * np.pi / request.points
+    along = np.column_stack([-unit[:, 1], unit[:, 0]]) * speed[:, None]
+    positions, velocities = (_cut(request.radius * item) for item in (unit, along))
+    still = np.zeros((request.holds, AXES), dtype=np.int64)
+    return table.made(
+        np.vstack([still + positions[0], positions]), np.vstack([still, velocities]), "circle"
+    )
+
+
+def find(made: Table) -> Circle:
+    """Return the circle of a table. Raises UserError if it holds none around 0."""
+    place = made.positions.astype(np.float64)
+    distance = np.hypot(*place.T)
+    radius = int(np.max(np.abs(made.positions)))
+    if radius == 0 or np.any(np.abs(distance - radius) > _OFF_CIRCLE):
+        row = int(np.argmax(np.abs(distance - radius)))
+        raise UserError(
+            f"{made.name}: not a circle around 0: record {row + 1} is {distance[row]:.1f} counts "
+            f"from it, the furthest are {radius}"
+        )
+    angle = np.unwrap(np.arctan2(place[:, 1], place[:, 0]))
+    moving = np.diff(angle)
+    step = float(np.median(moving[np.abs(moving) > 0]))
+    passed = np.flatnonzero(angle > step / 4)
+    start = int(passed[0]) - 1 if len(passed) else 0
+    revolutions = int((angle[-1] + step / 4) // (2 * np.pi))
+    if step <= 0 or start < 0 or revolutions < 1:
+        raise UserError(f"{made.name}: not a counter-clockwise revolution from angle 0 on")
+    points = int(np.argmin(np.abs(angle - 2 * np.pi))) - start
+    return Circle(radius, points, start, revolutions)
+
+
+def _refuse(request: CircleRequest) -> None:
+    records = request.points * request.revolutions + request.holds + 2 * request.lead_in + 1
+    if records > MOST_RECORDS:
+        raise UserError(f"a circle of {records} records: at most {MOST_RECORDS}")
+    speed = request.radius * 2 * np.pi / request.points
+    if speed >= MAX_COUNT:
+        least = int(request.radius * 2 * np.pi / MAX_COUNT) + 1
+        raise UserError(
+            f"a radius of {request.radius} counts in {request.points} points moves {speed:.0f} "
+            f"counts a point, a pixel holds at most {MAX_COUNT}: at least {least} points"
+        )
+
+
+def _path(request: CircleRequest) -> np.ndarray:
+    """Return where on the circle each record is, in points from angle 0."""
+    whole = np.arange(request.points * request.revolutions + 1, dtype=np.float64)
+    if not request.lead_in:
+        return whole
+    ramp = np.arange(request.lead_in, dtype=np.float64)
+    rising = ramp**2 / (2 * request.lead_in) - request.lead_in / 2
+    return np.concatenate([rising, whole, whole[-1] - rising[::-1]])
+
+
+def _speeds(request: CircleRequest) -> np.ndarray:
+    """Return the share of the full speed at each record."""
+    full = np.ones(request.points * request.revolutions + 1)
+    if not request.lead_in:
+        return full
+    rising = np.arange(request.lead_in) / request.lead_in
+    return np.concatenate([rising, full, rising[::-1]])
+
+
+def _cut(values: np.ndarray) -> np.ndarray:
+    """Cut off towards zero; a whole number that floating point has just missed stays whole."""
+    near = np.round(values)
+    return np.where(np.abs(values - near) < _MISSED, near, np.trunc(values)).astype(np.int64)

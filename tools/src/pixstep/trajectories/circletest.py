@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""The circle test on a simulated board: runs, files, verdict.
+
+A table is run as it is, compensated, or both, one after the other; for each the measurement record
+is written, and one picture has them all.
+"""
+
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from pixstep import atomic, outfolder
+from pixstep.lines.rational import hz_text
+from pixstep.progress import Progress, unseen
+from pixstep.trajectories import boardsim, files, transitions
+from pixstep.trajectories.boardsim import BoardJob, BoardRun
+from pixstep.trajectories.circle import Circle
+from pixstep.trajectories.host import COMPENSATED, ORIGINAL
+from pixstep.trajectories.table import Table
+from pixstep.trajectories.trace import COUNTS, Trace, Unit
+from pixstep.trajectories.transitions import AxisPlay, Transition
+
+RUNS = (ORIGINAL, COMPENSATED)
+PICTURE = "circle.png"
+SUMMARY = "summary.json"
+_EDGES = ("steps", "expected_steps", "max_edge_error_ticks", "rms_edge_error_us", "pixels_equal")
+
+
+@dataclass(frozen=True)
+class CircleTest:
+    """What to run: a table without hold records, its circle if it is one, the play to take up."""
+
+    table: Table
+    plays: tuple[AxisPlay, ...]
+    job: BoardJob
+    circle: Circle | None = None
+    unit: Unit = COUNTS
+    runs: tuple[str, ...] = RUNS
+    suffix: str = ".csv"  # of the measurement records
+
+
+def names() -> list[str]:
+    """Return the names of all files that a test may write."""
+    return [SUMMARY, PICTURE, *(name + suffix for name in RUNS for suffix in (".csv", ".parquet"))]
+
+
+def simulate(
+    test: CircleTest, out: Path, *, plot: bool = False, progress: Progress = unseen
+) -> dict:
+    """Run a test; write summary.json, the measurement records and, if asked, the picture.
+
+    All files or none. Raises RefusedError for what the board would refuse.
+    """
+    with outfolder.of_run(out, names()) as folder:
+        runs = {}
+        for number, name in enumerate(test.runs):
+            runs[name] = _run(test, name, folder, _part(progress, number, len(test.runs)))
+        summary = _summary(test, runs)
+        traces = [run.trace for run in runs.values() if run.trace]
+        if plot and traces:
+            _draw(test, runs, traces, folder / PICTURE)
+            summary["plots"] = [str(out / PICTURE)]
+        atomic.write_json(folder / SUMMARY, summary)
+    return summary
+
+
+def _part(progress: Progress, number: int, runs: int) -> Progress:
+    return lambda share: progress((number + share) / runs)
+
+
+def _run(test: CircleTest, name: str, folder: Path, progress: Progress) -> BoardRun:
+    """Make one run and write its measurement record; its logs, of every step, are not kept."""
+    logs = Path(tempfile.mkdtemp(prefix=".logs-", dir=folder))
+    try:
+        done = boardsim.run(test.table, test.plays, name, test.job, logs, progress, test.circle)
+    finally:
+        shutil.rmtree(logs, ignore_errors=True)
+    if done.trace:
+        files.write_columns(folder / (name + test.suffix), done.trace.columns(test.circle))
+    return done
+
+
+def _draw(test: CircleTest, runs: dict[str, BoardRun], traces: Sequence[Trace], path: Path) -> None:
+    from pixstep.trajectories import picture  # matplotlib takes a second to load
+
+    below = f"{test.table.name} on the simulated {test.job.board}, {_plays_text(test)}"
+    rounds = [run.roundness for run in runs.values() if run.roundness]
+    if rounds:
+        picture.draw(rounds, test.unit, below, path)
+    else:
+        picture.draw_errors(traces, test.unit, below, path)
+
+
+def _plays_text(test: CircleTest) -> str:
+    hz = float(test.job.pixel_hz)
+    plays = " and ".join(str(play) for play in test.job.plays)
+    steps = " and ".join(str(item.steps) for item in test.plays)
+    return f"{hz:.6g} points a second, play {plays} steps, taken up in {steps} points"
+
+
+def _summary(test: CircleTest, runs: dict[str, BoardRun]) -> dict:
+    """Return summary.json."""
+    reasons = [f"{name}: {text}" for name, run in runs.items() for text in run.summary["reasons"]]
+    made = transitions.compensate(test.table, test.plays)
+    hz: Fraction = test.job.pixel_hz
+    return {
+        "verdict": "fail" if reasons else "pass",
+        "reasons": reasons,
+        "table": test.table.name,
+        "board": test.job.board,
+        "axes": list(test.job.axes),
+        "pixel_hz": hz_text(hz).removesuffix("/1"),
+        "play_steps": list(test.job.plays),
+        "compensated_play_steps": [item.play for item in test.plays],
+        "transition_points": [item.steps for item in test.plays],
+        "circle": asdict(test.circle) if test.circle else None,
+        "transitions": transitions_as_json(made.transitions),
+        "runs": {name: _run_summary(run, test.unit) for name, run in runs.items()},
+    }
+
+
+def transitions_as_json(found: Sequence[Transition]) -> list[dict]:
+    """Return transitions as plain data: axes and records count from 1."""
+    return [asdict(item) | {"axis": item.axis + 1, "record": item.record + 1} for item in found]
+
+
+def _run_summary(run: BoardRun, unit: Unit) -> dict:
+    """Return what is told of one run."""
+    found = {
+        "verdict": run.summary["verdict"],
+        "cpu_share": run.summary["cpu_share"],
+        "edges": [{key: axis[key] for key in _EDGES} for axis in run.summary["axes"]],
+    }
+    if run.trace:
+        errors = abs(run.trace.load_errors).max(axis=0).tolist()
+        found["max_load_error_counts"] = [int(value) for value in errors]
+    if run.roundness:
+        found["roundness"] = run.roundness.summary(unit)
+    return found

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""docs/TRAJECTORIES.md: its commands print what it says, its table is the model's."""
+
+import re
+import shlex
+from fractions import Fraction
+
+from click.testing import CliRunner
+
+from pixstep import natives
+from pixstep.cli.main import main
+from pixstep.trajectories import choose
+from pixstep.trajectories.model import Servo
+
+TEXT = (natives.root() / "docs" / "TRAJECTORIES.md").read_text(encoding="utf-8")
+_BLOCK = re.compile(r"```console\n(.*?)```", re.DOTALL)
+_CELL = re.compile(r"(?:(\d+): )?(\d\.\d{6})")
+IN = 1_638_400
+
+
+def test_the_commands_print_what_the_document_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sessions = "".join(_BLOCK.findall(TEXT)).replace("\\\n", "").split("$ pixstep ")[1:]
+    assert len(sessions) == 5
+    for session in sessions:
+        command, _, wanted = session.partition("\n")
+        done = CliRunner().invoke(main, shlex.split(command))
+        assert done.output == wanted, command
+
+
+def test_the_table_of_transitions_is_the_model_s():
+    machines = [
+        (radius, point_s, servo)
+        for radius, point_s in ((102_400, 81.81 / 8192), (3_276_800, 150.8 / 8192))
+        for servo in (None, Servo(5, 0.4), Servo(10, 0.6))
+    ]
+    rows = [row.split("|")[1:-1] for row in TEXT.splitlines() if re.match(r"\| (\d|`auto`)", row)]
+    assert len(rows) == 6
+    for first, *cells in rows:
+        for cell, (radius, point_s, servo) in zip(cells, machines, strict=True):
+            found = _CELL.fullmatch(cell.strip())
+            if found is None:
+                assert servo is None and first.strip() == "`auto`"
+                continue
+            crest = choose.Crest(radius, 8192, 7485, point_s, servo)
+            steps = int(found[1] or first)
+            error = choose.predicted_error(crest, steps) / IN
+            assert abs(error - float(found[2])) <= 0.02 * float(found[2]) + 1.5e-6, (steps, servo)
+            if found[1]:
+                assert choose.choose(crest).steps == steps
+
+
+def test_the_document_s_clock_is_the_published_one():
+    assert abs(Fraction("100.13") * Fraction("81.81") - 8192) < 1
