@@ -69,7 +69,7 @@ APART enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed, bo
 
 // The a*T below which the interval changes by less than one tick from step to step at this speed;
 // 0 if the interval does not fit.
-static APART int32_t flat_limit(uint32_t ticks, uint16_t speed)
+static int32_t flat_limit(uint32_t ticks, uint16_t speed)
 {
     return multiply_u32_u16(INTERVAL_MAX, speed) >= ticks ? cube_of(speed) : 0;
 }
@@ -126,7 +126,7 @@ void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at)
     at->residual = flat->residual;
     at->slope = wide_sub(flat->difference,
                          wide_from_int32(flat->slope_growth - flat->twice_half));
-    at->half = (int16_t)(flat->twice_half / 2);
+    at->half = (int16_t)(flat->twice_half >> 1);
 }
 
 #if defined(__AVR__)

@@ -3,6 +3,7 @@
 
 #include <stddef.h> // offsetof
 
+#include "base/apart.h"    // APART
 #include "base/divide.h"   // divide_u32_u16
 #include "base/multiply.h" // multiply_*
 #include "motion/curve_steep_layout.h"
@@ -23,7 +24,7 @@
 #define START_CHANGE_MAX 255u
 
 // Add an entry to the sum of the batch.
-static void add_top(struct curve_steep *steep, uint16_t top)
+static APART void add_top(struct curve_steep *steep, uint16_t top)
 {
     uint32_t sum = (uint32_t)top + (uint16_t)((steep->tops[1] << 8) | steep->tops[0]);
 

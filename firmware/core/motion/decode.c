@@ -66,9 +66,8 @@ static bool no_more_pieces(const struct axis *axis)
            (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
 }
 
-// Begin the next piece. False when nothing can be decoded now. Not inline, so that its registers do
-// not lie on the stack below the decoder of steps.
-static bool __attribute__((noinline)) next_piece(struct axis *axis,
+// Begin the next piece. False when nothing can be decoded now.
+static bool next_piece(struct axis *axis,
                                                  const struct pixel_period *period,
                                                  bool always_take_up)
 {
@@ -171,13 +170,16 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
     struct stream *stream = &axis->feed.stream;
     struct step_ring *ring = stream->ring;
     struct even even = axis->walk.steps.even;
+    uint16_t base_ticks = (uint16_t)even.base_ticks;
     uint8_t slot = stream->head;
     uint32_t sum = 0;
 
+    // These intervals fit 16 bits, so that only the tick above the base comes from even_next().
+    even.base_ticks = 0;
     for (; count != 0; count--) {
-        uint32_t ticks = even_next(&even);
+        uint16_t ticks = (uint16_t)(base_ticks + even_next(&even));
         sum += ticks;
-        slot = stream_write(ring, slot, (uint16_t)ticks);
+        slot = stream_write(ring, slot, ticks);
     }
     axis->walk.steps.even.sum = even.sum;
     stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);

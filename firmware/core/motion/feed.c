@@ -67,7 +67,7 @@ APART void feed_hold(struct feed *feed)
     feed->held_slot = stream_reserve(&feed->stream, HELD_SLOTS);
 }
 
-static void put_held(struct step_ring *ring, uint8_t slot, uint32_t ticks)
+static APART void put_held(struct step_ring *ring, uint8_t slot, uint32_t ticks)
 {
     uint16_t top = (uint16_t)((uint16_t)ticks - 1u);
 
@@ -127,7 +127,7 @@ static void merge_first_interval(struct feed *feed)
     feed->merge = false;
 }
 
-void feed_make_room(struct feed *feed)
+APART void feed_make_room(struct feed *feed)
 {
     if (!stream_marks_full(&feed->stream)) {
         return;

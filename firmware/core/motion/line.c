@@ -17,20 +17,25 @@ void line_begin(struct line *line,
                 struct segment_queue *queue,
                 bool take_up)
 {
-    struct segment mark = {0};
-    struct segment parameter = {0};
+    struct segment mark = segment_unpack(&queue->out);
+    struct segment parameter = segment_unpack(&queue->out);
+    uint8_t flags = (uint8_t)mark.count;
 
-    (void)segment_queue_pop(queue, &mark);
-    (void)segment_queue_pop(queue, &parameter);
     *line = (struct line){
         .queue = queue,
-        .smooth = ((uint8_t)mark.count & LINE_START_SMOOTH) != 0,
-        .negative = ((uint8_t)mark.count & LINE_START_NEGATIVE) != 0,
-        .seek = ((uint8_t)mark.count & LINE_START_SEEK) != 0,
         .fresh = true,
         .backlash_steps = take_up ? (uint16_t)parameter.count & SEGMENT_PARAMETER : 0,
         .line_speed = parameter.repeat,
     };
+    if ((flags & LINE_START_SMOOTH) != 0) {
+        line->smooth = true;
+    }
+    if ((flags & LINE_START_NEGATIVE) != 0) {
+        line->negative = true;
+    }
+    if ((flags & LINE_START_SEEK) != 0) {
+        line->seek = true;
+    }
     line->shifted = line->backlash_steps != 0;
     line_grid_start_exact(&line->edges, period);
     line->edge_open = true;

@@ -64,9 +64,8 @@ static uint32_t place_special(const struct walk *walk, uint16_t index)
     return tick;
 }
 
-// Shift a special step to its tick. Not inline, so that the registers that this function saves do
-// not lie on the stack below the curve's decoder.
-static uint32_t __attribute__((noinline)) shift_special(struct walk *walk, uint32_t ticks)
+// Shift a special step to its tick.
+static uint32_t shift_special(struct walk *walk, uint32_t ticks)
 {
     uint16_t index = walk->last_special;
     uint32_t tick = place_special(walk, index);
