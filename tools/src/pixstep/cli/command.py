@@ -83,8 +83,17 @@ class Command(click.Command):
                 for example in EXAMPLES[name]:
                     formatter.write(f"{'':{formatter.current_indent}}{program} {example}\n")
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the command line; a default that is wrong says which file it comes from."""
+        with _origins(ctx):
+            return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
+        with _origins(ctx):
+            return self._invoke(ctx)
+
+    def _invoke(self, ctx: click.Context) -> object:
         outputs = list(_paths(ctx, OutFile))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
@@ -179,7 +188,7 @@ class Group(click.Group):
                 sys.stdout.flush()  # a full disk is told of here, not when Python ends
             return result
         except PlainError as error:
-            complain(error)
+            complain(error.line())
             return ctx.exit(error.status)
         except KeyboardInterrupt as error:
             complain(f"ended by {signals.name(error)}")
@@ -210,6 +219,20 @@ def complain(error: Exception | str) -> None:
 
 def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:
     ctx.meta[_FORCE] = value
+
+
+@contextlib.contextmanager
+def _origins(ctx: click.Context) -> Iterator[None]:
+    """Let errors about a machine file's defaults name the file."""
+    try:
+        yield
+    except PlainError as error:
+        error.origin = machinedefaults.origin(ctx, str(error))
+        raise
+    except click.BadParameter as error:
+        if error.param and machinedefaults.by_machine(ctx, error.param.name or ""):
+            error.message += machinedefaults.origin(ctx)
+        raise
 
 
 def _is_input(param: click.Parameter) -> bool:

@@ -8,6 +8,7 @@ default of the command itself. A file is read only when a command asks for one o
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from functools import cached_property
@@ -30,6 +31,7 @@ _FACTS_OF = "pixstep.machine"
 _ANY_BOARD = (["board", "stop"], ["board", "info"])
 _OTHER_NAMES = {"line sim": ["sim"], "line plan": ["ticks"]}
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
+_NOT_NAMED = ("out", "parity")  # a folder that only has its name by the file; a letter
 _FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
 
 
@@ -193,6 +195,46 @@ def compare_board(ctx: click.Context, port: str, unit: int, kind: str) -> None:
 def by_machine(ctx: click.Context, name: str) -> bool:
     """True if the value of a parameter comes from the machine file."""
     return ctx.get_parameter_source(name) == ParameterSource.DEFAULT_MAP
+
+
+def origin(ctx: click.Context, text: str | None = None) -> str:
+    """Return ` (... from machine.toml)` for defaults of the file that a text names, else "".
+
+    Without a text something of the file is meant anyhow.
+    """
+    used = _used(ctx)
+    if used is None or str(used.path) in (text or ""):
+        return ""
+    if text is None:
+        return f" (from {used.path})"
+    named = [
+        _option(param)
+        for param in ctx.command.params
+        if by_machine(ctx, param.name or "") and _names(text, param, ctx.params.get(param.name))
+    ]
+    return f" ({', '.join(named)} from {used.path})" if named else ""
+
+
+def _option(param: click.Parameter) -> str:
+    return max(param.opts, key=len)
+
+
+def _names(text: str, param: click.Parameter, value: object) -> bool:
+    """True if a text has a value of a parameter; of a number beside the parameter's name."""
+    word = (param.name or "").removesuffix("s")
+    values = value if isinstance(value, tuple) else (value,)
+    return word not in _NOT_NAMED and any(
+        re.search(_pattern(word, one), text) for one in values if one is not None
+    )
+
+
+def _pattern(word: str, value: object) -> str:
+    """Return what finds a value in a text as a word of its own."""
+    if isinstance(value, Fraction):
+        return rf"(?<![\w.]){re.escape(f'{float(value):.10g}')} Hz"
+    if isinstance(value, int):
+        return rf"\b{word}s?\W+{value}\b(?!\.)|(?<![\w.]){value} {word}s?\b"
+    return rf"(?<![\w./-]){re.escape(str(value))}(?![\w/-])"
 
 
 def _decode(facts: Facts) -> object:
