@@ -223,10 +223,10 @@ def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> Non
 
 @contextlib.contextmanager
 def _origins(ctx: click.Context) -> Iterator[None]:
-    """Let errors about a machine file's defaults name the file."""
+    """Let errors about a machine file's defaults name the file; not what a board has to say."""
     try:
         yield
-    except PlainError as error:
+    except UserError as error:
         error.origin = machinedefaults.origin(ctx, str(error))
         raise
     except click.BadParameter as error:

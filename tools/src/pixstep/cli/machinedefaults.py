@@ -31,7 +31,8 @@ _FACTS_OF = "pixstep.machine"
 _ANY_BOARD = (["board", "stop"], ["board", "info"])
 _OTHER_NAMES = {"line sim": ["sim"], "line plan": ["ticks"]}
 _FIRST_UNIT = "1"  # the default address of commands that act on one board
-_NOT_NAMED = ("out", "parity")  # a folder that only has its name by the file; a letter
+# A folder that only has its name by the file; a letter; a word that texts have anyhow.
+_NOT_NAMED = ("out", "parity", "decode")
 _FOLDERS = {"sim": "run", "move": "move", "home": "homing"}  # of results, by the first word
 
 
