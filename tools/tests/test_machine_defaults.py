@@ -199,6 +199,23 @@ def test_an_error_about_a_default_says_where_it_is_from(here, invoke, words, opt
     assert option or "machine.toml" not in said
 
 
+def test_a_default_out_of_its_range_says_where_it_is_from(here, invoke):
+    text = MACHINE.replace("pixels = 60", "pixels = 2_000_001")
+    text = text.replace("start_stop = 4 }", "start_stop = '0.5 steps/px' }")
+    (here / "machine.toml").write_text(text, encoding="utf-8")
+    (here / "a.csv").write_bytes(b"     2\r\n")
+    said = invoke("line", "make", "--speed", "12mm/s", "-o", "b.csv", status=2).stderr
+    assert said.endswith(
+        "Invalid value for '--pixels': 2000001 is not in the range x<=2000000. (from "
+        "machine.toml)\n"
+    )
+    said = invoke("line", "check", "a.csv", "--decode", "plain", status=2).stderr
+    assert said == (
+        "pixstep: 0.5 steps/px is 0.5 steps/px: at least 1 steps/px (--start-stop from "
+        "machine.toml)\n"
+    )
+
+
 def test_what_is_for_all_boards_stays_for_all_boards(here, monkeypatch):
     monkeypatch.chdir(here)
     stop = asked(["board", "stop"])

@@ -11,11 +11,6 @@ class PlainError(Exception):
     """Ends a command with its text as one line and with the exit status `status`."""
 
     status = NEGATIVE
-    origin = ""  # of values that the text names and the user did not give
-
-    def line(self) -> str:
-        """Return the text as it is printed."""
-        return f"{self}{self.origin}"
 
 
 class UserError(PlainError):

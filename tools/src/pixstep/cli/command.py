@@ -188,7 +188,7 @@ class Group(click.Group):
                 sys.stdout.flush()  # a full disk is told of here, not when Python ends
             return result
         except PlainError as error:
-            complain(error.line())
+            complain(error)
             return ctx.exit(error.status)
         except KeyboardInterrupt as error:
             complain(f"ended by {signals.name(error)}")
@@ -227,12 +227,13 @@ def _origins(ctx: click.Context) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        error.origin = machinedefaults.origin(ctx, str(error))
+        error.args = (f"{error}{machinedefaults.origin(ctx, str(error))}",)
         raise
     except click.BadParameter as error:
-        if error.param and machinedefaults.by_machine(ctx, error.param.name or ""):
-            error.message += machinedefaults.origin(ctx)
-        raise
+        if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):
+            raise
+        text = f"{error.message}{machinedefaults.origin(ctx)}"
+        raise click.BadParameter(text, error.ctx, error.param, error.param_hint) from None
 
 
 def _is_input(param: click.Parameter) -> bool:

@@ -235,7 +235,7 @@ def _pattern(word: str, value: object) -> str:
         return rf"(?<![\w.]){re.escape(f'{float(value):.10g}')} Hz"
     if isinstance(value, int):
         return rf"\b{word}s?\W+{value}\b(?!\.)|(?<![\w.]){value} {word}s?\b"
-    return rf"(?<![\w./-]){re.escape(str(value))}(?![\w/-])"
+    return rf"(?<![\w./-]){re.escape(str(getattr(value, 'text', value)))}(?![\w/-])"
 
 
 def _decode(facts: Facts) -> object:
