@@ -136,10 +136,10 @@ def _print(done: Result, out: Path) -> None:
         click.echo(f"... {report.slowed_moves - _SHOWN} more in report.json")
     for bad in report.violations[:_SHOWN]:
         click.echo(f"{name}:{bad.line}: exceeds the acceleration of {bad.motor}: {bad.ratio:.4g} x")
-    for path, found in zip(done.files, done.findings, strict=True):
-        for item in found[:_SHOWN]:
+    for path, findings in zip(done.files, done.findings, strict=True):
+        for found in findings[:_SHOWN]:
             click.echo(
-                f"{path}: pixel {item.pixel}: the board refuses: {item.name}: {item.message}"
+                f"{path}: pixel {found.pixel}: the board refuses: {found.name}: {found.message}"
             )
 
 
