@@ -37,7 +37,7 @@ bool drivers_is_on(uint8_t axis)
     return (drivers.on & axis_bit(axis)) != 0;
 }
 
-void drivers_write(uint8_t axis, bool on)
+void drivers_write_at(uint8_t axis, bool on)
 {
 #if FEATURE_DRIVER_TIMING
     if (on && !drivers_is_on(axis)) {

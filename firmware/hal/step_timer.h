@@ -13,6 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "config.h"             // CONFIG_INDEX
 #include "motion/step_engine.h" // struct engine_sample, enum step_engine_state
 #include "motion/step_ring.h"   // struct step_ring, struct pulse_train
 
@@ -57,7 +58,12 @@ bool step_timer_unpark(uint8_t axis);
 // Bring an axis to rest, from every state and as often as wanted: nothing more of its ring is
 // taken, at most the period that the timer holds already makes a STEP edge, and every later period
 // is an idle one. May also be called in interrupts that let the step interrupts in.
-void step_timer_halt(uint8_t which);
+void step_timer_halt_at(uint8_t which);
+
+static inline void step_timer_halt(uint8_t which)
+{
+    step_timer_halt_at(CONFIG_INDEX(which));
+}
 
 // Start anew an engine at rest; *slot is where the writer continues. Returns false and changes
 // nothing while the engine is going, because the period that the timer holds may pulse.

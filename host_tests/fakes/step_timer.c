@@ -196,7 +196,7 @@ bool step_timer_unpark(uint8_t axis)
     return !is_parked(axis);
 }
 
-void step_timer_halt(uint8_t which)
+void step_timer_halt_at(uint8_t which)
 {
     if (is_parked(which)) {
         step_engine_halt_soon(&timers[which].engine);

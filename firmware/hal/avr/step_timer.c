@@ -166,7 +166,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
 #include BOARD_FILE
 
 // NOLINTNEXTLINE(readability-function-*): one block for each timer of the board file
-void step_timer_halt(uint8_t which){
+void step_timer_halt_at(uint8_t which){
 #define BOARD_AXIS(axis, timer) HALT_AXIS(axis, timer)
 #include BOARD_FILE
 }
