@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "motion/lock_grid.h"
 
-#include "base/apart.h"    // APART
-#include "base/multiply.h" // multiply_u32_u16
+#include "base/apart.h"     // APART
+#include "base/multiply.h"  // multiply_u32_u16
 #include "build_features.h" // FEATURE_CLOCK_STATISTICS
 
 #define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
