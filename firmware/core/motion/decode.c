@@ -68,8 +68,8 @@ static bool no_more_pieces(const struct axis *axis)
 
 // Begin the next piece. False when nothing can be decoded now.
 static bool next_piece(struct axis *axis,
-                                                 const struct pixel_period *period,
-                                                 bool always_take_up)
+                       const struct pixel_period *period,
+                       bool always_take_up)
 {
     if (no_more_pieces(axis)) {
         return false;

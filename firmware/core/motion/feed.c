@@ -101,26 +101,32 @@ void feed_release(struct feed *feed, uint32_t delay_ticks)
     feed_front_released(feed, delay_ticks);
 }
 
-// Write an interval with a reversal: the direction changes in the middle of the interval, inside a
-// period that does not pulse.
-static void put_reversal(struct feed *feed)
+// Write the interval up to the step that is due. At a reversal the direction changes in the middle
+// of the interval, inside a period that does not pulse.
+static void put_interval(struct feed *feed)
 {
-    if (feed->lead) {
-        put_chunk(feed, (uint16_t)(feed->pending_ticks / 2u));
+    bool reverses = feed->due_negative != feed->negative;
+
+    // What is pending fits 16 bits.
+    if (reverses && feed->lead) {
+        put_chunk(feed, (uint16_t)feed->pending_ticks / 2u);
     }
-    if (feed->pending_ticks != 0) {
+    if ((uint16_t)feed->pending_ticks != 0) {
         put_chunk(feed, (uint16_t)feed->pending_ticks);
     }
-    stream_put_command(&feed->stream,
-                       feed->due_negative ? STEP_COMMAND_NEGATIVE
+    if (reverses) {
+        feed->negative = feed->due_negative;
+        stream_put_command(&feed->stream,
+                           feed->negative ? STEP_COMMAND_NEGATIVE
                                           : STEP_COMMAND_POSITIVE);
-    feed->negative = feed->due_negative;
+    }
 }
 
 // Leave the first interval of a line to the delay before the line, if the interval is short enough.
+// What is pending fits 16 bits.
 static void merge_first_interval(struct feed *feed)
 {
-    if (feed->merge && feed->pending_ticks <= MERGE_MAX_TICKS) {
+    if (feed->merge && (uint16_t)feed->pending_ticks <= MERGE_MAX_TICKS) {
         feed->lead_in_ticks = feed->pending_ticks;
         feed->pending_ticks = 0;
     }
@@ -150,11 +156,7 @@ void feed_pump(struct feed *feed)
         return;
     }
     merge_first_interval(feed);
-    if (feed->due_negative != feed->negative) {
-        put_reversal(feed);
-    } else if (feed->pending_ticks != 0) {
-        put_chunk(feed, (uint16_t)feed->pending_ticks);
-    }
+    put_interval(feed);
     stream_place_marks(&feed->stream, 0);
     feed->lead = true;
     feed->step_due = false;

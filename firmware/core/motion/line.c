@@ -230,7 +230,7 @@ static enum line_status take_segment(struct line *line)
     return LINE_PIECE;
 }
 
-bool line_is_early(const struct line *line)
+APART bool line_is_early(const struct line *line)
 {
     return line_grid_early(&line->edges, is_shifted(line));
 }
