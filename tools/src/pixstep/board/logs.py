@@ -70,14 +70,15 @@ class AxisLog:
 
     def _read(self) -> tuple[int, Records]:
         """Return the line and its records, of one moment."""
-        before = self._number()
+        before = (self._number(), self.state)
         for _ in range(_TRIES):
             records = self._board.record_block(self.axis)
-            after = self._number()
+            # A line that ended meanwhile may have made its last records behind those just read.
+            after = (self._number(), self.state)
             if after == before:
                 break
             before = after
-        return before, records
+        return before[0], records
 
     def _number(self) -> int:
         """Return the number of the line that the records belong to."""
