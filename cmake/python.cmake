@@ -9,10 +9,8 @@ set(PIXSTEP_LONG_RUNNING
     one_check orders programs programs_cli safety_faults trajectories trajectory_play
     trajectory_runs
 )
-# These talk to a simulated board over a pseudo terminal, in real time.
-set(PIXSTEP_REAL_TIME board_port board_trouble conformance virtual_bench)
-# These compare what such a session prints: nothing runs beside them.
-set(PIXSTEP_ALONE tutorial console_doc)
+# These talk to a simulated board over a pseudo terminal, in real time: much of it they wait.
+set(PIXSTEP_REAL_TIME board_port board_trouble conformance console_doc tutorial virtual_bench)
 set(PIXSTEP_SHORT_TOGETHER 8)
 
 # What every Python program of a test is run with: byte code is kept where tools/check keeps it, not
@@ -38,7 +36,7 @@ function(python_test name label)
 endfunction()
 
 # The product's files and the proof's, which have fixtures of their own.
-set(by_itself ${PIXSTEP_LONG_RUNNING} ${PIXSTEP_REAL_TIME} ${PIXSTEP_ALONE})
+set(by_itself ${PIXSTEP_LONG_RUNNING} ${PIXSTEP_REAL_TIME})
 set(short_number 1)
 foreach(folder IN ITEMS tools/tests tools/dev/tests)
     file(GLOB files CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${folder}/test_*.py")
@@ -66,9 +64,6 @@ foreach(folder IN ITEMS tools/tests tools/dev/tests)
         python_test(py.short.${short_number} python FILES ${short})
         math(EXPR short_number "${short_number} + 1")
     endif()
-endforeach()
-foreach(name IN LISTS PIXSTEP_ALONE)
-    set_tests_properties(py.${name} PROPERTIES RUN_SERIAL TRUE)
 endforeach()
 
 # The wheel, installed into an empty environment. It takes the images that are built here.

@@ -66,7 +66,7 @@ def test_serial_load_changes_no_edge(tmp_path, board):
 @pytest.mark.parametrize("board", BOARDS)
 @pytest.mark.parametrize("rate", [10_000, 20_000, 30_000])
 def test_constant_rate_is_exact(tmp_path, board, rate):
-    steps = cases(15_000, 60_000)
+    steps = cases(14_400, 60_000)
     tested = rate_case(rate, steps, tick_hz=boards.load(board).tick_hz)
     judged = passed(simulate(Job(board, {0: tested.line}, tested.pixel_hz), tmp_path))
     (axis,) = judged.summary["axes"]

@@ -44,6 +44,9 @@ def load(put):
         ("v_um_px\n5\n10\n", (2, 4)),
         ("velocity in steps/px\n5\n10\n", (5, 10)),
         ("pixel,pos_mm\n0,0\n1,0.01\n", (4,)),
+        ("edge,pos_mm\n0,0\n1,0.01\n", (4,)),
+        ("edge_mm\n0\n0.01\n", None),  # a length, not the number of a row; of what is not said
+        ("n_steps\n4\n8\n", (4, 8)),
         ("0\t5\n1\t6\n2\t7\n", (5, 6, 7)),  # numbered rows
         ("pixel;pos_mm\n0;0,0\n1;0,01\n", (4,)),  # decimal commas
         ("# t_s pos_mm\n0.0 0.0\n0.0333333 0.01\n0.0666667 0.02\n", (4, 4)),
@@ -53,7 +56,11 @@ def load(put):
     ],
 )
 def test_what_is_taken(load, text, counts):
-    assert load(text).line == Line(counts, PLAIN)
+    if counts is None:
+        with pytest.raises(UserError, match="say what it holds"):
+            load(text)
+    else:
+        assert load(text).line == Line(counts, PLAIN)
 
 
 def test_savetxt_of_numpy_with_and_without_a_header(tmp_path):

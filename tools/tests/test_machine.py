@@ -204,12 +204,25 @@ def test_check_lists_all_mistakes_and_warnings(pixstep, put):
     slow = GOOD.replace("128 steps/px2", "1 steps/px2").replace("30 mm/s", "999 mm/s")
     put(slow.encode(), "machine.toml")
     output = pixstep("machine", "check", status=1)
-    assert "warning: motors.M39.profiles.line: AccProfM39-30Hz-1.PRN: there is no such" in output
     assert "max_speed = '999 mm/s': the mega makes 2006 steps/px = 60119.9 steps/s" in output
     assert "max_acceleration = '1 steps/px2': a smooth line has 1796.41 steps/s2 at" in output
     assert json.loads(pixstep("machine", "check", "--json", status=1))["verdict"] == "warnings"
     put(GOOD.replace("30000/1001", "20000").encode(), "machine.toml")
     assert "clock.pixel: mega: pixel frequency 20000 Hz" in pixstep("machine", "check", status=1)
+
+
+def test_a_profile_that_is_not_made_yet_is_a_note(invoke, put):
+    put(GOOD.encode(), "machine.toml")
+    made = invoke("machine", "check")
+    assert made.stdout == "machine.toml: fine\n"
+    assert made.stderr == (
+        "note: machine.toml: motors.M39.profiles.line: AccProfM39-30Hz-1.PRN: there is no such "
+        "file yet (`pixstep profile make` makes one)\n"
+    )
+    facts = json.loads(invoke("machine", "check", "--json").stdout)
+    assert facts["verdict"] == "fine" and not facts["warnings"] and len(facts["notes"]) == 1
+    put(b"", "AccProfM39-30Hz-1.PRN")
+    assert not invoke("machine", "check").stderr
 
 
 def test_no_file_at_all(invoke):

@@ -171,6 +171,51 @@ def test_a_bad_file_stops_every_command_that_asks_it(here, invoke):
     assert invoke("file", "info", PROFILE).stdout
 
 
+def test_the_bench_is_the_machine_s_board(here, monkeypatch):
+    monkeypatch.chdir(here)
+    for words in (["board", "simulate"], ["sim", "board"]):
+        got = asked(words)
+        assert (got["board"], got["pixel_hz"]) == ("mega", 30)
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        (["board", "arm"], "--port"),
+        (["board", "arm", "--port", "/dev/mine"], None),
+        (["sim", "a.csv", "--board", "uno"], "--axis"),
+        (["sim", "a.csv", "--board", "uno", "--axis", "1"], None),
+        (["limits", "--axes", "9"], "--board"),
+        (["line", "show", "a.csv"], "--backlash"),
+        (["line", "make", "--speed", "12mm/s", "--pixels", "4", "-o", "b.csv"], None),
+        (["line", "make", "--speed", "99mm/s", "-o", "b.csv"], "--profile"),
+    ],
+)
+def test_an_error_about_a_default_says_where_it_is_from(here, invoke, words, option):
+    (here / "a.csv").write_bytes(b"     2\r\n")
+    said = invoke(*words, status=2).stderr.rstrip("\n")
+    assert "\n" not in said and said.startswith("pixstep: ")
+    assert said.endswith(f" ({option} from machine.toml)") == (option is not None)
+    assert option or "machine.toml" not in said
+
+
+def test_a_default_out_of_its_range_says_where_it_is_from(here, invoke):
+    text = MACHINE.replace("pixels = 60", "pixels = 2_000_001")
+    text = text.replace("start_stop = 4 }", "start_stop = '0.5 steps/px' }")
+    (here / "machine.toml").write_text(text, encoding="utf-8")
+    (here / "a.csv").write_bytes(b"     2\r\n")
+    said = invoke("line", "make", "--speed", "12mm/s", "-o", "b.csv", status=2).stderr
+    assert said.endswith(
+        "Invalid value for '--pixels': 2000001 is not in the range x<=2000000. (from "
+        "machine.toml)\n"
+    )
+    said = invoke("line", "check", "a.csv", "--decode", "plain", status=2).stderr
+    assert said == (
+        "pixstep: 0.5 steps/px is 0.5 steps/px: at least 1 steps/px (--start-stop from "
+        "machine.toml)\n"
+    )
+
+
 def test_what_is_for_all_boards_stays_for_all_boards(here, monkeypatch):
     monkeypatch.chdir(here)
     stop = asked(["board", "stop"])

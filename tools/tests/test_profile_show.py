@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from matplotlib.transforms import Bbox
 
 from effort import cases
-from pixstep import formats
+from pixstep import formats, plotting
 from pixstep.cli.main import main
 from pixstep.errors import UserError
 from pixstep.lines import exact, linecheck
@@ -131,6 +131,22 @@ def test_limits_and_what_exceeds_them(draw):
     ]
     assert bounds == [80, -80]
     assert drawn(panels["speed"], "limit speed")[1] == [1200, 1200]
+
+
+def test_a_far_limit_is_said_and_does_not_flatten_the_curve(draw):
+    line = worked_line(0)
+    limits = {SPEED: 100 * line.line_speed, ACCELERATION: 10**6, JERK: 80}
+    panels = draw(line, limits=limits)
+    for name, limit in (("speed", 100_000), ("acceleration", 10**6)):
+        said = panels[name].get_title(loc="right")
+        assert said == f"limit {plotting.number(limit)}, out of the picture"
+        assert f"limit {name}" not in {mark.get_gid() for mark in panels[name].lines}
+        assert panels[name].get_ylim()[1] < 1.3 * panels[name].dataLim.ymax
+    assert not panels["jerk"].get_title(loc="right")
+    legend = panels["speed"].figure.legends[0]
+    assert "limit" in [text.get_text() for text in legend.get_texts()]  # that of the jerk
+    far = draw(line, limits={SPEED: limits[SPEED]})["speed"].figure
+    assert "limit" not in [text.get_text() for one in far.legends for text in one.get_texts()]
 
 
 def test_marks_of_backlash_image_and_oscillation(draw):

@@ -291,7 +291,22 @@ def test_clock_supply_and_reset_as_the_console_sees_them(desk, pixstep, invoke):
     assert "reset pin" in pixstep("board", "get", "reset_cause", *PATIENT)
 
 
-def test_a_mistake_in_what_is_piped_in_ends_it(desk):
-    desk.order("wait 1ms", "supply 5V")
-    desk.until("wait 1ms")
-    assert desk.process.wait(timeout=HANG_S) == 2
+def test_a_mistake_in_what_is_piped_in_is_told_and_left_out(simulator, tmp_path):
+    (tmp_path / "x.txt").write_bytes(
+        b"pres home 0\nwait 1ms\nuntil moves 0 5ms\nestop press\nquit\nstatus\n"
+    )
+    words = ["board", "simulate", "--board", "mega", "--pixel-hz", "100", "--json"]
+    with (tmp_path / "x.txt").open("rb") as piped:
+        made = subprocess.run(
+            [sys.executable, "-m", "pixstep", *words],
+            stdin=piped, capture_output=True, text=True, timeout=HANG_S, check=False,
+        )  # fmt: skip
+    rows = [json.loads(text) for text in made.stdout.splitlines()]
+    events = [row["event"] for row in rows if row["event"] != "behind"]
+    assert events == ["ready", "wait 1ms", "estop press", "quit"]
+    told = [text for text in made.stderr.splitlines() if text.startswith("pixstep: ")]
+    assert [text.split(": ")[1:4] for text in told] == [
+        ["standard input", "line 1", "there is no command 'pres'"],
+        ["standard input", "line 3", "until moves 0"],
+    ]
+    assert made.returncode == 2  # of the first

@@ -37,7 +37,7 @@ _SECONDS_BELOW = 38  # points below the axis of the pixels, which has its own la
 
 STYLE: dict[Any, Any] = {
     "figure.dpi": 110,
-    "savefig.dpi": 140,
+    "savefig.dpi": 130,
     "font.size": 10,
     "axes.edgecolor": FAINT,
     "axes.labelcolor": INK,

@@ -83,8 +83,17 @@ class Command(click.Command):
                 for example in EXAMPLES[name]:
                     formatter.write(f"{'':{formatter.current_indent}}{program} {example}\n")
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the command line; a default that is wrong says which file it comes from."""
+        with _origins(ctx):
+            return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context) -> object:
         """Run the command under the rules for its files."""
+        with _origins(ctx):
+            return self._invoke(ctx)
+
+    def _invoke(self, ctx: click.Context) -> object:
         outputs = list(_paths(ctx, OutFile))
         inputs = tuple(path for _, path in _paths(ctx, click.Path, _is_input))
         with atomic.rules(atomic.Rules(ctx.meta.get(_FORCE, False), inputs)):
@@ -210,6 +219,21 @@ def complain(error: Exception | str) -> None:
 
 def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:
     ctx.meta[_FORCE] = value
+
+
+@contextlib.contextmanager
+def _origins(ctx: click.Context) -> Iterator[None]:
+    """Let errors about a machine file's defaults name the file; not what a board has to say."""
+    try:
+        yield
+    except UserError as error:
+        error.args = (f"{error}{machinedefaults.origin(ctx, str(error))}",)
+        raise
+    except click.BadParameter as error:
+        if not error.param or not machinedefaults.by_machine(ctx, error.param.name or ""):
+            raise
+        text = f"{error.message}{machinedefaults.origin(ctx)}"
+        raise click.BadParameter(text, error.ctx, error.param, error.param_hint) from None
 
 
 def _is_input(param: click.Parameter) -> bool:

@@ -18,6 +18,7 @@ from pixstep.cli.options import (
     deliver_facts,
     json_option,
     pixel_hz_option,
+    say,
     show_json,
 )
 from pixstep.errors import UserError
@@ -66,24 +67,27 @@ def machine_new(board, pixel_hz, motors, output, as_json):
 def machine_check(ctx, file, as_json):
     """Check a machine file: every mistake with its line, key and value.
 
-    Exit status 0 fine, 1 warnings (what a board cannot do, profiles that are missing), 3 refused.
+    Exit status 0 fine, 1 warnings (what a board cannot do), 3 refused. Profiles that are not there
+    yet are noted: they are made with the machine file's help.
     """
     path = _path(file)
     from pixstep.machine import describe, reading
 
-    errors, warnings = reading.problems(path), []
+    errors, warnings, notes = reading.problems(path), [], []
     if not errors:
-        warnings = list(describe.warnings(reading.Machine.load(path)))
+        found = reading.Machine.load(path)
+        warnings, notes = list(describe.warnings(found)), list(describe.notes(found))
     severity = 2 if errors else int(bool(warnings))
     verdict = VERDICTS[severity]
     if as_json:
         report = {"machine": str(path), "verdict": verdict}
-        show_json(report | {"errors": errors, "warnings": warnings})
+        show_json(report | {"errors": errors, "warnings": warnings, "notes": notes})
     else:
         for text in errors:
             click.echo(text)
         for text in warnings:
             click.echo(f"{path}: warning: {text}")
+        say(f"{path}: {text}" for text in notes)
         click.echo(f"{path}: {verdict}")
     ctx.exit(STATUSES[severity])
 

@@ -8,6 +8,7 @@ default of the command itself. A file is read only when a command asks for one o
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from functools import cached_property
@@ -36,6 +37,8 @@ _FOLDERS = {
     "home": "homing",
     "trajectory": "circle",
 }  # of results, by the first word
+# A folder that only has its name by the file; a letter; a word that texts have anyhow.
+_NOT_NAMED = ("out", "parity", "decode")
 
 
 class Facts(dict):
@@ -207,6 +210,46 @@ def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
 def by_machine(ctx: click.Context, name: str) -> bool:
     """True if the value of a parameter comes from the machine file."""
     return ctx.get_parameter_source(name) == ParameterSource.DEFAULT_MAP
+
+
+def origin(ctx: click.Context, text: str | None = None) -> str:
+    """Return ` (... from machine.toml)` for defaults of the file that a text names, else "".
+
+    Without a text something of the file is meant anyhow.
+    """
+    used = _used(ctx)
+    if used is None or str(used.path) in (text or ""):
+        return ""
+    if text is None:
+        return f" (from {used.path})"
+    named = [
+        _option(param)
+        for param in ctx.command.params
+        if by_machine(ctx, param.name or "") and _names(text, param, ctx.params.get(param.name))
+    ]
+    return f" ({', '.join(named)} from {used.path})" if named else ""
+
+
+def _option(param: click.Parameter) -> str:
+    return max(param.opts, key=len)
+
+
+def _names(text: str, param: click.Parameter, value: object) -> bool:
+    """True if a text has a value of a parameter; of a number beside the parameter's name."""
+    word = (param.name or "").removesuffix("s")
+    values = value if isinstance(value, tuple) else (value,)
+    return word not in _NOT_NAMED and any(
+        re.search(_pattern(word, one), text) for one in values if one is not None
+    )
+
+
+def _pattern(word: str, value: object) -> str:
+    """Return what finds a value in a text as a word of its own."""
+    if isinstance(value, Fraction):
+        return rf"(?<![\w.]){re.escape(f'{float(value):.10g}')} Hz"
+    if isinstance(value, int):
+        return rf"\b{word}s?\W+{value}\b(?!\.)|(?<![\w.]){value} {word}s?\b"
+    return rf"(?<![\w./-]){re.escape(str(getattr(value, 'text', value)))}(?![\w/-])"
 
 
 def _decode(facts: Facts) -> object:

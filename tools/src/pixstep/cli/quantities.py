@@ -37,16 +37,18 @@ class _Parsed(click.ParamType):
     """A text that a function parses; a bad one is a usage error."""
 
     def convert(self, value, param, ctx):
-        """Parse the text; what is no text was parsed before."""
-        if not isinstance(value, str):
-            return value
+        """Parse the text; what is no text was parsed before, as that of a machine file."""
         try:
-            return self._parse(value, ctx)
+            return self._parse(value, ctx) if isinstance(value, str) else self._judge(value)
         except UserError as error:
             return self.fail(str(error), param, ctx)
 
     def _parse(self, text: str, ctx: click.Context | None):
         raise NotImplementedError
+
+    def _judge(self, value):
+        """Return a value. Raises UserError if it cannot be."""
+        return value
 
 
 def _within(value: int, least: int | None, most: int | None) -> int:
@@ -69,30 +71,32 @@ class _QuantityType(_Parsed):
         return _in_steps(units.parse(text, self.order), ctx)
 
 
-class StepsType(_Parsed):
+class _RangeType(_Parsed):
+    """A whole number within a range."""
+
+    def __init__(self, least: int | None = None, most: int | None = None):
+        self.least, self.most = least, most
+
+    def _judge(self, value: int) -> int:
+        return _within(value, self.least, self.most)
+
+
+class StepsType(_RangeType):
     """A distance as a whole number of steps: 250, 3um, 0.5 mm."""
 
     name = "STEPS"
 
-    def __init__(self, least: int | None = None, most: int | None = None):
-        self.least, self.most = least, most
-
     def _parse(self, text: str, ctx: click.Context | None) -> int:
-        steps = _in_steps(units.parse(text, DISTANCE, signed=True), ctx).whole_steps()
-        return _within(steps, self.least, self.most)
+        return self._judge(_in_steps(units.parse(text, DISTANCE, signed=True), ctx).whole_steps())
 
 
-class PixelsType(_Parsed):
+class PixelsType(_RangeType):
     """A number of pixels: 4 or 4px."""
 
     name = "PIXELS"
 
-    def __init__(self, least: int | None = None, most: int | None = None):
-        self.least, self.most = least, most
-
     def _parse(self, text: str, ctx: click.Context | None) -> int:
-        pixels = units.parse_pixels(text)
-        return _within(pixels, self.least, self.most)
+        return self._judge(units.parse_pixels(text))
 
 
 class WholeHzType(_Parsed):

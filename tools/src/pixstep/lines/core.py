@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from pixstep import natives, tables
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
+from pixstep.lines.runs import MAX_WORD
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +37,8 @@ class CoreLimits:
     """What a board allows, in the form and order of the firmware's struct line_limits.
 
     Intervals and times are in timer ticks, the acceleration in steps/pixel2, the start/stop speed
-    in steps/pixel. What is left out is no limit.
+    in steps/pixel. What is left out is no limit; the core takes what it cannot hold as the most
+    that it can.
     """
 
     pixel_ticks: int = NO_LIMIT
@@ -112,7 +114,9 @@ def _words(entries: Iterable[Entry]) -> list[Entry]:
 
 
 def _limits(limits: CoreLimits) -> Any:  # of cffi, which has no types
-    return _core().ffi.new("struct line_limits *", astuple(limits))
+    ticks, *words = astuple(limits)
+    held = min(ticks, NO_LIMIT), *(min(word, MAX_WORD) for word in words)
+    return _core().ffi.new("struct line_limits *", held)
 
 
 def _code(number: int, pixel: int) -> Code:

@@ -15,7 +15,7 @@ from itertools import groupby, islice, pairwise, takewhile
 from pixstep.lines import core
 from pixstep.lines.core import NO_LIMIT, Code, CoreLimits
 from pixstep.lines.line import Line
-from pixstep.lines.runs import COUNT_RANGE, MAX_WORD, queue_entries
+from pixstep.lines.runs import COUNT_RANGE, queue_entries
 
 ERROR = "error"
 WARNING = "warning"
@@ -45,7 +45,7 @@ class Limits:
     def of_board(self) -> CoreLimits:
         """Return those that a board has too, as its firmware takes them.
 
-        Without a period no interval is known. What is above 16 bits is no limit there.
+        Without a period no interval is known.
         """
         words = {
             "max_acceleration": self.max_acceleration or 0,
@@ -55,9 +55,8 @@ class Limits:
             names = ("min_interval_ticks", "smooth_min_interval_ticks", "seek_min_interval_ticks")
             words |= dict.fromkeys(names, self.min_interval_ticks or 0)
             words["reversal_min_ticks"] = self.reversal_ticks or 0
-        capped = {name: min(value, MAX_WORD) for name, value in words.items()}
         pixel_ticks = NO_LIMIT if self.period_ticks is None else int(self.period_ticks)
-        return CoreLimits(min(pixel_ticks, NO_LIMIT), **capped)
+        return CoreLimits(pixel_ticks, **words)
 
 
 @dataclass(frozen=True)

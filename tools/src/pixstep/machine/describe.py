@@ -70,9 +70,8 @@ def limit_json(motor: Motor, key: str, hz: Fraction) -> dict[str, float]:
 
 
 def warnings(machine: Tables) -> Iterator[str]:
-    """Yield what the file asks of a board that it cannot do, and profiles that are missing."""
+    """Yield what the file asks of a board that it cannot do."""
     for motor in machine.motors.values():
-        yield from _profile_warnings(machine, motor)
         kind = machine.board_of(motor).kind
         try:
             able = capability.of(kind, machine.pixel_hz)
@@ -94,8 +93,13 @@ def warnings(machine: Tables) -> Iterator[str]:
             )
 
 
-def _profile_warnings(machine: Tables, motor: Motor) -> Iterator[str]:
-    for use in ("line", "move", "home"):
-        path = machine.profile(motor, use)
-        if path and not path.is_file():
-            yield f"motors.{motor.name}.profiles.{use}: {path}: there is no such file"
+def notes(machine: Tables) -> Iterator[str]:
+    """Yield the profiles that are not there yet: a machine file comes before its profiles."""
+    for motor in machine.motors.values():
+        for use in ("line", "move", "home"):
+            path = machine.profile(motor, use)
+            if path and not path.is_file():
+                yield (
+                    f"motors.{motor.name}.profiles.{use}: {path}: there is no such file yet "
+                    f"(`pixstep profile make` makes one)"
+                )

@@ -21,7 +21,7 @@ _WORDS = {
     SPEED: re.compile(r"speed|vel|^v($|[^a-z])"),
     STEPS: re.compile(r"steps|count"),
     TIME: re.compile(r"time|^t($|[^a-z])"),
-    INDEX: re.compile(r"pixel|index|^(n|i|k|px|nr|no)$"),
+    INDEX: re.compile(r"pixel|index|^(n|i|k|px|nr|no|edges?)$"),
 }
 _TIMES = ("us", "ms", "s")
 
@@ -52,7 +52,7 @@ def of_name(number: int, name: str) -> Column:
         unit = found[1] + (f"/{found[2]}" if found[2] else "")
     stem = text[: found.start()] if found else text
     quantity = next((key for key, words in _WORDS.items() if words.search(stem)), None)
-    if quantity is None and unit is not None:
+    if quantity in (None, INDEX) and unit is not None:  # pixel_mm is no number of a row
         quantity = _by_unit(unit)
     return Column(number, quantity, unit)
 

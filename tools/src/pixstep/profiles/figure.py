@@ -19,6 +19,7 @@ from pixstep.profiles.drawing import Drawing
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _DENSE = 240  # pixels from which single marks would run together
+_FAR = 3  # a limit so many times the peak is said, not drawn: the curve would be flat beside it
 
 
 def save(drawing: Drawing, path: Path) -> None:
@@ -59,7 +60,7 @@ def build(drawing: Drawing) -> Figure:
 
 def _captions(figure: Figure, drawing: Drawing, meanings: list[Artist]) -> None:
     """Put the title on top and what the marks mean at the bottom."""
-    if drawing.limits:
+    if not all(_is_far(drawing, order) for order in drawing.limits):
         limit = Line2D([], [], color=BOARD, lw=1.1, ls=(0, (5, 3)), label="limit")
         meanings = [limit, *meanings]
     figure.suptitle(f"{drawing.title}\n", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
@@ -128,9 +129,13 @@ def _position(axes: Axes, motion: kinematics.Kinematics) -> None:
 
 
 def _limit(axes: Axes, drawing: Drawing, order: int) -> None:
-    """Draw a limit, on both sides where the figure has both signs."""
+    """Draw a limit, on both sides where the figure has both signs; say one that is far away."""
     limit = drawing.limits.get(order)
     if limit is None:
+        return
+    name = f"limit {plotting.number(limit)}"
+    if _is_far(drawing, order):
+        axes.set_title(f"{name}, out of the picture", loc="right", fontsize=8.5, color=BOARD)
         return
     low, high = axes.dataLim.intervaly
     for value in (limit, -limit) if low < 0 else (limit,):
@@ -139,9 +144,20 @@ def _limit(axes: Axes, drawing: Drawing, order: int) -> None:
     bottom = min(low, -limit) if low < 0 else 0
     space = 0.12 * (top - bottom)
     axes.set_ylim(bottom - space if low < 0 else 0, top + 1.6 * space)
-    axes.text(0.5, limit, f"limit {plotting.number(limit)}", ha="center", va="center",
+    axes.text(0.5, limit, name, ha="center", va="center",
               transform=axes.get_yaxis_transform(), fontsize=8.5, color=BOARD,
               bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
+
+
+def _is_far(drawing: Drawing, order: int) -> bool:
+    """True for a limit far above everything that the line does."""
+    figures = drawing.motion.figures
+    peaks = {
+        units.SPEED: figures.peak_speed,
+        units.ACCELERATION: figures.peak_acceleration,
+        units.JERK: figures.peak_jerk,
+    }
+    return drawing.limits[order] > _FAR * peaks[order] > 0
 
 
 def _second_scale(axes: Axes, drawing: Drawing, order: int) -> None:

@@ -20,7 +20,13 @@ from pixstep.board import boards
 from pixstep.errors import UserError
 from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import parse_seconds
-from pixstep.simulation.virtualbench import REST_S, SIGNALS, VirtualBench, wired
+from pixstep.simulation.virtualbench import (
+    REST_S,
+    SIGNALS,
+    NotInTimeError,
+    VirtualBench,
+    wired,
+)
 
 Act = Callable[[VirtualBench], object]
 _MOST_HZ = 60_000  # of the simulator's clock
@@ -53,11 +59,13 @@ class Order:
     act: Act
 
     def obey(self, bench: VirtualBench) -> None:
-        """Do it. Raises UserError with the place."""
+        """Do it. Raises UserError or NotInTimeError with the place."""
         try:
             self.act(bench)
         except UserError as error:
             raise UserError(f"{self.place}: {error}") from None
+        except NotInTimeError as error:
+            raise NotInTimeError(f"{self.place}: {error}") from None
 
 
 def parse(text: str, kind: boards.Board, place: str) -> Order | None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -17,7 +16,7 @@ from pixstep import atomic, signals
 from pixstep.board import boards
 from pixstep.cli.command import FILE, command, complain
 from pixstep.cli.options import pixel_hz_option, say, show_json_row
-from pixstep.errors import PlainError, UserError
+from pixstep.errors import FINE, PlainError, UserError
 from pixstep.lazy import lazy
 from pixstep.simulation import benchscript, virtualbench
 from pixstep.simulation.benchscript import Order
@@ -39,7 +38,7 @@ _REDRAW_S = 0.1
 
 
 @command("simulate")
-@click.option("--board", "name", type=click.Choice(boards.BOARD_NAMES), required=True)
+@click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @pixel_hz_option
 @click.option(
     "--link",
@@ -56,24 +55,27 @@ _REDRAW_S = 0.1
 @click.option("--image", type=FILE, help="Another firmware image (ELF) for the board.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="One line of JSON for each command.")
-def simulate_command(name, pixel_hz, link, script, image, seed, as_json):
+@click.pass_context
+def simulate_command(ctx, board, pixel_hz, link, script, image, seed, as_json):
     """Simulate a board, and work its switches, clock and supply.
 
     Any Modbus client, `pixstep board` first of all, talks to it in real time by the port that it
     prints. Commands are typed, come from --script, or are piped in; docs/CONSOLE.md describes them.
-    It ends by `quit` or Ctrl-C.
+    It ends by `quit` or Ctrl-C; with the exit status of the first command piped in that was not
+    done.
     """
-    kind = boards.load(name)
-    orders = _script(script, kind)
-    options = virtualbench.options(name, pixel_hz, image=image, seed=seed)
+    orders = _script(script, boards.load(board))
+    options = virtualbench.options(board, pixel_hz, image=image, seed=seed)
+    hands = _Hands(_typed(script))
     with signals.until_ctrl_c(), VirtualBench(options) as bench, _linked(link, bench.port):
-        typed = _typed(script)
+        typed = hands.typed
         if typed and typed.keys and not as_json and sys.stdout.isatty():
             with benchview.key_by_key(typed.descriptor):
-                _serve_terminal(bench, orders, typed, str(link or bench.port))
+                _serve_terminal(bench, orders, hands, str(link or bench.port))
         else:
             show = _Rows(bench) if as_json else _Text(bench, str(link or bench.port))
-            _serve(bench, orders, typed, show)
+            _serve(bench, orders, hands, show)
+    ctx.exit(hands.status)
 
 
 class _Show(Protocol):
@@ -83,7 +85,7 @@ class _Show(Protocol):
         """Show what a command has done; None at the start."""
 
     def failed(self, error: PlainError) -> None:
-        """Show why a command that was typed was not done."""
+        """Show why a command that was typed or piped in was not done."""
 
     def look(self) -> None:
         """Show how it is now."""
@@ -135,42 +137,46 @@ def _linked(link: Path | None, port: str) -> Iterator[None]:
                 link.unlink()
 
 
-def _serve(
-    bench: VirtualBench, orders: list[Order], typed: benchview.Typed | None, show: _Show
-) -> None:
-    """Do what is ordered, first the script, until `quit`."""
-    waiting = deque(orders)
-    number = 0
+class _Hands:
+    """Does what is typed or piped in; a command that is wrong is told, and the bench goes on."""
+
+    def __init__(self, typed: benchview.Typed | None) -> None:
+        self.typed = typed
+        self.status = FINE  # of the first command piped in that was not done
+        self._lines = 0
+
+    def work(self, bench: VirtualBench, show: _Show) -> None:
+        """Do what has come since the last time."""
+        for text in list(self.typed.take()) if self.typed else ():
+            self._lines += 1
+            if not bench.ended:
+                self._do(text, bench, show)
+
+    def _do(self, text: str, bench: VirtualBench, show: _Show) -> None:
+        keys = self.typed is not None and self.typed.keys
+        try:
+            place = _KEYS if keys else f"{_INPUT}: line {self._lines}"
+            order = benchscript.parse(text, bench.kind, place)
+            if order:
+                order.obey(bench)
+                show.done(order)
+        except PlainError as error:
+            show.failed(error)
+            self.status = self.status or (FINE if keys else error.status)
+
+
+def _serve(bench: VirtualBench, orders: list[Order], hands: _Hands, show: _Show) -> None:
+    """Do what is ordered, first the script, until `quit`. What fails in a script is raised."""
     bench.look = show.look
     show.done(None)
-    while not bench.ended:
-        if waiting:
-            _obey(bench, waiting.popleft(), show)
-            continue
-        bench.wait(SLICE_S)
-        for text in typed.take() if typed else ():
-            number += 1
-            place = _KEYS if typed and typed.keys else f"{_INPUT}: line {number}"
-            with _told(place, show):
-                order = benchscript.parse(text, bench.kind, place)
-                waiting.extend([order] if order else [])
-
-
-def _obey(bench: VirtualBench, order: Order, show: _Show) -> None:
-    with _told(order.place, show):
+    for order in orders:
         order.obey(bench)
         show.done(order)
-
-
-@contextlib.contextmanager
-def _told(place: str, show: _Show) -> Iterator[None]:
-    """Show what is wrong with a command that was typed; a script ends by it."""
-    try:
-        yield
-    except PlainError as error:
-        if place != _KEYS:
-            raise
-        show.failed(error)
+        if bench.ended:
+            return
+    while not bench.ended:
+        bench.wait(SLICE_S)
+        hands.work(bench, show)
 
 
 class _Behind:
@@ -255,9 +261,8 @@ class _View:
             self.live.update(benchview.page(self.bench.status(), self.said, line), refresh=True)
 
 
-def _serve_terminal(
-    bench: VirtualBench, orders: list[Order], typed: benchview.Typed, port: str
-) -> None:
+def _serve_terminal(bench: VirtualBench, orders: list[Order], hands: _Hands, port: str) -> None:
     console = rich.console.Console(highlight=False)
+    assert hands.typed is not None  # the terminal
     with rich.live.Live(console=console, auto_refresh=False, screen=False) as live:
-        _serve(bench, orders, typed, _View(bench, live, typed, port))
+        _serve(bench, orders, hands, _View(bench, live, hands.typed, port))
