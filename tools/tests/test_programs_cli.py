@@ -95,6 +95,19 @@ def test_the_page_says_time_peaks_and_what_was_slowed(folder, invoke):
     assert again == text
 
 
+def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
+    assert "does not use" not in invoke("plan", "square.pmc").output
+    machine = folder / "machine.toml"
+    more = 'max_acceleration = "250 mm/s2"\nmax_jerk = "20000 mm/s3"\nstart_stop = "4 steps/px"'
+    machine.write_text(machine.read_text().replace('max_acceleration = "250 mm/s2"', more))
+    text = invoke("plan", "square.pmc").output
+    for limit in ("max_jerk", "start_stop"):
+        assert f"stage: a plan does not use {limit} of the machine file\n" in text
+    report = json.loads((folder / "plan/report.json").read_text())
+    unused = {motor["name"]: motor["unused_limits"] for motor in report["motors"]}
+    assert unused == {"X": [], "stage": ["max_jerk", "start_stop"]}
+
+
 def test_what_exceeds_a_limit_is_a_negative_verdict(folder, invoke):
     (folder / "run.pmc").write_text("INC TS0 TA50 TM100 X2.5\nTA1 TM2\n" + "X0.05\n" * 50)
     words = ("plan", "run.pmc", "--mode", "mode1", "--segment", "0", "--out")

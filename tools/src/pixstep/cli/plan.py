@@ -79,6 +79,9 @@ _SHOWN = 8  # slowed moves and violations that are printed
 def plan(ctx, program, machine, out, plot, as_json, **options):
     """Plan a motion program of blended moves: a line for each motor, all of equal length.
 
+    A plan keeps max_speed and max_acceleration of the machine file. It does not use max_jerk and
+    start_stop, and says where a motor has one: the program's TA and TS form the acceleration.
+
     The folder gets NAME.csv for each motor, report.json and with --plot drawings. Exit status 1 if
     a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
     """
@@ -129,6 +132,9 @@ def _print(done: Result, out: Path) -> None:
     )
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
+    for motor in report.setup.motors:
+        for limit in motor.unused_limits:
+            click.echo(f"{motor.name}: a plan does not use {limit} of the machine file")
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
         click.echo(f"{name}:{item.line}: {item.asked_ms:.6g} -> {item.ms:.6g} ms: {item.why}")

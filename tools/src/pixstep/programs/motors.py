@@ -13,7 +13,7 @@ from pixstep.programs.language import AXIS_WORDS
 SMOOTH_ROUNDING = 4  # steps/px2 that whole steps add to a smooth motor's planned acceleration
 PLAIN_ROUNDING = 2  # and to a plain motor's
 SMOOTH_SPEED_ROUNDING = 2  # steps/px
-SMOOTH_JERK_ROUNDING, PLAIN_JERK_ROUNDING = 8, 4  # steps/px3
+UNUSED_LIMITS = ("max_jerk", "start_stop")  # of a machine file: TA and TS form the acceleration
 _LEAST_SMOOTH = SMOOTH_ROUNDING
 MS = 1000
 
@@ -22,8 +22,9 @@ MS = 1000
 class PlanMotor:
     """A motor: which word moves it, how far, and what it can do.
 
-    Speeds are in counts/ms, accelerations in counts/ms2, jerks in counts/ms3. `reversal_steps` is
-    the highest count of a plain pixel right behind one of the other direction; None is no limit.
+    Speeds are in counts/ms, accelerations in counts/ms2. `reversal_steps` is the highest count
+    of a plain pixel right behind one of the other direction; None is no limit. `unused_limits` are
+    those of the machine file that a plan does not use.
     """
 
     name: str
@@ -32,11 +33,11 @@ class PlanMotor:
     max_speed: float = 32.0
     counts_per_unit: float = 1.0
     smooth: bool = False
-    max_jerk: float | None = None
     reversal_steps: int | None = None
     unit: str = "steps"
     axis: int = 0
     negative: bool = False
+    unused_limits: tuple[str, ...] = ()
 
     def planned_speed(self, pixel_ms: float) -> float:
         """Return the speed to plan with: an even speed may lie 2 steps/px above the planned one."""
@@ -126,7 +127,7 @@ def _word(motor: Motor) -> str | None:
 
 def _motor(machine: Tables, motor: Motor) -> PlanMotor:
     hz = machine.pixel_hz
-    limits = {key: motor.limit(key) for key in ("max_speed", "max_acceleration", "max_jerk")}
+    limits = {key: motor.limit(key) for key in ("max_speed", "max_acceleration")}
     values = {
         key: None if limit is None else float(limit.per_pixel(hz) * (hz / MS) ** limit.order)
         for key, limit in limits.items()
@@ -148,11 +149,11 @@ def _motor(machine: Tables, motor: Motor) -> PlanMotor:
         max_speed=min(speed, top) if speed else top,
         counts_per_unit=float(scale.steps_per_unit) if scale else 1.0,
         smooth=motor.smooth,
-        max_jerk=values["max_jerk"],
         reversal_steps=None if motor.smooth else able.direct_reversal_speed,
         unit=scale.length if scale else "steps",
         axis=motor.axis,
         negative=motor.negative,
+        unused_limits=tuple(key for key in UNUSED_LIMITS if motor.limit(key) is not None),
     )
 
 

@@ -119,6 +119,7 @@ class MotorReport:
             "counted_acceleration_steps_px2": self.counted_acceleration,
             "rounding_steps_px2": SMOOTH_ROUNDING if motor.smooth else PLAIN_ROUNDING,
             "counted_ratio": self.counted_ratio,
+            "unused_limits": list(motor.unused_limits),
         }
 
 

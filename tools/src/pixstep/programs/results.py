@@ -2,10 +2,11 @@
 """A plan into a folder: a line file for each motor, all of equal length, and the report."""
 
 import re
-from collections.abc import Iterable
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -85,7 +86,7 @@ def _write_lines(plan: Plan, folder: Path, names: list[str], progress: Progress)
     kept: list[Counts] = []
     room, row = MOST_KEPT, 1
     with ExitStack() as stack:
-        files = [stack.enter_context((folder / name).open("wb")) for name in names]
+        files = [stack.enter_context(_opened(folder / name)) for name in names]
         for part in plan.counts():
             for index, (file, motor) in enumerate(zip(files, plan.setup.motors, strict=True)):
                 with atomic.told_of(folder / names[index]):
@@ -97,6 +98,13 @@ def _write_lines(plan: Plan, folder: Path, names: list[str], progress: Progress)
                 room -= len(part)
             progress(0.0)
     return np.vstack(kept)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    """Open a line file. Closing it writes again what did not fit, so that may fail as well."""
+    with atomic.told_of(path), path.open("wb") as file:
+        yield file
 
 
 def of_line(counts: Counts, motor: PlanMotor) -> Counts:
