@@ -232,7 +232,9 @@ static enum line_status take_segment(struct line *line)
 
 APART bool line_is_early(const struct line *line)
 {
-    return line_grid_early(&line->edges, is_shifted(line));
+    // An edge that has its time already waits for nothing.
+    return (is_shifted(line) || line->edge_open) &&
+           line_grid_early(&line->edges, is_shifted(line));
 }
 
 void line_trip(struct line *line)
