@@ -34,7 +34,7 @@ from pixstep.moves.playmeasure import MeasuredPlay
 @json_option
 @click.pass_context
 def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **options):
-    """Measure the play of an axis: its home switch, approached from both sides.
+    """Measure the play of an axis by its home switch.
 
     By a CSV or CSB profile, with the options of `pixstep board home`; nothing is zeroed. The slow
     approaches are at 1 step/px unless --slow says more: a step must take longer than the switch's
