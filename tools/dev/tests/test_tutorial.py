@@ -69,7 +69,7 @@ def _cmake(words):
 
 
 def _setup(words):
-    return words in ([], ["run"]) and "run | all) ;;" in read("tools/setup")
+    return words in ([], ["run"], ["long"]) and "run | all | long) ;;" in read("tools/setup")
 
 
 def read(path):

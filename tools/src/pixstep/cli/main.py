@@ -173,7 +173,7 @@ _BOARD = {
     ),
     "measure-play": _by_machine(
         "board.measureplay:measure_play_command",
-        "Measure the play of an axis: its home switch, approached from both sides.",
+        "Measure the play of an axis by its home switch.",
     ),
     "move": _by_machine("board.move:move_command", "Move an axis by exactly N steps."),
     "simulate": _by_machine(
@@ -182,7 +182,7 @@ _BOARD = {
     ),
     "trajectory": _by_machine(
         "board.trajectory:trajectory_command",
-        "Run a table of two axes, as it is or with its play taken up at every reversal.",
+        "Run a table of two axes, its play taken up or not.",
     ),
     "selftest": _by_machine(
         "board.selftest:selftest_command", "Walk through the wiring of a new board."

@@ -58,6 +58,10 @@ else:
 _BOTH = "both"
 _count = click.IntRange(0, MOST_RECORDS)
 _table_argument = click.argument("table", metavar="TABLE", type=FILE)
+_output_option = click.option(
+    "-o", "--output", type=OUTPUT, required=True,
+    help="Table to write: .csv or -, .parquet, else 16-byte records.",
+)  # fmt: skip
 _run_option = click.option(
     "--run", "which", type=click.Choice([*RUNS, _BOTH]), default=_BOTH, show_default=True,
     help="The table as it is, compensated, or both, one after the other.",
@@ -77,8 +81,7 @@ _run_option = click.option(
               help="Points in which the speed comes up along the circle before angle 0, and as "
               "many in which it goes down at the end.")  # fmt: skip
 @scale_option
-@click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
+@_output_option
 @json_option
 @click.pass_context
 def circle_command(ctx, diameter, radius, scale, output, as_json, **options):
@@ -105,8 +108,7 @@ def circle_command(ctx, diameter, radius, scale, output, as_json, **options):
 
 @command("import")
 @_table_argument
-@click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
+@_output_option
 @json_option
 def import_command(table, output, as_json):
     """Check a table of your own and write it as 16-byte records.
@@ -119,8 +121,7 @@ def import_command(table, output, as_json):
 
 @command("export")
 @_table_argument
-@click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
+@_output_option
 @json_option
 def export_command(table, output, as_json):
     """Write a table as CSV or Parquet, by the end of the output's name."""
@@ -132,8 +133,7 @@ def export_command(table, output, as_json):
 @play_options
 @click.option("--pixel-hz", type=HZ, help="Points a second, for --bandwidth.")
 @scale_option
-@click.option("-o", "--output", type=OUTPUT, required=True,
-              help="Table to write: .csv or -, .parquet, else 16-byte records.")  # fmt: skip
+@_output_option
 @json_option
 @click.pass_context
 def compensate_command(ctx, table, pixel_hz, scale, output, as_json, **options):

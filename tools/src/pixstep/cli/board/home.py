@@ -30,14 +30,7 @@ def home_command(line, unit, as_json, **options):
     sim`, which tries it first.
     """
     with one_board(line, unit) as (found, known):
-        known.axes((options["axis"],))
-        known.board.require("homing")
-        pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
-        refuse_period(pixel_hz, known.board.tick_hz())
-        plan = make_plan(options, pixel_hz, refuse=True)
-        legs.refuse(plan, limits.connected(known.board, pixel_hz))
-        set_inputs(known.board, options)
-        run.command(known.board, "enable", [plan.axis])
+        plan, pixel_hz = prepare(known, options)
         try:
             group = [run.Lines(known.board, [plan.axis])]
             with progress.shown("homing") as show, stopping(group):
@@ -54,7 +47,20 @@ def home_command(line, unit, as_json, **options):
         click.echo(_text(unit, homed))
 
 
-def set_inputs(board: Board, options: dict) -> None:
+def prepare(known, options: dict):
+    """Check all that can be checked, then set and enable; return the plan and its clock in Hz."""
+    known.axes((options["axis"],))
+    known.board.require("homing")
+    pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
+    refuse_period(pixel_hz, known.board.tick_hz())
+    plan = make_plan(options, pixel_hz, refuse=True)
+    legs.refuse(plan, limits.connected(known.board, pixel_hz))
+    _set_inputs(known.board, options)
+    run.command(known.board, "enable", [plan.axis])
+    return plan, pixel_hz
+
+
+def _set_inputs(board: Board, options: dict) -> None:
     """Write the settings that the options of homing ask for, in one request."""
     wanted = {}
     if options["pixel_hz"]:

@@ -4,19 +4,18 @@
 import click
 
 from pixstep import progress
-from pixstep.board import limits, run, settings
+from pixstep.board import run
 from pixstep.board.client import BoardError
 from pixstep.cli import machinedefaults
 from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
-from pixstep.cli.board.home import set_inputs
+from pixstep.cli.board.home import prepare
 from pixstep.cli.command import command
-from pixstep.cli.homeoptions import home_options, make_plan
+from pixstep.cli.homeoptions import home_options
 from pixstep.cli.options import HZ, json_option, show_json
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
-from pixstep.lines.rational import refuse_period
 from pixstep.lines.units import SPEED, parse
-from pixstep.moves import legs, playmeasure
+from pixstep.moves import playmeasure
 from pixstep.moves.playmeasure import MeasuredPlay
 
 
@@ -34,7 +33,7 @@ from pixstep.moves.playmeasure import MeasuredPlay
 @json_option
 @click.pass_context
 def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **options):
-    """Measure the play of an axis: its home switch, approached from both sides.
+    """Measure the play of an axis by its home switch.
 
     By a CSV or CSB profile, with the options of `pixstep board home`; nothing is zeroed. The slow
     approaches are at 1 step/px unless --slow says more: a step must take longer than the switch's
@@ -46,14 +45,7 @@ def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **o
     if options["slow"] is None:
         options["slow"] = parse("2" if options["decode"] == "smooth" else "1", SPEED)
     with one_board(line, unit) as (found, known):
-        known.axes((options["axis"],))
-        known.board.require("homing")
-        pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
-        refuse_period(pixel_hz, known.board.tick_hz())
-        plan = make_plan(options, pixel_hz, refuse=True)
-        legs.refuse(plan, limits.connected(known.board, pixel_hz))
-        set_inputs(known.board, options)
-        run.command(known.board, "enable", [plan.axis])
+        plan, pixel_hz = prepare(known, options)
         try:
             group = [run.Lines(known.board, [plan.axis])]
             with progress.shown("measuring") as show, stopping(group):

@@ -32,7 +32,7 @@ from pixstep.trajectories.table import AXES
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
 @json_option
 def trajectory_command(table, line, unit, which, take_up, axis, pixel_hz, as_json, **options):
-    """Run a table of two axes, as it is or with its play taken up at every reversal.
+    """Run a table of two axes, its play taken up or not.
 
     Hold records are left out. The lines are checked with the board's own limits before anything
     moves, streamed, and followed to their end.
