@@ -8,7 +8,7 @@ Boards since map 4 take blocks of packed entries, of a byte or little more for e
 count of its own; an older board takes runs of 4 bytes.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
@@ -37,7 +37,7 @@ class Upload:
     ) -> None:
         self.board, self.axis = board, axis
         self._packed = board.packs()
-        self._left = _packed(entries) if self._packed else [_run(entry) for entry in entries]
+        self._left = list(self._encoded(entries))
         state = state or board.axis(axis)
         self._block = state["next_block"]
         # Bytes that surely fit, a run being 4; None: to be asked for again.
@@ -90,6 +90,10 @@ class Upload:
         """Send the last block again, as a host does that lost the reply."""
         if self.last:
             self._write(*self.last)
+
+    def _encoded(self, entries: Iterable[tuple[int, int]]) -> Iterator[bytes]:
+        """Yield the bytes of each entry of the line, as the board takes them."""
+        return _pack(entries) if self._packed else map(_run, entries)
 
     def _step(self, room: int) -> tuple[int, bool]:
         """Send one block of what fits the room; return the room left, and whether it was taken."""
@@ -228,13 +232,11 @@ def feed(uploads: Iterable[Upload]) -> int:
     return blocks
 
 
-def _packed(entries: list[tuple[int, int]]) -> list[bytes]:
-    """Return the bytes of each entry of a line."""
-    packed, last = [], None
+def _pack(entries: Iterable[tuple[int, int]]) -> Iterator[bytes]:
+    last = None
     for index, entry in enumerate(entries):
         data, last = packing.pack(entry, last if index >= _HEAD else None)
-        packed.append(data)
-    return packed
+        yield data
 
 
 def _run(entry: tuple[int, int]) -> bytes:

@@ -80,7 +80,7 @@ class StreamedUpload(Upload):
 
     def __init__(self, board: Board, axis: int, entries: Iterator[tuple[int, int]]) -> None:
         super().__init__(board, axis, [])
-        self._source = entries
+        self._source = self._encoded(entries)
 
     @property
     def done(self) -> bool:
