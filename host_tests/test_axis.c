@@ -339,22 +339,25 @@ static void warning_is_reported(void)
     TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
 }
 
+static void check_queued(int16_t count, uint16_t repeat)
+{
+    struct segment segment;
+
+    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
+    TEST_ASSERT_EQUAL_INT16(count, segment.count);
+    TEST_ASSERT_EQUAL_UINT16(repeat, segment.repeat);
+}
+
 // The entries of a block are queued in their order.
 static void block_of_several_entries(void)
 {
     static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
-    struct segment segment;
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue_block(0, block, sizeof block, false));
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(0x21, segment.count);
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(5, segment.count);
-    TEST_ASSERT_EQUAL_UINT16(3, segment.repeat);
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(7, segment.count);
-    TEST_ASSERT_EQUAL_UINT16(0x102, segment.repeat);
+    check_queued(0x21, 0);
+    check_queued(0, 0);
+    check_queued(5, 3);
+    check_queued(7, 0x102);
 }
 
 // Periods that are written one by one before a pixel's pulse train begins.

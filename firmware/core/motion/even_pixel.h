@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Pixels of few evenly spaced steps: the common case where the pixel clock runs at kilohertz. Such a
-// pixel is written into the stream as a whole, one entry a step, with the very intervals that even.h
-// makes, at a cost that a pixel of a few hundred microseconds leaves room for. Main loop only.
+// Pixels of few evenly spaced steps: the common case where the pixel clock runs at kilohertz. Such
+// a pixel is written into the stream as a whole, one entry a step, with the very intervals that
+// even.h makes, at a cost that a pixel of a few hundred microseconds leaves room for. Main loop
+// only.
 //
 //     T = 10, n = 4     base 2, remainder 2     entries   3  2  3  2
 //
@@ -40,6 +41,6 @@ uint8_t even_pixels_write(struct line *line,
 // Result of even_pixels_write(): the ring has no room for the next pixel.
 #define EVEN_PIXEL_WAITS 0xFFu
 
-// The interval of a pixel of so many steps and ticks. Returns false when the intervals are too short
-// or too long for single periods. For even_pixels_write() only, which is assembly on a board.
+// The interval of a pixel of so many steps and ticks. Returns false when the intervals are too
+// short or too long for single periods. For even_pixels_write() only, which is assembly on a board.
 bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks);

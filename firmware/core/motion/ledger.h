@@ -74,7 +74,7 @@ enum ledger_extent {
     LEDGER_BY_BATCHES,
 };
 
-// With so many periods behind, a whole pixel of the stream should be taken: the account lags enough,
+// True when so many periods behind are worth the taking of a whole pixel: the account lags enough,
 // or marks run short.
 static inline bool ledger_pixel_due(const struct stream *stream,
                                     uint8_t whole,
