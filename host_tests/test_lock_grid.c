@@ -184,7 +184,8 @@ static void check_limits(int32_t off_ticks, int32_t limit_ticks)
     uint32_t zero = lock_grid_begin(1);
     line_grid_start_locked(&line);
     line_grid_place(&line, 0, zero);
-    pixels(40, PERIOD_TICKS + (uint32_t)off_ticks, whole + (uint32_t)limit_ticks);
+    // In the end the line is more than a pixel off the grid.
+    pixels(500, PERIOD_TICKS + (uint32_t)off_ticks, whole + (uint32_t)limit_ticks);
     pixels(2, PERIOD_TICKS, whole + (uint32_t)limit_ticks);
     for (uint8_t i = 0; i < 200; i++) {
         clock_edges(3, PERIOD_TICKS);
@@ -243,6 +244,19 @@ static void every_pixel_edge_is_known_when_it_comes(void)
         clock_edge(PERIOD_TICKS);
         check_passes(true, number);
     }
+}
+
+static void pixel_edges_are_numbered_anew(void)
+{
+    (void)lock_grid_begin(1);
+    clock_edges(3, PERIOD_TICKS);
+    check_passes(true, 2);
+    TEST_ASSERT_EQUAL_UINT32(clock_ticks + 2u * PERIOD_TICKS, lock_grid_begin(2));
+    TEST_ASSERT_EQUAL_UINT16(0, grid->newest);
+    clock_edge(PERIOD_TICKS);
+    check_passes(false, 0);
+    clock_edge(PERIOD_TICKS);
+    check_passes(true, 0);
 }
 
 static void a_pixel_edge_that_is_missing_is_passed_over(void)
@@ -405,6 +419,7 @@ int main(void)
     RUN_TEST(no_pixel_is_shorter_or_longer_than_its_limits);
     RUN_TEST(the_tolerance_is_two_sided_and_belongs_to_a_settled_clock);
     RUN_TEST(every_pixel_edge_is_known_when_it_comes);
+    RUN_TEST(pixel_edges_are_numbered_anew);
     RUN_TEST(a_pixel_edge_that_is_missing_is_passed_over);
     RUN_TEST(lines_share_the_grid);
     return UNITY_END();
