@@ -361,28 +361,36 @@ static void block_of_several_entries(void)
 }
 
 // Periods that are written one by one before a pixel's pulse train begins.
-static uint8_t singles_before_the_train(uint8_t stagger)
+static uint8_t singles_before_the_train(uint8_t stagger, int16_t steps)
 {
     uint8_t singles = 0;
 
     bench_open(1000, 1);
     bench.axis.stagger = stagger;
-    queue_plain(PLAIN_MARK, 100, 1);
+    queue_plain(PLAIN_MARK, steps, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_TRAIN; slot++) {
         TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
         singles = (uint8_t)(singles + (bench.ring.high[slot] != STEP_HIGH_COMMAND));
     }
     run_to_the_end();
-    TEST_ASSERT_EQUAL_INT32(100, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(steps, bench.steps);
     return singles;
 }
 
 static void trains_of_several_axes_begin_some_steps_apart(void)
 {
-    uint8_t first = singles_before_the_train(0);
+    uint8_t first = singles_before_the_train(0, 100);
 
-    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6));
+    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6, 100));
+}
+
+// Single periods below 160 ticks would leave the step interrupt too little time to begin a train.
+static void trains_of_short_intervals_begin_at_once(void)
+{
+    uint8_t first = singles_before_the_train(0, 101);
+
+    TEST_ASSERT_EQUAL_UINT8(first, singles_before_the_train(6, 101));
 }
 
 // Intervals of 64768 and 64769 ticks: as a single period the longer one would read as a pulse
@@ -453,6 +461,7 @@ int main(void)
     RUN_TEST(warning_is_reported);
     RUN_TEST(block_of_several_entries);
     RUN_TEST(trains_of_several_axes_begin_some_steps_apart);
+    RUN_TEST(trains_of_short_intervals_begin_at_once);
     RUN_TEST(longest_single_period);
     RUN_TEST(next_line_is_not_dry);
     RUN_TEST(chained_line_that_is_only_a_mark_yet);
