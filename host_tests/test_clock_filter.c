@@ -175,6 +175,14 @@ static void missing_edges_are_counted_and_bridged(void)
     check_ahead(2, PERIOD_TICKS);
 }
 
+static void no_edge_is_missing_before_the_first_one(void)
+{
+    TEST_ASSERT_FALSE(clock_filter_bridge(&filter));
+    edges(1, PERIOD_TICKS);
+    TEST_ASSERT_TRUE(clock_filter_bridge(&filter));
+    TEST_ASSERT_EQUAL_UINT16(1, filter.missing);
+}
+
 static void too_many_missing_edges_are_not_bridged(void)
 {
     edges(40, PERIOD_TICKS);
@@ -248,6 +256,7 @@ int main(void)
     RUN_TEST(noise_is_averaged_as_the_model_says);
     RUN_TEST(a_jump_of_the_period_peaks_as_the_model_says);
     RUN_TEST(missing_edges_are_counted_and_bridged);
+    RUN_TEST(no_edge_is_missing_before_the_first_one);
     RUN_TEST(too_many_missing_edges_are_not_bridged);
     RUN_TEST(a_restart_begins_anew);
     RUN_TEST(time_can_bridge_an_edge_before_the_next_one_comes);
