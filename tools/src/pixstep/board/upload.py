@@ -8,7 +8,7 @@ Boards since map 4 take blocks of packed entries, of a byte or little more for e
 count of its own; an older board takes runs of 4 bytes.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
@@ -37,7 +37,10 @@ class Upload:
     ) -> None:
         self.board, self.axis = board, axis
         self._packed = board.packs()
-        self._left = list(self._encoded(entries))
+        self._left: list[bytes] = []
+        self._count = 0  # of the entries so far
+        self._last = 0  # count of the newest one
+        self._add(entries)
         state = state or board.axis(axis)
         self._block = state["next_block"]
         # Bytes that surely fit, a run being 4; None: to be asked for again.
@@ -91,9 +94,15 @@ class Upload:
         if self.last:
             self._write(*self.last)
 
-    def _encoded(self, entries: Iterable[tuple[int, int]]) -> Iterator[bytes]:
-        """Yield the bytes of each entry of the line, as the board takes them."""
-        return _pack(entries) if self._packed else map(_run, entries)
+    def _add(self, entries: Iterable[tuple[int, int]]) -> None:
+        """Append entries, as they go to the board."""
+        for entry in entries:
+            self._left.append(self._encoded(entry) if self._packed else _run(entry))
+            self._count += 1
+
+    def _encoded(self, entry: tuple[int, int]) -> bytes:
+        data, self._last = packing.pack(entry, self._last if self._count >= _HEAD else None)
+        return data
 
     def _step(self, room: int) -> tuple[int, bool]:
         """Send one block of what fits the room; return the room left, and whether it was taken."""
@@ -230,13 +239,6 @@ def feed(uploads: Iterable[Upload]) -> int:
         if not sent:
             del room[axis]
     return blocks
-
-
-def _pack(entries: Iterable[tuple[int, int]]) -> Iterator[bytes]:
-    last = None
-    for index, entry in enumerate(entries):
-        data, last = packing.pack(entry, last if index >= _HEAD else None)
-        yield data
 
 
 def _run(entry: tuple[int, int]) -> bytes:
