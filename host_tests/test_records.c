@@ -101,7 +101,7 @@ static void edge_errors_that_change(void)
     static const uint16_t kept[] = {3, 6, 7, 9};
 
     begin(1000, 10);
-    for (uint8_t i = 0; i < sizeof errors / sizeof errors[0]; i++) {
+    for (size_t i = 0; i < sizeof errors / sizeof errors[0]; i++) {
         pass(0);
         records_note_error(&records, pixel, errors[i]);
     }

@@ -152,7 +152,7 @@ static struct kept_record *record_of(struct records *records, uint16_t pixel)
 
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
 {
-    struct kept_record *newest = &records->kept[records->newest];
+    const struct kept_record *newest = &records->kept[records->newest];
     struct kept_record *record = NULL;
 
     if (records->count != 0 && pixel == (uint16_t)(newest->pixel + 1u)) {
