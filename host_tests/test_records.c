@@ -152,7 +152,7 @@ static void edges_of_many_pixels_ahead(void)
 {
     begin(1, 10);
     for (uint16_t i = 1; i <= RECORDS_EARLY; i++) {
-        records_note_error(&records, i, (int16_t)(-20 * i));
+        records_note_error(&records, i, (int16_t)(-20 * (int16_t)i));
     }
     for (uint16_t i = 1; i <= RECORDS_EARLY; i++) {
         pass(0);
@@ -160,7 +160,7 @@ static void edges_of_many_pixels_ahead(void)
     }
     pass_many(RECORDS_EARLY);
     for (uint16_t i = 1; i <= RECORDS_EARLY; i++) {
-        check_record((uint8_t)(i - 1u), i, 0, (int16_t)(-20 * i));
+        check_record((uint8_t)(i - 1u), i, 0, (int16_t)(-20 * (int16_t)i));
         check_record((uint8_t)(RECORDS_EARLY + i - 1u),
                      (uint16_t)(RECORDS_EARLY + i),
                      0,
