@@ -141,9 +141,19 @@ static void advance_ideal(struct pixel_clock *c)
     c->edge++;
 }
 
-static bool is_every(const struct pixel_clock *c, uint32_t every)
+// One edge of so many is missing, the last one of them; the one doubled is that in the middle.
+static bool is_dropped(const struct pixel_clock *c)
 {
+    uint32_t every = c->settings.drop_every;
+
     return every != 0 && c->edge % every == every - 1;
+}
+
+static bool is_doubled(const struct pixel_clock *c)
+{
+    uint32_t every = c->settings.double_every;
+
+    return every != 0 && c->edge % every == every / 2;
 }
 
 static void place_next(struct pixel_clock *c, int64_t rise)
@@ -172,9 +182,9 @@ static void make_false(struct pixel_clock *c)
 
 static void make_true(struct pixel_clock *c)
 {
-    c->next.kind = is_every(c, c->settings.drop_every) ? PIXEL_EDGE_MISSING : PIXEL_EDGE_TRUE;
+    c->next.kind = is_dropped(c) ? PIXEL_EDGE_MISSING : PIXEL_EDGE_TRUE;
     c->next.true_x1000 = ideal_x1000(c);
-    c->false_due = is_every(c, c->settings.double_every);
+    c->false_due = c->next.kind == PIXEL_EDGE_TRUE && is_doubled(c);
     place_next(c, (int64_t)c->ideal + even_cycles(c) + normal_cycles(c));
     advance_ideal(c);
 }

@@ -31,7 +31,7 @@ struct pixel_clock_settings {
     double step_ppm;         // added to the frequency error
     uint64_t step_edge;      // from this edge on, the first one being 0; 0: never
     uint32_t drop_every;     // one edge of so many is missing; 0: none
-    uint32_t double_every;   // one edge of so many is followed by a false one; 0: none
+    uint32_t double_every;   // one of so many, unless missing, is followed by a false one
     double start_ms;         // of the first rising edge
     uint64_t seed;           // of jitter and false edges
 };

@@ -14,38 +14,39 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Record
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
+from pixstep.simulation.clockflaws import ClockFlaws
+from pixstep.simulation.edges import ClockLog, EdgeLog, read_clock_log, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
 
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
-
+FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
 _POLICIES = {"always": 0, "on_reversal": 1}
 
 
 @dataclass(frozen=True)
 class Job:
-    """Lines by axis for one board, and the world they run in."""
+    """Lines by axis for one board, and the world they run in.
+
+    `pixel_hz` is the frequency of the clock's edges, of which `divider` are a pixel.
+    """
 
     board: str
     lines: dict[int, Line]
     pixel_hz: Fraction
     pixel_ppm: float = 0.0
+    flaws: ClockFlaws = field(default_factory=ClockFlaws)  # of the clock, besides
+    sync: str = START
+    divider: int = 1
     serial_load: bool = False
     seed: int = 1
     backlash_policy: str = "always"
@@ -61,9 +62,33 @@ class Job:
         return boards.load(self.board).tick_hz
 
     @property
+    def line_hz(self) -> Fraction:
+        """Nominal frequency of pixels."""
+        return self.pixel_hz / self.divider
+
+    @property
     def period(self) -> Fraction:
         """Nominal pixel period in ticks."""
+        return period_ticks(self.line_hz, self.tick_hz)
+
+    @property
+    def clock_period(self) -> Fraction:
+        """Nominal period of the clock in ticks."""
         return period_ticks(self.pixel_hz, self.tick_hz)
+
+    @property
+    def locked(self) -> bool:
+        """True if the lines follow the clock to their end."""
+        return self.sync == LOCK
+
+    def settings(self) -> dict[str, int]:
+        """Return the board's settings that are not its defaults."""
+        found = {"backlash_policy": _POLICIES[self.backlash_policy]}
+        if self.sync != START:
+            found["sync"] = regs.SYNCS[self.sync]
+        if self.divider != 1:
+            found["divider"] = self.divider
+        return found
 
     @property
     def pixels(self) -> int:
@@ -77,7 +102,9 @@ class RunResult:
 
     job: Job
     edges: EdgeLog = field(default_factory=EdgeLog)
-    clock: np.ndarray = field(default_factory=no_cycles)
+    clock: ClockLog = field(default_factory=ClockLog)
+    clock_armed: Mapping[str, int] = field(default_factory=dict)  # registers before the motion
+    clock_seen: Mapping[str, int] = field(default_factory=dict)  # and behind it
     plants: dict[tuple[int, int], AxisPlant] = field(default_factory=dict)
     records: dict[int, dict[int, Record]] = field(default_factory=dict)
     axis_states: dict[int, Mapping[str, int]] = field(default_factory=dict)
@@ -96,7 +123,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
     """
-    refuse_period(job.pixel_hz, job.tick_hz)
+    refuse_period(job.line_hz, job.tick_hz)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
     with scratch_folder(out) as scratch:
@@ -106,6 +133,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
             image=job.image,
             program=job.program,
             pixel_ppm=job.pixel_ppm,
+            flaws=job.flaws,
             seed=job.seed,
             edges=scratch / "edges.csv",
             clock_log=scratch / "clock.csv",
@@ -120,7 +148,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
             if (scratch / name).is_file():
                 (scratch / name).replace(out / name)
     result.edges = read_edges(out / "edges.csv")
-    result.clock = read_clock(out / "clock.csv")
+    result.clock = read_clock_log(out / "clock.csv")
     if job.plants:
         result.plants = read_plant(out / "plant.csv")
     return result
@@ -132,9 +160,11 @@ def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     try:
         if max(job.lines) >= run.board.input("axis_count"):
             raise UserError(f"axis {max(job.lines)}: the {boards.axes_text(job.board)}")
-        policy = _POLICIES[job.backlash_policy]
-        run.set_up(job.pixel_hz, list(job.lines), backlash_policy=policy)
+        run.set_up(job.pixel_hz, list(job.lines), **job.settings())
         run.load(job.lines)
+        if job.locked:
+            run.await_clock()
+        result.clock_armed = run.board.inputs()
         result.stats_armed = run.simulator.stats()
         run.arm()
         _follow(run, result, progress)
@@ -159,6 +189,7 @@ def _follow(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     if load:
         result.requests["load"] = load.sent
         result.requests["load_exceptions"] = load.exceptions
+    result.clock_seen = run.board.inputs()
     _note_fault(run.board, result)
 
 
@@ -193,7 +224,7 @@ class _Watch(Watch):
         if self.load is None:
             super().rest(run, begun_s)
             return
-        kept_s = self.board_run.board.record_capacity() / self.result.job.pixel_hz / 2
+        kept_s = self.board_run.board.record_capacity() / self.result.job.line_hz / 2
         simulator = self.board_run.simulator
         self.load.until(simulator, simulator.cycles(begun_s + kept_s))
 
