@@ -72,15 +72,28 @@ static void queue_line(bool smooth)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)LINE_MARK_END, 0));
 }
 
-// A clock edge in one of the newest periods gets its time, wherever the account stands.
+// A clock edge in one of the newest periods gets its time, wherever the account stands, and even if
+// the handler saw one period more: when only the older period is as long as the count. Periods of a
+// train differ by one tick, and its reader does not tell them apart.
 static void check_capture(const struct engine_sample *sample)
 {
     struct axis *axis = &bench.axis;
     uint8_t back = (uint8_t)chance_between(0, 2);
+    uint8_t seen = back;
+    uint32_t captured_ticks = 7;
 
+    if (back == 2) {
+        uint32_t newer_ticks = starts[0] - starts[1];
+        uint32_t ticks = starts[1] - starts[2];
+        if (ticks > newer_ticks + 1u) {
+            seen = 1;
+            captured_ticks = chance_between(newer_ticks + 1u, ticks - 1u);
+        }
+    }
     TEST_ASSERT_EQUAL_UINT32(
-        starts[back] + 7u,
-        ledger_advance_to_capture(&axis->ledger, &axis->feed.stream, sample, back, 7));
+        starts[back] + captured_ticks,
+        ledger_advance_to_capture(
+            &axis->ledger, &axis->feed.stream, sample, seen, (uint16_t)captured_ticks));
 }
 
 // Count the pixels that can be accounted for as a whole.

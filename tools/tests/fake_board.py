@@ -108,7 +108,7 @@ class FakeBoard(FakeServer):
         self.values = {
             "map_version": regs.MAP_VERSION, "firmware_version": 0x0001,
             "record_capacity": 10, "reset_cause": 1,
-            "min_interval_ticks": 266, "smooth_min_interval_ticks": 266, "event_capacity": 4,
+            **self.intervals(266), "event_capacity": 4,
             "features": (1 << len(features.table())) - 1,
         }  # fmt: skip
         self.inputs_bits = 0
@@ -119,6 +119,12 @@ class FakeBoard(FakeServer):
         self.events = []
         self.commands = []  # (name, mask, argument)
         self.counters = dict.fromkeys(range(11, 19), 0)
+
+    @staticmethod
+    def intervals(ticks):
+        """Return the shortest interval of every kind and number of axes: the same everywhere."""
+        names = [item.name for item in MAP.inputs if "min_interval" in item.name]
+        return dict.fromkeys(names, ticks)
 
     @staticmethod
     def defaults():

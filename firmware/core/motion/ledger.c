@@ -80,6 +80,11 @@ uint32_t ledger_capture_ticks(struct ledger *ledger,
     if (loaded > back && captured_ticks > stream_train_base(stream, ledger->train)) {
         back = (uint8_t)loaded;
     }
+    note_fresh(ledger, stream);
+    while (back >= loaded && back < loaded + 2u &&
+           captured_ticks >= ledger->lengths[back - loaded]) {
+        back++;
+    }
     return ledger_period_start(ledger, stream, back) + captured_ticks;
 }
 
@@ -374,18 +379,24 @@ void ledger_advance(struct ledger *ledger,
 }
 
 // The account stands inside a pixel or a batch, with single periods from there to the sample's
-// tail. Find the start of period `back`, counted from that tail. False when the periods before the
-// account are no longer known by themselves.
+// tail. Find the start of period `back`, counted from that tail, or of the first one before it that
+// is as long as the captured count. False when the periods before the account are no longer known
+// by themselves.
 static bool start_beside(const struct ledger *ledger,
                          const struct stream *stream,
                          uint8_t tail,
                          uint8_t back,
+                         uint16_t captured_ticks,
                          uint32_t *start_ticks)
 {
     uint8_t slot = stream->retired;
     uint8_t ahead = (uint8_t)(tail - slot);
+    uint8_t known = (uint8_t)(ahead + ledger->fresh);
 
     *start_ticks = ledger->loaded_ticks;
+    while (back < known && captured_ticks >= stream_entry_ticks(stream, (uint8_t)(tail - 1u - back))) {
+        back++;
+    }
     if (ahead > back) {
         uint8_t start = (uint8_t)(tail - 1u - back);
         *start_ticks += step_ring_sum(stream->ring, &slot, start);
@@ -412,7 +423,8 @@ uint32_t ledger_advance_to_capture(struct ledger *ledger,
     if (STREAM_WHOLE_PIXELS) {
         ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
         if (stream->retired != sample->tail &&
-            start_beside(ledger, stream, sample->tail, back, &start_ticks)) {
+            start_beside(
+                ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
             return start_ticks + captured_ticks;
         }
     }

@@ -149,9 +149,8 @@ uint32_t ledger_period_start(struct ledger *ledger,
                              uint8_t back);
 
 // The time of an edge that was captured at this count of period `back`. The capture handler's own
-// way is longer than the shortest periods of a train, so that one more period may have begun than
-// the handler saw: a count that no period of the train reaches belongs to the period before the
-// train.
+// way is longer than the shortest periods, so that more of them may have begun than the handler
+// saw: a count that a period does not reach belongs to one before it.
 uint32_t ledger_capture_ticks(struct ledger *ledger,
                               const struct stream *stream,
                               uint8_t back,

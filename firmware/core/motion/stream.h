@@ -340,13 +340,18 @@ uint8_t stream_pass_periods(struct stream *stream,
                             bool whole,
                             uint32_t *ticks);
 
-// Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3.
-static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t back)
+// Length of the single period in this slot, ticks.
+static inline uint16_t stream_entry_ticks(const struct stream *stream, uint8_t slot)
 {
-    uint8_t slot = (uint8_t)(stream->retired - back);
     uint16_t top_ticks = (uint16_t)(stream->ring->high[slot] << 8);
 
     return (uint16_t)(top_ticks + stream->ring->low[slot] + 1u);
+}
+
+// Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3.
+static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t back)
+{
+    return stream_entry_ticks(stream, (uint8_t)(stream->retired - back));
 }
 
 // Ticks from the start of a train (0 or 1) to its step `index` (0: none yet, up to its number of

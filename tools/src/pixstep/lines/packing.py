@@ -13,6 +13,7 @@ _SHORT_RUN, _SHORT_MOST = 0x6F, 7  # two bytes: repeat 2..7
 _RUN = 0x77  # three bytes: repeat 0..255
 _WIDE, _WIDE_ZERO = 0x400, 0x7C00  # two bytes: differences of -1024..1023
 _FULL = 0x80
+_FURTHEST = 0x4000  # 15 bits, signed: -16384..16383
 _BYTE, _SHORT, _WORD = 0xFF, 0x80, 0xFFFF
 
 
@@ -20,10 +21,12 @@ def pack(entry: tuple[int, int], last: int | None = None) -> tuple[bytes, int]:
     """Return an entry's bytes, and the count that the next entry's difference goes from.
 
     `last` is that count of the entry before; without it the entry is in full, as the first ones of
-    a line have to be.
+    a line have to be. A pixel's count that 15 bits do not hold becomes the lowest that they do,
+    which every board refuses as out of range too.
     """
     count, repeat = signed(entry[0], 15), entry[1]
     if last is not None:
+        count = entry[0] if -_FURTHEST <= entry[0] < _FURTHEST else -_FURTHEST
         change = signed(count - last, 16)
         if repeat == 1 and -_NEAR <= change <= _NEAR:
             return bytes([change + _NEAR]), count
