@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping
 
 import click
 
+from pixstep.profiles.madefor import MOST_EDGES
 from pixstep.simulation.clockflaws import ClockFlaws
 
-MOST_EDGES = 1000  # of a pixel: the range of setting `divider`
 _MOST_PPM = 100_000
 
 divider_option = click.option(

@@ -101,12 +101,13 @@ def sim(ctx, csv, board, decode, backlash, out, divider, plot, details, as_json,
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
     line_hz = options["pixel_hz"] / divider
-    lines = read_lines(csv, decode, backlash, {**options, "pixel_hz": line_hz})
+    lines = read_lines(csv, decode, backlash, {**options, "pixel_hz": line_hz, "divider": divider})
     last = options["axis"] + len(lines) - 1
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
     if options["check"]:
-        _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines)))
+        locked = {"sync": regs.SYNCS[options["sync"]], "divider": divider}
+        _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines), locked=locked))
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},
