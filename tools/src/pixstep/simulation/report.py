@@ -87,6 +87,8 @@ def print_files(console: rich.console.Console, out: Path) -> None:
 def _headline(summary: dict) -> str:
     parts = [f"{summary['board']}, {summary['decode']} decoding, {summary['pixel_hz']} Hz"]
     parts += clockjudge.parts(summary)
+    if summary.get("record_every", 1) > 1:
+        parts.append(f"records of every {summary['record_every']} pixels")
     if summary.get("serial_load"):
         parts.append(f"serial line saturated ({summary['requests']['load']} requests)")
     if summary["requests"].get("without_reply"):
@@ -150,8 +152,8 @@ def _footer(summary: dict) -> str:
         lines += clockjudge.texts(summary)
     if summary.get("clock_edge_cycle") is not None:
         lines.append(
-            f"line zero at cycle {summary['line_zero_cycle']}, one pixel period after the clock "
-            f"edge at {summary['clock_edge_cycle']}"
+            f"line zero at cycle {summary['line_zero_cycle']}, {_periods_text(summary)} after the "
+            f"clock edge at {summary['clock_edge_cycle']}"
         )
     if summary.get("cpu_share") is not None:
         lines.append(
@@ -162,6 +164,12 @@ def _footer(summary: dict) -> str:
             f"{summary['realtime_factor']:.2f} times as fast as real time"
         )
     return "\n".join(lines)
+
+
+def _periods_text(summary: dict) -> str:
+    """Return how long line zero lay behind the clock's edge that began the line."""
+    periods = summary.get("line_zero_periods", 1)
+    return "one pixel period" if periods == 1 else f"{periods} periods of the clock"
 
 
 def _load_text(axis: int, load: dict) -> str:

@@ -8,6 +8,7 @@ runs can be compared edge by edge.
 from __future__ import annotations
 
 import contextlib
+import math
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,6 +31,9 @@ from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
 
 FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
+_ALL_RECORDS_HZ = 100  # of pixels: up to here a host reads every record
+_READING_S = 0.06  # between two looks at an axis' records, its line being streamed, at most
+_LOADED = 3  # times as long where other requests saturate the line
 _POLICIES = {"always": 0, "on_reversal": 1}
 
 
@@ -108,6 +112,7 @@ class RunResult:
     plants: dict[tuple[int, int], AxisPlant] = field(default_factory=dict)
     records: dict[int, dict[int, Record]] = field(default_factory=dict)
     axis_states: dict[int, Mapping[str, int]] = field(default_factory=dict)
+    record_every: int = 1  # pixels; those of deviations besides
     refused: LineRefusedByBoardError | None = None
     trouble: list[str] = field(default_factory=list)
     stats_armed: dict = field(default_factory=dict)
@@ -154,13 +159,26 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     return result
 
 
+def _record_every(job: Job, capacity: int) -> int:
+    """Return every how many pixels a record can be read before the board overwrites it."""
+    if job.line_hz <= _ALL_RECORDS_HZ:
+        return 1
+    looks_s = _READING_S * (_LOADED if job.serial_load else 1)
+    unread = job.line_hz * len(job.lines) * looks_s
+    return max(1, math.ceil(unread / (capacity - 1)))
+
+
 def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     """Go through all phases; trouble ends the run and is noted in the result."""
     job = result.job
     try:
         if max(job.lines) >= run.board.input("axis_count"):
             raise UserError(f"axis {max(job.lines)}: the {boards.axes_text(job.board)}")
-        run.set_up(job.pixel_hz, list(job.lines), **job.settings())
+        result.record_every = _record_every(job, run.board.record_capacity())
+        settings = job.settings()
+        if result.record_every > 1:
+            settings["record_every"] = result.record_every
+        run.set_up(job.pixel_hz, list(job.lines), **settings)
         run.load(job.lines)
         if job.locked:
             run.await_clock()
@@ -216,7 +234,7 @@ class _Watch(Watch):
             if regs.axis_state(found["axis_state"]) not in ("loaded", "armed"):
                 records = self.board_run.board.records(axis)
                 known.update({record.pixel: record for record in records})
-        done = min(len(known) for known in self.result.records.values())
+        done = min(max(known, default=0) for known in self.result.records.values())
         self.progress(min(1.0, done / self.result.job.pixels))
 
     def rest(self, run: BoardRun, begun_s: float) -> None:
@@ -224,7 +242,8 @@ class _Watch(Watch):
         if self.load is None:
             super().rest(run, begun_s)
             return
-        kept_s = self.board_run.board.record_capacity() / self.result.job.line_hz / 2
+        kept = self.board_run.board.record_capacity() * self.result.record_every
+        kept_s = kept / self.result.job.line_hz / 2
         simulator = self.board_run.simulator
         self.load.until(simulator, simulator.cycles(begun_s + kept_s))
 

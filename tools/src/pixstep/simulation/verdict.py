@@ -29,7 +29,7 @@ else:
     np = lazy("numpy")
 
 CLOCK_TOLERANCE = 4  # cycles
-_PERIODS_TO_ZERO = 8  # of the clock, from its edge to line zero at most
+_PERIODS_TO_ZERO = range(1, 11)  # of the clock, from its edge to line zero
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
 DIRECTION_SETUP_S = 20e-6  # the default setting
 
@@ -188,14 +188,22 @@ def judge_clock(zero: int, period: Fraction, clock: np.ndarray) -> tuple[int | N
     """
     if not len(clock):
         return None, "the pixel clock has no edges"
-    found = []
-    for count in range(1, _PERIODS_TO_ZERO + 1):
-        due = zero - edge_tick(count, period)
-        found.append(int(clock[np.argmin(np.abs(clock - due))]))
-        if abs(found[-1] - due) <= CLOCK_TOLERANCE:
-            return found[-1], ""
-    off = zero - edge_tick(1, period) - found[0]
-    return found[0], f"line zero is {off} cycles off one pixel period after a clock edge"
+    off, edge = min((_off_edge(zero, period, clock, n) for n in _PERIODS_TO_ZERO), key=_distance)
+    if abs(off) > CLOCK_TOLERANCE:
+        off, edge = _off_edge(zero, period, clock, 1)
+        return edge, f"line zero is {off} cycles off one pixel period after a clock edge"
+    return edge, ""
+
+
+def _distance(found: tuple[int, int]) -> int:
+    return abs(found[0])
+
+
+def _off_edge(zero: int, period: Fraction, clock: np.ndarray, count: int) -> tuple[int, int]:
+    """Return how far line zero is off so many periods after a clock edge, and that edge."""
+    due = zero - edge_tick(count, period)
+    edge = int(clock[np.argmin(np.abs(clock - due))])
+    return due - edge, edge
 
 
 def zero_error(zero: int, period: Fraction, edge: int) -> int:
