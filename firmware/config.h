@@ -61,7 +61,7 @@
 #define CONFIG_SWITCH_CAPTURE_AXIS BOARD_SWITCH_CAPTURE_AXIS
 #define CONFIG_QUEUE_ENTRIES      BOARD_QUEUE_ENTRIES // runs and marks per axis, at least
 #define CONFIG_QUEUE_BYTES        (CONFIG_QUEUE_ENTRIES * 4u)
-#define CONFIG_EVENTS             BOARD_EVENTS // kept in the event log
+#define CONFIG_EVENTS             BOARD_EVENTS               // kept in the event log
 #define CONFIG_CLOCK_EDGES        (CONFIG_AXES == 1 ? 4 : 8) // captured, not taken
 #define CONFIG_MIN_INTERVAL_TICKS (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)

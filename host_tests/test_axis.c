@@ -339,47 +339,58 @@ static void warning_is_reported(void)
     TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
 }
 
+static void check_queued(int16_t count, uint16_t repeat)
+{
+    struct segment segment;
+
+    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
+    TEST_ASSERT_EQUAL_INT16(count, segment.count);
+    TEST_ASSERT_EQUAL_UINT16(repeat, segment.repeat);
+}
+
 // The entries of a block are queued in their order.
 static void block_of_several_entries(void)
 {
     static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
-    struct segment segment;
 
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue_block(0, block, sizeof block, false));
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(0x21, segment.count);
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(5, segment.count);
-    TEST_ASSERT_EQUAL_UINT16(3, segment.repeat);
-    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(7, segment.count);
-    TEST_ASSERT_EQUAL_UINT16(0x102, segment.repeat);
+    check_queued(0x21, 0);
+    check_queued(0, 0);
+    check_queued(5, 3);
+    check_queued(7, 0x102);
 }
 
 // Periods that are written one by one before a pixel's pulse train begins.
-static uint8_t singles_before_the_train(uint8_t stagger)
+static uint8_t singles_before_the_train(uint8_t stagger, int16_t steps)
 {
     uint8_t singles = 0;
 
     bench_open(1000, 1);
     bench.axis.stagger = stagger;
-    queue_plain(PLAIN_MARK, 100, 1);
+    queue_plain(PLAIN_MARK, steps, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_TRAIN; slot++) {
         TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
         singles = (uint8_t)(singles + (bench.ring.high[slot] != STEP_HIGH_COMMAND));
     }
     run_to_the_end();
-    TEST_ASSERT_EQUAL_INT32(100, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(steps, bench.steps);
     return singles;
 }
 
 static void trains_of_several_axes_begin_some_steps_apart(void)
 {
-    uint8_t first = singles_before_the_train(0);
+    uint8_t first = singles_before_the_train(0, 100);
 
-    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6));
+    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6, 100));
+}
+
+// Single periods below 160 ticks would leave the step interrupt too little time to begin a train.
+static void trains_of_short_intervals_begin_at_once(void)
+{
+    uint8_t first = singles_before_the_train(0, 101);
+
+    TEST_ASSERT_EQUAL_UINT8(first, singles_before_the_train(6, 101));
 }
 
 // Intervals of 64768 and 64769 ticks: as a single period the longer one would read as a pulse
@@ -450,6 +461,7 @@ int main(void)
     RUN_TEST(warning_is_reported);
     RUN_TEST(block_of_several_entries);
     RUN_TEST(trains_of_several_axes_begin_some_steps_apart);
+    RUN_TEST(trains_of_short_intervals_begin_at_once);
     RUN_TEST(longest_single_period);
     RUN_TEST(next_line_is_not_dry);
     RUN_TEST(chained_line_that_is_only_a_mark_yet);

@@ -93,7 +93,7 @@ static void the_shift_follows_the_distance(void)
         {2000, 7},
     };
 
-    for (uint8_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         aim(PERIOD_TICKS, rows[i].ahead);
         TEST_ASSERT_EQUAL_UINT8(rows[i].shift, filter.shift_final);
         edges((uint16_t)(8u << rows[i].shift), PERIOD_TICKS);
@@ -175,11 +175,24 @@ static void missing_edges_are_counted_and_bridged(void)
     check_ahead(2, PERIOD_TICKS);
 }
 
+static void no_edge_is_missing_before_the_first_one(void)
+{
+    TEST_ASSERT_FALSE(clock_filter_bridge(&filter));
+    edges(1, PERIOD_TICKS);
+    TEST_ASSERT_TRUE(clock_filter_bridge(&filter));
+    TEST_ASSERT_EQUAL_UINT16(1, filter.missing);
+}
+
 static void too_many_missing_edges_are_not_bridged(void)
 {
     edges(40, PERIOD_TICKS);
     TEST_ASSERT_FALSE(edge_after((HOLD_OVER + 2u) * PERIOD_TICKS));
     TEST_ASSERT_FALSE(clock_filter_bridge(&filter));
+}
+
+static void a_restart_begins_anew(void)
+{
+    edges(40, PERIOD_TICKS);
     clock_filter_restart(&filter);
     TEST_ASSERT_FALSE(clock_filter_settled(&filter));
     edges(30, PERIOD_TICKS);
@@ -243,7 +256,9 @@ int main(void)
     RUN_TEST(noise_is_averaged_as_the_model_says);
     RUN_TEST(a_jump_of_the_period_peaks_as_the_model_says);
     RUN_TEST(missing_edges_are_counted_and_bridged);
+    RUN_TEST(no_edge_is_missing_before_the_first_one);
     RUN_TEST(too_many_missing_edges_are_not_bridged);
+    RUN_TEST(a_restart_begins_anew);
     RUN_TEST(time_can_bridge_an_edge_before_the_next_one_comes);
     RUN_TEST(glitches_are_counted_and_change_nothing);
     RUN_TEST(a_false_first_edge_is_given_up);

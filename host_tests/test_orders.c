@@ -2,6 +2,7 @@
 // Commands in unplanned sequences: twice, too late, side by side, on axes in every state.
 #include <stdint.h>
 
+#include "app/report.h"
 #include "app/round.h"
 #include "app/store.h"
 #include "fakes/board.h"
@@ -70,6 +71,8 @@ static void check_twice(enum command again)
     TEST_ASSERT_TRUE(step_engine_going(step_timer_state(1)));
     command(2, again);
     TEST_ASSERT_EQUAL(AXIS_STOPPING, axes_get(1)->life.state);
+    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_STOPPING << 1u,
+                            bench_input(REG_INPUT_status));
     TEST_ASSERT_EQUAL(AXIS_EMPTY, bench_input(REG_AXIS_BASE + REG_AXIS_STRIDE));
     bench_rounds(300);
     TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STOPPING));
@@ -346,6 +349,25 @@ static void zero_pixels_at_a_fast_clock_begin(void)
     TEST_ASSERT_EQUAL_INT32(3, fake_axes[0].steps);
 }
 
+// Steps closer together than all axes may make them beside each other, and not too close for one.
+static void axes_that_are_too_fast_together_are_not_armed(void)
+{
+    int16_t steps = (int16_t)(BENCH_PIXEL_TICKS / CONFIG_MIN_INTERVAL_TICKS + 10u);
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bench_plain_line(i, steps, 30);
+    }
+    refused(BENCH_ALL_AXES, COMMAND_ARM);
+    TEST_ASSERT_EQUAL(LINE_too_fast_together, axes_get(0)->line_error);
+    TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_ARMED));
+    TEST_ASSERT_EQUAL_HEX8(BENCH_ALL_AXES, bench_axes_in(AXIS_LOADED));
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        command(BENCH_MASK_OF(i), COMMAND_ARM);
+        TEST_ASSERT_EQUAL(true, bench_until(i, AXIS_DONE));
+        TEST_ASSERT_EQUAL_INT32(30 * (int32_t)steps, fake_axes[i].steps);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -369,5 +391,6 @@ int main(void)
     RUN_TEST(clock_five_percent_fast_is_followed);
     RUN_TEST(clock_that_has_rested_may_start_a_line);
     RUN_TEST(zero_pixels_at_a_fast_clock_begin);
+    RUN_TEST(axes_that_are_too_fast_together_are_not_armed);
     return UNITY_END();
 }

@@ -187,7 +187,7 @@ static uint16_t queueing_cycles(uint8_t mark)
     bench.limits.pixel_ticks = 32000;
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, send(begin, sizeof begin));
     bytes[0] = 0x38 + 5;
-    for (uint8_t i = 1; i < sizeof bytes; i++) {
+    for (size_t i = 1; i < sizeof bytes; i++) {
         bytes[i] = (i & 1u) != 0 ? 0x38 + 1 : 0x38 - 1;
     }
     uint16_t start = cycles_now();

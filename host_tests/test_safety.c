@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Causes that stop the machine or keep it from starting: emergency
-// stop, silent bus, token, watchdog, driver timing, permit output.
+// SPDX-License-Identifier: MIT
+// Causes that stop the machine or keep it from starting: emergency stop, silent bus, token,
+// watchdog, driver timing, permit output.
 #include <stdbool.h>
 #include <stdint.h>
 

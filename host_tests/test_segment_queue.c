@@ -81,21 +81,34 @@ static void front_word_does_not_take(void)
     check_next(0x01F1, 0);
 }
 
-static void marks_stay_where_pixels_are_taken(void)
+static void check_pixels(int16_t count)
 {
-    static const uint8_t bytes[] = {0x3A, 0x77, 5, 0, 0x38, 0x80, 2, 0, 0};
+    struct segment segment;
+
+    TEST_ASSERT_TRUE(segment_queue_pop_pixels(&queue, &segment));
+    TEST_ASSERT_EQUAL_INT16(count, segment.count);
+}
+
+// Neither a mark nor an empty queue gives pixels.
+static void check_no_pixels(void)
+{
     struct segment segment;
 
     TEST_ASSERT_FALSE(segment_queue_pop_pixels(&queue, &segment));
+}
+
+static void marks_stay_where_pixels_are_taken(void)
+{
+    static const uint8_t bytes[] = {0x3A, 0x77, 5, 0, 0x38, 0x80, 2, 0, 0};
+
+    check_no_pixels();
     segment_queue_append(&queue, bytes, sizeof bytes, 0);
-    TEST_ASSERT_TRUE(segment_queue_pop_pixels(&queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(2, segment.count);
-    TEST_ASSERT_FALSE(segment_queue_pop_pixels(&queue, &segment));
+    check_pixels(2);
+    check_no_pixels();
     TEST_ASSERT_EQUAL_UINT16(8, segment_queue_fill(&queue));
     check_next(7, 0);
-    TEST_ASSERT_TRUE(segment_queue_pop_pixels(&queue, &segment));
-    TEST_ASSERT_EQUAL_INT16(7, segment.count);
-    TEST_ASSERT_FALSE(segment_queue_pop_pixels(&queue, &segment));
+    check_pixels(7);
+    check_no_pixels();
     check_next(2, 0);
 }
 

@@ -180,7 +180,7 @@ static void check_records(void)
     for (uint8_t i = 0; i < records->count; i++) {
         struct pixel_record record = records_get(records, i);
         int32_t sum = 0;
-        for (uint8_t k = 0; k < record.pixel; k++) {
+        for (uint16_t k = 0; k < record.pixel; k++) {
             sum += counts[k];
         }
         TEST_ASSERT_EQUAL_INT32(sum, record.actual_steps);

@@ -112,7 +112,8 @@ static void refresh_count(avr_t *avr)
     const avr_io_addr_t io = AVR_DATA_TO_IO(COUNT_ADDRESS);
 
     if (avr->io[io].r.c != NULL) {
-        avr->data[COUNT_ADDRESS] = avr->io[io].r.c(avr, COUNT_ADDRESS, avr->io[io].r.param);
+        avr->data[COUNT_ADDRESS] =
+            avr->io[io].r.c(avr, COUNT_ADDRESS, avr->io[io].r.param);
     }
 }
 

@@ -145,10 +145,7 @@ void clock_edges_await(void)
 
 bool clock_edges_allow(const struct axis *axis)
 {
-    bool opening = false;
-
-    return !lock_grid_now()->locks || !axis_waits_for_edge(axis) ||
-           axis_seeks(axis, &opening) || reference_settled();
+    return !lock_grid_now()->locks || !axis_waits_for_edge(axis) || reference_settled();
 }
 
 void clock_edges_poll(void)

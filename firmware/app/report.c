@@ -25,13 +25,20 @@
 
 #define OUTPUTS_PERMIT 0x0100u
 
-uint16_t report_status(void)
+static inline uint16_t clock_status(void)
 {
     uint16_t bits = reference_present() ? REPORT_CLOCK : 0;
 
     if (reference_settled()) {
         bits |= REPORT_SETTLED;
     }
+    return bits;
+}
+
+uint16_t report_status(void)
+{
+    uint16_t bits = clock_status();
+
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct lifecycle *life = &axes_get(i)->life;
         if (lifecycle_armed(life)) {

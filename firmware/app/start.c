@@ -179,6 +179,16 @@ bool start_near(void)
 }
 #endif
 
+// Ticks until the line of a STARTING axis begins. A line that does not follow the clock begins as
+// soon as can be.
+static inline int32_t delay_of(struct axis *axis)
+{
+    if (!axis->clocked) {
+        axis->zero_ticks = (uint32_t)(2 * START_MIN_TICKS - ticks_to_start(axis, 0));
+    }
+    return ticks_to_start(axis, axis->zero_ticks);
+}
+
 // Returns false when an idle period began meanwhile: the next attempt has a whole idle period.
 static APART bool release_line(uint8_t i)
 {
@@ -191,10 +201,7 @@ static APART bool release_line(uint8_t i)
         (axis->phase != DECODE_OUTSIDE && feed->merge)) {
         return true;
     }
-    if (!axis->clocked) {
-        axis->zero_ticks = (uint32_t)(2 * START_MIN_TICKS - ticks_to_start(axis, 0));
-    }
-    int32_t delay = ticks_to_start(axis, axis->zero_ticks);
+    int32_t delay = delay_of(axis);
 
     if (delay > RELEASE_MAX_TICKS) {
         return true;

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT The simplest stand-ins for the parts of the hal that the step engine
-// does not use. A round takes a millisecond.
+// SPDX-License-Identifier: MIT
+// The simplest stand-ins for the parts of the hal that the step engine does not use. A round takes
+// a millisecond.
 #include "explore/scene.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"

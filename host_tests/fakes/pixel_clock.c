@@ -14,12 +14,19 @@ static bool on;
 static struct pixel_capture queue[CONFIG_CLOCK_EDGES]; // the oldest first
 static uint8_t queued;
 static uint8_t lost;
+static bool crowded;
 
 void fake_pixel_clock_power_on(void)
 {
     on = false;
     queued = 0;
     lost = 0;
+    crowded = false;
+}
+
+void fake_crowded_edge(void)
+{
+    crowded = true;
 }
 
 void fake_pixel_clock(uint32_t first_ticks, uint32_t num, uint32_t den)
@@ -88,7 +95,10 @@ uint8_t pixel_clock_take_lost(void)
 
 bool pixel_clock_take_crowded(void)
 {
-    return false;
+    bool found = crowded;
+
+    crowded = false;
+    return found;
 }
 
 bool pixel_clock_drop(void)
@@ -97,5 +107,6 @@ bool pixel_clock_drop(void)
 
     queued = 0;
     lost = 0;
+    crowded = false;
     return any;
 }

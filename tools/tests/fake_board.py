@@ -108,7 +108,7 @@ class FakeBoard(FakeServer):
         self.values = {
             "map_version": regs.MAP_VERSION, "firmware_version": 0x0001,
             "record_capacity": 10, "reset_cause": 1,
-            **self.intervals(266), "event_capacity": 4,
+            **self.intervals(), "event_capacity": 4,
             "features": (1 << len(features.table())) - 1,
         }  # fmt: skip
         self.inputs_bits = 0
@@ -120,11 +120,15 @@ class FakeBoard(FakeServer):
         self.commands = []  # (name, mask, argument)
         self.counters = dict.fromkeys(range(11, 19), 0)
 
-    @staticmethod
-    def intervals(ticks):
-        """Return the shortest interval of every kind and number of axes: the same everywhere."""
-        names = [item.name for item in MAP.inputs if "min_interval" in item.name]
-        return dict.fromkeys(names, ticks)
+    def intervals(self):
+        """Return the shortest intervals by register: with some axes moving, and with all."""
+        table = boards.load(self.kind)
+        found = {}
+        for name in ("min_interval", "smooth_min_interval"):
+            *fewer, every = getattr(table, f"{name}s_ticks")
+            found[f"{name}_ticks"] = every
+            found |= {f"{name}_{axes}_ticks": ticks for axes, ticks in enumerate(fewer, 1)}
+        return found
 
     @staticmethod
     def defaults():

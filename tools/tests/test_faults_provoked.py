@@ -123,7 +123,7 @@ def test_start_late(board):
 @pytest.mark.parametrize("board", BOARDS)
 def test_internal(board):
     """A line is to be released whose front is not held."""
-    with FaultBench(board) as bench:
+    with FaultBench(board, hz=30) as bench:
         bench.load(LONG)
         bench.arm()
         bench.until_true(lambda: bench.peek("axes[0].life.state") == STARTING)

@@ -32,8 +32,8 @@ uint16_t divide_u32_u16(uint32_t value, uint16_t divisor);
 struct quotient divide_with_rest(uint16_t high, uint16_t low, uint16_t divisor);
 
 // a * b / divisor, rounded down, and *rest, what the division leaves over. UINT32_MAX when the
-// quotient has more than 32 bits or the divisor is 0; *rest then stays as it is. 1000 to 1288 cycles with
-// the call. divide.S.
+// quotient has more than 32 bits or the divisor is 0; *rest then stays as it is. 1000 to 1288
+// cycles with the call. divide.S.
 uint32_t divide_product(uint32_t a, uint32_t b, uint32_t divisor, uint32_t *rest);
 
 #else

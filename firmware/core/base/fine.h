@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT Ticks with a fraction: numbers of 48 bits in memory, for times that
-// are averaged. Sums wrap at 2^32 ticks. In assembly on the AVR, the C that it stands for
-// otherwise. May be called from any context.
+// SPDX-License-Identifier: MIT
+// Ticks with a fraction: numbers of 48 bits in memory, for times that are averaged. Sums wrap at
+// 2^32 ticks. In assembly on the AVR, the C that it stands for otherwise. May be called from any
+// context.
 #pragma once
 
 #include <stddef.h> // offsetof

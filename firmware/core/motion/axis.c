@@ -188,7 +188,7 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     axis->clocked = clocked;
     feed_hold(&axis->feed);
     axis_begin_line(axis, period, always_take_up);
-    if (clocked && lock_grid_now()->locks && !axis->line.seek) {
+    if (clocked && lock_grid_now()->locks) {
         line_grid_start_locked(&axis->line.edges);
     }
     axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel

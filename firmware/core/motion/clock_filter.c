@@ -55,7 +55,7 @@ static APART void expect_next(struct clock_filter *filter)
 
 APART bool clock_filter_bridge(struct clock_filter *filter)
 {
-    if (filter->bridged == filter->hold_over) {
+    if (filter->count == 0 || filter->bridged == filter->hold_over) {
         return false;
     }
     filter->bridged++;

@@ -1,7 +1,8 @@
-// SPDX-License-Identifier: MIT Tracks the pixel clock: the time of its edges and its period, both
-// smoothed, so that edges to come can be predicted. An alpha-beta filter, in whole numbers and
-// shifts; DESIGN.md, "Locked to the pixel clock", derives its gains. Times are ticks since the
-// timers started; they wrap. Main loop only.
+// SPDX-License-Identifier: MIT
+// Tracks the pixel clock: the time of its edges and its period, both smoothed, so that edges to
+// come can be predicted. An alpha-beta filter, in whole numbers and shifts; DESIGN.md, "Locked to
+// the pixel clock", derives its gains. Times are ticks since the timers started; they wrap. Main
+// loop only.
 //
 //     edges       |         |          |                     |       |  |
 //     expected    |         |         |          |          |          |
@@ -77,8 +78,8 @@ void clock_filter_aim(struct clock_filter *filter,
 bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
 
 // The expected edge is missing: go on to the next one. Returns false when more edges in a row are
-// missing than hold_over allows. clock_filter_edge() does it where an edge shows that edges before
-// it were missing.
+// missing than hold_over allows, or when none is expected, because the first one is still to come.
+// clock_filter_edge() does it where an edge shows that edges before it were missing.
 bool clock_filter_bridge(struct clock_filter *filter);
 
 // Enough edges have come: 29 of them behind the first, or more where the final shift is a larger

@@ -112,7 +112,7 @@ APART uint8_t curved_pixel_write(struct line *line,
     uint8_t first = stream->head;
     begin(line, steep, ticks, (int16_t)(steps - line->speed));
     uint8_t first_high = write_periods(steep, stream->ring, first, (uint8_t)steps, ticks);
-    line_pass_even(line, line->negative ? -(int16_t)steps : (int16_t)steps);
+    line_pass_even(line, (int16_t)(line->negative ? -(int16_t)steps : (int16_t)steps));
     line->speed = end_speed;
     stream_put_pixel(
         stream,

@@ -322,6 +322,27 @@ static uint8_t decode_short_pixels(struct axis *axis, uint8_t budget)
         &axis->line, &axis->walk.steps.curve.state.steep, &axis->feed.stream);
 }
 
+// Decode what comes next by way of pieces. Returns what it cost of a round's budget, 0 if it must
+// wait.
+static inline uint8_t decode_piece(struct axis *axis,
+                                   const struct pixel_period *period,
+                                   bool always_take_up,
+                                   uint8_t budget)
+{
+    if (feed_busy(&axis->feed)) {
+        feed_pump(&axis->feed);
+        return 1;
+    }
+    if (axis->phase >= DECODE_EDGE_INSIDE) {
+        mark_edge(axis);
+        return 1;
+    }
+    if (axis->phase >= DECODE_STEPS) {
+        return decode_steps(axis, budget);
+    }
+    return next_piece(axis, period, always_take_up);
+}
+
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
                     bool always_take_up,
@@ -329,24 +350,15 @@ uint8_t decode_axis(struct axis *axis,
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
-        uint8_t cost = 1;
-        uint8_t pixel_cost = decode_short_pixels(axis, budget);
-        if (pixel_cost == EVEN_PIXEL_WAITS) {
+        uint8_t cost = decode_short_pixels(axis, budget);
+        if (cost == EVEN_PIXEL_WAITS) {
             break;
         }
-        if (pixel_cost != 0) {
-            cost = pixel_cost;
-        } else if (feed_busy(&axis->feed)) {
-            feed_pump(&axis->feed);
-        } else if (axis->phase >= DECODE_EDGE_INSIDE) {
-            mark_edge(axis);
-        } else if (axis->phase >= DECODE_STEPS) {
-            cost = decode_steps(axis, budget);
+        if (cost == 0) {
+            cost = decode_piece(axis, period, always_take_up, budget);
             if (cost == 0) {
                 break;
             }
-        } else if (!next_piece(axis, period, always_take_up)) {
-            break;
         }
         budget = budget > cost ? (uint8_t)(budget - cost) : 0;
     }

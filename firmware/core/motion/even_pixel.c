@@ -24,7 +24,7 @@ static const uint16_t reciprocals[EVEN_PIXEL_MAX_STEPS + 1u] IN_FLASH = {
 
 // ticks / steps of a pixel below 2^16 ticks. The reciprocal is at most one part in 65536 / n too
 // small, so that the quotient is at most one too small.
-static void divide_short(struct even_pixel *pixel, uint16_t ticks, uint8_t steps)
+static void divide_short(struct even_rate *rate, uint16_t ticks, uint8_t steps)
 {
     uint16_t base = (uint16_t)((uint32_t)ticks * flash_word(&reciprocals[steps]) >> 16);
     uint8_t rest = (uint8_t)((uint8_t)ticks - (uint8_t)((uint8_t)base * steps));
@@ -33,42 +33,38 @@ static void divide_short(struct even_pixel *pixel, uint16_t ticks, uint8_t steps
         rest = (uint8_t)(rest - steps);
         base++;
     }
-    *pixel = (struct even_pixel){ticks, base, steps, rest};
+    *rate = (struct even_rate){ticks, base, steps, rest};
 }
 #else
-static void divide_short(struct even_pixel *pixel, uint16_t ticks, uint8_t steps)
+static void divide_short(struct even_rate *rate, uint16_t ticks, uint8_t steps)
 {
-    (void)pixel;
+    (void)rate;
     (void)ticks;
     (void)steps;
 }
 #endif
 
-// The same for every length. Returns false when the intervals are too short or too long for single
-// periods. The assembly calls this, too.
-bool even_pixel_divide(struct even_pixel *pixel, uint8_t steps, uint32_t ticks);
-
-bool even_pixel_divide(struct even_pixel *pixel, uint8_t steps, uint32_t ticks)
+bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks)
 {
     if (STREAM_WHOLE_PIXELS && ticks <= UINT16_MAX) {
-        divide_short(pixel, (uint16_t)ticks, steps);
+        divide_short(rate, (uint16_t)ticks, steps);
     } else if (ticks >> 16 >= steps) {
         return false;
     } else {
         uint16_t base = divide_u32_u16(ticks, steps);
         uint8_t rest = (uint8_t)((uint8_t)ticks - (uint8_t)((uint8_t)base * steps));
-        *pixel = (struct even_pixel){(uint16_t)ticks, base, steps, rest};
+        *rate = (struct even_rate){(uint16_t)ticks, base, steps, rest};
     }
-    return pixel->base_ticks >= EVEN_PIXEL_MIN_TICKS &&
-           pixel->base_ticks <= INTERVAL_MAX_TICKS;
+    return rate->base_ticks >= EVEN_PIXEL_MIN_TICKS &&
+           rate->base_ticks <= INTERVAL_MAX_TICKS;
 }
 
 #if defined(__AVR__)
 
-_Static_assert(offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
-                   offsetof(struct even_pixel, base_ticks) == EVEN_PIXEL_BASE &&
-                   offsetof(struct even_pixel, steps) == EVEN_PIXEL_STEPS &&
-                   offsetof(struct even_pixel, remainder) == EVEN_PIXEL_REMAINDER &&
+_Static_assert(offsetof(struct even_rate, ticks) == EVEN_PIXEL_TICKS &&
+                   offsetof(struct even_rate, base_ticks) == EVEN_PIXEL_BASE &&
+                   offsetof(struct even_rate, steps) == EVEN_PIXEL_STEPS &&
+                   offsetof(struct even_rate, remainder) == EVEN_PIXEL_REMAINDER &&
                    offsetof(struct stream, ring) == EVEN_PIXEL_RING &&
                    offsetof(struct stream, head) == EVEN_PIXEL_HEAD &&
                    offsetof(struct stream, mark_head) == EVEN_PIXEL_MARK_HEAD &&
@@ -84,12 +80,14 @@ _Static_assert(offsetof(struct even_pixel, ticks) == EVEN_PIXEL_TICKS &&
                    offsetof(struct line, even) == EVEN_PIXEL_RATE &&
                    offsetof(struct line, position) == EVEN_PIXEL_POSITION &&
                    offsetof(struct line, to_edge_ticks) == EVEN_PIXEL_TO_EDGE &&
-                   STREAM_MARKS == EVEN_PIXEL_MARK_COUNT && STREAM_UNKNOWN == UINT8_MAX &&
+                   STREAM_MARKS == EVEN_PIXEL_MARK_COUNT &&
                    EVEN_PIXEL_MAX_STEPS == EVEN_PIXEL_MOST_STEPS &&
                    EVEN_PIXEL_MAX_TICKS >> 16 == EVEN_PIXEL_TICKS_TOO_BIG - 1 &&
-                   STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY &&
-                   EVEN_PIXEL_WAITS == UINT8_MAX,
+                   STEP_RING_CAPACITY == EVEN_PIXEL_RING_CAPACITY,
                "known to even_pixel_put.S and even_pixels_write.S");
+
+_Static_assert(STREAM_UNKNOWN == UINT8_MAX, "known to even_pixel_put.S");
+_Static_assert(EVEN_PIXEL_WAITS == UINT8_MAX, "known to even_pixels_write.S");
 
 #if STREAM_WHOLE_PIXELS
 _Static_assert(offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERIODS &&
@@ -103,35 +101,35 @@ _Static_assert(offsetof(struct stream, behind_periods) == EVEN_PIXEL_BEHIND_PERI
 
 // Set the interval of a pixel. Where the last one had as many steps, the difference of their
 // lengths goes to the remainder as far as the remainder can take it.
-static bool set_interval(struct even_pixel *pixel, uint32_t ticks, uint8_t steps)
+static bool set_interval(struct even_rate *rate, uint32_t ticks, uint8_t steps)
 {
-    uint16_t rest = (uint16_t)(pixel->remainder + (uint16_t)ticks - pixel->ticks);
+    uint16_t rest = (uint16_t)(rate->remainder + (uint16_t)ticks - rate->ticks);
 
-    if (steps == pixel->steps && rest < steps) {
-        pixel->ticks = (uint16_t)ticks;
-        pixel->remainder = (uint8_t)rest;
+    if (steps == rate->steps && rest < steps) {
+        rate->ticks = (uint16_t)ticks;
+        rate->remainder = (uint8_t)rest;
         return true;
     }
-    return even_pixel_divide(pixel, steps, ticks);
+    return even_pixel_divide(rate, steps, ticks);
 }
 
 // Write the periods of the pixel. The interrupt sees all of them at once, by the store of the first
 // one's high byte.
-static void write_periods(const struct even_pixel *pixel,
+static void write_periods(const struct even_rate *rate,
                           struct step_ring *ring,
                           uint8_t slot)
 {
     struct even even = {
-        .base_ticks = pixel->base_ticks,
-        .remainder = pixel->remainder,
-        .steps = pixel->steps,
-        .sum = (uint16_t)(pixel->steps - 1u),
+        .base_ticks = rate->base_ticks,
+        .remainder = rate->remainder,
+        .steps = rate->steps,
+        .sum = (uint16_t)(rate->steps - 1u),
     };
     uint8_t first = slot;
-    uint8_t first_high = (uint8_t)((pixel->base_ticks - (pixel->remainder == 0)) >> 8);
+    uint8_t first_high = (uint8_t)((rate->base_ticks - (rate->remainder == 0)) >> 8);
 
-    ring->high[(uint8_t)(slot + pixel->steps)] = STEP_HIGH_EMPTY;
-    for (uint8_t i = 0; i < pixel->steps; i++, slot++) {
+    ring->high[(uint8_t)(slot + rate->steps)] = STEP_HIGH_EMPTY;
+    for (uint8_t i = 0; i < rate->steps; i++, slot++) {
         uint16_t top = (uint16_t)(even_next(&even) - 1u);
         ring->low[slot] = (uint8_t)top;
         if (slot != first) {
@@ -143,17 +141,17 @@ static void write_periods(const struct even_pixel *pixel,
 
 // Append the pixel, and a mark at its end. The marks know its length modulo 2^16.
 static void even_pixel_put(struct stream *stream,
-                           const struct even_pixel *pixel,
+                           const struct even_rate *rate,
                            uint16_t position)
 {
     uint8_t slot = stream->head;
 
     stream_put_pixel(stream,
-                     pixel->steps,
-                     pixel->ticks,
-                     (uint16_t)(pixel->base_ticks + (pixel->remainder != 0)),
+                     rate->steps,
+                     rate->ticks,
+                     (uint16_t)(rate->base_ticks + (rate->remainder != 0)),
                      position);
-    write_periods(pixel, stream->ring, slot);
+    write_periods(rate, stream->ring, slot);
 }
 
 // Write one pixel of the segment in work, of so many steps. Results as those of
@@ -174,7 +172,7 @@ static inline uint8_t write_pixel(struct line *line,
         !set_interval(&line->even, ticks, steps)) {
         return 0;
     }
-    line_pass_even(line, negative ? -(int16_t)steps : (int16_t)steps);
+    line_pass_even(line, (int16_t)(negative ? -steps : steps));
     even_pixel_put(stream, &line->even, (uint16_t)line->position);
     if (ticks > UINT16_MAX) {
         stream_delay(stream, ticks & ~(uint32_t)UINT16_MAX);

@@ -1,12 +1,14 @@
-// SPDX-License-Identifier: MIT Pixels of few evenly spaced steps: the common case where the pixel
-// clock runs at kilohertz. Such a pixel is written into the stream as a whole, one entry a step,
-// with the very intervals that even.h makes, at a cost that a pixel of a few hundred microseconds
-// leaves room for. Main loop only.
+// SPDX-License-Identifier: MIT
+// Pixels of few evenly spaced steps: the common case where the pixel clock runs at kilohertz. Such
+// a pixel is written into the stream as a whole, one entry a step, with the very intervals that
+// even.h makes, at a cost that a pixel of a few hundred microseconds leaves room for. Main loop
+// only.
 //
 //     T = 10, n = 4     base 2, remainder 2     entries   3  2  3  2
 //
-// What the last pixel knew is kept: a pixel of as many steps needs no quotient, whatever a tick or
-// two of difference in its length. Any other takes its quotient from a table of reciprocals.
+// What the last pixel knew is kept (even_rate.h): a pixel of as many steps needs no quotient,
+// whatever a tick or two of difference in its length. Any other takes its quotient from a table of
+// reciprocals.
 #pragma once
 
 #include <stdbool.h>
@@ -15,6 +17,7 @@
 #include "motion/stream.h" // struct stream
 
 struct line;
+struct even_rate;
 
 // Most steps of such a pixel. More are worth a pulse train.
 #define EVEN_PIXEL_MAX_STEPS 64u
@@ -24,18 +27,6 @@ struct line;
 
 // Longest such pixel, ticks: some 60 Hz. A longer one may cost more.
 #define EVEN_PIXEL_MAX_TICKS 0x3FFFFuL
-
-// The interval of the last such pixel of the line: ticks = base_ticks * steps + remainder.
-struct even_pixel {
-    // Length of the pixel, modulo 2^16: the pixels of a line differ by less.
-    uint16_t ticks;
-    // Shorter interval, ticks.
-    uint16_t base_ticks;
-    // Number of steps; 0: there was no such pixel yet. To be set at the start of a line.
-    uint8_t steps;
-    // So many intervals are one tick longer, 0..steps-1.
-    uint8_t remainder;
-};
 
 // Write the line's next pixels as long as each is one of few even steps in the direction of the
 // steps before it, and as budget, ring and marks allow. Returns what they cost of a round's budget;
@@ -49,3 +40,7 @@ uint8_t even_pixels_write(struct line *line,
 
 // Result of even_pixels_write(): the ring has no room for the next pixel.
 #define EVEN_PIXEL_WAITS 0xFFu
+
+// The interval of a pixel of so many steps and ticks. Returns false when the intervals are too
+// short or too long for single periods. For even_pixels_write() only, which is assembly on a board.
+bool even_pixel_divide(struct even_rate *rate, uint8_t steps, uint32_t ticks);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the assembly (even_pixel*.S) finds the members of struct even_pixel, struct line, struct
+// Where the assembly (even_pixel*.S) finds the members of struct even_rate, struct line, struct
 // stream and struct stream_mark; checked in even_pixel.c. The assembler reads this file, too: plain
 // numbers only.
 //
@@ -10,7 +10,7 @@
 #define STREAM_WHOLE_PIXELS 1
 #endif
 
-// struct even_pixel.
+// struct even_rate.
 #define EVEN_PIXEL_TICKS     0
 #define EVEN_PIXEL_BASE      2
 #define EVEN_PIXEL_STEPS     4

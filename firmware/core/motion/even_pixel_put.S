@@ -1,14 +1,14 @@
 ; SPDX-License-Identifier: MIT
 ; Writes a pixel of few even steps: the assembly half of even_pixel.c. The C that this file stands
-; for is put_pixel() there; even_pixel.h and stream.h explain the numbers:
+; for is there, too; even_pixel.h and stream.h explain the numbers:
 ;
-;     void even_pixel_put(struct stream *stream, const struct even_pixel *pixel, uint16_t position)
+;     void even_pixel_put(struct stream *stream, const struct even_rate *rate, uint16_t position)
 ;
 ;     r0       high byte of the first entry, last of all        r24, r25  ticks of the pixel, then
 ;     r18, r19 shorter interval - 1                                       longer interval - 1
 ;     r20      scratch, then entries still to write             X         first interval, then the
 ;     r21      scratch, then the fraction that is carried                 next entry's low byte
-;     r22      number of steps                                  Y         stream, then the first slot
+;     r22      number of steps                                  Y         stream, then first slot
 ;     r23      so many intervals are a tick longer              Z         a mark, then the next
 ;                                                                         entry's high byte
 ;

@@ -1,5 +1,6 @@
-; SPDX-License-Identifier: MIT Writes pixels of few even steps, one after the other: the assembly
-; half of even_pixel.c. The C that this file stands for is even_pixels_write() there.
+; SPDX-License-Identifier: MIT
+; Writes pixels of few even steps, one after the other: the assembly half of even_pixel.c. The C
+; that this file stands for is even_pixels_write() there.
 ;
 ;     uint8_t even_pixels_write(struct line *line, struct stream *stream, bool negative,
 ;                               uint8_t budget)

@@ -394,7 +394,8 @@ static bool start_beside(const struct ledger *ledger,
     uint8_t known = (uint8_t)(ahead + ledger->fresh);
 
     *start_ticks = ledger->loaded_ticks;
-    while (back < known && captured_ticks >= stream_entry_ticks(stream, (uint8_t)(tail - 1u - back))) {
+    while (back < known &&
+           captured_ticks >= stream_entry_ticks(stream, (uint8_t)(tail - 1u - back))) {
         back++;
     }
     if (ahead > back) {

@@ -74,6 +74,15 @@ enum ledger_extent {
     LEDGER_BY_BATCHES,
 };
 
+// True when so many periods behind are worth the taking of a whole pixel: the account lags enough,
+// or marks run short.
+static inline bool ledger_pixel_due(const struct stream *stream,
+                                    uint8_t whole,
+                                    uint8_t behind)
+{
+    return behind >= whole && (behind >= LEDGER_LAG_PERIODS || stream_marks_low(stream));
+}
+
 // False when an advance by batches would do nothing, or would only count periods of a train that
 // continues: that can wait until somebody asks for the position.
 static inline bool ledger_due(const struct ledger *ledger,
@@ -88,8 +97,7 @@ static inline bool ledger_due(const struct ledger *ledger,
     if (ledger->train == LEDGER_NO_TRAIN) {
         uint8_t whole = stream_whole_pixel(stream);
         if (whole != 0) {
-            return behind >= whole &&
-                   (behind >= LEDGER_LAG_PERIODS || stream_marks_low(stream));
+            return ledger_pixel_due(stream, whole, behind);
         }
         if (behind != 0) {
             return !stream_inside_batch(stream, sample->tail);

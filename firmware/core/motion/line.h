@@ -16,7 +16,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "motion/even_pixel.h"    // struct even_pixel
+#include "motion/even_rate.h"     // struct even_rate
 #include "motion/lock_grid.h"     // struct line_grid
 #include "motion/pixel_period.h"  // struct pixel_grid
 #include "motion/segment_queue.h" // struct segment_queue
@@ -63,7 +63,7 @@ struct line {
     // to_edge_ticks lacks a pixel that has no length yet.
     bool edge_open : 1;
     // The interval of the last pixel of few even steps.
-    struct even_pixel even;
+    struct even_rate even;
     // Half-acceleration of the pixel before, if curved_pixel.c wrote it; else 0. Steps/pixel^2.
     int16_t curve_half;
     // Steps B of play that this line takes up; 0: none.

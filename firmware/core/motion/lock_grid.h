@@ -1,8 +1,8 @@
-// SPDX-License-Identifier: MIT The pixel edges of lines that are locked to the pixel clock: one
-// grid for all axes of the board. Every `divider` edges of the clock make a pixel. A pixel edge
-// gets its time once, by prediction, when the first axis begins to decode the pixel before it; the
-// times of the newest ones are kept for the other axes, which decode the same pixel a little
-// earlier or later. Main loop only.
+// SPDX-License-Identifier: MIT
+// The pixel edges of lines that are locked to the pixel clock: one grid for all axes of the board.
+// Every `divider` edges of the clock make a pixel. A pixel edge gets its time once, by prediction,
+// when the first axis begins to decode the pixel before it; the times of the newest ones are kept
+// for the other axes, which decode the same pixel a little earlier or later. Main loop only.
 //
 //     clock's edges   |   |   |   |   |   |   |   :   :   :   :   :      (divider 2)
 //     number          0       1       2       3       4       5

@@ -23,7 +23,9 @@ void records_reset(struct records *records)
     records->to_next = thin.every;
 #if FEATURE_CLOCK_STATISTICS
     records->shown_ticks = 0;
-    records->early_ticks = 0;
+    for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
+        records->early_ticks[i] = 0;
+    }
 #endif
 }
 
@@ -54,11 +56,12 @@ static void note_newest(struct records *records, int16_t error)
 // Give the newest record the error of an edge that came before its pixel.
 static void take_early(struct records *records, struct kept_record *record)
 {
-    int16_t early_ticks = records->early_ticks;
+    int16_t *place = &records->early_ticks[record->pixel & (RECORDS_EARLY - 1u)];
+    int16_t early_ticks = *place;
 
     record->edge_error_ticks = early_ticks;
     if (early_ticks != 0) {
-        records->early_ticks = 0;
+        *place = 0;
         note_newest(records, early_ticks);
     }
 }
@@ -152,11 +155,15 @@ static struct kept_record *record_of(struct records *records, uint16_t pixel)
 
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
 {
-    struct kept_record *newest = &records->kept[records->newest];
+    const struct kept_record *newest = &records->kept[records->newest];
     struct kept_record *record = NULL;
+    uint16_t ahead = pixel;
 
-    if (records->count != 0 && pixel == (uint16_t)(newest->pixel + 1u)) {
-        records->early_ticks = error_ticks;
+    if (records->count != 0) {
+        ahead = (uint16_t)(pixel - newest->pixel);
+    }
+    if ((uint16_t)(ahead - 1u) < RECORDS_EARLY) {
+        records->early_ticks[pixel & (RECORDS_EARLY - 1u)] = error_ticks;
         return;
     }
     record = record_of(records, pixel);

@@ -24,7 +24,7 @@ static uint16_t next_word(struct segment_reader *reader, uint8_t high)
 // The lowest 15 bits, of which the highest is the sign.
 static int16_t signed_15(uint16_t word)
 {
-    return (int16_t)((word & 0x7FFFu) | (word << 1 & 0x8000u));
+    return (int16_t)((word & 0x7FFFu) | ((uint16_t)(word << 1) & 0x8000u));
 }
 
 // Read what is behind the first byte of an entry of more than one byte.

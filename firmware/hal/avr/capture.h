@@ -55,24 +55,8 @@ struct capture {
 #define CAPTURE_SWITCH_BUSY         2
 #define CAPTURE_SWITCH_OVERRUN      3
 
-// Low 16 bits of the coarse clock, asked for by a handler.
-#if CONFIG_AXES > 1
-static inline uint16_t capture_units(void)
-{
-    struct clock_look look;
-
-    ATOMIC_BLOCK(ATOMIC_FORCEON)
-    {
-        look = clock_look();
-    }
-    return (uint16_t)clock_look_units(&look);
-}
-#else
-static inline uint16_t capture_units(void)
-{
-    return 0;
-}
-#endif
+// Low 16 bits of the coarse clock. The handler of a parked axis's edge calls this.
+uint16_t capture_units_now(void);
 
 // The capture interrupt of `timer` into struct capture `name`, up to where it lets others in; what
 // follows is name##_body. `sample`: assembly that may use r24.

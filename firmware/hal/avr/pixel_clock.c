@@ -18,12 +18,15 @@ static struct capture_queue edges;
 PIXEL_CLOCK_HANDLER(BOARD_PIXEL_CLOCK_TIMER)
 
 #if CONFIG_AXES > 1
-// Called by the handler of a parked axis's edge.
-__attribute__((used)) uint16_t capture_units_now(void);
-
 uint16_t capture_units_now(void)
 {
-    return capture_units();
+    struct clock_look look;
+
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        look = clock_look();
+    }
+    return (uint16_t)clock_look_units(&look);
 }
 
 // The edge of a parked axis has a period of its own, whatever has begun since.

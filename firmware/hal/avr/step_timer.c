@@ -244,10 +244,10 @@ struct place {
 static struct place place_of(uint8_t axis)
 {
 #define BOARD_AXIS(number, timer) [number] = &TCNT##timer,
-    static volatile uint16_t *const counters[CONFIG_AXES] = {
+    static const volatile uint16_t *const counters[CONFIG_AXES] = {
 #include BOARD_FILE
     };
-    volatile uint16_t *from = counters[axis];
+    const volatile uint16_t *from = counters[axis];
     struct place place;
     struct clock_look look;
 

@@ -53,13 +53,15 @@ uint8_t switches_read(uint8_t axis)
 // the oldest one that waits are a switch's bounces.
 bool switch_capture_take(struct switch_capture *capture)
 {
-    bool taken = pixel_clock_take(&capture->edge);
-
+    // Nothing is dropped behind an empty queue: the first edge may come now.
+    if (!pixel_clock_take(&capture->edge)) {
+        return false;
+    }
     if (CONFIG_AXES > 1) {
         capture->seeker = capture->edge.sample;
     }
     (void)pixel_clock_drop();
-    return taken;
+    return true;
 }
 
 static void drop_capture(void)

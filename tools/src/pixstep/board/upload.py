@@ -37,7 +37,10 @@ class Upload:
     ) -> None:
         self.board, self.axis = board, axis
         self._packed = board.packs()
-        self._left = _packed(entries) if self._packed else [_run(entry) for entry in entries]
+        self._left: list[bytes] = []
+        self._count = 0  # of the entries so far
+        self._last = 0  # count of the newest one
+        self._add(entries)
         state = state or board.axis(axis)
         self._block = state["next_block"]
         # Bytes that surely fit, a run being 4; None: to be asked for again.
@@ -90,6 +93,16 @@ class Upload:
         """Send the last block again, as a host does that lost the reply."""
         if self.last:
             self._write(*self.last)
+
+    def _add(self, entries: Iterable[tuple[int, int]]) -> None:
+        """Append entries, as they go to the board."""
+        for entry in entries:
+            self._left.append(self._encoded(entry) if self._packed else _run(entry))
+            self._count += 1
+
+    def _encoded(self, entry: tuple[int, int]) -> bytes:
+        data, self._last = packing.pack(entry, self._last if self._count >= _HEAD else None)
+        return data
 
     def _step(self, room: int) -> tuple[int, bool]:
         """Send one block of what fits the room; return the room left, and whether it was taken."""
@@ -226,15 +239,6 @@ def feed(uploads: Iterable[Upload]) -> int:
         if not sent:
             del room[axis]
     return blocks
-
-
-def _packed(entries: list[tuple[int, int]]) -> list[bytes]:
-    """Return the bytes of each entry of a line."""
-    packed, last = [], None
-    for index, entry in enumerate(entries):
-        data, last = packing.pack(entry, last if index >= _HEAD else None)
-        packed.append(data)
-    return packed
 
 
 def _run(entry: tuple[int, int]) -> bytes:

@@ -99,7 +99,7 @@ class StreamedUpload(Upload):
                 return accepted
 
     def _refill(self) -> None:
-        self._left.extend(islice(self._source, max(0, _AHEAD - len(self._left))))
+        self._add(islice(self._source, max(0, _AHEAD - len(self._left))))
 
 
 def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
