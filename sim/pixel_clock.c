@@ -75,7 +75,8 @@ static void set_period(struct pixel_clock *c)
     c->num = (pixel_wide)cpu_clock_hz() * c->settings.hz_den * (uint64_t)PPM_SCALE;
     c->den = (pixel_wide)c->settings.hz_num * (uint64_t)scaled;
     if (old != c->den && c->rest != 0) {
-        c->rest = (pixel_wide)((long double)c->rest / (long double)old * (long double)c->den);
+        c->rest =
+            (pixel_wide)((long double)c->rest / (long double)old * (long double)c->den);
     }
 }
 

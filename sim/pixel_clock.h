@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The source of the pixel clock: an exact rational frequency with an error in ppm that may wander
-// and step, jitter, missing and false edges. The pulses follow an ideal time line without drift; the
-// rising edge of each is rounded down to a cycle and then displaced by its own jitter. A pulse is
-// high for a quarter of the period, 50 us at most.
+// and step, jitter, missing and false edges. The pulses follow an ideal time line without drift;
+// the rising edge of each is rounded down to a cycle and then displaced by its own jitter. A pulse
+// is high for a quarter of the period, 50 us at most.
 //
 //   ideal     |           |           |           |        num / den cycles apart, exactly
 //   clock     /-\___________/-\______/-\___/-\_______/-    displaced by jitter
