@@ -25,6 +25,7 @@ from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import PlanMotor, Setup
 
 _TINY = 1e-12
+_CANCELLED = 1e-9  # of the other coefficient: less is what rounding leaves of 0
 _NOTHING = 1e-300  # instead of 0 below a fraction
 _FREE = float("inf")
 _FAST = 0.999  # of the highest w: no finer grid makes it faster
@@ -241,7 +242,7 @@ def _rows(part: Intervals, limits: Limits) -> list[_Row]:
         a.append(middle)
         b.append(middle - part.bend - part.twist * du / 2)
     flip = np.where(np.hstack(a) < 0, -1.0, 1.0)
-    a_all, b_all = np.hstack(a) * flip, np.hstack(b) * flip
+    a_all, b_all = _without_noise(np.hstack(a) * flip, np.hstack(b) * flip)
     most = np.tile(_accelerations(part, end_speed, limits), (1, len(a)))
     cap = np.minimum(_speed_cap(part, end_speed, limits), _corner_cap(part, end_bend, limits))
     start_cap = np.minimum(cap, _static(a_all, b_all, most))
@@ -251,6 +252,14 @@ def _rows(part: Intervals, limits: Limits) -> list[_Row]:
     lines = part.straight.tolist()
     rows = [_Row(*values) for values in zip(*(one.tolist() for one in columns), strict=True)]
     return [_shortest(row) if line else row for row, line in zip(rows, lines, strict=True)]
+
+
+def _without_noise(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Return coefficients, 0 for those that cancel: a bound divided by rounding is any number."""
+    return (
+        np.where(np.abs(a) < _CANCELLED * np.abs(b), 0.0, a),
+        np.where(np.abs(b) < _CANCELLED * np.abs(a), 0.0, b),
+    )
 
 
 def _bounds(of: Floats, by: Floats, most: Floats) -> tuple[Floats, Floats]:
