@@ -205,7 +205,7 @@ def test_no_limit_is_exceeded_between_the_nodes_either(seed):
     assert dense_ratios(text, of, int(rng.choice([1, 3, 1000]))).max() <= 1 + 1e-6
 
 
-@pytest.mark.parametrize("seed", range(cases(10, 1000)))
+@pytest.mark.parametrize("seed", range(cases(11, 1000)))
 def test_random_programs_against_an_independent_optimum(seed):
     """Within 2 % of the least time, on the path, exact distances, no limit exceeded."""
     rng = np.random.default_rng(seed)
