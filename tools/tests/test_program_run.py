@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board run` and `Board.run_program`: programs that are planned while they run."""
 
+import doctest
+import importlib
 from fractions import Fraction
 from itertools import pairwise
 
@@ -178,6 +180,12 @@ def test_a_program_by_the_library(mega, folder):
     assert [mega.simulator.steps(0, axis) for axis in (0, 2)] == [18_000, 6000]
     with pytest.raises(px.UserError, match=r"none.pmc"):
         px.read_program("none.pmc", machine).plan()
+
+
+def test_the_example_of_the_docstring(folder):
+    (folder / "square.pmc").write_text(CORNER)
+    done = doctest.testmod(importlib.import_module("pixstep.api.programs"))
+    assert done.attempted == 2 and not done.failed
 
 
 # Entries

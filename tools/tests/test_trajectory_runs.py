@@ -3,6 +3,7 @@
 
 import csv
 import json
+import subprocess
 from fractions import Fraction
 
 import numpy as np
@@ -79,7 +80,7 @@ def test_compensate_command_chooses_and_predicts(pixstep):
     ))  # fmt: skip
     assert facts["play"] == [7485, 5000] and facts["transition_points"] == [64, 100]
     error = facts["predicted_radius_error_counts"][0] / 1_638_400
-    assert abs(error - 0.000073) < 1e-6
+    assert abs(error - 0.000075) < 1e-6
     assert {row["axis"] for row in facts["transitions"]} == {1, 2}
 
 
@@ -385,9 +386,9 @@ def test_a_table_runs_on_a_board_as_it_is_or_compensated(on_board, put):
 
 
 @pytest.mark.usefixtures("simulator")
-def test_measure_play_command(on_board, put):
+def test_measure_play_command(on_board, put, monkeypatch):
     put(MACHINE.replace("117", "1").encode(), "machine.toml")
-    _, console = on_board(Fraction(30), axis2="play=41,home=300,hyst=6,start=100")
+    simulator, console = on_board(Fraction(30), axis2="play=41,home=300,hyst=6,start=100")
     words = ("measure-play", natives.source("tools/data/AccProf-fast-move.csv"), "--haps", 3,
              "--pixel-hz", 30, "--search", 3000, "--repeat", 2)  # fmt: skip
     assert "play 47 steps, the switch's hysteresis within" in console.out(*words, "--axis", 2)
@@ -397,5 +398,16 @@ def test_measure_play_command(on_board, put):
     assert Machine.load("machine.toml")["X"].backlash_steps == 41
     found = console.json(*words, "--hysteresis", 6, "--motor", "X")
     assert (found["play_steps"], found["spread_steps"], found["saved"]) == (41, 0, None)
+
+    def read(*_, **__):
+        _, load = simulator.plant(0, 2)
+        return subprocess.CompletedProcess((), 0, f"{load}\n", "")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(subprocess, "run", read)
+        text = console.out(*words, "--encoder", "read-load", "--axis", 2)
+    assert "play 41 steps, by the encoder, the switch's hysteresis 6 steps; 2 approaches" in text
+    both = (*words, "--encoder", "x", "--hysteresis", 6, "--axis", 2)
+    assert "--encoder finds the hysteresis itself" in console.err(*both, status=2)
     assert "--save: no machine file" in console.err(*words, "--save", "--machine", "none", status=2)
     assert "home_not_found" in console.err(*words, "--axis", 1)
