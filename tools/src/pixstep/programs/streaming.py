@@ -29,7 +29,6 @@ from pixstep.progress import Progress, unseen
 
 Entry = tuple[int, int]
 _AHEAD = 2048  # entries that wait for the board's queue
-_LEAST = 512  # with fewer the planner is waited for
 _FAR = 20_000  # pixels that are planned ahead of the motor that has taken the fewest
 
 
@@ -162,9 +161,9 @@ class StreamedUpload(Upload):
                 return accepted
 
     def _refill(self) -> None:
-        """Take what is planned; wait for more only if the board could soon run dry."""
-        for least, wait in ((_LEAST, True), (_AHEAD, False)):
-            missing = least - len(self._left)
+        """Take what is planned; the planner is waited for only if nothing is left to send."""
+        for wanted, wait in ((1, True), (_AHEAD, False)):
+            missing = wanted - len(self._left)
             if missing > 0:
                 self._left.extend(self._entries.take(self._index, missing, wait=wait))
 
