@@ -10,7 +10,9 @@ import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-_FINER, _STRAIGHT = 4, 64  # pieces for one of the planner's
+# Nodes for an interval of the planner's: a straight one has ramps at its ends, however long it is.
+_EVEN = np.linspace(0, 1, 5)
+_CLOSER = (1 - np.cos(np.linspace(0, np.pi, 97))) / 2
 _LEVELS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 _LEAST = 1e-9
 _ROUNDS = 12
@@ -42,11 +44,11 @@ def least_ms(path, acceleration, speed):
 
 def _sampled(path):
     """Return step, first and second derivative in the middle of each piece of the finer grid."""
-    pieces = np.where(path.straight, _STRAIGHT, _FINER)
-    index = np.repeat(np.arange(len(path)), pieces)
-    number = np.concatenate([np.arange(n) for n in pieces])
-    h = path.du[index] / pieces[index]
-    s = ((number + 0.5) * h)[:, None]
+    nodes = [_CLOSER if straight else _EVEN for straight in path.straight]
+    index = np.repeat(np.arange(len(path)), [len(one) - 1 for one in nodes])
+    h = np.concatenate([np.diff(one) for one in nodes]) * path.du[index]
+    middle = np.concatenate([(one[1:] + one[:-1]) / 2 for one in nodes])
+    s = (middle * path.du[index])[:, None]
     first = path.speed[index] + path.bend[index] * s + path.twist[index] * s**2 / 2
     return h, first, path.bend[index] + path.twist[index] * s
 

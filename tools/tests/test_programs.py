@@ -205,7 +205,7 @@ def test_no_limit_is_exceeded_between_the_nodes_either(seed):
     assert dense_ratios(text, of, int(rng.choice([1, 3, 1000]))).max() <= 1 + 1e-6
 
 
-@pytest.mark.parametrize("seed", range(cases(10, 1000)))
+@pytest.mark.parametrize("seed", range(cases(11, 1000)))
 def test_random_programs_against_an_independent_optimum(seed):
     """Within 2 % of the least time, on the path, exact distances, no limit exceeded."""
     rng = np.random.default_rng(seed)
@@ -225,7 +225,7 @@ def test_random_programs_against_an_independent_optimum(seed):
     assert path_distance(counts, nominal_path) <= 1
     bound = limits(of)
     least, _ = optimum.least_ms(nominal_path, bound.acceleration, bound.speed)
-    assert least * 0.99 <= report.total_ms <= least * 1.02  # its grid costs it something too
+    assert least * 0.999 <= report.total_ms <= least * 1.02
 
 
 @pytest.mark.parametrize("seed", range(cases(40, 1000)))

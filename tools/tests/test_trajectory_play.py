@@ -2,6 +2,8 @@
 """The play of an axis, measured at its home switch on simulated boards."""
 
 import random
+import shlex
+import sys
 from fractions import Fraction
 
 import pytest
@@ -11,7 +13,7 @@ from homebench import PROFILE, HomeBench
 from pixstep.errors import UserError
 from pixstep.machine import writing
 from pixstep.machine.reading import Machine
-from pixstep.moves import playmeasure
+from pixstep.moves import encoders, playmeasure
 from pixstep.moves.homing import HomingError
 
 HZ = Fraction(500)
@@ -139,3 +141,26 @@ def test_the_machine_file_keeps_its_comments(tmp_path):
 
 def test_the_profile_is_quick_enough_to_matter():
     assert max(PROFILE.counts[: PROFILE.haps]) > 20 * SLOWEST
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("print('12,5')", "printed '12,5"),
+        ("print('nan')", "printed 'nan"),
+        ("raise SystemExit(4)", "ended with status 4"),
+    ],
+)
+def test_an_encoder_s_command_that_does_not_tell(code, message):
+    read = encoders.of_command(shlex.join([sys.executable, "-c", code]))
+    with pytest.raises(UserError, match=message):
+        read()
+
+
+def test_an_encoder_s_command():
+    assert encoders.of_command(shlex.join([sys.executable, "-c", "print(-12.5)"]))() == -12.5
+    with pytest.raises(UserError, match="No such file"):
+        encoders.of_command("no-such-program-anywhere")()
+    for text in ("", "  ", "'"):
+        with pytest.raises(UserError, match="encoder"):
+            encoders.of_command(text)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Writes the C source of the Python extension `_core` by cffi: core.h as Python sees it.
+"""Writes the C source of the Python extension `_core` by cffi: core.h and law.h as Python
+sees them.
 
 binding.py OUTPUT.c
 """
@@ -8,7 +9,7 @@ import sys
 
 from cffi import FFI
 
-# What core.h and the headers that it includes declare; the C compiler compares the two.
+# What these headers and those that they include declare; the C compiler compares the two.
 DECLARATIONS = """
 struct line_limits {
     uint32_t pixel_ticks;
@@ -30,6 +31,23 @@ struct plan *plan_begin(uint32_t timer_hz, uint32_t hz_num, uint32_t hz_den,
                         uint32_t entry_count, bool pixels);
 int32_t plan_rows(struct plan *plan, int64_t *values, uint32_t room);
 void plan_end(struct plan *plan);
+
+struct law {
+    uint32_t count;
+    uint32_t bounds;
+    uint32_t motors;
+    const double *a;
+    const double *b;
+    const double *most;
+    const double *cap;
+    const double *end_cap;
+    const uint8_t *rest;
+};
+
+void law_caps(const struct law *law, double *cap);
+double law_backward(const struct law *law, double end, double *highest);
+double law_forward(const struct law *law, const double *highest, double following, double w,
+                   double *begin, double *end);
 """
 
 
@@ -37,7 +55,7 @@ def main() -> None:
     """Write the source."""
     binding = FFI()
     binding.cdef(DECLARATIONS)
-    binding.set_source("_core", '#include "core.h"')
+    binding.set_source("_core", '#include "core.h"\n#include "law.h"')
     binding.emit_c_code(sys.argv[1])
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         read_line,
         read_profile,
     )
+    from pixstep.api.programs import MotionProgram, ProgramPlan, read_program
     from pixstep.api.runs import AxisRun, Run, RunFailedError, Ticks, simulate
     from pixstep.board.errors import BoardError
     from pixstep.errors import PlainError, RefusedError, UserError
@@ -40,9 +41,11 @@ __all__ = [
     "Limits",
     "Machine",
     "MotionLine",
+    "MotionProgram",
     "Motor",
     "PlainError",
     "Profile",
+    "ProgramPlan",
     "RefusedError",
     "Run",
     "RunFailedError",
@@ -55,6 +58,7 @@ __all__ = [
     "make_profile",
     "read_line",
     "read_profile",
+    "read_program",
     "simulate",
 ]
 
@@ -65,6 +69,7 @@ _MODULES = {
         "CheckResult", "MotionLine", "Profile", "import_line", "line", "make_line",
         "make_profile", "read_line", "read_profile",
     ),
+    "api.programs": ("MotionProgram", "ProgramPlan", "read_program"),
     "api.runs": ("AxisRun", "Run", "RunFailedError", "Ticks", "simulate"),
     "board.errors": ("BoardError",),
     "errors": ("PlainError", "RefusedError", "UserError"),

@@ -16,6 +16,7 @@ _SECTIONS = {
         "read_profile", "make_profile", "make_line", "line", "read_line", "import_line",
         "Profile", "MotionLine", "CheckResult", "Finding", "Limits",
     ),
+    "Motion programs": ("read_program", "MotionProgram", "ProgramPlan"),
     "Simulated runs": ("simulate", "Run", "AxisRun", "Ticks"),
     "Boards": ("connect", "Bus", "Board", "AxisState"),
     "Errors": ("PlainError", "UserError", "RefusedError", "RunFailedError", "BoardError"),

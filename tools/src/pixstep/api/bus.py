@@ -7,12 +7,15 @@ from fractions import Fraction
 from typing import Self
 
 from pixstep.api.motions import CheckResult, MotionLine
+from pixstep.api.programs import MotionProgram
 from pixstep.board import connection, limits, settings, upload
 from pixstep.board import run as running
 from pixstep.board.client import Board as Device
 from pixstep.board.connection import Link
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
+from pixstep.machine.reading import Machine as MachineFile
+from pixstep.programs import onboard
 from pixstep.progress import Progress, unseen
 
 
@@ -94,6 +97,26 @@ class Board:
             longest = max(item.pixels for item in by_axis.values())
             running.follow(group, self._link.world, longest, progress)
         return self._states(axes)
+
+    def run_program(
+        self, program: MotionProgram, *, check: bool = True, progress: Progress = unseen
+    ) -> tuple[AxisState, ...]:
+        """Run a motion program while it is planned and return the axes that it moved.
+
+        Memory does not grow with its length. With `check` the program is planned once beforehand,
+        so that a mistake in it is found while nothing moves. Ctrl-C and any error of the program
+        stop the axes. Raises UserError for a mistake, RefusedError for what the board would refuse,
+        BoardError for a fault and for a board that does not answer.
+        """
+        request = program.request
+        onboard.require_fitting(MachineFile.load(program.machine.path), request.setup, self.kind)
+        known = onboard.rehearse(self.device, request) if check else None
+        with (
+            onboard.queued(self.device, request, known) as run,
+            running.stopped_on_failure([run.lines]),
+        ):
+            run.run(self._link.world, progress)
+        return self._states(run.lines.axes)
 
     def stop(self) -> tuple[AxisState, ...]:
         """Stop all axes; return where they are."""

@@ -41,6 +41,10 @@ EXAMPLES = {
     ),
     "board start": ("board start --unit 1,2 --wait",),
     "board stop": ("board stop", "board stop --unit 1 --axis 0"),
+    "board run": (
+        "board run square.pmc",
+        "board run square.pmc --no-check --mode lookahead --window 200",
+    ),
     "board trajectory": (
         "board trajectory circle.trj --play 7485 --pixel-hz 100.13",
         "board trajectory circle.trj --play 7485 --run original",

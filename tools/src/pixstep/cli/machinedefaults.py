@@ -207,6 +207,11 @@ def motor_in_force(ctx: click.Context) -> tuple[Path, str] | None:
     return (facts.found.path, facts.motor.name) if facts.found else None
 
 
+def in_force(ctx: click.Context) -> Machine | None:
+    """Return the machine of a command line; None without a file."""
+    return _facts(ctx).found
+
+
 def by_machine(ctx: click.Context, name: str) -> bool:
     """True if the value of a parameter comes from the machine file."""
     return ctx.get_parameter_source(name) == ParameterSource.DEFAULT_MAP

@@ -181,6 +181,7 @@ _BOARD = {
         "board.simulate:simulate_command",
         "Simulate a board, and work its switches, clock and supply.",
     ),
+    "run": _by_machine("board.program:run_command", "Run a motion program while it is planned."),
     "trajectory": _by_machine(
         "board.trajectory:trajectory_command",
         "Run a table of two axes, its play taken up or not.",

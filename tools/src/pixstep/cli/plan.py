@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,10 +11,14 @@ import click
 from pixstep import progress
 from pixstep.cli.command import FILE, FOLDER, command
 from pixstep.cli.options import json_option, plots_option, show_json
-from pixstep.cli.quantities import TimeType
-from pixstep.errors import NEGATIVE, UserError
-from pixstep.machine import finding
-from pixstep.programs.options import LOOKAHEAD, MODES, WINDOW, Options
+from pixstep.cli.programoptions import (
+    machine_option,
+    plan_options_of,
+    program_options,
+    read_machine,
+    setup_of,
+)
+from pixstep.errors import NEGATIVE
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -28,44 +31,8 @@ _SHOWN = 8  # slowed moves and violations that are printed
 
 @command("plan")
 @click.argument("program", metavar="PROGRAM", type=FILE)
-@click.option(
-    "--mode",
-    type=click.Choice(MODES),
-    default=LOOKAHEAD,
-    show_default=True,
-    help="lookahead never exceeds a limit; mode1 sees no more than two moves.",
-)
-@click.option(
-    "--window",
-    type=click.IntRange(1, 1_000_000),
-    default=WINDOW,
-    show_default=True,
-    help="Moves that lookahead sees ahead.",
-)
-@click.option(
-    "--no-assume-last",
-    is_flag=True,
-    help="mode1: do not time each move as if it were the last one; limits may be exceeded.",
-)
-@click.option(
-    "--segment",
-    type=TimeType("ms", 0, 255),
-    help="Length of a circle's segments: 5ms.  [default: program.segment_time of the machine file]",
-)
-@click.option(
-    "--path-tolerance",
-    type=click.FloatRange(0.01, 1000),
-    default=1.0,
-    show_default=True,
-    help="Steps that a smooth motor may cut a corner by.",
-)
-@click.option(
-    "--machine",
-    metavar="FILE",
-    envvar=finding.VARIABLE,
-    show_envvar=True,
-    help=f"Machine file with motors and limits.  [default: {finding.NAME} in the current folder]",
-)
+@program_options
+@machine_option
 @click.option(
     "--out",
     type=FOLDER,
@@ -86,31 +53,16 @@ def plan(ctx, program, machine, out, plot, as_json, **options):
     a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
     """
     from pixstep.board import limits  # these take a while to load
-    from pixstep.machine.reading import Machine
     from pixstep.programs import results
-    from pixstep.programs.motors import of_machine
     from pixstep.programs.plan import Plan
 
-    path = finding.find(machine)
-    if path is None:
-        raise UserError(
-            f"no machine file: --machine FILE, {finding.VARIABLE}, or {finding.NAME} in this "
-            f"folder (`pixstep machine new` begins one)"
-        )
-    read = Machine.load(path)
-    setup = replace(of_machine(read), path_tolerance=options["path_tolerance"])
-    if options["segment"] is not None:
-        setup = replace(setup, segment_ms=float(options["segment"]))
+    read = read_machine(machine)
+    setup = setup_of(read, options)
     bounds = [
         limits.named(read.board_of(read[motor.name]).kind, read.pixel_hz) for motor in setup.motors
     ]
     with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
-        planned = Plan(
-            str(program),
-            text,
-            setup,
-            Options(options["mode"], options["window"], not options["no_assume_last"]),
-        )
+        planned = Plan(str(program), text, setup, plan_options_of(options))
         done = results.write(planned, out, bounds, plot=plot, progress=go)
     if as_json:
         show_json({"machine": str(read.path), **done.facts})

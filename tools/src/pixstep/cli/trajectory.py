@@ -29,6 +29,7 @@ from pixstep.cli.quantities import StepsType
 from pixstep.cli.trajectoryoptions import (
     LengthType,
     axis_plays,
+    board_play_options,
     counts_of,
     crest_of,
     find_circle,
@@ -190,7 +191,7 @@ def show_command(ctx, table, which, pixel_hz, scale, plot, as_json, **options):
 
 @command("sim")
 @_table_argument
-@play_options
+@board_play_options
 @_run_option
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--axis", type=click.IntRange(0, 3), default=0, show_default=True,

@@ -107,34 +107,49 @@ scale_option = click.option(
     "--scale", type=ScaleType(), metavar="SCALE",
     help='Counts of a length: "1638400 steps/in", "400 steps/mm".  [default: the motor\'s]',
 )  # fmt: skip
-_PLAY_OPTIONS = (
-    click.option(
-        "--play", type=StepsType(0), multiple=True,
-        help="Play of each axis in counts; once, or per axis.",
-    ),
-    click.option(
-        "--transition", type=PointsType(), multiple=True, default=(AUTO,),
-        help="Points in which play is taken up; once, or per axis. auto: those with the smallest "
-        "error for the circle's radius, the play and --bandwidth.  [default: auto]",
-    ),
-    click.option(
-        "--bandwidth", type=BandwidthType(), default="10", show_default=True,
-        help="Natural frequency of the servo that follows the table; none: a motor without lag.",
-    ),
-    click.option(
-        "--damping", type=click.FloatRange(0, 4), default=0.6, show_default=True,
-        help="Damping of that servo.",
-    ),
-    click.option(
-        "--max-added", type=StepsType(1),
-        help="Counts that a transition may add in a point: what the motor's speed may jump by.",
-    ),
-)  # fmt: skip
+_SERVO_HZ = "10"
+_STEPPER_HZ = "20"  # a stepper swings at some tens of hertz, with its load at fewer
+
+
+def _play_options(bandwidth: str, motor: str) -> tuple[Callable, ...]:
+    """Return the options of play and transitions, for motors of a kind."""
+    return (
+        click.option(
+            "--play", type=StepsType(0), multiple=True,
+            help="Play of each axis in counts; once, or per axis.",
+        ),
+        click.option(
+            "--transition", type=PointsType(), multiple=True, default=(AUTO,),
+            help="Points in which play is taken up; once, or per axis. auto: those with the "
+            "smallest error for the circle's radius, the play and --bandwidth.  [default: auto]",
+        ),
+        click.option(
+            "--bandwidth", type=BandwidthType(), default=bandwidth, show_default=True,
+            help=f"Natural frequency of {motor} that follows the table; none: a motor without lag.",
+        ),
+        click.option(
+            "--damping", type=click.FloatRange(0, 4), default=0.6, show_default=True,
+            help="Damping of that motor.",
+        ),
+        click.option(
+            "--max-added", type=StepsType(1),
+            help="Counts that a transition may add in a point: what the motor's speed may jump by.",
+        ),
+    )  # fmt: skip
 
 
 def play_options(command: Callable) -> Callable:
-    """Give a command the options of play and transitions."""
-    for option in reversed(_PLAY_OPTIONS):
+    """Give a command the options of play and transitions, for a servo."""
+    return _with(_play_options(_SERVO_HZ, "the servo"), command)
+
+
+def board_play_options(command: Callable) -> Callable:
+    """Give a command the options of play and transitions, for steppers on a board."""
+    return _with(_play_options(_STEPPER_HZ, "a stepper with its load"), command)
+
+
+def _with(options: tuple[Callable, ...], command: Callable) -> Callable:
+    for option in reversed(options):
         command = option(command)
     return command
 

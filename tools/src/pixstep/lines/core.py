@@ -65,7 +65,7 @@ class Code:
 
 def check(entries: Iterable[Entry], limits: CoreLimits) -> list[Code]:
     """Check a line as a board does; the first error is the one that the board gives."""
-    ffi, lib = _core().ffi, _core().lib
+    ffi, lib = extension().ffi, extension().lib
     rows = _words(entries)
     room = _MOST_OF_ENTRY * len(rows)
     found = ffi.new("struct core_finding[]", max(room, 1))
@@ -86,7 +86,7 @@ def plan(
 
     The line must be one that `check` passes, the frequency one that `rational.refuse_period` does.
     """
-    ffi, lib = _core().ffi, _core().lib
+    ffi, lib = extension().ffi, extension().lib
     rows = _words(entries)
     segments = ffi.new("struct segment[]", rows)  # kept until the plan ends
     begun = lib.plan_begin(
@@ -116,7 +116,7 @@ def _words(entries: Iterable[Entry]) -> list[Entry]:
 def _limits(limits: CoreLimits) -> Any:  # of cffi, which has no types
     ticks, *words = astuple(limits)
     held = min(ticks, NO_LIMIT), *(min(word, MAX_WORD) for word in words)
-    return _core().ffi.new("struct line_limits *", held)
+    return extension().ffi.new("struct line_limits *", held)
 
 
 def _code(number: int, pixel: int) -> Code:
@@ -131,8 +131,8 @@ def codes() -> dict[int, dict[str, Any]]:
 
 
 @cache
-def _core() -> ModuleType:
-    """Load the extension."""
+def extension() -> ModuleType:
+    """Load the extension: the firmware's core, and the inner loops of programs."""
     path = natives.made(LIBRARY)
     loader = importlib.machinery.ExtensionFileLoader("_core", str(path))
     spec = importlib.util.spec_from_loader("_core", loader)

@@ -12,7 +12,6 @@ and again and again: at the slow speed a step takes longer than the contact's de
 captured position is the very step.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
@@ -22,6 +21,7 @@ from pixstep.board.client import Board, BoardError
 from pixstep.board.world import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import Seek
+from pixstep.moves.encoders import Encoder
 from pixstep.moves.homing import Legs
 from pixstep.moves.legs import HomingPlan
 from pixstep.progress import Progress, unseen
@@ -32,7 +32,6 @@ _LEAVE, _CLOSES, _OPENS, _BELOW, _CLOSE, _ABOVE, _OPEN = LEGS
 _QUICK = 3  # legs before the slow ones
 _CONTACT_S = 2e-3  # by which a contact may follow the load, on the quick legs
 _TRIES = 6  # each from twice as far away
-Encoder = Callable[[], float]
 
 
 @dataclass(frozen=True)

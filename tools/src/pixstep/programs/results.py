@@ -2,7 +2,7 @@
 """A plan into a folder: a line file for each motor, all of equal length, and the report."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -66,7 +66,7 @@ def write(
     with outfolder.of_run(out, [*names, REPORT, *pictures]) as folder:
         counts = _write_lines(plan, folder, names, progress)
         found = tuple(
-            tuple(_errors(motor, counts[:, index].tolist(), bounds[index], names[index]))
+            tuple(errors(motor, counts[:, index].tolist(), bounds[index], names[index]))
             for index, motor in enumerate(plan.setup.motors)
         )
         result = Result(plan, tuple(str(out / name) for name in names), counts, found, {})
@@ -118,10 +118,8 @@ def _records(counts: Counts, name: str, first: int) -> bytes:
     return join_records(number_texts(counts.tolist(), CSV_COLUMNS, name, first), LineEnds())
 
 
-def _errors(
-    motor: PlanMotor, counts: list[int], bounds: BoardLimits, name: str
-) -> Iterable[Finding]:
-    """Yield why the board would refuse a line."""
+def errors(motor: PlanMotor, counts: list[int], bounds: BoardLimits, name: str) -> list[Finding]:
+    """Return why the board would refuse a line."""
     line = Line(
         tuple(map(abs, counts)) if motor.smooth else tuple(counts),
         SMOOTH if motor.smooth else PLAIN,

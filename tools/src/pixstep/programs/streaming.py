@@ -2,12 +2,15 @@
 """A plan that is uploaded while it is planned and while it runs: no length needs memory."""
 
 from collections import deque
-from collections.abc import Iterator
-from itertools import chain, groupby, islice
+from collections.abc import Sequence
 
+import numpy as np
+
+from pixstep.board import run as running
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
 from pixstep.board.upload import Upload
+from pixstep.board.world import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import (
     MARK_END,
@@ -18,69 +21,128 @@ from pixstep.lines.runs import (
     MAX_REPEAT,
 )
 from pixstep.programs.motors import PlanMotor
+from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan
 from pixstep.programs.results import of_line
+from pixstep.programs.sources import Here, Source
+from pixstep.progress import Progress, unseen
 
-_AHEAD = 512  # entries that wait for the board's queue
+Entry = tuple[int, int]
+_AHEAD = 2048  # entries that wait for the board's queue
+_FAR = 20_000  # pixels that are planned ahead of the motor that has taken the fewest
 
 
-class Entries:
-    """The queue entries of every motor's line, from one plan that all of them draw on."""
+class _Motor:
+    """The queue entries of one motor that are planned and not taken yet."""
 
-    def __init__(self, plan: Plan) -> None:
-        self.pixels = 0  # that have been planned
-        self._parts = plan.counts()
-        self._motors = plan.setup.motors
-        self._waiting: list[deque[int]] = [deque() for _ in self._motors]
-        self._ways = [0] * len(self._motors)
+    def __init__(self, motor: PlanMotor, way: int) -> None:
+        self.motor = motor
+        self.way = way  # the direction in which the motor moves; 0 if it is not known yet
+        self.pixels = 0  # of the entries that wait
+        self._runs: deque[Entry] = deque()
+        self._begun = self._ended = False
 
-    def of(self, index: int) -> Iterator[tuple[int, int]]:
-        """Yield the entries of a motor: its marks, and its runs as far as they are asked for."""
-        motor = self._motors[index]
-        counts = self._counts(index)
-        first = list(islice(counts, 1))
-        while motor.smooth and not self._ways[index] and self._more():
-            pass
-        yield self._mark(motor, index), 0
-        yield 0, 0
-        for count, group in groupby(chain(first, counts)):
-            while repeat := sum(1 for _ in islice(group, MAX_REPEAT)):
-                yield count, repeat
-        yield MARK_END, 0
+    def add(self, counts: Counts) -> None:
+        """Take the counts of some pixels."""
+        total = int(counts.sum())
+        self.way = self.way or (total > 0) - (total < 0)
+        self.pixels += len(counts)
+        line = of_line(counts, self.motor)
+        starts = np.flatnonzero(np.diff(line, prepend=line[0] - 1))
+        lengths = np.diff(starts, append=len(line))
+        for count, repeat in zip(line[starts].tolist(), lengths.tolist(), strict=True):
+            self._add(count, repeat)
 
-    def _mark(self, motor: PlanMotor, index: int) -> int:
+    def _add(self, count: int, repeat: int) -> None:
+        if self._runs and self._runs[-1][0] == count:
+            repeat += self._runs.pop()[1]
+        while repeat > MAX_REPEAT:
+            self._runs.append((count, MAX_REPEAT))
+            repeat -= MAX_REPEAT
+        self._runs.append((count, repeat))
+
+    @property
+    def unknown(self) -> bool:
+        """True while the entry that begins a line cannot be made."""
+        return self.motor.smooth and not self.way
+
+    def take(self, most: int, *, whole: bool, over: bool) -> list[Entry]:
+        """Return up to so many entries; the last run only if it can grow no more, or not `whole`.
+
+        `over` says that no more counts will come.
+        """
+        found = [] if self._begun else [(self._mark(), 0), (0, 0)]
+        self._begun = True
+        kept = 1 if whole and not over else 0
+        while len(self._runs) > kept and len(found) < most:
+            found.append(self._runs.popleft())
+            self.pixels -= found[-1][1]
+        if over and not self._runs and not self._ended:
+            self._ended = True
+            found.append((MARK_END, 0))
+        return found
+
+    def _mark(self) -> int:
         mark = MARK_START | MARK_WAIT_FOR_EDGE
-        if motor.smooth:
+        if self.motor.smooth:
             mark |= MARK_SMOOTH
-            if (self._ways[index] < 0) != motor.negative:
+            if (self.way < 0) != self.motor.negative:
                 mark |= MARK_NEGATIVE
         return mark
 
-    def _counts(self, index: int) -> Iterator[int]:
-        waiting = self._waiting[index]
-        while waiting or self._more():
-            while waiting:
-                yield waiting.popleft()
 
-    def _more(self) -> bool:
-        """Plan some more pixels for all motors; False at the end."""
-        part = next(self._parts, None)
+class Entries:
+    """The queue entries of every motor's line, from one plan that all of them draw on.
+
+    `ways` are the directions of the motors, if they are known: without them a smooth motor's line
+    begins when the plan has come to its first step.
+    """
+
+    def __init__(
+        self, source: Source, motors: Sequence[PlanMotor], ways: Sequence[int] = ()
+    ) -> None:
+        self._source = source
+        self._motors = [
+            _Motor(motor, way) for motor, way in zip(motors, ways or [0] * len(motors), strict=True)
+        ]
+
+    @property
+    def pixels_ahead(self) -> int:
+        """Pixels that are planned and wait for the motor that has taken the fewest."""
+        return max(one.pixels for one in self._motors)
+
+    def take(self, index: int, most: int, *, wait: bool) -> list[Entry]:
+        """Return entries of a motor, at most so many; with `wait` those that are still planned."""
+        motor = self._motors[index]
+        while motor.unknown and self._more(wait=True):
+            pass
+        found: list[Entry] = []
+        while len(found) < most:
+            found += motor.take(most - len(found), whole=True, over=self._source.over)
+            far = self.pixels_ahead >= _FAR
+            if far:
+                found += motor.take(most - len(found), whole=False, over=self._source.over)
+            if far or len(found) >= most or not self._more(wait=wait):
+                break
+        return found
+
+    def _more(self, *, wait: bool) -> bool:
+        """Take some more pixels for all motors; False if there are none, or none yet."""
+        over = self._source.over
+        part = self._source.more(wait=wait)
         if part is None:
-            return False
-        self.pixels += len(part)
+            return self._source.over != over
         for index, motor in enumerate(self._motors):
-            self._waiting[index].extend(of_line(part[:, index], motor).tolist())
-            total = int(part[:, index].sum())
-            self._ways[index] = self._ways[index] or (total > 0) - (total < 0)
+            motor.add(part[:, index])
         return True
 
 
 class StreamedUpload(Upload):
     """An upload whose entries are made when the board has room for them."""
 
-    def __init__(self, board: Board, axis: int, entries: Iterator[tuple[int, int]]) -> None:
+    def __init__(self, board: Board, axis: int, entries: Entries, index: int) -> None:
         super().__init__(board, axis, [])
-        self._source = entries
+        self._entries, self._index = entries, index
 
     @property
     def done(self) -> bool:
@@ -99,7 +161,36 @@ class StreamedUpload(Upload):
                 return accepted
 
     def _refill(self) -> None:
-        self._add(islice(self._source, max(0, _AHEAD - len(self._left))))
+        """Take what is planned; the planner is waited for only if nothing is left to send."""
+        for wanted, wait in ((1, True), (_AHEAD, False)):
+            missing = wanted - len(self._left)
+            if missing > 0:
+                self._add(self._entries.take(self._index, missing, wait=wait))
+
+
+def begin(board: Board, entries: Entries, motors: Sequence[PlanMotor]) -> running.Lines:
+    """Fill the queues of a board with the beginning of a plan; return what may be armed.
+
+    Raises UserError for motors that share an axis, and as the board and the plan do.
+    """
+    axes = _axes(motors)
+    uploads = [StreamedUpload(board, axis, entries, index) for index, axis in enumerate(axes)]
+    for upload in uploads:
+        upload.push()
+    return running.Lines(board, axes, list(uploads))
+
+
+def follow(lines: running.Lines, world: World, pixels: int = 0, go: Progress = unseen) -> None:
+    """Stream what is left of a plan that runs, and wait for its end.
+
+    Raises BoardError as a board does. A mistake in the program that shows only now stops all axes;
+    it is raised with where they are.
+    """
+    try:
+        running.follow([lines], world, pixels, go)
+    except UserError as error:
+        told = running.stop([lines])
+        raise type(error)(f"{error} (stopped: {told})") from None
 
 
 def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
@@ -108,15 +199,17 @@ def stream(run: BoardRun, plan: Plan, watch: Watch | None = None) -> bool:
     The board is set up by the caller. Raises UserError for motors of several boards' axes, and
     BoardError as the board does.
     """
-    axes = [motor.axis for motor in plan.setup.motors]
-    if len(set(axes)) < len(axes):
-        raise UserError(f"axes {', '.join(map(str, axes))}: a program streams to one board")
-    entries = Entries(plan)
-    run.uploads = {
-        axis: StreamedUpload(run.board, axis, entries.of(index)) for index, axis in enumerate(axes)
-    }
-    for upload in run.uploads.values():
-        upload.push()
-    run.board.command("arm", sorted(axes))
+    motors = plan.setup.motors
+    _axes(motors)
+    lines = begin(run.board, Entries(Here(plan), motors), motors)
+    run.uploads = dict(zip(lines.axes, lines.uploads, strict=True))
+    run.board.command("arm", sorted(lines.axes))
     run.deadline_s = float("inf")
     return run.follow(watch)
+
+
+def _axes(motors: Sequence[PlanMotor]) -> list[int]:
+    axes = [motor.axis for motor in motors]
+    if len(set(axes)) < len(axes):
+        raise UserError(f"axes {', '.join(map(str, axes))}: a program streams to one board")
+    return axes

@@ -21,10 +21,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from pixstep.programs import passes
 from pixstep.programs.blends import Floats, Intervals
 from pixstep.programs.motors import PlanMotor, Setup
+from pixstep.programs.passes import Block
 
 _TINY = 1e-12
+_CANCELLED = 1e-9  # of the other coefficient: less is what rounding leaves of 0
 _NOTHING = 1e-300  # instead of 0 below a fraction
 _FREE = float("inf")
 _FAST = 0.999  # of the highest w: no finer grid makes it faster
@@ -90,8 +93,7 @@ class TimeLaw:
         self.window = max(1, window)
         self._stride = max(1, self.window // 8)
         self._w = _FREE  # where the forward pass stands
-        self._rows: list[_Row] = []
-        self._highest: list[float] = []  # of w at the beginning of each interval, by the last pass
+        self._blocks: list[Block] = []  # of the intervals that the last pass has seen
 
     def runs(self, path: Iterable[Intervals]) -> Iterator[Run]:
         """Yield the intervals of whole moves with their w, once the window has seen enough."""
@@ -108,7 +110,7 @@ class TimeLaw:
         if waiting:
             joined = Intervals.joined(waiting)
             self._extend(joined.part(slice(known, None)))
-            self._backward(end=_FREE)
+            passes.backward(self._blocks, _FREE)
             yield self._forward(joined)
 
     def _committed(
@@ -123,7 +125,7 @@ class TimeLaw:
             horizon = int(np.searchsorted(moves, first + self.window + self._stride, side="right"))
             if horizon > known:
                 self._extend(joined.part(slice(known, horizon)))
-                self._backward(end=0.0)
+                passes.backward(self._blocks, 0.0)
                 known = horizon
             after = int(np.searchsorted(moves, first + self._stride, side="left"))
             yield self._forward(joined.part(slice(place, after)))
@@ -132,51 +134,19 @@ class TimeLaw:
 
     def _extend(self, part: Intervals) -> None:
         if len(part):
-            self._rows += _rows(part, self.limits)
-
-    def _backward(self, end: float) -> None:
-        """Find the highest w of the intervals; those that an earlier pass has right are kept."""
-        rows, before = self._rows, self._highest
-        known = len(before)
-        found = [0.0] * len(rows)
-        for index in range(len(rows) - 1, -1, -1):
-            row = rows[index]
-            limit = min(end, row.end_cap)
-            high = row.cap
-            for offset, slope in zip(row.back, row.back_slope, strict=True):
-                value = offset + slope * limit
-                if value < high:
-                    high = value
-            end = found[index] = _FREE if row.rest else max(high, 0.0)
-            if index < known and before[index] == end:
-                found[:index] = before[:index]
-                break
-        self._highest = found
+            self._blocks.append(_block(part, self.limits))
 
     def _forward(self, part: Intervals) -> Run:
         """Run the first intervals as fast as they may be."""
-        count = len(part)
-        begin, end = [0.0] * count, [0.0] * count
-        w, highest = self._w, self._highest
-        following = [*highest[1 : count + 1], _FREE][:count]
-        for index, (row, high, limit) in enumerate(
-            zip(self._rows[:count], highest[:count], following, strict=True)
-        ):
-            if row.rest:
-                begin[index] = end[index] = 1.0
-                w = _FREE
-                continue
-            w = min(w, high)
-            begin[index] = w
-            top = min(limit, row.end_cap)
-            for offset, slope in zip(row.ahead, row.ahead_slope, strict=True):
-                value = offset + slope * w
-                if value < top:
-                    top = value
-            end[index] = w = max(top, 0.0)
-        self._w = w
-        del self._rows[:count], self._highest[:count]
-        return Run(part, np.array(begin), np.array(end))
+        run, left, missing = [], [], len(part)
+        for block in self._blocks:
+            run.append(block.part(slice(0, missing)))
+            left.append(block.part(slice(missing, None)))
+            missing = max(0, missing - len(block))
+        self._blocks = [block for block in left if len(block)]
+        following = float(self._blocks[0].highest[0]) if self._blocks else _FREE
+        begin, end, self._w = passes.forward([one for one in run if len(one)], following, self._w)
+        return Run(part, begin, end)
 
 
 def refined(runs: Iterable[Run], limits: Limits) -> Iterator[Intervals]:
@@ -218,20 +188,8 @@ def _sharp(path: Intervals) -> npt.NDArray[np.bool_]:
     return np.any(ending | begun, axis=1)
 
 
-@dataclass(slots=True)
-class _Row:
-    """An interval for the passes: bounds of w, and bounds of one end by the other."""
-
-    cap: float
-    end_cap: float
-    back: list[float]  # the beginning is at most each of these and its slope times the end
-    back_slope: list[float]
-    ahead: list[float]
-    ahead_slope: list[float]
-    rest: bool
-
-
-def _rows(part: Intervals, limits: Limits) -> list[_Row]:
+def _block(part: Intervals, limits: Limits) -> Block:
+    """Return the bounds of intervals: their accelerations are linear in w at both ends."""
     du = part.du[:, None]
     end_speed, end_bend = part.end_speed, part.end_bend
     first, last = part.speed / (2 * du), end_speed / (2 * du)
@@ -241,30 +199,17 @@ def _rows(part: Intervals, limits: Limits) -> list[_Row]:
         a.append(middle)
         b.append(middle - part.bend - part.twist * du / 2)
     flip = np.where(np.hstack(a) < 0, -1.0, 1.0)
-    a_all, b_all = np.hstack(a) * flip, np.hstack(b) * flip
-    most = np.tile(_accelerations(part, end_speed, limits), (1, len(a)))
+    a_all, b_all = _without_noise(np.hstack(a) * flip, np.hstack(b) * flip)
     cap = np.minimum(_speed_cap(part, end_speed, limits), _corner_cap(part, end_bend, limits))
-    start_cap = np.minimum(cap, _static(a_all, b_all, most))
-    columns = [
-        start_cap, cap, *_bounds(b_all, a_all, most), *_bounds(a_all, b_all, most), part.rest
-    ]  # fmt: skip
-    lines = part.straight.tolist()
-    rows = [_Row(*values) for values in zip(*(one.tolist() for one in columns), strict=True)]
-    return [_shortest(row) if line else row for row, line in zip(rows, lines, strict=True)]
+    return Block.of(a_all, b_all, _accelerations(part, end_speed, limits), cap, part.rest)
 
 
-def _bounds(of: Floats, by: Floats, most: Floats) -> tuple[Floats, Floats]:
-    """Return offsets and slopes that bound the unknown with coefficients `of` by the other."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(of > _TINY, most / of, _FREE), np.where(of > _TINY, by / of, 0.0)
-
-
-def _shortest(row: _Row) -> _Row:
-    """Return a straight interval's row: one motor is the weakest, and all slopes are 1."""
-    for offsets, slopes in ((row.back, row.back_slope), (row.ahead, row.ahead_slope)):
-        weakest = offsets.index(min(offsets))
-        offsets[:], slopes[:] = [offsets[weakest]], [slopes[weakest]]
-    return row
+def _without_noise(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Return coefficients, 0 for those that cancel: a limit divided by rounding is any number."""
+    return (
+        np.where(np.abs(a) < _CANCELLED * np.abs(b), 0.0, a),
+        np.where(np.abs(b) < _CANCELLED * np.abs(a), 0.0, b),
+    )
 
 
 def _accelerations(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
@@ -303,18 +248,3 @@ def _aside(speed: Floats, bend: Floats) -> Floats:
     length = np.sum(speed**2, axis=1, keepdims=True)
     along = np.sum(speed * bend, axis=1, keepdims=True) / np.maximum(length, _NOTHING)
     return np.where(length > _TINY, bend - along * speed, 0.0)
-
-
-def _static(a: Floats, b: Floats, most: Floats) -> Floats:
-    """Return the highest x with which some y satisfies all: pairs of constraints, y left out."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        alone = np.where(a > _TINY, _FREE, np.where(np.abs(b) > _TINY, most / np.abs(b), _FREE))
-        slope = np.where(a > _TINY, b / a, 0.0)
-        offset = np.where(a > _TINY, most / a, _FREE)
-        falling = np.where(slope < 0, -offset / slope, _FREE)  # y >= 0
-        apart = slope[:, :, None] - slope[:, None, :]
-        both = offset[:, :, None] + offset[:, None, :]
-        pairs = np.where(apart > 0, both / apart, _FREE)
-    return np.minimum(
-        np.minimum(alone.min(axis=1), falling.min(axis=1)), np.nanmin(pairs, axis=(1, 2))
-    )

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 else:
     np = lazy("numpy")
 
+BETWEEN = 8  # places in a point at which the radius is looked at
 _BEFORE = 8  # points before the crest
 _SETTLED = 7.0  # time constants of the servo
 _GRID = 40
@@ -45,18 +46,24 @@ class Choice:
     error: float
 
 
-def predicted_error(crest: Crest, steps: int) -> float:
-    """Return the largest radius error at a point, in counts, around a reversal of so many points.
+def predicted_error(crest: Crest, steps: int, places: int = BETWEEN) -> float:
+    """Return the largest radius error, in counts, around a reversal of so many points.
 
-    Between the points it may be larger by what the circle falls back in one of them.
+    The radius is looked at at so many `places` of each point, in which motors move evenly. With 1
+    it is that at the points alone, less than the truth by what the circle falls back in one of
+    them.
     """
     behind = min(2 * steps + _settling(crest), crest.points // 4)
     point = np.arange(-_BEFORE, behind + 1)
     angle = 2 * pi * point / crest.points
     ramp = np.clip((point - 1) / steps, 0, 1) * crest.play  # begins in the first point moved back
     command = crest.radius * np.cos(angle) - ramp
-    place = model.load(model.follow(command, crest.point_s, crest.servo), crest.play, 1)
-    distance = np.hypot(place, crest.radius * np.sin(angle))
+    motor = model.follow(command, crest.point_s, crest.servo)
+    fine = np.arange((len(point) - 1) * places + 1) / places
+    motor, beside = (
+        np.interp(fine, point + _BEFORE, one) for one in (motor, crest.radius * np.sin(angle))
+    )
+    distance = np.hypot(model.load(motor, crest.play, 1), beside)
     return float(np.max(np.abs(distance - crest.radius)))
 
 

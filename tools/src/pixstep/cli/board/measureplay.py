@@ -15,7 +15,7 @@ from pixstep.cli.options import HZ, json_option, show_json
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.units import SPEED, parse
-from pixstep.moves import playmeasure
+from pixstep.moves import encoders, playmeasure
 from pixstep.moves.playmeasure import MeasuredPlay
 
 
@@ -29,10 +29,13 @@ from pixstep.moves.playmeasure import MeasuredPlay
 @click.option("--hysteresis", type=StepsType(0),
               help="Of the switch: by how much it opens below where it closes, as its data sheet "
               "says. Without it the play found has it within.")  # fmt: skip
+@click.option("--encoder", metavar="COMMAND",
+              help="Prints the load's position in steps, asked at rest: play and hysteresis are "
+              "told apart.")  # fmt: skip
 @click.option("--save", is_flag=True, help="Write the play into the machine file.")
 @json_option
 @click.pass_context
-def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **options):
+def measure_play_command(ctx, line, unit, repeat, hysteresis, encoder, save, as_json, **options):
     """Measure the play of an axis by its home switch.
 
     By a CSV or CSB profile, with the options of `pixstep board home`; nothing is zeroed. The slow
@@ -42,6 +45,9 @@ def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **o
     motor = machinedefaults.motor_in_force(ctx) if save else None
     if save and motor is None:
         raise UserError("--save: no machine file: --machine FILE and --motor NAME say which motor")
+    if encoder is not None and hysteresis is not None:
+        raise UserError("--encoder finds the hysteresis itself: leave --hysteresis out")
+    read = encoders.of_command(encoder) if encoder is not None else None
     if options["slow"] is None:
         options["slow"] = parse("2" if options["decode"] == "smooth" else "1", SPEED)
     with one_board(line, unit) as (found, known):
@@ -51,7 +57,7 @@ def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **o
             with progress.shown("measuring") as show, stopping(group):
                 measured = playmeasure.measure(
                     known.board, plan, pixel_hz, found.world,
-                    repeat=repeat, hysteresis=hysteresis, progress=show,
+                    repeat=repeat, hysteresis=hysteresis, encoder=read, progress=show,
                 )  # fmt: skip
         except BoardError as error:
             raise BoardError(f"board {unit}: {error}") from None
@@ -70,7 +76,9 @@ def measure_play_command(ctx, line, unit, repeat, hysteresis, save, as_json, **o
 
 def _text(unit: int, found: MeasuredPlay) -> str:
     """Return what was found, in a sentence."""
-    if found.hysteresis is None:
+    if found.by_encoder:
+        known = f"by the encoder, the switch's hysteresis {found.hysteresis:g} steps"
+    elif found.hysteresis is None:
         known = "the switch's hysteresis within (--hysteresis takes it off)"
     else:
         known = f"hysteresis of {found.hysteresis:g} steps taken off"

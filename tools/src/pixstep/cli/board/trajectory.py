@@ -9,7 +9,7 @@ from pixstep.cli.board.group import AXIS, line_options, one_board, unit_option
 from pixstep.cli.board.upload import check_lines, run_lines
 from pixstep.cli.command import FILE, command
 from pixstep.cli.options import HZ, json_option, show_json
-from pixstep.cli.trajectoryoptions import axis_plays, play_options, read_table
+from pixstep.cli.trajectoryoptions import axis_plays, board_play_options, read_table
 from pixstep.lines.rational import period_ticks, refuse_period
 from pixstep.trajectories import boardsim, host, transitions
 from pixstep.trajectories.circletest import RUNS
@@ -19,7 +19,7 @@ from pixstep.trajectories.table import AXES
 
 @command("trajectory")
 @click.argument("table", metavar="TABLE", type=FILE)
-@play_options
+@board_play_options
 @click.option("--run", "which", type=click.Choice(RUNS), default=COMPENSATED, show_default=True,
               help="The table as it is, or with its play taken up.")  # fmt: skip
 @click.option("--take-up/--no-take-up", default=True, show_default=True,

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Motion programs: planned to lines, or run on a board while they are planned."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from os import PathLike, fspath
+from typing import Any
+
+import numpy as np
+
+from pixstep.api.machines import Machine
+from pixstep.api.motions import MotionLine, line
+from pixstep.lines.line import PLAIN, SMOOTH
+from pixstep.machine.reading import Machine as MachineFile
+from pixstep.programs.motors import of_machine
+from pixstep.programs.options import LOOKAHEAD, WINDOW, Options
+from pixstep.programs.plan import Plan
+from pixstep.programs.results import of_line
+from pixstep.programs.sources import Request
+
+
+@dataclass(frozen=True)
+class ProgramPlan:
+    """A program that is planned: a line for each motor, all of equal length."""
+
+    total_ms: float
+    """How long it takes, in milliseconds."""
+    pixels: int
+    """Length of the lines."""
+    lines: Mapping[int, MotionLine]
+    """A line for each motor, by its axis. Whole steps may lie 2 steps/px2 above a plain motor's
+    limit, so the lines do not name their motors."""
+    exceeded: tuple[str, ...]
+    """What exceeds a limit, in words; only `mode="mode1"` has any."""
+    report: Mapping[str, Any]
+    """Everything that is known, as `report.json` of `pixstep plan` has it."""
+
+
+@dataclass(frozen=True)
+class MotionProgram:
+    """A motion program (docs/PROGRAMS.md) for the motors of a machine: `read_program`.
+
+    Example:
+        >>> program = read_program("square.pmc", Machine.load("machine.toml"))
+        >>> program.plan().total_ms < 2000
+        True
+    """
+
+    path: str
+    """The file."""
+    machine: Machine
+    """The machine whose motors it moves."""
+    request: Request
+    """How it is planned."""
+
+    def plan(self) -> ProgramPlan:
+        """Plan it as a whole: this holds all of its lines in memory.
+
+        Raises UserError naming file, line and column of a mistake in it.
+        """
+        request = self.request
+        with request.text() as text:
+            plan = Plan(self.path, text, request.setup, request.options)
+            counts = np.vstack(list(plan.counts()))
+        lines = {
+            motor.axis: line(
+                of_line(counts[:, index], motor), pixel_hz=request.setup.pixel_hz,
+                decode=SMOOTH if motor.smooth else PLAIN, name=f"{self.path}, motor {motor.name}",
+                negative=motor.smooth and (counts[:, index].sum() < 0) != motor.negative,
+            )
+            for index, motor in enumerate(request.setup.motors)
+        }  # fmt: skip
+        report = plan.report
+        exceeded = tuple(
+            f"{self.path}:{one.line}: {one.motor} {one.ratio:.4g} x" for one in report.violations
+        )
+        return ProgramPlan(report.total_ms, report.pixels, lines, exceeded, report.as_json())
+
+
+def read_program(
+    path: str | PathLike[str],
+    machine: Machine,
+    *,
+    mode: str = LOOKAHEAD,
+    window: int = WINDOW,
+    segment_ms: float | None = None,
+) -> MotionProgram:
+    """Return a motion program for a machine; the file is read when it is planned or run.
+
+    `mode` is `"lookahead"` or `"mode1"`, `window` the moves that lookahead sees ahead, `segment_ms`
+    the length of a circle's segments, by default that of the machine file. Raises UserError for
+    motors without limits.
+    """
+    setup = of_machine(MachineFile.load(machine.path))
+    if segment_ms is not None:
+        setup = replace(setup, segment_ms=segment_ms)
+    name = fspath(path)
+    return MotionProgram(name, machine, Request(name, setup, Options(mode, window)))

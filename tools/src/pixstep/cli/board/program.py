@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep board run`: a motion program on a board, planned while it runs."""
+
+from __future__ import annotations
+
+import click
+
+from pixstep import progress
+from pixstep.cli import machinedefaults
+from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.cli.command import FILE, command
+from pixstep.cli.options import json_option, show_json
+from pixstep.cli.programoptions import none_found, plan_options_of, program_options, setup_of
+
+
+@command("run")
+@click.argument("program", metavar="PROGRAM", type=FILE)
+@program_options
+@line_options
+@unit_option
+@click.option(
+    "--no-check", "check", is_flag=True, default=True, flag_value=False,
+    help="Begin at once: a mistake further down stops the motors when the plan comes to it.",
+)  # fmt: skip
+@json_option
+@click.pass_context
+def run_command(ctx, program, line, unit, check, as_json, **options):
+    """Run a motion program while it is planned.
+
+    A machine file says which motors it moves; positions count from where they are. First the
+    program is planned once without moving: a mistake in it, or a line that the board would refuse,
+    is found at rest. Then the motors start together on one pixel clock edge. Planning goes on in a
+    process of its own and memory does not grow with the program. Ctrl-C stops the motors.
+    """
+    from pixstep.programs import onboard  # numpy takes a while to load
+    from pixstep.programs.sources import Request
+
+    machine = machinedefaults.in_force(ctx)
+    if machine is None:
+        raise none_found()
+    request = Request(str(program), setup_of(machine, options), plan_options_of(options))
+    with one_board(line, unit) as (found, known):
+        board = known.board
+        known.axes(tuple(motor.axis for motor in request.setup.motors))
+        onboard.require_fitting(machine, request.setup, known.who.board)
+        rehearsed = None
+        if check:
+            with progress.shown("planning") as show:
+                rehearsed = onboard.rehearse(board, request, show)
+        with onboard.queued(board, request, rehearsed) as run:
+            with progress.shown("running") as show, stopping([run.lines]):
+                run.run(found.world, show)
+            rows = run.rows()
+    if as_json:
+        show_json({"program": str(program), "unit": unit, "axes": rows})
+        return
+    for row in rows:
+        click.echo(
+            f"board {unit} axis {row['axis']}: motor {row['motor']} {row['state']}, moved "
+            f"{row['moved_steps']} steps to position {row['position_steps']}"
+        )

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""What the commands that plan motion programs share: options, and the motors of a machine file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pixstep.cli.quantities import TimeType
+from pixstep.errors import UserError
+from pixstep.machine import finding
+from pixstep.programs.options import LOOKAHEAD, MODES, WINDOW, Options
+
+if TYPE_CHECKING:
+    from pixstep.machine.reading import Machine
+    from pixstep.programs.motors import Setup
+
+_OPTIONS = (
+    click.option(
+        "--mode",
+        type=click.Choice(MODES),
+        default=LOOKAHEAD,
+        show_default=True,
+        help="lookahead never exceeds a limit; mode1 sees no more than two moves.",
+    ),
+    click.option(
+        "--window",
+        type=click.IntRange(1, 1_000_000),
+        default=WINDOW,
+        show_default=True,
+        help="Moves that lookahead sees ahead.",
+    ),
+    click.option(
+        "--no-assume-last",
+        is_flag=True,
+        help="mode1: do not time each move as if it were the last one; limits may be exceeded.",
+    ),
+    click.option(
+        "--segment",
+        type=TimeType("ms", 0, 255),
+        help="Length of a circle's segments: 5ms.  "
+        "[default: program.segment_time of the machine file]",
+    ),
+    click.option(
+        "--path-tolerance",
+        type=click.FloatRange(0.01, 1000),
+        default=1.0,
+        show_default=True,
+        help="Steps that a smooth motor may cut a corner by.",
+    ),
+)
+machine_option = click.option(
+    "--machine",
+    metavar="FILE",
+    envvar=finding.VARIABLE,
+    show_envvar=True,
+    help=f"Machine file with motors and limits.  [default: {finding.NAME} in the current folder]",
+)
+
+
+def program_options(command: Callable) -> Callable:
+    """Give a command the options of planning."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def read_machine(given: str | None) -> Machine:
+    """Read the machine file that is given or found. Raises UserError if there is none."""
+    from pixstep.machine.reading import Machine  # pydantic takes a while to load
+
+    path = finding.find(given)
+    if path is None:
+        raise none_found()
+    return Machine.load(path)
+
+
+def none_found() -> UserError:
+    """Return what is wrong where a machine file is missing."""
+    return UserError(
+        f"no machine file: --machine FILE, {finding.VARIABLE}, or {finding.NAME} in this "
+        f"folder (`pixstep machine new` begins one)"
+    )
+
+
+def setup_of(machine: Machine, options: dict[str, Any]) -> Setup:
+    """Return the setup of a machine file and of the options."""
+    from pixstep.programs.motors import of_machine
+
+    setup = replace(of_machine(machine), path_tolerance=options["path_tolerance"])
+    if options["segment"] is not None:
+        setup = replace(setup, segment_ms=float(options["segment"]))
+    return setup
+
+
+def plan_options_of(options: dict[str, Any]) -> Options:
+    """Return how a program is to be planned."""
+    return Options(options["mode"], options["window"], not options["no_assume_last"])

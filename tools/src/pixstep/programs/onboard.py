@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""A program on a board: rehearsed at rest, then planned by a process of its own while it runs."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from pixstep.board import limits
+from pixstep.board import run as running
+from pixstep.board.device import Board
+from pixstep.board.world import World
+from pixstep.errors import RefusedError, UserError
+from pixstep.lines.rational import refuse_period
+from pixstep.machine.model import Tables
+from pixstep.programs import rehearsal, streaming
+from pixstep.programs.motors import Setup
+from pixstep.programs.plan import Plan
+from pixstep.programs.rehearsal import Rehearsal
+from pixstep.programs.sources import PlanProcess, Request
+from pixstep.progress import Progress, unseen
+
+
+@dataclass(frozen=True)
+class OnBoard:
+    """A program whose beginning is queued; `pixels` is its length, 0 if it is not known."""
+
+    board: Board
+    setup: Setup
+    lines: running.Lines
+    before: dict[int, int]
+    pixels: int
+
+    def run(self, world: World, progress: Progress = unseen) -> None:
+        """Arm the motors, which start on one pixel clock edge, and follow them to the end.
+
+        Raises BoardError as a board does, UserError for a mistake in the program that shows only
+        now: the motors are stopped then.
+        """
+        running.arm(self.board, self.lines.axes)
+        streaming.follow(self.lines, world, self.pixels, progress)
+
+    def rows(self) -> list[dict]:
+        """Return what each motor has done as plain data."""
+        axes = self.lines.axes
+        states, places = running.states(self.board, axes), running.positions(self.board, axes)
+        return [
+            {
+                "axis": motor.axis,
+                "motor": motor.name,
+                "state": states[motor.axis],
+                "moved_steps": places[motor.axis] - self.before[motor.axis],
+                "position_steps": places[motor.axis],
+            }
+            for motor in self.setup.motors
+        ]
+
+
+def require_fitting(machine: Tables, setup: Setup, kind: str) -> None:
+    """Raise UserError for motors on several boards, RefusedError for a board of another kind."""
+    names = {motor.name: machine.board_name(machine.motors[motor.name]) for motor in setup.motors}
+    boards = sorted(set(names.values()))
+    if len(boards) > 1:
+        raise UserError(
+            f"{machine.path}: motors on boards {' and '.join(boards)}: a program streams to one "
+            f"board"
+        )
+    wanted = machine.boards[boards[0]].kind
+    if wanted != kind:
+        raise RefusedError(f"{machine.path} has boards.{boards[0]} as a {wanted}, it is a {kind}")
+
+
+def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Rehearsal:
+    """Plan a program to its end with the board's own limits; nothing is sent.
+
+    Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
+    """
+    bounds = limits.connected(board, request.setup.pixel_hz)
+    with request.text() as text:
+        plan = Plan(request.path, text, request.setup, request.options)
+        return rehearsal.rehearse(plan, bounds, progress)
+
+
+@contextmanager
+def queued(board: Board, request: Request, known: Rehearsal | None = None) -> Iterator[OnBoard]:
+    """Queue the beginning of a program, its rehearsal being `known`; end the planner at the end.
+
+    Sets the board's pixel frequency to that of the plan. Raises as `streaming.begin` does.
+    """
+    setup = request.setup
+    refuse_period(setup.pixel_hz, board.tick_hz())
+    if limits.connected(board).pixel_hz != setup.pixel_hz:
+        board.set_pixel_hz(setup.pixel_hz)
+    axes = [motor.axis for motor in setup.motors]
+    before = dict(running.positions(board, axes))
+    with PlanProcess(request) as source:
+        entries = streaming.Entries(source, setup.motors, known.ways if known else ())
+        lines = streaming.begin(board, entries, setup.motors)
+        yield OnBoard(board, setup, lines, before, known.pixels if known else 0)
