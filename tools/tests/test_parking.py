@@ -2,18 +2,20 @@
 """Axes at rest are parked: time goes on without their interrupts, and a line starts right."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import pytest
 
 from bench import Bench
 from effort import cases
 from pixstep.board import boards
-from pixstep.board.client import BoardError
+from pixstep.board.client import BoardError, LineRefusedByBoardError
 from pixstep.board.run import arm
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation import verdict
 from pixstep.simulation.edges import read_clock, read_edges
+from pixstep.simulation.simboard import SimulatedBoard
 
 pytestmark = pytest.mark.usefixtures("simulator")
 
@@ -135,3 +137,14 @@ def test_axes_that_are_too_fast_together_are_not_armed(board):
         arm(bench.board, [0])
         bench.until(lambda: bench.state(0) == "done")
         bench.assert_rest()
+
+
+def test_a_run_of_lines_that_are_too_fast_together_says_so():
+    fast = Line((1000,) * 20, PLAIN)
+    with SimulatedBoard("mega", Fraction(100)) as board:
+        board.set_up(Fraction(100), [0, 1])
+        board.load({0: fast, 1: fast})
+        with pytest.raises(LineRefusedByBoardError) as refusal:
+            board.arm()
+        board.finish()
+    assert (refusal.value.name, refusal.value.axis) == ("too_fast_together", 0)

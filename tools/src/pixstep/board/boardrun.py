@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from pixstep.board import registers as regs
 from pixstep.board.connection import Link
-from pixstep.board.errors import BoardError
+from pixstep.board.errors import IMPOSSIBLE, BoardError
 from pixstep.board.upload import Upload, feed
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
@@ -93,10 +93,24 @@ class BoardRun:
             world.wait(min(_POLL_S, _MEASURING_POLL_EDGES * self._clock_s))
 
     def arm(self) -> None:
-        """Arm all loaded axes at once: their lines start on one pixel clock edge."""
-        self.board.command("arm", sorted(self.uploads))
+        """Arm all loaded axes at once: their lines start on one pixel clock edge.
+
+        Raises LineRefusedByBoardError for lines that are too fast together.
+        """
+        try:
+            self.board.command("arm", sorted(self.uploads))
+        except BoardError as error:
+            if error.code == IMPOSSIBLE:
+                self._raise_too_fast()
+            raise
         lasts_s = (self._pixels + _START_PIXELS) * self._period_s + _POLL_S
         self.deadline_s = self.link.world.now_s() + lasts_s
+
+    def _raise_too_fast(self) -> None:
+        for axis in sorted(self.uploads):
+            refusal = self.board.refusal(axis)
+            if refusal.name == "too_fast_together":
+                raise refusal from None
 
     def states(self) -> dict[int, str]:
         """Return the state of each axis by name."""
