@@ -142,8 +142,8 @@ def test_axes_that_are_too_fast_together_are_not_armed(board):
 def test_a_run_of_lines_that_are_too_fast_together_says_so():
     fast = Line((1000,) * 20, PLAIN)
     with SimulatedBoard("mega", Fraction(100)) as board:
-        board.set_up(Fraction(100), [0, 1])
-        board.load({0: fast, 1: fast})
+        board.set_up(Fraction(100), list(range(4)))
+        board.load(dict.fromkeys(range(4), fast))
         with pytest.raises(LineRefusedByBoardError) as refusal:
             board.arm()
         board.finish()
