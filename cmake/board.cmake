@@ -41,9 +41,15 @@ function(pixstep_read_board name)
     endif()
     set(BOARD_IS_SMALL ${small} PARENT_SCOPE)
     math(EXPR baud_clock_100 "${BOARD_CPU_HZ} / 800")
+    set(grid_edges 16)
+    if(BOARD_AXES EQUAL 1)
+        set(grid_edges 1)
+    endif()
     set(BOARD_DEFINITIONS
         "BOARD_FILE=<hal/boards/${name}.def>" "RECORDS_KEPT=${BOARD_RECORDS}u"
-        "STREAM_BATCHES=${BOARD_STREAM_BATCHES}u" "BAUD_CLOCK_100=${baud_clock_100}u"
+        "STREAM_BATCHES=${BOARD_STREAM_BATCHES}u"
+        "STREAM_WHOLE_PIXELS=${BOARD_WHOLE_PIXELS}" "BAUD_CLOCK_100=${baud_clock_100}u"
+        "LOCK_GRID_EDGES=${grid_edges}u"
         PARENT_SCOPE
     )
 endfunction()

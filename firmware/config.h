@@ -25,12 +25,16 @@
 // at once and the handler's own way to OCRnA. Cycles (uno, mega, m1284); `pixstep bench --only
 // waits` and `--only handlers` measure them:
 //
-//     interrupts off in the main loop, or in a serial handler   21    21    21
+//     interrupts off in the main loop, or in a serial handler   21    28    28
 //     pixel clock capture, until it lets others in              13    14    13
-//     step handlers of the other axes                            -   141    47   47 each
+//     step handlers of the other axes                            -   147    49   49 each
 //     a train's period, from the flag's service to OCRnA        23    25    23
 //                                                               --   ---   ---
-//                                                               57   201   104
+//                                                               57   214   113
+//
+// Axes at rest are parked and interrupt nobody: with fewer axes moving an interval may be shorter
+// (DESIGN.md, "Axes at rest"). The waits of a coincidence can then be longer than the interval; a
+// train catches up (step_isr.S).
 //
 // A single period takes 29 (31) cycles to OCRnA, so that only pulse trains make the shortest
 // periods (decode.c). The other axes take up to 86 cycles where they begin a train. They begin
@@ -50,17 +54,32 @@
 // more: the direction output changes that long after the middle at most. One axis's commands take
 // 370 ticks on the Uno and 630 on the Mega; there four axes that reverse at once take 1530, and a
 // byte on the bus may come between (test_turns.py reverses all of them at the limit).
-#define CONFIG_BOARD_NAME                BOARD_NAME
-#define CONFIG_BOARD_ID                  BOARD_ID
-#define CONFIG_AXES                      BOARD_AXES
-#define CONFIG_PIXEL_CLOCK_AXIS          BOARD_PIXEL_CLOCK_AXIS
-#define CONFIG_SWITCH_CAPTURE_AXIS       BOARD_SWITCH_CAPTURE_AXIS
-#define CONFIG_QUEUE_ENTRIES             BOARD_QUEUE_ENTRIES // runs and marks per axis
-#define CONFIG_EVENTS                    BOARD_EVENTS        // kept in the event log
-#define CONFIG_MIN_INTERVAL_TICKS        (BOARD_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_BOARD_NAME          BOARD_NAME
+#define CONFIG_BOARD_ID            BOARD_ID
+#define CONFIG_AXES                BOARD_AXES
+#define CONFIG_PIXEL_CLOCK_AXIS    BOARD_PIXEL_CLOCK_AXIS
+#define CONFIG_SWITCH_CAPTURE_AXIS BOARD_SWITCH_CAPTURE_AXIS
+#define CONFIG_QUEUE_ENTRIES      BOARD_QUEUE_ENTRIES // runs and marks per axis, at least
+#define CONFIG_QUEUE_BYTES        (CONFIG_QUEUE_ENTRIES * 4u)
+#define CONFIG_EVENTS             BOARD_EVENTS               // kept in the event log
+#define CONFIG_CLOCK_EDGES        (CONFIG_AXES == 1 ? 4 : 8) // captured, not taken
+#define CONFIG_MIN_INTERVAL_TICKS (BOARD_MIN_INTERVAL_TICKS + 0u)
 #define CONFIG_SMOOTH_MIN_INTERVAL_TICKS (BOARD_SMOOTH_MIN_INTERVAL_TICKS + 0u)
-#define CONFIG_SEEK_MIN_INTERVAL_TICKS   (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
-#define CONFIG_REVERSAL_MARGIN_TICKS     ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
+// The same while only 1, 2 or 3 axes are armed or move, on a board with more axes.
+#if !defined(BOARD_MIN_INTERVAL_1_TICKS)
+#define BOARD_MIN_INTERVAL_1_TICKS        BOARD_MIN_INTERVAL_TICKS
+#define BOARD_SMOOTH_MIN_INTERVAL_1_TICKS BOARD_SMOOTH_MIN_INTERVAL_TICKS
+#endif
+#if !defined(BOARD_MIN_INTERVAL_2_TICKS)
+#define BOARD_MIN_INTERVAL_2_TICKS        BOARD_MIN_INTERVAL_TICKS
+#define BOARD_SMOOTH_MIN_INTERVAL_2_TICKS BOARD_SMOOTH_MIN_INTERVAL_TICKS
+#endif
+#if !defined(BOARD_MIN_INTERVAL_3_TICKS)
+#define BOARD_MIN_INTERVAL_3_TICKS        BOARD_MIN_INTERVAL_TICKS
+#define BOARD_SMOOTH_MIN_INTERVAL_3_TICKS BOARD_SMOOTH_MIN_INTERVAL_TICKS
+#endif
+#define CONFIG_SEEK_MIN_INTERVAL_TICKS (BOARD_SEEK_MIN_INTERVAL_TICKS + 0u)
+#define CONFIG_REVERSAL_MARGIN_TICKS   ((uint32_t)BOARD_REVERSAL_MARGIN_TICKS)
 
 // An axis's place in an array of axes: with a single one it is known when the image is built.
 #if CONFIG_AXES == 1
@@ -69,7 +88,6 @@
 #define CONFIG_INDEX(axis) ((uint8_t)(axis))
 #endif
 
-#if (CONFIG_QUEUE_ENTRIES & (CONFIG_QUEUE_ENTRIES - 1)) != 0 || CONFIG_QUEUE_ENTRIES > 128
-#error                                                                                   \
-    "CONFIG_QUEUE_ENTRIES must be a power of two up to 128: the queue's indices are 8 bits"
+#if (BOARD_QUEUE_ENTRIES & (BOARD_QUEUE_ENTRIES - 1)) != 0 || BOARD_QUEUE_ENTRIES < 2
+#error "BOARD_QUEUE_ENTRIES must be a power of two from 2 on"
 #endif

@@ -29,7 +29,7 @@ static enum block_result queue_block(uint16_t block)
     static const uint8_t entries[] = {
         0x00, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 1, 0, 2, 0, 0};
 
-    return axis_queue_block(&bench.axis, &bench.limits, block, entries, 4);
+    return bench_queue_block(block, entries, sizeof entries, false);
 }
 
 static void block_numbers(void)
@@ -38,7 +38,7 @@ static void block_numbers(void)
     TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(1));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(0));
     TEST_ASSERT_EQUAL(BLOCK_REPEATED, queue_block(0));
-    TEST_ASSERT_EQUAL_UINT8(4, segment_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT16(16, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_WRONG, queue_block(2));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, queue_block(1));
     TEST_ASSERT_EQUAL_UINT16(2, bench.axis.next_block);
@@ -62,7 +62,7 @@ static void full_queue_takes_all_or_nothing(void)
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(1, 1));
     TEST_ASSERT_EQUAL(BLOCK_FULL, queue_block(bench.axis.next_block));
-    TEST_ASSERT_EQUAL_UINT8(1, segment_queue_free(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT16(4, segment_queue_free(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
     TEST_ASSERT_EQUAL(BLOCK_FULL, bench_queue(PLAIN_MARK, 0));
 }
@@ -74,11 +74,11 @@ static void refused_line_stays_out(void)
     static const uint8_t entries[] = {0x00, 0x31, 0, 0, 0, 0, 0, 0, 0, 10, 0, 3};
 
     TEST_ASSERT_EQUAL(BLOCK_REFUSED,
-                      axis_queue_block(&bench.axis, &bench.limits, 0, entries, 3));
+                      bench_queue_block(0, entries, sizeof entries, false));
     TEST_ASSERT_EQUAL(AXIS_REFUSED, bench.axis.life.state);
     TEST_ASSERT_EQUAL(LINE_oscillates, bench.axis.line_error);
     TEST_ASSERT_EQUAL_UINT32(1, bench.axis.line_error_pixel);
-    TEST_ASSERT_EQUAL_UINT8(0, segment_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT16(0, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_REFUSED, queue_block(0));
     TEST_ASSERT_FALSE(axis_arm(&bench.axis, &bench.period, true));
     axis_stop(&bench.axis);
@@ -257,7 +257,7 @@ static void streamed_line_goes_on(void)
 
     queue_long_start();
     while (!bench_finish_line()) {
-        if (queued < 400 && segment_queue_free(&bench.axis.queue) > 20) {
+        if (queued < 400 && segment_queue_free_entries(&bench.axis.queue) > 20) {
             TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(3, 1));
             queued++;
             wanted += 3;
@@ -339,47 +339,58 @@ static void warning_is_reported(void)
     TEST_ASSERT_EQUAL(LINE_ripple, bench.axis.line_warning);
 }
 
+static void check_queued(int16_t count, uint16_t repeat)
+{
+    struct segment segment;
+
+    TEST_ASSERT_TRUE(segment_queue_pop(&bench.axis.queue, &segment));
+    TEST_ASSERT_EQUAL_INT16(count, segment.count);
+    TEST_ASSERT_EQUAL_UINT16(repeat, segment.repeat);
+}
+
 // The entries of a block are queued in their order.
 static void block_of_several_entries(void)
 {
     static const uint8_t block[] = {0, 0x21, 0, 0, 0, 0, 0, 0, 0, 5, 0, 3, 0, 7, 1, 2};
-    struct segment segment;
 
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN,
-                      axis_queue_block(&bench.axis, &bench.limits, 0, block, 4));
-    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 0, &segment));
-    TEST_ASSERT_EQUAL_INT16(0x21, segment.count);
-    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 2, &segment));
-    TEST_ASSERT_EQUAL_INT16(5, segment.count);
-    TEST_ASSERT_EQUAL_UINT16(3, segment.repeat);
-    TEST_ASSERT_TRUE(segment_queue_peek(&bench.axis.queue, 3, &segment));
-    TEST_ASSERT_EQUAL_INT16(7, segment.count);
-    TEST_ASSERT_EQUAL_UINT16(0x102, segment.repeat);
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue_block(0, block, sizeof block, false));
+    check_queued(0x21, 0);
+    check_queued(0, 0);
+    check_queued(5, 3);
+    check_queued(7, 0x102);
 }
 
 // Periods that are written one by one before a pixel's pulse train begins.
-static uint8_t singles_before_the_train(uint8_t stagger)
+static uint8_t singles_before_the_train(uint8_t stagger, int16_t steps)
 {
     uint8_t singles = 0;
 
     bench_open(1000, 1);
     bench.axis.stagger = stagger;
-    queue_plain(PLAIN_MARK, 100, 1);
+    queue_plain(PLAIN_MARK, steps, 1);
     TEST_ASSERT_TRUE(bench_start_line());
     for (uint8_t slot = 0; bench.ring.high[slot] != STEP_HIGH_TRAIN; slot++) {
         TEST_ASSERT_TRUE(bench.ring.high[slot] != STEP_HIGH_EMPTY);
         singles = (uint8_t)(singles + (bench.ring.high[slot] != STEP_HIGH_COMMAND));
     }
     run_to_the_end();
-    TEST_ASSERT_EQUAL_INT32(100, bench.steps);
+    TEST_ASSERT_EQUAL_INT32(steps, bench.steps);
     return singles;
 }
 
 static void trains_of_several_axes_begin_some_steps_apart(void)
 {
-    uint8_t first = singles_before_the_train(0);
+    uint8_t first = singles_before_the_train(0, 100);
 
-    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6));
+    TEST_ASSERT_EQUAL_UINT8(first + 5u, singles_before_the_train(6, 100));
+}
+
+// Single periods below 160 ticks would leave the step interrupt too little time to begin a train.
+static void trains_of_short_intervals_begin_at_once(void)
+{
+    uint8_t first = singles_before_the_train(0, 101);
+
+    TEST_ASSERT_EQUAL_UINT8(first, singles_before_the_train(6, 101));
 }
 
 // Intervals of 64768 and 64769 ticks: as a single period the longer one would read as a pulse
@@ -420,7 +431,7 @@ static void chained_line_that_is_only_a_mark_yet(void)
     TEST_ASSERT_TRUE(bench_start_line());
     run_to_the_end();
     TEST_ASSERT_EQUAL_INT32(30, bench.steps);
-    TEST_ASSERT_EQUAL_UINT8(1, segment_queue_fill(&bench.axis.queue));
+    TEST_ASSERT_EQUAL_UINT16(4, segment_queue_fill(&bench.axis.queue));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(10, 2));
     TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
@@ -450,6 +461,7 @@ int main(void)
     RUN_TEST(warning_is_reported);
     RUN_TEST(block_of_several_entries);
     RUN_TEST(trains_of_several_axes_begin_some_steps_apart);
+    RUN_TEST(trains_of_short_intervals_begin_at_once);
     RUN_TEST(longest_single_period);
     RUN_TEST(next_line_is_not_dry);
     RUN_TEST(chained_line_that_is_only_a_mark_yet);

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT One axis makes the whole worked example, from blocks to STEP edges:
-// at every pixel edge it has the position that the example gives.
+// SPDX-License-Identifier: MIT
+// One axis makes the whole worked example, from blocks to STEP edges: at every pixel edge it has
+// the position that the example gives.
 #include <stdbool.h>
 #include <stdint.h>
 

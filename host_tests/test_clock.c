@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT The coarse clock's units against 64-bit arithmetic, at the clock of
-// the part that runs this suite.
+// SPDX-License-Identifier: MIT
+// The coarse clock's units against 64-bit arithmetic, at the clock of the part that runs this
+// suite.
 #include "fakes/board.h" // fake_pass
 #include "hal/clock.h"
 #include "unity.h"

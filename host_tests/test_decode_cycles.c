@@ -156,7 +156,7 @@ static void slow(void)
 }
 
 static struct pixel_period period;
-static struct segment slots[16];
+static uint8_t slots[64];
 static struct segment_queue queue;
 static struct line line;
 static struct walk walk;
@@ -174,7 +174,7 @@ static void check_new_pieces(uint16_t backlash, uint16_t budget)
     struct piece piece;
 
     (void)pixel_period_set(&period, 16000000uL, 30, 1);
-    segment_queue_init(&queue, slots, 16);
+    segment_queue_init(&queue, slots, sizeof slots);
     push(LINE_MARK_START | LINE_START_SMOOTH, 0);
     push((int16_t)backlash, 912);
     push(0, 1);
@@ -195,7 +195,7 @@ static void check_new_pieces(uint16_t backlash, uint16_t budget)
 
 static void new_piece(void)
 {
-    check_new_pieces(0, 3450);
+    check_new_pieces(0, 3800);
     check_new_pieces(250, 5000);
 }
 

@@ -53,10 +53,58 @@ static void random_quotients(void)
     }
 }
 
+static void check_product(uint32_t a, uint32_t b, uint32_t divisor)
+{
+    uint64_t product = (uint64_t)a * b;
+    uint32_t rest = 12345;
+    uint32_t whole = divide_product(a, b, divisor, &rest);
+
+    if (product >> 32 >= divisor) {
+        TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, whole);
+        TEST_ASSERT_EQUAL_UINT32(12345, rest);
+        return;
+    }
+    TEST_ASSERT_TRUE(rest < divisor);
+    TEST_ASSERT_EQUAL_HEX64(product, (uint64_t)whole * divisor + rest);
+}
+
+static void extreme_products(void)
+{
+    static const uint32_t values[] = {0,
+                                      1,
+                                      2,
+                                      0xFFFF,
+                                      0x10000uL,
+                                      0x7FFFFFFFuL,
+                                      0x80000000uL,
+                                      0xFFFFFFFEuL,
+                                      0xFFFFFFFFuL};
+    uint8_t count = (uint8_t)(sizeof values / sizeof values[0]);
+
+    for (uint8_t i = 0; i < count; i++) {
+        for (uint8_t k = 0; k < count; k++) {
+            for (uint8_t d = 0; d < count; d++) {
+                check_product(values[i], values[k], values[d]);
+            }
+        }
+    }
+}
+
+static void random_products(void)
+{
+    for (uint16_t i = 0; i < ROUNDS; i++) {
+        uint32_t a = chance() >> chance_between(0, 31);
+        uint32_t b = chance() >> chance_between(0, 31);
+        check_product(a, b, chance() >> chance_between(0, 31));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(extremes);
     RUN_TEST(random_quotients);
+    RUN_TEST(extreme_products);
+    RUN_TEST(random_products);
     return UNITY_END();
 }

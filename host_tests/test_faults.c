@@ -235,13 +235,28 @@ static void clock_is_not_missed_by_nobody(void)
     TEST_ASSERT_FALSE(reference_present());
 }
 
+// Edges wait for the main loop, and none is lost.
+static void clock_edges_wait(void)
+{
+    start_plain(0, 4, 100);
+    bench_rounds(50);
+    uint32_t edges = reference_watch()->edges;
+
+    fake_pass(BENCH_PIXEL_TICKS * 4uL);
+    bench_rounds(1);
+    TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
+    TEST_ASSERT_EQUAL_UINT32(edges + 4u, reference_watch()->edges);
+    TEST_ASSERT_TRUE(bench_until(0, AXIS_DONE));
+}
+
 static void clock_edge_lost(void)
 {
     start_plain(0, 4, 100);
     bench_rounds(50);
-    fake_pass(35000u);
+    fake_pass(BENCH_PIXEL_TICKS * (CONFIG_CLOCK_EDGES + 3uL));
     bench_rounds(1);
     check_fault(FAULT_clock_edge_lost, 0);
+    TEST_ASSERT_EQUAL_UINT16(3, faults_record()->argument);
     TEST_ASSERT_EQUAL(AXIS_FAULT, axes_get(0)->life.state);
     check_recovery(0);
 }
@@ -322,6 +337,7 @@ int main(void)
     RUN_TEST(pixel_clock_missing_in_a_line);
     RUN_TEST(pixel_clock_missing_when_armed);
     RUN_TEST(clock_is_not_missed_by_nobody);
+    RUN_TEST(clock_edges_wait);
     RUN_TEST(clock_edge_lost);
     RUN_TEST(start_late);
     RUN_TEST(broken_promise_stops_everything);

@@ -258,7 +258,7 @@ static void direction_changes_inside_the_interval(void)
 // and set-up time on both sides, whether their time is written early or not.
 static void check_reversal_behind_zero_pixels(uint16_t needed_ticks, bool written_early)
 {
-    const uint32_t pixel_ticks = 3200;
+    const uint32_t pixel_ticks = 1500;
     uint32_t interval = 0;
 
     setUp();

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Switches of the fake board: the filter, and limit switches that stop
-// an axis that moves on towards them.
+// SPDX-License-Identifier: MIT
+// Switches of the fake board: the filter, and limit switches that stop an axis that moves on
+// towards them.
 #include <stdint.h>
 
 #include "fakes/board.h"

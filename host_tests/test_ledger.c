@@ -196,7 +196,7 @@ static void run_pixels(uint8_t pixels, bool negative)
         step(2000, negative);
         step(2000, negative);
         position += negative ? -2 : 2;
-        feed_mark_here(&feed, false, position);
+        feed_mark_here(&feed, false, (int16_t)position);
         if (k == 0) {
             release();
         } else {
@@ -224,7 +224,8 @@ static void records_wrap(void)
 {
     run_pixels(RECORDS_KEPT + 3u, false);
     TEST_ASSERT_EQUAL_UINT8(RECORDS_KEPT, ledger.records.count);
-    TEST_ASSERT_EQUAL_UINT8(3, ledger.records.next);
+    TEST_ASSERT_EQUAL_UINT8(2, ledger.records.newest);
+    TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT + 3u, ledger.records.made);
     TEST_ASSERT_EQUAL_UINT32(RECORDS_KEPT + 3u, ledger.pixel);
     struct pixel_record newest = records_get(&ledger.records, RECORDS_KEPT - 1u);
     TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT + 3u, newest.pixel);

@@ -10,7 +10,7 @@
 #define SLOTS    64u
 #define TIMER_HZ 16000000uL
 
-static struct segment slots[SLOTS];
+static uint8_t slots[4u * SLOTS];
 static struct segment_queue queue;
 static struct pixel_period period;
 static struct line line;
@@ -21,7 +21,7 @@ static uint16_t edges;
 
 void setUp(void)
 {
-    segment_queue_init(&queue, slots, SLOTS);
+    segment_queue_init(&queue, slots, sizeof slots);
     (void)pixel_period_set(&period, TIMER_HZ, 30, 1);
     at_ticks = 0;
     steps = 0;

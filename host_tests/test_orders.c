@@ -73,7 +73,7 @@ static void check_twice(enum command again)
     TEST_ASSERT_EQUAL(AXIS_EMPTY, bench_input(REG_AXIS_BASE + REG_AXIS_STRIDE));
     bench_rounds(300);
     TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STOPPING));
-    TEST_ASSERT_EQUAL(STEP_ENGINE_IDLE, step_timer_state(1));
+    TEST_ASSERT_EQUAL(STEP_ENGINE_PARKED, step_timer_state(1));
     check_nothing_moves();
     TEST_ASSERT_EQUAL(FAULT_none, faults_record()->code);
     check_usable(1);
@@ -156,7 +156,7 @@ static void loaded_line_survives_an_emergency_stop(void)
     bench_rounds(20);
     TEST_ASSERT_EQUAL(FAULT_estop, faults_record()->code);
     TEST_ASSERT_EQUAL(AXIS_LOADED, axes_get(BENCH_LAST)->life.state);
-    TEST_ASSERT_EQUAL(STEP_ENGINE_HALTED, step_timer_state(BENCH_LAST));
+    TEST_ASSERT_FALSE(step_timer_unpark(BENCH_LAST));
     fake_estop(true);
     command(0, COMMAND_CLEAR_FAULT);
     bench_rounds(3);
@@ -346,6 +346,25 @@ static void zero_pixels_at_a_fast_clock_begin(void)
     TEST_ASSERT_EQUAL_INT32(3, fake_axes[0].steps);
 }
 
+// Steps closer together than all axes may make them beside each other, and not too close for one.
+static void axes_that_are_too_fast_together_are_not_armed(void)
+{
+    int16_t steps = (int16_t)(BENCH_PIXEL_TICKS / CONFIG_MIN_INTERVAL_TICKS + 10u);
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        bench_plain_line(i, steps, 30);
+    }
+    refused(BENCH_ALL_AXES, COMMAND_ARM);
+    TEST_ASSERT_EQUAL(LINE_too_fast_together, axes_get(0)->line_error);
+    TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_ARMED));
+    TEST_ASSERT_EQUAL_HEX8(BENCH_ALL_AXES, bench_axes_in(AXIS_LOADED));
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        command(BENCH_MASK_OF(i), COMMAND_ARM);
+        TEST_ASSERT_EQUAL(true, bench_until(i, AXIS_DONE));
+        TEST_ASSERT_EQUAL_INT32(30 * (int32_t)steps, fake_axes[i].steps);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -369,5 +388,6 @@ int main(void)
     RUN_TEST(clock_five_percent_fast_is_followed);
     RUN_TEST(clock_that_has_rested_may_start_a_line);
     RUN_TEST(zero_pixels_at_a_fast_clock_begin);
+    RUN_TEST(axes_that_are_too_fast_together_are_not_armed);
     return UNITY_END();
 }

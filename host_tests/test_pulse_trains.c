@@ -111,9 +111,7 @@ static struct even random_even(void)
 
 static void put_train(struct even *even, uint16_t steps)
 {
-    struct even before = *even;
-
-    feed_train(&feed, &before, steps, even_skip(even, steps));
+    (void)feed_train(&feed, even, steps);
 }
 
 static void same_periods_as_one_by_one(void)

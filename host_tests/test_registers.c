@@ -59,7 +59,7 @@ static void start_line(int16_t count, uint16_t pixels)
 static void board_describes_itself(void)
 {
     TEST_ASSERT_EQUAL_UINT16(REG_MAP_VERSION, bench_input(REG_INPUT_map_version));
-    TEST_ASSERT_EQUAL_UINT16(3, bench_input(0)); // what the host's tools know
+    TEST_ASSERT_EQUAL_UINT16(4, bench_input(0)); // what the host's tools know
     TEST_ASSERT_EQUAL_UINT16(CONFIG_VERSION_MAJOR * 256 + CONFIG_VERSION_MINOR,
                              bench_input(REG_INPUT_firmware_version));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_BOARD_ID, bench_input(REG_INPUT_board_id));
@@ -69,6 +69,10 @@ static void board_describes_itself(void)
                              bench_input(REG_INPUT_min_interval_ticks));
     TEST_ASSERT_EQUAL_UINT16(CONFIG_SMOOTH_MIN_INTERVAL_TICKS,
                              bench_input(REG_INPUT_smooth_min_interval_ticks));
+    TEST_ASSERT_EQUAL_UINT16(BOARD_MIN_INTERVAL_1_TICKS,
+                             bench_input(REG_INPUT_min_interval_1_ticks));
+    TEST_ASSERT_EQUAL_UINT16(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS,
+                             bench_input(REG_INPUT_smooth_min_interval_3_ticks));
     TEST_ASSERT_EQUAL_UINT16(RECORDS_KEPT, bench_input(REG_INPUT_record_capacity));
     TEST_ASSERT_EQUAL_UINT8(CONFIG_BOARD_ID, data_server_id());
 }
@@ -92,14 +96,17 @@ static void mapped_inputs(void)
 {
     // The areas of a board with four axes touch: a read may cross from one to the next.
     check_inputs(true, 0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE);
-    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_features + 1);
-    check_inputs(false, 0, REG_INPUT_features + 2);
+    check_inputs(CONFIG_AXES == 4, 0, REG_INPUT_smooth_min_interval_3_ticks + 1);
+    check_inputs(false, 0, REG_INPUT_smooth_min_interval_3_ticks + 2);
     check_inputs(CONFIG_AXES == 4, REG_INPUT_fault_mask_high - 1, 2);
+    check_inputs(true, REG_ROOM_BASE, CONFIG_AXES);
+    check_inputs(false, REG_ROOM_BASE - 1, 2);
+    check_inputs(false, REG_ROOM_BASE, CONFIG_AXES + 1);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 1, 2);
     check_inputs(CONFIG_AXES == 4, REG_EVENT_BASE - 100, 125);
-    check_inputs(true, REG_INPUT_fault_mask_high, 9);
-    check_inputs(false, REG_INPUT_fault_mask_high, 10);
-    check_inputs(false, REG_INPUT_features + 1, 1);
+    check_inputs(true, REG_INPUT_fault_mask_high, 23);
+    check_inputs(false, REG_INPUT_fault_mask_high, 24);
+    check_inputs(false, REG_INPUT_smooth_min_interval_3_ticks + 1, 1);
     check_inputs(
         true, REG_RECORD_BASE + BENCH_LAST * REG_RECORD_STRIDE, REG_RECORD_STRIDE);
     check_inputs(false, REG_EVENT_BASE, 1 + CONFIG_EVENTS * REG_EVENT_WORDS + 1);
@@ -118,7 +125,7 @@ static void mapped_holdings(void)
     check_holdings(true, 0, SETTINGS_WORDS);
     check_holdings(false, 0, SETTINGS_WORDS + 1);
     check_holdings(false, SETTINGS_WORDS, 1);
-    check_holdings(false, REG_HOLDING_enable_settle_ms, 0x102);
+    check_holdings(false, REG_HOLDING_record_every, 0x102);
     check_holdings(true, REG_HOLDING_axis_mask, 3);
     check_holdings(false, REG_HOLDING_axis_mask, 4);
     check_holdings(false, REG_HOLDING_axis_mask - 1, 2);
@@ -136,7 +143,7 @@ static void settings_write_and_read_back(void)
                              bench_input_wide(REG_INPUT_pixel_period_ticks));
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_max_acceleration, 77));
     TEST_ASSERT_EQUAL_UINT16(77, data_holding(REG_HOLDING_max_acceleration));
-    TEST_ASSERT_EQUAL_UINT16(77, limits_now()->max_acceleration);
+    TEST_ASSERT_EQUAL_UINT16(77, limits_together(1)->max_acceleration);
 }
 
 // A finished line is no longer the reference of the clock once the period may have changed.
@@ -168,9 +175,9 @@ static void impossible_settings_change_nothing(void)
 static void direction_times_limit_reversals(void)
 {
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_setup_us, 100));
-    TEST_ASSERT_TRUE(limits_now()->reversal_min_ticks >= BENCH_TICKS_PER_MS / 5u);
+    TEST_ASSERT_TRUE(limits_together(1)->reversal_min_ticks >= BENCH_TICKS_PER_MS / 5u);
     TEST_ASSERT_EQUAL(MODBUS_OK, write_word(REG_HOLDING_dir_hold_us, 1000));
-    TEST_ASSERT_TRUE(limits_now()->reversal_min_ticks >= 2u * BENCH_TICKS_PER_MS);
+    TEST_ASSERT_TRUE(limits_together(1)->reversal_min_ticks >= 2u * BENCH_TICKS_PER_MS);
 }
 
 // A queued line was checked against the settings at the time of its upload.
@@ -233,6 +240,8 @@ static void queue_registers(void)
     bench_plain_line(1, 10, 20);
     TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_ENTRIES - 4,
                              axis_input(1, REG_AXIS_queue_free));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_BYTES - 16, bench_input(REG_ROOM_BASE + 1));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_BYTES, bench_input(REG_ROOM_BASE));
     TEST_ASSERT_EQUAL_UINT16(4, axis_input(1, REG_AXIS_next_block));
     TEST_ASSERT_EQUAL_UINT16(AXIS_LOADED, axis_input(1, REG_AXIS_axis_state));
     TEST_ASSERT_EQUAL_UINT16(0, axis_input(0, REG_AXIS_next_block));
@@ -253,7 +262,7 @@ static void refusal_registers(void)
 
 static enum modbus_exception window(const uint16_t *words, uint8_t count)
 {
-    uint8_t bytes[16];
+    uint8_t bytes[20];
 
     for (uint8_t i = 0; i < count; i++) {
         put_word(&bytes[2u * i], words[i]);
@@ -277,6 +286,29 @@ static void queue_window_rules(void)
                              axis_input(0, REG_AXIS_queue_free));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(wrong_block, 4));
     TEST_ASSERT_EQUAL_UINT16(AXIS_LOADING, axis_input(0, REG_AXIS_axis_state));
+}
+
+// Packed bytes behind a word of their number and the axis; a byte that only fills the last word is
+// none of them.
+static void queue_window_takes_packed_bytes(void)
+{
+    static const uint16_t line[] = {
+        0, 0x0D01, 0x8021, 0, 0x8000, 0, 0x3D3E, 0x7105, 0x3880};
+    static const uint16_t end[] = {1, 0x0401, 0x8002, 0};
+    static const uint16_t no_axis[] = {0, 0x0400 + CONFIG_AXES, 0x8021, 0};
+    static const uint16_t cut[] = {2, 0x0101, 0x8021};
+
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(line, 8));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(no_axis, 4));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(end, 2));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(line, 9));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(line, 9));
+    TEST_ASSERT_EQUAL_UINT16(CONFIG_QUEUE_BYTES - 13, bench_input(REG_ROOM_BASE + 1));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_LOADING, axis_input(1, REG_AXIS_axis_state));
+    TEST_ASSERT_EQUAL(MODBUS_OK, window(end, 4));
+    TEST_ASSERT_EQUAL_UINT16(AXIS_LOADED, axis_input(1, REG_AXIS_axis_state));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, window(cut, 3));
+    TEST_ASSERT_EQUAL_UINT16(LINE_malformed, axis_input(1, REG_AXIS_line_error));
 }
 
 static void full_queue_is_busy(void)
@@ -411,6 +443,7 @@ int main(void)
     RUN_TEST(queue_registers);
     RUN_TEST(refusal_registers);
     RUN_TEST(queue_window_rules);
+    RUN_TEST(queue_window_takes_packed_bytes);
     RUN_TEST(full_queue_is_busy);
     RUN_TEST(line_registers);
     RUN_TEST(records_oldest_first);

@@ -70,7 +70,8 @@ static void observe(uint32_t *parts)
     parts[PART_FAULT] = hash(1, faults_record(), sizeof(struct fault_record));
     parts[PART_SETTINGS] = hash(1, settings_now(), sizeof(struct settings));
     parts[PART_WATCH] = hash(1, reference_watch(), sizeof(struct clock_watch));
-    parts[PART_LIMITS] = hash(1, limits_now(), sizeof(struct line_limits));
+    parts[PART_LIMITS] =
+        hash(1, limits_together(CONFIG_AXES), sizeof(struct line_limits));
     parts[PART_SEEK] = hash(1, seek_now(), sizeof(struct seek));
     parts[PART_LAST_ORDER] = hash(1, commands_last(), sizeof(struct order));
     parts[PART_OUTPUTS] = hash(1, fake_axes, sizeof fake_axes);

@@ -3,6 +3,7 @@
 #include <stdint.h>
 
 #include "app/settings.h"
+#include "config.h"
 #include "unity.h"
 #include "wire/register_map.h"
 
@@ -43,7 +44,7 @@ static void words_by_address(void)
     TEST_ASSERT_EQUAL_HEX32(0x1234FEDCuL, settings_u32(SETTINGS.pixel_hz_num));
     TEST_ASSERT_EQUAL_HEX32(1, settings_u32(SETTINGS.pixel_hz_den));
     TEST_ASSERT_EQUAL_UINT16(999, SETTINGS.enable_settle_ms);
-    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_enable_settle_ms + 1, SETTINGS_WORDS);
+    TEST_ASSERT_EQUAL_UINT16(REG_HOLDING_record_every + 1, SETTINGS_WORDS);
 }
 
 static void check_value(uint16_t address, uint16_t word, bool possible)
@@ -81,6 +82,10 @@ static void ranges(void)
     check_range(REG_HOLDING_bus_timeout_ms, 0, 60000);
     check_range(REG_HOLDING_idle_off_ms, 0, 60000);
     check_range(REG_HOLDING_enable_settle_ms, 0, 1000);
+    check_range(REG_HOLDING_sync, 0, 2);
+    check_range(REG_HOLDING_lock_tolerance_ppm, 100, 50000);
+    check_range(REG_HOLDING_hold_over_edges, 0, 100);
+    check_range(REG_HOLDING_record_every, 1, 10000);
 }
 
 static void check_hz(bool possible, uint32_t num, uint32_t den)
@@ -105,6 +110,25 @@ static void pixel_frequencies_as_a_whole(void)
     check_hz(false, 1, 2);
 }
 
+// The divider and the pixel frequency together make a pixel.
+static void pixels_of_many_edges(void)
+{
+    SETTINGS.divider = 1000;
+    check_hz(true, 1000, 1);
+    check_hz(false, 0xFFFFFFFFuL, 0xFFFFFFFFuL / 1000u + 1u);
+    check_hz(false, 900, 1); // longer than 2^24 ticks
+    SETTINGS.divider = 0;
+    check_hz(false, 1000, 1);
+    SETTINGS.divider = 1001;
+    check_hz(false, 5000, 1);
+    // A locked pixel may become longer.
+    SETTINGS.divider = 1000;
+    check_hz(true, CONFIG_TIMER_HZ / 16700u, 1);
+    SETTINGS.sync = SYNC_LOCK;
+    check_hz(false, CONFIG_TIMER_HZ / 16700u, 1);
+    check_hz(true, CONFIG_TIMER_HZ / 15700u, 1);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -112,5 +136,6 @@ int main(void)
     RUN_TEST(words_by_address);
     RUN_TEST(ranges);
     RUN_TEST(pixel_frequencies_as_a_whole);
+    RUN_TEST(pixels_of_many_edges);
     return UNITY_END();
 }

@@ -91,7 +91,7 @@ static void check_mark(bool line_start, uint8_t early, uint16_t position)
 {
     const struct stream_mark *mark = stream_mark(&stream);
 
-    if (mark == NULL) {
+    if (!stream_has_mark(&stream)) {
         TEST_FAIL_MESSAGE("no mark");
         return;
     }
@@ -106,7 +106,7 @@ static void new_stream_is_empty(void)
     TEST_ASSERT_EQUAL_UINT8(STEP_RING_CAPACITY, stream_space(&stream));
     TEST_ASSERT_EQUAL_HEX8(STEP_HIGH_EMPTY, ring.high[FIRST_SLOT]);
     TEST_ASSERT_EQUAL_UINT32(START_TICKS, stream.end_ticks);
-    TEST_ASSERT_NULL(stream_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
     TEST_ASSERT_TRUE(stream_train_free(&stream));
 }
 
@@ -117,14 +117,14 @@ static void reset_forgets_everything(void)
     even_start(&even, 100000, 100);
     put_batch(5);
     stream_add_mark(&stream, false, 5);
-    stream_put_train(&stream, &even, 100, 100000);
-    stream_put_train(&stream, &even, 100, 100000);
+    TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
+    TEST_ASSERT_EQUAL_UINT32(100000, stream_put_train(&stream, &even, 100));
     TEST_ASSERT_FALSE(stream_train_free(&stream));
     stream_reset(&stream, 7, 99);
     TEST_ASSERT_EQUAL_UINT8(7, stream.head);
     TEST_ASSERT_EQUAL_UINT8(7, stream.retired);
     TEST_ASSERT_EQUAL_UINT32(99, stream.end_ticks);
-    TEST_ASSERT_NULL(stream_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
     TEST_ASSERT_FALSE(stream_inside_batch(&stream, 9));
     TEST_ASSERT_EQUAL_UINT16(0, stream.trains[0].steps);
     TEST_ASSERT_EQUAL_UINT16(0, stream.trains[1].steps);
@@ -140,7 +140,7 @@ static void end_is_the_sum_of_all_entries(void)
     put_batch(10);
     uint32_t ticks = appended_ticks(FIRST_SLOT, 14);
     stream_put_command(&stream, STEP_COMMAND_QUIET);
-    stream_put_train(&stream, &even, 300, 100003);
+    TEST_ASSERT_EQUAL_UINT32(100003, stream_put_train(&stream, &even, 300));
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u, stream.end_ticks);
     stream_delay(&stream, STEP_IDLE_TICKS);
     TEST_ASSERT_EQUAL_UINT32(START_TICKS + ticks + 100003u + STEP_IDLE_TICKS,
@@ -164,7 +164,7 @@ static void marks_wait_for_a_period(void)
     stream_add_mark(&stream, true, 0);
     stream_add_mark(&stream, false, 0xFFFE);
     TEST_ASSERT_TRUE(stream_mark_waits(&stream));
-    TEST_ASSERT_NULL(stream_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
     put_periods(1);
     TEST_ASSERT_FALSE(stream_mark_waits(&stream));
 }
@@ -181,7 +181,7 @@ static void marks_are_read_behind_their_period(void)
     stream_pass_mark(&stream);
     check_mark(false, 0, 0xFFFE);
     stream_pass_mark(&stream);
-    TEST_ASSERT_NULL(stream_mark(&stream));
+    TEST_ASSERT_FALSE(stream_has_mark(&stream));
 }
 
 static void marks_fill_up(void)
@@ -221,8 +221,8 @@ static void train_entries_name_their_train(void)
 
     even_start(&even, 200000, 400);
     stream_add_mark(&stream, false, 0);
-    stream_put_train(&stream, &even, 400, 200000);
-    stream_put_train(&stream, &even, 400, 200000);
+    TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
+    TEST_ASSERT_EQUAL_UINT32(200000, stream_put_train(&stream, &even, 400));
     check_mark(false, STEP_TRAIN_ENTRY_MAX - 1u, 0);
     for (uint8_t train = 0; train < STEP_TRAINS; train++) {
         int16_t steps = 0;

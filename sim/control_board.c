@@ -104,6 +104,19 @@ static bool check_fits(uint64_t address, size_t count, uint64_t bytes, const cha
     return true;
 }
 
+// TCNT0 of every part. simavr computes the count only when an instruction reads it.
+#define COUNT_ADDRESS 0x46U
+
+static void refresh_count(avr_t *avr)
+{
+    const avr_io_addr_t io = AVR_DATA_TO_IO(COUNT_ADDRESS);
+
+    if (avr->io[io].r.c != NULL) {
+        avr->data[COUNT_ADDRESS] =
+            avr->io[io].r.c(avr, COUNT_ADDRESS, avr->io[io].r.param);
+    }
+}
+
 static void do_peek(struct control *c)
 {
     struct board *b = control_board(c);
@@ -114,6 +127,7 @@ static void do_peek(struct control *c)
     if (b != NULL &&
         read_place(b, c->word[2], SYMBOL_RAM, b->avr->ramend, &address, &left) &&
         read_length(c, 3, left, b->avr->ramend + 1U - address, &count)) {
+        refresh_count(b->avr);
         control_answer_hex("mem", &b->avr->data[address], (size_t)count);
         control_answer("%s", "");
     }

@@ -13,7 +13,7 @@
 #define TRAIN_STAGGER_STEPS 2u
 
 static struct axis axes[CONFIG_AXES];
-static struct segment segment_slots[CONFIG_AXES][CONFIG_QUEUE_ENTRIES];
+static uint8_t queue_bytes[CONFIG_AXES][CONFIG_QUEUE_BYTES];
 
 void axes_start(void)
 {
@@ -21,12 +21,14 @@ void axes_start(void)
         const struct axis_parts parts = {
             .ring = step_timer_ring(i),
             .trains = step_timer_trains(i),
-            .slots = segment_slots[i],
-            .slot_count = CONFIG_QUEUE_ENTRIES,
+            .queue_bytes = queue_bytes[i],
+            .queue_size = CONFIG_QUEUE_BYTES,
             .stagger = (uint8_t)(TRAIN_STAGGER_STEPS * i),
             .first_period_ticks = STEP_IDLE_TICKS,
         };
-        axis_init(axes_get(i), &parts);
+        struct axis *axis = axes_get(i);
+        BY_POINTER(axis);
+        axis_init(axis, &parts);
     }
 }
 
@@ -76,11 +78,11 @@ bool axes_any_queued(void)
 }
 
 // True when an edge was captured that needs a sample of this axis. The account must come to that
-// sample before it follows a newer one.
+// sample before it follows a newer one. A single axis has one capture for both inputs.
 static bool capture_waits(uint8_t i)
 {
-    return (i == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||
-           (FEATURE_HOMING && switch_capture_waiting());
+    return (CONFIG_INDEX(i) == CONFIG_PIXEL_CLOCK_AXIS && pixel_clock_waiting()) ||
+           (FEATURE_HOMING && CONFIG_AXES > 1 && switch_capture_waiting());
 }
 
 // Not inline: the sample and the account's own registers are off the stack again when the caller
@@ -103,17 +105,17 @@ static APART bool advance(uint8_t i, enum ledger_extent extent, bool rested)
     return true;
 }
 
-bool axes_advance(uint8_t i, enum ledger_extent extent)
+bool axes_advance_at(uint8_t i, enum ledger_extent extent)
 {
     return advance(i, extent, false);
 }
 
 void axes_advance_rested(uint8_t i)
 {
-    (void)advance(i, LEDGER_EXACTLY, true);
+    (void)advance(CONFIG_INDEX(i), LEDGER_EXACTLY, true);
 }
 
-void axes_stop(uint8_t i)
+void axes_stop_at(uint8_t i)
 {
     struct axis *axis = axes_get(i);
     uint8_t slot = 0;

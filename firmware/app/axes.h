@@ -31,7 +31,12 @@ struct axis *axes_get(uint8_t axis);
 // Advance an axis's account to what its step interrupt has done by now; by batches, only when the
 // account has fallen behind far enough to be worth the time. Returns false and changes nothing when
 // a captured edge must be taken first, because the edge is placed by an older sample.
-bool axes_advance(uint8_t i, enum ledger_extent extent);
+bool axes_advance_at(uint8_t i, enum ledger_extent extent);
+
+static inline bool axes_advance(uint8_t i, enum ledger_extent extent)
+{
+    return axes_advance_at(CONFIG_INDEX(i), extent);
+}
 
 // The same exactly for an axis at rest, even if a captured edge waits: before the axis's lines are
 // discarded.
@@ -39,7 +44,12 @@ void axes_advance_rested(uint8_t i);
 
 // Bring an axis to rest and discard all its lines, from every state and as often as wanted. When
 // the timer makes idle periods the axis is at rest at once; else it is STOPPING until a later call.
-void axes_stop(uint8_t i);
+void axes_stop_at(uint8_t i);
+
+static inline void axes_stop(uint8_t i)
+{
+    axes_stop_at(CONFIG_INDEX(i));
+}
 
 // The first axis that is armed, starting or running, NO_AXIS if none.
 uint8_t axes_first_moving(void);

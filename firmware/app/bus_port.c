@@ -53,7 +53,7 @@ static void serve_request(void)
 
     // In listen-only mode no request is executed, so that for a moving axis the bus counts as
     // silent.
-    if (!counters->listen_only) {
+    if (!server_listens_only(counters)) {
         traffic_note_request();
     }
     reply_bytes = server_serve(&bus_frame, counters);

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "app/clock_edges.h"
 
-#include "app/axes.h"        // axes_*
-#include "app/faults.h"      // faults_latch
-#include "app/reference.h"   // reference_*
-#include "app/seek.h"        // seek_*
-#include "app/start.h"       // start_on_edge
-#include "app/time_check.h"  // time_check_lags
-#include "app/token.h"       // token_now
-#include "base/apart.h"      // APART
-#include "hal/pixel_clock.h" // pixel_clock_take
+#include "app/axes.h"         // axes_*
+#include "app/faults.h"       // faults_latch
+#include "app/reference.h"    // reference_*
+#include "app/seek.h"         // seek_*
+#include "app/start.h"        // start_on_edge
+#include "app/time_check.h"   // time_check_lags
+#include "app/token.h"        // token_now
+#include "base/apart.h"       // APART
+#include "hal/pixel_clock.h"  // pixel_clock_*
+#include "motion/lock_grid.h" // lock_grid_*
 
 #if FEATURE_CLOCK_STATISTICS
 // Note the error of a clock edge in the records of the axes. Pixels are counted from a line's own
@@ -62,39 +63,74 @@ static void clock_fault(enum fault code, uint16_t argument)
     faults_latch(code, axis, argument);
 }
 
-// Take a captured clock edge. Not inline, so that the capture does not take up stack below the
-// decoder of steps.
-static APART void take_capture(void)
+// Take a captured clock edge. after_loss: edges were lost, so that its distance from the one before
+// is no fault of the clock.
+static void take_edge(const struct pixel_capture *capture, bool after_loss)
 {
     struct axis *axis = axes_get(CONFIG_PIXEL_CLOCK_AXIS);
-    struct pixel_capture capture;
     uint32_t pixel = 0;
-    bool lost = false;
 
-    if (!pixel_clock_take(&capture, &lost)) {
-        return;
-    }
     // The edge cannot be placed if a command has brought the account past it meanwhile, or if the
     // axis's switch was captured too and the order of the two is not known. The next edge serves.
-    if (ledger_has_passed(&axis->ledger, &capture.sample) ||
+    if (ledger_has_passed(&axis->ledger, &capture->sample) ||
         (CONFIG_AXES > 1 && seek_edge_waits(CONFIG_PIXEL_CLOCK_AXIS))) {
         reference_edge_dropped();
         return;
     }
-    ledger_advance(&axis->ledger, &axis->feed.stream, &capture.sample, LEDGER_EXACTLY);
-    uint32_t edge_ticks =
-        ledger_capture_ticks(
-            &axis->ledger, &axis->feed.stream, capture.back, capture.ticks) -
-        PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
+    uint32_t edge_ticks = ledger_advance_to_capture(&axis->ledger,
+                                                    &axis->feed.stream,
+                                                    &capture->sample,
+                                                    capture->back,
+                                                    capture->ticks) -
+                          PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
     if (reference_edge(edge_ticks, &pixel)) {
         note_edge_error(pixel);
     }
-    if (lost) {
-        clock_fault(FAULT_clock_edge_lost, 0);
-    } else if (reference_watch()->odd != 0) {
+    if (lock_grid_now()->locks) {
+        if (!lock_grid_tolerates()) {
+            clock_fault(FAULT_clock_drifted,
+                        (uint16_t)(lock_grid_now()->filter.period.ticks >> 8));
+        }
+    } else if (!after_loss && reference_watch()->odd != 0) {
         clock_fault(FAULT_pixel_clock_off, reference_watch()->odd);
     }
-    start_on_edge(edge_ticks);
+    // Line zero is counted from the newest edge: an older one may be too long ago.
+    if (!pixel_clock_waiting()) {
+        start_on_edge(edge_ticks);
+    }
+}
+
+// Edges that were lost since the last call.
+static uint8_t take_lost(void)
+{
+    uint8_t lost = pixel_clock_take_lost();
+
+    if (!pixel_clock_take_crowded() || lost != 0) {
+        return lost;
+    }
+    // So close behind another one it is a glitch.
+    if (lock_grid_now()->locks) {
+        lock_grid_now()->filter.glitches++;
+        return 0;
+    }
+    return 1;
+}
+
+// Take all captured clock edges. Not inline, so that the captures do not take up stack below the
+// decoder of steps.
+static APART void take_captures(void)
+{
+    struct pixel_capture capture;
+    uint8_t lost = 0;
+
+    while (pixel_clock_take(&capture)) {
+        lost = (uint8_t)(lost + take_lost());
+        take_edge(&capture, lost != 0);
+    }
+    // A line that waits needs no edge in particular.
+    if (lost != 0 && start_clocked_axis_runs()) {
+        clock_fault(FAULT_clock_edge_lost, lost);
+    }
 }
 
 void clock_edges_await(void)
@@ -102,19 +138,34 @@ void clock_edges_await(void)
     if (first_clocked() == NO_AXIS && !reference_present()) {
         reference_await_edge();
     }
+    if (!start_any_waits()) {
+        lock_grid_hold_period();
+    }
+}
+
+bool clock_edges_allow(const struct axis *axis)
+{
+    return !lock_grid_now()->locks || !axis_waits_for_edge(axis) || reference_settled();
 }
 
 void clock_edges_poll(void)
 {
     if (!seek_has_clock_input()) {
-        take_capture();
+        take_captures();
     }
 }
 
 void clock_edges_miss(void)
 {
-    if (reference_overdue()) {
+    if (!pixel_clock_waiting() && reference_overdue()) {
+        if (lock_grid_now()->locks && clock_filter_bridge(&lock_grid_now()->filter)) {
+            return;
+        }
         reference_rest();
-        clock_fault(FAULT_pixel_clock_missing, 0);
+        if (lock_grid_now()->locks) {
+            clock_fault(FAULT_clock_hold_over, lock_grid_now()->filter.hold_over);
+        } else {
+            clock_fault(FAULT_pixel_clock_missing, 0);
+        }
     }
 }

@@ -4,6 +4,10 @@
 // the clock. Main loop only.
 #pragma once
 
+#include <stdbool.h>
+
+#include "motion/axis.h" // struct axis
+
 // Take a captured edge. Once a round, before any other function follows the axes.
 void clock_edges_poll(void);
 
@@ -11,5 +15,10 @@ void clock_edges_poll(void);
 void clock_edges_miss(void);
 
 // An axis is about to be armed for the clock: its time-out begins now, unless edges are already
-// arriving.
+// arriving. For lines that are locked to the clock: the first of them fixes the length of pixels
+// that are decoded before line zero.
 void clock_edges_await(void);
+
+// The axis's front line may be armed as far as the clock is concerned: a line that is to be locked
+// needs a clock that has run for some time.
+bool clock_edges_allow(const struct axis *axis);

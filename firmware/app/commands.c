@@ -4,7 +4,7 @@
 #include <stddef.h> // NULL
 
 #include "app/axes.h"        // axes_*
-#include "app/clock_edges.h" // clock_edges_await
+#include "app/clock_edges.h" // clock_edges_*
 #include "app/drivers.h"     // drivers_write
 #include "app/faults.h"      // faults_*
 #include "app/limits.h"      // limits_*
@@ -49,12 +49,14 @@ static bool token_fits(const struct order *order)
            order->argument == token_now();
 }
 
-#if FEATURE_HOMING
+#if FEATURE_HOMING || CONFIG_AXES > 1
 static bool names_axis(const struct order *order, uint8_t i)
 {
     return ((uint8_t)order->mask & axis_bit(i)) != 0;
 }
+#endif
 
+#if FEATURE_HOMING
 static bool front_is_seek(uint8_t i)
 {
     bool opening = false;
@@ -85,10 +87,59 @@ static bool seek_fits(uint8_t i, const struct order *order)
 }
 #endif
 
+#if CONFIG_AXES > 1
+// True when this axis moves, or is armed, once the order is carried out.
+static bool would_move(uint8_t i, const struct order *order)
+{
+    return names_axis(order, i) || lifecycle_moving(&axes_get(i)->life);
+}
+
+// The first axis whose lines are too fast for the axes that would move together; NO_AXIS if none.
+static uint8_t first_too_fast(const struct order *order)
+{
+    uint8_t together = 0;
+    uint8_t found = 0;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        together = (uint8_t)(together + (would_move(i, order) ? 1u : 0u));
+    }
+    const struct line_limits *limits = limits_together(together);
+
+    while (found < CONFIG_AXES && (!would_move(found, order) ||
+                                   line_check_fits(&axes_get(found)->check, limits))) {
+        found++;
+    }
+    return found;
+}
+
+// Say which axis is too fast, where the host looks for the reason.
+static void tell_too_fast(const struct order *order)
+{
+    uint8_t i = order->command == COMMAND_ARM ? first_too_fast(order) : NO_AXIS;
+
+    if (i != NO_AXIS) {
+        axes_get(i)->line_error = LINE_too_fast_together;
+        axes_get(i)->line_error_pixel = 0;
+    }
+}
+#else
+static uint8_t first_too_fast(const struct order *order)
+{
+    (void)order;
+    return NO_AXIS;
+}
+
+static void tell_too_fast(const struct order *order)
+{
+    (void)order;
+}
+#endif
+
 static bool can_arm(uint8_t i, const struct order *order)
 {
     return state_of(i) == AXIS_LOADED && !faults_any() && token_fits(order) &&
-           seek_fits(i, order);
+           seek_fits(i, order) && clock_edges_allow(axes_get(i)) &&
+           first_too_fast(order) == NO_AXIS;
 }
 
 static void arm_axis(uint8_t i, const struct order *order)
@@ -104,10 +155,10 @@ static void arm_axis(uint8_t i, const struct order *order)
 #endif
     token_set(order->argument);
     // Call this before the axis itself counts as one that needs the clock.
-    if (axis_waits_for_edge(axis)) {
+    if (axis_waits_for_edge(axis) && settings_now()->sync != SYNC_FREE) {
         clock_edges_await();
     }
-    if (axis_arm(axis, reference_period(), settings_now()->backlash_policy == 0) &&
+    if (axis_arm(axis, reference_pixel(), settings_now()->backlash_policy == 0) &&
         !axis->clocked) {
         start_now(i);
     }
@@ -326,7 +377,8 @@ static const struct command_row command_table[] IN_FLASH = {
 // sends them to all boards, whatever axes each board has.
 static bool names_axes(const struct order *order)
 {
-    bool others = order->command == COMMAND_DISARM || order->command == COMMAND_STOP;
+    uint8_t command = (uint8_t)order->command;
+    bool others = command == COMMAND_DISARM || command == COMMAND_STOP;
 
     return ((uint8_t)order->mask & ALL_AXES) != 0 &&
            (others || ((uint8_t)order->mask & ~ALL_AXES) == 0);
@@ -339,7 +391,7 @@ static bool each_axis(const struct order *order, bool act)
     struct command_row row;
     uint8_t mask = 1;
 
-    flash_copy(&row, &command_table[order->command], sizeof row);
+    flash_copy(&row, &command_table[(uint8_t)order->command], sizeof row);
     if (row.for_axes) {
         mask = (uint8_t)order->mask;
         if (!names_axes(order)) {
@@ -377,6 +429,7 @@ const struct order *commands_last(void)
 bool commands_give(const struct order *order)
 {
     if (!commands_possible(order)) {
+        tell_too_fast(order);
         return false;
     }
     commands_act(order);

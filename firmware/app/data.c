@@ -15,13 +15,13 @@
 
 static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
 {
-    uint8_t count = ledger->records.count;
+    uint8_t count = records_shown(&ledger->records);
 
     if (offset < 2) {
-        return half_word(count == 0 ? 0 : ledger->pixel, offset == 1);
+        return half_word(ledger->records.count == 0 ? 0 : ledger->pixel, offset == 1);
     }
     if (offset < REG_RECORD_HEADER) {
-        return offset == 2 ? count : 0;
+        return offset == 2 ? count : ledger->records.made;
     }
     uint8_t behind_header = (uint8_t)(offset - REG_RECORD_HEADER);
     // A reply of records passes here for each of its words: the quotient by a product, right up to
@@ -36,28 +36,47 @@ static uint16_t record_register(const struct ledger *ledger, uint8_t offset)
     return records_word(&ledger->records, number, word);
 }
 
-// The input registers that there are, in order.
-static const struct area {
+// Registers that follow each other.
+struct area {
     uint16_t first;
     uint16_t end;
-} input_areas[] IN_FLASH = {
+};
+
+// The input registers that there are, in order.
+static const struct area input_areas[] IN_FLASH = {
     {0, REG_AXIS_BASE + CONFIG_AXES * REG_AXIS_STRIDE},
-    {REG_INPUT_fault_mask_high, REG_INPUT_features + 1u},
+    {REG_INPUT_fault_mask_high, REG_INPUT_smooth_min_interval_3_ticks + 1u},
+    {REG_ROOM_BASE, REG_ROOM_BASE + CONFIG_AXES},
     {REG_RECORD_BASE, REG_RECORD_BASE + CONFIG_AXES * REG_RECORD_STRIDE},
 #if FEATURE_EVENTS
     {REG_EVENT_BASE, REG_EVENT_BASE + REG_EVENT_HEADER + CONFIG_EVENTS * REG_EVENT_WORDS},
 #endif
 };
 
-#define INPUT_AREAS ((uint8_t)(sizeof input_areas / sizeof input_areas[0]))
+#define ORDER_WORDS (sizeof(struct order) / sizeof(uint16_t))
 
-// A read may go on from one area to the next where they touch.
-bool data_input_mapped(uint16_t address, uint16_t count)
+// The holding registers that there are, but for the queue window.
+static const struct area holding_areas[] IN_FLASH = {
+    {0, SETTINGS_WORDS},
+    {REG_HOLDING_axis_mask, REG_HOLDING_axis_mask + ORDER_WORDS},
+};
+
+#define AREAS(areas) ((uint8_t)(sizeof(areas) / sizeof(areas)[0]))
+
+// True when these areas have all of the registers. A read may go on from one area to the next where
+// they touch.
+static APART bool are_mapped(const struct area *area,
+                             uint8_t areas,
+                             uint16_t address,
+                             uint16_t count)
 {
-    for (uint8_t i = 0; i < INPUT_AREAS; i++) {
-        uint16_t end = flash_word(&input_areas[i].end);
+    for (; areas != 0; areas--) {
+        uint16_t first = flash_word(&area->first);
+        uint16_t end = flash_word(&area->end);
         uint16_t room = (uint16_t)(end - address);
-        if (address >= flash_word(&input_areas[i].first) && address < end) {
+
+        area++;
+        if (address >= first && address < end) {
             if (count <= room) {
                 return true;
             }
@@ -68,10 +87,19 @@ bool data_input_mapped(uint16_t address, uint16_t count)
     return false;
 }
 
-uint16_t data_input(uint16_t address)
+bool data_input_mapped(uint16_t address, uint16_t count)
 {
-    if (address < REG_RECORD_BASE) {
+    return are_mapped(input_areas, AREAS(input_areas), address, count);
+}
+
+APART uint16_t data_input(uint16_t address)
+{
+    if (address < REG_ROOM_BASE) {
         return report_word(address);
+    }
+    if (address < REG_RECORD_BASE) {
+        return segment_queue_free(
+            &axes_get(CONFIG_INDEX((uint8_t)(address - REG_ROOM_BASE)))->queue);
     }
     if (FEATURE_EVENTS && address >= REG_EVENT_BASE) {
         return events_word(address);
@@ -81,8 +109,6 @@ uint16_t data_input(uint16_t address)
     return record_register(&axes_get(CONFIG_INDEX(offset / REG_RECORD_STRIDE))->ledger,
                            (uint8_t)(offset % REG_RECORD_STRIDE));
 }
-
-#define ORDER_WORDS (sizeof(struct order) / sizeof(uint16_t))
 
 // The word itself; NULL when nothing is mapped there.
 static APART const uint16_t *holding_word(uint16_t address)
@@ -96,12 +122,8 @@ static APART const uint16_t *holding_word(uint16_t address)
 
 bool data_holding_mapped(uint16_t address, uint16_t count)
 {
-    if (address >= REG_QUEUE_WINDOW) {
-        return address == REG_QUEUE_WINDOW;
-    }
-    return holding_word(address) != NULL &&
-           holding_word((uint16_t)(address + count - 1u)) != NULL &&
-           count <= SETTINGS_WORDS;
+    return address == REG_QUEUE_WINDOW ||
+           are_mapped(holding_areas, AREAS(holding_areas), address, count);
 }
 
 uint16_t data_holding(uint16_t address)
@@ -111,18 +133,30 @@ uint16_t data_holding(uint16_t address)
     return word != NULL ? *word : 0;
 }
 
-// None of the three writes is inlined: what one keeps on the stack would lie below the others.
-static APART enum modbus_exception queue_block(uint16_t count, const uint8_t *words)
+// The window's words behind its header are runs of two words, or, when the axis's word has a number
+// of bytes in its high half, that many bytes of packed entries.
+static bool read_block(struct block *block, uint16_t count, uint8_t *words)
 {
-    uint16_t axis = get_word(&words[2]);
-    if (count < REG_QUEUE_HEADER + 2u || (count & 1u) != 0 || axis >= CONFIG_AXES) {
+    uint8_t bytes = words[2];
+    uint8_t left = (uint8_t)(count - REG_QUEUE_HEADER);
+
+    block->number = get_word(words);
+    block->bytes = &words[2u * REG_QUEUE_HEADER];
+    block->packed = bytes != 0;
+    block->size = bytes != 0 ? bytes : (uint8_t)(2u * left);
+    return count > REG_QUEUE_HEADER && words[3] < CONFIG_AXES &&
+           (bytes != 0 ? left == (uint8_t)((bytes + 1u) / 2u) : left % 2u == 0);
+}
+
+// None of the three writes is inlined: what one keeps on the stack would lie below the others.
+static APART enum modbus_exception queue_block(uint16_t count, uint8_t *words)
+{
+    struct block block;
+
+    if (!read_block(&block, count, words)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    switch (axis_queue_block(axes_get((uint8_t)axis),
-                             limits_now(),
-                             get_word(&words[0]),
-                             &words[4],
-                             (uint8_t)((count - REG_QUEUE_HEADER) / 2u))) {
+    switch (axis_queue_block(axes_get(words[3]), limits_of(words[3]), &block)) {
     case BLOCK_TAKEN:
     case BLOCK_REPEATED:
         return MODBUS_OK;

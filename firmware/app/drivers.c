@@ -37,7 +37,7 @@ bool drivers_is_on(uint8_t axis)
     return (drivers.on & axis_bit(axis)) != 0;
 }
 
-void drivers_write(uint8_t axis, bool on)
+void drivers_write_at(uint8_t axis, bool on)
 {
 #if FEATURE_DRIVER_TIMING
     if (on && !drivers_is_on(axis)) {
@@ -65,12 +65,13 @@ void drivers_poll(uint8_t axis)
 {
     uint16_t idle_ms = settings_now()->idle_off_ms;
     uint16_t *moved_ms = &drivers.moved_ms[CONFIG_INDEX(axis)];
+    uint16_t now_ms = clock_now_ms();
 
     if (lifecycle_moving(&axes_get(axis)->life) ||
         step_engine_going(step_timer_state(axis))) {
-        *moved_ms = clock_now_ms();
+        *moved_ms = now_ms;
     } else if (idle_ms != 0 && drivers_is_on(axis) &&
-               (uint16_t)(clock_now_ms() - *moved_ms) > idle_ms + LAST_STEP_MS) {
+               (uint16_t)(now_ms - *moved_ms) > idle_ms + LAST_STEP_MS) {
         drivers_write(axis, false);
     }
 }

@@ -21,7 +21,13 @@ void drivers_start(void);
 
 // Switch the axis's driver on or off. Switching on starts both times of the axis anew; they go on
 // for a driver that is on already.
-void drivers_write(uint8_t axis, bool on);
+void drivers_write_at(uint8_t axis, bool on);
+
+static inline void drivers_write(uint8_t axis, bool on)
+{
+    drivers_write_at(CONFIG_INDEX(axis), on);
+}
+
 // True when the axis's driver is on.
 bool drivers_is_on(uint8_t axis);
 // Mask of the drivers that are on, bit n for axis n; the low bits of input register `outputs`.

@@ -5,6 +5,7 @@
 #include "app/events.h"     // events_note
 #include "app/permit.h"     // permit_set
 #include "app/token.h"      // token_set
+#include "base/apart.h"     // APART
 #include "base/require.h"   // require_failed
 #include "hal/step_timer.h" // step_timer_halt
 
@@ -28,7 +29,7 @@ static void halt_axis(uint8_t i)
 }
 
 // The outputs come first, because writing the record takes time.
-void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
+void faults_latch_at(enum fault code, uint8_t axis, uint16_t argument)
 {
     permit_set(false);
     token_set(0);
@@ -49,6 +50,11 @@ void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
     first_fault.mask |= (uint32_t)1 << (uint8_t)code;
 }
 
+APART void faults_latch_plain_at(enum fault code, uint8_t axis)
+{
+    faults_latch(code, axis, 0);
+}
+
 void faults_latch_underrun(uint8_t axis)
 {
     struct axis *late = axes_get(axis);
@@ -61,7 +67,7 @@ void faults_latch_underrun(uint8_t axis)
 void faults_latch_stray(uint8_t axis)
 {
     time_lost = true;
-    faults_latch(FAULT_stray_steps, axis, 0);
+    faults_latch_plain(FAULT_stray_steps, axis);
 }
 
 void require_failed(uint16_t line)

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "base/names.h" // enum fault
+#include "config.h"     // CONFIG_INDEX
 
 struct fault_record {
     // enum fault, the first since the last clear.
@@ -29,7 +30,21 @@ struct fault_record {
 void faults_start(void);
 
 // Switch the permit off, halt every axis and latch the fault.
-void faults_latch(enum fault code, uint8_t axis, uint16_t argument);
+void faults_latch_at(enum fault code, uint8_t axis, uint16_t argument);
+
+// The same. Where there is one axis, no call says which.
+static inline void faults_latch(enum fault code, uint8_t axis, uint16_t argument)
+{
+    faults_latch_at(code, CONFIG_INDEX(axis), argument);
+}
+
+// The same with the argument 0.
+void faults_latch_plain_at(enum fault code, uint8_t axis);
+
+static inline void faults_latch_plain(enum fault code, uint8_t axis)
+{
+    faults_latch_plain_at(code, CONFIG_INDEX(axis));
+}
 
 // The step interrupt of this axis came too late: latch the fault and request a restart of time.
 void faults_latch_underrun(uint8_t axis);

@@ -4,6 +4,7 @@
 #include "app/axes.h"     // axes_get
 #include "app/faults.h"   // faults_latch
 #include "app/settings.h" // settings_now
+#include "base/apart.h"   // APART
 #include "hal/clock.h"    // clock_now_units
 #include "hal/switches.h" // switches_read
 
@@ -48,13 +49,13 @@ static uint8_t tripped_levels(void)
 }
 
 // True when the time since since_units is longer than the filter time.
-static bool has_lasted(uint16_t now_units, uint16_t since_units)
+static APART bool has_lasted(uint16_t now_units, uint16_t since_units)
 {
     return (uint16_t)(now_units - since_units) >
            clock_units_of_us(settings_now()->input_filter_us);
 }
 
-bool inputs_lasted(uint16_t since_units)
+APART bool inputs_lasted(uint16_t since_units)
 {
     return has_lasted((uint16_t)clock_now_units(), since_units);
 }
@@ -99,9 +100,9 @@ static void watch_limits(uint8_t i, bool first_look)
         return;
     }
     if (moved > 0 && (inputs->state & SWITCH_LIMIT_PLUS) != 0) {
-        faults_latch(FAULT_limit_plus, i, 0);
+        faults_latch_plain(FAULT_limit_plus, i);
     } else if (moved < 0 && (inputs->state & SWITCH_LIMIT_MINUS) != 0) {
-        faults_latch(FAULT_limit_minus, i, 0);
+        faults_latch_plain(FAULT_limit_minus, i);
     }
 }
 

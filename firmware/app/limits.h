@@ -13,6 +13,9 @@
 // checked against the old limits. No line is the reference afterwards.
 void limits_apply_settings(void);
 
-// The limits that queued lines are checked against, times in ticks. Valid until the next change of
-// the settings.
-const struct line_limits *limits_now(void);
+// The limits of a line that is queued for this axis, times in ticks: those of an axis alone, since
+// arming tells which axes move together; for an axis that is armed or moves, those of all that are.
+// Valid until the next call.
+const struct line_limits *limits_of(uint8_t axis);
+// The limits of so many axes that move together, 1..CONFIG_AXES.
+const struct line_limits *limits_together(uint8_t axes);

@@ -1,23 +1,59 @@
 // SPDX-License-Identifier: MIT
 #include "app/reference.h"
 
-#include "app/settings.h" // settings_now
-#include "config.h"       // CONFIG_TIMER_HZ
-#include "hal/clock.h"    // clock_now_units
+#include "app/settings.h"     // settings_now
+#include "base/apart.h"       // BY_POINTER
+#include "base/divide.h"      // divide_u32_u16
+#include "hal/clock.h"        // clock_now_units
+#include "motion/lock_grid.h" // lock_grid_now
+#include "motion/stream.h"    // STREAM_MARKS
 
-static struct pixel_period clock_period;
+// Time for decoding a pixel of a locked line before it begins, 8 ms at 16 MHz.
+#define LEAD_TICKS ((uint32_t)0x20000)
+#define PPM        ((uint32_t)1000000)
+
+static struct pixel_period clock_period; // of the clock's edges
 static struct clock_watch edge_watch;
 static uint32_t edge_seen_units; // when the last clock edge was handled
 
-void reference_apply_settings(void)
+// A pixel is decoded when an edge has come that lies one edge and LEAD_TICKS before the pixel, as
+// far as the stream's marks go.
+static uint16_t lead_edges(uint16_t divider)
+{
+    uint16_t most = (uint16_t)(STREAM_MARKS * divider);
+    uint16_t edges = (uint16_t)(LEAD_TICKS / clock_period.whole_ticks + 1u);
+
+    return edges < most ? edges : most;
+}
+
+APART void reference_apply_settings(void)
 {
     const struct settings *settings = settings_now();
+    struct lock_grid *grid = lock_grid_now();
 
-    (void)pixel_period_set(&clock_period,
-                           CONFIG_TIMER_HZ,
-                           settings_u32(settings->pixel_hz_num),
-                           settings_u32(settings->pixel_hz_den));
+    BY_POINTER(grid);
+    (void)settings_period(&clock_period, 1);
+    (void)settings_period(&grid->pixel, settings->divider);
+    grid->locks = settings->sync == SYNC_LOCK;
+    grid->ignored = settings->sync == SYNC_FREE;
+    grid->divider = settings->divider;
+    lock_grid_tolerate(clock_period.whole_ticks /
+                           divide_u32_u16(PPM, settings->lock_tolerance_ppm) +
+                       1u);
+    grid->lead_edges = lead_edges(grid->divider);
+    grid->filter.hold_over = (uint8_t)settings->hold_over_edges;
+    clock_filter_aim(&grid->filter,
+                     clock_period.whole_ticks,
+                     (uint16_t)(grid->divider + grid->lead_edges));
+#if FEATURE_CLOCK_STATISTICS
+    edge_watch.divider = grid->divider;
+#endif
     reference_rest();
+}
+
+const struct pixel_period *reference_pixel(void)
+{
+    return &lock_grid_now()->pixel;
 }
 
 const struct pixel_period *reference_period(void)
@@ -30,6 +66,19 @@ const struct clock_watch *reference_watch(void)
     return &edge_watch;
 }
 
+#if FEATURE_CLOCK_STATISTICS
+// The clock's edge against its prediction, in the place of a plan.
+static bool edge_of_grid(uint32_t *pixel)
+{
+    uint16_t number = 0;
+    bool passes = lock_grid_passes(&number);
+
+    *pixel = number;
+    clock_watch_note(&edge_watch, lock_grid_now()->filter.error_ticks);
+    return passes;
+}
+#endif
+
 bool reference_present(void)
 {
     return edge_watch.known;
@@ -37,8 +86,25 @@ bool reference_present(void)
 
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel)
 {
+    struct lock_grid *grid = lock_grid_now();
+    bool taken = clock_filter_edge(&grid->filter, edge_ticks);
+
+    if (grid->locks && !taken) {
+        return false;
+    }
     reference_await_edge();
+#if FEATURE_CLOCK_STATISTICS
+    if (grid->locks) {
+        clock_watch_count(&edge_watch, edge_ticks);
+        return edge_of_grid(pixel);
+    }
+#endif
     return clock_watch_edge(&edge_watch, &clock_period, edge_ticks, pixel);
+}
+
+bool reference_settled(void)
+{
+    return clock_filter_settled(&lock_grid_now()->filter);
 }
 
 void reference_edge_dropped(void)
@@ -50,11 +116,14 @@ void reference_edge_dropped(void)
 void reference_follow(uint32_t zero_ticks)
 {
     clock_watch_follow(&edge_watch, &clock_period, zero_ticks);
+    // The grid of a locked line has its own plan.
+    edge_watch.following = !lock_grid_now()->locks;
 }
 
 void reference_rest(void)
 {
     clock_watch_rest(&edge_watch);
+    clock_filter_restart(&lock_grid_now()->filter);
 }
 
 void reference_await_edge(void)
@@ -66,6 +135,12 @@ void reference_await_edge(void)
 // factor.
 bool reference_overdue(void)
 {
+    const struct lock_grid *grid = lock_grid_now();
+    uint16_t quarters = 6;
+
+    if (grid->locks) {
+        quarters = (uint16_t)(quarters + 4u * grid->filter.bridged);
+    }
     return clock_now_units() - edge_seen_units >
-           clock_period.whole_ticks / 256u * 6u + 7u;
+           (uint32_t)(uint16_t)(clock_period.whole_ticks / 256u) * quarters + 7u;
 }

@@ -17,8 +17,10 @@
 // Use the period of the settings. No line is the reference afterwards.
 void reference_apply_settings(void);
 
-// The exact pixel period of the settings.
+// The exact period of the clock's edges, as the settings say it,
 const struct pixel_period *reference_period(void);
+// and that of a pixel: so many of them as setting `divider` says.
+const struct pixel_period *reference_pixel(void);
 // The number of edges seen, the newest edge and its error.
 const struct clock_watch *reference_watch(void);
 
@@ -26,8 +28,12 @@ const struct clock_watch *reference_watch(void);
 bool reference_present(void);
 
 // An edge came at edge_ticks (ticks since the timers started). Returns true when the edge belongs
-// to the reference line; *pixel is then its number (clock_watch_edge()).
+// is a pixel edge of the reference line; *pixel is then its number (clock_watch_edge()). A line
+// that is locked to the clock leaves out glitches.
 bool reference_edge(uint32_t edge_ticks, uint32_t *pixel);
+
+// The clock has run long enough for lines to be locked to it.
+bool reference_settled(void);
 
 // An edge came whose time is not known. The clock is alive, but no distance to the next edge can be
 // computed.
@@ -43,6 +49,7 @@ void reference_rest(void);
 // Restart the clock's time-out, as an edge does.
 void reference_await_edge(void);
 
-// True when the time-out is over: 1.5 pixel periods and up to 28 us since the last edge, or since
-// reference_await_edge(). Whether that is a fault is the caller's question.
+// True when the time-out is over: 1.5 clock periods and up to 28 us since the last edge, or since
+// reference_await_edge(); with lines that are locked to the clock one period more for each edge
+// that was bridged since. Whether that is a fault is the caller's question.
 bool reference_overdue(void);

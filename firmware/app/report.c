@@ -19,14 +19,25 @@
 #include "base/flash.h"        // IN_FLASH
 #include "hal/cpu.h"           // cpu_reset_cause
 #include "hal/estop.h"         // estop_tripped
+#include "motion/lock_grid.h"  // lock_grid_now
 #include "wire/bytes.h"        // half_word
 #include "wire/register_map.h" // REG_*
 
 #define OUTPUTS_PERMIT 0x0100u
 
-uint16_t report_status(void)
+static inline uint16_t clock_status(void)
 {
     uint16_t bits = reference_present() ? REPORT_CLOCK : 0;
+
+    if (reference_settled()) {
+        bits |= REPORT_SETTLED;
+    }
+    return bits;
+}
+
+uint16_t report_status(void)
+{
+    uint16_t bits = clock_status();
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         const struct lifecycle *life = &axes_get(i)->life;
@@ -44,7 +55,7 @@ uint16_t report_status(void)
     if (estop_tripped()) {
         bits |= REPORT_ESTOP;
     }
-    if (traffic_counters()->listen_only) {
+    if (server_listens_only(traffic_counters())) {
         bits |= REPORT_LISTEN_ONLY;
     }
     return permit_is_on() ? (uint16_t)(bits | REPORT_PERMIT) : bits;
@@ -88,7 +99,7 @@ static uint16_t settings_state_word(uint8_t axis, bool low)
 static uint16_t queue_free(uint8_t axis, bool low)
 {
     (void)low;
-    return segment_queue_free(&axes_get(axis)->queue);
+    return segment_queue_free_entries(&axes_get(axis)->queue);
 }
 
 static uint16_t ring_fill(uint8_t axis, bool low)
@@ -128,11 +139,11 @@ static uint16_t axis_state(uint8_t axis, bool low)
 enum owner {
     OWNER_FAULTS,
     OWNER_WATCH,
-    OWNER_PERIOD,
     OWNER_SEEK,
     OWNER_SETTINGS,
     OWNER_TRAFFIC,
     OWNER_AXIS,
+    OWNER_GRID,
 };
 
 // The lowest bits of a member's kind are its owner.
@@ -173,6 +184,7 @@ struct source {
     [(first) + 1] = {.call = (function), .kind = KIND_CALL_LOW}
 #define IN_FAULTS(member) offsetof(struct fault_record, member)
 #define IN_WATCH(member)  offsetof(struct clock_watch, member)
+#define IN_FILTER(member) offsetof(struct lock_grid, filter.member)
 #define IN_SEEK(member)   offsetof(struct seek, member)
 #define IN_AXIS(member)   offsetof(struct axis, member)
 #define COUNTER(name)                                                                    \
@@ -202,8 +214,8 @@ static const struct source board_sources[] IN_FLASH = {
     [REG_INPUT_exceptions] = COUNTER(exceptions),
     [REG_INPUT_rx_overruns] = COUNTER(rx_overruns),
     LONG(REG_INPUT_pixel_period_ticks,
-         OWNER_PERIOD,
-         offsetof(struct pixel_period, whole_ticks)),
+         OWNER_GRID,
+         offsetof(struct lock_grid, pixel.whole_ticks)),
     [REG_INPUT_min_interval_ticks] = CONSTANT(CONFIG_MIN_INTERVAL_TICKS),
     [REG_INPUT_smooth_min_interval_ticks] = CONSTANT(CONFIG_SMOOTH_MIN_INTERVAL_TICKS),
     [REG_INPUT_record_capacity] = CONSTANT(RECORDS_KEPT),
@@ -246,6 +258,29 @@ static const struct source more_sources[] IN_FLASH = {
     [REG_INPUT_busy_replies - MORE_BASE] = COUNTER(busy_replies),
     [REG_INPUT_event_capacity - MORE_BASE] = CONSTANT(FEATURE_EVENTS ? CONFIG_EVENTS : 0),
     [REG_INPUT_features - MORE_BASE] = CONSTANT(FEATURES_BITS),
+    [REG_INPUT_min_interval_1_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_1_TICKS),
+    [REG_INPUT_min_interval_2_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_2_TICKS),
+    [REG_INPUT_min_interval_3_ticks - MORE_BASE] = CONSTANT(BOARD_MIN_INTERVAL_3_TICKS),
+    [REG_INPUT_smooth_min_interval_1_ticks - MORE_BASE] =
+        CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_1_TICKS),
+    [REG_INPUT_smooth_min_interval_2_ticks - MORE_BASE] =
+        CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_2_TICKS),
+    [REG_INPUT_smooth_min_interval_3_ticks - MORE_BASE] =
+        CONSTANT(BOARD_SMOOTH_MIN_INTERVAL_3_TICKS),
+    LONG(REG_INPUT_clock_period_ticks - MORE_BASE,
+         OWNER_GRID,
+         IN_FILTER(period) + offsetof(struct fine_ticks, ticks)),
+    [REG_INPUT_clock_period_fraction - MORE_BASE] =
+        MEMBER(WIDTH_WORD,
+               OWNER_GRID,
+               IN_FILTER(period) + offsetof(struct fine_ticks, fraction)),
+    [REG_INPUT_clock_jitter - MORE_BASE] =
+        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(jitter)),
+    [REG_INPUT_clock_glitches - MORE_BASE] =
+        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(glitches)),
+    [REG_INPUT_clock_missing - MORE_BASE] =
+        MEMBER(WIDTH_WORD, OWNER_GRID, IN_FILTER(missing)),
+    LONG(REG_INPUT_clock_error_ticks - MORE_BASE, OWNER_GRID, IN_FILTER(error_ticks)),
 };
 
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
@@ -261,8 +296,8 @@ static const void *object_of(enum owner owner, uint8_t axis)
         return faults_record();
     case OWNER_WATCH:
         return reference_watch();
-    case OWNER_PERIOD:
-        return reference_period();
+    case OWNER_GRID:
+        return lock_grid_now();
     case OWNER_SEEK:
         return seek_now();
     case OWNER_SETTINGS:
@@ -305,14 +340,18 @@ static uint16_t word_of(const struct source *entry, uint8_t axis)
 
 uint16_t report_word(uint16_t address)
 {
-    if (address >= MORE_BASE) {
-        return word_of(&more_sources[address - MORE_BASE], 0);
-    }
-    if (address < REG_AXIS_BASE) {
-        return word_of(&board_sources[address], 0);
-    }
-    uint8_t offset = (uint8_t)(address - REG_AXIS_BASE);
+    const struct source *table = board_sources;
+    uint8_t place = (uint8_t)address;
+    uint8_t axis = 0;
 
-    return word_of(&axis_sources[offset % REG_AXIS_STRIDE],
-                   CONFIG_INDEX(offset / REG_AXIS_STRIDE));
+    if (address >= MORE_BASE) {
+        table = more_sources;
+        place = (uint8_t)(place - MORE_BASE);
+    } else if (place >= REG_AXIS_BASE) {
+        table = axis_sources;
+        place = (uint8_t)(place - REG_AXIS_BASE);
+        axis = CONFIG_INDEX(place / REG_AXIS_STRIDE);
+        place = place % REG_AXIS_STRIDE;
+    }
+    return word_of(&table[place], axis);
 }

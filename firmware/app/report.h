@@ -20,6 +20,7 @@
 #define REPORT_ESTOP       0x0010u // the emergency stop is pressed
 #define REPORT_PERMIT      0x0020u // the permit is switched on
 #define REPORT_LISTEN_ONLY 0x0040u // the server is in listen-only mode
+#define REPORT_SETTLED     0x0080u // lines can be locked to the pixel clock
 #define REPORT_STOPPING    0x0100u // axis 0 is stopping, and the next bits the next axes
 
 // The input register at this address, which must be mapped (data_input_mapped()). Where a 32-bit

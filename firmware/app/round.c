@@ -6,7 +6,8 @@
 #include "app/drivers.h"     // drivers_poll
 #include "app/faults.h"      // faults_latch
 #include "app/inputs.h"      // inputs_poll
-#include "app/reference.h"   // reference_period
+#include "app/parking.h"     // parking_poll
+#include "app/reference.h"   // reference_pixel
 #include "app/safety.h"      // safety_poll
 #include "app/seek.h"        // seek_poll
 #include "app/settings.h"    // settings_now
@@ -69,7 +70,7 @@ static void name_halt(uint8_t i)
     take_underruns();
     if (axes_get(i)->life.state == AXIS_RUNNING) {
         (void)axes_advance(i, LEDGER_EXACTLY);
-        faults_latch(why_halted(axes_get(i)), i, 0);
+        faults_latch_plain(why_halted(axes_get(i)), i);
     }
 }
 
@@ -127,8 +128,8 @@ static void poll_inputs(void)
     uint8_t axis = rounds % INPUT_ROUNDS;
 
     if (axis < CONFIG_AXES) {
-        inputs_poll(axis);
-        drivers_poll(axis);
+        inputs_poll(CONFIG_INDEX(axis));
+        drivers_poll(CONFIG_INDEX(axis));
     }
     seek_poll();
 }
@@ -141,7 +142,7 @@ static uint8_t decode_one(uint8_t i, uint8_t budget)
     (void)axes_advance(i, LEDGER_BY_BATCHES);
     cpu_section(axis->line.smooth ? CPU_SECTION_SMOOTH : CPU_SECTION_PLAIN);
     budget = decode_axis(
-        axis, reference_period(), settings_now()->backlash_policy == 0, budget);
+        axis, reference_pixel(), settings_now()->backlash_policy == 0, budget);
     cpu_section(CPU_SECTION_ROUND);
     return budget;
 }
@@ -202,13 +203,16 @@ static void decode_in_turn(uint8_t budget)
 }
 #endif
 
+// Only an axis that is about to start counts: a token or a driver may hold an axis back for long
+// while others run.
+static bool starting(void)
+{
+    return CONFIG_AXES == 1 ? axes_any_starting() : start_near();
+}
+
 static APART void decode_some(void)
 {
-    // Only an axis that is about to start counts: a token or a driver may hold an axis back for
-    // long while others run.
-    bool starting = CONFIG_AXES == 1 ? axes_any_starting() : start_near();
-
-    decode_in_turn(starting ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
+    decode_in_turn(starting() ? DECODE_BUDGET_STARTING : DECODE_BUDGET);
 }
 
 // Everything but the decoding of steps. Apart from it, so that the stack of each of the two is free
@@ -227,9 +231,14 @@ static APART void look_after_axes(void)
     // interval.
     if (CONFIG_AXES > 1) {
         time_check_poll();
+        parking_poll();
     }
     safety_poll();
     poll_inputs();
+    // The axis of the pixel clock cannot be released while an edge waits.
+    if (starting()) {
+        clock_edges_poll();
+    }
     start_poll();
     clock_edges_miss();
     store_poll();

@@ -6,6 +6,7 @@
 #include "app/faults.h"     // faults_latch
 #include "app/settings.h"   // settings_now
 #include "app/traffic.h"    // traffic_last_request_ms
+#include "base/apart.h"     // APART
 #include "hal/clock.h"      // clock_now_ms
 #include "hal/cpu.h"        // cpu_*
 #include "hal/estop.h"      // estop_*
@@ -19,7 +20,7 @@ static uint8_t heartbeats[CONFIG_AXES]; // of each step interrupt, at its last c
 static uint8_t axes_alive; // axes with a new heartbeat since the watchdog was fed
 static uint8_t looked_at;  // the axis to check next
 
-static bool estop_inverted(void)
+static APART bool estop_inverted(void)
 {
     return (settings_now()->inputs_inverted & ESTOP_INVERTED) != 0;
 }
@@ -38,19 +39,28 @@ void safety_start(void)
     cpu_watchdog_start();
 }
 
-// Feed the watchdog when every axis is alive; one axis is checked in each round. A halted axis
-// counts as alive even without a new heartbeat. An axis whose interrupt does not come at all keeps
+static bool needs_no_heartbeat(uint8_t i)
+{
+    enum step_engine_state state = step_timer_state(i);
+
+    return state == STEP_ENGINE_HALTED ||
+           (CONFIG_AXES > 1 && state == STEP_ENGINE_PARKED);
+}
+
+// Feed the watchdog when every axis is alive; one axis is checked in each round. A halted or a
+// parked axis counts as alive even without a new heartbeat. An axis whose interrupt does not
+// come at all keeps
 // the watchdog from being fed: its timer repeats the last period, STEP edge included, and only a
 // reset ends that.
 static void feed_watchdog(void)
 {
-    uint8_t i = looked_at;
+    uint8_t i = CONFIG_INDEX(looked_at);
     uint8_t heartbeat = step_timer_heartbeat(i);
 
-    looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
-
-    if (heartbeat == heartbeats[CONFIG_INDEX(i)] &&
-        step_timer_state(i) != STEP_ENGINE_HALTED) {
+    if (CONFIG_AXES > 1) {
+        looked_at = CONFIG_INDEX((i + 1u) % CONFIG_AXES);
+    }
+    if (heartbeat == heartbeats[CONFIG_INDEX(i)] && !needs_no_heartbeat(i)) {
         return;
     }
     heartbeats[CONFIG_INDEX(i)] = heartbeat;
@@ -74,7 +84,7 @@ static bool bus_silent(void)
 // Latch a fault of the first axis that moves, or of axis 0.
 static void latch_for_moving(enum fault code)
 {
-    faults_latch(code, (uint8_t)(axes_first_moving() % CONFIG_AXES), 0);
+    faults_latch_plain(code, (uint8_t)(axes_first_moving() % CONFIG_AXES));
 }
 
 static void latch_bus_silence(void)

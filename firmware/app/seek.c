@@ -7,7 +7,7 @@
 #include "app/reference.h"  // reference_*
 #include "base/apart.h"     // APART
 #include "hal/clock.h"      // clock_now_units
-#include "hal/step_timer.h" // STEP_TIMER_EDGE_TICKS
+#include "hal/step_timer.h" // step_timer_unpark, STEP_TIMER_EDGE_TICKS
 #include "hal/switches.h"   // switch_capture_*
 
 #if FEATURE_HOMING
@@ -34,15 +34,19 @@ static uint8_t seeking_axis(void)
 void seek_begin(uint8_t axis, bool opening)
 {
     seek = (struct seek){
-        .axis = axis,
+        .axis = CONFIG_INDEX(axis),
         .opening = opening,
-        .trip_axis = axis,
+        .trip_axis = CONFIG_INDEX(axis),
         .trip_code = TRIP_NONE,
     };
     if (CONFIG_AXES == 1) {
         reference_rest(); // the one capture serves the switch: clock edges are not seen meanwhile
     }
-    switch_capture_start(axis, opening != inputs_home_inverted());
+    if (CONFIG_AXES > 1) {
+        (void)step_timer_unpark(axis);
+        (void)step_timer_unpark(CONFIG_SWITCH_CAPTURE_AXIS);
+    }
+    switch_capture_start(CONFIG_INDEX(axis), opening != inputs_home_inverted());
 }
 
 // Note where the seeking axis was at the switch's edge. The accounts of the axis that captures and
@@ -127,7 +131,7 @@ static void judge_switch(void)
 }
 
 // True when nothing of the seek is left because the axis was stopped or its line discarded.
-static bool at_rest(uint8_t state)
+static APART bool at_rest(uint8_t state)
 {
     return state == AXIS_EMPTY || state == AXIS_STOPPING;
 }
@@ -140,7 +144,7 @@ static void end_seek(void)
     switch_capture_stop();
     if (seek.trip_code == TRIP_NONE && !faults_any() &&
         !at_rest(axes_get(axis)->life.state)) {
-        faults_latch(seek.opening ? FAULT_home_stuck : FAULT_home_not_found, axis, 0);
+        faults_latch_plain(seek.opening ? FAULT_home_stuck : FAULT_home_not_found, axis);
     }
 }
 
@@ -181,9 +185,15 @@ bool seek_edge_waits(uint8_t axis)
     return seek.axis == axis && switch_capture_waiting();
 }
 
+bool seek_needs_interrupts(uint8_t axis)
+{
+    return seek.axis != NO_AXIS &&
+           (axis == seek.axis || axis == CONFIG_SWITCH_CAPTURE_AXIS);
+}
+
 bool seek_can_zero(uint8_t axis)
 {
-    return seek.axis == NO_AXIS && seek.trip_axis == axis &&
+    return seek.axis == NO_AXIS && seek.trip_axis == CONFIG_INDEX(axis) &&
            (seek.trip_code == TRIP_CLOSED || seek.trip_code == TRIP_OPENED);
 }
 

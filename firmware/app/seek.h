@@ -69,6 +69,9 @@ bool seek_has_clock_input(void);
 // not pass the edge then, because the edge is placed by an older sample.
 bool seek_edge_waits(uint8_t axis);
 
+// True when the seek samples this axis in the capture's interrupt: the axis must not be parked.
+bool seek_needs_interrupts(uint8_t axis);
+
 // True when the last seek was this axis's, and it ended with a confirmed edge.
 bool seek_can_zero(uint8_t axis);
 // Make the place of that edge the axis's position 0.
@@ -95,6 +98,12 @@ static inline bool seek_has_clock_input(void)
 }
 
 static inline bool seek_edge_waits(uint8_t axis)
+{
+    (void)axis;
+    return false;
+}
+
+static inline bool seek_needs_interrupts(uint8_t axis)
 {
     (void)axis;
     return false;

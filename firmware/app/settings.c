@@ -3,11 +3,12 @@
 
 #include <stddef.h> // offsetof
 
-#include "base/flash.h"          // IN_FLASH
-#include "config.h"              // CONFIG_TIMER_HZ
-#include "motion/pixel_period.h" // pixel_period_set
-#include "wire/baud.h"           // baud_possible
-#include "wire/bytes.h"          // get_word, put_word
+#include "base/apart.h"    // APART
+#include "base/flash.h"    // IN_FLASH
+#include "base/multiply.h" // multiply_u32_u16
+#include "config.h"        // CONFIG_TIMER_HZ
+#include "wire/baud.h"     // baud_possible
+#include "wire/bytes.h"    // get_word, put_word
 
 #define INPUT(address, name, type, unit, meaning)
 #define INPUT_AXIS(offset, name, type, unit, meaning)
@@ -79,15 +80,32 @@ static bool in_range(void)
     return true;
 }
 
+APART bool settings_period(struct pixel_period *period, uint16_t edges)
+{
+    uint32_t den = settings_u32(current_settings.pixel_hz_den);
+
+    return den <= UINT32_MAX / edges &&
+           pixel_period_set(period,
+                            CONFIG_TIMER_HZ,
+                            settings_u32(current_settings.pixel_hz_num),
+                            multiply_u32_u16(den, edges));
+}
+
+// A pixel that follows the clock may become longer than the period of the settings.
+static bool pixel_is_possible(const struct pixel_period *pixel)
+{
+    return current_settings.sync != SYNC_LOCK ||
+           pixel->whole_ticks <= PIXEL_PERIOD_MAX_TICKS / 16u * 15u;
+}
+
 bool settings_are_possible(void)
 {
     struct pixel_period period;
 
     return in_range() && baud_possible(current_settings.baud_100) &&
-           pixel_period_set(&period,
-                            CONFIG_TIMER_HZ,
-                            settings_u32(current_settings.pixel_hz_num),
-                            settings_u32(current_settings.pixel_hz_den));
+           settings_period(&period, 1) &&
+           settings_period(&period, current_settings.divider) &&
+           pixel_is_possible(&period);
 }
 
 void settings_exchange(uint8_t first, uint8_t count, uint8_t *words)

@@ -14,6 +14,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "motion/pixel_period.h" // struct pixel_period
+
+// Setting `sync`.
+#define SYNC_FREE  0u // no line waits for the clock
+#define SYNC_START 1u // line zero is on a clock edge
+#define SYNC_LOCK  2u // and all pixel edges behind it
+
 // Version of the record's layout: a record with another version is not loaded.
 #define SETTINGS_VERSION 1u
 // What an erased EEPROM byte reads as; no record begins with it, because no version is 255.
@@ -77,9 +84,12 @@ void settings_set_defaults(void);
 // until the next reset.
 void settings_override_address(uint8_t address);
 
-// True when every word is within its limits, and when the baud rate and the pixel frequency are
-// possible as a whole.
+// True when every word is within its limits, and when the baud rate, the pixel frequency and the
+// length of a pixel are possible as a whole.
 bool settings_are_possible(void);
+
+// The exact length of so many clock edges, 1 or more. Returns false when it is not possible.
+bool settings_period(struct pixel_period *period, uint16_t edges);
 
 // Exchange `count` words from word `first` on with these, which are big-endian. The caller makes
 // sure that the range exists, and asks settings_are_possible() afterwards; a second call with the
@@ -92,5 +102,11 @@ struct settings *settings_record(void);
 // The value of a 32-bit setting, whose high word comes first.
 static inline uint32_t settings_u32(const uint16_t *words)
 {
-    return ((uint32_t)words[0] << 16) | words[1];
+    // A union, because avr-gcc computes what could be two loads.
+    union {
+        uint16_t half[2];
+        uint32_t whole;
+    } value = {.half = {words[1], words[0]}};
+
+    return value.whole;
 }

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "app/start.h"
 
-#include "app/axes.h"       // axes_*
-#include "app/drivers.h"    // drivers_settling
-#include "app/faults.h"     // faults_latch
-#include "app/reference.h"  // reference_*
-#include "app/settings.h"   // settings_now
-#include "app/token.h"      // token_now
-#include "app/witness.h"    // witness_excuse
-#include "hal/step_timer.h" // step_timer_publish
-#include "motion/decode.h"  // decode_is_ahead
+#include "app/axes.h"         // axes_*
+#include "app/drivers.h"      // drivers_settling
+#include "app/faults.h"       // faults_latch
+#include "app/reference.h"    // reference_*
+#include "app/settings.h"     // settings_now
+#include "app/token.h"        // token_now
+#include "app/witness.h"      // witness_excuse
+#include "base/apart.h"       // BY_POINTER
+#include "hal/step_timer.h"   // step_timer_*
+#include "motion/decode.h"    // decode_is_ahead
+#include "motion/lock_grid.h" // lock_grid_*
 
 // Room that line zero leaves the main loop to come by and release the line: a reply being built
 // takes a good two milliseconds.
@@ -18,18 +20,18 @@
 #define RELEASE_MAX_TICKS ((int32_t)120000)
 // The delay is two periods; the second covers the direction set-up time, and neither may be too
 // short for the commands before it.
-#define COMMANDS_TICKS ((int32_t)1000)
+#define COMMANDS_TICKS 1000u
 
 static int32_t release_min_ticks(void)
 {
-    int32_t setup_ticks =
-        (int32_t)settings_now()->dir_setup_us * (int32_t)(CONFIG_TIMER_HZ / 1000000uL);
+    uint16_t setup_ticks = (uint16_t)(settings_now()->dir_setup_us *
+                                      (uint16_t)(CONFIG_TIMER_HZ / 1000000uL));
 
-    return 2 * (setup_ticks + COMMANDS_TICKS);
+    return (uint16_t)(2u * (setup_ticks + COMMANDS_TICKS));
 }
 
 // Ticks from the newest loaded period to the first period of the line.
-static int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
+static APART int32_t ticks_to_start(const struct axis *axis, uint32_t zero_ticks)
 {
     return (int32_t)(zero_ticks - STEP_TIMER_EDGE_TICKS + axis->feed.lead_in_ticks -
                      axis->ledger.loaded_ticks);
@@ -41,21 +43,47 @@ static bool waits_for_edge(uint8_t i)
     return axes_get(i)->life.state == AXIS_ARMED;
 }
 
+// The next edge after this one, by the plan or by the grid of locked lines. A line that is locked
+// beside running ones begins on a pixel edge of theirs.
+static uint32_t edge_after(struct pixel_grid *plan, uint32_t edge_ticks, uint16_t edges)
+{
+    if (!lock_grid_now()->locks) {
+        return edge_ticks + pixel_grid_advance(plan);
+    }
+    return CONFIG_AXES > 1 && start_clocked_axis_runs() ? lock_grid_next()
+                                                        : lock_grid_begin(edges);
+}
+
+// Some waiting axis could not be released in time for this line zero.
+static bool is_too_soon(uint32_t zero_ticks)
+{
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits_for_edge(i) &&
+            ticks_to_start(axes_get(i), zero_ticks) < START_MIN_TICKS) {
+            return true;
+        }
+    }
+    return false;
+}
+
 // One line zero for every waiting axis, so that the axes run in step.
 static uint32_t common_zero(uint32_t edge_ticks)
 {
-    uint32_t zero = edge_ticks + reference_period()->whole_ticks;
+    uint16_t edges = 0;
+    uint32_t zero = edge_ticks;
+    struct pixel_grid plan;
 
-    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        while (waits_for_edge(i) && ticks_to_start(axes_get(i), zero) < START_MIN_TICKS) {
-            zero += reference_period()->whole_ticks;
-        }
-    }
+    pixel_grid_start(&plan, reference_period());
+
+    do {
+        edges++;
+        zero = edge_after(&plan, zero, edges);
+    } while (is_too_soon(zero));
     return zero;
 }
 
 // Armed axes must wait for command `go`, or for a driver that was switched on lately.
-static bool held_back(void)
+static APART bool held_back(void)
 {
     return token_now() != 0 || drivers_settling();
 }
@@ -64,7 +92,7 @@ static bool held_back(void)
 // line take the most decoding, and only an axis at rest has the time for it.
 static bool all_ready(void)
 {
-    if (held_back()) {
+    if (held_back() || (lock_grid_now()->locks && !reference_settled())) {
         return false;
     }
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
@@ -86,22 +114,41 @@ bool start_clocked_axis_runs(void)
     return false;
 }
 
+bool start_any_waits(void)
+{
+    bool waits = false;
+
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        waits = waits || waits_for_edge(i);
+    }
+    return waits;
+}
+
 void start_on_edge(uint32_t edge_ticks)
 {
-    if (!all_ready()) {
+    if (!start_any_waits() || !all_ready()) {
         return;
     }
+    // How far line zero is ahead is told by accounts that have come up to now.
+    for (uint8_t i = 0; i < CONFIG_AXES; i++) {
+        if (waits_for_edge(i)) {
+            (void)axes_advance(i, LEDGER_EXACTLY);
+        }
+    }
     uint32_t zero = common_zero(edge_ticks);
-    bool any = false;
+    uint16_t number = lock_grid_now()->newest;
 
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         if (waits_for_edge(i)) {
-            axis_place(axes_get(i), zero);
-            any = true;
+            struct axis *axis = axes_get(i);
+            axis_place(axis, zero);
+            if (line_grid_locked(&axis->line.edges)) {
+                line_grid_place(&axis->line.edges, number, zero);
+            }
         }
     }
     // One line is the clock's reference; a later start does not take that away from it.
-    if (any && (CONFIG_AXES == 1 || !start_clocked_axis_runs())) {
+    if (CONFIG_AXES == 1 || !start_clocked_axis_runs()) {
         reference_follow(zero);
     }
 }
@@ -109,12 +156,6 @@ void start_on_edge(uint32_t edge_ticks)
 void start_now(uint8_t axis)
 {
     axis_place(axes_get(axis), 0);
-}
-
-// The line's first interval can be merged into the delay only as long as that is not released.
-static bool has_begun(const struct axis *axis)
-{
-    return axis->phase == DECODE_OUTSIDE || !axis->feed.merge;
 }
 
 // A STARTING axis may be released. An axis that follows the clock has its line zero already, so
@@ -138,32 +179,46 @@ bool start_near(void)
 }
 #endif
 
+// Ticks until the line of a STARTING axis begins. A line that does not follow the clock begins as
+// soon as can be.
+static inline int32_t delay_of(struct axis *axis)
+{
+    if (!axis->clocked) {
+        axis->zero_ticks = (uint32_t)(2 * START_MIN_TICKS - ticks_to_start(axis, 0));
+    }
+    return ticks_to_start(axis, axis->zero_ticks);
+}
+
 // Returns false when an idle period began meanwhile: the next attempt has a whole idle period.
-static bool release_line(uint8_t i)
+static APART bool release_line(uint8_t i)
 {
     struct axis *axis = axes_get(i);
+    struct feed *feed = &axis->feed;
 
-    if (!axes_advance(i, LEDGER_EXACTLY) || !has_begun(axis)) {
+    BY_POINTER(feed);
+    // The line's first interval can be merged into the delay only as long as that is not released.
+    if (!axes_advance(i, LEDGER_EXACTLY) ||
+        (axis->phase != DECODE_OUTSIDE && feed->merge)) {
         return true;
     }
-    if (!axis->clocked) {
-        axis->zero_ticks = axis->ledger.loaded_ticks + STEP_TIMER_EDGE_TICKS -
-                           axis->feed.lead_in_ticks + 2u * (uint32_t)START_MIN_TICKS;
-    }
-    int32_t delay = ticks_to_start(axis, axis->zero_ticks);
+    int32_t delay = delay_of(axis);
 
     if (delay > RELEASE_MAX_TICKS) {
         return true;
     }
     if (delay < release_min_ticks()) {
-        faults_latch(FAULT_start_late, i, 0);
+        faults_latch_plain(FAULT_start_late, i);
         return true;
     }
-    feed_fill_front(&axis->feed, (uint32_t)delay);
-    if (!step_timer_publish(i, axis->feed.held_slot, axis->ledger.idle_seen)) {
+    // The next round's fault tells why the axis was halted.
+    if (CONFIG_AXES > 1 && !step_timer_unpark(i)) {
+        return true;
+    }
+    feed_fill_front(feed, (uint32_t)delay);
+    if (!step_timer_publish(i, feed->held_slot, axis->ledger.idle_seen)) {
         return false;
     }
-    feed_front_released(&axis->feed, (uint32_t)delay);
+    feed_front_released(feed, (uint32_t)delay);
     if (axis_released(axis)) {
         witness_excuse(i);
     } else {
@@ -175,12 +230,15 @@ static bool release_line(uint8_t i)
 
 void start_poll(void)
 {
-    uint8_t i = 0;
+    uint8_t left = CONFIG_AXES;
 
     // Try again at once: a round as long as an idle period would meet the period's end every time.
-    while (i < CONFIG_AXES) {
-        if (!may_release(i) || release_line(i)) {
-            i++;
+    // The axis of the pixel clock, the last one of a board, comes first: it cannot be released
+    // while an edge waits, and the next one comes soon.
+    while (left != 0) {
+        uint8_t i = (uint8_t)(left - 1u);
+        if (!may_release(i) || release_line(CONFIG_INDEX(i))) {
+            left--;
         }
     }
 }

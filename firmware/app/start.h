@@ -18,6 +18,9 @@ void start_on_edge(uint32_t edge_ticks);
 // This armed axis does not wait for the pixel clock: it starts as soon as it can.
 void start_now(uint8_t axis);
 
+// True when an axis is armed and waits for its line zero on a clock edge.
+bool start_any_waits(void);
+
 // True when an axis runs whose line began on a clock edge: it needs the clock to its end.
 bool start_clocked_axis_runs(void);
 

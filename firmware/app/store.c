@@ -14,6 +14,7 @@
 #define IDLE         0xFFu
 #define RECORD_BYTES ((uint8_t)sizeof(struct settings))
 _Static_assert(sizeof(struct settings) <= SLOT_STRIDE, "a record fits its slot");
+_Static_assert(SLOTS *SLOT_STRIDE <= 256u, "a byte's address has eight bits");
 
 #define STATE_FOUND   0x01u
 #define STATE_CHANGED 0x02u
@@ -29,7 +30,7 @@ static uint8_t store_flags;
 
 static uint16_t byte_address(uint8_t which, uint8_t byte)
 {
-    return (uint16_t)(which * SLOT_STRIDE + byte);
+    return (uint8_t)(which * SLOT_STRIDE + byte);
 }
 
 // Read a slot into the settings. Returns true when the record is whole and its settings are

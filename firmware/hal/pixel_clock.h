@@ -5,6 +5,8 @@
 //     counter   0 ........ ticks ............. TOP | 0 ...
 //     clock     ______________/~~~~~~~~~~~~~~~~~~~~~~~~~~~
 //                             ^ captured PIXEL_CLOCK_CAPTURE_DELAY_TICKS later
+//
+// Captured edges wait in a queue, so that a long round of the main loop loses none.
 #pragma once
 
 #include <stdbool.h>
@@ -29,15 +31,16 @@ struct pixel_capture {
 // younger than any capture still to come.
 bool pixel_clock_waiting(void);
 
-// Take the oldest captured edge. Returns false when there is none. *lost: another edge came before
-// this one was taken.
-bool pixel_clock_take(struct pixel_capture *capture, bool *lost);
+// Take the oldest captured edge. Returns false when there is none.
+bool pixel_clock_take(struct pixel_capture *capture);
 
-// Discard a captured edge. Returns false when there was none.
-static inline bool pixel_clock_drop(void)
-{
-    struct pixel_capture edge;
-    bool lost = false;
+// Number of edges since the last call that found no room among CONFIG_CLOCK_EDGES captured ones;
+// 255: that or more.
+uint8_t pixel_clock_take_lost(void);
 
-    return pixel_clock_take(&edge, &lost);
-}
+// True when, since the last call, an edge came so close behind another one that it was not
+// captured.
+bool pixel_clock_take_crowded(void);
+
+// Discard the captured edges. Returns false when there was none.
+bool pixel_clock_drop(void);

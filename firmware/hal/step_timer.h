@@ -13,6 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "config.h"             // CONFIG_INDEX
 #include "motion/step_engine.h" // struct engine_sample, enum step_engine_state
 #include "motion/step_ring.h"   // struct step_ring, struct pulse_train
 
@@ -36,17 +37,33 @@ uint8_t step_timer_tail(uint8_t axis);
 enum step_engine_state step_timer_state(uint8_t axis);
 
 // A number that nearly every step interrupt changes; a step interrupt comes every 4.1 ms at the
-// latest.
+// latest, unless the axis is parked.
 uint8_t step_timer_heartbeat(uint8_t axis);
 
 // Publish the command in this slot of the ring, and the entries behind it, unless an idle period
 // was loaded since idle_count: then the function returns false and changes nothing.
 bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count);
 
+// Park an axis at rest, so that its idle periods cost no interrupt; every other function here works
+// as before. idle_count: of a sample by which the running and the newest loaded period are idle
+// ones. Returns false and changes nothing if a period began since, or if the axis is not idle: try
+// again later. Captured edges that wait must have been taken before.
+bool step_timer_park(uint8_t axis, uint16_t idle_count);
+
+// Let the step interrupt serve a parked axis again; the count of idle periods goes on. Returns
+// false, and the axis stays parked, if it was halted meanwhile: step_timer_settle() must come
+// first. Does nothing to an axis that is not parked.
+bool step_timer_unpark(uint8_t axis);
+
 // Bring an axis to rest, from every state and as often as wanted: nothing more of its ring is
 // taken, at most the period that the timer holds already makes a STEP edge, and every later period
 // is an idle one. May also be called in interrupts that let the step interrupts in.
-void step_timer_halt(uint8_t which);
+void step_timer_halt_at(uint8_t which);
+
+static inline void step_timer_halt(uint8_t which)
+{
+    step_timer_halt_at(CONFIG_INDEX(which));
+}
 
 // Start anew an engine at rest; *slot is where the writer continues. Returns false and changes
 // nothing while the engine is going, because the period that the timer holds may pulse.

@@ -42,7 +42,7 @@ static uint8_t *note_modules(uint8_t *seen)
     seen = note(seen, settings_now(), sizeof(struct settings));
     seen = note(seen, reference_watch(), sizeof(struct clock_watch));
     seen = note(seen, reference_period(), sizeof(struct pixel_period));
-    seen = note(seen, limits_now(), sizeof(struct line_limits));
+    seen = note(seen, limits_together(CONFIG_AXES), sizeof(struct line_limits));
     seen = note(seen, seek_now(), sizeof(struct seek));
     seen = note(seen, commands_last(), sizeof(struct order));
     seen = note(seen, &token, sizeof token);

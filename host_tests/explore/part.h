@@ -76,7 +76,6 @@ bool part_timer_served(void); // one of the timer's two interrupts is on
 void part_share(const volatile void *object, uint32_t bytes);
 // The bodies of naked handlers (part/avr/interrupt.h).
 int explored_estop_look(void);
-int explored_pixel_clock_body(void);
 
 // The state that the search saves lies here.
 extern uint8_t part_memory[] __asm__("__data_start");

@@ -5,9 +5,10 @@
 #include "explore/part.h"
 #include "explore/scene.h"
 
-// A line with single periods, a pulse train, intervals of several periods and a reversal.
-#define LINE(flags) BLOCK(START(flags), {3, 1}, {17, 1}, {1, 1}, {-1, 1}, END)
-// Position behind its pulse train: all of 3 + 17 steps are made except the last.
+// A line with a pulse train, single periods, intervals of several periods and a reversal. The first
+// pixel of a line is never written as a whole, so that its steps are a train.
+#define LINE(flags) BLOCK(START(flags), {17, 1}, {3, 1}, {1, 1}, {-1, 1}, END)
+// Position behind both: all of 17 + 3 steps are made except the last.
 #define BEHIND_TRAIN_STEPS 19
 
 static bool running(void)
@@ -204,7 +205,7 @@ static bool prepare_estop(void)
 static bool load_fast(void)
 {
     scene_pixel_hz(1500);
-    return BLOCK(START(0), {12, 1}, {40, 1}, {12, 1}, END) && scene_arm(0);
+    return BLOCK(START(0), {12, 1}, {70, 1}, {12, 1}, END) && scene_arm(0);
 }
 
 static bool prepare_fast_singles(void)

@@ -1,9 +1,11 @@
-// SPDX-License-Identifier: MIT The simplest stand-ins for the parts of the hal that the step engine
-// does not use. A round takes a millisecond.
+// SPDX-License-Identifier: MIT
+// The simplest stand-ins for the parts of the hal that the step engine does not use. A round takes
+// a millisecond.
 #include "explore/scene.h"
 #include "hal/clock.h"
 #include "hal/cpu.h"
 #include "hal/eeprom.h"
+#include "hal/pixel_clock.h"
 #include "hal/switches.h"
 
 #define UNITS_OF_MS 256u // nearly, at the 16 MHz of the Uno
@@ -84,5 +86,32 @@ bool switch_capture_waiting(void)
 bool switch_capture_take(struct switch_capture *capture)
 {
     (void)capture;
+    return false;
+}
+
+// Captures are not explored.
+bool pixel_clock_waiting(void)
+{
+    return false;
+}
+
+bool pixel_clock_take(struct pixel_capture *capture)
+{
+    (void)capture;
+    return false;
+}
+
+uint8_t pixel_clock_take_lost(void)
+{
+    return 0;
+}
+
+bool pixel_clock_take_crowded(void)
+{
+    return false;
+}
+
+bool pixel_clock_drop(void)
+{
     return false;
 }

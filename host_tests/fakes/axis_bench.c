@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "fakes/axis_bench.h"
 
+#include <string.h>
+
 #include "fakes/worked_example.h" // worked_entry
 #include "motion/decode.h"        // decode_*
 
@@ -24,11 +26,24 @@ void bench_open(uint32_t hz_num, uint32_t hz_den)
     const struct axis_parts parts = {
         .ring = &bench.ring,
         .trains = bench.engine.trains,
-        .slots = bench.slots,
-        .slot_count = BENCH_SLOTS,
+        .queue_bytes = bench.queue_bytes,
+        .queue_size = sizeof bench.queue_bytes,
         .first_period_ticks = STEP_IDLE_TICKS,
     };
     axis_init(&bench.axis, &parts);
+}
+
+enum block_result bench_queue_block(uint16_t number,
+                                    const uint8_t *bytes,
+                                    uint8_t size,
+                                    bool packed)
+{
+    static uint8_t copy[BENCH_BLOCK_MAX];
+    const struct block block = {
+        .number = number, .bytes = copy, .size = size, .packed = packed};
+
+    memcpy(copy, bytes, size);
+    return axis_queue_block(&bench.axis, &bench.limits, &block);
 }
 
 enum block_result bench_queue(int16_t count, uint16_t repeat)
@@ -41,7 +56,7 @@ enum block_result bench_queue(int16_t count, uint16_t repeat)
         (uint8_t)repeat,
     };
 
-    return axis_queue_block(&bench.axis, &bench.limits, bench.axis.next_block, bytes, 1);
+    return bench_queue_block(bench.axis.next_block, bytes, sizeof bytes, false);
 }
 
 bool bench_queue_worked_example(uint16_t backlash_steps)

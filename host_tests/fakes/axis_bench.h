@@ -22,7 +22,7 @@ struct axis_bench {
     struct pixel_period period;
     struct line_limits limits;
     struct step_engine engine;
-    struct segment slots[BENCH_SLOTS];
+    uint8_t queue_bytes[4u * BENCH_SLOTS];
     bool always_take_up;
     bool edge_between_batches; // a pixel edge stood between two blocks: must never be
 };
@@ -31,6 +31,14 @@ extern struct axis_bench bench;
 
 // A fresh axis at this pixel frequency, 16 MHz timers.
 void bench_open(uint32_t hz_num, uint32_t hz_den);
+
+#define BENCH_BLOCK_MAX 242u
+
+// A block of entries, packed or as runs.
+enum block_result bench_queue_block(uint16_t number,
+                                    const uint8_t *bytes,
+                                    uint8_t size,
+                                    bool packed);
 
 // A block of one entry with the block number that is due.
 enum block_result bench_queue(int16_t count, uint16_t repeat);

@@ -31,6 +31,9 @@ void fake_pass(uint32_t ticks);
 void fake_pixel_clock(uint32_t first_ticks, uint32_t num, uint32_t den);
 uint32_t fake_next_edge_ticks(void);
 
+// Another edge came so close behind the newest one that it was not captured.
+void fake_crowded_edge(void);
+
 // Level of a switch's pin from now on; all are high at power on. `which` as in hal/switches.h.
 void fake_switch(uint8_t axis, uint8_t which, bool high);
 

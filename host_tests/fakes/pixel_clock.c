@@ -11,15 +11,22 @@ static struct pixel_period period;
 static struct pixel_grid grid;
 static uint32_t next_ticks; // next edge at the pin
 static bool on;
-static bool waiting;
-static bool overrun;
-static struct pixel_capture newest;
+static struct pixel_capture queue[CONFIG_CLOCK_EDGES]; // the oldest first
+static uint8_t queued;
+static uint8_t lost;
+static bool crowded;
 
 void fake_pixel_clock_power_on(void)
 {
     on = false;
-    waiting = false;
-    overrun = false;
+    queued = 0;
+    lost = 0;
+    crowded = false;
+}
+
+void fake_crowded_edge(void)
+{
+    crowded = true;
 }
 
 void fake_pixel_clock(uint32_t first_ticks, uint32_t num, uint32_t den)
@@ -47,31 +54,59 @@ void fake_pixel_clock_capture(void)
     uint32_t captured = next_ticks + PIXEL_CLOCK_CAPTURE_DELAY_TICKS;
 
     next_ticks += pixel_grid_advance(&grid);
-    if (waiting) {
-        overrun = true;
+    if (queued == CONFIG_CLOCK_EDGES) {
+        lost++;
         return;
     }
-    waiting = true;
-    newest = (struct pixel_capture){
+    struct pixel_capture *newest = &queue[queued];
+    *newest = (struct pixel_capture){
         .ticks = (uint16_t)(captured - fake_timers_period_start(CONFIG_PIXEL_CLOCK_AXIS)),
         .back = 1,
     };
-    step_timer_sample(CONFIG_PIXEL_CLOCK_AXIS, &newest.sample);
+    step_timer_sample(CONFIG_PIXEL_CLOCK_AXIS, &newest->sample);
+    queued++;
 }
 
 bool pixel_clock_waiting(void)
 {
-    return waiting;
+    return queued != 0;
 }
 
-bool pixel_clock_take(struct pixel_capture *capture, bool *lost)
+bool pixel_clock_take(struct pixel_capture *capture)
 {
-    if (!waiting) {
+    if (queued == 0) {
         return false;
     }
-    *capture = newest;
-    *lost = overrun;
-    waiting = false;
-    overrun = false;
+    *capture = queue[0];
+    queued--;
+    for (uint8_t i = 0; i < queued; i++) {
+        queue[i] = queue[i + 1u];
+    }
     return true;
+}
+
+uint8_t pixel_clock_take_lost(void)
+{
+    uint8_t count = lost;
+
+    lost = 0;
+    return count;
+}
+
+bool pixel_clock_take_crowded(void)
+{
+    bool found = crowded;
+
+    crowded = false;
+    return found;
+}
+
+bool pixel_clock_drop(void)
+{
+    bool any = queued != 0;
+
+    queued = 0;
+    lost = 0;
+    crowded = false;
+    return any;
 }

@@ -74,11 +74,21 @@ static bool nothing_to_load(uint8_t i)
            rings[i].high[engine->tail] == STEP_HIGH_EMPTY;
 }
 
+// What the interrupt loads; of a parked axis only the count of idle periods goes on.
+static struct step_load next_load(struct timer *timer, const struct step_ring *ring)
+{
+    if (timer->engine.state == STEP_ENGINE_PARKED) {
+        timer->engine.idle_count++;
+        return timer->held;
+    }
+    return step_engine_next(&timer->engine, ring);
+}
+
 static void interrupt(uint8_t i)
 {
     struct timer *timer = &timers[i];
     bool loads = !nothing_to_load(i);
-    struct step_load load = step_engine_next(&timer->engine, &rings[i]);
+    struct step_load load = next_load(timer, &rings[i]);
 
     if (loads) {
         timer->held = load;
@@ -160,14 +170,50 @@ bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
     return true;
 }
 
-void step_timer_halt(uint8_t which)
+static bool is_parked(uint8_t axis)
 {
-    step_engine_halt(&timers[which].engine);
+    return timers[axis].engine.state == STEP_ENGINE_PARKED;
+}
+
+bool step_timer_park(uint8_t axis, uint16_t idle_count)
+{
+    struct step_engine *engine = &timers[axis].engine;
+
+    if (engine->state != STEP_ENGINE_IDLE || engine->idle_count != idle_count) {
+        return false;
+    }
+    engine->state = STEP_ENGINE_PARKED;
+    return true;
+}
+
+bool step_timer_unpark(uint8_t axis)
+{
+    struct step_engine *engine = &timers[axis].engine;
+
+    if (is_parked(axis) && !engine->stop) {
+        engine->state = STEP_ENGINE_IDLE;
+    }
+    return !is_parked(axis);
+}
+
+void step_timer_halt_at(uint8_t which)
+{
+    if (is_parked(which)) {
+        step_engine_halt_soon(&timers[which].engine);
+    } else {
+        step_engine_halt(&timers[which].engine);
+    }
 }
 
 bool step_timer_settle(uint8_t axis, uint8_t *slot)
 {
-    return step_engine_settle(&timers[axis].engine, &rings[axis], slot);
+    bool parked = is_parked(axis);
+    bool settled = step_engine_settle(&timers[axis].engine, &rings[axis], slot);
+
+    if (parked) {
+        timers[axis].engine.state = STEP_ENGINE_PARKED;
+    }
+    return settled;
 }
 
 bool step_timer_pulsed(uint8_t axis)

@@ -16,6 +16,7 @@ HOSTED = {"*"}
 
 # What the step interrupt and the main loop hand each other: the contracts are written in it.
 STEP_TYPES = {
+    "firmware/core/motion/parked.h",
     "firmware/core/motion/step_codes.h",
     "firmware/core/motion/step_engine.h",
     "firmware/core/motion/step_ring.h",

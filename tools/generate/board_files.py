@@ -21,6 +21,8 @@ _NUMBERS = (
     "REVERSAL_MARGIN_TICKS",
     "AVRDUDE_BAUD",
 )
+# Shortest intervals while 1, 2, 3 axes move: a board has them where it has more axes than that.
+_BY_AXES = ("MIN_INTERVAL", "SMOOTH_MIN_INTERVAL")
 _PIN = ("signal", "axis", "port", "bit", "header")
 
 
@@ -45,6 +47,11 @@ def board(path: Path) -> dict:
     axes = _number(path, "AXES")
     if len(timers) != axes:
         raise TableError(f"{path}: BOARD_AXES is {axes}, {len(timers)} rows BOARD_AXIS")
+    for name in _BY_AXES:
+        found[f"{name.lower()}s_ticks"] = [
+            *(_number(path, f"{name}_{count}_TICKS") for count in range(1, axes)),
+            _number(path, f"{name}_TICKS"),
+        ]
     return found | {"timers": timers, "pins": pins}
 
 

@@ -14,6 +14,7 @@ from pixstep.lines.runs import queue_entries
 MOST_ENTRIES = 28  # of a line: the Uno's queue holds 32
 _TOPS = (3, 40, 400, 4000, 17_000)  # steps a pixel
 _LARGE_PX = 65_535
+_FAR = 60  # counts so far apart take two bytes each, of an entry's four
 _LONGEST_QUEUE = max(board.queue_entries for board in boards.all_boards())
 
 
@@ -113,8 +114,8 @@ def pieces(draw, of):
 @st.composite
 def long_lines(draw):
     """Entries of a plain line that is longer than any queue, and may be wrong behind that."""
-    start = draw(st.integers(_LONGEST_QUEUE + 2, _LONGEST_QUEUE + 40))
-    calm = [(1 + index % 2, 1) for index in range(start)]
+    start = draw(st.integers(2 * _LONGEST_QUEUE + 2, 2 * _LONGEST_QUEUE + 40))
+    calm = [(1 + _FAR * (index % 2), 1) for index in range(start)]
     tail = draw(
         st.lists(
             st.tuples(st.sampled_from([1, 2, 3, -1, -2, -40, 300, 20_000, 0]), st.integers(1, 3)),

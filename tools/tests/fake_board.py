@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A test double of boards on a line, at the level of bytes: register map 3, settings, safety.
+"""A test double of boards on a line, at the level of bytes: register map 4, settings, safety.
 
 It stands where the simulator's pipe does (`transmit`), so the real client talks to it. It knows
 the rules of the map, not the motion: a line that runs is done when its pixels have passed.
@@ -11,6 +11,7 @@ from clock import TICK_HZ
 from fake_modbus import ADDRESS, BUSY, FAILURE, VALUE, FakeServer, RefusalError
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
+from pixstep.lines import packing
 from pixstep_dev.robustness.wire import crc16
 
 MAP = regs.register_map()
@@ -51,6 +52,11 @@ class FakeLine:
         self.garble = b""
         self.requests = []
 
+    @staticmethod
+    def command(_text):
+        """Take a change of baud: bytes here have no duration."""
+        return "ok"
+
     def cycles(self, seconds):
         """Return a time in cycles of no board in particular."""
         return round(seconds * TICK_HZ)
@@ -80,6 +86,7 @@ class FakeAxis:
     token: int = 0
     started_s: float = 0.0
     pixel: int = 0
+    last: int = 0  # count of the newest entry
     records: list = field(default_factory=list)
     count: int = 0  # of the run that is being made
     repeat: int = 0
@@ -99,8 +106,9 @@ class FakeBoard(FakeServer):
         self.serial = 0
         self.storing_until = 0.0
         self.values = {
-            "map_version": 3, "firmware_version": 0x0001, "record_capacity": 10, "reset_cause": 1,
-            "min_interval_ticks": 266, "smooth_min_interval_ticks": 266, "event_capacity": 4,
+            "map_version": regs.MAP_VERSION, "firmware_version": 0x0001,
+            "record_capacity": 10, "reset_cause": 1,
+            **self.intervals(), "event_capacity": 4,
             "features": (1 << len(features.table())) - 1,
         }  # fmt: skip
         self.inputs_bits = 0
@@ -111,6 +119,16 @@ class FakeBoard(FakeServer):
         self.events = []
         self.commands = []  # (name, mask, argument)
         self.counters = dict.fromkeys(range(11, 19), 0)
+
+    def intervals(self):
+        """Return the shortest intervals by register: with some axes moving, and with all."""
+        table = boards.load(self.kind)
+        found = {}
+        for name in ("min_interval", "smooth_min_interval"):
+            *fewer, every = getattr(table, f"{name}s_ticks")
+            found[f"{name}_ticks"] = every
+            found |= {f"{name}_{axes}_ticks": ticks for axes, ticks in enumerate(fewer, 1)}
+        return found
 
     @staticmethod
     def defaults():
@@ -166,6 +184,9 @@ class FakeBoard(FakeServer):
         words = {}
         if first >= regs.EVENT_BASE:
             return self.event_words()
+        if regs.ROOM_BASE <= first < regs.RECORD_BASE:
+            free = [packing.MOST * (QUEUE - len(axis.entries)) for axis in self.axes]
+            return dict(enumerate(free, regs.ROOM_BASE))
         if first >= regs.RECORD_BASE:
             return self.record_words((first - regs.RECORD_BASE) // regs.RECORD_STRIDE)
         for item in MAP.inputs:
@@ -212,7 +233,7 @@ class FakeBoard(FakeServer):
         axis = self.axes[number]
         kept = axis.records[-self.values["record_capacity"] :]
         newest = kept[-1][0] if kept else 0
-        words = [newest >> 16, newest, len(kept), 0]
+        words = [newest >> 16, newest, len(kept), len(axis.records)]
         for pixel, steps in kept:
             words += [pixel, steps >> 16, steps, steps >> 16, steps, 0]
         words += [0] * (regs.RECORD_STRIDE - len(words))
@@ -288,6 +309,7 @@ class FakeBoard(FakeServer):
 
     def queue(self, words):
         block, number, *rest = words
+        packed, number = divmod(number, 0x100)
         if number >= len(self.axes):
             raise RefusalError(VALUE)
         axis = self.axes[number]
@@ -295,11 +317,17 @@ class FakeBoard(FakeServer):
             return
         if block != axis.next_block or axis.state == "fault":
             raise RefusalError(VALUE)
-        entries = list(zip(rest[::2], rest[1::2], strict=True))
+        if packed:
+            data = b"".join(word.to_bytes(2) for word in rest)
+            found = packing.unpack(data[:packed], axis.last)
+            entries = [(count & 0xFFFF, repeat) for count, repeat in found]
+        else:
+            entries = list(zip(rest[::2], rest[1::2], strict=True))
         if len(axis.entries) + len(entries) > QUEUE:
             raise RefusalError(BUSY)
         axis.next_block = (block + 1) & 0xFFFF
         axis.entries += entries
+        axis.last = entries[-1][0]
         axis.state = axis.state if axis.state == "running" else "loaded"
 
     def obey(self, name, mask, argument):

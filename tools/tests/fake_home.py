@@ -93,6 +93,9 @@ class FakeHome(Board):
             self.fault
         ]
 
+    def packs(self):
+        return False
+
     def write_block(self, axis, block, entries):
         assert (axis, block) == (0, self.block) and len(entries) <= self.queue
         self.entries += entries

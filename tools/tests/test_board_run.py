@@ -75,11 +75,11 @@ def test_upload_streams_a_long_line(one):
 
 
 def test_upload_checks_with_the_boards_limits(one):
-    name = put([700, 700])
+    name = put([3000, 3000])
     one.out("set", "pixel_hz=100")
     text = one.err("upload", name, "--decode", "plain", status=3)
     assert (
-        "line refused: too_fast at pixel 1" in text and "266" in text and "nothing was sent" in text
+        "line refused: too_fast at pixel 1" in text and "64" in text and "nothing was sent" in text
     )
     assert one.board.axes[0].state == "empty"
     one.out("upload", name, "--decode", "plain", "--pixel-hz", 30)
@@ -286,7 +286,7 @@ def test_watch_goes_on_when_a_board_falls_silent(two):
     ],
 )  # fmt: skip
 def test_a_line_that_is_refused_leaves_the_settings_as_they_were(one, words):
-    put([700, 700])
+    put([3000, 3000])
     put([n % 7 + 1 for n in range(400)], "long.csv")
     before = dict(one.board.holdings)
     status, *words = words

@@ -87,7 +87,7 @@ def test_several_boards_cannot_have_one_address(two):
 
 def test_export_and_import(one, tmp_path):
     one.out("set", "dir_hold_us=33")
-    assert "16 settings of board 1 (mega)" in one.out("settings", "export", "a.toml")
+    assert "21 settings of board 1 (mega)" in one.out("settings", "export", "a.toml")
     text = (tmp_path / "a.toml").read_text()
     assert "# us, 1 to 1000, default 20\ndir_hold_us = 33\n" in text
     assert one.out("settings", "export", "-") == text
@@ -115,7 +115,7 @@ def test_export_and_import(one, tmp_path):
         ("[settings]\nparity = 1\nparity = 2\n", ":3:11: Cannot overwrite a value"),
         ("map_version = 2\n[settings]\nparity = 1\n", ":1: settings of register map 2"),
         ("what = 2\n[settings]\nparity = 1\n", ":1: unknown key 'what'"),
-        ("map_version = 3\n", ": no table [settings]"),
+        ("map_version = 4\n", ": no table [settings]"),
         ("[settings]\npixel_hz_num = 60000\n", "the period must be 1024"),
         ("[settings]\nparity = " + 5000 * "1" + "\n", ":2: a number has too many digits"),
         ("[settings]\nparity = 0x" + 5000 * "1" + "\n", ":2: parity = a number of 19997 bits: 0"),

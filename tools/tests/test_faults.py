@@ -107,11 +107,12 @@ def test_a_repeated_block_is_taken_once_and_a_wrong_one_refused(tmp_path, board)
     with Bench(board, edges=tmp_path / "edges.csv") as bench:
         block, entries = bench.load(SHORT).last
         before = bench.board.axis(0)
-        bench.board.write_block(0, block, entries)
+        data = b"".join(entries)
+        bench.board.write_packed(0, block, data)
         assert bench.board.axis(0) == before
         for wrong in (block + 2, block - 1):
             with pytest.raises(BoardError) as refusal:
-                bench.board.write_block(0, wrong, entries)
+                bench.board.write_packed(0, wrong, data)
             assert refusal.value.code == 3
         assert bench.board.axis(0) == before
         bench.arm()

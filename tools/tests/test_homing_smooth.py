@@ -28,6 +28,7 @@ PLANT = "home=2000,hyst=8,travel=-500..4000"
 AXES = [(board.name, axis) for board in boards.all_boards() for axis in range(board.axes)]
 BOARDS = [("uno", 0), ("mega", 2), ("m1284", 0)]
 TRIPS = cases(10, 20)
+BOUNCES = cases(5, 60)
 
 
 def run(tmp_path, board, axis, knobs, *, direction=1, inverted="none", filter_us=None, **changes):
@@ -77,7 +78,8 @@ def test_minus_direction(tmp_path, board, axis):
 
 @pytest.mark.parametrize(("board", "axis"), BOARDS)
 def test_a_switch_that_bounces(tmp_path, board, axis):
-    for start in (1000, 2500):
+    """From several starts, so that the first edge meets the main loop anywhere in its round."""
+    for start in (1000, *range(2500, 2500 + 2 * BOUNCES, 2)):
         summary = passed(
             tmp_path, board, axis, f"{PLANT},start={start},bounce=12,bounce_ticks=12000"
         )

@@ -146,13 +146,20 @@ def test_reset_by_the_watchdog(board, hang):
         restarted(bench)
 
 
-@pytest.mark.provokes("reset")
+@pytest.mark.provokes("underrun")
 @pytest.mark.parametrize("axis", range(4))
-def test_reset_by_the_watchdog_for_an_axis_at_rest(axis):
+def test_underrun_of_an_axis_whose_interrupt_never_comes(axis):
+    """At rest nobody waits for the interrupt; the axis's next line finds it dead, without a step."""
     with FaultBench("mega", range(4)) as bench:
         bench.sim.command(f"hang 0 axis {axis}")
+        bench.sim.run(4_000_000)
+        assert bench.fault() == "none"
+        for other in bench.axes:
+            bench.load(LONG, other)
+        bench.arm()
         bench.run_into_fault(4_000_000)
-        bench.assert_fault("reset", pixel=1, argument=WATCHDOG, known=False)
+        assert bench.count(axis) == 0
+        bench.assert_fault("underrun", axis, pixel=1, argument=1, known=False)
 
 
 @pytest.mark.provokes("underrun")

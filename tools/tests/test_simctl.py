@@ -78,7 +78,7 @@ def store(bench):
     before = bench.sim.eeprom_read(0, 0, 1024)
     bench.board.write(regs.COMMAND_BASE, [0, STORE, KEY])
     assert bench.sim.eeprom_state(0).address is not None
-    bench.sim.run(60 * EEPROM_BYTE_CYCLES)
+    bench.sim.run(80 * EEPROM_BYTE_CYCLES)
     assert bench.sim.eeprom_state(0).address is None
     after = bench.sim.eeprom_read(0, 0, 1024)
     return [at for at in range(1024) if after[at] != before[at]]

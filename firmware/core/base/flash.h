@@ -26,6 +26,17 @@ static inline char flash_char(const char *at)
     return byte;
 }
 
+// The same, and *at goes on to the byte behind it.
+static inline char flash_next(const char **at)
+{
+    const char *from = *at;
+    char byte;
+
+    __asm__("lpm %0, Z+" : "=r"(byte), "+z"(from));
+    *at = from;
+    return byte;
+}
+
 // The word at this address of a table in flash, low byte first as the compiler stores it.
 static inline uint16_t flash_word(const uint16_t *at)
 {
@@ -47,6 +58,11 @@ static inline char flash_char(const char *at)
     return *at;
 }
 
+static inline char flash_next(const char **at)
+{
+    return *(*at)++;
+}
+
 static inline uint16_t flash_word(const uint16_t *at)
 {
     return *at;
@@ -61,6 +77,6 @@ static inline void flash_copy(void *to, const void *from, uint8_t bytes)
     const char *at = from;
 
     do {
-        *byte++ = flash_char(at++);
+        *byte++ = flash_next(&at);
     } while (--bytes != 0);
 }

@@ -13,7 +13,7 @@ void axis_init(struct axis *axis, const struct axis_parts *parts)
 {
     *axis = (struct axis){.stagger = parts->stagger};
     lifecycle_reset(&axis->life);
-    segment_queue_init(&axis->queue, parts->slots, parts->slot_count);
+    segment_queue_init(&axis->queue, parts->queue_bytes, parts->queue_size);
     line_check_reset(&axis->check);
     axis->feed.stream.ring = parts->ring;
     axis->feed.stream.engine_trains = parts->trains;
@@ -21,20 +21,41 @@ void axis_init(struct axis *axis, const struct axis_parts *parts)
     empty_stream(axis, 0);
 }
 
-static APART struct segment read_segment(const uint8_t *bytes)
+// Read the block's next entry. Returns false when the block ends inside the entry, or when a
+// mark or a parameter in front of a line's pixels is not in full.
+static bool read_entry(const struct block *block,
+                       struct segment_reader *reader,
+                       const struct line_check *check,
+                       struct segment *entry)
 {
-    return (struct segment){
-        .count = (int16_t)(((uint16_t)bytes[0] << 8) | bytes[1]),
-        .repeat = (uint16_t)(((uint16_t)bytes[2] << 8) | bytes[3]),
-    };
+    uint8_t at = (uint8_t)reader->at;
+    uint8_t first = block->bytes[at];
+
+    if (!block->packed) {
+        block->bytes[at] = first | SEGMENT_IN_FULL;
+        *entry = segment_unpack(reader);
+        // A count of 16 bits, which the check may have to refuse.
+        entry->count = (int16_t)((uint16_t)first << 8 | block->bytes[at + 1u]);
+        return true;
+    }
+
+    if (segment_packed_size(first) > (uint8_t)(block->size - at) ||
+        (check->phase != LINE_CHECK_SEGMENTS && first < SEGMENT_IN_FULL)) {
+        return false;
+    }
+    *entry = segment_unpack(reader);
+    if (check->phase == LINE_CHECK_PARAMETER) {
+        entry->count = (int16_t)((uint16_t)entry->count & SEGMENT_PARAMETER);
+    }
+    return true;
 }
 
 // True when every entry is possible after the queued ones. The axis's check then has passed the
-// whole block.
+// whole block, and *reader has read all of it.
 static bool check_block(struct axis *axis,
                         const struct line_limits *limits,
-                        const uint8_t *entries,
-                        uint8_t count,
+                        const struct block *block,
+                        struct segment_reader *reader,
                         uint8_t *whole_lines)
 {
     // An axis at rest has no line that the new one could follow without a pause: any direction may
@@ -44,9 +65,12 @@ static bool check_block(struct axis *axis,
     }
     struct line_check check = axis->check;
 
-    for (uint8_t i = 0; i < count; i++) {
-        enum line_error error =
-            line_check_entry(&check, limits, read_segment(&entries[4u * i]));
+    while (reader->at < block->size) {
+        struct segment entry;
+        enum line_error error = LINE_malformed;
+        if (read_entry(block, reader, &check, &entry)) {
+            error = line_check_entry(&check, limits, entry);
+        }
         if (error != LINE_none) {
             axis->line_error = (uint8_t)error;
             axis->line_error_pixel = check.pixel + 1u;
@@ -61,20 +85,12 @@ static bool check_block(struct axis *axis,
     return true;
 }
 
-// Queue the entries of a block. The caller has made sure that there is room for all of them.
-static void push_block(struct axis *axis, const uint8_t *entries, uint8_t count)
-{
-    for (uint8_t i = 0; i < count; i++) {
-        (void)segment_queue_push(&axis->queue, read_segment(&entries[4u * i]));
-    }
-}
-
 // Report that the axis may be armed: when the queue holds a whole line, or when most of the queue
 // is full, since a line may be longer than the queue.
 static void report_queue(struct axis *axis)
 {
     if (axis->whole_lines != 0 ||
-        segment_queue_free(&axis->queue) <= axis->queue.mask / 4u) {
+        segment_queue_free(&axis->queue) <= axis->queue.out.mask / 4u) {
         (void)lifecycle_report(&axis->life, LIFECYCLE_READY);
     } else if (segment_queue_fill(&axis->queue) != 0) {
         (void)lifecycle_report(&axis->life, LIFECYCLE_QUEUED);
@@ -82,45 +98,44 @@ static void report_queue(struct axis *axis)
 }
 
 // Decide whether this block may be checked and queued. BLOCK_TAKEN means that it may.
-static enum block_result admit_block(const struct axis *axis,
-                                     uint16_t block,
-                                     uint8_t count)
+static enum block_result admit_block(const struct axis *axis, const struct block *block)
 {
     // The queue will be discarded as soon as the axis is at rest.
     if (axis->life.state == AXIS_STOPPING) {
         return BLOCK_FULL;
     }
-    if (axis->any_block && block == (uint16_t)(axis->next_block - 1u)) {
+    if (axis->any_block && block->number == (uint16_t)(axis->next_block - 1u)) {
         return BLOCK_REPEATED;
     }
-    if (block != axis->next_block) {
+    if (block->number != axis->next_block) {
         return BLOCK_WRONG;
     }
     if (axis->life.state == AXIS_REFUSED || axis->life.state == AXIS_FAULT) {
         return BLOCK_REFUSED;
     }
-    return segment_queue_free(&axis->queue) < count ? BLOCK_FULL : BLOCK_TAKEN;
+    return segment_queue_free(&axis->queue) < block->size ? BLOCK_FULL : BLOCK_TAKEN;
 }
 
 enum block_result axis_queue_block(struct axis *axis,
                                    const struct line_limits *limits,
-                                   uint16_t block,
-                                   const uint8_t *entries,
-                                   uint8_t count)
+                                   const struct block *block)
 {
+    struct segment_reader reader = {
+        .bytes = block->bytes, .mask = UINT16_MAX, .last = axis->queue.last};
     uint8_t whole_lines = 0;
-    enum block_result admitted = admit_block(axis, block, count);
+    enum block_result admitted = admit_block(axis, block);
 
     if (admitted != BLOCK_TAKEN) {
         return admitted;
     }
-    if (!check_block(axis, limits, entries, count, &whole_lines)) {
+    line_check_limits(&axis->check, limits);
+    if (!check_block(axis, limits, block, &reader, &whole_lines)) {
         // An armed or running line runs dry, which is a fault, unless a better block comes in time.
         // A line that is neither armed nor running never starts.
         (void)lifecycle_report(&axis->life, LIFECYCLE_REFUSE);
         return BLOCK_REFUSED;
     }
-    push_block(axis, entries, count);
+    segment_queue_append(&axis->queue, block->bytes, block->size, reader.last);
     axis->whole_lines = (uint8_t)(axis->whole_lines + whole_lines);
     axis->next_block++;
     axis->any_block = true;
@@ -131,42 +146,31 @@ enum block_result axis_queue_block(struct axis *axis,
     return BLOCK_TAKEN;
 }
 
-// The word of the start mark, when that mark is at the front of the queue.
-static uint16_t front_word(const struct axis *axis)
-{
-    struct segment mark = {0};
-
-    (void)segment_queue_peek(&axis->queue, 0, &mark);
-    return (uint16_t)mark.count;
-}
-
 bool axis_waits_for_edge(const struct axis *axis)
 {
-    return (front_word(axis) & LINE_START_WAIT) != 0;
+    return (segment_queue_front_word(&axis->queue) & LINE_START_WAIT) != 0;
 }
 
 bool axis_seeks(const struct axis *axis, bool *opening)
 {
-    uint16_t word = front_word(axis);
+    uint16_t word = segment_queue_front_word(&axis->queue);
 
     *opening = (word & LINE_START_OPEN) != 0;
     return (word & LINE_START_SEEK) != 0;
 }
 
+// Wherever this is asked, a start mark is the next entry that may be queued. It is in full, and
+// so is its parameter, or is at least there when there is more.
 static bool start_queued(const struct axis *axis)
 {
-    struct segment mark;
-
-    return segment_queue_peek(&axis->queue, 0, &mark) && mark.repeat == 0 &&
-           ((uint16_t)mark.count & LINE_MARK_KIND) == LINE_MARK_START &&
-           segment_queue_fill(&axis->queue) > 1u;
+    return segment_queue_fill(&axis->queue) > SEGMENT_MOST;
 }
 
 static void axis_begin_line(struct axis *axis,
                             const struct pixel_period *period,
                             bool always_take_up)
 {
-    bool negative = (front_word(axis) & LINE_START_NEGATIVE) != 0;
+    bool negative = (segment_queue_front_word(&axis->queue) & LINE_START_NEGATIVE) != 0;
     bool reverses = !axis->direction_known || negative != axis->feed.negative;
 
     line_begin(&axis->line, period, &axis->queue, always_take_up || reverses);
@@ -176,7 +180,7 @@ static void axis_begin_line(struct axis *axis,
 
 bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_take_up)
 {
-    bool clocked = axis_waits_for_edge(axis);
+    bool clocked = axis_waits_for_edge(axis) && !lock_grid_now()->ignored;
 
     if (!start_queued(axis) || !lifecycle_report(&axis->life, LIFECYCLE_ARM)) {
         return false;
@@ -184,6 +188,9 @@ bool axis_arm(struct axis *axis, const struct pixel_period *period, bool always_
     axis->clocked = clocked;
     feed_hold(&axis->feed);
     axis_begin_line(axis, period, always_take_up);
+    if (clocked && lock_grid_now()->locks) {
+        line_grid_start_locked(&axis->line.edges);
+    }
     axis->ledger.pixel = 0; // a fault before the line's first step is in its first pixel
     return true;
 }
@@ -239,7 +246,8 @@ void axis_line_finished(struct axis *axis)
 static bool line_chains(const struct axis *axis)
 {
     return start_queued(axis) && !axis->line.seek &&
-           (front_word(axis) & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
+           (segment_queue_front_word(&axis->queue) &
+            (LINE_START_WAIT | LINE_START_SEEK)) == 0;
 }
 
 void axis_line_decoded(struct axis *axis,
@@ -251,8 +259,13 @@ void axis_line_decoded(struct axis *axis,
     }
     axis->direction_known = true;
     if (line_chains(axis)) {
+        struct line_grid edges = axis->line.edges;
+
         axis->lines_done++;
         axis_begin_line(axis, period, always_take_up);
+        if (line_grid_locked(&edges)) {
+            axis->line.edges = edges;
+        }
         return;
     }
     feed_end(&axis->feed);

@@ -105,9 +105,9 @@ struct axis_parts {
     // The STEP_TRAINS trains of the step interrupt, or NULL: the axis makes single periods only.
     struct pulse_train *trains;
     // Memory of the queue.
-    struct segment *slots;
-    // Number of slots: a power of two, 2..128.
-    uint8_t slot_count;
+    uint8_t *queue_bytes;
+    // Its size: a power of two, 8..32768.
+    uint16_t queue_size;
     uint8_t stagger; // steps of an even piece before it is handed over as a pulse train
     // See ledger_reset().
     uint16_t first_period_ticks;
@@ -116,13 +116,22 @@ struct axis_parts {
 // A new axis: EMPTY, at position 0.
 void axis_init(struct axis *axis, const struct axis_parts *parts);
 
-// Queue a block of `count` entries, each 4 bytes big-endian (count, repeat): all of them or none.
-// `block` is the number that the host gave the block.
+// Entries that a host sends at once.
+struct block {
+    // Number that the host gave the block.
+    uint16_t number;
+    // The entries' memory, which has any value once the block was checked.
+    uint8_t *bytes;
+    // Number of bytes.
+    uint8_t size;
+    // The entries are packed (segment_pack.h); else each is 4 bytes big-endian: count, repeat.
+    bool packed;
+};
+
+// Queue a block: all of its entries or none.
 enum block_result axis_queue_block(struct axis *axis,
                                    const struct line_limits *limits,
-                                   uint16_t block,
-                                   const uint8_t *entries,
-                                   uint8_t count);
+                                   const struct block *block);
 
 // Decode the front line ahead: LOADED becomes ARMED. Returns false when there is no line to arm.
 // always_take_up: the backlash policy; when it is false, backlash is inserted only where the

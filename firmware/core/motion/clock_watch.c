@@ -14,14 +14,18 @@ static void compare_interval(struct clock_watch *watch,
                              uint32_t edge_ticks)
 {
     uint32_t interval_ticks = edge_ticks - watch->edge_ticks;
-    uint32_t off_ticks = interval_ticks - period_ticks;
+    uint32_t most_ticks = period_ticks / 16u;
 
-    if ((int32_t)off_ticks < 0) {
-        off_ticks = -off_ticks;
-    }
-    watch->odd = watch->known && off_ticks > period_ticks / 16u
-                     ? (uint16_t)(interval_ticks >> 8 | 1u)
-                     : 0;
+    watch->odd =
+        watch->known && interval_ticks - period_ticks + most_ticks > 2u * most_ticks
+            ? (uint16_t)((uint16_t)(interval_ticks >> 8) | 1u)
+            : 0;
+    clock_watch_count(watch, edge_ticks);
+}
+
+void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks)
+{
+    watch->edges++;
     watch->edge_ticks = edge_ticks;
     watch->known = true;
 }
@@ -36,6 +40,7 @@ void clock_watch_follow(struct clock_watch *watch,
     watch->zero_ticks = zero_ticks;
     watch->next_ticks = zero_ticks;
     watch->pixel = 0;
+    watch->phase = 0;
     watch->error_ticks = 0;
     watch->error_max_ticks = 0;
     pixel_grid_start(&watch->grid, period);
@@ -49,10 +54,25 @@ static int16_t saturate_int16(int32_t value)
     return value < -INT16_MAX ? (int16_t)-INT16_MAX : (int16_t)value;
 }
 
+void clock_watch_note(struct clock_watch *watch, int32_t error_ticks)
+{
+    watch->error_ticks = saturate_int16(error_ticks);
+    uint16_t size =
+        (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
+
+    if (size > watch->error_max_ticks) {
+        watch->error_max_ticks = size;
+    }
+}
+
 static APART void plan_next(struct clock_watch *watch)
 {
     watch->next_ticks += pixel_grid_advance(&watch->grid);
-    watch->pixel++;
+    watch->phase++;
+    if (watch->phase >= watch->divider) {
+        watch->phase = 0;
+        watch->pixel++;
+    }
 }
 
 bool clock_watch_edge(struct clock_watch *watch,
@@ -62,7 +82,6 @@ bool clock_watch_edge(struct clock_watch *watch,
 {
     uint8_t missed = 0;
 
-    watch->edges++;
     compare_interval(watch, period->whole_ticks, edge_ticks);
     if (!watch->following) {
         return false;
@@ -80,15 +99,12 @@ bool clock_watch_edge(struct clock_watch *watch,
         missed++;
         plan_next(watch);
     }
-    watch->error_ticks = saturate_int16((int32_t)(edge_ticks - watch->next_ticks));
-    uint16_t size =
-        (uint16_t)(watch->error_ticks < 0 ? -watch->error_ticks : watch->error_ticks);
-    if (size > watch->error_max_ticks) {
-        watch->error_max_ticks = size;
-    }
+    bool pixel_edge = watch->phase == 0;
+
+    clock_watch_note(watch, (int32_t)(edge_ticks - watch->next_ticks));
     *pixel = watch->pixel;
     plan_next(watch);
-    return true;
+    return pixel_edge;
 }
 
 #else
@@ -108,7 +124,6 @@ bool clock_watch_edge(struct clock_watch *watch,
                       uint32_t *pixel)
 {
     (void)pixel;
-    watch->edges++;
     compare_interval(watch, period->whole_ticks, edge_ticks);
     return false;
 }

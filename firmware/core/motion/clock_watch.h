@@ -34,8 +34,12 @@ struct clock_watch {
     uint32_t zero_ticks;
     // Planned time of the next edge.
     uint32_t next_ticks;
-    // Number of that edge in the line; 0: line zero.
+    // Number of the pixel edge at or before it in the line; 0: line zero.
     uint32_t pixel;
+    // Clock edges of a pixel; 0 means 1. The reference line must end before it changes.
+    uint16_t divider;
+    // Clock edges since that pixel edge.
+    uint16_t phase;
     // Error of the last edge, ticks; positive when it came late.
     int16_t error_ticks;
     // Largest magnitude of the error in this line.
@@ -51,14 +55,22 @@ void clock_watch_follow(struct clock_watch *watch,
                         const struct pixel_period *period,
                         uint32_t zero_ticks);
 
-// An edge came at edge_ticks. Returns true when the edge belongs to the reference line; *pixel is
-// then its number (0: line zero) and watch->error_ticks its error. Otherwise *pixel is unchanged. A
-// line that misses more than four edges in a row is the reference no longer, so that the time is
-// bounded however long the clock has rested.
+// An edge came at edge_ticks. Returns true when the edge is a pixel edge of the reference line;
+// *pixel is then its number (0: line zero) and watch->error_ticks its error. A line that misses
+// more than four edges in a row is the reference no longer, so that the time is bounded however
+// long the clock has rested.
 bool clock_watch_edge(struct clock_watch *watch,
                       const struct pixel_period *period,
                       uint32_t edge_ticks,
                       uint32_t *pixel);
+
+#if FEATURE_CLOCK_STATISTICS
+// The newest edge came so many ticks later than planned.
+void clock_watch_note(struct clock_watch *watch, int32_t error_ticks);
+#endif
+
+// An edge came that is judged elsewhere.
+void clock_watch_count(struct clock_watch *watch, uint32_t edge_ticks);
 
 // An edge came whose time is not known: the next distance cannot be judged. The line stays the
 // reference.

@@ -44,7 +44,7 @@ void curve_start(struct curve *curve,
     if (curve->kind == CURVE_FLAT_NOT) {
         curve_steep_start(&curve->state.steep, &at, ticks, start_speed);
         if (at.half > 0) {
-            curve->state.steep.end_kind = (uint8_t)curve_flat_now(ticks, end);
+            curve->state.steep.end_kind = (uint8_t)curve_flat_now(ticks, end, true);
         }
     } else {
         curve->state.flat.ticks = ticks;

@@ -3,6 +3,7 @@
 
 #include <stddef.h> // offsetof
 
+#include "base/apart.h"     // APART
 #include "base/multiply.h"  // multiply_*
 #include "build_features.h" // FEATURE_NARROW_CURVES
 #include "motion/curve_flat_layout.h"
@@ -61,9 +62,16 @@ static int32_t slope_of(uint32_t ticks, uint16_t speed)
     return wide_times(wide_from_int32((int32_t)ticks), speed).high;
 }
 
-enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed)
+APART enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed, bool loose)
 {
-    return kind_of(slope_of(ticks, top_speed), top_speed, true);
+    return kind_of(slope_of(ticks, top_speed), top_speed, loose);
+}
+
+// The a*T below which the interval changes by less than one tick from step to step at this speed;
+// 0 if the interval does not fit.
+static int32_t flat_limit(uint32_t ticks, uint16_t speed)
+{
+    return multiply_u32_u16(INTERVAL_MAX, speed) >= ticks ? cube_of(speed) : 0;
 }
 
 enum curve_flat_kind curve_flat_kind(uint32_t ticks,
@@ -75,18 +83,15 @@ enum curve_flat_kind curve_flat_kind(uint32_t ticks,
     uint16_t top = faster ? end_speed : start_speed;
     uint16_t low = faster ? start_speed : end_speed;
     int32_t growth = slope_of(ticks, (uint16_t)(top - low));
-    int32_t limit = cube_of(low);
+    int32_t limit = flat_limit(ticks, low);
 
-    *stays = true;
-    if (growth >> 2 < limit && multiply_u32_u16(INTERVAL_MAX, low) >= ticks) {
-        return kind_of(slope_of(ticks, top), top, growth >= limit);
+    *stays = growth >> 2 < limit;
+    if (*stays) {
+        return curve_flat_now(ticks, top, growth >= limit);
     }
-    if (!faster && growth >> 2 < cube_of(top) &&
-        multiply_u32_u16(INTERVAL_MAX, top) >= ticks) {
-        *stays = false;
-        return curve_flat_now(ticks, top);
-    }
-    return CURVE_FLAT_NOT;
+    return !faster && growth >> 2 < flat_limit(ticks, top)
+               ? curve_flat_now(ticks, top, true)
+               : CURVE_FLAT_NOT;
 }
 
 // T^2, the distance of two steps, without its highest bits.
@@ -121,7 +126,7 @@ void curve_flat_leave(const struct curve_flat *flat, struct curve_place *at)
     at->residual = flat->residual;
     at->slope = wide_sub(flat->difference,
                          wide_from_int32(flat->slope_growth - flat->twice_half));
-    at->half = (int16_t)(flat->twice_half / 2);
+    at->half = (int16_t)(flat->twice_half >> 1);
 }
 
 #if defined(__AVR__)

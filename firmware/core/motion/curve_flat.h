@@ -58,7 +58,7 @@ enum curve_flat_kind curve_flat_kind(uint32_t ticks,
 
 // The kind of a curve that is flat now, below four ticks from step to step, and whose speed does
 // not exceed top_speed.
-enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed);
+enum curve_flat_kind curve_flat_now(uint32_t ticks, uint16_t top_speed, bool loose);
 
 // Begin at a place whose next interval is about interval_ticks, within the change from step to
 // step.

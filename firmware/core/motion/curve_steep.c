@@ -3,6 +3,7 @@
 
 #include <stddef.h> // offsetof
 
+#include "base/apart.h"    // APART
 #include "base/divide.h"   // divide_u32_u16
 #include "base/multiply.h" // multiply_*
 #include "motion/curve_steep_layout.h"
@@ -23,7 +24,7 @@
 #define START_CHANGE_MAX 255u
 
 // Add an entry to the sum of the batch.
-static void add_top(struct curve_steep *steep, uint16_t top)
+static APART void add_top(struct curve_steep *steep, uint16_t top)
 {
     uint32_t sum = (uint32_t)top + (uint16_t)((steep->tops[1] << 8) | steep->tops[0]);
 
@@ -197,7 +198,7 @@ static bool foresee_change(struct curve_steep *steep, uint32_t ticks, uint16_t s
 {
     int16_t half = steep->at.half;
 
-    if (speed <= ticks >> 15) {
+    if (speed <= (uint16_t)(ticks >> 16)) {
         return false;
     }
     uint16_t interval = divide_u32_u16(ticks, speed);
@@ -209,9 +210,9 @@ static bool foresee_change(struct curve_steep *steep, uint32_t ticks, uint16_t s
     if (change > START_CHANGE_MAX || (uint16_t)(change * change) > interval) {
         return false;
     }
-    int16_t shorter = (int16_t)(half < 0 ? -(int16_t)change : (int16_t)change);
-    steep->last_ticks = (uint16_t)(interval + (uint16_t)shorter);
-    steep->change = -2 * (int32_t)shorter;
+    int16_t longer = (int16_t)(half < 0 ? (int16_t)change : -(int16_t)change);
+    steep->last_ticks = (uint16_t)(interval - (uint16_t)longer);
+    steep->change = (int16_t)(2 * longer);
     return true;
 }
 
@@ -224,15 +225,12 @@ void curve_steep_start(struct curve_steep *steep,
     steep->seen = 2;
     steep->good = foresee_change(steep, ticks, start_speed);
     if (!steep->good) {
-        // Guess the first interval, 2T / (v + sqrt(v*v + 4h)), to an eighth. v has 11 bits here,
-        // and the quotient has at least its upper 8 bits.
-        uint32_t square =
-            multiply_u32_u16(start_speed, start_speed) + 4u * (uint32_t)(int32_t)at->half;
-        uint16_t speeds = (uint16_t)(4u * start_speed + curve_steep_root(16u * square));
-        uint32_t dividend = 8u * ticks;
-        steep->last_ticks = speeds > dividend >> 16
-                                ? divide_u32_u16(dividend, speeds)
-                                : (uint32_t)divide_u32_u16(dividend >> 8, speeds) << 8;
+        // Guess the first interval, 2T / (v + sqrt(v*v + 4h)), to an eighth. v has 11 bits here.
+        uint16_t speed = (uint16_t)(4u * start_speed);
+        uint32_t square = multiply_u32_u16(speed, speed) +
+                          multiply_u32_u16((uint32_t)(int32_t)at->half, 64);
+        uint16_t speeds = (uint16_t)(speed + curve_steep_root(square));
+        steep->last_ticks = 8u * ticks / speeds;
         steep->change = 0;
         steep->seen = 0;
     }

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "motion/decode.h"
 
+#include "base/apart.h"          // APART
+#include "build_features.h"      // FEATURE_SHORT_CURVES
+#include "motion/curved_pixel.h" // curved_pixel_write
+#include "motion/even_pixel.h"   // even_pixels_write
+
 // Entries of the ring that must be free for a round of decoding to begin: with a few steps at a
 // time the calls would cost more than the decoding.
 #define DECODE_ROOM 64u
@@ -53,22 +58,24 @@ uint32_t decode_ahead_ticks(const struct axis *axis)
     return ahead;
 }
 
-// True when no piece may be begun for now: no mark is left, or a seek is decoded far enough ahead.
+// True when no piece may be begun for now: no mark is left, a seek is decoded far enough ahead, or
+// a locked line waits for edges of the clock.
 static bool no_more_pieces(const struct axis *axis)
 {
-    return stream_marks_full(&axis->feed.stream) ||
+    return stream_marks_full(&axis->feed.stream) || line_is_early(&axis->line) ||
            (axis->line.seek && decode_ahead_ticks(axis) > SEEK_AHEAD_TICKS);
 }
 
-// Begin the next piece. False when nothing can be decoded now. Not inline, so that its registers do
-// not lie on the stack below the decoder of steps.
-static bool __attribute__((noinline)) next_piece(struct axis *axis,
-                                                 const struct pixel_period *period,
-                                                 bool always_take_up)
+// Begin the next piece. False when nothing can be decoded now.
+static bool next_piece(struct axis *axis,
+                       const struct pixel_period *period,
+                       bool always_take_up)
 {
     if (no_more_pieces(axis)) {
         return false;
     }
+    stream_lose_count(&axis->feed.stream);
+    axis->line.curve_half = 0;
     switch (line_next(&axis->line, &axis->piece)) {
     case LINE_PIECE:
         begin_piece(axis);
@@ -83,11 +90,15 @@ static bool __attribute__((noinline)) next_piece(struct axis *axis,
     }
 }
 
-// Steps that must still pass before the piece may become a pulse train.
+// Steps that must still pass before the piece may become a pulse train. Intervals that only follow
+// each other from train to train leave no room for them.
 static uint8_t to_stagger(const struct axis *axis)
 {
     uint16_t taken = walk_taken(&axis->walk);
 
+    if (axis->stagger != 0 && axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS) {
+        return 0;
+    }
     return taken >= axis->stagger ? 0 : (uint8_t)(axis->stagger - taken);
 }
 
@@ -103,14 +114,13 @@ static bool train_due(const struct axis *axis)
            to_stagger(axis) == 0 && feed_fits_train(&axis->feed, even);
 }
 
-// True when a train is due but none is free, and there is time to wait for one.
+// True when there is time to wait for a train: now that one is due, and none is free.
 static bool train_awaited(const struct axis *axis)
 {
-    const struct feed *feed = &axis->feed;
+    const struct stream *stream = &axis->feed.stream;
 
-    return !stream_train_free(&feed->stream) && train_due(axis) &&
-           (axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
-            feed->stream.trains[feed->stream.newest_train].ticks >= TRAIN_WAIT_TICKS);
+    return axis->walk.steps.even.base_ticks < TRAIN_ENTRY_MIN_TICKS ||
+           stream->trains[stream->newest_train].ticks >= TRAIN_WAIT_TICKS;
 }
 
 bool decode_is_ahead(const struct axis *axis)
@@ -128,7 +138,7 @@ bool decode_is_ahead(const struct axis *axis)
 }
 
 // Go on behind a step: to its pixel edge, to more steps or to the next piece.
-static void pass_step(struct axis *axis)
+static APART void pass_step(struct axis *axis)
 {
     bool over = walk_done(&axis->walk);
 
@@ -145,12 +155,12 @@ static void decode_train(struct axis *axis)
     uint8_t room = (uint8_t)(stream_space(&axis->feed.stream) - FEED_BURST);
     uint16_t fit = (uint16_t)((room + 1u) * STEP_TRAIN_ENTRY_MAX);
     uint16_t steps = walk_stretch(&axis->walk);
-    struct even even = axis->walk.steps.even;
 
     if (steps > fit) {
         steps = fit;
     }
-    feed_train(&axis->feed, &even, steps, walk_skip_even(&axis->walk, steps));
+    walk_pass_train(
+        &axis->walk, steps, feed_train(&axis->feed, &axis->walk.steps.even, steps));
     pass_step(axis);
 }
 
@@ -160,13 +170,16 @@ static uint32_t burst_even(struct axis *axis, uint8_t count)
     struct stream *stream = &axis->feed.stream;
     struct step_ring *ring = stream->ring;
     struct even even = axis->walk.steps.even;
+    uint16_t base_ticks = (uint16_t)even.base_ticks;
     uint8_t slot = stream->head;
     uint32_t sum = 0;
 
+    // These intervals fit 16 bits, so that only the tick above the base comes from even_next().
+    even.base_ticks = 0;
     for (; count != 0; count--) {
-        uint32_t ticks = even_next(&even);
+        uint16_t ticks = (uint16_t)(base_ticks + even_next(&even));
         sum += ticks;
-        slot = stream_write(ring, slot, (uint16_t)ticks);
+        slot = stream_write(ring, slot, ticks);
     }
     axis->walk.steps.even.sum = even.sum;
     stream_note_batch(stream, (uint8_t)(slot - stream->head), sum);
@@ -265,14 +278,16 @@ static uint8_t decode_step(struct axis *axis)
 // 0 if they must wait.
 static uint8_t decode_steps(struct axis *axis, uint8_t budget)
 {
-    if (train_awaited(axis)) {
-        axis->phase = DECODE_AWAITS_TRAIN;
-        return 0;
-    }
     axis->phase = DECODE_STEPS;
-    if (train_due(axis) && stream_train_free(&axis->feed.stream)) {
-        decode_train(axis);
-        return SLOW_STEP_COST;
+    if (train_due(axis)) {
+        if (stream_train_free(&axis->feed.stream)) {
+            decode_train(axis);
+            return SLOW_STEP_COST;
+        }
+        if (train_awaited(axis)) {
+            axis->phase = DECODE_AWAITS_TRAIN;
+            return 0;
+        }
     }
     uint8_t cost = decode_burst(axis, budget);
 
@@ -286,6 +301,48 @@ static void mark_edge(struct axis *axis)
     feed_make_room(&axis->feed);
 }
 
+// Decode the next pixels if they are of few steps. Returns what they cost of a round's budget, 0 if
+// they are others, or EVEN_PIXEL_WAITS.
+static uint8_t decode_short_pixels(struct axis *axis, uint8_t budget)
+{
+    const struct feed *feed = &axis->feed;
+
+    if (axis->phase != DECODE_PIECE || !feed_steady(feed, feed->negative) ||
+        !feed->pulse || !stream_one_mark_waits(&feed->stream) ||
+        !line_on_pixels(&axis->line)) {
+        return 0;
+    }
+    uint8_t cost =
+        even_pixels_write(&axis->line, &axis->feed.stream, feed->negative, budget);
+
+    if (cost != 0 || !FEATURE_SHORT_CURVES) {
+        return cost;
+    }
+    return curved_pixel_write(
+        &axis->line, &axis->walk.steps.curve.state.steep, &axis->feed.stream);
+}
+
+// Decode what comes next by way of pieces. Returns what it cost of a round's budget, 0 if it must
+// wait.
+static inline uint8_t decode_piece(struct axis *axis,
+                                   const struct pixel_period *period,
+                                   bool always_take_up,
+                                   uint8_t budget)
+{
+    if (feed_busy(&axis->feed)) {
+        feed_pump(&axis->feed);
+        return 1;
+    }
+    if (axis->phase >= DECODE_EDGE_INSIDE) {
+        mark_edge(axis);
+        return 1;
+    }
+    if (axis->phase >= DECODE_STEPS) {
+        return decode_steps(axis, budget);
+    }
+    return next_piece(axis, period, always_take_up);
+}
+
 uint8_t decode_axis(struct axis *axis,
                     const struct pixel_period *period,
                     bool always_take_up,
@@ -293,18 +350,15 @@ uint8_t decode_axis(struct axis *axis,
 {
     while (budget != 0 && axis->phase != DECODE_OUTSIDE &&
            stream_space(&axis->feed.stream) >= DECODE_ROOM_LEFT) {
-        uint8_t cost = 1;
-        if (feed_busy(&axis->feed)) {
-            feed_pump(&axis->feed);
-        } else if (axis->phase >= DECODE_EDGE_INSIDE) {
-            mark_edge(axis);
-        } else if (axis->phase >= DECODE_STEPS) {
-            cost = decode_steps(axis, budget);
+        uint8_t cost = decode_short_pixels(axis, budget);
+        if (cost == EVEN_PIXEL_WAITS) {
+            break;
+        }
+        if (cost == 0) {
+            cost = decode_piece(axis, period, always_take_up, budget);
             if (cost == 0) {
                 break;
             }
-        } else if (!next_piece(axis, period, always_take_up)) {
-            break;
         }
         budget = budget > cost ? (uint8_t)(budget - cost) : 0;
     }

@@ -1,24 +1,30 @@
 // SPDX-License-Identifier: MIT
 #include "motion/even.h"
 
+#include "base/apart.h"    // APART
+#include "base/divide.h"   // divide_with_rest
+#include "base/multiply.h" // multiply_u32_u16
+
 void even_start(struct even *even, uint32_t ticks, uint16_t steps)
 {
     even->base_ticks = ticks / steps;
-    even->remainder = (uint16_t)(ticks - even->base_ticks * steps);
+    even->remainder = (uint16_t)(ticks % steps);
     even->steps = steps;
     // Starting at n - 1 instead of 0 turns the floor of the accumulated fraction into its ceiling.
     even->sum = (uint16_t)(steps - 1u);
 }
 
-uint32_t even_skip(struct even *even, uint16_t steps)
+APART uint32_t even_skip(struct even *even, uint16_t steps)
 {
     // All steps of the piece together need no division.
     if (steps == even->steps) {
-        return steps * even->base_ticks + even->remainder;
+        return multiply_u32_u16(even->base_ticks, steps) + even->remainder;
     }
-    uint32_t fraction = (uint32_t)steps * even->remainder + even->sum;
-    uint32_t whole = fraction / even->steps;
+    // Below n * n, since neither the remainder nor the sum reaches n.
+    uint32_t fraction = multiply_u32_u16(even->remainder, steps) + even->sum;
+    struct quotient whole =
+        divide_with_rest((uint16_t)(fraction >> 16), (uint16_t)fraction, even->steps);
 
-    even->sum = (uint16_t)(fraction - whole * even->steps);
-    return steps * even->base_ticks + whole;
+    even->sum = whole.rest;
+    return multiply_u32_u16(even->base_ticks, steps) + whole.whole;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/feed.h"
 
+#include "base/apart.h"   // APART
 #include "base/require.h" // REQUIRE
 
 // A long interval is cut into periods of this length, ticks. The last period is then at least
@@ -49,19 +50,16 @@ bool feed_fits_train(const struct feed *feed, const struct even *even)
            (even->remainder == 0 || ((uint8_t)even->base_ticks != 0));
 }
 
-void feed_train(struct feed *feed,
-                const struct even *even,
-                uint16_t steps,
-                uint32_t ticks)
+uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps)
 {
     if (!feed->pulse) {
         stream_put_command(&feed->stream, STEP_COMMAND_PULSE);
         feed->pulse = true;
     }
-    stream_put_train(&feed->stream, even, steps, ticks);
+    return stream_put_train(&feed->stream, even, steps);
 }
 
-void feed_hold(struct feed *feed)
+APART void feed_hold(struct feed *feed)
 {
     feed->held = true;
     feed->merge = true;
@@ -69,23 +67,24 @@ void feed_hold(struct feed *feed)
     feed->held_slot = stream_reserve(&feed->stream, HELD_SLOTS);
 }
 
-static void put_held(struct feed *feed, uint8_t offset, uint32_t ticks)
+static APART void put_held(struct step_ring *ring, uint8_t slot, uint32_t ticks)
 {
-    uint8_t slot = (uint8_t)(feed->held_slot + offset);
-    uint16_t top = (uint16_t)(ticks - 1u);
+    uint16_t top = (uint16_t)((uint16_t)ticks - 1u);
 
-    feed->stream.ring->low[slot] = (uint8_t)top;
-    feed->stream.ring->high[slot] = (uint8_t)(top >> 8);
+    ring->low[slot] = (uint8_t)top;
+    ring->high[slot] = (uint8_t)(top >> 8);
 }
 
 void feed_fill_front(struct feed *feed, uint32_t delay_ticks)
 {
+    struct step_ring *ring = feed->stream.ring;
+    uint8_t slot = feed->held_slot;
     uint32_t half = delay_ticks / 2u;
 
     REQUIRE(feed->held && half != 0 && delay_ticks <= FEED_DELAY_MAX_TICKS);
-    put_held(feed, 1, half);
-    put_held(feed, 2, delay_ticks - half);
-    feed->stream.ring->low[feed->held_slot] = STEP_COMMAND_BEGIN;
+    put_held(ring, (uint8_t)(slot + 1u), half);
+    put_held(ring, (uint8_t)(slot + 2u), delay_ticks - half);
+    ring->low[slot] = STEP_COMMAND_BEGIN;
 }
 
 void feed_front_released(struct feed *feed, uint32_t delay_ticks)
@@ -102,33 +101,39 @@ void feed_release(struct feed *feed, uint32_t delay_ticks)
     feed_front_released(feed, delay_ticks);
 }
 
-// Write an interval with a reversal: the direction changes in the middle of the interval, inside a
-// period that does not pulse.
-static void put_reversal(struct feed *feed)
+// Write the interval up to the step that is due. At a reversal the direction changes in the middle
+// of the interval, inside a period that does not pulse.
+static void put_interval(struct feed *feed)
 {
-    if (feed->lead) {
-        put_chunk(feed, (uint16_t)(feed->pending_ticks / 2u));
+    bool reverses = feed->due_negative != feed->negative;
+
+    // What is pending fits 16 bits.
+    if (reverses && feed->lead) {
+        put_chunk(feed, (uint16_t)feed->pending_ticks / 2u);
     }
-    if (feed->pending_ticks != 0) {
+    if ((uint16_t)feed->pending_ticks != 0) {
         put_chunk(feed, (uint16_t)feed->pending_ticks);
     }
-    stream_put_command(&feed->stream,
-                       feed->due_negative ? STEP_COMMAND_NEGATIVE
+    if (reverses) {
+        feed->negative = feed->due_negative;
+        stream_put_command(&feed->stream,
+                           feed->negative ? STEP_COMMAND_NEGATIVE
                                           : STEP_COMMAND_POSITIVE);
-    feed->negative = feed->due_negative;
+    }
 }
 
 // Leave the first interval of a line to the delay before the line, if the interval is short enough.
+// What is pending fits 16 bits.
 static void merge_first_interval(struct feed *feed)
 {
-    if (feed->merge && feed->pending_ticks <= MERGE_MAX_TICKS) {
+    if (feed->merge && (uint16_t)feed->pending_ticks <= MERGE_MAX_TICKS) {
         feed->lead_in_ticks = feed->pending_ticks;
         feed->pending_ticks = 0;
     }
     feed->merge = false;
 }
 
-void feed_make_room(struct feed *feed)
+APART void feed_make_room(struct feed *feed)
 {
     if (!stream_marks_full(&feed->stream)) {
         return;
@@ -151,11 +156,7 @@ void feed_pump(struct feed *feed)
         return;
     }
     merge_first_interval(feed);
-    if (feed->due_negative != feed->negative) {
-        put_reversal(feed);
-    } else if (feed->pending_ticks != 0) {
-        put_chunk(feed, (uint16_t)feed->pending_ticks);
-    }
+    put_interval(feed);
     stream_place_marks(&feed->stream, 0);
     feed->lead = true;
     feed->step_due = false;
@@ -176,7 +177,7 @@ void feed_quiet(struct feed *feed, uint32_t ticks)
     feed_pump(feed);
 }
 
-void feed_mark_here(struct feed *feed, bool line_start, int32_t position)
+void feed_mark_here(struct feed *feed, bool line_start, int16_t position)
 {
     stream_add_mark(&feed->stream, line_start, (uint16_t)position);
     if (!feed->lead) {
@@ -184,7 +185,7 @@ void feed_mark_here(struct feed *feed, bool line_start, int32_t position)
     }
 }
 
-void feed_end(struct feed *feed)
+APART void feed_end(struct feed *feed)
 {
     REQUIRE(!feed_busy(feed));
     if (feed->lead || feed->pending_ticks != 0) {

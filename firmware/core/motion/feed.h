@@ -98,12 +98,9 @@ static inline bool feed_steady(const struct feed *feed, bool negative)
 // byte only.
 bool feed_fits_train(const struct feed *feed, const struct even *even);
 
-// Hand over `steps` evenly spaced steps, `ticks` long together, as a pulse train. Only when
-// feed_steady(), stream_train_free() and feed_fits_train(). `even` is as it was before these steps.
-void feed_train(struct feed *feed,
-                const struct even *even,
-                uint16_t steps,
-                uint32_t ticks);
+// Hand over the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only
+// when feed_steady(), stream_train_free() and feed_fits_train(). Returns the train's ticks.
+uint32_t feed_train(struct feed *feed, struct even *even, uint16_t steps);
 
 // Add time without a step at its end. Only when feed_busy() is false.
 void feed_quiet(struct feed *feed, uint32_t ticks);
@@ -126,7 +123,7 @@ static inline bool feed_busy(const struct feed *feed)
 
 // Place a pixel edge or a line start behind everything fed so far. position: expected position at
 // the edge, signed steps of the line. Only when stream_marks_full() is false.
-void feed_mark_here(struct feed *feed, bool line_start, int32_t position);
+void feed_mark_here(struct feed *feed, bool line_start, int16_t position);
 
 // The line is over, and nothing follows it without a gap: write the last step's period and the end
 // command. Only when feed_busy() is false.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "motion/ledger.h"
 
-#include "base/apart.h" // APART
+#include "base/apart.h"           // APART
+#include "base/multiply.h"        // multiply_u32_u16
+#include "motion/step_ring_sum.h" // step_ring_sum
 
 void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
 {
@@ -9,7 +11,7 @@ void ledger_reset(struct ledger *ledger, uint16_t first_period_ticks)
     ledger_restart(ledger, first_period_ticks);
 }
 
-void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
+APART void ledger_restart(struct ledger *ledger, uint16_t first_period_ticks)
 {
     ledger->pulse = false;
     ledger->left = 0;
@@ -28,7 +30,7 @@ void ledger_note_edge_error(struct ledger *ledger, uint32_t pixel, int16_t error
     records_note_error(&ledger->records, (uint16_t)pixel, error_ticks);
 }
 
-static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
+static APART void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pulse)
 {
     ledger->lengths[2] = ledger->lengths[1];
     ledger->lengths[1] = ledger->lengths[0];
@@ -39,14 +41,13 @@ static void shift_lengths(struct ledger *ledger, uint16_t newest_ticks, bool pul
     }
 }
 
-// Note the lengths of the fresh periods, which stand `count` slots before the reader's end, while
-// the ring still holds them: the slots may be written again once more periods are accounted for.
-static void note_fresh(struct ledger *ledger, const struct stream *stream, uint8_t count)
+// Note the lengths of the fresh periods, which stand before the reader's end, while the ring still
+// holds them: the slots may be written again once more periods are accounted for.
+static void note_fresh(struct ledger *ledger, const struct stream *stream)
 {
     for (; ledger->fresh != 0; ledger->fresh--) {
         // No command came after the fresh periods, so that they pulse as the last command said.
-        uint8_t back = (uint8_t)(count + ledger->fresh);
-        shift_lengths(ledger, stream_passed_ticks(stream, back), ledger->pulse);
+        shift_lengths(ledger, stream_passed_ticks(stream, ledger->fresh), ledger->pulse);
     }
 }
 
@@ -58,7 +59,7 @@ uint32_t ledger_period_start(struct ledger *ledger,
     uint8_t periods = (uint8_t)(back + 1u);
     uint32_t start = ledger->loaded_ticks;
 
-    note_fresh(ledger, stream, 0);
+    note_fresh(ledger, stream);
     if (loaded >= periods) {
         return start +
                stream_train_ticks(stream, ledger->train, (uint16_t)(loaded - periods));
@@ -78,6 +79,11 @@ uint32_t ledger_capture_ticks(struct ledger *ledger,
 
     if (loaded > back && captured_ticks > stream_train_base(stream, ledger->train)) {
         back = (uint8_t)loaded;
+    }
+    note_fresh(ledger, stream);
+    while (back >= loaded && back < loaded + 2u &&
+           captured_ticks >= ledger->lengths[back - loaded]) {
+        back++;
     }
     return ledger_period_start(ledger, stream, back) + captured_ticks;
 }
@@ -111,7 +117,7 @@ void ledger_zero(struct ledger *ledger, int32_t origin_steps)
 
 void ledger_cut(struct ledger *ledger, const struct stream *stream)
 {
-    note_fresh(ledger, stream, 0);
+    note_fresh(ledger, stream);
     ledger->pulse = false;
 }
 
@@ -122,13 +128,15 @@ static APART int32_t position_at(const struct ledger *ledger,
            (ledger->negative ? (int8_t)mark->early : -(int8_t)mark->early);
 }
 
-static void pass_edge(struct ledger *ledger, const struct stream_mark *mark)
+static APART void pass_edge(struct ledger *ledger,
+                            int32_t position_steps,
+                            uint16_t expected_steps)
 {
     ledger->pixel++;
     records_add(&ledger->records,
                 (uint16_t)ledger->pixel,
-                position_at(ledger, mark) - ledger->line_origin,
-                mark->position);
+                position_steps - ledger->line_origin,
+                expected_steps);
 }
 
 static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *mark)
@@ -140,16 +148,16 @@ static void ledger_begin_line(struct ledger *ledger, const struct stream_mark *m
 
 static void pass_marks(struct ledger *ledger, struct stream *stream)
 {
-    while (stream_mark_within(stream, 0)) {
+    while (stream_has_mark(stream)) {
         const struct stream_mark *mark = stream_mark(stream);
 
-        if (ledger->left > mark->early) {
+        if (mark->slot != stream->retired || ledger->left > mark->early) {
             return;
         }
         if (mark->line_start) {
             ledger_begin_line(ledger, mark);
         } else {
-            pass_edge(ledger, mark);
+            pass_edge(ledger, position_at(ledger, mark), mark->position);
         }
         stream_pass_mark(stream);
     }
@@ -166,6 +174,22 @@ static void ledger_execute(struct ledger *ledger, uint8_t command)
     }
 }
 
+static APART void move_position(struct ledger *ledger, uint8_t steps)
+{
+    ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+}
+
+// `count` single pulsing or quiet periods were passed. The ring still holds the last three.
+static APART void pass_count(struct ledger *ledger, uint8_t count)
+{
+    uint8_t fresh = (uint8_t)(ledger->fresh + count);
+
+    ledger->fresh = fresh < count || fresh > 3u ? 3u : fresh;
+    if (ledger->pulse) {
+        move_position(ledger, count);
+    }
+}
+
 // Account for single periods. Returns false when the interrupt is inside a batch that must be taken
 // as a whole.
 static bool take_periods(struct ledger *ledger,
@@ -179,24 +203,35 @@ static bool take_periods(struct ledger *ledger,
     if (count == 0) {
         return false;
     }
-    if (count >= 3u) {
-        ledger->fresh = 3;
-    } else {
-        // Some earlier periods are still among the last three.
-        if (ledger->fresh + count > 3u) {
-            note_fresh(ledger, stream, count);
-        }
-        ledger->fresh = (uint8_t)(ledger->fresh + count);
-    }
     ledger->loaded_ticks += ticks;
-    if (ledger->pulse) {
-        ledger->position_steps += ledger->negative ? -(int16_t)count : (int16_t)count;
-    }
+    pass_count(ledger, count);
     return true;
 }
 
+// Account for pixels that were written as a whole and that the interrupt has made, and for their
+// edges. Returns true when it is inside such a pixel now.
+static APART bool take_pixels(struct ledger *ledger, struct stream *stream, uint8_t tail)
+{
+    uint8_t count = stream_whole_pixel(stream);
+
+    while (count != 0) {
+        const struct stream_mark *mark = stream_mark(stream);
+
+        if ((uint8_t)(tail - stream->retired) < count) {
+            return true;
+        }
+        ledger->loaded_ticks += stream_whole_ticks(stream);
+        stream->retired = mark->slot;
+        pass_count(ledger, count);
+        pass_edge(ledger, ledger->position_steps, mark->position);
+        stream_pass_mark(stream);
+        count = stream_whole_pixel(stream);
+    }
+    return false;
+}
+
 // The train is over: account for its length and free it.
-static APART void pass_train(struct ledger *ledger, struct stream *stream, uint32_t ticks)
+static void pass_train(struct ledger *ledger, struct stream *stream, uint32_t ticks)
 {
     ledger->loaded_ticks += ticks;
     stream_free_train(stream, ledger->train);
@@ -239,15 +274,21 @@ static void settle_train(struct ledger *ledger, struct stream *stream, bool cut)
 {
     const struct stream_train *train = &stream->trains[ledger->train];
 
-    if (cut && ledger->left != 0) {
-        uint16_t loaded = ledger_train_loaded(ledger);
+    uint16_t loaded = ledger_train_loaded(ledger);
+    uint32_t ticks = train->ticks;
+
+    if (ledger->left == 0) {
+        if (loaded != train->steps) {
+            return;
+        }
+    } else if (cut) {
         ledger->position_steps = ledger_position(ledger);
-        note_lengths(ledger, stream, loaded);
-        pass_train(ledger, stream, stream_train_ticks(stream, ledger->train, loaded));
-    } else if (ledger->left == 0 && ledger->train_steps == train->steps) {
-        note_lengths(ledger, stream, train->steps);
-        pass_train(ledger, stream, train->ticks);
+        ticks = stream_train_ticks(stream, ledger->train, loaded);
+    } else {
+        return;
     }
+    note_lengths(ledger, stream, loaded);
+    pass_train(ledger, stream, ticks);
 }
 
 static void __attribute__((noinline)) arrive_in_train(struct ledger *ledger,
@@ -273,7 +314,7 @@ static inline void ledger_arrive(struct ledger *ledger,
 // Account for a command or for one entry of a pulse train.
 static void take_special(struct ledger *ledger, struct stream *stream, uint8_t kind)
 {
-    note_fresh(ledger, stream, 0);
+    note_fresh(ledger, stream);
     uint8_t low = stream_pass_entry(stream);
 
     if (kind == STEP_HIGH_COMMAND) {
@@ -283,7 +324,7 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
         uint8_t steps = (uint8_t)(count < 0 ? -count : count);
         ledger->train = count < 0 ? 1 : 0;
         ledger->train_steps = (uint16_t)(ledger->train_steps + steps);
-        ledger->position_steps += ledger->negative ? -(int16_t)steps : (int16_t)steps;
+        move_position(ledger, steps);
     }
 }
 
@@ -293,12 +334,13 @@ static void take_special(struct ledger *ledger, struct stream *stream, uint8_t k
 static void add_idle(struct ledger *ledger, struct stream *stream, uint16_t idle_count)
 {
     uint16_t count = (uint16_t)(idle_count - ledger->idle_seen);
-    uint32_t ticks = (uint32_t)count * STEP_IDLE_TICKS;
 
     if (count == 0) {
         return;
     }
-    note_fresh(ledger, stream, 0);
+    uint32_t ticks = multiply_u32_u16(STEP_IDLE_TICKS, count);
+
+    note_fresh(ledger, stream);
     for (uint8_t i = count < 3u ? (uint8_t)count : 3u; i != 0; i--) {
         shift_lengths(ledger, STEP_IDLE_TICKS, false);
     }
@@ -318,6 +360,13 @@ void ledger_advance(struct ledger *ledger,
 
     ledger_arrive(ledger, stream, sample);
     while (stream->retired != sample->tail) {
+        if (ledger->train == LEDGER_NO_TRAIN &&
+            take_pixels(ledger, stream, sample->tail) && whole) {
+            return;
+        }
+        if (stream->retired == sample->tail) {
+            break;
+        }
         uint8_t kind = stream_peek(stream);
         if (kind >= STEP_HIGH_TRAIN) {
             take_special(ledger, stream, kind);
@@ -327,4 +376,59 @@ void ledger_advance(struct ledger *ledger,
         ledger_arrive(ledger, stream, sample);
     }
     add_idle(ledger, stream, sample->idle_count);
+}
+
+// The account stands inside a pixel or a batch, with single periods from there to the sample's
+// tail. Find the start of period `back`, counted from that tail, or of the first one before it that
+// is as long as the captured count. False when the periods before the account are no longer known
+// by themselves.
+static bool start_beside(const struct ledger *ledger,
+                         const struct stream *stream,
+                         uint8_t tail,
+                         uint8_t back,
+                         uint16_t captured_ticks,
+                         uint32_t *start_ticks)
+{
+    uint8_t slot = stream->retired;
+    uint8_t ahead = (uint8_t)(tail - slot);
+    uint8_t known = (uint8_t)(ahead + ledger->fresh);
+
+    *start_ticks = ledger->loaded_ticks;
+    while (back < known &&
+           captured_ticks >= stream_entry_ticks(stream, (uint8_t)(tail - 1u - back))) {
+        back++;
+    }
+    if (ahead > back) {
+        uint8_t start = (uint8_t)(tail - 1u - back);
+        *start_ticks += step_ring_sum(stream->ring, &slot, start);
+        return true;
+    }
+    uint8_t passed = (uint8_t)(back + 1u - ahead);
+    if (passed > ledger->fresh) {
+        return false;
+    }
+    for (; passed != 0; passed--) {
+        *start_ticks -= stream_passed_ticks(stream, passed);
+    }
+    return true;
+}
+
+uint32_t ledger_advance_to_capture(struct ledger *ledger,
+                                   struct stream *stream,
+                                   const struct engine_sample *sample,
+                                   uint8_t back,
+                                   uint16_t captured_ticks)
+{
+    uint32_t start_ticks = 0;
+
+    if (STREAM_WHOLE_PIXELS) {
+        ledger_advance(ledger, stream, sample, LEDGER_BY_BATCHES);
+        if (stream->retired != sample->tail &&
+            start_beside(
+                ledger, stream, sample->tail, back, captured_ticks, &start_ticks)) {
+            return start_ticks + captured_ticks;
+        }
+    }
+    ledger_advance(ledger, stream, sample, LEDGER_EXACTLY);
+    return ledger_capture_ticks(ledger, stream, back, captured_ticks);
 }

@@ -20,6 +20,9 @@
 // Value of ledger.train outside a pulse train.
 #define LEDGER_NO_TRAIN 0xFFu
 
+// Periods of pixels written as a whole that may wait to be accounted for, as long as there are
+// marks for more of them: a few pixels at once cost less.
+#define LEDGER_LAG_PERIODS 40u
 // Entries of a pulse train that may wait to be accounted for.
 #define LEDGER_LAG_ENTRIES 8u
 
@@ -71,6 +74,15 @@ enum ledger_extent {
     LEDGER_BY_BATCHES,
 };
 
+// True when so many periods behind are worth the taking of a whole pixel: the account lags enough,
+// or marks run short.
+static inline bool ledger_pixel_due(const struct stream *stream,
+                                    uint8_t whole,
+                                    uint8_t behind)
+{
+    return behind >= whole && (behind >= LEDGER_LAG_PERIODS || stream_marks_low(stream));
+}
+
 // False when an advance by batches would do nothing, or would only count periods of a train that
 // continues: that can wait until somebody asks for the position.
 static inline bool ledger_due(const struct ledger *ledger,
@@ -83,6 +95,10 @@ static inline bool ledger_due(const struct ledger *ledger,
         return true;
     }
     if (ledger->train == LEDGER_NO_TRAIN) {
+        uint8_t whole = stream_whole_pixel(stream);
+        if (whole != 0) {
+            return ledger_pixel_due(stream, whole, behind);
+        }
         if (behind != 0) {
             return !stream_inside_batch(stream, sample->tail);
         }
@@ -122,6 +138,15 @@ static inline uint16_t ledger_train_loaded(const struct ledger *ledger)
     return (uint16_t)(ledger->train_steps - ledger->left);
 }
 
+// True when the running and the newest loaded period are idle ones, by an account that was brought
+// up to date exactly.
+static inline bool ledger_idles(const struct ledger *ledger)
+{
+    return ledger->train == LEDGER_NO_TRAIN && ledger->fresh == 0 &&
+           ledger->lengths[0] == STEP_IDLE_TICKS &&
+           ledger->lengths[1] == STEP_IDLE_TICKS && (ledger->pulsed & 3u) == 0;
+}
+
 // Start of a period, in ticks since the timers started. back: 0 the newest loaded period (the one
 // that the timer makes next), 1 the one before, 2 the one before that. Divides inside a train.
 //
@@ -132,13 +157,20 @@ uint32_t ledger_period_start(struct ledger *ledger,
                              uint8_t back);
 
 // The time of an edge that was captured at this count of period `back`. The capture handler's own
-// way is longer than the shortest periods of a train, so that one more period may have begun than
-// the handler saw: a count that no period of the train reaches belongs to the period before the
-// train.
+// way is longer than the shortest periods, so that more of them may have begun than the handler
+// saw: a count that a period does not reach belongs to one before it.
 uint32_t ledger_capture_ticks(struct ledger *ledger,
                               const struct stream *stream,
                               uint8_t back,
                               uint16_t captured_ticks);
+
+// Advance to the sample that was taken at a captured edge, and return the edge's time as
+// ledger_capture_ticks() does. A pixel or a batch that the interrupt is inside stays whole.
+uint32_t ledger_advance_to_capture(struct ledger *ledger,
+                                   struct stream *stream,
+                                   const struct engine_sample *sample,
+                                   uint8_t back,
+                                   uint16_t captured_ticks);
 
 // Number of steps in ledger_position() whose edge comes after the time `ticks`, which must not be
 // older than the period before the running one. edge_ticks: from the start of a period to its STEP

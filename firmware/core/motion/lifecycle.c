@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "motion/lifecycle.h"
 
+#include "base/apart.h" // APART
 #include "base/flash.h" // IN_FLASH
 
 // Columns in the order of enum axis_state.
@@ -48,7 +49,7 @@ void lifecycle_reset(struct lifecycle *lifecycle)
     lifecycle->state = AXIS_EMPTY;
 }
 
-bool lifecycle_report(struct lifecycle *lifecycle, enum lifecycle_event event)
+APART bool lifecycle_report(struct lifecycle *lifecycle, enum lifecycle_event event)
 {
     uint8_t to = (uint8_t)flash_char(&next_state[event][lifecycle->state]);
 

@@ -17,23 +17,48 @@ void line_begin(struct line *line,
                 struct segment_queue *queue,
                 bool take_up)
 {
-    struct segment mark = {0};
-    struct segment parameter = {0};
+    struct segment mark = segment_unpack(&queue->out);
+    struct segment parameter = segment_unpack(&queue->out);
+    uint8_t flags = (uint8_t)mark.count;
 
-    (void)segment_queue_pop(queue, &mark);
-    (void)segment_queue_pop(queue, &parameter);
     *line = (struct line){
         .queue = queue,
-        .smooth = ((uint16_t)mark.count & LINE_START_SMOOTH) != 0,
-        .negative = ((uint16_t)mark.count & LINE_START_NEGATIVE) != 0,
-        .seek = ((uint16_t)mark.count & LINE_START_SEEK) != 0,
         .fresh = true,
-        .backlash_steps = take_up ? (uint16_t)parameter.count : 0,
+        .backlash_steps = take_up ? (uint16_t)parameter.count & SEGMENT_PARAMETER : 0,
         .line_speed = parameter.repeat,
     };
+    if ((flags & LINE_START_SMOOTH) != 0) {
+        line->smooth = true;
+    }
+    if ((flags & LINE_START_NEGATIVE) != 0) {
+        line->negative = true;
+    }
+    if ((flags & LINE_START_SEEK) != 0) {
+        line->seek = true;
+    }
     line->shifted = line->backlash_steps != 0;
-    pixel_grid_start(&line->edges, period);
-    line->to_edge_ticks = pixel_grid_advance(&line->edges);
+    line_grid_start_exact(&line->edges, period);
+    line->edge_open = true;
+}
+
+// Ticks from the start of the next piece to the next pixel edge. A locked line's edge is fixed
+// here, so as late as possible.
+static APART uint32_t ticks_to_edge(struct line *line)
+{
+    if (line->edge_open) {
+        line->edge_open = false;
+        line->to_edge_ticks += line_grid_advance(&line->edges);
+    }
+    return line->to_edge_ticks;
+}
+
+static APART int16_t position_after(const struct line *line,
+                                    const struct piece *piece,
+                                    uint16_t steps)
+{
+    uint16_t position = (uint16_t)line->position;
+
+    return (int16_t)(uint16_t)(piece->negative ? position - steps : position + steps);
 }
 
 // Place the next pixel edge in this piece, after edge_steps of the piece's steps.
@@ -41,25 +66,35 @@ static APART void place_edge(struct line *line, struct piece *piece, uint16_t ed
 {
     piece->has_edge = true;
     piece->edge_steps = edge_steps;
-    piece->edge_ticks = line->to_edge_ticks;
-    piece->edge_position =
-        line->position + (piece->negative ? -(int32_t)edge_steps : edge_steps);
-    line->to_edge_ticks =
-        pixel_grid_advance(&line->edges) - (piece->ticks - piece->edge_ticks);
+    piece->edge_ticks = ticks_to_edge(line);
+    piece->edge_position = position_after(line, piece, edge_steps);
+    line->to_edge_ticks = piece->edge_ticks - piece->ticks;
+    line->edge_open = true;
+}
+
+// The part t_b of a pixel by which the line runs ahead of it.
+static APART uint32_t ticks_ahead(const struct line *line, uint32_t ticks)
+{
+    return pixel_share_ticks(ticks, line->backlash_steps, line->line_speed);
 }
 
 // Move the line's position by the steps of this piece.
-static APART void count_steps(struct line *line, const struct piece *piece)
+static void count_steps(struct line *line, const struct piece *piece)
 {
-    line->position += piece->negative ? -(int32_t)piece->steps : piece->steps;
+    line->position = position_after(line, piece, piece->steps);
 }
 
 // Make the start of the leading zero pixel, a piece without steps. False when the backlash equals
 // the line speed: the piece would have no length.
 static bool delay_piece(struct line *line, struct piece *piece)
 {
-    uint32_t ticks = pixel_grid_start_shifted(
-        &line->pieces, line->edges.period, line->backlash_steps, line->line_speed);
+    uint32_t edge_ticks = ticks_to_edge(line);
+    uint32_t ticks = line_grid_locked(&line->edges)
+                         ? edge_ticks - ticks_ahead(line, edge_ticks)
+                         : pixel_grid_start_shifted(&line->pieces,
+                                                    line->edges.exact.period,
+                                                    line->backlash_steps,
+                                                    line->line_speed);
 
     *piece = (struct piece){.ticks = ticks, .negative = line->negative};
     line->to_edge_ticks -= ticks;
@@ -71,7 +106,7 @@ static bool delay_piece(struct line *line, struct piece *piece)
 static void take_up_piece(struct line *line, struct piece *piece)
 {
     *piece = (struct piece){
-        .ticks = line->to_edge_ticks,
+        .ticks = ticks_to_edge(line),
         .steps = line->backlash_steps,
         .negative = line->negative,
     };
@@ -98,9 +133,34 @@ static APART uint16_t steps_at_edge(const struct line *line, uint16_t steps)
     return divide_u32_u16(product, whole);
 }
 
+// The length of a pixel. Where a locked line runs ahead, its pixels end so far ahead of the grid as
+// t_b of the pixel to come says.
 static uint32_t pixel_ticks(struct line *line)
 {
-    return is_shifted(line) ? pixel_grid_advance(&line->pieces) : line->to_edge_ticks;
+    if (!is_shifted(line)) {
+        return ticks_to_edge(line);
+    }
+    if (!line_grid_locked(&line->edges)) {
+        return pixel_grid_advance(&line->pieces);
+    }
+    uint32_t next = line_grid_advance(&line->edges);
+
+    line->next_ahead_ticks = ticks_ahead(line, next);
+    return ticks_to_edge(line) + next - line->next_ahead_ticks;
+}
+
+// Place the pixel edge in a piece that runs ahead of it. In a locked line such a piece is not quite
+// as long as its pixel: the edge is placed where the steps have it, in the same part of the piece.
+static void place_edge_ahead(struct line *line, struct piece *piece)
+{
+    if (line_grid_locked(&line->edges)) {
+        line->to_edge_ticks = ticks_ahead(line, piece->ticks);
+    }
+    place_edge(line, piece, steps_at_edge(line, piece->steps));
+    if (line_grid_locked(&line->edges)) {
+        line->to_edge_ticks = line->next_ahead_ticks;
+        line->edge_open = false;
+    }
 }
 
 static uint16_t segment_steps(const struct line *line)
@@ -125,7 +185,11 @@ static enum line_status pixel_piece(struct line *line, struct piece *piece)
         .curved = line->smooth && steps != line->speed,
         .negative = line->smooth ? line->negative : line->segment.count < 0,
     };
-    place_edge(line, piece, is_shifted(line) ? steps_at_edge(line, steps) : steps);
+    if (is_shifted(line)) {
+        place_edge_ahead(line, piece);
+    } else {
+        place_edge(line, piece, steps);
+    }
     count_steps(line, piece);
     line->speed = line->smooth ? (uint16_t)(2u * steps - line->speed) : steps;
     line->segment.repeat--;
@@ -166,12 +230,19 @@ static enum line_status take_segment(struct line *line)
     return LINE_PIECE;
 }
 
+APART bool line_is_early(const struct line *line)
+{
+    // An edge that has its time already waits for nothing.
+    return (is_shifted(line) || line->edge_open) &&
+           line_grid_early(&line->edges, is_shifted(line));
+}
+
 void line_trip(struct line *line)
 {
     line->leaving_out = !line->down;
 }
 
-enum line_status line_next(struct line *line, struct piece *piece)
+APART enum line_status line_next(struct line *line, struct piece *piece)
 {
     if (is_shifted(line) && !line->fresh && line->speed == line->line_speed) {
         take_up_piece(line, piece);
@@ -188,4 +259,32 @@ enum line_status line_next(struct line *line, struct piece *piece)
         }
     }
     return status == LINE_PIECE ? pixel_piece(line, piece) : status;
+}
+
+bool line_on_pixels(const struct line *line)
+{
+    return !is_shifted(line) && !line->fresh && !(FEATURE_HOMING && line->seek);
+}
+
+uint8_t line_even_steps(struct line *line, bool negative)
+{
+    if (line->segment.repeat == 0 &&
+        !segment_queue_pop_pixels(line->queue, &line->segment)) {
+        return 0;
+    }
+    int16_t count = line->segment.count;
+    uint16_t steps = (uint16_t)(count < 0 ? -count : count);
+    bool even = line->smooth ? steps == line->speed : (count < 0) == negative;
+
+    if (!even || steps > UINT8_MAX) {
+        return 0;
+    }
+    line->curve_half = 0;
+    line->speed = steps;
+    return (uint8_t)steps;
+}
+
+uint32_t line_pixel_ticks(struct line *line)
+{
+    return line_is_early(line) ? 0 : ticks_to_edge(line);
 }

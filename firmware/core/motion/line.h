@@ -16,6 +16,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "motion/even_rate.h"     // struct even_rate
+#include "motion/lock_grid.h"     // struct line_grid
 #include "motion/pixel_period.h"  // struct pixel_grid
 #include "motion/segment_queue.h" // struct segment_queue
 
@@ -36,8 +38,8 @@ struct piece {
     uint16_t edge_steps;
     // and so many ticks from its start (1..ticks).
     uint32_t edge_ticks;
-    // Position expected at the edge: signed steps of the line.
-    int32_t edge_position;
+    // Position expected at the edge: signed steps of the line, modulo 2^16.
+    int16_t edge_position;
 };
 
 struct line {
@@ -58,20 +60,30 @@ struct line {
     bool leaving_out : 1;
     // The down mark was reached.
     bool down : 1;
+    // to_edge_ticks lacks a pixel that has no length yet.
+    bool edge_open : 1;
+    // The interval of the last pixel of few even steps.
+    struct even_rate even;
+    // Half-acceleration of the pixel before, if curved_pixel.c wrote it; else 0. Steps/pixel^2.
+    int16_t curve_half;
     // Steps B of play that this line takes up; 0: none.
     uint16_t backlash_steps;
     // Speed V of the backlash parameter, steps/pixel.
     uint16_t line_speed;
     uint16_t
         speed; // steps/pixel at the start of the next piece; plain: in the last pixel
-    // Signed steps up to the start of the next piece.
-    int32_t position;
+    // Signed steps up to the start of the next piece, modulo 2^16.
+    int16_t position;
     // From the start of the next piece to the next pixel edge, ticks.
     uint32_t to_edge_ticks;
     // The pixel edges.
-    struct pixel_grid edges;
-    // The ends of the shifted pieces.
-    struct pixel_grid pieces;
+    struct line_grid edges;
+    union {
+        // The ends of the shifted pieces,
+        struct pixel_grid pieces;
+        // and of a locked line how far its next pixel runs ahead, ticks.
+        uint32_t next_ahead_ticks;
+    };
 };
 
 enum line_status {
@@ -94,6 +106,42 @@ void line_begin(struct line *line,
 // Make the next piece of the line and count its steps in line->position. *piece is only valid with
 // LINE_PIECE. After LINE_DRY the call may be repeated when the queue has more.
 enum line_status line_next(struct line *line, struct piece *piece);
+
+// True where the line's pieces are the clock's own pixels, so that the functions below may be
+// asked.
+bool line_on_pixels(const struct line *line);
+
+// Number of steps of the next pixel if they are evenly spaced and in this direction, at most 255;
+// 0: they are not, or none is queued. May take the pixel's segment from the queue.
+uint8_t line_even_steps(struct line *line, bool negative);
+
+// Number of steps of the next pixel if they are under acceleration; 0: they are not, or no segment
+// is in work. After line_even_steps(), which takes the segment.
+static inline uint16_t line_curved_steps(const struct line *line)
+{
+    uint16_t steps = (uint16_t)line->segment.count;
+    bool curved = line->smooth && line->segment.repeat != 0 && 2u * steps >= line->speed;
+
+    return curved ? steps : 0;
+}
+
+// Length of that pixel, ticks; 0 while line_is_early(). A locked line's pixel gets it here, so as
+// late as possible.
+uint32_t line_pixel_ticks(struct line *line);
+
+// Pass over one pixel of the segment in work, of so many signed steps, as line_next() would. After
+// line_pixel_ticks().
+static inline void line_pass_even(struct line *line, int16_t steps)
+{
+    line->segment.repeat--;
+    line->position = (int16_t)(uint16_t)((uint16_t)line->position + (uint16_t)steps);
+    line->to_edge_ticks = 0;
+    line->edge_open = true;
+}
+
+// The next piece must not be made yet: the line is locked to the clock, and edges that are still to
+// come will make the piece's end more certain.
+bool line_is_early(const struct line *line);
 
 // The switch of a seek has tripped: slow down from the next piece on.
 void line_trip(struct line *line);

@@ -2,6 +2,7 @@
 #include "motion/line_check.h"
 
 #include "base/apart.h"     // APART
+#include "base/divide.h"    // divide_u32_u16
 #include "base/multiply.h"  // multiply_u32_u16
 #include "build_features.h" // FEATURE_*
 
@@ -33,6 +34,50 @@ static bool seek_bits_fit(uint16_t word)
     return (word & without) == 0;
 }
 
+// The speeds of lines that wait in the queue count as long as the queue is not empty.
+#if SEVERAL_AXES
+static void keep_fastest(struct line_check *check, const struct line_check *before)
+{
+    check->fastest_plain = before->fastest_plain;
+    check->fastest_smooth = before->fastest_smooth;
+}
+
+static void note_fastest(struct line_check *check, uint16_t speed)
+{
+    uint16_t *fastest = check->smooth ? &check->fastest_smooth : &check->fastest_plain;
+
+    if (!(FEATURE_HOMING && check->one_way) && speed > *fastest) {
+        *fastest = speed;
+    }
+}
+// What is faster than anything before must be noted.
+static uint16_t fastest_noted(const struct line_check *check)
+{
+    if (FEATURE_HOMING && check->one_way) {
+        return UINT16_MAX;
+    }
+    return check->smooth ? check->fastest_smooth : check->fastest_plain;
+}
+#else
+static uint16_t fastest_noted(const struct line_check *check)
+{
+    (void)check;
+    return UINT16_MAX;
+}
+
+static void keep_fastest(struct line_check *check, const struct line_check *before)
+{
+    (void)check;
+    (void)before;
+}
+
+static void note_fastest(struct line_check *check, uint16_t speed)
+{
+    (void)check;
+    (void)speed;
+}
+#endif
+
 static enum line_error check_start_mark(struct line_check *check, struct segment entry)
 {
     uint16_t word = (uint16_t)entry.count;
@@ -49,27 +94,52 @@ static enum line_error check_start_mark(struct line_check *check, struct segment
     // by itself. Any other line may follow the one before without a pause and inherits its
     // direction.
     bool chained = (word & (LINE_START_WAIT | LINE_START_SEEK)) == 0;
-    int8_t direction = check->direction;
-    uint16_t rest_ticks = check->rest_ticks;
+    struct line_check before = *check;
 
     line_check_reset(check);
     if (chained) {
-        check->direction = direction;
-        check->rest_ticks = rest_ticks;
+        check->direction = before.direction;
+        check->rest_ticks = before.rest_ticks;
     }
-    check->smooth = (word & LINE_START_SMOOTH) != 0;
-    check->negative = (word & LINE_START_NEGATIVE) != 0;
-    check->seek = (word & LINE_START_SEEK) != 0;
+    keep_fastest(check, &before);
+    uint8_t flags = (uint8_t)word;
+    check->smooth = (flags & LINE_START_SMOOTH) != 0;
+    check->negative = (flags & LINE_START_NEGATIVE) != 0;
+    check->seek = (flags & LINE_START_SEEK) != 0;
     check->one_way = check->seek;
     check->phase = LINE_CHECK_PARAMETER;
     return LINE_none;
 }
 
-static enum line_error check_parameter(struct line_check *check, struct segment entry)
+static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
 {
-    check->backlash_steps = (uint16_t)entry.count;
-    check->line_speed = entry.repeat;
-    check->phase = LINE_CHECK_SEGMENTS;
+    return (uint32_t)speed * interval_ticks > pixel_ticks;
+}
+
+// A seek needs longer intervals than other lines: the capture interrupt places the switch's edge
+// among the steps.
+static uint16_t shortest_interval(const struct line_check *check,
+                                  const struct line_limits *limits)
+{
+    if (FEATURE_HOMING && check->one_way) {
+        return limits->seek_min_interval_ticks;
+    }
+    return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
+}
+
+// Note the highest speed that keeps the shortest interval: one division for the whole line, since
+// speed * interval > pixel if and only if speed > floor(pixel / interval).
+static void note_top_speed(struct line_check *check, const struct line_limits *limits)
+{
+    uint16_t interval = shortest_interval(check, limits);
+
+    check->top_speed = limits->pixel_ticks >> 16 < interval
+                           ? divide_u32_u16(limits->pixel_ticks, interval)
+                           : UINT16_MAX;
+}
+
+static enum line_error check_backlash(const struct line_check *check)
+{
     if (check->backlash_steps == 0) {
         return LINE_none;
     }
@@ -89,10 +159,27 @@ static enum line_error check_parameter(struct line_check *check, struct segment 
                                                      : LINE_none;
 }
 
-static bool APART too_fast(uint16_t speed, uint16_t interval_ticks, uint32_t pixel_ticks)
+static enum line_error check_parameter(struct line_check *check,
+                                       const struct line_limits *limits,
+                                       struct segment entry)
 {
-    return (uint32_t)speed * interval_ticks > pixel_ticks;
+    check->backlash_steps = (uint16_t)entry.count;
+    check->line_speed = entry.repeat;
+    check->phase = LINE_CHECK_SEGMENTS;
+    note_top_speed(check, limits);
+    return check_backlash(check);
 }
+
+#if SEVERAL_AXES
+bool line_check_fits(const struct line_check *check, const struct line_limits *limits)
+{
+    return !too_fast(
+               check->fastest_plain, limits->min_interval_ticks, limits->pixel_ticks) &&
+           !too_fast(check->fastest_smooth,
+                     limits->smooth_min_interval_ticks,
+                     limits->pixel_ticks);
+}
+#endif
 
 static uint16_t magnitude_of(int16_t value)
 {
@@ -111,28 +198,16 @@ static uint16_t steps_of(struct segment entry)
     return magnitude_of(entry.count);
 }
 
-// A seek needs longer intervals than other lines: the capture interrupt places the switch's edge
-// among the steps.
-static uint16_t shortest_interval(const struct line_check *check,
-                                  const struct line_limits *limits)
+static enum line_error check_plain_segment(struct line_check *check, struct segment entry)
 {
-    if (FEATURE_HOMING && check->one_way) {
-        return limits->seek_min_interval_ticks;
+    if (steps_of(entry) > check->top_speed) {
+        return LINE_too_fast;
     }
-    return check->smooth ? limits->smooth_min_interval_ticks : limits->min_interval_ticks;
+    note_fastest(check, steps_of(entry));
+    return LINE_none;
 }
 
-static enum line_error check_plain_segment(const struct line_check *check,
-                                           const struct line_limits *limits,
-                                           struct segment entry)
-{
-    return too_fast(
-               steps_of(entry), shortest_interval(check, limits), limits->pixel_ticks)
-               ? LINE_too_fast
-               : LINE_none;
-}
-
-static int8_t APART direction_of(const struct line_check *check, struct segment entry)
+static int8_t direction_of(const struct line_check *check, struct segment entry)
 {
     if (entry.count == 0) {
         return 0;
@@ -172,16 +247,12 @@ static bool lacks_ramp(const struct line_check *check,
 
 // Refuse a reversal that leaves the driver too little time. The direction changes in the middle of
 // the time between two steps, so that this time must be long enough.
-static enum line_error check_reversal(const struct line_check *check,
-                                      const struct line_limits *limits,
-                                      struct segment entry)
+static enum line_error APART check_reversal(const struct line_check *check,
+                                            const struct line_limits *limits,
+                                            struct segment entry)
 {
-    int8_t direction = direction_of(check, entry);
     uint16_t wanted = limits->reversal_min_ticks;
 
-    if (direction == 0 || check->direction == 0 || direction == check->direction) {
-        return LINE_none;
-    }
     if (FEATURE_HOMING && check->one_way) {
         return LINE_seek_reverses;
     }
@@ -198,22 +269,58 @@ static enum line_error check_reversal(const struct line_check *check,
                : LINE_none;
 }
 
-// Keep the direction of the last pixel with steps, and the time at rest since then.
-static void note_direction(struct line_check *check,
-                           const struct line_limits *limits,
-                           struct segment entry)
+// Add zero pixels to the time at rest since the last pixel with steps.
+static void APART note_rest(struct line_check *check,
+                            const struct line_limits *limits,
+                            struct segment entry)
 {
-    int8_t direction = direction_of(check, entry);
     uint16_t pixel =
         limits->pixel_ticks > UINT16_MAX ? UINT16_MAX : (uint16_t)limits->pixel_ticks;
     uint32_t rest = (uint32_t)entry.repeat * pixel + check->rest_ticks;
 
-    if (direction != 0) {
-        check->direction = direction;
-        check->rest_ticks = 0;
-    } else {
-        check->rest_ticks = rest > UINT16_MAX ? UINT16_MAX : (uint16_t)rest;
+    check->rest_ticks = rest > UINT16_MAX ? UINT16_MAX : (uint16_t)rest;
+}
+
+static uint16_t lesser(uint16_t one, uint16_t other)
+{
+    return one < other ? one : other;
+}
+
+// Note up to which speed the next segments need no closer look, now that a segment with steps was
+// accepted.
+static void note_easy_speed(struct line_check *check)
+{
+    uint16_t easy = check->top_speed;
+
+    if (has_backlash(check)) {
+        easy =
+            check->reached ? check->line_speed : 0; // a speed that was reached is allowed
     }
+    easy = lesser(easy, fastest_noted(check));
+    check->easy_speed = lesser(easy, COUNT_MAX);
+}
+
+// Check the direction of a segment against that of the last pixel with steps, and keep it.
+static enum line_error check_direction(struct line_check *check,
+                                       const struct line_limits *limits,
+                                       struct segment entry)
+{
+    int8_t direction = direction_of(check, entry);
+
+    if (direction == 0) {
+        note_rest(check, limits, entry);
+        return LINE_none;
+    }
+    if (direction != check->direction && check->direction != 0) {
+        enum line_error error = check_reversal(check, limits, entry);
+        if (error != LINE_none) {
+            return error;
+        }
+    }
+    check->direction = direction;
+    check->rest_ticks = 0;
+    note_easy_speed(check);
+    return LINE_none;
 }
 
 // Refuse equal counts that begin at another speed than their own, or warn of them: from pixel to
@@ -222,8 +329,7 @@ static enum line_error check_equal_counts(struct line_check *check, struct segme
 {
     uint16_t amplitude = magnitude_of((int16_t)((int16_t)check->speed - entry.count));
     uint16_t steps = (uint16_t)entry.count;
-    bool equal =
-        entry.repeat > 1u || (entry.count == check->last_count && check->pixel != 0);
+    bool equal = entry.repeat > 1u || (entry.count == check->last_count && check->begun);
 
     if (amplitude == 0 || !equal) {
         return LINE_none;
@@ -252,11 +358,12 @@ static enum line_error APART check_smooth_speed(struct line_check *check,
     if (too_steep(limits, (int16_t)(end_speed - check->speed))) {
         return LINE_acceleration;
     }
-    if (too_fast(top, shortest_interval(check, limits), limits->pixel_ticks)) {
+    if (top > check->top_speed) {
         return LINE_too_fast;
     }
+    note_fastest(check, top);
     if (has_backlash(check)) {
-        if (check->pixel == 0 && entry.count != 0) {
+        if (!check->begun && entry.count != 0) {
             return LINE_backlash_no_room;
         }
         if (top > check->line_speed) {
@@ -299,7 +406,7 @@ static enum line_error check_smooth_segment(struct line_check *check,
     if (error == LINE_none && (entry.repeat & 1u) != 0) {
         check->speed = (uint16_t)end_speed;
     }
-    if (check->pixel == 0 && entry.count == 0 && !has_backlash(check)) {
+    if (!check->begun && entry.count == 0 && !has_backlash(check)) {
         note_warning(check, LINE_idle_pixel);
     }
     return error;
@@ -322,39 +429,114 @@ static enum line_error check_mark(struct line_check *check, struct segment entry
         return LINE_speed_not_reached;
     }
     check->phase = LINE_CHECK_OUTSIDE;
+    check->easy_speed = 0;
     return LINE_none;
+}
+
+static enum line_error check_closely(struct line_check *check,
+                                     const struct line_limits *limits,
+                                     struct segment entry)
+{
+    enum line_error error = LINE_none;
+
+    if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
+        return LINE_out_of_range;
+    }
+    if (check->smooth) {
+        error = check_smooth_segment(check, limits, entry);
+    } else {
+        error = check_plain_segment(check, entry);
+    }
+    if (error == LINE_none) {
+        error = check_direction(check, limits, entry);
+    }
+    return error;
+}
+
+// True for a segment of a smooth line that needs no closer look: speeds below the easy one, and
+// equal counts entered at their own speed. A negative end speed is far above the easy one.
+static inline bool is_easy_curve(const struct line_check *check,
+                                 const struct line_limits *limits,
+                                 struct segment entry)
+{
+    uint16_t steps = (uint16_t)entry.count;
+    uint16_t end_speed = (uint16_t)(2u * steps - check->speed);
+    int16_t change = (int16_t)(end_speed - check->speed);
+
+    return end_speed <= check->easy_speed && check->speed <= check->easy_speed &&
+           (change == 0 || (entry.repeat == 1u && entry.count != check->last_count &&
+                            !too_steep(limits, change)));
+}
+
+// True for a segment that needs no closer look: it goes on in the direction of the last steps, and
+// slowly enough. Zero and the other direction are far above every easy speed.
+static inline bool is_easy(const struct line_check *check,
+                           const struct line_limits *limits,
+                           struct segment entry)
+{
+    uint16_t steps = (uint16_t)entry.count;
+
+    if (check->smooth) {
+        return (uint16_t)(steps - 1u) < check->easy_speed &&
+               is_easy_curve(check, limits, entry);
+    }
+    steps = check->direction < 0 ? (uint16_t)-steps : steps;
+    return (uint16_t)(steps - 1u) < check->easy_speed;
+}
+
+static inline void pass_segment(struct line_check *check, struct segment entry)
+{
+    check->last_count = entry.count;
+    check->pixel += entry.repeat;
 }
 
 static enum line_error check_segment(struct line_check *check,
                                      const struct line_limits *limits,
                                      struct segment entry)
 {
-    if (entry.count > COUNT_MAX || entry.count < -COUNT_MAX) {
-        return LINE_out_of_range;
-    }
-    enum line_error error = check->smooth ? check_smooth_segment(check, limits, entry)
-                                          : check_plain_segment(check, limits, entry);
+    enum line_error error = check_closely(check, limits, entry);
+
     if (error == LINE_none) {
-        error = check_reversal(check, limits, entry);
-    }
-    if (error == LINE_none) {
-        note_direction(check, limits, entry);
-        check->last_count = entry.count;
-        check->pixel += entry.repeat;
+        check->begun = true;
+        pass_segment(check, entry);
     }
     return error;
+}
+
+// Check an entry of any kind. Apart from the easy ones, which then need no registers saved.
+static enum line_error APART check_entry(struct line_check *check,
+                                         const struct line_limits *limits,
+                                         struct segment entry)
+{
+    if (check->phase == LINE_CHECK_OUTSIDE) {
+        return check_start_mark(check, entry);
+    }
+    if (check->phase == LINE_CHECK_PARAMETER) {
+        return check_parameter(check, limits, entry);
+    }
+    return entry.repeat == 0 ? check_mark(check, entry)
+                             : check_segment(check, limits, entry);
+}
+
+void line_check_limits(struct line_check *check, const struct line_limits *limits)
+{
+    check->easy_speed = 0;
+    if (check->phase == LINE_CHECK_SEGMENTS) {
+        note_top_speed(check, limits);
+    }
 }
 
 enum line_error line_check_entry(struct line_check *check,
                                  const struct line_limits *limits,
                                  struct segment entry)
 {
-    if (check->phase == LINE_CHECK_OUTSIDE) {
-        return check_start_mark(check, entry);
+    if (entry.repeat == 0 || !is_easy(check, limits, entry)) {
+        return check_entry(check, limits, entry);
     }
-    if (check->phase == LINE_CHECK_PARAMETER) {
-        return check_parameter(check, entry);
+    if (check->smooth) {
+        check->speed = (uint16_t)(2u * (uint16_t)entry.count - check->speed);
     }
-    return entry.repeat == 0 ? check_mark(check, entry)
-                             : check_segment(check, limits, entry);
+    check->rest_ticks = 0;
+    pass_segment(check, entry);
+    return LINE_none;
 }

@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "base/names.h"     // enum line_error
+#include "build_features.h" // SEVERAL_AXES
 #include "motion/segment.h" // struct segment
 
 // What the board and its settings allow. Times are in timer ticks.
@@ -55,6 +56,8 @@ struct line_check {
     bool seek : 1;
     // The line is a seek: when it trips, any segment behind the down mark may come next.
     bool one_way : 1;
+    // A segment of the line was accepted.
+    bool begun : 1;
     int8_t
         direction; // of the last step, 0: none yet or long ago; kept across chained lines
     // First warning of the line (enum line_error, from 32 on).
@@ -63,18 +66,36 @@ struct line_check {
     // which the line takes them up.
     uint16_t backlash_steps;
     uint16_t line_speed;
+    // Highest speed of the line, steps/pixel: of a plain line the largest count.
+    uint16_t top_speed;
+    // A segment up to this speed that goes on as the line does needs no closer look; 0: none.
+    uint16_t easy_speed;
     // Length of the zero pixels since the last step, ticks; 0xFFFF: that or more.
     uint16_t rest_ticks;
     // Speed at the end of the last pixel, steps/pixel.
     uint16_t speed;
     // Count of the last pixel.
     int16_t last_count;
+#if SEVERAL_AXES
+    // Highest speed of the plain and of the smooth lines, steps/pixel, chained or not: for
+    // line_check_fits(). Seeks are slow enough for any company.
+    uint16_t fastest_plain;
+    uint16_t fastest_smooth;
+#endif
     // Pixels accepted so far: the next entry begins with the pixel behind it.
     uint32_t pixel;
 };
 
 // Expect the start of a line that follows no other: any direction may come first.
 void line_check_reset(struct line_check *check);
+
+#if SEVERAL_AXES
+// True when everything accepted since the reset keeps these limits' shortest intervals too.
+bool line_check_fits(const struct line_check *check, const struct line_limits *limits);
+#endif
+
+// The limits may be others than those of the entries before. Divides.
+void line_check_limits(struct line_check *check, const struct line_limits *limits);
 
 // Accept the next entry, or return why not; the reason concerns the pixel behind check->pixel.
 // After a refusal the check must be reset.

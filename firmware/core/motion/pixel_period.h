@@ -55,3 +55,6 @@ uint32_t pixel_grid_start_shifted(struct pixel_grid *grid,
                                   const struct pixel_period *period,
                                   uint16_t backlash_steps,
                                   uint16_t line_speed);
+
+// ticks * share / whole, rounded down. whole: 1..32767; share: not above whole.
+uint32_t pixel_share_ticks(uint32_t ticks, uint16_t share, uint16_t whole);

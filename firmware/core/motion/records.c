@@ -1,10 +1,99 @@
 // SPDX-License-Identifier: MIT
 #include "motion/records.h"
 
+#include <stddef.h> // NULL
+
+static struct {
+    uint16_t every;
+    uint16_t error_ticks;
+} thin = {.every = 1, .error_ticks = UINT16_MAX};
+
+void records_thin(uint16_t every, uint16_t error_ticks)
+{
+    thin.every = every;
+    thin.error_ticks = error_ticks;
+}
+
 void records_reset(struct records *records)
 {
-    records->next = 0;
+    records->newest = RECORDS_KEPT - 1u;
     records->count = 0;
+    records->passing = false;
+    records->made = 0;
+    records->to_next = thin.every;
+#if FEATURE_CLOCK_STATISTICS
+    records->shown_ticks = 0;
+    records->early_ticks = 0;
+#endif
+}
+
+static void keep_newest(struct records *records)
+{
+    records->passing = false;
+    records->made++;
+}
+
+#if FEATURE_CLOCK_STATISTICS
+// The error of the newest pixel's edge is known: keep the record if the error is another than the
+// one before.
+static void note_newest(struct records *records, int16_t error)
+{
+    int16_t shown = records->shown_ticks;
+    // Of any two words the difference fits 16 bits without a sign.
+    uint16_t change = error < shown ? (uint16_t)((uint16_t)shown - (uint16_t)error)
+                                    : (uint16_t)((uint16_t)error - (uint16_t)shown);
+
+    if (records->passing && change > thin.error_ticks) {
+        keep_newest(records);
+    }
+    if (!records->passing) {
+        records->shown_ticks = error;
+    }
+}
+
+// Give the newest record the error of an edge that came before its pixel.
+static void take_early(struct records *records, struct kept_record *record)
+{
+    int16_t early_ticks = records->early_ticks;
+
+    record->edge_error_ticks = early_ticks;
+    if (early_ticks != 0) {
+        records->early_ticks = 0;
+        note_newest(records, early_ticks);
+    }
+}
+
+static int16_t error_of(const struct kept_record *record)
+{
+    return record->edge_error_ticks;
+}
+#else
+static void take_early(struct records *records, struct kept_record *record)
+{
+    (void)records;
+    (void)record;
+}
+
+static int16_t error_of(const struct kept_record *record)
+{
+    (void)record;
+    return 0;
+}
+#endif
+
+// Move on to the slot of the next record.
+static struct kept_record *next_slot(struct records *records)
+{
+    if (!records->passing) {
+        records->newest++;
+        if (records->newest == RECORDS_KEPT) {
+            records->newest = 0;
+        }
+        if (records->count < RECORDS_KEPT) {
+            records->count++;
+        }
+    }
+    return &records->kept[records->newest];
 }
 
 void records_add(struct records *records,
@@ -12,76 +101,106 @@ void records_add(struct records *records,
                  int32_t actual_steps,
                  uint16_t expected_steps)
 {
-    uint8_t slot = records->next;
+    struct kept_record *record = next_slot(records);
+    int16_t beyond_steps = (int16_t)(uint16_t)((uint16_t)actual_steps - expected_steps);
 
-    records->newest_pixel = pixel;
-    records->kept[slot].actual_steps = actual_steps;
-    records->kept[slot].beyond_steps =
-        (int16_t)(uint16_t)((uint16_t)actual_steps - expected_steps);
-    records->kept[slot].edge_error_ticks = 0;
-    records->next = slot == RECORDS_KEPT - 1u ? 0 : (uint8_t)(slot + 1u);
-    if (records->count < RECORDS_KEPT) {
-        records->count++;
+    record->pixel = pixel;
+    record->actual_steps = actual_steps;
+    record->beyond_steps = beyond_steps;
+    records->passing = true;
+    records->to_next--;
+    if (records->to_next == 0) {
+        records->to_next = thin.every;
+        keep_newest(records);
+    } else if (beyond_steps != 0) {
+        keep_newest(records);
     }
-}
-
-// The slot `back` records (1..RECORDS_KEPT) before the next one.
-static uint8_t slot_before_next(const struct records *records, uint8_t back)
-{
-    uint8_t next = records->next;
-
-    if (next < back) {
-        next = (uint8_t)(next + RECORDS_KEPT);
-    }
-    return (uint8_t)(next - back);
-}
-
-void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
-{
-    uint16_t behind = (uint16_t)(records->newest_pixel - pixel);
-
-    if (behind < records->count) {
-        uint8_t slot = slot_before_next(records, (uint8_t)(behind + 1u));
-        records->kept[slot].edge_error_ticks = error_ticks;
-    }
+    take_early(records, record);
 }
 
 static uint8_t slot_of(const struct records *records, uint8_t number)
 {
-    return slot_before_next(records, (uint8_t)(records->count - number));
+    uint8_t back = (uint8_t)(records->count - 1u - number); // 0: the newest
+    uint8_t slot = records->newest;
+
+    if (slot < back) {
+        slot = (uint8_t)(slot + RECORDS_KEPT);
+    }
+    return (uint8_t)(slot - back);
 }
 
-static uint16_t pixel_of(const struct records *records, uint8_t number)
+#if FEATURE_CLOCK_STATISTICS
+// The record of a pixel; the newest one stands for a pixel that was passed over, or NULL.
+static struct kept_record *record_of(struct records *records, uint16_t pixel)
 {
-    return (uint16_t)(records->newest_pixel - records->count + 1u + number);
+    struct kept_record *newest = &records->kept[records->newest];
+    uint8_t slot = records->newest;
+
+    for (uint8_t left = records->count; left != 0; left--) {
+        struct kept_record *record = &records->kept[slot];
+        int16_t behind = (int16_t)(uint16_t)(record->pixel - pixel);
+        if (behind == 0) {
+            return record;
+        }
+        if (behind < 0) {
+            return record == newest || !records->passing ? NULL : newest;
+        }
+        slot = slot == 0 ? RECORDS_KEPT - 1u : (uint8_t)(slot - 1u);
+    }
+    return records->passing ? newest : NULL;
 }
+
+void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+{
+    const struct kept_record *newest = &records->kept[records->newest];
+    struct kept_record *record = NULL;
+
+    if (records->count != 0 && pixel == (uint16_t)(newest->pixel + 1u)) {
+        records->early_ticks = error_ticks;
+        return;
+    }
+    record = record_of(records, pixel);
+    if (record != NULL) {
+        record->edge_error_ticks = error_ticks;
+    }
+    if (record == newest) {
+        note_newest(records, error_ticks);
+    }
+}
+#else
+void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks)
+{
+    (void)records;
+    (void)pixel;
+    (void)error_ticks;
+}
+#endif
 
 struct pixel_record records_get(const struct records *records, uint8_t number)
 {
-    uint8_t slot = slot_of(records, number);
-    int32_t actual_steps = records->kept[slot].actual_steps;
+    const struct kept_record *record = &records->kept[slot_of(records, number)];
 
     return (struct pixel_record){
-        .pixel = pixel_of(records, number),
-        .edge_error_ticks = records->kept[slot].edge_error_ticks,
-        .expected_steps = actual_steps - records->kept[slot].beyond_steps,
-        .actual_steps = actual_steps,
+        .pixel = record->pixel,
+        .edge_error_ticks = error_of(record),
+        .expected_steps = record->actual_steps - record->beyond_steps,
+        .actual_steps = record->actual_steps,
     };
 }
 
 uint16_t records_word(const struct records *records, uint8_t number, uint8_t word)
 {
-    uint8_t slot = slot_of(records, number);
-    int32_t steps = records->kept[slot].actual_steps;
+    const struct kept_record *record = &records->kept[slot_of(records, number)];
+    int32_t steps = record->actual_steps;
 
     if (word == 0) {
-        return pixel_of(records, number);
+        return record->pixel;
     }
     if (word == 5) {
-        return (uint16_t)records->kept[slot].edge_error_ticks;
+        return (uint16_t)error_of(record);
     }
     if (word <= 2) {
-        steps -= records->kept[slot].beyond_steps;
+        steps -= record->beyond_steps;
     }
     return (word & 1u) != 0 ? (uint16_t)((uint32_t)steps >> 16) : (uint16_t)steps;
 }

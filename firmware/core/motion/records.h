@@ -3,15 +3,26 @@
 // and how far the clock's edge lay from its planned time. A new record overwrites the oldest one.
 // Main loop only.
 //
-//     pixel       ...  7      8      9      10           newest_pixel 10, count 3, RECORDS_KEPT 3
-//     kept              (8)    (9)    (10)               records_get(0) is pixel 8
+// At high pixel rates a host cannot read a record of each pixel: records_thin() keeps those of
+// every Nth pixel and of every deviation: an actual position that is not the expected one,
+// or an edge error that has changed by more than a limit since the newest record that was kept. The
+// newest pixel always has a record, which the next pixel overwrites if it is not to be kept.
+//
+//     pixel       ...  4      8      9      11           every 4, a deviation at pixel 9
+//     kept              (4)    (8)    (9)    (11)        records_get(0) is pixel 4, 3 are shown
+//
+// `made` counts the records of the line, so that a host knows how many it has not read.
+//
+// Without FEATURE_CLOCK_STATISTICS nobody notes edge errors: they read as 0 and take no memory.
 #pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "build_features.h" // FEATURE_CLOCK_STATISTICS
+
 // Records kept, up to 20: what one read request can carry. The build sets fewer for the smaller
-// board.
+// board. Two at least: one may be of a pixel that is passing.
 #if !defined(RECORDS_KEPT)
 #define RECORDS_KEPT 20u
 #endif
@@ -27,21 +38,40 @@ struct pixel_record {
     int32_t actual_steps;
 };
 
-// Records are kept in 8 bytes each; records_get() makes a struct pixel_record of them.
-struct records {
-    // Slot for the next record.
-    uint8_t next;
-    // Records kept so far.
-    uint8_t count;
-    // Low 16 bits of the newest record's pixel.
-    uint16_t newest_pixel;
-    struct {
-        int32_t actual_steps;
-        // Actual minus expected position.
-        int16_t beyond_steps;
-        int16_t edge_error_ticks;
-    } kept[RECORDS_KEPT];
+// A record as it is kept.
+struct kept_record {
+    int32_t actual_steps;
+    // Actual minus expected position.
+    int16_t beyond_steps;
+#if FEATURE_CLOCK_STATISTICS
+    int16_t edge_error_ticks;
+#endif
+    uint16_t pixel;
 };
+
+struct records {
+    // Slot of the newest record.
+    uint8_t newest;
+    // Records kept so far, the newest one included.
+    uint8_t count;
+    // The newest record is not to be kept.
+    bool passing;
+    // Records of the line that were to be kept; wraps.
+    uint16_t made;
+    // Pixels until the next one that is kept in any case.
+    uint16_t to_next;
+#if FEATURE_CLOCK_STATISTICS
+    // Edge error of the newest record that was to be kept.
+    int16_t shown_ticks;
+    // Edge error of the pixel behind the newest one, whose edge came early.
+    int16_t early_ticks;
+#endif
+    struct kept_record kept[RECORDS_KEPT];
+};
+
+// Keep the record of every Nth pixel, 1.., and those whose edge error has changed by more than
+// `error_ticks`. Of all axes, from the next record on.
+void records_thin(uint16_t every, uint16_t error_ticks);
 
 // A line begins: discard all records.
 void records_reset(struct records *records);
@@ -53,11 +83,17 @@ void records_add(struct records *records,
                  int32_t actual_steps,
                  uint16_t expected_steps);
 
-// Note how far the clock's edge at the end of a pixel lay from its planned time. Does nothing when
-// that pixel's record is no longer kept.
+// Note how far the clock's edge at the end of a pixel lay from its planned time. Of a pixel that
+// was passed over the newest record takes the error; of one before the oldest record nothing does.
 void records_note_error(struct records *records, uint16_t pixel, int16_t error_ticks);
 
-// Record `number`, 0..count-1; 0 is the oldest.
+// Number of records to be read.
+static inline uint8_t records_shown(const struct records *records)
+{
+    return records->passing ? (uint8_t)(records->count - 1u) : records->count;
+}
+
+// Record `number`, 0..count-1; 0 is the oldest. The one behind those shown is the newest pixel's.
 struct pixel_record records_get(const struct records *records, uint8_t number);
 
 // The same, word by word as the registers show it: pixel, expected (high, low), actual (high, low),

@@ -4,6 +4,7 @@
 // A start mark is followed by one parameter entry.
 //
 //     start      (word, 0) (backlash_steps, line_speed)    word: kind and flags, see below
+//     divider    (M, 0), only with LINE_START_DIVIDER: a pixel of this line is M clock edges
 //     segments   (count, repeat) ...
 //     end        (LINE_MARK_END, 0)
 //
@@ -39,6 +40,9 @@
 #define LINE_START_SEEK 0x0080u
 // or, together with LINE_START_SEEK, until the home switch opens.
 #define LINE_START_OPEN 0x0100u
+// A third entry, (M, 0), follows the parameter: clock edges of a pixel, 1 to 1000, in the place of
+// setting `divider`. No board takes it yet: the bit is not among LINE_START_KNOWN.
+#define LINE_START_DIVIDER 0x0200u
 // All bits of a start mark that have a meaning, LINE_START_WAIT excepted.
 #define LINE_START_KNOWN 0x01D1u
 

@@ -23,6 +23,8 @@ enum step_engine_state {
     STEP_ENGINE_HALTED = STEP_STATE_HALTED,
     // Halted, but the timer still holds a period that may pulse.
     STEP_ENGINE_HALTING = STEP_STATE_HALTING,
+    // At rest without interrupts: the timer makes idle periods that nothing counts (parked.h).
+    STEP_ENGINE_PARKED = STEP_STATE_PARKED,
 };
 
 //            BEGIN               END
@@ -32,6 +34,8 @@ enum step_engine_state {
 //       |               v                    v
 //       +-----------> HALTING ------------> HALTED ---------> IDLE
 //                              next period           settle
+//
+//     IDLE <--- park, unpark ---> PARKED     only by the owner of the timer (hal/step_timer.h)
 //
 // halt, again and in any state, changes nothing that a halt has done; settle is refused while the
 // engine is going.

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "motion/stream.h"
 
+#include "base/apart.h"           // APART
 #include "base/require.h"         // REQUIRE
 #include "motion/step_ring_sum.h" // step_ring_sum
 
-void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
+APART void stream_reset(struct stream *stream, uint8_t slot, uint32_t end_ticks)
 {
     stream->head = slot;
     stream->retired = slot;
     stream->mark_head = 0;
     stream->mark_placed = 0;
     stream->mark_tail = 0;
+    stream_lose_count(stream);
     stream->end_ticks = end_ticks;
     stream->trains[0].steps = 0;
     stream->trains[1].steps = 0;
@@ -52,16 +54,16 @@ static void fill_train(struct pulse_train *train, const struct even *even)
     train->top_high = (uint8_t)(top >> 8);
 }
 
-void stream_put_train(struct stream *stream,
-                      const struct even *even,
-                      uint16_t steps,
-                      uint32_t ticks)
+uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps)
 {
     uint8_t train = stream->trains[0].steps == 0 ? 0 : 1;
 
     REQUIRE(stream->trains[train].steps == 0);
     fill_train(&stream->engine_trains[train], even);
-    stream->trains[train] = (struct stream_train){steps, even->sum, ticks};
+    stream->trains[train].steps = steps;
+    stream->trains[train].sum = even->sum;
+    uint32_t ticks = even_skip(even, steps);
+    stream->trains[train].ticks = ticks;
     stream->newest_train = train;
     while (steps != 0) {
         uint8_t now =
@@ -73,6 +75,7 @@ void stream_put_train(struct stream *stream,
         steps = (uint16_t)(steps - now);
     }
     stream->end_ticks += ticks;
+    return ticks;
 }
 
 uint8_t stream_reserve(struct stream *stream, uint8_t count)
@@ -88,7 +91,11 @@ void stream_add_mark(struct stream *stream, bool line_start, uint16_t position)
 {
     struct stream_mark *mark = &stream->marks[stream->mark_head & (STREAM_MARKS - 1u)];
 
+    mark->early = 0;
     mark->line_start = line_start;
+#if STREAM_WHOLE_PIXELS
+    mark->periods = 0;
+#endif
     mark->position = position;
     stream->mark_head++;
 }
@@ -102,6 +109,55 @@ void stream_place_marks(struct stream *stream, uint8_t early)
         mark->early = early & 0x7Fu;
         stream->mark_placed++;
     }
+}
+
+#if STREAM_WHOLE_PIXELS
+// Note what lies between the mark before and this one, and what the pixel leaves behind this one.
+static void count_periods(struct stream *stream,
+                          struct stream_mark *mark,
+                          uint8_t steps,
+                          uint32_t ticks,
+                          uint16_t first_ticks)
+{
+    uint16_t behind_ticks = stream->behind_ticks;
+
+    mark->ticks = (uint16_t)(behind_ticks + first_ticks);
+    if (mark->ticks >= behind_ticks) {
+        mark->periods = (uint8_t)(stream->behind_periods + 1u);
+    }
+    stream->behind_periods = ticks <= UINT16_MAX ? (uint8_t)(steps - 1u) : STREAM_UNKNOWN;
+    stream->behind_ticks = (uint16_t)(ticks - first_ticks);
+}
+#else
+static void count_periods(struct stream *stream,
+                          struct stream_mark *mark,
+                          uint8_t steps,
+                          uint32_t ticks,
+                          uint16_t first_ticks)
+{
+    (void)stream;
+    (void)mark;
+    (void)steps;
+    (void)ticks;
+    (void)first_ticks;
+}
+#endif
+
+void stream_put_pixel(struct stream *stream,
+                      uint8_t steps,
+                      uint32_t ticks,
+                      uint16_t first_ticks,
+                      uint16_t position)
+{
+    struct stream_mark *mark =
+        &stream->marks[stream->mark_placed++ & (STREAM_MARKS - 1u)];
+
+    mark->slot = (uint8_t)(stream->head + 1u);
+    count_periods(stream, mark, steps, ticks, first_ticks);
+    stream->head = (uint8_t)(stream->head + steps);
+    stream->ring->high[stream->head] = STEP_HIGH_EMPTY;
+    stream->end_ticks += ticks;
+    stream_add_mark(stream, false, position);
 }
 
 // The sooner one of two slots, seen from the reader's end.
@@ -158,10 +214,10 @@ uint8_t stream_pass_periods(struct stream *stream,
                             bool whole,
                             uint32_t *ticks)
 {
-    const struct stream_mark *mark = stream_mark(stream);
     struct stream_batch *batch = oldest_batch(stream);
     uint8_t first = stream->retired;
-    uint8_t stop = mark == NULL ? tail : sooner(stream, mark->slot, tail);
+    uint8_t stop =
+        stream_has_mark(stream) ? sooner(stream, stream_mark(stream)->slot, tail) : tail;
     bool at_batch = batch != NULL && batch->slot == first;
 
     if (at_batch) {

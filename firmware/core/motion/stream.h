@@ -23,12 +23,17 @@
 #include "motion/step_ring.h" // struct step_ring, struct pulse_train
 
 // Pixel edges and line starts that can be decoded ahead, a power of two.
-#define STREAM_MARKS 8u
+#define STREAM_MARKS 16u
 
 // Batches whose length the stream remembers for the reader, a power of two; 0: none, the reader
 // adds up every period. The build sets 0 for the smaller board, which needs the memory elsewhere.
 #if !defined(STREAM_BATCHES)
 #define STREAM_BATCHES 8u
+#endif
+
+// 1: the stream also remembers the length of pixels that are written as a whole.
+#if !defined(STREAM_WHOLE_PIXELS)
+#define STREAM_WHOLE_PIXELS 1
 #endif
 
 // Single pulsing periods that were written together, from `slot` on: the reader takes them as a
@@ -49,6 +54,13 @@ struct stream_mark {
     bool line_start : 1;
     // Expected position at a pixel edge: signed steps of the line, modulo 2^16.
     uint16_t position;
+#if STREAM_WHOLE_PIXELS
+    // Of a pixel that was written as a whole: number of periods behind the mark before; 0: not
+    // known.
+    uint8_t periods;
+    // Length of these periods together, ticks.
+    uint16_t ticks;
+#endif
 };
 
 // A pulse train as it was when it was written; the interrupt changes its own copy.
@@ -59,6 +71,9 @@ struct stream_train {
     uint16_t sum;
     uint32_t ticks; // of all its steps
 };
+
+// Value of stream.behind_periods: the mark that comes next does not tell what lies before it.
+#define STREAM_UNKNOWN 0xFFu
 
 struct stream {
     struct step_ring *ring;
@@ -73,6 +88,13 @@ struct stream {
     uint8_t mark_head;   // writer: next to write (free running)
     uint8_t mark_placed; // writer: marks before this one have their slot
     uint8_t mark_tail;   // reader: next to pass
+#if STREAM_WHOLE_PIXELS
+    // Writer: periods behind the newest placed mark, if they are those of a pixel written as a
+    // whole; else STREAM_UNKNOWN.
+    uint8_t behind_periods;
+    // Length of these periods together, ticks.
+    uint16_t behind_ticks;
+#endif
     // The end of the newest entry, ticks since the timers started, if no idle period comes before
     // that entry; wraps. Without the delay of a held line.
     uint32_t end_ticks;
@@ -154,6 +176,29 @@ static inline void stream_publish_batch(struct stream *stream,
 // Append one period. Marks that waited for it are placed behind it.
 void stream_put_period(struct stream *stream, uint16_t ticks);
 
+// Append `steps` single periods, `ticks` long together, the first one first_ticks long, that stand
+// in the ring from the head on, and a mark that waits for its place behind the period to come. Only
+// when one mark waits now: that one is placed behind the first period. The caller shows the periods
+// to the interrupt by the high byte of the first.
+//
+//     marks        M1 waits            M2 waits         M1: behind one period of this pixel
+//     periods      | first |  ...  | last |
+void stream_put_pixel(struct stream *stream,
+                      uint8_t steps,
+                      uint32_t ticks,
+                      uint16_t first_ticks,
+                      uint16_t position);
+
+// Something else than a pixel as a whole is written next.
+static inline void stream_lose_count(struct stream *stream)
+{
+#if STREAM_WHOLE_PIXELS
+    stream->behind_periods = STREAM_UNKNOWN;
+#else
+    (void)stream;
+#endif
+}
+
 // Append a command.
 void stream_put_command(struct stream *stream, enum step_command command);
 
@@ -163,13 +208,10 @@ static inline bool stream_train_free(const struct stream *stream)
     return stream->trains[0].steps == 0 || stream->trains[1].steps == 0;
 }
 
-// Append `steps` evenly spaced steps, `ticks` long together, as a pulse train. Only when
-// stream_train_free(). `even` is as it was before these steps. Marks that waited for the period
-// that carries the edge of the step before the train are placed behind the train's first period.
-void stream_put_train(struct stream *stream,
-                      const struct even *even,
-                      uint16_t steps,
-                      uint32_t ticks);
+// Append the next `steps` of evenly spaced steps as a pulse train, and pass them in *even. Only
+// when stream_train_free(). Marks that waited for the period that carries the edge of the step
+// before the train are placed behind the train's first period. Returns the train's ticks.
+uint32_t stream_put_train(struct stream *stream, struct even *even, uint16_t steps);
 
 // Leave `count` slots out, the first of which keeps reading empty: the interrupt sees nothing of
 // what follows. Returns that slot.
@@ -181,10 +223,22 @@ static inline bool stream_marks_full(const struct stream *stream)
     return (uint8_t)(stream->mark_head - stream->mark_tail) >= STREAM_MARKS - 1u;
 }
 
+// True when few further marks fit.
+static inline bool stream_marks_low(const struct stream *stream)
+{
+    return (uint8_t)(stream->mark_head - stream->mark_tail) >= 3u * STREAM_MARKS / 4u;
+}
+
 // True when a mark waits for its place.
 static inline bool stream_mark_waits(const struct stream *stream)
 {
     return stream->mark_placed != stream->mark_head;
+}
+
+// True when exactly one mark does.
+static inline bool stream_one_mark_waits(const struct stream *stream)
+{
+    return (uint8_t)(stream->mark_placed + 1u) == stream->mark_head;
 }
 
 // Append a mark that waits for its place. Only when stream_marks_full() is false.
@@ -195,21 +249,52 @@ void stream_place_marks(struct stream *stream, uint8_t early);
 
 // The reader's end. `tail` is where the interrupt reads next; the reader never goes beyond it.
 
-// The oldest mark, NULL if there is none that has its place.
+// True when there is a mark that has its place.
+static inline bool stream_has_mark(const struct stream *stream)
+{
+    return stream->mark_tail != stream->mark_placed;
+}
+
+// The oldest of these marks, if there is one.
 static inline const struct stream_mark *stream_mark(const struct stream *stream)
 {
-    return stream->mark_tail == stream->mark_placed
-               ? NULL
-               : &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
+    return &stream->marks[stream->mark_tail & (STREAM_MARKS - 1u)];
 }
 
 // True when the oldest mark's slot is at most `count` entries ahead of the reader; 0: the reader
 // has come to that slot.
 static inline bool stream_mark_within(const struct stream *stream, uint8_t count)
 {
+    return stream_has_mark(stream) &&
+           (uint8_t)(stream_mark(stream)->slot - stream->retired) <= count;
+}
+
+// Periods that can be passed as a whole up to the oldest mark, mark->ticks long together; 0: it is
+// not known how long they are.
+static inline uint8_t stream_whole_pixel(const struct stream *stream)
+{
+#if STREAM_WHOLE_PIXELS
     const struct stream_mark *mark = stream_mark(stream);
 
-    return mark != NULL && (uint8_t)(mark->slot - stream->retired) <= count;
+    return stream_has_mark(stream) &&
+                   (uint8_t)(mark->slot - mark->periods) == stream->retired
+               ? mark->periods
+               : 0;
+#else
+    (void)stream;
+    return 0;
+#endif
+}
+
+// Length of those periods, ticks.
+static inline uint16_t stream_whole_ticks(const struct stream *stream)
+{
+#if STREAM_WHOLE_PIXELS
+    return stream_mark(stream)->ticks;
+#else
+    (void)stream;
+    return 0;
+#endif
 }
 
 // The oldest mark was passed.
@@ -255,13 +340,18 @@ uint8_t stream_pass_periods(struct stream *stream,
                             bool whole,
                             uint32_t *ticks);
 
-// Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3.
-static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t back)
+// Length of the single period in this slot, ticks.
+static inline uint16_t stream_entry_ticks(const struct stream *stream, uint8_t slot)
 {
-    uint8_t slot = (uint8_t)(stream->retired - back);
     uint16_t top_ticks = (uint16_t)(stream->ring->high[slot] << 8);
 
     return (uint16_t)(top_ticks + stream->ring->low[slot] + 1u);
+}
+
+// Length of a single period that the reader has passed, ticks; back: 1 the last one, up to 3.
+static inline uint16_t stream_passed_ticks(const struct stream *stream, uint8_t back)
+{
+    return stream_entry_ticks(stream, (uint8_t)(stream->retired - back));
 }
 
 // Ticks from the start of a train (0 or 1) to its step `index` (0: none yet, up to its number of

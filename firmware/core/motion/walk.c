@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "motion/walk.h"
 
+#include "base/apart.h" // APART
+
 #define NO_EDGE 0xFFFFu
 
-static uint16_t edge_of(const struct piece *piece)
+static APART uint16_t edge_of(const struct piece *piece)
 {
     return piece->has_edge ? piece->edge_steps : NO_EDGE;
 }
@@ -29,7 +31,7 @@ static void aim_at_special(struct walk *walk, uint16_t index)
     walk->until = (uint16_t)(next - index);
 }
 
-void walk_start(struct walk *walk, const struct piece *piece)
+APART void walk_start(struct walk *walk, const struct piece *piece)
 {
     walk->curved = piece->curved;
     walk->at_edge = false;
@@ -62,9 +64,8 @@ static uint32_t place_special(const struct walk *walk, uint16_t index)
     return tick;
 }
 
-// Shift a special step to its tick. Not inline, so that the registers that this function saves do
-// not lie on the stack below the curve's decoder.
-static uint32_t __attribute__((noinline)) shift_special(struct walk *walk, uint32_t ticks)
+// Shift a special step to its tick.
+static uint32_t shift_special(struct walk *walk, uint32_t ticks)
 {
     uint16_t index = walk->last_special;
     uint32_t tick = place_special(walk, index);
@@ -100,12 +101,9 @@ uint32_t walk_next(struct walk *walk)
     return shift_special(walk, ticks);
 }
 
-uint32_t walk_skip_even(struct walk *walk, uint16_t steps)
+void walk_pass_train(struct walk *walk, uint16_t steps, uint32_t ticks)
 {
-    uint32_t ticks = even_skip(&walk->steps.even, steps);
-
     walk->until = (uint16_t)(walk->until - steps);
     walk->exact_ticks += ticks;
     walk->at_edge = walk->until == 0 && edge_of(walk->piece) == walk->piece->steps;
-    return ticks;
 }

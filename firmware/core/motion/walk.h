@@ -76,9 +76,9 @@ static inline uint16_t walk_taken(const struct walk *walk)
                                        : (uint16_t)0xFFFF;
 }
 
-// Pass over `steps` steps of an even piece, at most walk_stretch(). Returns the ticks to the last
-// of them.
-uint32_t walk_skip_even(struct walk *walk, uint16_t steps);
+// Note that `steps` steps, `ticks` long together, were taken straight from walk->steps.even; at
+// most walk_stretch().
+void walk_pass_train(struct walk *walk, uint16_t steps, uint32_t ticks);
 
 // Note that `count` steps, `ticks` long together, were taken straight from walk->steps; at most
 // walk_burst().

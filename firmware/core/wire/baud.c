@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "wire/baud.h"
 
+#include "base/apart.h" // APART
+
 #define SLOWEST_100 96u
 #define FASTEST_100 10000u
 // A rate may be off by 2.5 % at most: clock / (divisor * rate) is between 39/40 and 41/40.
@@ -12,7 +14,7 @@
 #define SILENCE_COUNTS ((uint16_t)(BAUD_CLOCK_100 * 7uL / 1280u)) // 1750 us
 
 // Divide by subtraction, which takes less room than the library's division.
-baud_counts baud_divisor(uint16_t baud_100)
+APART baud_counts baud_divisor(uint16_t baud_100)
 {
     uint16_t left = (uint16_t)(BAUD_CLOCK_100 + baud_100 / 2u);
     baud_counts divisor = 0;

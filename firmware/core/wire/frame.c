@@ -54,7 +54,7 @@ void frame_reset(struct frame *frame)
     frame->tried = 0;
 }
 
-uint8_t frame_rule(uint8_t function)
+APART uint8_t frame_rule(uint8_t function)
 {
     if (function == IDENTIFICATION) {
         return IF(FEATURE_DIAGNOSIS) | FIXED(7u);
@@ -62,7 +62,7 @@ uint8_t frame_rule(uint8_t function)
     return function < FUNCTIONS ? (uint8_t)flash_char(&request_rules[function]) : 0;
 }
 
-uint16_t frame_length_by(const struct frame *frame, uint8_t rule)
+APART uint16_t frame_length_by(const struct frame *frame, uint8_t rule)
 {
     uint16_t length = RULE_BYTES(rule);
 

@@ -5,6 +5,7 @@
 //     0x0000  the board (registers.def)       0x0000  settings (registers.def)
 //     0x0020  axis 0, 0x0030 axis 1, ...      0x0100  commands (registers.def)
 //     0x0060  more of the board               0x1000  queue window
+//     0x0080  free bytes of the queues
 //     0x0100  records of axis 0, 0x0180 ...
 //     0x0300  event log
 //
@@ -12,7 +13,7 @@
 #pragma once
 
 // Input register map_version shows this number, so that a host knows which map a board has.
-#define REG_MAP_VERSION 3u
+#define REG_MAP_VERSION 4u
 
 // Register of axis a: REG_AXIS_BASE + a * REG_AXIS_STRIDE + REG_AXIS_name.
 #define REG_AXIS_BASE   0x0020u // per-axis input registers
@@ -21,14 +22,18 @@
 // + r * REG_RECORD_WORDS.
 #define REG_RECORD_BASE   0x0100u // per-pixel records, input
 #define REG_RECORD_STRIDE 0x0080u
-#define REG_RECORD_HEADER 4u // newest pixel (2), count, reserved
+#define REG_RECORD_HEADER 4u // newest pixel (2), count, records of the line
 #define REG_RECORD_WORDS  6u // pixel, expected (2), actual (2), clock edge error
 // Event e: REG_EVENT_BASE + REG_EVENT_HEADER + e * REG_EVENT_WORDS.
 #define REG_EVENT_BASE   0x0300u // newest events, input
 #define REG_EVENT_HEADER 1u      // events since reset
 #define REG_EVENT_WORDS  8u      // number, code, axis, argument, pixel (2), time (2)
-// One write from the window's start carries one block for one axis.
-#define REG_QUEUE_WINDOW 0x1000u // block, axis, then runs of two words
+// Free bytes in the queue of axis a: REG_ROOM_BASE + a. Together, so that a host that keeps several
+// queues filled reads them by one short request.
+#define REG_ROOM_BASE 0x0080u // input
+// One write from the window's start carries one block for one axis. The axis's word has the number
+// of bytes in its high half when packed bytes follow (motion/segment_pack.h), else runs follow.
+#define REG_QUEUE_WINDOW 0x1000u // block, axis, then runs of two words or bytes
 #define REG_QUEUE_HEADER 2u
 
 // The rows of registers.def become the constants REG_INPUT_name, REG_AXIS_name (an offset within

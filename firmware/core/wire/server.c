@@ -361,9 +361,9 @@ static enum modbus_exception serve_function(struct frame *frame,
 
 // Check the function, then the request's length, and serve the request. Most replies repeat the
 // request and are as long as it is; the other functions set frame->reply.
-static enum modbus_exception serve_checked(struct frame *frame,
-                                           uint8_t rule,
-                                           struct server_counters *counters)
+static APART enum modbus_exception serve_checked(struct frame *frame,
+                                                 uint8_t rule,
+                                                 struct server_counters *counters)
 {
     if ((rule & RULE_SERVED) == 0) {
         return MODBUS_ILLEGAL_FUNCTION;
@@ -386,15 +386,16 @@ uint8_t server_serve(struct frame *frame, struct server_counters *counters)
 {
     uint8_t *bytes = frame->bytes;
     uint8_t rule = frame_rule(bytes[1]);
-    bool mute = counters->listen_only || bytes[0] == 0;
+    bool mute = server_listens_only(counters) || bytes[0] == 0;
     enum modbus_exception exception = MODBUS_OK;
 
     counters->frames_ok++;
     if ((bytes[0] != 0 || (rule & RULE_BROADCAST) != 0) &&
-        (!counters->listen_only || is_restart(bytes))) {
+        (!server_listens_only(counters) || is_restart(bytes))) {
         exception = serve_checked(frame, rule, counters);
     }
-    if (mute || counters->listen_only) {
+    // The request may have begun the mode.
+    if (mute || server_listens_only(counters)) {
         counters->no_replies++;
         return 0;
     }

@@ -15,7 +15,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "wire/frame.h" // struct frame
+#include "build_features.h" // FEATURE_DIAGNOSIS
+#include "wire/frame.h"     // struct frame
 
 // Counters that function 08 reads, one by each of its sub-functions from 11 to 18.
 #define SERVER_COUNTERS 8u
@@ -41,6 +42,12 @@ struct server_counters {
     // is executed. Sub-function 4 sets it; a restart and a reset of the board clear it.
     bool listen_only;
 };
+
+// The listen-only mode. An image without function 08 cannot come to it.
+static inline bool server_listens_only(const struct server_counters *counters)
+{
+    return FEATURE_DIAGNOSIS && counters->listen_only;
+}
 
 // Serve the frame for which frame_look() returned FRAME_READY. Returns the number of bytes of the
 // reply in frame->bytes, to be sealed and sent, or 0 when there is no reply: to a broadcast, or in

@@ -6,6 +6,7 @@
 #include <avr/io.h>
 #include <util/atomic.h>
 
+#include "base/apart.h"     // APART
 #include "config.h"         // CONFIG_AXES
 #include "hal/avr/board.h"  // BOARD_KEEP
 #include "hal/avr/pins.h"   // pins_write_permit
@@ -168,7 +169,7 @@ void estop_release(void)
     is_latched = false;
 }
 
-void permit_write(bool on)
+APART void permit_write(bool on)
 {
     if (!on) {
         pins_write_permit(false);

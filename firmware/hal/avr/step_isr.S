@@ -137,11 +137,17 @@
 .endm
 
 ; One interval of a pulse train, then the sum behind it. r5: high byte of the sum.
-.macro train_interval axis, train, low, after, top_low, flags, flag
+.macro train_interval axis, engine, train, low, after, count, top_low, flags, flag
     lds r6, \train + \low
     sts \top_low, r6
     sbic \flags, \flag
+#if CONFIG_AXES == 1
     rjmp .Llate\axis
+#else
+    rjmp .Lslow\@
+.Lloaded\@:
+    sts step_isr_last + \axis, r6
+#endif
     lds r4, \train + STEP_ISR_SUM
     lds r6, \train + \after
     add r4, r6
@@ -149,6 +155,25 @@
     lds r6, \train + \after + 1
     adc r5, r6
     sts \train + STEP_ISR_SUM + 1, r5
+    train_leave \axis, \engine, \count
+#if CONFIG_AXES > 1
+    ; As long as the interval before it: quick, so that this interrupt catches up in a few steps.
+    .subsection 1
+    .type step_isr_slow_\@, @function
+step_isr_slow_\@:
+.Lslow\@:
+    lds r4, \engine + STEP_ISR_TRAIN_HIGH
+    and r4, r4
+    brne .Lunequal\@
+    lds r4, step_isr_last + \axis
+    cp r4, r6
+    brne .Lunequal\@
+    rjmp .Lloaded\@
+.Lunequal\@:
+    rcall .Lcatch_up\axis
+    rjmp .Lloaded\@
+    .subsection 0
+#endif
 .endm
 
 ; Count the period and return; behind the last one look for the next train. count: dec or inc.
@@ -167,11 +192,11 @@
     lds r5, \train + STEP_ISR_SUM + 1
     and r5, r5
     brmi .Lshort\@
-    train_interval \axis, \train, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \top_low, \flags, \flag
-    train_leave \axis, \engine, \count
+    train_interval \axis, \engine, \train, STEP_ISR_LONG_LOW, STEP_ISR_AFTER_LONG, \count, \
+        \top_low, \flags, \flag
 .Lshort\@:
-    train_interval \axis, \train, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \top_low, \flags, \flag
-    train_leave \axis, \engine, \count
+    train_interval \axis, \engine, \train, STEP_ISR_SHORT_LOW, STEP_ISR_AFTER_SHORT, \count, \
+        \top_low, \flags, \flag
 .endm
 
 ; Save r24 and Z, then find the ring's next entry: Z is its slot, r24 its high byte. The flags
@@ -225,6 +250,162 @@
     sts \engine + STEP_ISR_IDLE_COUNT + 1, r31
 .endm
 
+#if CONFIG_AXES > 1
+; With several axes the waits of a step interrupt can add up to more than the shortest interval. A
+; train loses no edge by that: the period whose interval was loaded too late has begun, and repeats
+; the interval before it. It is made as long as it should be:
+;
+;     as long           nothing to do: the trains of a constant rate
+;     nearly as long    the counter is set on or back, behind the STEP edge of the running period,
+;                       if that is not among the shortest: else the axis stops with its fault
+;     much longer       a period without an edge, as long as what is missing, follows
+;
+; Every edge stays exact as long as this is done before the running period ends. The interrupt that
+; waits then catches up. What was loaded before is not known behind a single period or a command.
+;
+; Cycles from the read of the counter to the count that a write gives.
+#define CATCH_UP_CYCLES 12
+; The counter is set from 2 ticks behind its match for the STEP edge on (CONFIG_PULSE_LOW_TICKS + 2)
+; and so many ticks before the end of the period.
+#define CATCH_UP_FIRST  (BOARD_CPU_HZ / 500000 + 1)
+#define CATCH_UP_MARGIN 4
+; Setting the counter takes longer than a shorter interval: the handler would never catch up.
+#define SET_COUNTER_MIN_TICKS 100
+; Shortest period without an edge; anything less is left to the counter.
+#define STRETCH_MIN_TICKS 64
+#define PULSE_LOW_TICKS   (BOARD_CPU_HZ / 500000 - 1)
+
+; The interval with TOP train_high:r6 came too late. Changes r4.
+.macro catch_up axis, engine, counter
+    .type step_isr_catch_up_\axis, @function
+step_isr_catch_up_\axis:
+.Lcatch_up\axis:
+    push r24
+    push r30
+    push r31
+    lds r24, step_isr_last + \axis
+    and r24, r24
+    breq .Lhopeless\axis
+    mov r30, r6
+    lds r31, \engine + STEP_ISR_TRAIN_HIGH
+    sub r30, r24
+    sbci r31, 0
+    breq .Lcaught_up\axis
+    brmi .Lset_counter\axis
+    cpi r30, STRETCH_MIN_TICKS
+    ldi r24, 0
+    cpc r31, r24
+    brlo .Lset_counter\axis
+    rcall .Lstretch\axis
+    brcs .Lhopeless\axis
+.Lcaught_up\axis:
+    pop r31
+    pop r30
+    pop r24
+    ret
+.Lset_counter\axis:
+    lds r24, \engine + STEP_ISR_TRAIN_HIGH
+    and r24, r24
+    brne .Lhopeless\axis
+    lds r24, step_isr_last + \axis
+    cpi r24, SET_COUNTER_MIN_TICKS
+    brlo .Lhopeless\axis
+    com r31                             ; ticks to set the counter back, 0 if it is set on
+    and r31, r30
+    neg r30
+    mov r4, r30                         ; ticks to set it on, negative if it is set back
+.Lbefore_edge\axis:
+    lds r24, \counter
+    cpi r24, CATCH_UP_FIRST
+    brlo .Lbefore_edge\axis
+    cp r24, r31
+    brlo .Lbefore_edge\axis
+    subi r24, -(CATCH_UP_CYCLES + CATCH_UP_MARGIN)
+    add r24, r4
+    cp r24, r6
+    brsh .Lhopeless\axis
+    subi r24, CATCH_UP_MARGIN
+    sts \counter, r24
+    rjmp .Lcaught_up\axis
+.Lhopeless\axis:
+    pop r31
+    pop r30
+    pop r24
+    pop r6                              ; the return address
+    pop r6
+#if defined(__AVR_3_BYTE_PC__)
+    pop r6
+#endif
+    rjmp .Llate\axis
+.endm
+
+; Let a period without an edge follow the running one, Z ticks long. Then wait for its beginning and
+; let later periods have their edge again; the interrupt of the period that was wanted comes next.
+; Carry: the running period was over before. Changes r24 and Z.
+.macro stretch axis, engine, top_low, top_high, edge_low, edge_high, flags, flag
+    .type step_isr_stretch_\axis, @function
+step_isr_stretch_\axis:
+.Lstretch\axis:
+    ldi r24, 1 << \flag
+    out \flags, r24
+    ldi r24, hi8(QUIET_TICKS)           ; its low byte is the same
+    sts \edge_high, r24
+    sts \edge_low, r24
+    sbiw r30, 1
+    sts \top_high, r31
+    sts \top_low, r30
+    sec
+    sbic \flags, \flag
+    ret
+.Lrunning\axis:
+    sbis \flags, \flag
+    rjmp .Lrunning\axis
+    ldi r24, 0
+    sts \edge_high, r24
+    ldi r24, PULSE_LOW_TICKS
+    sts \edge_low, r24
+    lds r24, \engine + STEP_ISR_TRAIN_HIGH
+    sts \top_high, r24
+    clc
+    ret
+.endm
+
+; A single period came too late: r24 is its low byte, Z the slot of that. Only behind a train.
+.macro catch_up_entry axis, engine
+    .type step_isr_catch_up_entry_\axis, @function
+step_isr_catch_up_entry_\axis:
+.Lcatch_up_entry\axis:
+    mov r6, r24
+    inc r31
+    dec r30
+    ld r24, Z
+    cpi r24, STEP_HIGH_TRAIN
+    brne .Llate_near\axis
+    lds r24, step_isr_last + \axis
+    and r24, r24
+    breq .Llate_near\axis
+    inc r30
+    push r30
+    ld r31, Z
+    mov r30, r6
+    sub r30, r24
+    sbci r31, 0
+    brcs .Lno_stretch\axis
+    cpi r30, STRETCH_MIN_TICKS
+    ldi r24, 0
+    cpc r31, r24
+    brlo .Lno_stretch\axis
+    rcall .Lstretch\axis
+    brcs .Lno_stretch\axis
+    pop r30
+    rjmp .Lentry_loaded\axis
+.Lno_stretch\axis:
+    pop r30
+.Llate_near\axis:
+    rjmp .Llate_entry\axis
+.endm
+#endif
+
 .macro step_handler axis, engine, vector, top_low, top_high, edge_low, edge_high, \
     control, flags, flag, mask
     .type step_isr_entry_\axis, @function
@@ -236,7 +417,12 @@ step_isr_entry_\axis:
     ld r24, Z
     sts \top_low, r24
     sbic \flags, \flag
+#if CONFIG_AXES == 1
     rjmp .Llate_entry\axis
+#else
+    rjmp .Lcatch_up_entry\axis
+.Lentry_loaded\axis:
+#endif
     inc r30
     sts \engine + STEP_ISR_TAIL, r30
     restore_r24_z
@@ -272,6 +458,10 @@ step_isr_entry_\axis:
 .Lrare\axis:
     brne .Lcommand\axis
     take_train \engine, \top_high
+#if CONFIG_AXES > 1
+    ldi r24, 0
+    sts step_isr_last + \axis, r24
+#endif
     restore_r24_z
     rjmp .Lagain\axis
 
@@ -362,6 +552,17 @@ step_isr_too_late_\axis:
 #define BOARD_AXIS(axis, timer) HANDLER(axis, timer)
 #include BOARD_FILE
 #undef BOARD_AXIS
+
+#if CONFIG_AXES > 1
+#define CATCH_UP(axis, timer)                                                             \
+    catch_up axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, TCNT##timer##L            $ \
+    stretch axis, step_engines + axis * STEP_ISR_ENGINE_SIZE, OCR##timer##AL,             \
+        OCR##timer##AH, OCR##timer##BL, OCR##timer##BH, TIFR##timer, TOV##timer          $ \
+    catch_up_entry axis, step_engines + axis * STEP_ISR_ENGINE_SIZE
+#define BOARD_AXIS(axis, timer) CATCH_UP(axis, timer)
+#include BOARD_FILE
+#undef BOARD_AXIS
+#endif
 
 #define HALTED_HANDLER(axis, timer)                                                       \
     halted_handler step_engines + axis * STEP_ISR_ENGINE_SIZE, TIMER##timer##_COMPA_vect, \

@@ -47,11 +47,32 @@
 extern struct step_engine step_engines[CONFIG_AXES];
 extern struct step_ring step_rings[CONFIG_AXES];
 
+// Idle periods of a parked axis at an edge that its timer captured, when a little later the coarse
+// clock's low 16 bits were `units`. Main loop only, before the axis is parked anew.
+uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured);
+
+#if CONFIG_AXES > 1
+// Of each axis: low byte of the TOP that was loaded last, if a train's was; else 0 (step_isr.S).
+extern volatile uint8_t step_isr_last[CONFIG_AXES];
+#endif
+
+// An axis's engine. With several axes the address is computed here, ahead of what the caller does
+// with interrupts off.
+static inline struct step_engine *step_isr_engine(uint8_t axis)
+{
+    struct step_engine *engine = &step_engines[CONFIG_INDEX(axis)];
+
+#if CONFIG_AXES > 1
+    __asm__ volatile("" : "+b"(engine));
+#endif
+    return engine;
+}
+
 // What an axis's interrupt has done, as of one instant. Called with interrupts on: they are off for
 // the few cycles of the reads and on afterwards.
 static inline struct engine_sample step_isr_sample(uint8_t axis)
 {
-    const struct step_engine *engine = &step_engines[CONFIG_INDEX(axis)];
+    const struct step_engine *engine = step_isr_engine(axis);
     uint8_t tail = 0;
     int8_t left = 0;
     int8_t cut = 0;

@@ -11,6 +11,11 @@
 #include "config.h"           // CONFIG_*
 #include "hal/avr/pins.h"     // pins_write_direction
 #include "hal/avr/step_isr.h" // what the assembly half needs
+#include "hal/clock.h"        // CLOCK_UNIT_TICKS
+#include "motion/parked.h"    // parked_*
+#if CONFIG_AXES > 1
+#include "hal/avr/clock_units.h" // clock_look
+#endif
 
 #define KNOWN(expression, value)                                                         \
     _Static_assert((expression) == (value), "known to step_isr.S")
@@ -39,6 +44,13 @@ struct step_engine step_engines[CONFIG_AXES];
 struct step_ring step_rings[CONFIG_AXES]
     __attribute__((section(".step_rings,\"aw\",@nobits;")));
 
+#if CONFIG_AXES > 1
+volatile uint8_t step_isr_last[CONFIG_AXES];
+#define FORGET_LAST(axis) (step_isr_last[axis] = 0)
+#else
+#define FORGET_LAST(axis) ((void)0)
+#endif
+
 static volatile uint8_t late_axes; // bit n: the step interrupt of axis n came too late
 
 struct step_ring *step_timer_ring(uint8_t axis)
@@ -62,6 +74,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
         {                                                                                \
             OCR##timer##B = edge_ticks;                                                  \
             OCR##timer##A = load.top_ticks;                                              \
+            FORGET_LAST(axis);                                                           \
             /* Leave TEMP ready for a pulse train that comes next (step_isr.S). */       \
             OCR##timer##AH = step_engines[axis].train_high;                              \
             step_engine_count(&step_engines[axis], &load);                               \
@@ -90,6 +103,12 @@ struct step_ring *step_timer_ring(uint8_t axis)
 // Enable the compare A interrupt in place of the overflow interrupt.
 #define GIVE_WAY(timer)                                                                  \
     TIMSK##timer = (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | _BV(OCIE##timer##A))
+// The interrupts that serve an axis. A single axis is never parked.
+#if CONFIG_AXES == 1
+#define SERVED(timer) 0xFFu
+#else
+#define SERVED(timer) (_BV(TOIE##timer) | _BV(OCIE##timer##A))
+#endif
 // Halt an axis: from now on its compare A interrupt serves the axis and loads idle periods. The
 // compare A flag is stale unless the end of this period has set it. If the period ends while the
 // flag is being cleared, the idle period is loaded here. The halt does the same in every state of
@@ -102,6 +121,9 @@ struct step_ring *step_timer_ring(uint8_t axis)
 // still load the next one before the shortest interval is over. The engine's fields are changed
 // with interrupts on, because the overflow interrupt, which also changes them, is off by then.
 //
+// A parked axis has nothing to give up, and its timer no interrupt either: the halt is noted, so
+// that the axis is not unparked before it is settled.
+//
 //     TOV   compare A
 //     no    stale, cleared: the next end sets it
 //     yes   set at the same instant: it comes as soon as interrupts are on
@@ -111,7 +133,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
         bool taking = false;                                                             \
         ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
         {                                                                                \
-            if (TIMSK##timer == 0) {                                                     \
+            if ((TIMSK##timer & SERVED(timer)) == 0) {                                   \
                 step_engine_halt_soon(&step_engines[axis]);                              \
                 taking = true;                                                           \
             } else {                                                                     \
@@ -144,7 +166,7 @@ struct step_ring *step_timer_ring(uint8_t axis)
 #include BOARD_FILE
 
 // NOLINTNEXTLINE(readability-function-*): one block for each timer of the board file
-void step_timer_halt(uint8_t which){
+void step_timer_halt_at(uint8_t which){
 #define BOARD_AXIS(axis, timer) HALT_AXIS(axis, timer)
 #include BOARD_FILE
 }
@@ -202,6 +224,178 @@ void step_timer_start(void)
     }
 }
 
+#if CONFIG_AXES > 1
+_Static_assert(PARKED_UNIT_TICKS == CLOCK_UNIT_TICKS, "the unit of the coarse clock");
+
+// Of each axis, as parked_base() gave it when the axis was parked last.
+static uint32_t parked_bases[CONFIG_AXES];
+
+static bool is_parked(uint8_t axis)
+{
+    return step_engines[axis].state == STEP_ENGINE_PARKED;
+}
+
+// The counter of an axis that no step interrupt serves, and the coarse clock at the same instant.
+struct place {
+    uint16_t counter;
+    uint32_t units;
+};
+
+static struct place place_of(uint8_t axis)
+{
+#define BOARD_AXIS(number, timer) [number] = &TCNT##timer,
+    static const volatile uint16_t *const counters[CONFIG_AXES] = {
+#include BOARD_FILE
+    };
+    const volatile uint16_t *from = counters[axis];
+    struct place place;
+    struct clock_look look;
+
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        place.counter = *from;
+        look = clock_look();
+    }
+    place.units = clock_look_units(&look);
+    return place;
+}
+
+static uint16_t parked_idle_count(uint8_t axis)
+{
+    struct place place = place_of(axis);
+
+    return parked_count(parked_bases[axis], place.units, place.counter);
+}
+
+uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured)
+{
+    return parked_count_at(parked_bases[axis], units, captured, parked_idle_count(axis));
+}
+
+// Switch the overflow interrupt of an axis on or off, and leave TEMP as its handler expects it. 9
+// cycles with interrupts off.
+static void serve_overflow(uint8_t axis, bool on)
+{
+    uint8_t bit = on ? _BV(TOIE1) : 0;
+    uint8_t train_high = step_engines[axis].train_high;
+
+#define BOARD_AXIS(number, timer)                                                        \
+    if (axis == (number)) {                                                              \
+        OCR##timer##AH = train_high;                                                     \
+        ATOMIC_BLOCK(ATOMIC_FORCEON)                                                     \
+        {                                                                                \
+            TIMSK##timer = (uint8_t)((TIMSK##timer & ~_BV(TOIE##timer)) | bit);          \
+        }                                                                                \
+    }
+#include BOARD_FILE
+}
+
+// True when a period began whose overflow nobody has served.
+static bool overflowed(uint8_t axis)
+{
+    uint8_t flags = 0;
+
+#define BOARD_AXIS(number, timer)                                                        \
+    if (axis == (number)) {                                                              \
+        flags = TIFR##timer;                                                             \
+    }
+#include BOARD_FILE
+    return (flags & _BV(TOV1)) != 0;
+}
+
+// Forget the overflows of a parked axis.
+static void clear_overflow(uint8_t axis)
+{
+#define BOARD_AXIS(number, timer)                                                        \
+    if (axis == (number)) {                                                              \
+        TIFR##timer = (uint8_t)_BV(TOV##timer);                                          \
+    }
+#include BOARD_FILE
+}
+
+// The axis has been idle since idle_count and no halt came, the overflow interrupt being off.
+static bool still_idle(uint8_t axis, uint16_t idle_count)
+{
+    const struct step_engine *engine = &step_engines[axis];
+
+    return engine->state == STEP_ENGINE_IDLE && engine->idle_count == idle_count &&
+           !overflowed(axis);
+}
+
+// With the overflow interrupt off the periods stand still for the account, so that there is time to
+// look at them; an emergency stop may come at any instant. Before the last look it gives way to the
+// compare A interrupt or notes a halt; behind it, it finds a parked axis.
+bool step_timer_park(uint8_t axis, uint16_t idle_count)
+{
+    struct step_engine *engine = &step_engines[axis];
+    bool parked = false;
+
+    if (engine->state != STEP_ENGINE_IDLE) {
+        return false;
+    }
+    serve_overflow(axis, false);
+    struct place place = place_of(axis);
+
+    parked_bases[axis] = parked_base(place.units, place.counter, idle_count);
+    bool fits = still_idle(axis, idle_count);
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        if (fits && engine->state == STEP_ENGINE_IDLE && !engine->stop) {
+            engine->state = STEP_ENGINE_PARKED;
+            parked = true;
+        }
+    }
+    if (!parked && engine->state == STEP_ENGINE_IDLE) {
+        serve_overflow(axis, true);
+        if (engine->stop) {
+            step_timer_halt(axis);
+        }
+    }
+    return parked;
+}
+
+// The count must say what the overflow interrupt will go on from: if a period began since the stale
+// flag was cleared, the interrupt counts that period. A small counter was read behind its
+// beginning. A halt that came while nothing served the axis was only noted.
+bool step_timer_unpark(uint8_t axis)
+{
+    struct step_engine *engine = &step_engines[axis];
+
+    if (!is_parked(axis)) {
+        return true;
+    }
+    if (engine->stop) {
+        return false;
+    }
+    clear_overflow(axis);
+    struct place place = place_of(axis);
+    uint16_t idle_count = parked_count(parked_bases[axis], place.units, place.counter);
+
+    if (overflowed(axis) && place.counter < STEP_IDLE_TICKS / 2u) {
+        idle_count--;
+    }
+    // Until the overflow interrupt is on, only a capture reads the count, and not of a parked axis.
+    engine->idle_count = idle_count;
+    serve_overflow(axis, true);
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        if (engine->state == STEP_ENGINE_PARKED) {
+            engine->state = STEP_ENGINE_IDLE;
+        }
+    }
+    if (engine->stop) {
+        step_timer_halt(axis);
+    }
+    return !engine->stop;
+}
+#else
+static bool is_parked(uint8_t axis)
+{
+    (void)axis;
+    return false;
+}
+#endif
+
 struct pulse_train *step_timer_trains(uint8_t axis)
 {
     return step_engines[CONFIG_INDEX(axis)].trains;
@@ -210,6 +404,11 @@ struct pulse_train *step_timer_trains(uint8_t axis)
 void step_timer_sample(uint8_t axis, struct engine_sample *sample)
 {
     *sample = step_isr_sample(axis);
+#if CONFIG_AXES > 1
+    if (is_parked(axis)) {
+        sample->idle_count = parked_idle_count(axis);
+    }
+#endif
 }
 
 uint8_t step_timer_tail(uint8_t axis)
@@ -231,11 +430,12 @@ uint8_t step_timer_heartbeat(uint8_t axis)
 
 bool step_timer_publish(uint8_t axis, uint8_t slot, uint16_t idle_count)
 {
+    const struct step_engine *engine = step_isr_engine(axis);
     bool published = false;
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
-        if (step_engines[CONFIG_INDEX(axis)].idle_count == idle_count) {
+        if (engine->idle_count == idle_count) {
             step_rings[CONFIG_INDEX(axis)].high[slot] = STEP_HIGH_COMMAND;
             published = true;
         }
@@ -265,9 +465,12 @@ bool step_timer_settle(uint8_t axis, uint8_t *slot)
 
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
     {
+        bool parked = is_parked(axis);
         settled = step_engine_settle(
             &step_engines[CONFIG_INDEX(axis)], &step_rings[CONFIG_INDEX(axis)], slot);
-        if (settled) {
+        if (parked) {
+            step_engines[CONFIG_INDEX(axis)].state = STEP_ENGINE_PARKED;
+        } else if (settled) {
             resume_axis(axis);
         }
     }

@@ -11,7 +11,7 @@
 #include "hal/avr/capture.h"
 
 #define READ_BIT(number, port, bit, mask)                                                \
-    if (axis == (number) && (PIN##port & _BV(bit)) != 0) {                               \
+    if (CONFIG_INDEX(axis) == (number) && (PIN##port & _BV(bit)) != 0) {                 \
         levels |= (mask);                                                                \
     }
 
@@ -49,14 +49,24 @@ uint8_t switches_read(uint8_t axis)
 #if FEATURE_HOMING
 
 #if CONFIG_PIXEL_CLOCK_AXIS == CONFIG_SWITCH_CAPTURE_AXIS
-// One timer's capture serves both: the switch during a seek, else the pixel clock.
+// One timer's capture serves both: the switch during a seek, else the pixel clock. The edges behind
+// the oldest one that waits are a switch's bounces.
 bool switch_capture_take(struct switch_capture *capture)
 {
-    bool lost = false;
-    bool taken = pixel_clock_take(&capture->edge, &lost);
+    // Nothing is dropped behind an empty queue: the first edge may come now.
+    if (!pixel_clock_take(&capture->edge)) {
+        return false;
+    }
+    if (CONFIG_AXES > 1) {
+        capture->seeker = capture->edge.sample;
+    }
+    (void)pixel_clock_drop();
+    return true;
+}
 
-    capture->seeker = capture->edge.sample;
-    return taken;
+static void drop_capture(void)
+{
+    (void)pixel_clock_drop();
 }
 
 static void enable_capture(uint8_t axis, bool on)
@@ -88,10 +98,18 @@ CAPTURE_HANDLER_AT_ONCE(switch_edge,
 
 bool switch_capture_take(struct switch_capture *capture)
 {
-    bool taken = capture_take(&switch_edge, &capture->edge, CAPTURE_SWITCH_BUSY);
+    bool taken = capture_take(
+        &switch_edge, &capture->edge, CONFIG_SWITCH_CAPTURE_AXIS, CAPTURE_SWITCH_BUSY);
 
     capture->seeker = seeker_sample;
     return taken;
+}
+
+static void drop_capture(void)
+{
+    struct switch_capture stale;
+
+    (void)switch_capture_take(&stale);
 }
 
 static void enable_capture(uint8_t axis, bool on)
@@ -116,15 +134,13 @@ bool switch_capture_waiting(void)
 
 static APART void choose_input(uint8_t axis, uint8_t comparator, bool rising)
 {
-    struct switch_capture stale;
-
     ADCSRB = (uint8_t)_BV(ACME);
     ADMUX = axis; // the input of that number
     ACSR = comparator;
     TCCR1B = (uint8_t)(rising ? TCCR1B | _BV(ICES1) : TCCR1B & ~_BV(ICES1));
     _delay_loop_1(SETTLE_LOOPS);
     enable_capture(axis, (comparator & _BV(ACIC)) != 0);
-    (void)switch_capture_take(&stale);
+    drop_capture();
 }
 
 // The comparator compares the pin with the bandgap reference: its output is low while the pin is

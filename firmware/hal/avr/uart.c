@@ -27,15 +27,16 @@
 #define FORMAT_NONE ((uint8_t)(_BV(USBS0) | _BV(UCSZ01) | _BV(UCSZ00)))
 #define FORMAT_ODD  ((uint8_t)(_BV(UPM01) | _BV(UPM00) | _BV(UCSZ01) | _BV(UCSZ00)))
 
-// The buffer's front.
-static uint8_t *first_byte;
-
-// The place of the next byte to receive or to send, and the end of that data.
-static uint8_t *volatile next_byte;
-static uint8_t *volatile end_byte;
-
-// The place in the buffer behind which the first silence came; the buffer's front: no silence yet.
-static uint8_t *volatile first_silence;
+// Places in the buffer. One object, so that the main loop reaches all of them by one pointer.
+static struct {
+    // The buffer's front.
+    uint8_t *first_byte;
+    // The place of the next byte to receive or to send, and the end of that data.
+    uint8_t *volatile next_byte;
+    uint8_t *volatile end_byte;
+    // The place behind which the first silence came; the buffer's front: no silence yet.
+    uint8_t *volatile first_silence;
+} place;
 static volatile uint8_t overruns;
 
 static volatile uint8_t control_after; // what UCSR0B gets at the end of the handler
@@ -64,6 +65,11 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
 // is enabled again with interrupts off, when the body has left the stack: otherwise each handler
 // would nest in the one before, where handlers are slower than the bus. The linker makes RCALL and
 // RJMP of CALL and JMP where the body is near, as it is here.
+#if CONFIG_AXES == 1
+#define UART_LET_IN
+#else
+#define UART_LET_IN "nop\n\t"
+#endif
 #define SERIAL_HANDLER(vector, body, masked)                                             \
     static void serial_##body(void) __asm__("__vector_" #body)                           \
         __attribute__((signal, used));                                                   \
@@ -72,8 +78,7 @@ static volatile uint8_t control_after; // what UCSR0B gets at the end of the han
         __asm__ volatile("push r24\n\t"                                                  \
                          "ldi r24, %[mask]\n\t"                                          \
                          "sts %[control], r24\n\t"                                       \
-                         "sei\n\t"                                                       \
-                         "call __vector_" #body "\n\t"                                   \
+                         "sei\n\t" UART_LET_IN "call __vector_" #body "\n\t"             \
                          "jmp serial_over"                                               \
                          :                                                               \
                          : [mask] "M"(masked), [control] "n"(_SFR_MEM_ADDR(UCSR0B)));    \
@@ -101,13 +106,13 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
 {
     uint8_t status = UCSR0A;
     uint8_t byte = UDR0;
-    uint8_t *to = next_byte;
+    uint8_t *to = place.next_byte;
 
     TCNT2 = 0;
     if ((TIFR2 & _BV(OCF2A)) != 0) {
         TIFR2 = (uint8_t)_BV(OCF2A);
-        if (first_silence == first_byte) {
-            first_silence = to;
+        if (place.first_silence == place.first_byte) {
+            place.first_silence = to;
         }
     }
     // A byte with a wrong parity or stop bit is left out. The frame's checksum then fails, as it
@@ -116,16 +121,16 @@ SERIAL_HANDLER(RECEIVE_VECTOR, receive, ENABLE_NONE)
         if ((status & _BV(DOR0)) != 0) {
             overruns++;
         }
-    } else if (to != end_byte) {
+    } else if (to != place.end_byte) {
         *to = byte;
-        next_byte = to + 1;
+        place.next_byte = to + 1;
     }
 }
 
 // Budget: 115 cycles, once a character.
 SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
 {
-    uint8_t *from = next_byte;
+    uint8_t *from = place.next_byte;
     uint8_t byte = *from;
 
     from++;
@@ -136,16 +141,16 @@ SERIAL_HANDLER(EMPTY_VECTOR, send, ENABLE_MUTE)
     UDR0 = byte;
     UCSR0A = (uint8_t)(_BV(TXC0) | _BV(U2X0));
     sei();
-    next_byte = from;
-    control_after = from == end_byte ? ENABLE_COMPLETE : ENABLE_SEND;
+    place.next_byte = from;
+    control_after = from == place.end_byte ? ENABLE_COMPLETE : ENABLE_SEND;
 }
 
 // Inline: a handler that calls a function saves twice as many registers.
 static inline __attribute__((always_inline)) void begin_reception(void)
 {
-    next_byte = first_byte;
-    end_byte = first_byte + UART_BUFFER_BYTES;
-    first_silence = first_byte;
+    place.next_byte = place.first_byte;
+    place.end_byte = place.first_byte + UART_BUFFER_BYTES;
+    place.first_silence = place.first_byte;
     control_after = ENABLE_RECEIVE;
 }
 
@@ -164,7 +169,7 @@ void uart_enable_reception(void)
 
 void uart_start(uint8_t *bytes)
 {
-    first_byte = bytes;
+    place.first_byte = bytes;
     UCSR0A = (uint8_t)_BV(U2X0);
     uart_enable_reception();
 }
@@ -203,31 +208,31 @@ bool uart_received(uint16_t *count)
     // it comes after the silence and is not counted here. A silence ahead of the first byte in the
     // buffer is not a silence behind any byte.
     cli();
-    const uint8_t *to = next_byte;
+    const uint8_t *to = place.next_byte;
     sei();
     bool ended = uart_silent();
     cli();
-    const uint8_t *silence = first_silence;
+    const uint8_t *silence = place.first_silence;
     sei();
 
-    if (silence != first_byte) {
+    if (silence != place.first_byte) {
         to = silence;
         ended = true;
     }
-    *count = (uint16_t)(to - first_byte);
+    *count = (uint16_t)(to - place.first_byte);
     return ended;
 }
 
 void uart_drop(uint16_t count)
 {
-    uint8_t *to = first_byte;
-    const uint8_t *from = first_byte + count;
+    uint8_t *to = place.first_byte;
+    const uint8_t *from = place.first_byte + count;
 
     // The receive interrupt waits only while one byte is moved. When no byte is left to move, it
     // stays masked until next_byte is right.
     for (;;) {
         UCSR0B = ENABLE_NONE;
-        if (from == next_byte) {
+        if (from == place.next_byte) {
             break;
         }
         UCSR0B = ENABLE_RECEIVE;
@@ -235,9 +240,9 @@ void uart_drop(uint16_t count)
         to++;
         from++;
     }
-    next_byte = to;
-    if (first_silence != first_byte) {
-        first_silence -= count; // the buffer's front if it was right behind these
+    place.next_byte = to;
+    if (place.first_silence != place.first_byte) {
+        place.first_silence -= count; // the buffer's front if it was right behind these
     }
     UCSR0B = ENABLE_RECEIVE;
 }
@@ -260,8 +265,8 @@ uint8_t uart_take_overruns(void)
 
 void uart_send(uint16_t length)
 {
-    next_byte = first_byte;
-    end_byte = first_byte + length;
+    place.next_byte = place.first_byte;
+    place.end_byte = place.first_byte + length;
     pins_write_rs485(true);
     UCSR0B = ENABLE_SEND;
 }

@@ -76,6 +76,9 @@ class _Deaf:
     def axis(self, _):
         return {"next_block": 0, "queue_free": self.free, "axis_state": 1, "line_error": 0}
 
+    def packs(self):
+        return False
+
     def write_block(self, _, block, entries):
         self.blocks.append((block, entries))
         if self.lost:

@@ -206,7 +206,7 @@ MOVING = (
 
 TRIALS = cases(25, 150)
 TOGETHER = cases(15, 100)
-RESTS = cases(4, 10)
+RESTS = cases(6, 10)
 
 
 @pytest.mark.parametrize("board", TRIED_BOARDS)

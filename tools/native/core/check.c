@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "core.h"
 
-// Take away the limit that an error is about. Returns false for an error that is about none.
-static bool lift_limit(struct line_limits *limits, enum line_error error)
+// Take away the limit that an error is about. The check keeps the highest speed of its line, which
+// it is given back behind the entry. Returns false for an error that is about no limit.
+static bool lift_limit(struct line_check *check,
+                       struct line_limits *limits,
+                       enum line_error error)
 {
     if (error == LINE_too_fast) {
-        limits->min_interval_ticks = 0;
-        limits->smooth_min_interval_ticks = 0;
-        limits->seek_min_interval_ticks = 0;
+        check->top_speed = UINT16_MAX;
     } else if (error == LINE_acceleration) {
         limits->max_acceleration = 0;
     } else if (error == LINE_reversal_too_fast) {
@@ -42,6 +43,7 @@ static bool check_entry(struct line_check *check,
                         struct report *report)
 {
     struct line_check before = *check;
+    uint16_t top_speed = check->top_speed;
     struct line_limits kept = *limits;
     uint32_t rest_px = 0; // pixels that the entry stands for without being checked
     enum line_error error;
@@ -53,10 +55,14 @@ static bool check_entry(struct line_check *check,
             rest_px = entry.repeat - 1u;
             entry.repeat = 1;
             before.last_count = (int16_t)~entry.count;
-        } else if (!lift_limit(&kept, error)) {
+        } else if (!lift_limit(&before, &kept, error)) {
             return false;
         }
         *check = before;
+    }
+    if (before.top_speed != top_speed) {
+        check->top_speed = top_speed;
+        check->easy_speed = 0;
     }
     if ((rest_px & 1u) != 0) {
         check->speed = before.speed;

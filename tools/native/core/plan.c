@@ -8,7 +8,7 @@
 #include "motion/axis.h"
 #include "motion/decode.h"
 
-#define QUEUE_SLOTS   128u
+#define QUEUE_BYTES   512u
 #define DECODE_BUDGET 64u
 #define DELAY_TICKS   1000u
 
@@ -24,7 +24,7 @@ struct plan {
     struct pixel_grid grid;
     struct line_limits limits;
     struct axis axis;
-    struct segment slots[QUEUE_SLOTS];
+    uint8_t queue_bytes[QUEUE_BYTES];
     struct step_engine engine;
     const struct segment *entries; // those that are still to be queued
     uint32_t entries_left;
@@ -96,21 +96,23 @@ static void release(struct plan *plan)
 
 static void queue_entry(struct plan *plan, struct segment entry)
 {
-    const uint8_t bytes[4] = {(uint8_t)((uint16_t)entry.count >> 8),
-                              (uint8_t)entry.count,
-                              (uint8_t)(entry.repeat >> 8),
-                              (uint8_t)entry.repeat};
     struct axis *axis = &plan->axis;
+    uint8_t bytes[SEGMENT_MOST] = {(uint8_t)((uint16_t)entry.count >> 8),
+                                   (uint8_t)entry.count,
+                                   (uint8_t)(entry.repeat >> 8),
+                                   (uint8_t)entry.repeat};
+    const struct block block = {
+        .number = axis->next_block, .bytes = bytes, .size = sizeof bytes};
 
-    if (axis_queue_block(axis, &plan->limits, axis->next_block, bytes, 1) !=
-        BLOCK_TAKEN) {
+    if (axis_queue_block(axis, &plan->limits, &block) != BLOCK_TAKEN) {
         plan->broken = true;
     }
 }
 
 static void fill_queue(struct plan *plan)
 {
-    while (plan->entries_left != 0 && segment_queue_free(&plan->axis.queue) != 0) {
+    while (plan->entries_left != 0 &&
+           segment_queue_free_entries(&plan->axis.queue) != 0) {
         queue_entry(plan, *plan->entries);
         plan->entries++;
         plan->entries_left--;
@@ -183,8 +185,8 @@ struct plan *plan_begin(uint32_t timer_hz,
     const struct axis_parts parts = {
         .ring = &plan->ring,
         .trains = plan->engine.trains,
-        .slots = plan->slots,
-        .slot_count = QUEUE_SLOTS,
+        .queue_bytes = plan->queue_bytes,
+        .queue_size = QUEUE_BYTES,
         .first_period_ticks = STEP_IDLE_TICKS,
     };
     axis_init(&plan->axis, &parts);

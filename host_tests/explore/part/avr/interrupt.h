@@ -6,8 +6,7 @@
 #include "explore/part.h"
 
 // NOLINTBEGIN(readability-identifier-naming): avr-libc's names, and those made of them
-#define INT0_vect        estop_look
-#define TIMER1_CAPT_vect pixel_clock_body
+#define INT0_vect estop_look
 
 #define ISR(...)                      ISR_CHOICE(__VA_ARGS__, ISR_PLAIN, 0)
 #define ISR_CHOICE(vector, form, ...) form(vector)
@@ -17,8 +16,7 @@
     void explored_##name(void)
 #define ISR_NAKED(vector) ISR_BODY(vector)
 // What the body returns to the instructions around it.
-#define ISR_VALUE_estop_look(call)       (call)
-#define ISR_VALUE_pixel_clock_body(call) ((call), 0)
+#define ISR_VALUE_estop_look(call) (call)
 // NOLINTEND(readability-identifier-naming)
 #define ISR_BODY(body)                                                                   \
     int explored_##body(void)                                                            \

@@ -15,7 +15,7 @@ from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simctl import Simulator
 
-_STORE_S = 0.17  # of which 43 bytes take 3.4 ms each
+_STORE_S = 0.22  # of which 53 bytes take 3.4 ms each
 _COMMAND_S = 0.004  # the request that begins it is on the line for 2 ms
 
 

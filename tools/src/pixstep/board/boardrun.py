@@ -14,7 +14,7 @@ from fractions import Fraction
 from pixstep.board import registers as regs
 from pixstep.board.connection import Link
 from pixstep.board.errors import BoardError
-from pixstep.board.upload import Upload
+from pixstep.board.upload import Upload, feed
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 
@@ -99,8 +99,7 @@ class BoardRun:
                 return True
             if self.link.world.now_s() > self.deadline_s:
                 return False
-            for upload in self.uploads.values():
-                upload.push()
+            feed(self.uploads.values())
             watch.rest(self, begun_s)
 
     def _poll(self) -> dict[int, dict[str, int]]:

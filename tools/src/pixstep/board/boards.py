@@ -56,10 +56,12 @@ class Board:
     ram_bytes: int
     queue_entries: int
     all_features: bool  # in its default image; else what a printer's axis needs
-    min_interval_ticks: int  # of plain lines
+    min_interval_ticks: int  # of plain lines, whatever axes move
     smooth_min_interval_ticks: int
     seek_min_interval_ticks: int
     reversal_margin_ticks: int  # of a reversal, beside the driver's set-up and hold times
+    min_intervals_ticks: tuple[int, ...]  # of plain lines while one axis moves, two, ...
+    smooth_min_intervals_ticks: tuple[int, ...]
     programmer: Programmer
     timers: dict[int, int]
     pins: tuple[Pin, ...]
@@ -119,6 +121,8 @@ def _board(row: dict) -> Board:
         **own,
         tick_hz=row["cpu_hz"],
         all_features=bool(row["all_features"]),
+        min_intervals_ticks=tuple(row["min_intervals_ticks"]),
+        smooth_min_intervals_ticks=tuple(row["smooth_min_intervals_ticks"]),
         programmer=Programmer(row["avrdude_part"], row["avrdude_programmer"], row["avrdude_baud"]),
         timers={int(axis): timer for axis, timer in row["timers"].items()},
         pins=tuple(Pin(**pin) for pin in row["pins"]),

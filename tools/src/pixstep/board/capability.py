@@ -36,11 +36,15 @@ class Measured:
 
 @dataclass(frozen=True)
 class Capability:
-    """A board at a pixel frequency, with drivers that need `driver_us` around a reversal."""
+    """A board at a pixel frequency, with drivers that need `driver_us` around a reversal.
+
+    `axes` is the number of axes that move together.
+    """
 
     board: Board
     pixel_hz: Fraction
     driver_us: int = DRIVER_US
+    axes: int = 1
 
     @property
     def pixel_ticks(self) -> int:
@@ -50,8 +54,8 @@ class Capability:
     def interval_ticks(self, kind: str) -> int:
         """Return the shortest interval between two steps of a kind of line."""
         return {
-            PLAIN: self.board.min_interval_ticks,
-            SMOOTH: self.board.smooth_min_interval_ticks,
+            PLAIN: self.board.min_intervals_ticks[self.axes - 1],
+            SMOOTH: self.board.smooth_min_intervals_ticks[self.axes - 1],
             SEEK: self.board.seek_min_interval_ticks,
         }[kind]
 
@@ -102,11 +106,16 @@ class Capability:
         return Fraction(self.board.tick_hz, longest), Fraction(self.board.tick_hz, shortest)
 
 
-def of(name: str, pixel_hz: Fraction, driver_us: int = DRIVER_US) -> Capability:
-    """Return what a board can do. Raises UserError for a frequency that it cannot follow."""
+def of(
+    name: str, pixel_hz: Fraction, driver_us: int = DRIVER_US, axes: int | None = None
+) -> Capability:
+    """Return what a board can do. Raises UserError for a frequency that it cannot follow.
+
+    Without `axes` all axes of the board move together.
+    """
     board = boards.load(name)
     refuse_period(pixel_hz, board.tick_hz)
-    return Capability(board, pixel_hz, driver_us)
+    return Capability(board, pixel_hz, driver_us, axes or board.axes)
 
 
 def measured(board: str, axes: int) -> tuple[Measured, ...]:

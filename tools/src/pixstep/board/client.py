@@ -24,10 +24,11 @@ from pixstep.board.state import (
     TRIP_OPENED,
     Event,
     Record,
+    Records,
     Switches,
     Trip,
 )
-from pixstep.board.upload import Upload
+from pixstep.board.upload import Upload, feed
 
 __all__ = [
     "TRIP_ALREADY",
@@ -44,7 +45,9 @@ __all__ = [
     "MissingFeatureError",
     "NoReplyError",
     "Record",
+    "Records",
     "Switches",
     "Trip",
     "Upload",
+    "feed",
 ]

@@ -21,7 +21,15 @@ from pixstep.board.errors import (
     LineRefusedByBoardError,
     MapVersionError,
 )
-from pixstep.board.state import Event, Record, Switches, Trip, parse_events, parse_records
+from pixstep.board.state import (
+    Event,
+    Record,
+    Records,
+    Switches,
+    Trip,
+    parse_events,
+    parse_records,
+)
 from pixstep.board.stretches import MOST_WORDS, places, values
 from pixstep.board.wire import Wire
 
@@ -70,11 +78,17 @@ class Board(Wire):
         self._record_capacity = 0
         self._identity: Identity | None = None
         self._features: frozenset[str] | None = None
+        self._packs: bool | None = None
 
     def input(self, name: str) -> int:
         """Return a board-wide input register by name."""
         register = self.map.input(name)
         return register.decode(self.read_inputs(register.address, register.words))
+
+    def setting(self, name: str) -> int:
+        """Return a holding register by name."""
+        register = self.map.holding(name)
+        return register.decode(self.read_holdings(register.address, register.words))
 
     def features(self) -> frozenset[str]:
         """Return the names of what the board's image was built with (asked once)."""
@@ -107,6 +121,16 @@ class Board(Wire):
         """Return all board-wide input registers by name."""
         return values(places(self.map.inputs), self.read_inputs)
 
+    def packs(self) -> bool:
+        """Return whether the board takes packed blocks (asked once)."""
+        if self._packs is None:
+            self._packs = self.input("map_version") >= regs.PACKED_MAP_VERSION
+        return self._packs
+
+    def room(self, first: int = 0, count: int = 1) -> list[int]:
+        """Return the free bytes in the queues of `count` axes from `first` on, in one request."""
+        return self.read_inputs(regs.ROOM_BASE + first, count)
+
     def axis(self, axis: int) -> dict[str, int]:
         """Return the input registers of one axis by name."""
         base = regs.AXIS_BASE + regs.AXIS_STRIDE * axis
@@ -117,6 +141,10 @@ class Board(Wire):
 
     def records(self, axis: int) -> list[Record]:
         """Return the newest per-pixel records of an axis, oldest first."""
+        return self.record_block(axis).records
+
+    def record_block(self, axis: int) -> Records:
+        """Return the same, and how many the line has made so far."""
         words = self.read_inputs(
             regs.RECORD_BASE + regs.RECORD_STRIDE * axis,
             regs.RECORD_HEAD + self.record_capacity() * regs.RECORD_REGISTERS,
@@ -263,6 +291,12 @@ class Board(Wire):
         for first, second in entries:
             words += [first & 0xFFFF, second & 0xFFFF]
         self.write(regs.QUEUE_WINDOW, words)
+
+    def write_packed(self, axis: int, block: int, data: bytes) -> None:
+        """Write one block of 1..242 bytes of packed entries."""
+        even = data + bytes(len(data) % 2)
+        words = [int.from_bytes(even[at : at + 2]) for at in range(0, len(even), 2)]
+        self.write(regs.QUEUE_WINDOW, [block & 0xFFFF, len(data) << 8 | axis, *words])
 
     def fault_name(self) -> str:
         """Return the name of the board's fault, empty if there is none."""

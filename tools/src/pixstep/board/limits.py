@@ -57,9 +57,10 @@ class BoardLimits:
         )
 
 
-def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None) -> BoardLimits:
+def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None, axes: int = 1) -> BoardLimits:
     """Return the limits of a board with its default settings; at another timer's rate if given.
 
+    `axes` is the number of axes that move together: the more, the longer the shortest intervals.
     Raises UserError for an unknown board, and for a pixel frequency that a board cannot carry.
     """
     board = boards.load(name)
@@ -69,8 +70,8 @@ def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None) -> BoardLim
     return BoardLimits(
         pixel_hz,
         rate,
-        board.min_interval_ticks,
-        board.smooth_min_interval_ticks,
+        board.min_intervals_ticks[axes - 1],
+        board.smooth_min_intervals_ticks[axes - 1],
         board.seek_min_interval_ticks,
         board.reversal_ticks(_driver_us(known), rate),
         known["max_acceleration"],
@@ -78,9 +79,10 @@ def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None) -> BoardLim
     )
 
 
-def connected(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
+def connected(board: Board, pixel_hz: Fraction | None = None, axes: int = 1) -> BoardLimits:
     """Ask a board for its limits; at another pixel frequency than its own if one is given.
 
+    `axes` is the number of axes that move together: a board with fewer has the limits of its own.
     No register has the intervals of seeks and reversals: they are those of the board's table, and 0
     where the tables have no such board.
     """
@@ -90,8 +92,8 @@ def connected(board: Board, pixel_hz: Fraction | None = None) -> BoardLimits:
     return BoardLimits(
         pixel_hz or values.hz_of(known),
         rate,
-        state["min_interval_ticks"],
-        state["smooth_min_interval_ticks"],
+        state[_of_axes("min_interval", axes, state)],
+        state[_of_axes("smooth_min_interval", axes, state)],
         table.seek_min_interval_ticks if table else 0,
         table.reversal_ticks(_driver_us(known)) if table else 0,
         known["max_acceleration"],
@@ -111,6 +113,11 @@ def check(line: Line, found: BoardLimits) -> list[Finding]:
             f"sent; `pixstep line check` shows all)"
         )
     return findings
+
+
+def _of_axes(name: str, axes: int, state: Mapping[str, int]) -> str:
+    """Return the register of a shortest interval: there is one for each number of axes but all."""
+    return f"{name}_{axes}_ticks" if axes < state["axis_count"] else f"{name}_ticks"
 
 
 def _driver_us(known: Mapping[str, int]) -> int:

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The per-pixel records of an axis as they come: each once, and how many came too fast to see.
 
-A board keeps only the newest records of each axis. They are numbered by their pixel in the line,
-and which line it is follows from lines_done: the records of a line that moves or was stopped by a
-fault belong to the one behind those done.
+A board keeps only the newest records of each axis, of every pixel or thinned by the setting
+record_every. They are numbered by their pixel in the line, and which line it is follows from
+lines_done: the records of a line that moves or was stopped by a fault belong to the one behind
+those done. The board counts the records that a line has made, so what was overwritten unread is
+known exactly.
 """
 
 from dataclasses import dataclass
 
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, Record
+from pixstep.board.client import Board, Record, Records
 
 HEADER = "line,axis,pixel,expected_steps,actual_steps,edge_error_ticks"
 _TRIES = 4
+_WORD = 0xFFFF
 _UNFINISHED = ("running", "fault")
 
 
@@ -41,36 +44,41 @@ class AxisLog:
         self._board, self.axis = board, axis
         self._line = 0  # none yet
         self._pixel = 0
+        self._made = 0  # records of the line that came before the last look
         self.rows = 0
         self.missed = 0
         self.state = ""
 
     def poll(self) -> list[Row]:
         """Return the records that have come since the last time."""
-        line, records = self._read()
+        line, block = self._read()
+        records = block.records
         again = bool(records) and records[-1].pixel < self._pixel  # a line after one stopped
         if line != self._line or again:
             first_look = self._line == 0
             self._line = line
             # What was there before the first look is not missed.
             self._pixel = records[0].pixel - 1 if first_look and records else 0
+            self._made = block.made - len(records) if first_look else 0
         fresh = [record for record in records if record.pixel > self._pixel]
         if fresh:
-            self.missed += fresh[0].pixel - self._pixel - 1
+            self.missed += (block.made - self._made - len(fresh)) & _WORD
+            self._made = block.made
             self._pixel = fresh[-1].pixel
         self.rows += len(fresh)
         return [Row(line, self.axis, record) for record in fresh]
 
-    def _read(self) -> tuple[int, list[Record]]:
+    def _read(self) -> tuple[int, Records]:
         """Return the line and its records, of one moment."""
-        before = self._number()
+        before = (self._number(), self.state)
         for _ in range(_TRIES):
-            records = self._board.records(self.axis)
-            after = self._number()
+            records = self._board.record_block(self.axis)
+            # A line that ended meanwhile may have made its last records behind those just read.
+            after = (self._number(), self.state)
             if after == before:
                 break
             before = after
-        return before, records
+        return before[0], records
 
     def _number(self) -> int:
         """Return the number of the line that the records belong to."""

@@ -17,6 +17,7 @@ from pixstep.board.client import (
     Upload,
 )
 from pixstep.board.errors import IMPOSSIBLE
+from pixstep.board.upload import feed
 from pixstep.board.world import World
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
@@ -25,6 +26,7 @@ _POLL_S = 0.02
 _GO_S = 1.0  # from the broadcast go to every board's start, and so many pixels
 _GO_PIXELS = 4
 _MOVING = ("armed", "running")
+_TOGETHER = "too_fast_together"
 _STOP_TRIES = 3
 _LAST_STEP_S = 1.0  # the period of a very slow step may be longer
 _LOOK_S = 0.05  # between the two positions that show whether an axis rests
@@ -162,8 +164,7 @@ def follow(group: list[Lines], world: World, pixels: int = 0, progress: Progress
     while True:
         over, done = True, 0
         for lines in group:
-            for upload in lines.uploads:
-                upload.push()
+            feed(lines.uploads)
             found = lines.board.axes(max(lines.axes) + 1)
             names = [regs.axis_state(found[axis]["axis_state"]) for axis in lines.axes]
             over = over and not any(name in _MOVING for name in names)
@@ -311,5 +312,9 @@ def _why_not(board: Board, name: str, axes: list[int]) -> str:
     fault = board.fault_advice()
     if fault and name != "clear_fault":
         return fault
+    for axis in range(state["axis_count"]) if name == "arm" else ():
+        error = regs.code_name(regs.line_errors(), board.axis(axis)["line_error"])
+        if error == _TOGETHER:
+            return f"axis {axis}: {error}: `pixstep limits --axes N` says how fast N axes can be"
     named = ", ".join(f"axis {axis} is {item}" for axis, item in states(board, axes).items())
     return f"not possible now: {named}"

@@ -18,6 +18,17 @@ class Record:
     edge_error_ticks: int
 
 
+@dataclass(frozen=True)
+class Records:
+    """The newest per-pixel records of an axis, oldest first.
+
+    `made` is how many its line has made so far, modulo 65536.
+    """
+
+    made: int
+    records: list[Record]
+
+
 TRIP_NONE, TRIP_CLOSED, TRIP_OPENED, TRIP_ALREADY = range(4)
 
 
@@ -74,7 +85,7 @@ class Event:
         return faults[self.code].text if self.code in faults else "unknown to this tool"
 
 
-def parse_records(words: list[int]) -> list[Record]:
+def parse_records(words: list[int]) -> Records:
     """Decode the record block; each record holds only the low 16 bits of its pixel."""
     newest = words[0] << 16 | words[1]
     records = []
@@ -84,7 +95,7 @@ def parse_records(words: list[int]) -> list[Record]:
         pixel = newest - ((newest - low) & 0xFFFF)
         error = rest[4] - 0x10000 if rest[4] & 0x8000 else rest[4]
         records.append(Record(pixel, _signed32(rest[0:2]), _signed32(rest[2:4]), error))
-    return records
+    return Records(words[3], records)
 
 
 def parse_events(words: list[int], total: int) -> list[Event]:

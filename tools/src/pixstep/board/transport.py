@@ -181,6 +181,9 @@ class Pipe(Protocol):
     def cycles(self, seconds: float) -> int:
         """Return a time in cycles."""
 
+    def command(self, text: str) -> str:
+        """Give a command and return its answer."""
+
 
 class SimClient(FittingClient):
     """A Modbus RTU client whose bytes go through the simulator's control pipe.
@@ -204,6 +207,10 @@ class SimClient(FittingClient):
     def connect(self) -> bool:
         """Nothing to connect: the simulator is running."""
         return True
+
+    def follow(self, baud: int, parity: str) -> None:
+        """Let the simulated line go on as a board's new settings say."""
+        self._simulator.command(f"baud {baud} {parity}")
 
     def close(self) -> None:
         """Nothing to close: the simulator is ended by who started it."""

@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""The way of a line into an axis' queue.
+"""The way of lines into the queues of axes.
 
 A block whose reply was lost is repeated as it was (the board drops the copy); a line longer than
-the queue is streamed: call `Upload.push` again while it runs.
+the queue is streamed: call `Upload.push`, or `feed` for several axes, again while it runs.
+
+Boards since map 4 take blocks of packed entries, of a byte or little more for each pixel with a
+count of its own; an older board takes runs of 4 bytes.
 """
+
+from collections.abc import Iterable
 
 from pixstep.board import registers as regs
 from pixstep.board.device import Board
 from pixstep.board.errors import BUSY, BoardError
+from pixstep.lines import packing
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries
 
 _ILLEGAL_VALUE = 3
+_HEAD = 2  # entries in front of a line's pixels, which are in full
+_WORTH = 48  # bytes: for less room a block is not worth its request, unless it ends the line
 
 
 class Upload:
@@ -28,12 +36,17 @@ class Upload:
         state: dict[str, int] | None = None,
     ) -> None:
         self.board, self.axis = board, axis
-        self._left = list(entries)
+        self._packed = board.packs()
+        self._left: list[bytes] = []
+        self._count = 0  # of the entries so far
+        self._last = 0  # count of the newest one
+        self._add(entries)
         state = state or board.axis(axis)
         self._block = state["next_block"]
-        self._free: int | None = state["queue_free"]  # None: to be asked for again
+        # Bytes that surely fit, a run being 4; None: to be asked for again.
+        self._free: int | None = state["queue_free"] * packing.MOST
         self._open = 0  # entries of a block that may have been taken: its answer never came
-        self.last: tuple[int, list[tuple[int, int]]] | None = None
+        self.last: tuple[int, list[bytes]] | None = None
 
     @property
     def block(self) -> int:
@@ -53,26 +66,84 @@ class Upload:
         board refuses the line, NoReplyError if it does not answer: call again to go on.
         """
         before = len(self._left)
+        room: int | None = None
         while self._left:
-            if self._open:
-                # The same block with the same entries, or the board would drop others as a copy.
-                free, size = None, self._open
-            else:
-                free = self._room()
-                size = min(free, len(self._left), regs.MAX_ENTRIES)
-            if size == 0 or not self._send(self._left[:size]):
+            repeats = bool(self._open)
+            if room is None and not repeats:
+                room = self._room()
+            left, sent = self._step(room or 0)
+            if not sent or not (left or repeats):
                 break
-            del self._left[:size]
-            if size == free:
-                break
+            room = None if repeats else left
         return before - len(self._left)
 
-    def _room(self) -> int:
-        """Return the free entries of the queue, as last known or asked for."""
-        known, self._free = self._free, None
-        return self.board.axis(self.axis)["queue_free"] if known is None else known
+    def push_into(self, room: int) -> int:
+        """Send one block into a queue with so many free bytes; return the bytes sent.
 
-    def _send(self, entries: list[tuple[int, int]]) -> bool:
+        Nothing is sent for little room, unless it is enough for the rest of the line.
+        """
+        little = room < _WORTH and room < sum(map(len, self._left[:_WORTH]))
+        if self.done or (little and not self._open):
+            return 0
+        self._free = None
+        left, sent = self._step(room)
+        return room - left if sent else 0
+
+    def repeat_last(self) -> None:
+        """Send the last block again, as a host does that lost the reply."""
+        if self.last:
+            self._write(*self.last)
+
+    def _add(self, entries: Iterable[tuple[int, int]]) -> None:
+        """Append entries, as they go to the board."""
+        for entry in entries:
+            self._left.append(self._encoded(entry) if self._packed else _run(entry))
+            self._count += 1
+
+    def _encoded(self, entry: tuple[int, int]) -> bytes:
+        data, self._last = packing.pack(entry, self._last if self._count >= _HEAD else None)
+        return data
+
+    def _step(self, room: int) -> tuple[int, bool]:
+        """Send one block of what fits the room; return the room left, and whether it was taken."""
+        # The same block with the same entries, or the board would drop others as a copy.
+        size = self._open or self._fitting(room)
+        if size == 0 or not self._send(self._left[:size]):
+            return 0, False
+        used = sum(map(len, self._left[:size]))
+        del self._left[:size]
+        fits = bool(self._left) and len(self._left[0]) <= room - used
+        return (room - used if fits else 0), True
+
+    def _fitting(self, room: int) -> int:
+        """Return how many of the next entries fit the room, and a block."""
+        most = regs.MAX_PACKED if self._packed else regs.MAX_ENTRIES * packing.MOST
+        room = min(room, most)
+        count = 0
+        for data in self._left:
+            room -= len(data)
+            if room < 0:
+                break
+            count += 1
+        return count
+
+    def _room(self) -> int:
+        """Return the free bytes of the queue, as last known or asked for."""
+        known, self._free = self._free, None
+        if known is not None:
+            return known
+        if self._packed:
+            return self.board.room(self.axis)[0]
+        return self.board.axis(self.axis)["queue_free"] * packing.MOST
+
+    def _write(self, block: int, entries: list[bytes]) -> None:
+        data = b"".join(entries)
+        if self._packed:
+            self.board.write_packed(self.axis, block, data)
+        else:
+            self.board.write_block(self.axis, block, [_words(entry) for entry in entries])
+
+    def _send(self, entries: list[bytes]) -> bool:
         """Send one block; False if the board is busy (queue full).
 
         A request that was spoilt on its way and passes the checksum all the same (one in 65,536)
@@ -81,7 +152,7 @@ class Upload:
         self._open = len(entries)
         for last in (False, False, True):
             try:
-                self.board.write_block(self.axis, self._block, entries)
+                self._write(self._block, entries)
                 break
             except BoardError as error:
                 if error.code is None:
@@ -142,3 +213,37 @@ def room(board: Board, axis: int, line: Line) -> tuple[int, int]:
             f"what is in it)"
         )
     return len(queue_entries(line)), state["queue_free"]
+
+
+def feed(uploads: Iterable[Upload]) -> int:
+    """Fill the queues of axes of one board from lines that are longer; return the blocks sent.
+
+    The queue with the most room is served first, block by block, until none is worth a block more.
+    One short request asks for the room of all axes, so that several lines of kilohertz pixels share
+    the bus fairly.
+    """
+    open_ones = {item.axis: item for item in uploads if not item.done}
+    if not open_ones:
+        return 0
+    board = next(iter(open_ones.values())).board
+    if not board.packs():
+        return sum(bool(item.push()) for item in open_ones.values())
+    found = board.room(count=max(open_ones) + 1)
+    room = {axis: found[axis] for axis in open_ones}
+    blocks = 0
+    while room:
+        axis = max(room, key=lambda item: room[item])
+        sent = open_ones[axis].push_into(room[axis])
+        blocks += bool(sent)
+        room[axis] -= sent
+        if not sent:
+            del room[axis]
+    return blocks
+
+
+def _run(entry: tuple[int, int]) -> bytes:
+    return b"".join((word & 0xFFFF).to_bytes(2) for word in entry)
+
+
+def _words(data: bytes) -> tuple[int, int]:
+    return packing.signed(int.from_bytes(data[:2]), 16), int.from_bytes(data[2:])

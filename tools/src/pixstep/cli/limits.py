@@ -52,10 +52,10 @@ def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
     With limits of a motor (options, or those of the machine file) the shortest smooth line that
     reaches its speed, too.
     """
-    able = capability.of(board, pixel_hz, driver_us)
-    axes = axes or able.board.axes
-    if axes > able.board.axes:
+    if axes and axes > boards.load(board).axes:
         raise UserError(f"--axes {axes}: {boards.axes_text(board)}")
+    able = capability.of(board, pixel_hz, driver_us, axes)
+    axes = able.axes
     told = _facts(able, axes)
     told["shortest_line"] = _shortest(able, limits)
     if as_json:

@@ -124,6 +124,13 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
 @click.option("--pixel-hz", type=HZ, help="Check the board's step rate and reversals too.")
 @clock_option
 @click.option(
+    "--axes",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Axes that move together with it, itself included: the more, the slower.",
+)
+@click.option(
     "--min-interval", type=click.IntRange(1, 65_535), help="Ticks. [default: the board's]"
 )
 @click.option("--max-speed", type=SPEED_TYPE, help="steps/px or steps/s")
@@ -137,7 +144,7 @@ def line_make(ctx, prn, speed, pixels, pixel_hz, backlash, lead_in, output, as_j
 @json_option
 @click.pass_context
 def line_check(
-    ctx, csv, decode, backlash, raw, lenient, line_number, pixel_hz, board, as_json, **limits
+    ctx, csv, decode, backlash, raw, lenient, line_number, pixel_hz, board, axes, as_json, **limits
 ):
     """Check a line of a CSV or CSB file, and the file's form as `file check` does.
 
@@ -153,7 +160,11 @@ def line_check(
         pixel_hz=pixel_hz,
         refuse_faster=True,
     )
-    of_board = named(board, pixel_hz).of(checked) if pixel_hz else linecheck.Limits()
+    if axes > boards.load(board).axes:
+        raise UserError(f"--axes {axes}: {boards.axes_text(board)}")
+    of_board = linecheck.Limits()
+    if pixel_hz:
+        of_board = named(board, pixel_hz, axes=axes).of(checked)
     bounds = replace(
         of_board,
         max_speed=whole_limit(limits["max_speed"], pixel_hz),

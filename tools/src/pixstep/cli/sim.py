@@ -99,7 +99,7 @@ def sim(ctx, csv, board, decode, backlash, out, check, plot, details, as_json, *
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
     if check:
-        _refuse_bad(lines, limits.named(board, options["pixel_hz"]))
+        _refuse_bad(lines, limits.named(board, options["pixel_hz"], axes=len(lines)))
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},

@@ -165,7 +165,7 @@ class StreamedUpload(Upload):
         for wanted, wait in ((1, True), (_AHEAD, False)):
             missing = wanted - len(self._left)
             if missing > 0:
-                self._left.extend(self._entries.take(self._index, missing, wait=wait))
+                self._add(self._entries.take(self._index, missing, wait=wait))
 
 
 def begin(board: Board, entries: Entries, motors: Sequence[PlanMotor]) -> running.Lines:

@@ -65,6 +65,4 @@ class SerialLoad:
 
     def _repeat_block(self, axis: int) -> None:
         """Send the last block of an axis again, as a master does that lost the reply."""
-        last = self._uploads[axis].last
-        if last:
-            self._board.write_block(axis, *last)
+        self._uploads[axis].repeat_last()

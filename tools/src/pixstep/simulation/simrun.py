@@ -182,7 +182,10 @@ class _Watch(Watch):
         for axis, found in registers.items():
             self.result.axis_states[axis] = found
             known = self.result.records.setdefault(axis, {})
-            if regs.axis_state(found["axis_state"]) not in ("loaded", "armed"):
+            # An axis that was armed when its registers were read may move by now: reading the
+            # records of the axes before it takes many pixels.
+            waits = regs.axis_state(found["axis_state"]) in ("loaded", "armed")
+            if not (waits and found["lines_done"]):
                 records = self.board_run.board.records(axis)
                 known.update({record.pixel: record for record in records})
         done = min(len(known) for known in self.result.records.values())

@@ -122,7 +122,7 @@ class _List:
 
     def c_input_registers_read(self) -> None:
         version, _, number, axes = self.poll.read(INPUT, 0, 4)
-        wanted = (3, boards.load(self.board).id, boards.load(self.board).axes)
+        wanted = (4, boards.load(self.board).id, boards.load(self.board).axes)
         same((version, number, axes), wanted)
 
     def c_coil_written(self) -> None:

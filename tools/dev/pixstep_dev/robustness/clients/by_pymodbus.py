@@ -106,7 +106,7 @@ class _List:
     def c_input_registers_read(self) -> None:
         version, _, board, axes = self.inputs(0, 4)
         number = boards.load(self.board).id
-        same((version, board, axes), (3, number, boards.load(self.board).axes))
+        same((version, board, axes), (4, number, boards.load(self.board).axes))
 
     def c_coil_written(self) -> None:
         for on in (True, False):

@@ -207,7 +207,7 @@ class _Rest:
 def tell(world: World, overflows: int) -> None:
     """Tell an idle board that so many overflows of timer 0 have passed."""
     ticks = overflows * OVERFLOW_TICKS
-    world.add(world.sim.symbol(0, "timer0_overflows").address, 4, overflows)
+    world.add(world.coarse_overflows(), 4, overflows)
     for axis in range(world.axes):
         for address, size, unit in world.time_words(axis):
             world.add(address, size, ticks // unit)

@@ -20,6 +20,9 @@ SILENCE_US = 1750  # that a reply waits for, and the simulator behind it
 REPLY_S = 0.025  # the reply begins within so long, whatever the board does
 IDLE_TICKS = 4096  # a period of an axis at rest
 _STRETCH_CYCLES = 8192  # between two looks for a step
+_PARKED = 4  # STEP_STATE_PARKED
+_IDLE_UNITS = 64  # an idle period in units of the coarse clock
+_COUNT_ADDRESS = 0x46  # TCNT0
 
 
 @dataclass(frozen=True)
@@ -119,12 +122,28 @@ class World:
         """Return how far an axis's account of time is ahead of this cycle, modulo 2^32.
 
         The ledger holds the end of the newest period that was loaded. Idle periods loaded since it
-        was last brought up to date are counted in.
+        was last brought up to date are counted in. Of a parked axis nobody counts them: they are
+        what the coarse clock says, since the place where it stood when the axis was parked.
         """
         loaded = self.memory.read(f"axes[{axis}].ledger.loaded_ticks")
         seen = self.memory.read(f"axes[{axis}].ledger.idle_seen")
-        idle = self.memory.read(f"engine[{axis}].idle_count")
+        if self.memory.read(f"engine[{axis}].state") == _PARKED:
+            idle = (self._coarse_units() - self._parked_base(axis)) % (1 << 22) // _IDLE_UNITS
+        else:
+            idle = self.memory.read(f"engine[{axis}].idle_count")
         return (loaded + (idle - seen) % (1 << 16) * IDLE_TICKS - self.cycle) % (1 << 32)
+
+    def coarse_overflows(self) -> int:
+        """Return where the coarse clock's overflows are counted: its address in RAM."""
+        return self.sim.symbol(0, "clock_overflows").address
+
+    def _coarse_units(self) -> int:
+        high = self.sim.peek(0, self.coarse_overflows(), 4)
+        return int.from_bytes(high, "little") << 8 | self.sim.peek(0, _COUNT_ADDRESS, 1)[0]
+
+    def _parked_base(self, axis: int) -> int:
+        found = self.sim.symbol(0, "parked_bases").address
+        return int.from_bytes(self.sim.peek(0, found + 4 * axis, 4), "little")
 
     def time_words(self, axis: int) -> list[tuple[int, int, int]]:
         """Return address, size and unit (ticks) of every word that counts an idle axis's time."""

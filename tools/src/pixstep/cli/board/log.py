@@ -101,7 +101,8 @@ def _rows_to(output: Path | None) -> Iterator[Callable[[str], None]]:
 def _wait_s(known: Known) -> float:
     """Return how long to wait between looks so that no record is overwritten unread."""
     period_s = known.board.pixel_period_s()
-    return min(_MOST_WAIT_S, period_s * known.board.record_capacity() / 3)
+    every = known.board.setting("record_every")
+    return min(_MOST_WAIT_S, period_s * every * known.board.record_capacity() / 3)
 
 
 def _note_statistics(known: Known) -> None:

@@ -118,7 +118,7 @@ def check_lines(known: Known, lines: dict[int, Line], hz: Fraction | None) -> No
     """
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")
-    found = limits.connected(known.board, hz)
+    found = limits.connected(known.board, hz, len(lines))
     for item in lines.values():
         say(
             f"{item.name}: {one.name} at pixel {one.pixel}: {one.message}"

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "motion/clock_filter.h"
+
+#include "base/apart.h"    // APART
+#include "base/multiply.h" // multiply_u32_u16
+
+// `count` behind the first edge.
+#define FIRST_COUNT 3u
+
+void clock_filter_aim(struct clock_filter *filter,
+                      uint32_t nominal_ticks,
+                      uint16_t edges_ahead)
+{
+    uint8_t shift = CLOCK_FILTER_SHIFT_MIN;
+
+    for (uint16_t most = 5; edges_ahead > most && shift < CLOCK_FILTER_SHIFT_MAX;
+         most = (uint16_t)(most * 3u)) {
+        shift++;
+    }
+    filter->nominal_ticks = nominal_ticks;
+    filter->shift_final = shift;
+    clock_filter_restart(filter);
+}
+
+// An edge more that settles the filter. The shift grows with each power of two, up to its final
+// value; two more powers and the filter has settled.
+static void grow(struct clock_filter *filter)
+{
+    filter->count++;
+    if ((filter->count & (filter->count - 1u)) == 0) {
+        filter->stages--;
+        if (filter->stages > 1u) {
+            filter->shift++;
+        }
+    }
+}
+
+static void note_error(struct clock_filter *filter, int32_t error_ticks)
+{
+    uint32_t size = (uint32_t)(error_ticks < 0 ? -error_ticks : error_ticks);
+
+    if (size > UINT16_MAX / 16u) {
+        size = UINT16_MAX / 16u;
+    }
+    filter->error_ticks = error_ticks;
+    filter->jitter = (uint16_t)(filter->jitter - filter->jitter / 16u + (uint16_t)size);
+}
+
+// Go on to the next edge.
+static APART void expect_next(struct clock_filter *filter)
+{
+    filter->edge++;
+    fine_add(&filter->expected, &filter->period);
+}
+
+APART bool clock_filter_bridge(struct clock_filter *filter)
+{
+    if (filter->count == 0 || filter->bridged == filter->hold_over) {
+        return false;
+    }
+    filter->bridged++;
+    filter->missing++;
+    expect_next(filter);
+    return true;
+}
+
+static void take(struct clock_filter *filter, int32_t error_ticks)
+{
+    note_error(filter, error_ticks);
+    fine_track(filter->pair, error_ticks, filter->shift);
+    expect_next(filter);
+    filter->bridged = 0;
+    if (!clock_filter_settled(filter)) {
+        grow(filter);
+    }
+}
+
+// This edge is the first one.
+static void begin(struct clock_filter *filter, uint32_t edge_ticks)
+{
+    filter->period = (struct fine_ticks){.ticks = filter->nominal_ticks};
+    filter->expected = (struct fine_ticks){.ticks = edge_ticks};
+    expect_next(filter);
+    filter->count = FIRST_COUNT;
+    filter->shift = 0;
+    filter->stages = (uint8_t)(filter->shift_final + 2u);
+    filter->bridged = 0;
+}
+
+bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks)
+{
+    while (filter->count != 0) {
+        // A quarter of the period. The first interval must be near the nominal one.
+        uint8_t shift = filter->count == FIRST_COUNT ? 4u : 2u;
+        int32_t most = (int32_t)(filter->period.ticks >> shift);
+        int32_t error = (int32_t)(edge_ticks - filter->expected.ticks);
+
+        if (error < -most) {
+            filter->glitches++;
+            if (clock_filter_settled(filter)) {
+                return false;
+            }
+            break;
+        }
+        if (error <= most) {
+            take(filter, error);
+            return true;
+        }
+        if (!clock_filter_bridge(filter)) {
+            return false;
+        }
+    }
+    begin(filter, edge_ticks);
+    return true;
+}
+
+uint32_t clock_filter_ahead(const struct clock_filter *filter, uint16_t edges)
+{
+    edges--;
+    // The fractions' sum is below 2^32 for every number of edges.
+    uint32_t fraction = multiply_u32_u16(filter->period.fraction, edges) +
+                        filter->expected.fraction + 0x8000u;
+
+    return multiply_u32_u16(filter->period.ticks, edges) + filter->expected.ticks +
+           (uint16_t)(fraction >> 16);
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// Tracks the pixel clock: the time of its edges and its period, both smoothed, so that edges to
+// come can be predicted. An alpha-beta filter, in whole numbers and shifts; DESIGN.md, "Locked to
+// the pixel clock", derives its gains. Times are ticks since the timers started; they wrap. Main
+// loop only.
+//
+//     edges       |         |          |                     |       |  |
+//     expected    |         |         |          |          |          |
+//     error                 0        late                  early
+//     taken as    edge     edge      edge      missing     edge   glitch edge
+//
+//     expected = expected + error / 2^shift                alpha = 2^-shift
+//     period   = period + error / 2^(2 * shift + 1)        beta = alpha^2 / 2
+//     expected = expected + period
+//
+// The first two edges give time and period. From there on the shift grows with the number of edges
+// from 1 to its final value, so that early edges count as much as they can: 4 / n among n edges.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/fine.h" // struct fine_ticks
+
+// The final shift lies between these two.
+#define CLOCK_FILTER_SHIFT_MIN 2u
+#define CLOCK_FILTER_SHIFT_MAX 7u
+
+struct clock_filter {
+    union {
+        struct {
+            // Where the next edge is expected.
+            struct fine_ticks expected;
+            struct fine_ticks period;
+        };
+        struct fine_ticks pair[2];
+    };
+    // The period of the settings, for the first edge.
+    uint32_t nominal_ticks;
+    // Number of the newest edge, missing ones counted; wraps.
+    uint16_t edge;
+    // 3 more than the edges taken since the filter began, until it has settled; 0: it has not
+    // begun.
+    uint16_t count;
+    // Newest edge minus the time expected for it, ticks.
+    int32_t error_ticks;
+    // Mean magnitude of these errors, in units of 1/16 tick; of errors above 4095 ticks, that many.
+    uint16_t jitter;
+    // Edges where none can be, and missing edges, since reset; they wrap.
+    uint16_t glitches;
+    uint16_t missing;
+    // Missing edges in a row, now and at most.
+    uint8_t bridged;
+    uint8_t hold_over;
+    uint8_t shift;
+    uint8_t shift_final;
+    // How often count must still become a power of two for the filter to have settled.
+    uint8_t stages;
+};
+
+// Forget the clock: the next edge is the first one. Counts of glitches and missing edges stay.
+static inline void clock_filter_restart(struct clock_filter *filter)
+{
+    filter->count = 0;
+    filter->stages = 1;
+}
+
+// Begin anew with another nominal period, for predictions that lie this many edges ahead: their
+// noise chooses the final shift, the smallest with which it stays below 0.6 of the clock's jitter.
+void clock_filter_aim(struct clock_filter *filter,
+                      uint32_t nominal_ticks,
+                      uint16_t edges_ahead);
+
+// An edge came. Returns true when it is edge number filter->edge, and false when it was a glitch:
+// more than a quarter of a period from each place where an edge can be. After a glitch while it
+// settles the filter begins anew with this edge; after too many missing edges it waits for a
+// restart.
+bool clock_filter_edge(struct clock_filter *filter, uint32_t edge_ticks);
+
+// The expected edge is missing: go on to the next one. Returns false when more edges in a row are
+// missing than hold_over allows, or when none is expected, because the first one is still to come.
+// clock_filter_edge() does it where an edge shows that edges before it were missing.
+bool clock_filter_bridge(struct clock_filter *filter);
+
+// Enough edges have come: 29 of them behind the first, or more where the final shift is a larger
+// one.
+static inline bool clock_filter_settled(const struct clock_filter *filter)
+{
+    return filter->stages == 0;
+}
+
+// Time of the edge that comes `edges` behind the newest one, 1 or more, rounded to a tick. Only
+// when clock_filter_settled().
+uint32_t clock_filter_ahead(const struct clock_filter *filter, uint16_t edges);

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Where the assembly (even_pixel*.S) finds the members of struct even_rate, struct line, struct
+// stream and struct stream_mark; checked in even_pixel.c. The assembler reads this file, too: plain
+// numbers only.
+//
+// Offsets and sizes in bytes.
+#pragma once
+
+#if !defined(STREAM_WHOLE_PIXELS)
+#define STREAM_WHOLE_PIXELS 1
+#endif
+
+// struct even_rate.
+#define EVEN_PIXEL_TICKS     0
+#define EVEN_PIXEL_BASE      2
+#define EVEN_PIXEL_STEPS     4
+#define EVEN_PIXEL_REMAINDER 5
+
+// struct stream.
+#define EVEN_PIXEL_RING        0
+#define EVEN_PIXEL_HEAD        4
+#define EVEN_PIXEL_RETIRED     5
+#define EVEN_PIXEL_MARK_HEAD   7
+#define EVEN_PIXEL_MARK_PLACED 8
+#define EVEN_PIXEL_MARK_TAIL   9
+#define EVEN_PIXEL_MARK_COUNT  16
+
+// struct stream_mark.
+#define EVEN_PIXEL_MARK_SLOT     0
+#define EVEN_PIXEL_MARK_FLAGS    1
+#define EVEN_PIXEL_MARK_POSITION 2
+
+// What tells the reader the length of whole pixels.
+#if STREAM_WHOLE_PIXELS
+#define EVEN_PIXEL_BEHIND_PERIODS 10
+#define EVEN_PIXEL_BEHIND_TICKS   11
+#define EVEN_PIXEL_END_TICKS      13
+#define EVEN_PIXEL_MARKS          33
+#define EVEN_PIXEL_MARK_PERIODS   4
+#define EVEN_PIXEL_MARK_TICKS     5
+#define EVEN_PIXEL_MARK_BYTES     7
+#else
+#define EVEN_PIXEL_END_TICKS  10
+#define EVEN_PIXEL_MARKS      30
+#define EVEN_PIXEL_MARK_BYTES 4
+#endif
+
+// struct line.
+#define EVEN_PIXEL_REPEAT   4
+#define EVEN_PIXEL_RATE     7
+#define EVEN_PIXEL_POSITION 21
+#define EVEN_PIXEL_TO_EDGE  23
+
+// Its flags, and the bit of edge_open among them.
+#define EVEN_PIXEL_FLAGS     6
+#define EVEN_PIXEL_EDGE_OPEN 0x80
+
+// Limits: even_pixel.h, stream.h and step_ring.h have the names.
+#define EVEN_PIXEL_MOST_STEPS    64
+#define EVEN_PIXEL_TICKS_TOO_BIG 4 /* third byte */
+#define EVEN_PIXEL_COST          4
+#define EVEN_PIXEL_RING_CAPACITY 252

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "motion/lock_grid.h"
+
+#include "base/apart.h"     // APART
+#include "base/multiply.h"  // multiply_u32_u16
+#include "build_features.h" // FEATURE_CLOCK_STATISTICS
+
+#define INDEX(number) ((uint8_t)(number) & (LOCK_GRID_EDGES - 1u))
+
+static struct lock_grid lock_grid;
+
+struct lock_grid *lock_grid_now(void)
+{
+    return &lock_grid;
+}
+
+void line_grid_start_exact(struct line_grid *grid, const struct pixel_period *period)
+{
+    grid->mode = LINE_GRID_EXACT;
+    pixel_grid_start(&grid->exact, period);
+}
+
+void line_grid_start_locked(struct line_grid *grid)
+{
+    grid->mode = LINE_GRID_WAITS;
+    grid->edge = 0;
+    grid->reached = (struct fine_ticks){.ticks = 0};
+}
+
+static uint32_t time_of(uint16_t number)
+{
+    while ((int16_t)(number - lock_grid.newest) > 0) {
+        (void)lock_grid_next();
+    }
+    return lock_grid.times[INDEX(number)];
+}
+
+APART void lock_grid_tolerate(uint32_t tolerance_ticks)
+{
+    struct lock_grid *grid = &lock_grid;
+    // A little more than the tolerance, so that a clock at its limit can still be caught up with.
+    uint32_t slack =
+        multiply_u32_u16(tolerance_ticks + tolerance_ticks / 64u + 1u, grid->divider);
+
+    BY_POINTER(grid);
+    grid->tolerance_ticks = tolerance_ticks;
+    grid->shortest_ticks = grid->pixel.whole_ticks - slack;
+    grid->longest_ticks = grid->pixel.whole_ticks + slack;
+}
+
+// The length of a locked pixel. What the grid has moved is made up for within the limits of a
+// pixel: a line that was checked is never too fast.
+static uint32_t limit(uint32_t ticks)
+{
+    if ((int32_t)(ticks - lock_grid.shortest_ticks) < 0) {
+        return lock_grid.shortest_ticks;
+    }
+    return ticks > lock_grid.longest_ticks ? lock_grid.longest_ticks : ticks;
+}
+
+uint32_t line_grid_advance(struct line_grid *grid)
+{
+    if (grid->mode == LINE_GRID_EXACT) {
+        return pixel_grid_advance(&grid->exact);
+    }
+    uint32_t before = grid->reached.ticks;
+
+    grid->edge++;
+    if (grid->mode == LINE_GRID_WAITS) {
+        fine_add(&grid->reached, &lock_grid.waiting);
+    } else {
+        grid->reached.ticks = before + limit(time_of(grid->edge) - before);
+    }
+    return grid->reached.ticks - before;
+}
+
+bool line_grid_early(const struct line_grid *grid, bool runs_ahead)
+{
+    const struct lock_grid *lock = &lock_grid;
+    uint16_t edges = 1;
+    uint16_t beyond = grid->edge;
+
+    if (grid->mode == LINE_GRID_EXACT) {
+        return false;
+    }
+    BY_POINTER(lock);
+    // Line zero is on the next edge or later.
+    if (grid->mode == LINE_GRID_LOCKED) {
+        edges = (uint16_t)(lock->newest_edge - lock->filter.edge);
+        beyond = (uint16_t)(beyond - lock->newest);
+    }
+    if (runs_ahead) {
+        beyond--;
+    }
+    return (int16_t)(edges + beyond * lock->divider - lock->lead_edges) > 0;
+}
+
+void lock_grid_hold_period(void)
+{
+    lock_grid.waiting = (struct fine_ticks){.ticks = 0};
+    for (uint16_t bit = LOCK_GRID_DIVIDER_BIT; bit != 0; bit >>= 1) {
+        fine_add(&lock_grid.waiting, &lock_grid.waiting);
+        if ((lock_grid.divider & bit) != 0) {
+            fine_add(&lock_grid.waiting, &lock_grid.filter.period);
+        }
+    }
+}
+
+// Give pixel edge `newest` its time by prediction.
+static APART uint32_t fix_newest(struct lock_grid *grid)
+{
+    uint16_t edges = (uint16_t)(grid->newest_edge - grid->filter.edge);
+    uint32_t ticks = clock_filter_ahead(&grid->filter, edges);
+
+    grid->times[INDEX(grid->newest)] = ticks;
+    return ticks;
+}
+
+uint32_t lock_grid_begin(uint16_t edges)
+{
+    struct lock_grid *grid = &lock_grid;
+
+    BY_POINTER(grid);
+    grid->newest = 0;
+    grid->newest_edge = (uint16_t)(grid->filter.edge + edges);
+    if (FEATURE_CLOCK_STATISTICS) {
+        grid->due = 0;
+        grid->due_edge = grid->newest_edge;
+    }
+    return fix_newest(grid);
+}
+
+uint32_t lock_grid_next(void)
+{
+    struct lock_grid *grid = &lock_grid;
+
+    BY_POINTER(grid);
+    grid->newest++;
+    grid->newest_edge = (uint16_t)(grid->newest_edge + grid->divider);
+    return fix_newest(grid);
+}
+
+void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)
+{
+    grid->mode = LINE_GRID_LOCKED;
+    grid->edge = (uint16_t)(grid->edge + number);
+    grid->reached.ticks += zero_ticks;
+}
+
+bool lock_grid_tolerates(void)
+{
+    uint32_t off = lock_grid.filter.period.ticks - lock_grid.filter.nominal_ticks;
+
+    return !clock_filter_settled(&lock_grid.filter) ||
+           off + lock_grid.tolerance_ticks <= 2u * lock_grid.tolerance_ticks;
+}
+
+bool lock_grid_passes(uint16_t *number)
+{
+    while ((int16_t)(lock_grid.filter.edge - lock_grid.due_edge) > 0) {
+        lock_grid.due++;
+        lock_grid.due_edge = (uint16_t)(lock_grid.due_edge + lock_grid.divider);
+    }
+    *number = lock_grid.due;
+    return lock_grid.filter.edge == lock_grid.due_edge;
+}

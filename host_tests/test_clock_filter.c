@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+#include <stdint.h>
+
+#include "fakes/chance.h"
+#include "motion/clock_filter.h"
+#include "unity.h"
+
+#define PERIOD_TICKS ((uint32_t)533333) // 30 Hz at 16 MHz
+#define HOLD_OVER    4u
+#define NOISE_TICKS  120 // evenly distributed up to so many
+#define NOISY_EDGES  12000u
+
+static struct clock_filter filter;
+static uint32_t edge_ticks;
+
+static void aim(uint32_t period_ticks, uint16_t edges_ahead)
+{
+    filter = (struct clock_filter){.hold_over = HOLD_OVER};
+    clock_filter_aim(&filter, period_ticks, edges_ahead);
+}
+
+void setUp(void)
+{
+    chance_seed(1);
+    edge_ticks = 0xFFF00000uL; // times wrap soon
+    aim(PERIOD_TICKS, 2);
+}
+
+void tearDown(void)
+{
+}
+
+static bool edge_after(uint32_t ticks)
+{
+    edge_ticks += ticks;
+    return clock_filter_edge(&filter, edge_ticks);
+}
+
+static void edges(uint16_t count, uint32_t period_ticks)
+{
+    for (; count != 0; count--) {
+        TEST_ASSERT_TRUE(edge_after(period_ticks));
+    }
+}
+
+// A prediction of so many edges ahead is the true time, give or take a tick.
+static void check_ahead(uint16_t ahead, uint32_t period_ticks)
+{
+    uint32_t expected = edge_ticks + ahead * period_ticks;
+
+    TEST_ASSERT_INT32_WITHIN(
+        1, 0, (int32_t)(clock_filter_ahead(&filter, ahead) - expected));
+}
+
+static void thirty_edges_settle(void)
+{
+    edges(29, PERIOD_TICKS);
+    TEST_ASSERT_FALSE(clock_filter_settled(&filter));
+    edges(1, PERIOD_TICKS);
+    TEST_ASSERT_TRUE(clock_filter_settled(&filter));
+    check_ahead(1, PERIOD_TICKS);
+    check_ahead(10, PERIOD_TICKS);
+}
+
+static void an_offset_is_met_without_an_error(void)
+{
+    for (int8_t sign = -1; sign <= 1; sign = (int8_t)(sign + 2)) {
+        uint32_t period = PERIOD_TICKS + (uint32_t)(sign * 5333);
+
+        aim(PERIOD_TICKS, 2);
+        edges(30, period);
+        check_ahead(1, period);
+        check_ahead(2, period);
+        TEST_ASSERT_UINT32_WITHIN(1, period, filter.period.ticks);
+    }
+}
+
+static void the_shift_follows_the_distance(void)
+{
+    const struct {
+        uint16_t ahead;
+        uint8_t shift;
+    } rows[] = {
+        {1, 2},
+        {5, 2},
+        {6, 3},
+        {15, 3},
+        {16, 4},
+        {45, 4},
+        {46, 5},
+        {405, 6},
+        {406, 7},
+        {2000, 7},
+    };
+
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        aim(PERIOD_TICKS, rows[i].ahead);
+        TEST_ASSERT_EQUAL_UINT8(rows[i].shift, filter.shift_final);
+        edges((uint16_t)(8u << rows[i].shift), PERIOD_TICKS);
+        TEST_ASSERT_TRUE(clock_filter_settled(&filter));
+        TEST_ASSERT_EQUAL_UINT8(rows[i].shift, filter.shift);
+    }
+}
+
+// Hundredths of the standard deviation of predictions over that of the clock's jitter.
+static void check_gain(uint16_t aimed, uint16_t ahead, uint16_t hundredths)
+{
+    uint64_t squares = 0;
+
+    aim(PERIOD_TICKS, aimed);
+    for (uint16_t i = 0; i < NOISY_EDGES; i++) {
+        int32_t noise = (int32_t)(chance() % (2u * NOISE_TICKS + 1u)) - NOISE_TICKS;
+
+        edge_ticks += PERIOD_TICKS;
+        TEST_ASSERT_TRUE(clock_filter_edge(&filter, edge_ticks + (uint32_t)noise));
+        if (i >= 200u) {
+            int32_t error = (int32_t)(clock_filter_ahead(&filter, ahead) - edge_ticks -
+                                      ahead * PERIOD_TICKS);
+            squares += (uint64_t)((int64_t)error * error);
+        }
+    }
+    // The variance of the noise is a (a + 1) / 3. Half a per cent of gain^2 is random.
+    uint32_t found = (uint32_t)(squares * 30000u / (NOISE_TICKS * (NOISE_TICKS + 1u)) /
+                                (NOISY_EDGES - 200u));
+    uint32_t expected = (uint32_t)hundredths * hundredths;
+
+    TEST_ASSERT_UINT32_WITHIN(expected / 12u, expected, found);
+}
+
+// The model's gains (DESIGN.md, "Locked to the pixel clock").
+static void noise_is_averaged_as_the_model_says(void)
+{
+    check_gain(2, 1, 47);
+    check_gain(2, 2, 52);
+    check_gain(2, 4, 60);
+    check_gain(10, 10, 45);
+}
+
+// The largest error of predictions after the period has grown by 1000 ppm, in microseconds.
+static void check_peak(uint16_t aimed, uint16_t ahead, uint16_t peak_us)
+{
+    const uint32_t longer = PERIOD_TICKS + 533u;
+    uint32_t peak = 0;
+    uint32_t made[16];
+
+    aim(PERIOD_TICKS, aimed);
+    edges(70, PERIOD_TICKS);
+    for (uint16_t k = 0; k < 120u; k++) {
+        made[k % 16u] = clock_filter_ahead(&filter, ahead);
+        edges(1, longer);
+        if (k + 1u >= ahead) {
+            uint32_t late = edge_ticks - made[(k + 1u - ahead) % 16u];
+            peak = late > peak && late < PERIOD_TICKS ? late : peak;
+        }
+    }
+    TEST_ASSERT_UINT32_WITHIN(16u * peak_us / 40u, 16u * peak_us, peak);
+}
+
+static void a_jump_of_the_period_peaks_as_the_model_says(void)
+{
+    check_peak(2, 1, 89);
+    check_peak(2, 2, 114);
+    check_peak(2, 4, 168);
+    check_peak(10, 10, 412);
+}
+
+static void missing_edges_are_counted_and_bridged(void)
+{
+    edges(40, PERIOD_TICKS);
+    uint16_t number = filter.edge;
+
+    TEST_ASSERT_TRUE(edge_after((HOLD_OVER + 1u) * PERIOD_TICKS));
+    TEST_ASSERT_EQUAL_UINT16(HOLD_OVER, filter.missing);
+    TEST_ASSERT_EQUAL_UINT16((uint16_t)(number + HOLD_OVER + 1u), filter.edge);
+    check_ahead(2, PERIOD_TICKS);
+}
+
+static void no_edge_is_missing_before_the_first_one(void)
+{
+    TEST_ASSERT_FALSE(clock_filter_bridge(&filter));
+    edges(1, PERIOD_TICKS);
+    TEST_ASSERT_TRUE(clock_filter_bridge(&filter));
+    TEST_ASSERT_EQUAL_UINT16(1, filter.missing);
+}
+
+static void too_many_missing_edges_are_not_bridged(void)
+{
+    edges(40, PERIOD_TICKS);
+    TEST_ASSERT_FALSE(edge_after((HOLD_OVER + 2u) * PERIOD_TICKS));
+    TEST_ASSERT_FALSE(clock_filter_bridge(&filter));
+}
+
+static void a_restart_begins_anew(void)
+{
+    edges(40, PERIOD_TICKS);
+    clock_filter_restart(&filter);
+    TEST_ASSERT_FALSE(clock_filter_settled(&filter));
+    edges(30, PERIOD_TICKS);
+    TEST_ASSERT_TRUE(clock_filter_settled(&filter));
+}
+
+static void time_can_bridge_an_edge_before_the_next_one_comes(void)
+{
+    edges(40, PERIOD_TICKS);
+    uint16_t number = filter.edge;
+
+    TEST_ASSERT_TRUE(clock_filter_bridge(&filter));
+    TEST_ASSERT_TRUE(edge_after(2u * PERIOD_TICKS));
+    TEST_ASSERT_EQUAL_UINT16((uint16_t)(number + 2u), filter.edge);
+    TEST_ASSERT_EQUAL_UINT16(1, filter.missing);
+    TEST_ASSERT_EQUAL_UINT8(0, filter.bridged);
+}
+
+static void glitches_are_counted_and_change_nothing(void)
+{
+    edges(40, PERIOD_TICKS);
+    struct clock_filter before = filter;
+
+    for (uint32_t part = PERIOD_TICKS / 100u; part < PERIOD_TICKS * 74uL / 100u;
+         part += PERIOD_TICKS / 20u) {
+        TEST_ASSERT_FALSE(clock_filter_edge(&filter, edge_ticks + part));
+        before.glitches++;
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&before, &filter, sizeof filter);
+    edges(1, PERIOD_TICKS);
+    TEST_ASSERT_EQUAL_INT32(0, filter.error_ticks);
+}
+
+static void a_false_first_edge_is_given_up(void)
+{
+    edges(1, 0);
+    edges(1, PERIOD_TICKS / 3u);
+    edges(29, PERIOD_TICKS);
+    TEST_ASSERT_TRUE(clock_filter_settled(&filter));
+    check_ahead(2, PERIOD_TICKS);
+}
+
+static void jitter_is_the_mean_error(void)
+{
+    edges(40, PERIOD_TICKS);
+    TEST_ASSERT_UINT16_WITHIN(16, 0, filter.jitter);
+    for (uint8_t i = 0; i < 200u; i++) {
+        edges(1, PERIOD_TICKS + 100u);
+        edges(1, PERIOD_TICKS - 100u);
+    }
+    // Edges are 50 ticks off to either side, and the filter follows them by a seventh.
+    TEST_ASSERT_UINT16_WITHIN(100, 16u * 57u, filter.jitter);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(thirty_edges_settle);
+    RUN_TEST(an_offset_is_met_without_an_error);
+    RUN_TEST(the_shift_follows_the_distance);
+    RUN_TEST(noise_is_averaged_as_the_model_says);
+    RUN_TEST(a_jump_of_the_period_peaks_as_the_model_says);
+    RUN_TEST(missing_edges_are_counted_and_bridged);
+    RUN_TEST(no_edge_is_missing_before_the_first_one);
+    RUN_TEST(too_many_missing_edges_are_not_bridged);
+    RUN_TEST(a_restart_begins_anew);
+    RUN_TEST(time_can_bridge_an_edge_before_the_next_one_comes);
+    RUN_TEST(glitches_are_counted_and_change_nothing);
+    RUN_TEST(a_false_first_edge_is_given_up);
+    RUN_TEST(jitter_is_the_mean_error);
+    return UNITY_END();
+}

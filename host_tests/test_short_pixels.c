@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT
+// Pixels of few steps at a fast pixel clock, from queue to STEP edge and record. Every edge is
+// compared with the tick that the count of its pixel asks for, found here by wide integers and
+// search, and most pixels must have gone the way that is meant for them.
+#include <stdint.h>
+
+#include "fakes/axis_bench.h"
+#include "fakes/chance.h"
+#include "fakes/promise.h"
+#include "motion/decode.h"
+#include "motion/even_pixel.h"
+#include "unity.h"
+
+#define PIXELS 40u
+
+static int16_t counts[PIXELS + 1u];
+static uint8_t pixels;
+static uint16_t speeds[PIXELS + 1u]; // of smooth lines, at the pixels' edges
+static uint8_t seen_marks;
+static uint8_t whole_pixels;
+static uint32_t starts[3]; // of the newest loaded periods, the newest first
+
+void setUp(void)
+{
+    promise_broken = 0;
+    chance_seed(0x5EED0F15uL);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, promise_broken);
+}
+
+// Place of the end of pixel k, floor(k * P), ticks.
+static uint32_t edge_of(uint8_t k)
+{
+    uint64_t parts = (uint64_t)bench.period.whole_ticks * bench.period.divisor +
+                     bench.period.remainder;
+
+    return (uint32_t)(k * parts / bench.period.divisor);
+}
+
+// The first whole tick at which a pixel of `ticks` ticks has made `step` of its steps.
+static uint32_t tick_of(uint32_t ticks, uint16_t step, uint16_t steps, uint16_t speed)
+{
+    int64_t length = ticks;
+    int64_t half = (int64_t)steps - speed;
+    uint32_t low = 0;
+    uint32_t high = ticks;
+
+    while (low < high) {
+        uint32_t t = low + (high - low) / 2u;
+        int64_t made = speed * length * t + half * t * t;
+        if (made >= step * length * length) {
+            high = t;
+        } else {
+            low = t + 1u;
+        }
+    }
+    return low;
+}
+
+static void queue_line(bool smooth)
+{
+    uint16_t word = LINE_MARK_START | LINE_START_WAIT | (smooth ? LINE_START_SMOOTH : 0u);
+
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)word, 0));
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
+    for (uint8_t i = 0; i < pixels; i++) {
+        TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(counts[i], 1));
+    }
+    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue((int16_t)LINE_MARK_END, 0));
+}
+
+// A clock edge in one of the newest periods gets its time, wherever the account stands, and even if
+// the handler saw one period more: when only the older period is as long as the count. Periods of a
+// train differ by one tick, and its reader does not tell them apart.
+static void check_capture(const struct engine_sample *sample)
+{
+    struct axis *axis = &bench.axis;
+    uint8_t back = (uint8_t)chance_between(0, 2);
+    uint8_t seen = back;
+    uint32_t captured_ticks = 7;
+
+    if (back == 2) {
+        uint32_t newer_ticks = starts[0] - starts[1];
+        uint32_t ticks = starts[1] - starts[2];
+        if (ticks > newer_ticks + 1u) {
+            seen = 1;
+            captured_ticks = chance_between(newer_ticks + 1u, ticks - 1u);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(
+        starts[back] + captured_ticks,
+        ledger_advance_to_capture(
+            &axis->ledger, &axis->feed.stream, sample, seen, (uint16_t)captured_ticks));
+}
+
+// Count the pixels that can be accounted for as a whole.
+static void count_whole_pixels(void)
+{
+    const struct stream *stream = &bench.axis.feed.stream;
+
+    for (; seen_marks != stream->mark_placed; seen_marks++) {
+        if (stream->marks[seen_marks & (STREAM_MARKS - 1u)].periods != 0) {
+            whole_pixels++;
+        }
+    }
+}
+
+// The account lags, comes up, or places an edge.
+static void follow(void)
+{
+    struct axis *axis = &bench.axis;
+    struct engine_sample sample = step_engine_sample(&bench.engine);
+    uint32_t what = chance_between(0, 9);
+
+    if (what < 4) {
+        if (ledger_due(&axis->ledger, &axis->feed.stream, &sample)) {
+            ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_BY_BATCHES);
+        }
+    } else if (what == 4) {
+        ledger_advance(&axis->ledger, &axis->feed.stream, &sample, LEDGER_EXACTLY);
+        if (axis->ledger.train == LEDGER_NO_TRAIN) {
+            TEST_ASSERT_EQUAL_UINT32(bench.now_ticks, axis->ledger.loaded_ticks);
+        }
+    } else if (what == 5) {
+        check_capture(&sample);
+    }
+}
+
+// Load periods up to the next STEP edge. Returns its tick of the line.
+static uint32_t next_edge(void)
+{
+    for (uint16_t i = 0; i < 1000; i++) {
+        starts[2] = starts[1];
+        starts[1] = starts[0];
+        starts[0] = bench.now_ticks;
+        decode_axis(&bench.axis, &bench.period, true, 30);
+        count_whole_pixels();
+        struct step_load load = step_engine_next(&bench.engine, &bench.ring);
+        bench.now_ticks += (uint32_t)load.top_ticks + 1u;
+        follow();
+        if (load.pulse) {
+            return starts[0] - bench.zero_ticks;
+        }
+    }
+    TEST_FAIL_MESSAGE("no edge");
+    return 0;
+}
+
+// Run the line and look at every edge.
+static void run_line(bool smooth)
+{
+    starts[0] = bench.now_ticks - STEP_IDLE_TICKS;
+    starts[1] = starts[0] - STEP_IDLE_TICKS;
+    seen_marks = 0;
+    whole_pixels = 0;
+    TEST_ASSERT_TRUE(bench_start_line());
+    for (uint8_t i = 0; i < pixels; i++) {
+        uint16_t steps = (uint16_t)(counts[i] < 0 ? -counts[i] : counts[i]);
+        uint32_t start = edge_of(i);
+        uint32_t ticks = edge_of((uint8_t)(i + 1u)) - start;
+        for (uint16_t step = 1; step <= steps; step++) {
+            uint32_t place =
+                start + tick_of(ticks, step, steps, smooth ? speeds[i] : steps);
+            TEST_ASSERT_EQUAL_UINT32(place, next_edge());
+        }
+    }
+    while (!bench_finish_line()) {
+        (void)bench_period();
+    }
+}
+
+static void check_records(void)
+{
+    const struct records *records = &bench.axis.ledger.records;
+
+    TEST_ASSERT_EQUAL_UINT32(pixels, bench.axis.ledger.pixel);
+    for (uint8_t i = 0; i < records->count; i++) {
+        struct pixel_record record = records_get(records, i);
+        int32_t sum = 0;
+        for (uint16_t k = 0; k < record.pixel; k++) {
+            sum += counts[k];
+        }
+        TEST_ASSERT_EQUAL_INT32(sum, record.actual_steps);
+        TEST_ASSERT_EQUAL_INT32(sum, record.expected_steps);
+    }
+}
+
+static void check_line(uint32_t hz_num, uint32_t hz_den, bool smooth, uint8_t whole)
+{
+    bench_open(hz_num, hz_den);
+    queue_line(smooth);
+    run_line(smooth);
+    TEST_ASSERT_TRUE(whole_pixels >= whole);
+    check_records();
+}
+
+static void random_counts(uint16_t least, uint16_t most)
+{
+    pixels = PIXELS;
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = (int16_t)chance_between(least, most);
+    }
+}
+
+static void plain_pixels_of_all_lengths(void)
+{
+    random_counts(1, 20);
+    check_line(5000, 1, false, PIXELS - 8u);
+    random_counts(1, 60);
+    check_line(1000, 1, false, PIXELS - 8u);
+    random_counts(10, 20);
+    check_line(100013, 50, false, PIXELS - 8u);
+    random_counts(1, 64);
+    check_line(
+        29970, 121, false, 0); // 247.7 Hz: longer than 2^16 ticks, so not as a whole
+    random_counts(1, 64);
+    check_line(7000, 93, false, 0);
+}
+
+static void one_count_for_all(void)
+{
+    for (int16_t count = 1; count <= 21; count += 4) {
+        pixels = PIXELS;
+        for (uint8_t i = 0; i < pixels; i++) {
+            counts[i] = count;
+        }
+        check_line(14997, 3, false, PIXELS - 8u);
+    }
+}
+
+// Few even steps, too many of them, none, reversals, and few again.
+static void pixels_of_every_kind_in_turn(void)
+{
+    static const int16_t kinds[] = {
+        3, 4, 90, 90, 5, 0, 0, 2, 12, -3, -7, -70, -1, 9, 9, 64, 65};
+
+    pixels = sizeof(kinds) / sizeof(kinds[0]);
+    for (uint8_t i = 0; i < pixels; i++) {
+        counts[i] = kinds[i];
+    }
+    check_line(1000, 1, false, 1);
+    check_line(333, 1, false, 0);
+}
+
+// Boundary speeds up to `top`, back to rest and up again, each pixel changing by up to 2 * half.
+static void ramps(uint16_t top, uint16_t half)
+{
+    uint16_t speed = 0;
+    bool up = true;
+
+    pixels = 0;
+    speeds[0] = 0;
+    while (pixels < PIXELS - 1u || (speed != 0 && pixels < PIXELS)) {
+        uint16_t change = (uint16_t)(2u * chance_between(0, half));
+        if (pixels >= PIXELS / 2u && speed <= change) {
+            break;
+        }
+        up = speed == 0 || (up && speed + change < top);
+        if (!up && change > speed) {
+            change = speed;
+        }
+        uint16_t next = (uint16_t)(up ? speed + change : speed - change);
+        counts[pixels] = (int16_t)((speed + next) / 2u);
+        speed = next;
+        pixels++;
+        speeds[pixels] = speed;
+    }
+    while (speed != 0 && pixels <= PIXELS) {
+        counts[pixels] = (int16_t)(speed / 2u);
+        speed = 0;
+        pixels++;
+        speeds[pixels] = 0;
+    }
+}
+
+static void smooth_pixels_speed_up_and_slow_down(void)
+{
+    ramps(20, 1);
+    check_line(5000, 1, true, 8);
+    ramps(60, 4);
+    check_line(1000, 1, true, 8);
+    ramps(60, 10);
+    check_line(100013, 125, true, 8);
+    ramps(60, 8);
+    check_line(30, 1, true, 0);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(plain_pixels_of_all_lengths);
+    RUN_TEST(one_count_for_all);
+    RUN_TEST(pixels_of_every_kind_in_turn);
+    RUN_TEST(smooth_pixels_speed_up_and_slow_down);
+    return UNITY_END();
+}

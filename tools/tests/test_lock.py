@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: MIT
+"""Lines locked to the pixel clock, on the images: pixel edges against the clock's true edges."""
+
+import itertools
+import statistics
+from fractions import Fraction
+
+import pytest
+
+from lockbench import LockBench, gauss
+from pixstep.board import boards
+from pixstep.board.errors import BoardError
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.profiles import generator
+
+BOARDS = ("uno", "mega")
+PER_PIXEL = 20
+JITTER_TICKS = 80  # 5 us
+
+
+def ppm(hz, offset):
+    """Period of a clock that is off by so many parts per million, ticks."""
+    return Fraction(16_000_000, hz) * (1 + Fraction(offset) / 1_000_000)
+
+
+@pytest.fixture
+def bench_of(tmp_path):
+    """Make benches that record their edges."""
+    return lambda board, hz, **more: LockBench(board, hz=hz, edges=tmp_path / "edges.csv", **more)
+
+
+def run_line(bench, line, axis=0, seconds=20):
+    """Arm a line on a clock that has settled; return the cycle of each pixel's last step."""
+    bench.settle()
+    before = bench.count(axis)
+    upload = bench.load(line, axis)
+    assert upload.done
+    bench.board.command("arm", [axis])
+    bench.until(lambda: bench.state(axis) not in ("armed", "running"), seconds)
+    assert (bench.state(axis), bench.fault_name()) == ("done", "none")
+    return bench.last_steps(line, axis, before)
+
+
+def errors(bench, ends, divider=1):
+    """Cycles of pixel edges minus those of the clock's true edges, the first one the nearest."""
+    true = [float(edge) for edge in bench.own.true]
+    first = min(range(len(true)), key=lambda k: abs(true[k] - ends[0]))
+    return [end - true[first + divider * i] for i, end in enumerate(ends) if end is not None]
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize(("hz", "offset"), [(30, 10_000), (30, -10_000), (1000, 300)])
+def test_a_clock_that_is_off_is_followed(bench_of, board, hz, offset):
+    with bench_of(board, hz) as bench:
+        bench.follow()
+        bench.clock(ppm(hz, offset))
+        ends = run_line(bench, Line((PER_PIXEL,) * 60, PLAIN))
+        assert max(map(abs, errors(bench, ends))) <= 2
+        measured = bench.board.input("clock_period_ticks")
+        assert (
+            abs(measured + bench.board.input("clock_period_fraction") / 65536 - ppm(hz, offset)) < 1
+        )
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_jitter_is_averaged(bench_of, board):
+    with bench_of(board, 100) as bench:
+        bench.follow()
+        bench.clock(ppm(100, 300), jitter=gauss(1, JITTER_TICKS))
+        found = errors(bench, run_line(bench, Line((PER_PIXEL,) * 300, PLAIN)))
+        rms = statistics.fmean(one * one for one in found) ** 0.5
+        assert rms < 0.6 * JITTER_TICKS
+
+
+def test_without_the_lock_the_line_drifts(bench_of):
+    with bench_of("mega", 100) as bench:
+        bench.clock(ppm(100, 300))
+        found = errors(bench, run_line(bench, Line((PER_PIXEL,) * 60, PLAIN)))
+        assert found[-1] - found[0] == pytest.approx(-59 * 48, abs=2)
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_missing_edges_are_bridged(bench_of, board):
+    with bench_of(board, 200) as bench:
+        bench.follow()
+        bench.clock(ppm(200, 500), keep=lambda k: k % 20 != 0 and k % 20 != 7)
+        ends = run_line(bench, Line((PER_PIXEL,) * 100, PLAIN))
+        assert max(map(abs, errors(bench, ends))) <= 2
+        assert bench.board.input("clock_missing") >= 10
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("part", [Fraction(1, 500), Fraction(1, 3), Fraction(7, 10)])
+def test_false_edges_are_counted_and_dropped(bench_of, board, part):
+    with bench_of(board, 100) as bench:
+        bench.follow()
+        beside = int(part * ppm(100, 0))
+        bench.clock(ppm(100, -500), extra=lambda k: [beside] if k > 60 and k % 7 == 0 else [])
+        before = bench.board.input("clock_glitches")
+        ends = run_line(bench, Line((PER_PIXEL,) * 100, PLAIN))
+        assert max(map(abs, errors(bench, ends))) <= 2
+        assert 10 <= bench.board.input("clock_glitches") - before <= 40
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_jump_of_the_period(bench_of, board):
+    """No worse than DESIGN's table says for two edges ahead: 115 us for 1000 ppm at 30 Hz."""
+    jump = 45
+    with bench_of(board, 30) as bench:
+        bench.follow()
+        bench.clock(lambda k: ppm(30, 1000 if k > jump else 0))
+        found = errors(bench, run_line(bench, Line((PER_PIXEL,) * 50, PLAIN)))
+        assert 1600 < max(map(abs, found)) < 1.03 * 115 * 16
+        assert max(map(abs, found[-5:])) <= 60
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_pixel_of_many_edges(bench_of, board):
+    divider = 32
+    with bench_of(board, 1000) as bench:
+        bench.follow(divider=divider)
+        bench.clock(ppm(1000, 2000))
+        ends = run_line(bench, Line((4, 8, 16, 32, 40, 40, 40, 32, 16, 8, 4), PLAIN))
+        assert max(map(abs, errors(bench, ends, divider))) <= 2
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("backlash", [0, 12])
+def test_smooth_lines(bench_of, board, backlash):
+    """Behind the take-up of the backlash the last step of each pixel is on the clock's edge."""
+    speeds = [8, 16, 24, 32, 40]
+    made = generator.generate(speeds, generator.LineRequest(40, 60, backlash, 0))
+    line = Line(tuple(made.counts), SMOOTH, backlash)
+    with bench_of(board, 100) as bench:
+        bench.follow()
+        bench.clock(ppm(100, 4000))
+        ends = run_line(bench, line)
+        skip = line.counts.index(40) + 1
+        found = errors(bench, [end for end in ends[skip:] if end is not None])
+        assert max(map(abs, found)) <= 2
+
+
+def test_axes_share_one_grid(bench_of):
+    line = Line((PER_PIXEL,) * 60, PLAIN)
+    with bench_of("mega", 100, axes=(0, 1, 3)) as bench:
+        bench.follow()
+        bench.clock(ppm(100, 700), jitter=gauss(3, JITTER_TICKS))
+        bench.settle()
+        for axis in (0, 1, 3):
+            bench.load(line, axis)
+        bench.board.command("arm", [0, 1])
+        bench.run_until_steps(5 * PER_PIXEL)
+        bench.board.command("arm", [3])
+        bench.until(lambda: {bench.state(axis) for axis in (0, 1, 3)} == {"done"})
+        ends = {axis: bench.last_steps(line, axis) for axis in (0, 1, 3)}
+        assert ends[0] == ends[1]
+        later = next(i for i, end in enumerate(ends[0]) if abs(end - ends[3][0]) < 10_000)
+        # The first pixel of the later line had its length before its line zero was known.
+        assert abs(ends[0][later] - ends[3][0]) <= JITTER_TICKS
+        assert ends[0][later + 1 :] == ends[3][1 : len(ends[0]) - later]
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_clock_that_has_not_settled_holds_arming_back(bench_of, board):
+    with bench_of(board, 30) as bench:
+        bench.follow()
+        bench.load(Line((PER_PIXEL,) * 4, PLAIN))
+        with pytest.raises(BoardError):
+            bench.arm()
+        assert bench.state() == "loaded"
+        bench.settle()
+        bench.arm()
+        bench.until(lambda: bench.state() == "done")
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_free_line_needs_no_clock(bench_of, board):
+    with bench_of(board, 100) as bench:
+        bench.follow("free")
+        bench.sim.command("clock off")
+        line = Line((PER_PIXEL,) * 20, PLAIN)
+        bench.load(line)
+        bench.arm()
+        bench.until(lambda: bench.state() == "done")
+        assert bench.fault_name() == "none"
+        ends = bench.last_steps(line)
+        assert {b - a for a, b in itertools.pairwise(ends)} == {160_000}
+
+
+def _estop(bench):
+    (pin,) = (p for p in boards.load(bench.name).pins if p.signal == "ESTOP")
+    bench.sim.pin(0, pin.port, pin.bit, 0)
+    bench.sim.wait_s(0.02)
+    bench.sim.pin(0, pin.port, pin.bit, 1)
+    bench.sim.wait_s(0.02)
+
+
+def _disarm(bench):
+    try:
+        bench.board.command("disarm", [0])
+    except BoardError:  # it runs already
+        bench.board.command("stop", [0])
+
+
+def _clock_stops(bench):
+    bench.own.on = False
+    bench.sim.wait_s(0.2)
+    bench.own.on = True
+
+
+def _clock_jumps(bench):
+    bench.own.next += Fraction(60_000)
+
+
+ENDS = {
+    "stop": lambda bench: bench.board.command("stop", [0]),
+    "disarm": _disarm,
+    "estop": _estop,
+    "clock stops": _clock_stops,
+    "clock jumps": _clock_jumps,
+}
+# Milliseconds behind the command to arm: armed, line zero placed, first pixels, in the middle.
+MOMENTS = (0, 7, 13, 22, 250)
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("end", ENDS)
+def test_a_locked_line_that_ends_early_leaves_nothing_behind(bench_of, board, end):
+    """Positions are the edges made, and the next line is locked from its line zero on."""
+    line = Line((PER_PIXEL,) * 40, PLAIN)
+    with bench_of(board, 100) as bench:
+        bench.follow()
+        bench.clock(ppm(100, -3000))
+        for moment in MOMENTS:
+            bench.settle()
+            bench.load(line)
+            bench.arm()
+            bench.sim.wait_s(moment / 1000 + 0.0001)
+            ENDS[end](bench)
+            bench.until(lambda: bench.state() not in ("armed", "running"))
+            bench.assert_rest()
+            if bench.board.input("fault_code"):
+                bench.board.command("clear_fault", [])
+            bench.board.command("discard", [0])
+        found = errors(bench, run_line(bench, line))
+        assert max(map(abs, found)) <= 2
