@@ -74,9 +74,10 @@ def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Reh
 
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
     """
-    bounds = limits.connected(board, request.setup.pixel_hz)
+    setup = request.setup
+    bounds = limits.connected(board, setup.pixel_hz, len(setup.motors))
     with request.text() as text:
-        plan = Plan(request.path, text, request.setup, request.options)
+        plan = Plan(request.path, text, setup, request.options)
         return rehearsal.rehearse(plan, bounds, progress)
 
 
