@@ -26,7 +26,7 @@ class PlanMotor:
     Speeds are in counts/ms, accelerations in counts/ms2. `reversal_steps` is the highest count
     of a plain pixel right behind one of the other direction; None is no limit. `together` is the
     number of motors on its board that a program moves. `unused_limits` are those of the machine
-    file that a plan does not use.
+    file that a plan does not use, `max_jerk` among them, steps/px3: it is compared with the counts.
     """
 
     name: str
@@ -40,6 +40,7 @@ class PlanMotor:
     axis: int = 0
     negative: bool = False
     together: int = 1
+    max_jerk: float | None = None
     unused_limits: tuple[str, ...] = ()
 
     def planned_speed(self, pixel_ms: float) -> float:
@@ -146,7 +147,7 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
     able = capability.of(machine.board_of(motor).kind, hz, axes=together)
     top = float(able.top_speed(motor.kind) * hz / MS)
     scale = motor.steps_per_unit
-    speed = values["max_speed"]
+    speed, jerk = values["max_speed"], motor.limit("max_jerk")
     return PlanMotor(
         name=motor.name,
         word=_word(motor) or "",
@@ -159,6 +160,7 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
         axis=motor.axis,
         negative=motor.negative,
         together=together,
+        max_jerk=float(jerk.per_pixel(hz)) if jerk else None,
         unused_limits=tuple(key for key in UNUSED_LIMITS if motor.limit(key) is not None),
     )
 
