@@ -2,6 +2,7 @@
 // Commands in unplanned sequences: twice, too late, side by side, on axes in every state.
 #include <stdint.h>
 
+#include "app/report.h"
 #include "app/round.h"
 #include "app/store.h"
 #include "fakes/board.h"
@@ -70,6 +71,8 @@ static void check_twice(enum command again)
     TEST_ASSERT_TRUE(step_engine_going(step_timer_state(1)));
     command(2, again);
     TEST_ASSERT_EQUAL(AXIS_STOPPING, axes_get(1)->life.state);
+    TEST_ASSERT_EQUAL_HEX16(REPORT_CLOCK | REPORT_STOPPING << 1u,
+                            bench_input(REG_INPUT_status));
     TEST_ASSERT_EQUAL(AXIS_EMPTY, bench_input(REG_AXIS_BASE + REG_AXIS_STRIDE));
     bench_rounds(300);
     TEST_ASSERT_EQUAL_HEX8(0, bench_axes_in(AXIS_STOPPING));

@@ -55,13 +55,20 @@ static const char manual[] =
     "  --pixel-hz N[/D]       frequency, exact (none: no clock)\n"
     "  --pixel-ppm X          frequency error\n"
     "  --pixel-jitter-ns J    each edge is off by at most J\n"
+    "  --pixel-jitter-rms-ns J  normally distributed, of this standard deviation\n"
+    "  --pixel-wander-ppm X   the error swings by X to either side, once in 1000 edges\n"
+    "  --pixel-step X@N       X ppm more from edge N on, counted from 0\n"
+    "  --pixel-drop K         one edge of K is missing\n"
+    "  --pixel-double K       one edge of K is followed by a false one\n"
     "  --pixel-start-ms M     first rising edge (default 10)\n"
     "  --seed S               of everything random (default 1)\n"
     "output:\n"
     "  --edges FILE           every STEP, DIR, ENABLE and PERMIT edge:\n"
     "                         cycle,board,axis,signal,level (PERMIT is of the whole "
     "board: axis 0)\n"
-    "  --clock-log FILE       every rising edge of the pixel clock\n"
+    "  --clock-log FILE       every edge of the pixel clock, true, missing and false "
+    "ones:\n"
+    "                         cycle,true_cycle_x1000,edge (sim/pixel_clock.h)\n"
     "  --serial-log FILE      the first board's serial bytes: cycle,direction,byte "
     "(hex);\n"
     "                         rx at the middle of the stop bit, tx at the start bit\n"
@@ -205,6 +212,18 @@ static void read_eeprom(struct options *o, const char *text)
     o->eeprom_path[board] = text + 2;
 }
 
+static void read_step(struct options *o, char *text)
+{
+    char *at = strchr(text, '@');
+
+    if (at == NULL) {
+        fail("--pixel-step '%s': expected PPM@EDGE, as in 1000@200", text);
+    }
+    *at = '\0';
+    o->clock.step_ppm = read_real("--pixel-step", text, -PPM_MOST, PPM_MOST);
+    o->clock.step_edge = read_whole("--pixel-step", at + 1, 1, UINT32_MAX);
+}
+
 static void set_mode(struct options *o, enum run_mode mode)
 {
     if (o->mode != MODE_NONE) {
@@ -222,6 +241,11 @@ enum option_id {
     OPTION_HZ,
     OPTION_PPM,
     OPTION_JITTER,
+    OPTION_JITTER_RMS,
+    OPTION_WANDER,
+    OPTION_STEP,
+    OPTION_DROP,
+    OPTION_DOUBLE,
     OPTION_START,
     OPTION_SEED,
     OPTION_EDGES,
@@ -246,6 +270,11 @@ static const struct option table[] = {
     {"pixel-hz", required_argument, NULL, OPTION_HZ},
     {"pixel-ppm", required_argument, NULL, OPTION_PPM},
     {"pixel-jitter-ns", required_argument, NULL, OPTION_JITTER},
+    {"pixel-jitter-rms-ns", required_argument, NULL, OPTION_JITTER_RMS},
+    {"pixel-wander-ppm", required_argument, NULL, OPTION_WANDER},
+    {"pixel-step", required_argument, NULL, OPTION_STEP},
+    {"pixel-drop", required_argument, NULL, OPTION_DROP},
+    {"pixel-double", required_argument, NULL, OPTION_DOUBLE},
     {"pixel-start-ms", required_argument, NULL, OPTION_START},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"edges", required_argument, NULL, OPTION_EDGES},
@@ -276,6 +305,23 @@ static void read_clock_option(struct options *o, int id, char *value)
     case OPTION_JITTER:
         o->clock.jitter_ns =
             (uint32_t)read_whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
+        break;
+    case OPTION_JITTER_RMS:
+        o->clock.jitter_rms_ns =
+            (uint32_t)read_whole("--pixel-jitter-rms-ns", value, 0, JITTER_MOST_NS);
+        break;
+    case OPTION_WANDER:
+        o->clock.wander_ppm = read_real("--pixel-wander-ppm", value, 0, PPM_MOST);
+        break;
+    case OPTION_STEP:
+        read_step(o, value);
+        break;
+    case OPTION_DROP:
+        o->clock.drop_every = (uint32_t)read_whole("--pixel-drop", value, 2, UINT32_MAX);
+        break;
+    case OPTION_DOUBLE:
+        o->clock.double_every =
+            (uint32_t)read_whole("--pixel-double", value, 1, UINT32_MAX);
         break;
     case OPTION_START:
         o->clock.start_ms = read_real("--pixel-start-ms", value, 0.01, 1e9);

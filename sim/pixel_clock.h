@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// The source of the pixel clock: an exact rational frequency with an error in ppm, jitter and
-// dropped pulses. The pulses follow an ideal time line without drift; the rising edge of each is
-// rounded down to a cycle and then displaced by its own jitter. A pulse is high for a quarter of
-// the period, 50 us at most.
+// The source of the pixel clock: an exact rational frequency with an error in ppm that may wander
+// and step, jitter, missing and false edges. The pulses follow an ideal time line without drift;
+// the rising edge of each is rounded down to a cycle and then displaced by its own jitter. A pulse
+// is high for a quarter of the period, 50 us at most.
 //
 //   ideal     |           |           |           |        num / den cycles apart, exactly
-//   clock     /-\___________/-\______/-\__________/-\__    displaced by at most jitter_ns
+//   clock     /-\___________/-\______/-\___/-\_______/-    displaced by jitter
+//               true         true     true  false   missing
+//
+// The log has a row for each true edge, missing ones included, and for each false one: the cycle in
+// which it rises, the ideal time in thousandths of a cycle (of a false edge that of the true edge
+// before it), and which of these it is. While the clock is off nothing is logged.
 #pragma once
 
 #include <stdbool.h>
@@ -21,18 +26,36 @@ struct pixel_clock_settings {
     uint32_t hz_num, hz_den; // 0: no clock at all
     double ppm;              // kept to a millionth of a ppm
     uint32_t jitter_ns;      // each edge is displaced by at most this, evenly distributed
+    uint32_t jitter_rms_ns;  // and by this standard deviation, normally distributed
+    double wander_ppm;       // amplitude of a sine in the frequency
+    double step_ppm;         // added to the frequency error
+    uint64_t step_edge;      // from this edge on, the first one being 0; 0: never
+    uint32_t drop_every;     // one edge of so many is missing; 0: none
+    uint32_t double_every;   // one of so many, unless missing, is followed by a false one
     double start_ms;         // of the first rising edge
-    uint64_t seed;           // of the jitter
+    uint64_t seed;           // of jitter and false edges
+};
+
+// Edges of one period of the wander.
+#define PIXEL_CLOCK_WANDER_EDGES 1000
+
+enum pixel_edge {
+    PIXEL_EDGE_TRUE,
+    PIXEL_EDGE_MISSING,
+    PIXEL_EDGE_FALSE,
 };
 
 struct pixel_pulse {
-    uint64_t rise; // cycle of the edge that the firmware counts
-    uint64_t fall; // cycle of the other edge
+    uint64_t rise;       // cycle of the edge that the firmware counts
+    uint64_t fall;       // cycle of the other edge
+    uint64_t true_x1000; // the ideal time
+    enum pixel_edge kind;
 };
 
 struct pixel_clock {
     struct pixel_clock_settings settings;
-    FILE *log;           // the cycle of every rising edge; NULL for none
+    FILE *log;           // of every edge; NULL for none
+    uint64_t edge;       // number of the true edge that `ideal` is
     uint64_t ideal;      // of the next pulse without jitter: whole cycles
     pixel_wide rest;     // and the fraction, in units of 1 / den
     pixel_wide num, den; // the period is num / den cycles
@@ -41,6 +64,7 @@ struct pixel_clock {
     uint64_t drop;   // number of pulses that are still to be dropped
     bool on;         // off: pulses are left out, but the time line goes on
     bool next_valid; // `next` holds the next pulse
+    bool false_due;  // the pulse behind it is a false one
     struct pixel_pulse next;
 };
 
@@ -50,7 +74,7 @@ bool pixel_clock_open(struct pixel_clock *clock,
                       const struct pixel_clock_settings *settings,
                       const char *log_path);
 
-// Takes the next pulse if it rises before this cycle, and logs it. False if there is none. Dropped
+// Takes the next pulse if it rises before this cycle, and logs it. False if there is none. Missing
 // pulses, and those while the clock is off, are left out.
 bool pixel_clock_next(struct pixel_clock *clock,
                       uint64_t before,

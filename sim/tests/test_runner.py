@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The runner itself: command line, control protocol, pixel clock, plant, files, verdicts."""
 
+import itertools
 import json
+import math
+import statistics
 import subprocess
 import unittest
 from fractions import Fraction
@@ -99,7 +102,14 @@ class PixelClock(SimTest):
         with Session(image(board, "echo"), options=["--clock-log", str(log), *options]) as sim:
             for command in commands:
                 self.assertTrue(sim.ask(command).startswith("ok"), command)
-        return [int(line) for line in log.read_text().split()[1:]]
+        header, *rows = log.read_text().split()
+        self.assertEqual(header, "cycle,true_cycle_x1000,edge")
+        self.rows = [(int(a), int(b), kind) for a, b, kind in (row.split(",") for row in rows)]
+        return [cycle for cycle, _, kind in self.rows if kind != "missing"]
+
+    def true(self):
+        """Return the ideal times of the true edges, missing ones included, in cycles."""
+        return [Fraction(true, 1000) for _, true, kind in self.rows if kind != "false"]
 
     def test_exact_period(self):
         edges = self.clock("--pixel-hz", "30000/1001", "--pixel-start-ms", "5")
@@ -129,6 +139,41 @@ class PixelClock(SimTest):
         self.assertGreater(len(set(off)), 20)
         self.assertEqual(self.clock(*options), edges)
 
+    def test_normal_jitter(self):
+        options = ("--pixel-hz", "1000", "--pixel-jitter-rms-ns", "5000", "--seed", "3")
+        edges = self.clock(*options, commands=("run 64000000",))
+        self.assertEqual(self.true(), [160_000 + 16_000 * k for k in range(len(edges))])
+        off = [edge - true for edge, true in zip(edges, self.true(), strict=True)]
+        self.assertAlmostEqual(statistics.fmean(off), 0, delta=5)
+        self.assertAlmostEqual(statistics.pstdev(off), 80, delta=4)
+        self.assertAlmostEqual(sum(abs(one) < 80 for one in off) / len(off), 0.683, delta=0.03)
+        self.assertEqual(self.clock(*options, commands=("run 64000000",)), edges)
+
+    def test_wander_and_step(self):
+        options = ("--pixel-hz", "1000", "--pixel-ppm", "100", "--pixel-wander-ppm", "50")
+        edges = self.clock(*options, "--pixel-step", "-1000@300")
+        self.assertEqual(edges, [int(true) for true in self.true()])
+        ppm = [(16_000 / float(b - a) - 1) * 1e6 for a, b in itertools.pairwise(self.true())]
+        wanted = [
+            100 + 50 * math.sin(2 * math.pi * k / 1000) - 1000 * (k >= 300) for k in range(len(ppm))
+        ]
+        worst = max(abs(a - b) for a, b in zip(ppm, wanted, strict=True))
+        self.assertLess(worst, 0.2)  # a thousandth of a cycle in 16,000
+
+    def test_missing_and_false_edges(self):
+        options = ("--pixel-hz", "1000", "--pixel-drop", "20", "--pixel-double", "7")
+        edges = self.clock(*options)
+        self.assertEqual(self.true(), [160_000 + 16_000 * k for k in range(len(self.true()))])
+        self.assertEqual(edges, sorted(edges))
+        missing = [int(true) // 1000 for _, true, kind in self.rows if kind == "missing"]
+        self.assertEqual(missing, [160_000 + 16_000 * k for k in range(19, len(self.true()), 20)])
+        false = [(cycle, true // 1000) for cycle, true, kind in self.rows if kind == "false"]
+        behind = [160_000 + 16_000 * k for k in range(3, len(self.true()), 7) if k % 20 != 19]
+        self.assertEqual([true for _, true in false], behind[: len(false)])
+        parts = [(cycle - true) / 16_000 for cycle, true in false]
+        self.assertTrue(all(0.05 <= part <= 0.7 for part in parts))
+        self.assertGreater(max(parts) - min(parts), 0.4)
+
     def test_drop_and_off(self):
         commands = [
             "run 200000",
@@ -141,6 +186,7 @@ class PixelClock(SimTest):
         edges = self.clock("--pixel-hz", "100", commands=commands)
         # Pulses at 160000 k: 2 and 3 dropped, 5, 6 and 7 off; run to 1500000.
         self.assertEqual(edges, [160_000 * k for k in (1, 4, 8, 9)])
+        self.assertEqual(self.true(), [160_000 * k for k in (1, 2, 3, 4, 8, 9)])
 
 
 class Plant(SimTest):

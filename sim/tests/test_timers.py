@@ -108,7 +108,7 @@ class Capture(SimTest):
             results = sim.results(1 + count)
         self.assertGreaterEqual(results[0], count)
         bottom = rising(read_edges(edges_path), axis=AXIS_OF_CAPTURE[board])[0] - 32
-        clock = [int(line) for line in clock_log.read_text().split()[1:]]
+        clock = [int(row.split(",")[0]) for row in clock_log.read_text().split()[1:]]
         expected = [(edge + 3 - bottom) % 10_000 for edge in clock[:count]]
         self.assertEqual(results[1:], expected)
 

@@ -77,7 +77,8 @@ def replay(image: Path, pins: Path, folder: Path) -> tuple[Run, Run, str]:
     want = Run(*read_edges(folder / "edges.csv"), read_serial(folder / "serial.csv", "tx"))
     if not want.rises:
         raise ValueError(f"{folder}/edges.csv: no steps")
-    clock = [int(row["cycle"]) for row in read_csv(folder / "clock.csv")]
+    rows = read_csv(folder / "clock.csv")
+    clock = [int(row["cycle"]) for row in rows if row["edge"] != "missing"]
     end = want.rises[-1] + RUN_ON_CYCLES
     board = Uno(image, read_pins(pins))
     start = time.process_time()

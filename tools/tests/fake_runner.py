@@ -231,7 +231,8 @@ class Fake:
         with open(self.options["--edges"], "w") as file:  # noqa: PTH123
             file.write("\n".join(["cycle,board,axis,signal,level", *lines]) + "\n")
         with open(self.options["--clock-log"], "w") as file:  # noqa: PTH123
-            file.write("\n".join(["cycle", *map(str, self.clock())]) + "\n")
+            rows = [f"{cycle},{cycle}000,true" for cycle in self.clock()]
+            file.write("\n".join(["cycle,true_cycle_x1000,edge", *rows]) + "\n")
 
     def command(self, words):
         if words[0] == "run":

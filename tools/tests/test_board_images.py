@@ -57,6 +57,41 @@ def live(make_console):
 
 
 @pytest.mark.parametrize("name", BOARDS)
+def test_what_a_board_has_measured_of_its_clock(live, name):
+    one = live(name, hz=100, pixel_ppm=-2000)
+    one.out("set", "pixel_hz=100")
+    assert one.json("info")["boards"][0]["pixel_clock"]["measured"] is None
+    one.sim.wait_s(1)
+    measured = one.json("info")["boards"][0]["pixel_clock"]["measured"]
+    assert measured["offset_ppm"] == pytest.approx(-2000, abs=3)
+    assert measured["period_us"] == pytest.approx(10_000 * 1.002004, abs=0.05)
+    assert measured["mean_jitter_us"] < 0.2 and measured["missing_edges"] == 0
+    text = one.out("info")
+    assert "set to 100/1 Hz; period 10020." in text and "ppm), jitter 0." in text
+    assert "edges, period 10020." in one.out("watch", "--once")
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_a_line_of_many_clock_edges_a_pixel(live, invoke, name):
+    """A board with another divider is refused in one line; --divider sets the setting."""
+    one = live(name, hz=1000, pixel_ppm=500)
+    make = ("line", "make", "--speed", "4000steps/s", "--max-acceleration", "200000steps/s2")
+    invoke(*make, "--length", "400", "--pixel-hz", "1000", "-o", "l.csv")
+    one.out("set", "pixel_hz=1000", "sync=2")
+    said = one.err("upload", "l.csv", "--decode", "smooth", status=3)
+    assert "made for 250 Hz, used at 1000 Hz" in said and "--divider 4, not 1" in said
+    one.sim.wait_s(1)
+    upload = ("upload", "l.csv", "--decode", "smooth", "--divider", "4", "--no-check")
+    done = one.json(*upload)["axes"][0]
+    assert done["state"] == "loaded" and done["steps"] == 400
+    one.sim.wait_s(1)
+    one.out("start")
+    one.sim.wait_s(1)
+    assert one.json("info")["boards"][0]["axes"][0]["position_steps"] == 400
+    assert "4 edges a pixel" in one.out("info")
+
+
+@pytest.mark.parametrize("name", BOARDS)
 def test_look_set_store(live, name):
     one = live(name)
     (found,) = one.json("info")["boards"]

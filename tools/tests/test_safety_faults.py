@@ -149,7 +149,7 @@ def test_reset_by_the_watchdog(board, hang):
 @pytest.mark.provokes("underrun")
 @pytest.mark.parametrize("axis", range(4))
 def test_underrun_of_an_axis_whose_interrupt_never_comes(axis):
-    """At rest nobody waits for the interrupt; the axis's next line finds it dead, without a step."""
+    """Nobody waits for an interrupt at rest; the next line finds the axis dead, without a step."""
     with FaultBench("mega", range(4)) as bench:
         bench.sim.command(f"hang 0 axis {axis}")
         bench.sim.run(4_000_000)

@@ -118,8 +118,9 @@ def test_clock():
 
 
 def test_actual_positions_count_steps_on_the_edge():
-    actual = verdict.actual_positions(LINE, PERIOD, edges_of(IDEAL), ZERO)
-    assert actual == exact.expected_positions(LINE)
+    ends = np.array([ZERO + edge_tick(pixel, PERIOD) for pixel in range(1, LINE.pixels + 1)])
+    actual = verdict.actual_positions(edges_of(IDEAL), ends)
+    assert actual.tolist() == exact.expected_positions(LINE)
 
 
 @pytest.mark.parametrize(

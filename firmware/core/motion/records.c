@@ -23,7 +23,9 @@ void records_reset(struct records *records)
     records->to_next = thin.every;
 #if FEATURE_CLOCK_STATISTICS
     records->shown_ticks = 0;
-    records->early_ticks = 0;
+    for (uint8_t i = 0; i < RECORDS_EARLY; i++) {
+        records->early_ticks[i] = 0;
+    }
 #endif
 }
 
@@ -52,13 +54,14 @@ static void note_newest(struct records *records, int16_t error)
 }
 
 // Give the newest record the error of an edge that came before its pixel.
-static void take_early(struct records *records, struct kept_record *record)
+static void take_early(struct records *records, struct kept_record *record, uint8_t pixel)
 {
-    int16_t early_ticks = records->early_ticks;
+    int16_t *place = &records->early_ticks[pixel & (RECORDS_EARLY - 1u)];
+    int16_t early_ticks = *place;
 
     record->edge_error_ticks = early_ticks;
     if (early_ticks != 0) {
-        records->early_ticks = 0;
+        *place = 0;
         note_newest(records, early_ticks);
     }
 }
@@ -68,8 +71,9 @@ static int16_t error_of(const struct kept_record *record)
     return record->edge_error_ticks;
 }
 #else
-static void take_early(struct records *records, struct kept_record *record)
+static void take_early(struct records *records, struct kept_record *record, uint8_t pixel)
 {
+    (void)pixel;
     (void)records;
     (void)record;
 }
@@ -115,7 +119,7 @@ void records_add(struct records *records,
     } else if (beyond_steps != 0) {
         keep_newest(records);
     }
-    take_early(records, record);
+    take_early(records, record, (uint8_t)pixel);
 }
 
 static uint8_t slot_of(const struct records *records, uint8_t number)
@@ -154,9 +158,13 @@ void records_note_error(struct records *records, uint16_t pixel, int16_t error_t
 {
     const struct kept_record *newest = &records->kept[records->newest];
     struct kept_record *record = NULL;
+    uint16_t ahead = pixel;
 
-    if (records->count != 0 && pixel == (uint16_t)(newest->pixel + 1u)) {
-        records->early_ticks = error_ticks;
+    if (records->count != 0) {
+        ahead = (uint16_t)(pixel - newest->pixel);
+    }
+    if ((uint16_t)(ahead - 1u) < RECORDS_EARLY) {
+        records->early_ticks[pixel & (RECORDS_EARLY - 1u)] = error_ticks;
         return;
     }
     record = record_of(records, pixel);

@@ -27,6 +27,9 @@
 #define RECORDS_KEPT 20u
 #endif
 
+// Pixels by which the account may lag behind the clock's edges; a power of two.
+#define RECORDS_EARLY 8u
+
 struct pixel_record {
     // Low 16 bits of the pixel's number; 1: the end of the line's first pixel.
     uint16_t pixel;
@@ -63,8 +66,9 @@ struct records {
 #if FEATURE_CLOCK_STATISTICS
     // Edge error of the newest record that was to be kept.
     int16_t shown_ticks;
-    // Edge error of the pixel behind the newest one, whose edge came early.
-    int16_t early_ticks;
+    // Edge errors of the pixels behind the newest one, by the low bits of their numbers: the
+    // account of an axis may lag some pixels behind the clock.
+    int16_t early_ticks[RECORDS_EARLY];
 #endif
     struct kept_record kept[RECORDS_KEPT];
 };

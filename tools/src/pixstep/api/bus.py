@@ -8,7 +8,7 @@ from typing import Self
 
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
-from pixstep.board import connection, limits, upload
+from pixstep.board import connection, limits, settings, upload
 from pixstep.board import run as running
 from pixstep.board.client import Board as Device
 from pixstep.board.connection import Link
@@ -47,7 +47,7 @@ class Board:
 
     @property
     def pixel_hz(self) -> Fraction:
-        """The pixel frequency in Hz that it is set to."""
+        """The frequency of pixels in Hz that it is set to."""
         return limits.connected(self.device).pixel_hz
 
     def axes(self) -> tuple[AxisState, ...]:
@@ -91,7 +91,7 @@ class Board:
                 self.device.require("backlash")
             self.check(item, axes=len(by_axis)).raise_if_refused()
         if hz != self.pixel_hz:
-            self.device.set_pixel_hz(hz)
+            self.device.set_pixel_hz(hz * settings.divider(self.device))
         axes = list(by_axis)
         motions = {number: item.line for number, item in by_axis.items()}
         group = [running.Lines(self.device, axes, upload.begin(self.device, motions))]

@@ -20,6 +20,8 @@ from pixstep.lines.runs import queue_entries
 
 ENDS = frozenset({"done", "fault", "refused"})
 _POLL_PIXELS, _POLL_S = 4, 0.1  # between two polls, whichever is less
+_MEASURING_EDGES = 3000  # of a clock, after which a board that can measure it has done so
+_MEASURING_POLL_EDGES = 8
 _START_PIXELS = 10  # from arming to the last pixel there is this much to spare
 
 
@@ -45,7 +47,7 @@ class BoardRun:
         self.axes: list[int] = []
         self.uploads: dict[int, Upload] = {}
         self.deadline_s = 0.0
-        self._period_s = 0.0
+        self._clock_s = self._period_s = 0.0
         self._pixels = 0
 
     @property
@@ -56,7 +58,8 @@ class BoardRun:
     def set_up(self, pixel_hz: Fraction, axes: list[int], **settings: int) -> None:
         """Set the pixel clock and some settings by name, enable the axes."""
         self.axes = sorted(axes)
-        self._period_s = float(1 / pixel_hz)
+        self._clock_s = float(1 / pixel_hz)
+        self._period_s = settings.get("divider", 1) * self._clock_s
         self.board.set_pixel_hz(pixel_hz)
         for name, value in settings.items():
             self.board.write_setting(name, value)
@@ -77,6 +80,17 @@ class BoardRun:
                 raise self.board.refusal(axis)
             if state != "loaded":
                 raise BoardError(f"axis {axis}: {state} after the upload, not loaded")
+
+    def await_clock(self) -> None:
+        """Wait until the board has measured the pixel clock: what a locked line begins with."""
+        world = self.link.world
+        end_s = world.now_s() + _MEASURING_EDGES * self._clock_s + _POLL_S
+        while not self.board.input("status") >> regs.STATUS_MEASURED & 1:
+            if world.now_s() > end_s:
+                raise BoardError(
+                    f"board {self.board.unit}: no steady pixel clock in {_MEASURING_EDGES} edges"
+                )
+            world.wait(min(_POLL_S, _MEASURING_POLL_EDGES * self._clock_s))
 
     def arm(self) -> None:
         """Arm all loaded axes at once: their lines start on one pixel clock edge."""

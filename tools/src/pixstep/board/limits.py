@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import boards, settings, values
+from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
@@ -17,7 +18,7 @@ from pixstep.lines.rational import period_ticks, refuse_period
 
 @dataclass(frozen=True)
 class BoardLimits:
-    """The limits of a board at a pixel frequency, its settings included.
+    """The limits of a board at a frequency of pixels, its settings included.
 
     Intervals are in timer ticks: the shortest ones of plain lines, of smooth lines, of seeks, and
     the shortest one between two steps of opposite direction. A setting that is 0 is no limit.
@@ -31,6 +32,7 @@ class BoardLimits:
     reversal_ticks: int
     max_acceleration: int
     start_stop_steps: int
+    lock_ticks: int = 0  # a pixel that is locked to the clock may be so much shorter than nominal
 
     def of(self, line: Line) -> Limits:
         """Return the limits for a line's decode rule."""
@@ -40,14 +42,19 @@ class BoardLimits:
             max_acceleration=(self.max_acceleration or None) if line.smooth else None,
             start_stop=None if line.smooth else (self.start_stop_steps or None),
             min_interval_ticks=smallest,
-            period_ticks=period_ticks(self.pixel_hz, self.tick_hz),
+            period_ticks=self.shortest_ticks,
             reversal_ticks=self.reversal_ticks,
         )
+
+    @property
+    def shortest_ticks(self) -> Fraction:
+        """The shortest pixel that there may be."""
+        return period_ticks(self.pixel_hz, self.tick_hz) - self.lock_ticks
 
     def of_core(self) -> CoreLimits:
         """Return the limits as the firmware's core takes them."""
         return CoreLimits(
-            int(period_ticks(self.pixel_hz, self.tick_hz)),
+            int(self.shortest_ticks),
             self.min_interval_ticks,
             self.smooth_min_interval_ticks,
             self.seek_min_interval_ticks,
@@ -57,10 +64,17 @@ class BoardLimits:
         )
 
 
-def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None, axes: int = 1) -> BoardLimits:
+def named(
+    name: str,
+    pixel_hz: Fraction,
+    tick_hz: int | None = None,
+    axes: int = 1,
+    locked: Mapping[str, int] | None = None,
+) -> BoardLimits:
     """Return the limits of a board with its default settings; at another timer's rate if given.
 
     `axes` is the number of axes that move together: the more, the longer the shortest intervals.
+    `locked` are the settings that differ, for lines that the board locks to the clock.
     Raises UserError for an unknown board, and for a pixel frequency that a board cannot carry.
     """
     board = boards.load(name)
@@ -76,11 +90,12 @@ def named(name: str, pixel_hz: Fraction, tick_hz: int | None = None, axes: int =
         board.reversal_ticks(_driver_us(known), rate),
         known["max_acceleration"],
         known["start_stop_steps"],
+        _lock_ticks(known | dict(locked), pixel_hz, rate) if locked else 0,
     )
 
 
 def connected(board: Board, pixel_hz: Fraction | None = None, axes: int = 1) -> BoardLimits:
-    """Ask a board for its limits; at another pixel frequency than its own if one is given.
+    """Ask a board for its limits; at another frequency of pixels than its own if one is given.
 
     `axes` is the number of axes that move together: a board with fewer has the limits of its own.
     No register has the intervals of seeks and reversals: they are those of the board's table, and 0
@@ -89,8 +104,9 @@ def connected(board: Board, pixel_hz: Fraction | None = None, axes: int = 1) -> 
     state, known = board.inputs(), settings.read(board)
     table = next((item for item in boards.all_boards() if item.id == state["board_id"]), None)
     rate = board.tick_hz()
+    hz = pixel_hz or values.hz_of(known) / settings.divider_of(known)
     return BoardLimits(
-        pixel_hz or values.hz_of(known),
+        hz,
         rate,
         state[_of_axes("min_interval", axes, state)],
         state[_of_axes("smooth_min_interval", axes, state)],
@@ -98,6 +114,7 @@ def connected(board: Board, pixel_hz: Fraction | None = None, axes: int = 1) -> 
         table.reversal_ticks(_driver_us(known)) if table else 0,
         known["max_acceleration"],
         known["start_stop_steps"],
+        _lock_ticks(known, hz, rate),
     )
 
 
@@ -113,6 +130,16 @@ def check(line: Line, found: BoardLimits) -> list[Finding]:
             f"sent; `pixstep line check` shows all)"
         )
     return findings
+
+
+def _lock_ticks(known: Mapping[str, int], pixel_hz: Fraction, tick_hz: int) -> int:
+    """Return how much shorter a locked pixel may be by the board's settings, as its grid does."""
+    if known.get("sync") != regs.SYNCS["lock"]:
+        return 0
+    edges = known["divider"]
+    clock_ticks = int(period_ticks(pixel_hz * edges, tick_hz))
+    tolerated = clock_ticks // (1_000_000 // known["lock_tolerance_ppm"]) + 1
+    return (tolerated + tolerated // 64 + 1) * edges
 
 
 def _of_axes(name: str, axes: int, state: Mapping[str, int]) -> str:

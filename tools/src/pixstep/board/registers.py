@@ -29,6 +29,7 @@ PACKED_MAP_VERSION = 4  # boards from this map on take packed blocks
 STORE_KEY = 0x5AFE  # argument of store and default_settings
 BOARD_IDS = {board.id: board.name for board in boards.all_boards()}
 AXIS_COUNTS = tuple(sorted({board.axes for board in boards.all_boards()}))
+STATUS_MEASURED = 7  # bit of input register `status`: a lock to the pixel clock can begin
 STATUS_STOPPING = 8  # bit of input register `status` for axis 0; the next axes follow
 STATUS_BITS = {  # of input register `status`
     "clock": 0,
@@ -39,6 +40,7 @@ STATUS_BITS = {  # of input register `status`
     "permit": 5,
     "listen_only": 6,
 }
+SYNCS = {"free": 0, "start": 1, "lock": 2}  # of setting `sync`
 OUTPUT_PERMIT = 8  # bit of input register `outputs`; bit n is the driver of axis n
 # Discrete inputs: the bits of `status`, then those of `inputs`. Coils, n an axis:
 DISCRETE_INPUTS = 16

@@ -115,7 +115,7 @@ class SelfTest(AtMachine):
 
     def clock(self) -> Result:
         """Whether pixel clock edges come, and as fast as the board is set to."""
-        wanted = settings.pixel_hz(self.board)
+        wanted = settings.clock_hz(self.board)
         least_s = float(max(Fraction(_CLOCK_S), 4 / wanted))
         first, began = self.board.input("pixel_edges"), self.world.now_s()
         self.world.wait(least_s)

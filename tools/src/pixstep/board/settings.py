@@ -129,9 +129,25 @@ def store(board: Board, world: World) -> int:
     return serial
 
 
-def pixel_hz(board: Board) -> Fraction:
-    """Return the exact pixel frequency that the board is set to."""
+def clock_hz(board: Board) -> Fraction:
+    """Return the exact frequency of the pixel clock's edges that the board is set to."""
     return values.hz_of(read(board))
+
+
+def divider(board: Board) -> int:
+    """Return how many edges of the clock a pixel has on the board."""
+    return divider_of(read(board))
+
+
+def divider_of(known: dict[str, int]) -> int:
+    """Return the same of its settings; a board that has no such setting has one edge."""
+    return known.get("divider", 1)
+
+
+def pixel_hz(board: Board, clock: Fraction | None = None) -> Fraction:
+    """Return the exact frequency of the board's pixels; of those that another clock gives it."""
+    known = read(board)
+    return (clock or values.hz_of(known)) / divider_of(known)
 
 
 def _span(table) -> tuple[int, int]:

@@ -3,8 +3,10 @@
 
 from dataclasses import dataclass
 
+from pixstep.board import clockstate
 from pixstep.board import registers as regs
 from pixstep.board.client import Board
+from pixstep.board.clockstate import ClockState
 from pixstep.board.device import Identity
 
 LINE_COUNTERS = (
@@ -28,6 +30,7 @@ class Snapshot:
     inputs: dict[str, int]
     axes: list[dict[str, int]]
     trouble: str = ""
+    clock: ClockState | None = None  # what it has measured of its pixel clock
 
     @property
     def flags(self) -> dict[str, bool]:
@@ -77,6 +80,7 @@ class Snapshot:
             "switches": self.switches,
             "pixel_edges": self.inputs["pixel_edges"],
             "edge_error_ticks": self.inputs["edge_error_ticks"],
+            "pixel_clock": self.clock.as_json() if self.clock else None,
             "counters": {name: self.inputs[name] for name in LINE_COUNTERS},
             "rates_per_s": {name: round(rate, 2) for name, rate in self.rates(before).items()},
             "axes": [
@@ -87,7 +91,10 @@ class Snapshot:
 
 def take(board: Board, who: Identity, time_s: float) -> Snapshot:
     """Read a board; raises BoardError if it does not answer."""
-    return Snapshot(who, time_s, board.inputs(), board.axes(who.axis_count))
+    inputs = board.inputs()
+    return Snapshot(
+        who, time_s, inputs, board.axes(who.axis_count), clock=clockstate.read(board, inputs)
+    )
 
 
 def _modulus(name: str) -> int:

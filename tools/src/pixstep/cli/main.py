@@ -22,7 +22,8 @@ def _by_machine(place: str, about: str) -> Late:
 
 _LINE = {
     "make": _by_machine(
-        "line:line_make", "Make a line from an acceleration profile: up, constant speed, down."
+        "line_make:line_make",
+        "Make a line: up, constant speed, down, by a profile or by an acceleration.",
     ),
     "check": _by_machine(
         "line:line_check",

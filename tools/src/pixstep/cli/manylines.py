@@ -40,6 +40,7 @@ def read_lines(
             negative=options["negative"] and rule == "smooth",
             number=number,
             pixel_hz=options["pixel_hz"],
+            divider=options.get("divider") or 1,
             refuse_faster=refuse_faster,
         )
         for path, rule, play, number in zip(csv, decodes, plays, numbers, strict=True)

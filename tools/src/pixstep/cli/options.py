@@ -92,17 +92,18 @@ def load_line(
     read: Callable[..., formats.MotionFile] = formats.read_motion,
     pixel_hz: Fraction | None = None,
     refuse_faster: bool = False,
+    divider: int = 1,
 ) -> Line:
     """Read a line of a CSV or CSB file; notes of what was tolerated go to the error stream.
 
     `number` chooses a line, from 1; without it the file must hold only one. A file that was made
     for another frequency than `pixel_hz` gets a note, and is refused on `refuse_faster` if that is
-    higher.
+    higher. That is the frequency of pixels, each of `divider` edges of the clock.
     """
     file = read(path, raw=raw)
     chosen = file.line(number)
     say(file.notes)
-    say(madefor.notes(path, file.header, pixel_hz, refuse=refuse_faster))
+    say(madefor.notes(path, file.header, pixel_hz, refuse=refuse_faster, divider=divider))
     name = str(path) if number is None else f"{path} line {number}"
     return Line(chosen.values, decode, backlash, negative, name=name)
 

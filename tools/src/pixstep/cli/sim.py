@@ -10,7 +10,9 @@ import click
 
 from pixstep import demo, progress
 from pixstep.board import boards, limits
+from pixstep.board import registers as regs
 from pixstep.board.limits import BoardLimits
+from pixstep.cli.clockoptions import clock_flaw_options, clock_flaws, divider_option
 from pixstep.cli.command import FILE, FOLDER, command
 from pixstep.cli.manylines import per_line, read_lines
 from pixstep.cli.options import (
@@ -33,7 +35,7 @@ from pixstep.lazy import lazy
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.simulation import report
-from pixstep.simulation.simrun import Job
+from pixstep.simulation.simrun import START, Job
 from pixstep.simulation.simtask import simulate
 
 if TYPE_CHECKING:
@@ -54,7 +56,11 @@ else:
     help="Steps; once, or per line.",
 )
 @click.option("--axis", type=click.IntRange(0, 3), default=0, help="Axis of the first line.")
-@click.option("--pixel-ppm", type=float, default=0.0, help="Frequency error of the pixel clock.")
+@clock_flaw_options
+@click.option("--sync", type=click.Choice(list(regs.SYNCS)), default=START, show_default=True,
+              help="Lines ignore the pixel clock, begin on an edge of it, or follow it to their "
+              "end.")  # fmt: skip
+@divider_option
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @out_option
@@ -89,22 +95,27 @@ else:
     help="Line N of files of many lines; once, or per line file.",
 )
 @click.pass_context
-def sim(ctx, csv, board, decode, backlash, out, check, plot, details, as_json, **options):
+def sim(ctx, csv, board, decode, backlash, out, divider, plot, details, as_json, **options):
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
-    lines = read_lines(csv, decode, backlash, options)
+    line_hz = options["pixel_hz"] / divider
+    lines = read_lines(csv, decode, backlash, {**options, "pixel_hz": line_hz, "divider": divider})
     last = options["axis"] + len(lines) - 1
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
-    if check:
-        _refuse_bad(lines, limits.named(board, options["pixel_hz"], axes=len(lines)))
+    if options["check"]:
+        locked = {"sync": regs.SYNCS[options["sync"]], "divider": divider}
+        _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines), locked=locked))
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},
         pixel_hz=options["pixel_hz"],
         pixel_ppm=options["pixel_ppm"],
+        flaws=clock_flaws(options),
+        sync=options["sync"],
+        divider=divider,
         serial_load=options["serial_load"],
         seed=options["seed"],
         backlash_policy=options["backlash_policy"],

@@ -15,6 +15,7 @@ from pixstep.formats import ProfileHeader
 from pixstep.profiles import names
 
 FASTER = Fraction(1, 100)
+MOST_EDGES = 1000  # of the clock in a pixel: the range of the board's setting `divider`
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class OtherFrequency:
     made_for: Fraction
     used: Fraction
     by_name: bool = False
+    divider: int = 1  # clock edges of a pixel
 
     @property
     def too_fast(self) -> bool:
@@ -47,7 +49,11 @@ class OtherFrequency:
     def remedy(self) -> str:
         """What to do if the other frequency is meant."""
         change = "rename it" if self.by_name else "give it this frequency by `pixstep file convert`"
-        return f"make one for this frequency, or {change} if the higher accelerations are meant"
+        text = f"make one for this frequency, or {change} if the higher accelerations are meant"
+        edges = round(self.used * self.divider / self.made_for)
+        if 1 < edges <= MOST_EDGES and is_same(self.made_for, self.used * self.divider / edges):
+            text += f"; or --divider {edges}, not {self.divider}, if it is for this clock"
+        return text
 
     def refuse_faster(self) -> str:
         """Return the warning. Raises RefusedError if the motion is another one."""
@@ -64,21 +70,34 @@ def frequency(path: Path, header: ProfileHeader | None) -> Fraction | None:
     return named.pixel_hz if named else None
 
 
+def is_same(written: Fraction, used: Fraction) -> bool:
+    """True if a frequency is the one used, as far as the digits of a header say."""
+    return written in (used, Fraction(f"{float(used):.10g}"))
+
+
 def compare(
-    path: Path, header: ProfileHeader | None, used: Fraction | None
+    path: Path, header: ProfileHeader | None, used: Fraction | None, divider: int = 1
 ) -> OtherFrequency | None:
-    """Return how the frequency that a file is used at differs from its own; None if it does not."""
+    """Return how the frequency that a file is used at differs from its own; None if it does not.
+
+    The frequencies are those of pixels, `used` is that of a clock by `divider`.
+    """
     made_for = frequency(path, header)
-    if used is None or made_for in (None, used):
+    if used is None or made_for is None or is_same(made_for, used):
         return None
-    return OtherFrequency(str(path), made_for, used, header is None)
+    return OtherFrequency(str(path), made_for, used, header is None, divider)
 
 
 def notes(
-    path: Path, header: ProfileHeader | None, used: Fraction | None, *, refuse: bool = False
+    path: Path,
+    header: ProfileHeader | None,
+    used: Fraction | None,
+    *,
+    refuse: bool = False,
+    divider: int = 1,
 ) -> list[str]:
     """Return a warning if the frequencies differ; RefusedError for a faster one on `refuse`."""
-    other = compare(path, header, used)
+    other = compare(path, header, used, divider)
     if other is None:
         return []
     return [other.refuse_faster() if refuse else f"{other.source}: {other.text}"]

@@ -20,6 +20,9 @@ else:
 
 HEADER = "cycle,board,axis,signal,level"
 _SIGNALS = ("STEP", "DIR", "ENABLE", "PERMIT")
+CLOCK_HEADER = "cycle,true_cycle_x1000,edge"
+_CLOCK_EDGES = ("true", "missing", "false")
+_MISSING, _FALSE = 1, 2
 _BLOCK_BYTES = 1 << 26
 _AXES = 256  # more than a board has
 _ROW = re.compile(rf"\d+,\d+,\d+,({'|'.join(_SIGNALS)}),[01]")
@@ -60,6 +63,19 @@ class AxisEdges:
 
 
 @dataclass(frozen=True)
+class ClockLog:
+    """The edges of a pixel clock: those that the boards saw, and where the true ones belong.
+
+    `true` are the times of the true edges without their jitter, missing ones included, in cycles.
+    """
+
+    seen: np.ndarray = field(default_factory=no_cycles)
+    true: np.ndarray = field(default_factory=no_cycles)
+    missing: int = 0
+    false: int = 0
+
+
+@dataclass(frozen=True)
 class EdgeLog:
     """All edges of a run by (board, axis)."""
 
@@ -88,17 +104,28 @@ def read_edges(path: Path) -> EdgeLog:
 
 
 def read_clock(path: Path) -> np.ndarray:
-    """Return the cycles of the pixel clock's rising edges from the runner's clock log."""
-    try:
-        words = Path(path).read_text(encoding="ascii").split()
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror or error}") from None
-    if words and not words[0].isdigit():
-        words = words[1:]
-    try:
-        return np.array(words, dtype=np.int64)
-    except ValueError:
-        raise UserError(f"{path}: not a clock log") from None
+    """Return the cycles of the edges that reached the boards, from the runner's clock log."""
+    return read_clock_log(path).seen
+
+
+def read_clock_log(path: Path) -> ClockLog:
+    """Read clock.csv; raises UserError for what is none."""
+    parts = [np.zeros((0, 3), dtype=np.int64)]
+    for _, body in blocks(path, CLOCK_HEADER):
+        for index, name in enumerate(_CLOCK_EDGES):
+            body = body.replace(f",{name}\n".encode(), f",{index}\n".encode())
+        table = numbers(body, 3)
+        if table is None:
+            raise UserError(f"{path}: not a clock log")
+        parts.append(table)
+    table = np.concatenate(parts)
+    kinds = table[:, 2]
+    return ClockLog(
+        seen=table[kinds != _MISSING, 0],
+        true=table[kinds != _FALSE, 1] / 1000,
+        missing=int(np.sum(kinds == _MISSING)),
+        false=int(np.sum(kinds == _FALSE)),
+    )
 
 
 def blocks(path: Path, header: str) -> Iterator[tuple[int, bytes]]:

@@ -1,14 +1,24 @@
 # SPDX-License-Identifier: MIT
 """From what a run left behind to its verdict: summary.json and the rows of pixels.csv."""
 
-from dataclasses import dataclass
+from __future__ import annotations
 
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.rational import edge_tick, hz_text
-from pixstep.simulation import verdict
+from pixstep.simulation import clockjudge, pixelgrid, verdict
+from pixstep.simulation.pixelgrid import PixelGrid
 from pixstep.simulation.report import PixelRow
-from pixstep.simulation.simrun import RunResult
+from pixstep.simulation.simrun import FREE, START, Job, RunResult
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
 
 _BOARD = 0  # one board a run
 _WORK = (1, 2, 3)  # the main loop's decoding and following; the rest of it looks for work
@@ -21,6 +31,8 @@ class Judgement:
     summary: dict
     pixels: list[PixelRow]
     axes: list[verdict.AxisVerdict]
+    grids: dict[int, PixelGrid] = field(default_factory=dict)  # of the axes that made a step
+    kept: dict[int, clockjudge.Kept] = field(default_factory=dict)  # of those that the clock starts
 
     @property
     def passed(self) -> bool:
@@ -32,56 +44,112 @@ def judge(result: RunResult) -> Judgement:
     """Compare a run with the reference in every respect that can fail."""
     job = result.job
     reasons = list(result.trouble)
-    axes, rows, pixel_counts = [], [], {}
-    for axis, line in sorted(job.lines.items()):
-        edges = result.edges.axis(_BOARD, axis)
-        found = verdict.judge_axis(line, job.period, edges, axis, _BOARD, tick_hz=job.tick_hz)
-        state = result.axis_states.get(axis, {})
-        found.underruns = state.get("underruns", 0)
-        if found.underruns:
-            found.reasons.append(f"{found.underruns} underruns")
+    axes, rows, pixel_counts, grids = [], [], {}, {}
+    for axis in sorted(job.lines):
+        found, grid = _judge_axis(result, axis)
         axes.append(found)
-    zero = _common_zero(axes, reasons)
+        if grid is not None:
+            grids[axis] = grid
+    zero = _common_zero(job, axes, grids, reasons)
     clock_edge = None
-    if zero is not None and any(line.clocked for line in job.lines.values()):
-        clock_edge, reason = verdict.judge_clock(zero, job.period, result.clock)
+    if zero is not None and job.sync == START and any(map(_clocked, job.lines.values())):
+        clock_edge, reason = verdict.judge_clock(zero, job.clock_period, result.clock.seen)
         reasons += [reason] if reason else []
     for found in axes:
         line = job.lines[found.axis]
-        mine = _pixel_rows(result, found, line, zero)
+        mine = _pixel_rows(result, found, line, grids.get(found.axis))
         pixel_counts[found.axis] = _judge_pixels(found, line, mine, result)
         rows += mine
+    kept = _judge_clock(result, axes, grids)
     _judge_idle(result, reasons)
     if result.refused:
         reasons.insert(0, str(result.refused))
         reasons.append(f"{sum(found.steps for found in axes)} STEP edges after the refusal")
     reasons += [f"axis {found.axis}: {text}" for found in axes for text in found.reasons]
     summary = _summary(result, axes, pixel_counts, reasons)
+    for row in summary["axes"]:
+        row["clock"] = kept[row["axis"]].summary() if row["axis"] in kept else None
     summary |= {"line_zero_cycle": zero, "clock_edge_cycle": clock_edge}
     if zero is not None and clock_edge is not None:
-        summary["line_zero_error_cycles"] = zero - edge_tick(1, job.period) - clock_edge
-    return Judgement(summary, rows, axes)
+        summary["line_zero_periods"] = max(1, round((zero - clock_edge) / job.clock_period))
+        summary["line_zero_error_cycles"] = verdict.zero_error(zero, job.clock_period, clock_edge)
+    return Judgement(summary, rows, axes, grids, kept)
 
 
-def _common_zero(axes: list[verdict.AxisVerdict], reasons: list[str]) -> int | None:
-    """Return the one line zero of all axes, noting if they differ."""
+def _clocked(line: Line) -> bool:
+    return line.clocked
+
+
+def _judge_axis(result: RunResult, axis: int) -> tuple[verdict.AxisVerdict, PixelGrid | None]:
+    """Return the verdict on an axis' edges, and the grid of its pixel edges if it made any step."""
+    job, edges = result.job, result.edges.axis(_BOARD, axis)
+    line, of = job.lines[axis], (axis, _BOARD)
+    grid: PixelGrid | None = None
+    if job.locked and line.clocked:
+        found, grid = verdict.judge_locked_axis(line, job.period, edges, *of, tick_hz=job.tick_hz)
+    else:
+        found = verdict.judge_axis(line, job.period, edges, *of, tick_hz=job.tick_hz)
+        if found.line_zero_cycle is not None:
+            grid = pixelgrid.nominal(line, job.period, found.line_zero_cycle)
+    state = result.axis_states.get(axis, {})
+    found.underruns = state.get("underruns", 0)
+    if found.underruns:
+        found.reasons.append(f"{found.underruns} underruns")
+    return found, grid
+
+
+def _judge_clock(
+    result: RunResult, axes: list[verdict.AxisVerdict], grids: dict[int, PixelGrid]
+) -> dict[int, clockjudge.Kept]:
+    """Return how each axis kept to the clock, unless lines ignore it; note what is wrong."""
+    job, found = result.job, {}
+    for of in axes:
+        line = job.lines[of.axis]
+        if job.sync == FREE or not line.clocked or of.axis not in grids:
+            continue
+        edges = result.edges.axis(_BOARD, of.axis)
+        kept = clockjudge.keep(job, of.axis, line, edges, grids[of.axis], result.clock)
+        if kept is None:
+            continue
+        found[of.axis] = kept
+        of.reasons += clockjudge.reasons(job, kept)
+        if job.locked:
+            of.last_steps_on_edge = int(kept.on_edge)
+            of.last_steps_off_edge = len(kept.pixels) - of.last_steps_on_edge
+    return found
+
+
+def _common_zero(
+    job: Job,
+    axes: list[verdict.AxisVerdict],
+    grids: dict[int, PixelGrid],
+    reasons: list[str],
+) -> int | None:
+    """Return the one line zero of all axes, noting if they differ.
+
+    That of a locked line is known by its steps, to a few ticks; but their pixels end together.
+    """
     zeros = sorted({found.line_zero_cycle for found in axes if found.line_zero_cycle is not None})
-    if len(zeros) > 1:
+    if job.locked:
+        reasons += clockjudge.apart(job, grids)
+    elif len(zeros) > 1:
         reasons.append(f"the axes do not share one line zero: cycles {zeros}")
     return zeros[0] if zeros else None
 
 
 def _pixel_rows(
-    result: RunResult, found: verdict.AxisVerdict, line: Line, zero: int | None
+    result: RunResult, found: verdict.AxisVerdict, line: Line, grid: PixelGrid | None
 ) -> list[PixelRow]:
     """Return one row a pixel: expected from the board's records, actual from the edges."""
     if result.refused:
         return []
     records = result.records.get(found.axis, {})
-    edges = result.edges.axis(_BOARD, found.axis)
-    actual = (
-        None if zero is None else verdict.actual_positions(line, result.job.period, edges, zero)
-    )
+    cycles: list[int | None] = [None] * line.pixels
+    actual = [0] * line.pixels
+    if grid is not None:
+        bounds = _pixel_edges(result.job, line, grid)
+        cycles = bounds.tolist()
+        actual = _positions(result, found.axis, bounds)
     rows = []
     for pixel in range(1, line.pixels + 1):
         record = records.get(pixel)
@@ -90,22 +158,58 @@ def _pixel_rows(
                 _BOARD,
                 found.axis,
                 pixel,
-                None if zero is None else zero + edge_tick(pixel, result.job.period),
+                cycles[pixel - 1],
                 record.expected_steps if record else None,
-                actual[pixel - 1] if actual else 0,
+                actual[pixel - 1],
             )
         )
     return rows
 
 
+def _pixel_edges(job: Job, line: Line, grid: PixelGrid) -> np.ndarray:
+    """Return the cycle of each pixel's end; on the board's own time they are exact."""
+    if job.locked and line.clocked:
+        return grid.edges(line.pixels)
+    zero = round(float(grid.knots_cycle[0]))
+    return np.array([zero + edge_tick(pixel, job.period) for pixel in range(1, line.pixels + 1)])
+
+
+def _positions(result: RunResult, axis: int, bounds: np.ndarray) -> list[int]:
+    """Return the steps made by the end of each pixel, from the edges.
+
+    Where a pixel of a locked line ends inside a piece its end is known to a tick or two only: of
+    the steps made by then the board's own figure counts if it is among those possible.
+    """
+    edges = result.edges.axis(_BOARD, axis)
+    made = verdict.actual_positions(edges, bounds).tolist()
+    if not result.job.locked:
+        return made
+    before = verdict.actual_positions(edges, bounds - clockjudge.EDGE_TICKS).tolist()
+    after = verdict.actual_positions(edges, bounds + clockjudge.EDGE_TICKS).tolist()
+    records = result.records.get(axis, {})
+    for index, ends in enumerate(zip(before, after, strict=True)):
+        record = records.get(index + 1)
+        if record and min(ends) <= record.actual_steps <= max(ends):
+            made[index] = record.actual_steps
+    return made
+
+
 def _judge_pixels(
     found: verdict.AxisVerdict, line: Line, rows: list[PixelRow], result: RunResult
 ) -> int:
-    """Require board's expected = reference = counted at every edge; return how many agree."""
+    """Require board's expected = reference = counted at every edge; return how many agree.
+
+    Of a pixel that the board was not to keep a record of, a deviation of the board's own count has
+    one all the same.
+    """
     if result.refused:
         return 0
     table = exact.expected_positions(line)
-    missing = [row.pixel for row in rows if row.expected_steps is None]
+    missing = [
+        row.pixel
+        for row in rows
+        if row.expected_steps is None and row.pixel % result.record_every == 0
+    ]
     if missing:
         found.reasons.append(f"no record of {len(missing)} pixels, first {missing[0]}")
     equal = 0
@@ -113,10 +217,12 @@ def _judge_pixels(
     records = result.records.get(found.axis, {})
     for row, value in zip(rows, table, strict=True):
         record = records.get(row.pixel)
-        reported = record.actual_steps if record else None
-        if value == row.expected_steps == row.actual_steps == reported:
+        thinned = record is None and row.pixel % result.record_every != 0
+        reported = record.actual_steps if record else value if thinned else None
+        expected = value if thinned else row.expected_steps
+        if value == expected == row.actual_steps == reported:
             equal += 1
-        elif record:
+        elif record or thinned:
             wrong.append((row, value, reported))
     if wrong:
         row, value, reported = wrong[0]
@@ -162,7 +268,10 @@ def _summary(
         else "mixed",
         "pixel_hz": hz_text(job.pixel_hz).removesuffix("/1"),
         "pixel_ppm": job.pixel_ppm,
+        "clock": clockjudge.clock_summary(result),
+        "tick_hz": job.tick_hz,
         "seed": job.seed,
+        "record_every": result.record_every,
         "serial_load": job.serial_load,
         "requests": result.requests,
         "axes": axis_rows,

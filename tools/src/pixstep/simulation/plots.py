@@ -15,6 +15,7 @@ from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.plotting import BAND, BOARD, FAINT, IDEAL, INK, MADE, number
 from pixstep.simulation.edges import AxisEdges
+from pixstep.simulation.pixelgrid import PixelGrid
 from pixstep.simulation.report import PixelRow, ticks_text
 
 _MANY_STEPS = 3000  # beyond these dots are drawn small
@@ -31,6 +32,7 @@ class Trace:
     edges: AxisEdges
     pixels: list[PixelRow]
     title: str
+    grid: PixelGrid | None = None  # where the pixels were; else at whole periods from zero
 
     @property
     def hz(self) -> Fraction:
@@ -40,6 +42,8 @@ class Trace:
     @property
     def made_px(self) -> np.ndarray:
         """Times of the rising STEP edges in pixel periods."""
+        if self.grid is not None:
+            return self.grid.pixels_at(self.edges.rising)
         return (self.edges.rising - self.zero) / float(self.period)
 
     @property

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
 from pixstep.lazy import lazy
+from pixstep.simulation import clockjudge
 
 if TYPE_CHECKING:
     import rich.box
@@ -85,8 +86,9 @@ def print_files(console: rich.console.Console, out: Path) -> None:
 
 def _headline(summary: dict) -> str:
     parts = [f"{summary['board']}, {summary['decode']} decoding, {summary['pixel_hz']} Hz"]
-    if summary.get("pixel_ppm"):
-        parts.append(f"pixel clock {summary['pixel_ppm']:+g} ppm")
+    parts += clockjudge.parts(summary)
+    if summary.get("record_every", 1) > 1:
+        parts.append(f"records of every {summary['record_every']} pixels")
     if summary.get("serial_load"):
         parts.append(f"serial line saturated ({summary['requests']['load']} requests)")
     if summary["requests"].get("without_reply"):
@@ -146,10 +148,12 @@ def new_table(*names: str) -> rich.table.Table:
 
 def _footer(summary: dict) -> str:
     lines = [_load_text(axis["axis"], axis["load"]) for axis in summary["axes"] if "load" in axis]
+    if clockjudge.parts(summary):
+        lines += clockjudge.texts(summary)
     if summary.get("clock_edge_cycle") is not None:
         lines.append(
-            f"line zero at cycle {summary['line_zero_cycle']}, one pixel period after the clock "
-            f"edge at {summary['clock_edge_cycle']}"
+            f"line zero at cycle {summary['line_zero_cycle']}, {_periods_text(summary)} after the "
+            f"clock edge at {summary['clock_edge_cycle']}"
         )
     if summary.get("cpu_share") is not None:
         lines.append(
@@ -160,6 +164,12 @@ def _footer(summary: dict) -> str:
             f"{summary['realtime_factor']:.2f} times as fast as real time"
         )
     return "\n".join(lines)
+
+
+def _periods_text(summary: dict) -> str:
+    """Return how long line zero lay behind the clock's edge that began the line."""
+    periods = summary.get("line_zero_periods", 1)
+    return "one pixel period" if periods == 1 else f"{periods} periods of the clock"
 
 
 def _load_text(axis: int, load: dict) -> str:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.lines.rational import hz_text
+from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simpipe import SimPipe, SimulatorError
 
 __all__ = ["BOOT_S", "EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
@@ -25,7 +26,8 @@ class SimOptions:
     boards: Sequence[tuple[str, Path]]  # (name, image)
     pixel_hz: Fraction
     pixel_ppm: float = 0.0
-    pixel_jitter_ns: float = 0.0
+    pixel_jitter_ns: float = 0.0  # evenly distributed
+    flaws: ClockFlaws = field(default_factory=ClockFlaws)
     seed: int = 1
     edges: Path | None = None
     clock_log: Path | None = None
@@ -45,6 +47,7 @@ class SimOptions:
             words += ["--pixel-ppm", repr(self.pixel_ppm)]
         if self.pixel_jitter_ns:
             words += ["--pixel-jitter-ns", repr(self.pixel_jitter_ns)]
+        words += self.flaws.arguments()
         for option, path in (
             ("--edges", self.edges),
             ("--clock-log", self.clock_log),

@@ -8,44 +8,49 @@ runs can be compared edge by edge.
 from __future__ import annotations
 
 import contextlib
+import math
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Record
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
 from pixstep.progress import Progress, unseen
-from pixstep.simulation.edges import EdgeLog, no_cycles, read_clock, read_edges
+from pixstep.simulation.clockflaws import ClockFlaws
+from pixstep.simulation.edges import ClockLog, EdgeLog, read_clock_log, read_edges
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
 
-if TYPE_CHECKING:
-    import numpy as np
-else:
-    np = lazy("numpy")
-
+FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
+_ALL_RECORDS_HZ = 100  # of pixels: up to here a host reads every record
+_READING_S = 0.06  # between two looks at an axis' records, its line being streamed, at most
+_LOADED = 3  # times as long where other requests saturate the line
 _POLICIES = {"always": 0, "on_reversal": 1}
 
 
 @dataclass(frozen=True)
 class Job:
-    """Lines by axis for one board, and the world they run in."""
+    """Lines by axis for one board, and the world they run in.
+
+    `pixel_hz` is the frequency of the clock's edges, of which `divider` are a pixel.
+    """
 
     board: str
     lines: dict[int, Line]
     pixel_hz: Fraction
     pixel_ppm: float = 0.0
+    flaws: ClockFlaws = field(default_factory=ClockFlaws)  # of the clock, besides
+    sync: str = START
+    divider: int = 1
     serial_load: bool = False
     seed: int = 1
     backlash_policy: str = "always"
@@ -61,9 +66,33 @@ class Job:
         return boards.load(self.board).tick_hz
 
     @property
+    def line_hz(self) -> Fraction:
+        """Nominal frequency of pixels."""
+        return self.pixel_hz / self.divider
+
+    @property
     def period(self) -> Fraction:
         """Nominal pixel period in ticks."""
+        return period_ticks(self.line_hz, self.tick_hz)
+
+    @property
+    def clock_period(self) -> Fraction:
+        """Nominal period of the clock in ticks."""
         return period_ticks(self.pixel_hz, self.tick_hz)
+
+    @property
+    def locked(self) -> bool:
+        """True if the lines follow the clock to their end."""
+        return self.sync == LOCK
+
+    def settings(self) -> dict[str, int]:
+        """Return the board's settings that are not its defaults."""
+        found = {"backlash_policy": _POLICIES[self.backlash_policy]}
+        if self.sync != START:
+            found["sync"] = regs.SYNCS[self.sync]
+        if self.divider != 1:
+            found["divider"] = self.divider
+        return found
 
     @property
     def pixels(self) -> int:
@@ -77,10 +106,13 @@ class RunResult:
 
     job: Job
     edges: EdgeLog = field(default_factory=EdgeLog)
-    clock: np.ndarray = field(default_factory=no_cycles)
+    clock: ClockLog = field(default_factory=ClockLog)
+    clock_armed: Mapping[str, int] = field(default_factory=dict)  # registers before the motion
+    clock_seen: Mapping[str, int] = field(default_factory=dict)  # and behind it
     plants: dict[tuple[int, int], AxisPlant] = field(default_factory=dict)
     records: dict[int, dict[int, Record]] = field(default_factory=dict)
     axis_states: dict[int, Mapping[str, int]] = field(default_factory=dict)
+    record_every: int = 1  # pixels; those of deviations besides
     refused: LineRefusedByBoardError | None = None
     trouble: list[str] = field(default_factory=list)
     stats_armed: dict = field(default_factory=dict)
@@ -96,7 +128,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
     `progress` is called with the share of pixels done. Raises UserError if the simulator cannot
     run; what the board does wrong is in the result.
     """
-    refuse_period(job.pixel_hz, job.tick_hz)
+    refuse_period(job.line_hz, job.tick_hz)
     out.mkdir(parents=True, exist_ok=True)
     result = RunResult(job)
     with scratch_folder(out) as scratch:
@@ -106,6 +138,7 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
             image=job.image,
             program=job.program,
             pixel_ppm=job.pixel_ppm,
+            flaws=job.flaws,
             seed=job.seed,
             edges=scratch / "edges.csv",
             clock_log=scratch / "clock.csv",
@@ -120,10 +153,19 @@ def run_job(job: Job, out: Path, progress: Progress = unseen) -> RunResult:
             if (scratch / name).is_file():
                 (scratch / name).replace(out / name)
     result.edges = read_edges(out / "edges.csv")
-    result.clock = read_clock(out / "clock.csv")
+    result.clock = read_clock_log(out / "clock.csv")
     if job.plants:
         result.plants = read_plant(out / "plant.csv")
     return result
+
+
+def _record_every(job: Job, capacity: int) -> int:
+    """Return every how many pixels a record can be read before the board overwrites it."""
+    if job.line_hz <= _ALL_RECORDS_HZ:
+        return 1
+    looks_s = _READING_S * (_LOADED if job.serial_load else 1)
+    unread = job.line_hz * len(job.lines) * looks_s
+    return max(1, math.ceil(unread / (capacity - 1)))
 
 
 def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
@@ -132,9 +174,15 @@ def _go(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     try:
         if max(job.lines) >= run.board.input("axis_count"):
             raise UserError(f"axis {max(job.lines)}: the {boards.axes_text(job.board)}")
-        policy = _POLICIES[job.backlash_policy]
-        run.set_up(job.pixel_hz, list(job.lines), backlash_policy=policy)
+        result.record_every = _record_every(job, run.board.record_capacity())
+        settings = job.settings()
+        if result.record_every > 1:
+            settings["record_every"] = result.record_every
+        run.set_up(job.pixel_hz, list(job.lines), **settings)
         run.load(job.lines)
+        if job.locked:
+            run.await_clock()
+        result.clock_armed = run.board.inputs()
         result.stats_armed = run.simulator.stats()
         run.arm()
         _follow(run, result, progress)
@@ -159,6 +207,7 @@ def _follow(run: SimulatedBoard, result: RunResult, progress: Progress) -> None:
     if load:
         result.requests["load"] = load.sent
         result.requests["load_exceptions"] = load.exceptions
+    result.clock_seen = run.board.inputs()
     _note_fault(run.board, result)
 
 
@@ -188,7 +237,7 @@ class _Watch(Watch):
             if not (waits and found["lines_done"]):
                 records = self.board_run.board.records(axis)
                 known.update({record.pixel: record for record in records})
-        done = min(len(known) for known in self.result.records.values())
+        done = min(max(known, default=0) for known in self.result.records.values())
         self.progress(min(1.0, done / self.result.job.pixels))
 
     def rest(self, run: BoardRun, begun_s: float) -> None:
@@ -196,7 +245,8 @@ class _Watch(Watch):
         if self.load is None:
             super().rest(run, begun_s)
             return
-        kept_s = self.board_run.board.record_capacity() / self.result.job.pixel_hz / 2
+        kept = self.board_run.board.record_capacity() * self.result.record_every
+        kept_s = kept / self.result.job.line_hz / 2
         simulator = self.board_run.simulator
         self.load.until(simulator, simulator.cycles(begun_s + kept_s))
 

@@ -9,7 +9,7 @@ from pixstep import atomic, outfolder
 from pixstep.board import registers as regs
 from pixstep.lines.rational import hz_text
 from pixstep.progress import Progress, unseen
-from pixstep.simulation import report
+from pixstep.simulation import clockjudge, report
 from pixstep.simulation.judge import Judgement, judge
 from pixstep.simulation.load import AxisLoad, axis_load
 from pixstep.simulation.simrun import Job, RunResult, run_job
@@ -28,7 +28,8 @@ OUTPUTS = (
     "run.vcd",
 )
 _TOGETHER = "motion.png"  # of one axis its own, of several all in one
-_PLOTS = (_TOGETHER, "edge-error.png", "positions.png", "load.png")
+_CLOCK = "clock.png"
+_PLOTS = (_TOGETHER, "edge-error.png", "positions.png", "load.png", _CLOCK)
 
 
 def names() -> list[str]:
@@ -98,7 +99,7 @@ def _draw_loads(job: Job, loads: list[AxisLoad], out: Path) -> list[Path]:
     paths = []
     for found in loads:
         prefix = "" if len(job.lines) == 1 else f"axis{found.axis}-"
-        load_plot.draw(found, load_title(job, found.axis), job.pixel_hz, out / f"{prefix}load.png")
+        load_plot.draw(found, load_title(job, found.axis), job.line_hz, out / f"{prefix}load.png")
         paths.append(out / f"{prefix}load.png")
     return paths
 
@@ -115,6 +116,22 @@ def draw_plots(result: RunResult, judged: Judgement, out: Path) -> list[Path]:
     if len(found) > 1:
         with plotting.styled():
             paths.append(plotting.write(overview.build([*found.values()]), out / _TOGETHER))
+    if clockjudge.parts(judged.summary):
+        paths += _draw_clocks(result.job, judged, out)
+    return paths
+
+
+def _draw_clocks(job: Job, judged: Judgement, out: Path) -> list[Path]:
+    """Draw how each axis kept to the clock."""
+    from pixstep import plotting
+    from pixstep.simulation import clockplot
+
+    paths = []
+    for axis, kept in judged.kept.items():
+        prefix = "" if len(job.lines) == 1 else f"axis{axis}-"
+        with plotting.styled():
+            figure = clockplot.build(kept, job, _title(job, axis))
+            paths.append(plotting.write(figure, out / f"{prefix}{_CLOCK}"))
     return paths
 
 
@@ -132,6 +149,7 @@ def traces(result: RunResult, judged: Judgement) -> "dict[int, plots.Trace]":
             edges=result.edges.axis(0, found.axis),
             pixels=[row for row in judged.pixels if row.axis == found.axis],
             title=_title(job, found.axis),
+            grid=judged.grids[found.axis],
         )
         for found in judged.axes
         if found.line_zero_cycle is not None and found.errors_ticks is not None
@@ -147,7 +165,7 @@ def _title(job: Job, axis: int) -> str:
     from pixstep.plotting import number  # matplotlib takes a second to load
 
     line = job.lines[axis]
-    hz = hz_text(job.pixel_hz).removesuffix("/1")
+    hz = hz_text(job.line_hz).removesuffix("/1")
     return (
         f"{job.board} axis {axis}, {line.decode} decoding, {line.pixels} pixels at {hz} Hz, "
         f"{number(line.total_steps)} steps, backlash {number(line.backlash)}"

@@ -19,7 +19,9 @@ from pixstep.lazy import lazy
 from pixstep.lines import exact
 from pixstep.lines.line import Line
 from pixstep.lines.rational import edge_tick
+from pixstep.simulation import pixelgrid
 from pixstep.simulation.edges import AxisEdges
+from pixstep.simulation.pixelgrid import PixelGrid
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,6 +29,7 @@ else:
     np = lazy("numpy")
 
 CLOCK_TOLERANCE = 4  # cycles
+_PERIODS_TO_ZERO = range(1, 11)  # of the clock, from its edge to line zero
 NEAR_ONE = 1e-3  # ticks from the limit where floating point hands over to exact arithmetic
 DIRECTION_SETUP_S = 20e-6  # the default setting
 
@@ -127,24 +130,92 @@ def judge_axis(
     return verdict
 
 
+def judge_locked_axis(
+    line: Line,
+    period: Fraction,
+    edges: AxisEdges,
+    axis: int = 0,
+    board: int = 0,
+    *,
+    tick_hz: int,
+) -> tuple[AxisVerdict, PixelGrid | None]:
+    """Return the verdict on edges that follow the pixel clock, and the grid that they show.
+
+    Errors are those against the board's own grid; `clockjudge` compares the grid with the clock.
+    """
+    verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
+    rising = edges.rising
+    _judge_pulses(verdict, edges)
+    if len(rising) != line.total_steps:
+        verdict.reasons.append(f"{len(rising)} steps instead of {line.total_steps}")
+    rising = rising[: line.total_steps]
+    grid = pixelgrid.of_steps(line, period, rising)
+    if grid is None:
+        return verdict, None
+    units = exact.instants(line, Fraction(1))[: len(rising)]
+    verdict.line_zero_cycle = round(float(grid.at(np.array([0.0]))[0]))
+    errors = rising - grid.at(units)
+    verdict.errors_ticks = errors
+    verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
+    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
+    _judge_own_grid(verdict, line, units, errors)
+    _judge_rates(verdict, units * float(period), rising, rising - units * float(period))
+    _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
+    return verdict, grid
+
+
+def _judge_own_grid(
+    verdict: AxisVerdict, line: Line, units: np.ndarray, errors: np.ndarray
+) -> None:
+    """Require every edge within a tick of its place between the ends of its piece.
+
+    The ends of pieces that run ahead of the pixels are no whole ticks: one more may be between.
+    """
+    most = np.where(units > line.shifted_pixels, 1 + NEAR_ONE, 2 + NEAR_ONE)
+    far = np.flatnonzero(np.abs(errors) > most)
+    if len(far):
+        verdict.reasons.append(
+            f"{len(far)} edges are a tick or more off the board's own grid, first step "
+            f"{far[0] + 1} by {errors[far[0]]:.3f} ticks"
+        )
+
+
 def judge_clock(zero: int, period: Fraction, clock: np.ndarray) -> tuple[int | None, str]:
-    """Return the clock edge that line zero follows by one period, and a reason if there is none."""
-    due = zero - edge_tick(1, period)
+    """Return the clock edge that line zero follows by one period, and a reason if there is none.
+
+    `period` is that of the clock. Line zero is planned from an edge, at the nominal period; where
+    one is too soon for the board, it takes another one.
+    """
     if not len(clock):
         return None, "the pixel clock has no edges"
-    nearest = int(clock[np.argmin(np.abs(clock - due))])
-    if abs(nearest - due) > CLOCK_TOLERANCE:
-        return nearest, (
-            f"line zero is {due - nearest} cycles off one pixel period after a clock edge"
-        )
-    return nearest, ""
+    off, edge = min((_off_edge(zero, period, clock, n) for n in _PERIODS_TO_ZERO), key=_distance)
+    if abs(off) > CLOCK_TOLERANCE:
+        off, edge = _off_edge(zero, period, clock, 1)
+        return edge, f"line zero is {off} cycles off one pixel period after a clock edge"
+    return edge, ""
 
 
-def actual_positions(line: Line, period: Fraction, edges: AxisEdges, zero: int) -> list[int]:
-    """Return the signed steps made at or before the end edge of every pixel, from the edges."""
-    bounds = [zero + edge_tick(pixel, period) for pixel in range(1, line.pixels + 1)]
+def _distance(found: tuple[int, int]) -> int:
+    return abs(found[0])
+
+
+def _off_edge(zero: int, period: Fraction, clock: np.ndarray, count: int) -> tuple[int, int]:
+    """Return how far line zero is off so many periods after a clock edge, and that edge."""
+    due = zero - edge_tick(count, period)
+    edge = int(clock[np.argmin(np.abs(clock - due))])
+    return due - edge, edge
+
+
+def zero_error(zero: int, period: Fraction, edge: int) -> int:
+    """Return how much later line zero is than whole periods of the clock after its edge."""
+    count = max(1, round((zero - edge) / period))
+    return zero - edge_tick(count, period) - edge
+
+
+def actual_positions(edges: AxisEdges, bounds: np.ndarray) -> np.ndarray:
+    """Return the signed steps made at or before each of some cycles."""
     made = np.concatenate([[0], np.cumsum(edges.directions())])
-    return [int(value) for value in made[np.searchsorted(edges.rising, bounds, side="right")]]
+    return made[np.searchsorted(edges.rising, bounds, side="right")]
 
 
 def _judge_pulses(verdict: AxisVerdict, edges: AxisEdges) -> None:

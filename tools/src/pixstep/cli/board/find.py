@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep import progress
-from pixstep.board import features, scan, settings
+from pixstep.board import clockstate, features, scan, settings
 from pixstep.board import registers as regs
 from pixstep.board.client import BoardError
 from pixstep.board.connection import Connection
@@ -183,6 +183,7 @@ def _info(known: Known) -> dict:
     state, axes = board.inputs(), board.axes(who.axis_count)
     names = board.map.input
     told = settings.read(board)
+    clock = clockstate.read(board, state)
     return {
         "unit": board.unit,
         "board": who.board,
@@ -198,6 +199,8 @@ def _info(known: Known) -> dict:
             "present": regs.flags(state["status"])["clock"],
             "edges": state["pixel_edges"],
             "set_hz": f"{told['pixel_hz_num']}/{told['pixel_hz_den']}",
+            "divider": settings.divider_of(told),
+            "measured": clock.as_json() if clock else None,
         },
         "outputs": regs.words(names("outputs"), state["outputs"]),
         "inputs": regs.words(names("inputs"), state["inputs"]),
@@ -263,7 +266,8 @@ def _print_info(console: rich.console.Console, told: dict) -> None:
     line("reset", told["reset_cause"])
     clock = told["pixel_clock"]
     seen = "present" if clock["present"] else "not present"
-    line("pixel clock", f"{seen}, {clock['edges']} edges since reset, set to {clock['set_hz']} Hz")
+    set_to = f"set to {clock['set_hz']} Hz{_measured_text(clock)}"
+    line("pixel clock", f"{seen}, {clock['edges']} edges since reset, {set_to}")
     line("outputs", told["outputs"])
     line("switches", told["inputs"])
     line("settings", _settings_text(told["settings"]))
@@ -273,6 +277,19 @@ def _print_info(console: rich.console.Console, told: dict) -> None:
     for axis in told["axes"]:
         table.add_row(*(str(value) for value in axis.values()))
     console.print(table)
+
+
+def _measured_text(clock: dict) -> str:
+    """Return what there is to say of a clock: edges of a pixel if several, what was measured."""
+    found, edges = clock["measured"], clock["divider"]
+    text = f", {edges} edges a pixel" if edges > 1 else ""
+    if found is None:
+        return text
+    return (
+        f"{text}; period {found['period_us']:.3f} us ({found['offset_ppm']:+.1f} ppm), jitter "
+        f"{found['mean_jitter_us']:.2f} us, {found['missing_edges']} missing, "
+        f"{found['false_edges']} false"
+    )
 
 
 def _settings_text(stored: dict) -> str:

@@ -51,7 +51,7 @@ def prepare(known, options: dict):
     """Check all that can be checked, then set and enable; return the plan and its clock in Hz."""
     known.axes((options["axis"],))
     known.board.require("homing")
-    pixel_hz = options["pixel_hz"] or settings.pixel_hz(known.board)
+    pixel_hz = settings.pixel_hz(known.board, options["pixel_hz"])
     refuse_period(pixel_hz, known.board.tick_hz())
     plan = make_plan(options, pixel_hz, refuse=True)
     legs.refuse(plan, limits.connected(known.board, pixel_hz))

@@ -29,7 +29,7 @@ def move_command(line, unit, axis, pixel_hz, as_json, **options):
     with one_board(line, unit) as (found, known):
         board = known.board
         known.axes((axis,))
-        hz = pixel_hz or settings.pixel_hz(board)
+        hz = settings.pixel_hz(board, pixel_hz)
         refuse_period(hz, board.tick_hz())
         _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))

@@ -41,7 +41,7 @@ def trajectory_command(table, line, unit, which, take_up, axis, pixel_hz, as_jso
     ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
     with one_board(line, unit) as (found, known):
         known.axes((axis + AXES - 1,))
-        hz = pixel_hz or settings.pixel_hz(known.board)
+        hz = settings.pixel_hz(known.board, pixel_hz)
         refuse_period(hz, known.board.tick_hz())
         limits = connected(known.board, hz, AXES)
         top = int(period_ticks(hz, limits.tick_hz)) // limits.min_interval_ticks

@@ -49,6 +49,10 @@ POLICIES = {"always": 0, "on_reversal": 1}
 @click.option("--backlash", type=StepsType(0), multiple=True, help="Steps; once, or per line.")
 @click.option("--negative/--no-negative", help="Run smooth lines in the negative direction.")
 @click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@click.option(
+    "--divider", type=click.IntRange(1, madefor.MOST_EDGES), metavar="M",
+    help="Set the clock edges of a pixel.  [default: the board's]",
+)  # fmt: skip
 @click.option("--backlash-policy", type=click.Choice(list(POLICIES)), help="Set the policy.")
 @click.option("--arm", is_flag=True, help="Arm the axes once the lines are loaded.")
 @click.option(
@@ -71,18 +75,18 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
     refuse is not sent.
     """
-    read = read_lines(csv, decode, backlash, options, refuse_faster=check)
+    read = read_lines(csv, decode, backlash, options | {"pixel_hz": None})
     lines = dict(enumerate(read, axis))
     with one_board(line, unit) as (found, known):
         known.axes((max(lines),))
         if options["backlash_policy"]:
             known.board.require("backlash")
-        if options["pixel_hz"]:
-            refuse_period(options["pixel_hz"], known.board.tick_hz())
-        else:
-            _compare(csv, settings.pixel_hz(known.board), check=check)
+        divider = options["divider"] or settings.divider(known.board)
+        pixel_hz = (options["pixel_hz"] or settings.clock_hz(known.board)) / divider
+        refuse_period(pixel_hz, known.board.tick_hz())
+        _compare(csv, pixel_hz, divider, check=check)
         if check:
-            check_lines(known, lines, options["pixel_hz"])
+            check_lines(known, lines, pixel_hz)
         streamed = _streamed(known.board, lines)
         if streamed and not (arm and wait):
             raise UserError(
@@ -100,21 +104,23 @@ def _set(board: Board, options: dict) -> None:
     """Write the settings that were asked for."""
     if options["pixel_hz"]:
         board.set_pixel_hz(options["pixel_hz"])
+    if options["divider"]:
+        board.write_setting("divider", options["divider"])
     if options["backlash_policy"]:
         board.write_setting("backlash_policy", POLICIES[options["backlash_policy"]])
 
 
-def _compare(csv: tuple[Path, ...], hz: Fraction, *, check: bool) -> None:
+def _compare(csv: tuple[Path, ...], hz: Fraction, divider: int, *, check: bool) -> None:
     """Say which files were made for another frequency than the board's; refuse a lower one."""
     for path in csv:
         header = formats.read_motion(path, raw=True).header
-        say(madefor.notes(path, header, hz, refuse=check))
+        say(madefor.notes(path, header, hz, refuse=check, divider=divider))
 
 
 def check_lines(known: Known, lines: dict[int, Line], hz: Fraction | None) -> None:
     """Check lines with the board's limits; warnings go to the error stream.
 
-    `hz` is the pixel frequency that the board will be set to, if another than its own.
+    `hz` is the frequency of pixels that the board will be set to, if another than its own.
     """
     if any(item.backlash for item in lines.values()):
         known.board.require("backlash")

@@ -150,7 +150,8 @@ def _clock_text(now: Snapshot, before: Snapshot | None) -> str:
     """Return what is known of the pixel clock."""
     text = f"{now.inputs['pixel_edges']} pixel edges"
     rates = now.rates(before)
-    return f"{text}, {rates['pixel_edges']:.2f} Hz" if rates else text
+    text = f"{text}, {rates['pixel_edges']:.2f} Hz" if rates else text
+    return f"{text}, {now.clock.text}" if now.clock else text
 
 
 def _rates_text(now: Snapshot, before: Snapshot | None) -> str:

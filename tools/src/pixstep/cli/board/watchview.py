@@ -50,6 +50,8 @@ def _body(now: Snapshot, before: Snapshot | None) -> Iterator[RenderableType]:
     yield Text.assemble(
         ("pixel clock  ", "dim"), _clock(now, before), (f"{_GAP}switches  ", "dim"), now.switches
     )
+    if now.clock:
+        yield Text.assemble(("measured     ", "dim"), now.clock.text)
     yield Text.assemble(("serial line  ", "dim"), _line(now, before))
 
 

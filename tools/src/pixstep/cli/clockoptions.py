@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""Options on the pixel clock: how many of its edges a pixel has, and how a simulated one strays."""
+
+from collections.abc import Callable, Mapping
+
+import click
+
+from pixstep.profiles.madefor import MOST_EDGES
+from pixstep.simulation.clockflaws import ClockFlaws
+
+_MOST_PPM = 100_000
+
+divider_option = click.option(
+    "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M", default=1, show_default=True,
+    help="Edges of the pixel clock in a pixel: --pixel-hz is the frequency of the edges.",
+)  # fmt: skip
+
+
+class _Step(click.ParamType):
+    """A step of the frequency: 1000@200 is 1,000 ppm more from edge 200 on."""
+
+    name = "PPM@EDGE"
+
+    def convert(self, value, param, ctx) -> tuple[float, int]:
+        """Parse the text; a bad one is a usage error."""
+        if isinstance(value, tuple):
+            return value
+        ppm, _, edge = value.partition("@")
+        try:
+            step = float(ppm), int(edge)
+        except ValueError:
+            self.fail(f"{value!r}: expected PPM@EDGE, as 1000@200", param, ctx)
+        if not (abs(step[0]) <= _MOST_PPM and step[1] >= 1):
+            self.fail(f"{value!r}: at most {_MOST_PPM} ppm, from edge 1 on", param, ctx)
+        return step
+
+
+def clock_flaw_options(command: Callable) -> Callable:
+    """Add the options for what is wrong with a simulated pixel clock, its frequency first."""
+    for name, kind, default, text in (
+        ("--pixel-double", click.IntRange(1), None, "One clock edge of so many is doubled."),
+        ("--pixel-drop", click.IntRange(2), None, "One clock edge of so many is missing."),
+        ("--pixel-step-ppm", _Step(), None, "The frequency rises from a clock edge on."),
+        ("--pixel-wander-ppm", click.FloatRange(0, _MOST_PPM), 0.0,
+         "The frequency swings so far to either side, once in 1,000 edges."),
+        ("--pixel-jitter-us", click.FloatRange(0, 10_000), 0.0,
+         "Standard deviation of each clock edge."),
+        ("--pixel-ppm", click.FloatRange(-_MOST_PPM, _MOST_PPM), 0.0,
+         "Frequency error of the pixel clock."),
+    ):  # fmt: skip
+        command = click.option(name, type=kind, default=default, help=text)(command)
+    return command
+
+
+def clock_flaws(options: Mapping) -> ClockFlaws:
+    """Return what was asked for."""
+    step_ppm, step_edge = options["pixel_step_ppm"] or (0.0, 0)
+    return ClockFlaws(
+        jitter_us=options["pixel_jitter_us"],
+        wander_ppm=options["pixel_wander_ppm"],
+        step_ppm=step_ppm,
+        step_edge=step_edge,
+        drop=options["pixel_drop"] or 0,
+        double=options["pixel_double"] or 0,
+    )

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep line make`: a line from an acceleration profile, or from a speed and an acceleration."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+import click
+
+from pixstep import formats
+from pixstep.cli.command import FILE, OUTPUT, command
+from pixstep.cli.machinedefaults import by_machine
+from pixstep.cli.options import (
+    DECODE,
+    backlash_option,
+    deliver_facts,
+    json_option,
+    pixel_hz_option,
+    say,
+)
+from pixstep.cli.quantities import (
+    ACCELERATION_TYPE,
+    JERK_TYPE,
+    SPEED_TYPE,
+    PixelsType,
+    StepsType,
+    scale_of,
+    whole_limit,
+)
+from pixstep.errors import UserError
+from pixstep.lines import linecheck, units
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.rational import hz_text
+from pixstep.profiles import accelerate, generator, madefor
+from pixstep.profiles.madefor import MOST_EDGES
+
+MOST_PIXELS = 2_000_000  # what a file can hold
+
+
+@command("make")
+@click.option("--profile", "prn", type=FILE, help="Acceleration profile, PRN.")
+@click.option(
+    "--max-acceleration",
+    type=ACCELERATION_TYPE,
+    help="Instead of a profile: steps/px2, steps/s2 or mm/s2.",
+)
+@click.option("--max-jerk", type=JERK_TYPE, help="With --max-acceleration: steps/px3 or steps/s3.")
+@click.option(
+    "--speed",
+    type=SPEED_TYPE,
+    required=True,
+    help="Constant speed: 1000 (steps/pixel, even), 30000steps/s or 12mm/s.",
+)
+@click.option(
+    "--pixels", type=PixelsType(most=MOST_PIXELS), help="Length of the whole line, pixels."
+)
+@click.option(
+    "--length",
+    type=StepsType(1),
+    help="With --max-acceleration: length of the whole line, steps or 20mm; a short one is slower.",
+)
+@pixel_hz_option
+@click.option(
+    "--divider",
+    type=click.IntRange(1, MOST_EDGES),
+    metavar="M",
+    help="Clock edges of a pixel.  [default: 1; with --max-acceleration the fewest that allow it]",
+)
+@backlash_option
+@click.option("--lead-in", type=PixelsType(), default=0, help="Constant pixels before the image.")
+@click.option("--decode", type=DECODE, help="What the motor is.  [default: smooth]")
+@click.option("--plain", is_flag=True, hidden=True)  # an older spelling of --decode plain
+@click.option("--negative/--no-negative", help="Plain lines: negative counts.")
+@click.option("--lenient", is_flag=True, help="Accept LF and a missing final newline in the PRN.")
+@click.option("--jerk-warn", type=JERK_TYPE, help="Warn of larger acceleration changes.")
+@click.option("--header", "name", metavar="NAME", help="Write the 40-column header, named NAME.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
+@json_option
+@click.pass_context
+def line_make(ctx, speed, pixel_hz, backlash, lead_in, output, as_json, **options):
+    """Make a line: up, constant speed, down, by a profile or by an acceleration.
+
+    A pixel has as many edges of the pixel clock as the acceleration needs, or as --divider says; a
+    file with more than one gets a header with the frequency of its pixels. Exit status 1 if the
+    line is written but its acceleration changes by more than --jerk-warn.
+    """
+    plain = options["plain"] or options["decode"] == PLAIN
+    if options["plain"] and options["decode"] == SMOOTH:
+        raise UserError("--plain and --decode smooth contradict each other")
+    asked = _Asked(ctx, speed, pixel_hz, plain)
+    request = generator.LineRequest(0, options["pixels"] or 0, backlash, lead_in, plain)
+    line = (
+        _of_acceleration(asked, request) if asked.by_acceleration() else _of_profile(asked, request)
+    )
+    made, line_hz = line.made, pixel_hz / line.divider
+    jerk_warn = whole_limit(options["jerk_warn"], line_hz, least=0)
+    sign = -1 if plain and options["negative"] else 1
+    counts = [sign * count for count in made.counts]
+    name = options["name"]
+    if line.divider > 1 and name is None:
+        name = output.stem[:20]
+    formats.write_csv(output, counts, _header(name, lead_in, line_hz))
+    facts = _facts(output, line, pixel_hz, backlash)
+    deliver_facts(facts, _text(facts, pixel_hz), output, as_json=as_json)
+    if jerk_warn is not None and not plain:
+        ctx.exit(_warn_of_jerk(made, line.speed, jerk_warn))
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A line, its speed in steps/pixel, the clock edges of its pixels."""
+
+    made: generator.GeneratedLine
+    speed: int
+    divider: int
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What the command line says, and the machine file where it does not."""
+
+    ctx: click.Context
+    speed: units.Quantity
+    clock_hz: Fraction
+    plain: bool
+
+    def __getitem__(self, name: str):
+        return self.ctx.params[name]
+
+    def given(self, name: str) -> bool:
+        """True if an option is on the command line, not only in the machine file."""
+        return self[name] is not None and not by_machine(self.ctx, name)
+
+    def by_acceleration(self) -> bool:
+        """True if the line is made by an acceleration. Raises UserError if nothing says how."""
+        if self.given("prn") and self.given("max_acceleration"):
+            raise UserError("--profile and --max-acceleration: a line is made by one of them")
+        if self["prn"] is None and self["max_acceleration"] is None:
+            raise UserError("a line needs --profile or --max-acceleration")
+        return self["prn"] is None or self.given("max_acceleration")
+
+    def of_length(self) -> bool:
+        """True if the line has a length in steps. Raises UserError if it has none at all."""
+        if self.given("pixels") and self.given("length"):
+            raise UserError("--pixels and --length: a line has one of them")
+        if self["pixels"] is None and self["length"] is None:
+            raise UserError("a line needs --pixels or --length")
+        return self["length"] is not None
+
+
+def _of_profile(asked: _Asked, request: generator.LineRequest) -> _Made:
+    """Make a line by a profile, whose speeds are per pixel."""
+    if asked.of_length():
+        raise UserError("--length: only with --max-acceleration; by a profile --pixels says it")
+    if asked.given("max_jerk"):
+        raise UserError("--max-jerk: only with --max-acceleration; a profile has its own")
+    divider = asked["divider"] or 1
+    line_hz = asked.clock_hz / divider
+    speeds, notes = formats.read_prn(asked["prn"], lenient=asked["lenient"])
+    say([*notes, *madefor.notes(asked["prn"], None, line_hz, refuse=True)])
+    speed = units.whole_speed(asked.speed, line_hz, scale_of(asked.ctx), smooth=not asked.plain)
+    made = generator.generate(speeds, replace(request, speed=speed), str(asked["prn"]))
+    return _Made(made, speed, divider)
+
+
+def _of_acceleration(asked: _Asked, request: generator.LineRequest) -> _Made:
+    """Make the shortest ramps within an acceleration, in pixels that allow it."""
+    scale = scale_of(asked.ctx)
+    jerk = asked["max_jerk"]
+    wanted = accelerate.Wanted(
+        asked.speed.in_steps(scale), asked["max_acceleration"], jerk, asked.clock_hz, asked.plain
+    )
+    of_length = asked.of_length()
+    divider = asked["divider"] or accelerate.choose_divider(wanted)
+    line_hz = asked.clock_hz / divider
+    top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.plain)
+    used = accelerate.note(wanted, divider)
+    if of_length:
+        made, speed = accelerate.line_of_length(wanted, top, divider, asked["length"], request)
+    else:
+        speeds = accelerate.speeds(wanted, top, divider)
+        made, speed = generator.generate(speeds, replace(request, speed=top)), top
+    say([used] if used else [])
+    if speed < top:
+        second = units.both_text(speed, units.SPEED, line_hz, scale)
+        say([f"the length allows a speed of {second}"])
+    return _Made(made, speed, divider)
+
+
+def _facts(output: Path, line: _Made, clock_hz: Fraction, backlash: int) -> dict:
+    made, line_hz = line.made, clock_hz / line.divider
+    return {
+        "file": str(output),
+        "pixels": len(made.counts),
+        "accelerating_pixels": made.accelerating_pixels,
+        "image_pixel": made.image_pixel,
+        "steps": sum(made.counts) + backlash,
+        "backlash_steps": backlash,
+        "speed_steps_s": float(line.speed * line_hz),
+        "pixel_hz": hz_text(clock_hz),
+        "divider": line.divider,
+    }
+
+
+def _text(facts: dict, clock_hz: Fraction) -> str:
+    text = (
+        f"{facts['file']}: {facts['pixels']} pixels, {facts['accelerating_pixels']} accelerating, "
+        f"image from pixel {facts['image_pixel']}, {facts['steps']} steps with backlash "
+        f"{facts['backlash_steps']}, {facts['speed_steps_s']:g} steps/s at {float(clock_hz):g} Hz"
+    )
+    edges = facts["divider"]
+    if edges > 1:
+        text += f", {edges} clock edges a pixel: --divider {edges} where it is used"
+    return text
+
+
+def _warn_of_jerk(made: generator.GeneratedLine, speed: int, limit: int) -> int:
+    """Say where the acceleration changes by more than `limit`; return the exit status."""
+    found = linecheck.check(Line(tuple(made.counts)), linecheck.Limits(jerk_warning=limit))
+    jerks = [item for item in found if item.name == "jerk"]
+    rising = [item for item in jerks if item.pixel <= len(made.counts) // 2]
+    for item in rising:
+        click.echo(f"warning: pixel {item.pixel}: {item.message}, above {limit}", err=True)
+    if rising:
+        click.echo(
+            f"warning: a profile made for this speed keeps the limit: "
+            f"pixstep profile make --top-speed {speed} --max-jerk {limit} ...",
+            err=True,
+        )
+    return int(bool(rising))
+
+
+def _header(name: str | None, lead_in: int, hz: Fraction) -> formats.ProfileHeader | None:
+    """Return a header stamped now, if one is wanted."""
+    if name is None:
+        return None
+    if len(name) > 20:
+        raise UserError(f"header name {name!r} is longer than 20 characters")
+    frequency = f"{float(hz):.10g}"
+    return formats.ProfileHeader(time.ctime(), name, 1, 0, lead_in, frequency)

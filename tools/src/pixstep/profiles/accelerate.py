@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""A line by its speed and its acceleration: how many clock edges a pixel has, and its counts.
+
+Speeds at pixel ends are whole numbers of steps per pixel, even ones for a smooth motor, so that the
+least acceleration at f pixels a second is 2 f^2 steps/s2 (f^2 of a plain motor). A pixel of M clock
+edges makes it smaller by M^2. The smallest M is chosen that allows the acceleration asked for.
+
+    f = 1000 Hz     M = 1: 2,000,000 steps/s2     M = 4: 125,000     M = 32: 1,953
+
+A length in steps that is no whole number of pixels at the line's speed has a pixel more in its
+deceleration: it divides the fall from one speed to the next into two.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+from pixstep.errors import UserError
+from pixstep.lines.rational import PERIOD_TICKS, period_ticks
+from pixstep.lines.units import ACCELERATION, JERK, Quantity, number_text
+from pixstep.profiles import generator, make
+from pixstep.profiles.generator import MAX_SPEED, GeneratedLine, LineRequest
+from pixstep.profiles.madefor import MOST_EDGES
+
+_NEARLY = Fraction(19, 20)  # of the acceleration asked for, of which no more need be said
+_FASTEST_TIMER_HZ = 20_000_000
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a line shall do; speeds even (and accelerations too) unless it is plain."""
+
+    speed: Quantity
+    acceleration: Quantity
+    jerk: Quantity | None
+    clock_hz: Fraction
+    plain: bool = False
+
+    @property
+    def unit(self) -> int:
+        """What speeds and accelerations are multiples of."""
+        return 1 if self.plain else 2
+
+    def limit(self, quantity: Quantity, edges: int) -> int:
+        """Return the largest figure within a limit that counts can have, at so many edges."""
+        return int(quantity.per_pixel(self.clock_hz / edges) // self.unit) * self.unit
+
+    def allows(self, edges: int) -> bool:
+        """True if a pixel of so many clock edges allows acceleration and speed as they are."""
+        speed = self.speed.per_pixel(self.clock_hz / edges)
+        limits = [self.acceleration] if self.jerk is None else [self.acceleration, self.jerk]
+        return (
+            period_ticks(self.clock_hz / edges, _FASTEST_TIMER_HZ) <= PERIOD_TICKS[1]
+            and all(self.limit(limit, edges) for limit in limits)
+            and speed % self.unit == 0
+            and 0 < speed <= MAX_SPEED
+        )
+
+    def share(self, edges: int) -> Fraction:
+        """Return which part of the acceleration asked for the counts make use of."""
+        return self.limit(self.acceleration, edges) / self.acceleration.per_pixel(
+            self.clock_hz / edges
+        )
+
+
+def choose_divider(wanted: Wanted) -> int:
+    """Return the smallest number of clock edges of a pixel that allows what is wanted.
+
+    Raises UserError if none does.
+    """
+    if not wanted.acceleration.value:
+        raise UserError(f"acceleration {wanted.acceleration.text}: above 0 is expected")
+    found = next((edges for edges in range(1, MOST_EDGES + 1) if wanted.allows(edges)), None)
+    if found is None:
+        raise UserError(
+            f"acceleration {wanted.acceleration.text} and speed {wanted.speed.text}: no pixel of 1 "
+            f"to {MOST_EDGES} edges of a {float(wanted.clock_hz):g} Hz clock has both in "
+            f"{'whole' if wanted.plain else 'even'} steps per pixel"
+        )
+    return found
+
+
+def note(wanted: Wanted, edges: int) -> str:
+    """Return what the counts make of the acceleration asked for; empty if that is nearly all."""
+    share = wanted.share(edges)
+    if share >= _NEARLY:
+        return ""
+    better = next(
+        (
+            more
+            for more in range(edges + 1, MOST_EDGES + 1)
+            if wanted.allows(more) and wanted.share(more) >= _NEARLY
+        ),
+        None,
+    )
+    text = f"{number_text(round(100 * share, 1))} % of the acceleration {wanted.acceleration.text}"
+    return f"uses {text}" + (f": --divider {better} uses more" if better else "")
+
+
+def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
+    """Return the speeds at the pixels' ends from rest to `top`, in the least time."""
+    acceleration = _legal(wanted, wanted.acceleration, ACCELERATION, edges)
+    jerk = acceleration
+    if wanted.jerk is not None:
+        jerk = min(jerk, _legal(wanted, wanted.jerk, JERK, edges))
+    if wanted.plain:
+        return [*range(acceleration, top, acceleration), top]
+    return make.shortest_profile(make.ProfileLimits(top, acceleration, jerk))
+
+
+def line_of_length(wanted: Wanted, top: int, edges: int, steps: int, request: LineRequest):
+    """Return a line of exactly so many steps, and its speed: `top`, or what the length allows.
+
+    `request` has backlash and lead-in. Raises UserError for a length that the counts cannot make.
+    """
+    if steps % wanted.unit:
+        raise UserError(
+            f"length {steps} steps: a smooth line has an even number of them, nearest "
+            f"{steps - 1} and {steps + 1}"
+        )
+    low, high = 0, top // wanted.unit
+    while low < high:  # the highest speed whose shortest line is no longer than that
+        middle = (low + high + 1) // 2
+        fits = _shortest(wanted, middle * wanted.unit, edges, request) <= steps
+        low, high = (middle, high) if fits else (low, middle - 1)
+    if not low:
+        least = _shortest(wanted, wanted.unit, edges, request)
+        raise UserError(f"length {steps} steps: too short for a line, at least {least}")
+    speed = low * wanted.unit
+    made = _fill(wanted, speeds(wanted, speed, edges), speed, steps, request)
+    return made, speed
+
+
+def _shortest(wanted: Wanted, speed: int, edges: int, request: LineRequest) -> int:
+    """Return the steps of the shortest line at a speed: ramps, lead-in, a pixel of the image."""
+    ramp = _ramp(wanted, speeds(wanted, speed, edges), speed)
+    return 2 * sum(ramp) + speed * (request.lead_in + 1)
+
+
+def _ramp(wanted: Wanted, ends: list[int], speed: int) -> list[int]:
+    counts = generator.plain_counts if wanted.plain else generator.acceleration_counts
+    return counts(ends, speed)
+
+
+def _fill(
+    wanted: Wanted, ends: list[int], speed: int, steps: int, request: LineRequest
+) -> GeneratedLine:
+    """Return the line of so many steps at a speed."""
+    ramp = _ramp(wanted, ends, speed)
+    whole, rest = divmod(steps - 2 * sum(ramp), speed)
+    pixels = 2 * len(ramp) + whole + (2 if request.backlash else 0)
+    asked = LineRequest(speed, pixels, request.backlash, request.lead_in, request.plain)
+    made = generator.generate(ends, asked)
+    if not rest:
+        return made
+    if wanted.jerk is not None:
+        below = steps - rest
+        raise UserError(
+            f"length {steps} steps: with a limit of the jerk whole pixels at {speed} steps/px are "
+            f"needed, nearest {below} and {below + speed}"
+        )
+    down = _with_rest(ramp, [0, *ends], rest, plain=wanted.plain)
+    tail = len(ramp) + (1 if request.backlash else 0)
+    zero = [0] if request.backlash else []
+    counts = [*made.counts[: len(made.counts) - tail], *down, *zero]
+    return GeneratedLine(counts, made.accelerating_pixels, made.image_pixel)
+
+
+def _with_rest(ramp: list[int], ends: list[int], rest: int, *, plain: bool) -> list[int]:
+    """Return the falling counts of a ramp with a pixel more, which has `rest` steps on the whole.
+
+    Of a smooth ramp a fall from one speed to the next is divided at the speed `rest`.
+    """
+    if plain:
+        return sorted([*ramp, rest], reverse=True)
+    falls = [(high, low) for low, high in pairwise(ends)][::-1][-len(ramp) :]
+    counts: list[int] = []
+    for high, low in falls:
+        if low < rest <= high:
+            counts += [(high + rest) // 2, (rest + low) // 2]
+        else:
+            counts.append((high + low) // 2)
+    return counts
+
+
+def _legal(wanted: Wanted, quantity: Quantity, order: int, edges: int) -> int:
+    """Return a limit in steps/px2 or steps/px3. Raises UserError for less than counts can have."""
+    hz = wanted.clock_hz / edges
+    if wanted.plain:
+        limit = wanted.limit(quantity, edges)
+        if not limit:
+            raise UserError(f"{quantity.text} is less than a step per pixel and pixel at {hz} Hz")
+        return limit
+    return make.legal_limit(quantity.per_pixel(hz), order, hz)

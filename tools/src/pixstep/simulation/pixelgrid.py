@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""When the pixel edges of a line were on the board that ran it.
+
+A line that keeps to the board's own time has its pixel edges at whole multiples of the nominal
+period. A line that is locked to the pixel clock has them where the board predicted the clock's
+edges: nothing tells but its steps, of which the last one of a pixel lies on the pixel's end. Where
+backlash is taken up the pieces of a line run ahead of its pixels; each piece ends with a step too.
+
+    pieces    |----|------|--------|---------|      0, 1, 4, 5 steps
+    steps          .      .  .  .  .  . . . .|      the last of a piece: a knot of the grid
+    knots          f      k        k         k      f: found from the steps behind it
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from pixstep.lazy import lazy
+from pixstep.lines import exact
+from pixstep.lines.line import Line
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = lazy("numpy")
+
+_ROUNDING = 1e-6  # cycles that floating point may lack
+
+
+@dataclass(frozen=True)
+class PixelGrid:
+    """Cycles over pixels from line zero: straight between knots, and nominal beyond them."""
+
+    period: float
+    knots_px: np.ndarray
+    knots_cycle: np.ndarray
+
+    def at(self, pixels: np.ndarray) -> np.ndarray:
+        """Return the cycles of places in the line."""
+        return self._map(pixels, self.knots_px, self.knots_cycle, self.period)
+
+    def pixels_at(self, cycles: np.ndarray) -> np.ndarray:
+        """Return the places in the line of cycles."""
+        return self._map(cycles, self.knots_cycle, self.knots_px, 1 / self.period)
+
+    def edges(self, pixels: int) -> np.ndarray:
+        """Return the cycle of each of the first so many pixels' ends."""
+        whole = np.floor(self.at(np.arange(1, pixels + 1)) + _ROUNDING)
+        return whole.astype(np.int64)
+
+    @staticmethod
+    def _map(values: np.ndarray, knots: np.ndarray, results: np.ndarray, slope: float):
+        values = np.asarray(values, dtype=float)
+        below, above = np.minimum(values - knots[0], 0), np.maximum(values - knots[-1], 0)
+        return np.interp(values, knots, results) + slope * (below + above)
+
+
+def nominal(line: Line, period: Fraction, zero: int) -> PixelGrid:
+    """Return the grid of a line on the board's own time, which began in cycle `zero`."""
+    ends = np.array([0.0, float(line.pixels)])
+    return PixelGrid(float(period), ends, zero + ends * float(period))
+
+
+def of_steps(line: Line, period: Fraction, rising: np.ndarray) -> PixelGrid | None:
+    """Return the grid that the steps of a line show; None if no piece was made to its end."""
+    table = _Pieces.of(line)
+    units = exact.instants(line, Fraction(1))
+    whole = np.flatnonzero((table.steps > 0) & (table.done <= len(rising)))
+    if not len(whole):
+        return None
+    knots: dict[float, float] = {}
+    for index in whole.tolist():
+        begin, end = float(table.begin[index]), float(table.end[index])
+        last = int(table.done[index]) - 1
+        if begin not in knots:
+            first = last + 1 - int(table.steps[index])
+            parts = (units[first:last] - begin) / (end - begin)
+            knots[begin] = _begin(parts, rising[first : last + 1], (end - begin) * float(period))
+        knots[end] = float(rising[last])
+    return PixelGrid(float(period), np.array([*knots]), np.array([*knots.values()]))
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """The pieces of a line: begin and end in pixels, their steps, the steps made by their end."""
+
+    begin: np.ndarray
+    end: np.ndarray
+    steps: np.ndarray
+    done: np.ndarray
+
+    @classmethod
+    def of(cls, line: Line) -> _Pieces:
+        begins, steps = [], []
+        for piece in exact.pieces(line):
+            begins.append(float(piece.begin))
+            steps.append(piece.steps)
+        begin, made = np.array(begins), np.array(steps, dtype=np.int64)
+        return cls(begin, np.append(begin[1:], float(line.pixels)), made, np.cumsum(made))
+
+
+def _begin(parts: np.ndarray, made: np.ndarray, ticks: float) -> float:
+    """Return where a piece began whose steps lie at these parts of it, its last one at the end.
+
+    The least squares of the steps tell; a single step tells nothing, so that the nominal length
+    does.
+    """
+    last = float(made[-1])
+    left = 1 - parts
+    if not len(parts):
+        return last - ticks
+    return float(np.sum(left * (made[:-1] - parts * last)) / np.sum(left * left))

@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: MIT
+"""`pixstep sim` with lines locked to the pixel clock: its clock, its judge, the whole command."""
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from effort import cases, only_long
+from pixstep import natives
+from pixstep.board import registers as regs
+from pixstep.board.boardrun import BoardRun
+from pixstep.lines import exact
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.profiles import generator
+from pixstep.simulation import clockjudge, pixelgrid, verdict
+from pixstep.simulation.clockflaws import ClockFlaws
+from pixstep.simulation.edges import AxisEdges, ClockLog, read_clock_log, read_edges
+from pixstep.simulation.judge import judge
+from pixstep.simulation.simboard import SimLink
+from pixstep.simulation.simctl import SimOptions
+from pixstep.simulation.simrun import LOCK, START, Job
+from pixstep.simulation.simtask import run_and_judge
+
+BOARDS = ("uno", "mega")
+HZ = Fraction(100)
+PERIOD = Fraction(160_000)
+PLAIN_LINE = Line((20,) * 60, PLAIN)
+JITTER_US = 5.0
+MACHINE = """
+[clock]
+pixel = "1 kHz"
+[boards.one]
+kind = "{board}"
+[motors.X]
+name = "X"
+axis = 0
+kind = "smooth"
+steps_per_unit = "400 steps/mm"
+[motors.X.limits]
+max_acceleration = "500 mm/s2"
+"""
+
+
+def smooth_line(backlash=12):
+    """Speed up, hold, slow down; with the backlash taken up where the speed is reached."""
+    made = generator.generate([8, 16, 24, 32, 40], generator.LineRequest(40, 40, backlash))
+    return Line(tuple(made.counts), SMOOTH, backlash)
+
+
+def run(folder, board, lines, hz=HZ, **world):
+    """Run lines, locked to the clock; return what the run left and its judgement."""
+    result, judged, _ = run_and_judge(
+        Job(board, lines, Fraction(hz), **{"sync": LOCK, **world}), folder
+    )
+    return result, judged
+
+
+def kept(judged, axis=0):
+    """The figures of how an axis kept to the clock, of a run that passed."""
+    assert judged.summary["reasons"] == []
+    return judged.summary["axes"][axis]["clock"]
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("line", [PLAIN_LINE, smooth_line()], ids=["plain", "smooth"])
+@pytest.mark.parametrize("ppm", [10_000, -9_900])
+def test_a_locked_line_ends_its_pixels_on_the_clocks_edges(tmp_path, board, line, ppm):
+    result, judged = run(tmp_path, board, {0: line}, pixel_ppm=ppm)
+    found = kept(judged)
+    assert found["max_error_ticks"] <= 2 and abs(found["drift_steps"]) < 0.01
+    assert found["max_position_error_steps"] <= 1
+    assert found["pixels"] == len(exact.edge_ends(line))
+    assert judged.summary["axes"][0]["last_steps_on_edge"] == found["pixels"]
+    clock = judged.summary["clock"]
+    assert clock["board_period_ticks"] == pytest.approx(160_000 / (1 + ppm / 1e6), abs=0.5)
+    assert len(result.clock.true) == clock["true_edges"]
+
+
+@pytest.mark.usefixtures("simulator")
+def test_the_same_run_without_the_lock_drifts(tmp_path):
+    _, judged = run(tmp_path, "mega", {0: PLAIN_LINE}, sync=START, pixel_ppm=10_000)
+    found = kept(judged)
+    # From the end of the first pixel to that of the last: 59 pixels, 1 % of each.
+    assert found["drift_pixels"] == pytest.approx(59 * 0.01, rel=0.02)
+    assert found["drift_steps"] == pytest.approx(20 * 59 * 0.01, rel=0.02)
+    assert found["max_position_error_steps"] >= 11 and found["ripple_ticks"] == 0
+
+
+@pytest.mark.usefixtures("simulator")
+def test_the_judge_of_locked_lines_refuses_a_line_that_is_not(tmp_path):
+    """The edges of a line on the board's own time, judged as if it had been locked."""
+    result, _ = run(tmp_path, "uno", {0: PLAIN_LINE}, sync=START, pixel_ppm=3000)
+    result.job = replace(result.job, sync=LOCK)
+    (first, second) = judge(result).summary["reasons"]
+    assert "the last step of 60 pixels is more than 2 ticks off the clock's true edge" in first
+    assert "the position is more than 1 step off at " in second
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("board", BOARDS)
+def test_jitter_missing_and_false_edges(tmp_path, board):
+    flaws = ClockFlaws(jitter_us=JITTER_US, drop=20, double=60)
+    line = Line((20,) * cases(150, 1000), PLAIN)
+    _, judged = run(tmp_path, board, {0: line}, pixel_ppm=300, flaws=flaws)
+    found, clock = kept(judged), judged.summary["clock"]
+    assert found["rms_error_ticks"] < 0.6 * JITTER_US * 16
+    assert found["ripple_ticks"] > 0 and judged.summary["axes"][0]["max_edge_error_ticks"] < 1
+    log = read_clock_log(tmp_path / "clock.csv")
+    assert (log.missing, log.false) == (clock["missing_edges"], clock["false_edges"])
+    # The board counts from arming on, the log from the beginning.
+    assert 6 <= clock["board_missing"] <= log.missing
+    assert 2 <= clock["board_glitches"] <= log.false
+
+
+@pytest.mark.usefixtures("simulator")
+def test_axes_end_their_pixels_together(tmp_path):
+    lines = {0: PLAIN_LINE, 1: smooth_line(), 3: Line((0, 7, 0, -3) * 10, PLAIN)}
+    _, judged = run(tmp_path, "mega", lines, flaws=ClockFlaws(wander_ppm=500), pixel_ppm=-400)
+    assert [axis for axis in judged.kept if kept(judged) is not None] == [0, 1, 3]
+    grids = dict(judged.grids)
+    shifted = grids[3]
+    grids[3] = replace(shifted, knots_cycle=shifted.knots_cycle + 1)
+    job = Job("mega", lines, HZ, sync=LOCK)
+    (reason,) = clockjudge.apart(job, grids)
+    assert "20 pixels do not end together" in reason
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("board", BOARDS)
+def test_under_a_saturated_serial_line_a_lock_is_a_lock(tmp_path, board):
+    _, judged = run(tmp_path, board, {0: PLAIN_LINE}, pixel_ppm=3000, serial_load=True)
+    assert kept(judged)["max_error_ticks"] <= 2
+    assert judged.summary["requests"]["load"] > 20
+
+
+@pytest.mark.usefixtures("simulator")
+def test_a_clock_beyond_the_tolerance_is_a_named_fault(tmp_path):
+    _, judged = run(
+        tmp_path, "uno", {0: PLAIN_LINE}, flaws=ClockFlaws(step_ppm=30_000, step_edge=70)
+    )
+    assert judged.summary["verdict"] == "fail"
+    assert "fault clock_" in " ".join(judged.summary["reasons"])
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize(("jitter_us", "first"), [(0.0, 0), (1.0, 30)])
+def test_two_boards_on_one_clock_end_their_pixels_together(tmp_path, jitter_us, first):
+    """From the first pixel on; with jitter once a waiting line's own guess of it has died out."""
+    line = Line((4,) * cases(300, 10_000), PLAIN)
+    hz = Fraction(1000)
+    edges = tmp_path / "edges.csv"
+    images = [(name, natives.image(name)) for name in BOARDS]
+    flaws = ClockFlaws(jitter_us=jitter_us)
+    options = SimOptions(images, hz, pixel_ppm=-700, edges=edges, flaws=flaws)
+    with SimLink(options) as link:
+        runs = [BoardRun(link, unit + 1) for unit in range(len(images))]
+        for each in runs:
+            each.set_up(hz, [0], sync=regs.SYNCS[LOCK])
+            each.load({0: line})
+            each.await_clock()
+        for each in runs:
+            each.arm()
+            link.world.wait(0.05)  # so that the second line begins some pixels later
+        while {"armed", "running"} & {each.states()[0] for each in runs}:
+            link.world.wait(0.1)
+        assert [each.board.fault_text() for each in runs] == ["", ""]
+        link.simulator.quit()
+    log = read_edges(edges)
+    ends = [log.axis(board, 0).rising[3::4] for board in range(2)]
+    behind = round(float(ends[1][0] - ends[0][0]) / (16_000_000 / 1000))  # pixels
+    early, late = (ends[0][behind:], ends[1]) if behind >= 0 else (ends[1][-behind:], ends[0])
+    together = min(len(early), len(late))
+    assert behind > 0 and together > 0.7 * line.pixels
+    assert np.max(np.abs((early[:together] - late[:together])[first:])) <= 2
+
+
+@only_long
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("ppm", [10_000, -9_900])
+@pytest.mark.parametrize("board", BOARDS)
+def test_a_million_pixels_without_drift(tmp_path, board, ppm):
+    line = Line((2,) * 1_000_000, PLAIN)
+    _, judged = run(tmp_path, board, {0: line}, hz=2000, pixel_ppm=ppm)
+    found = kept(judged)
+    assert found["pixels"] == line.pixels and found["max_error_ticks"] <= 2
+    assert found["drift_steps"] == 0 and found["max_position_error_steps"] <= 1
+
+
+@pytest.mark.usefixtures("simulator")
+@pytest.mark.parametrize("board", BOARDS)
+def test_made_checked_and_run_at_a_kilohertz(tmp_path, invoke, board):
+    """400 steps/mm at 1 kHz with 500 mm/s2: a pixel has as many clock edges as that needs."""
+    Path("machine.toml").write_text(MACHINE.format(board=board))
+    made = json.loads(
+        invoke(
+            "line", "make", "--speed", "100mm/s", "--length", "20mm", "-o", "l.csv", "--json"
+        ).stdout
+    )
+    assert made["divider"] == 4 and made["steps"] == 8000
+    divider = ("--divider", "4")
+    assert "fine" in invoke("line", "check", "l.csv", *divider).stdout
+    ran = invoke("sim", "l.csv", *divider, "--sync", "lock", "--pixel-ppm", "300", "--out", "run")
+    assert ran.stdout.startswith("PASS") and "drift" in ran.stdout
+    summary = json.loads(Path("run/summary.json").read_text())
+    (axis,) = summary["axes"]
+    assert axis["clock"]["max_position_error_steps"] <= 1 and axis["steps"] == 8000
+    refused = invoke("line", "check", "l.csv", status=3).stderr
+    assert "made for 250 Hz" in refused and "--divider 4, not 1" in refused
+
+
+@pytest.mark.usefixtures("simulator")
+def test_the_drawing_and_the_words_of_a_locked_run(tmp_path, invoke):
+    Path("p.csv").write_bytes(b"    20\r\n" * 12)
+    words = ("sim", "p.csv", "--board", "uno", "--decode", "plain", "--pixel-hz", "200")
+    flaws = ("--pixel-jitter-us", "5", "--pixel-wander-ppm", "50", "--pixel-drop", "40")
+    more = ("--pixel-double", "90", "--pixel-step-ppm", "100@50", "--plot", "--out", "run")
+    page = " ".join(invoke(*words, "--sync", "lock", *flaws, *more).stdout.split())
+    assert "locked to the clock, jitter 5 us rms, wander 50 ppm, +100 ppm from edge 50 on" in page
+    assert "1 edge of 40 missing, 1 edge of 90 doubled" in page
+    assert Path("run/clock.png").stat().st_size > 10_000
+    assert "free of the clock" in " ".join(
+        invoke(*words, "--sync", "free", "--out", "run").stdout.split()
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "says"),
+    [
+        ("--pixel-step-ppm", "5", "expected PPM@EDGE"),
+        ("--pixel-step-ppm", "1e9@5", "at most 100000 ppm"),
+        ("--pixel-step-ppm", "5@0", "from edge 1 on"),
+        ("--pixel-drop", "1", "x>=2"),
+        ("--divider", "1001", "1<=x<=1000"),
+        ("--sync", "phase", "'free', 'start', 'lock'"),
+    ],
+)
+def test_wrong_options_of_the_clock_are_misuse(invoke, option, value, says):
+    words = ("sim", "x.csv", "--board", "uno", "--decode", "plain", "--pixel-hz", "30")
+    assert says in invoke(*words, "--out", "run", option, value, status=2).stderr
+
+
+# The judge by itself: edges that are laid by hand on a grid that moves.
+
+
+def moving_edges(line, ends):
+    """The edges of a line whose pixel k ends in cycle ends[k], by straight lines between."""
+    units = exact.instants(line, Fraction(1))
+    rising = np.floor(np.interp(units, np.arange(len(ends)), ends) + 1e-6).astype(np.int64)
+    cycles = np.sort(np.concatenate([rising, rising + 40]))
+    levels = np.tile([1, 0], len(rising))
+    return AxisEdges(step_cycles=cycles, step_levels=levels)
+
+
+def moving_ends(pixels, jitter=100):
+    """Whole cycles of pixel edges, the first one line zero."""
+    source = np.random.default_rng(5)
+    lasts = 160_000 + source.integers(-jitter, jitter + 1, pixels)
+    return 1_000_000 + np.concatenate([[0], np.cumsum(lasts)])
+
+
+def test_the_grid_is_found_from_the_steps():
+    line = Line((20, 0, 0, 7, 1, 1, 30), PLAIN)
+    ends = moving_ends(line.pixels)
+    found, grid = verdict.judge_locked_axis(
+        line, PERIOD, moving_edges(line, ends), tick_hz=16_000_000
+    )
+    assert found.reasons == [] and found.max_edge_error_ticks < 1
+    made = [1, 4, 5, 6, 7]  # pixels with steps
+    assert grid.at(np.array(made)).tolist() == ends[made].tolist()
+    assert abs(found.line_zero_cycle - ends[0]) <= 2
+    assert grid.pixels_at(grid.at(np.array([0.3, 4.5, 9.0]))) == pytest.approx([0.3, 4.5, 9.0])
+
+
+def test_a_step_off_the_boards_own_grid_is_found():
+    edges = moving_edges(PLAIN_LINE, moving_ends(60))
+    edges.step_cycles[2 * 500 : 2 * 501] += 3
+    found, _ = verdict.judge_locked_axis(PLAIN_LINE, PERIOD, edges, tick_hz=16_000_000)
+    (reason,) = found.reasons
+    assert "1 edges are a tick or more off the board's own grid, first step 501" in reason
+
+
+@pytest.mark.parametrize(("late", "wrong"), [(2, 0), (3, 1)])
+def test_a_pixel_edge_off_the_clocks_is_found(late, wrong):
+    ends = moving_ends(60, jitter=0)
+    true = ends.astype(float)
+    ends[30] += late
+    edges = moving_edges(PLAIN_LINE, ends)
+    job = Job("uno", {0: PLAIN_LINE}, HZ, sync=LOCK)
+    grid = pixelgrid.of_steps(PLAIN_LINE, PERIOD, edges.rising)
+    found = clockjudge.keep(job, 0, PLAIN_LINE, edges, grid, ClockLog(true=true))
+    assert len(clockjudge.reasons(job, found)) == wrong
+    assert found.summary()["max_error_ticks"] == late
+    assert found.summary()["max_error_pixel"] == 30
+    assert found.ripple_ticks == 2 * late
+    assert clockjudge.reasons(replace(job, sync=START), found) == []
