@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Record a run of a board in pixstep-sim, with all its wires, for crosscheck.cjs.
 
-    python record.py RUN BOARD FOLDER        RUN: smooth, saturated, homing or estop
+    python record.py RUN BOARD FOLDER        RUN: smooth, saturated, homing, estop or locked
 
 The folder then holds edges.csv, serial.csv, wires.csv and end.txt, the cycle that was reached.
 """
@@ -24,6 +24,9 @@ from pixstep.simulation.simboard import SimulatedBoard
 
 SETTLE_S = 0.02
 HOMING_HZ = Fraction(500)
+LOCK = 2  # of setting `sync`
+LOCKED_S = 0.4  # until the board has measured the clock
+LOCKED_PX = 300
 # Steps a pixel: the M39's profile, up to the speed that a line asks for.
 PROFILE = [6 * pixel * (pixel + 1) for pixel in range(1, 20)]
 
@@ -31,7 +34,14 @@ PROFILE = [6 * pixel * (pixel + 1) for pixel in range(1, 20)]
 class Recording:
     """A board, its lines and its log files."""
 
-    def __init__(self, name: str, folder: Path, pixel_hz: Fraction, knobs: dict[int, str]) -> None:
+    def __init__(
+        self,
+        name: str,
+        folder: Path,
+        pixel_hz: Fraction,
+        knobs: dict[int, str],
+        clock: tuple[str, ...] = (),
+    ) -> None:
         self.folder, self.pixel_hz = folder, pixel_hz
         self.axes = list(range(boards.load(name).axes))
         self.uploads: dict[int, Upload] = {}
@@ -42,7 +52,7 @@ class Recording:
             edges=folder / "edges.csv",
             serial_log=folder / "serial.csv",
             plants={(0, axis): text for axis, text in knobs.items()},
-            extra=("--wire-log", str(folder / "wires.csv")),
+            extra=("--wire-log", str(folder / "wires.csv"), *clock),
         )
         self.simulator, self.board = self.simulated.simulator, self.simulated.board
 
@@ -145,7 +155,31 @@ def estop(name: str, folder: Path) -> None:
             run.board.command("discard", run.axes)
 
 
-RUNS = {"smooth": smooth, "saturated": saturated, "homing": home, "estop": estop}
+def locked(name: str, folder: Path) -> None:
+    """Record lines that follow a clock which is off, jitters, misses edges and has false ones."""
+    clock = ("--pixel-ppm", "900", "--pixel-jitter-rms-ns", "5000")
+    clock += ("--pixel-drop", "37", "--pixel-double", "41")
+    rng = random.Random(name)
+    with Recording(name, folder, Fraction(500), {}, clock) as run:
+        run.board.write_setting("sync", LOCK)
+        run.simulator.wait_s(LOCKED_S)
+        run.start(
+            {
+                axis: Line(tuple(rng.randint(4, 20) for _ in range(LOCKED_PX)), PLAIN)
+                for axis in run.axes
+            }
+        )
+        while not run.done():
+            run.simulator.wait_s(0.02)
+
+
+RUNS = {
+    "smooth": smooth,
+    "saturated": saturated,
+    "homing": home,
+    "estop": estop,
+    "locked": locked,
+}
 
 if __name__ == "__main__":
     _, wanted, board_name, out = sys.argv

@@ -78,9 +78,15 @@ class Timer {
         return this.core.tcnt;
     }
 
-    // An edge of the input capture takes effect in this cycle.
+    // An edge of the input capture takes effect in this cycle. An instruction that reads TCNTn may
+    // have counted on already: by a cycle or two, and not past BOTTOM, which the timer stops at.
     capture(cycle) {
-        this.core.icr = this.read(cycle);
+        const count = this.read(cycle);
+        const ahead = Math.max(0, this.core.lastCycle - cycle);
+        if (ahead > count) {
+            throw new Error(`timer ${this.name}: a capture before BOTTOM is seen behind it`);
+        }
+        this.core.icr = count - ahead;
         this.cpu.setInterruptFlag(this.captureFlag);
     }
 
