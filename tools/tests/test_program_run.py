@@ -71,6 +71,13 @@ def test_a_program_runs_on_a_board(one, folder):
     assert [row["position_steps"] for row in found["axes"]] == [1600, 800]
 
 
+def test_a_pixel_may_be_several_edges_of_the_clock(one, folder):
+    one.out("set", "divider=3")
+    found = one.json("run", "corner.pmc")
+    assert [row["moved_steps"] for row in found["axes"]] == [800, 400]
+    assert one.board.setting("pixel_hz_num") == 600
+
+
 def test_a_program_longer_than_the_queue_is_streamed(one, folder):
     found = one.json("run", "long.pmc")
     steps = 300 * 400

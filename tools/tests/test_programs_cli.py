@@ -102,10 +102,17 @@ def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
     machine.write_text(machine.read_text().replace('max_acceleration = "250 mm/s2"', more))
     text = invoke("plan", "square.pmc").output
     for limit in ("max_jerk", "start_stop"):
-        assert f"stage: a plan does not use {limit} of the machine file\n" in text
+        assert f"stage: a plan does not use {limit} of the machine file" in text
+    counts = np.loadtxt(folder / "plan/stage.csv", dtype=int)
+    jerk = np.abs(np.diff(counts, 2, prepend=[0, 0])).max()
+    said = 20_000 * 400 / 200**3
+    assert f": its acceleration changes by {jerk} steps/px3 at most, {said:g} is said there" in text
     report = json.loads((folder / "plan/report.json").read_text())
     unused = {motor["name"]: motor["unused_limits"] for motor in report["motors"]}
     assert unused == {"X": [], "stage": ["max_jerk", "start_stop"]}
+    x, stage = report["motors"]
+    assert (x["max_jerk_steps_px3"], stage["max_jerk_steps_px3"]) == (None, said)
+    assert stage["counted_jerk_steps_px3"] == jerk
 
 
 def test_what_exceeds_a_limit_is_a_negative_verdict(folder, invoke):

@@ -54,9 +54,12 @@ class Board:
         """Return the state and the position of every axis."""
         return self._states([*range(self.device.input("axis_count"))])
 
-    def check(self, line: MotionLine) -> CheckResult:
-        """Check a line by the limits that the board has now; nothing is sent."""
-        bounds = limits.connected(self.device, line.pixel_hz)
+    def check(self, line: MotionLine, *, axes: int = 1) -> CheckResult:
+        """Check a line by the limits that the board has now; nothing is sent.
+
+        `axes` is the number of axes that move together, its own included.
+        """
+        bounds = limits.connected(self.device, line.pixel_hz, axes)
         return line.check_by(bounds.of(line.line), self.kind)
 
     def run(
@@ -86,7 +89,7 @@ class Board:
                 )
             if item.line.backlash:
                 self.device.require("backlash")
-            self.check(item).raise_if_refused()
+            self.check(item, axes=len(by_axis)).raise_if_refused()
         if hz != self.pixel_hz:
             self.device.set_pixel_hz(hz * settings.divider(self.device))
         axes = list(by_axis)

@@ -59,7 +59,8 @@ def plan(ctx, program, machine, out, plot, as_json, **options):
     read = read_machine(machine)
     setup = setup_of(read, options)
     bounds = [
-        limits.named(read.board_of(read[motor.name]).kind, read.pixel_hz) for motor in setup.motors
+        limits.named(read.board_of(read[motor.name]).kind, read.pixel_hz, axes=motor.together)
+        for motor in setup.motors
     ]
     with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:
         planned = Plan(str(program), text, setup, plan_options_of(options))
@@ -84,9 +85,12 @@ def _print(done: Result, out: Path) -> None:
     )
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
-    for motor in report.setup.motors:
-        for limit in motor.unused_limits:
-            click.echo(f"{motor.name}: a plan does not use {limit} of the machine file")
+    for row in report.motors:
+        for limit in row.motor.unused_limits:
+            click.echo(
+                f"{row.motor.name}: a plan does not use {limit} of the machine file"
+                f"{_jerk(row) if limit == 'max_jerk' else ''}"
+            )
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
         click.echo(f"{name}:{item.line}: {item.asked_ms:.6g} -> {item.ms:.6g} ms: {item.why}")
@@ -99,6 +103,14 @@ def _print(done: Result, out: Path) -> None:
             click.echo(
                 f"{path}: pixel {found.pixel}: the board refuses: {found.name}: {found.message}"
             )
+
+
+def _jerk(item: MotorReport) -> str:
+    """Return what the counts of a motor have instead of its max_jerk."""
+    return (
+        f": its acceleration changes by {item.counted_jerk} steps/px3 at most, "
+        f"{item.motor.max_jerk:.6g} is said there"
+    )
 
 
 def _table(motors: list[MotorReport]) -> Table:

@@ -218,7 +218,7 @@ def sim_command(
     pass.
     """
     original = read_table(table).without_holds()
-    cap = capability.of(board, pixel_hz)
+    cap = capability.of(board, pixel_hz, axes=min(AXES, boards.load(board).axes))
     most = cap.top_speed(capability.PLAIN) - int(abs(original.velocities).max()) - 1
     plays = axis_plays(options, original, pixel_hz, most)
     plants = per_axis(plant_play or options["play"], 0, "--plant-play")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The motors of a program as the planner sees them: counts and milliseconds."""
 
+from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -23,8 +24,9 @@ class PlanMotor:
     """A motor: which word moves it, how far, and what it can do.
 
     Speeds are in counts/ms, accelerations in counts/ms2. `reversal_steps` is the highest count
-    of a plain pixel right behind one of the other direction; None is no limit. `unused_limits` are
-    those of the machine file that a plan does not use.
+    of a plain pixel right behind one of the other direction; None is no limit. `together` is the
+    number of motors on its board that a program moves. `unused_limits` are those of the machine
+    file that a plan does not use, `max_jerk` among them, steps/px3: it is compared with the counts.
     """
 
     name: str
@@ -37,6 +39,8 @@ class PlanMotor:
     unit: str = "steps"
     axis: int = 0
     negative: bool = False
+    together: int = 1
+    max_jerk: float | None = None
     unused_limits: tuple[str, ...] = ()
 
     def planned_speed(self, pixel_ms: float) -> float:
@@ -95,7 +99,9 @@ def of_machine(machine: Tables) -> Setup:
     """
     hz = machine.pixel_hz
     given = machine.program
-    motors = tuple(_motor(machine, motor) for motor in machine.motors.values() if _word(motor))
+    chosen = [motor for motor in machine.motors.values() if _word(motor)]
+    together = Counter(machine.board_name(motor) for motor in chosen)
+    motors = tuple(_motor(machine, motor, together[machine.board_name(motor)]) for motor in chosen)
     if not motors:
         raise UserError(
             f"{machine.path}: no motor has a word for programs: name it X, Y, Z ... or set the "
@@ -125,7 +131,7 @@ def _word(motor: Motor) -> str | None:
     return motor.word or (name if len(name) == 1 and name in AXIS_WORDS else None)
 
 
-def _motor(machine: Tables, motor: Motor) -> PlanMotor:
+def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
     hz = machine.pixel_hz
     limits = {key: motor.limit(key) for key in ("max_speed", "max_acceleration")}
     values = {
@@ -138,10 +144,10 @@ def _motor(machine: Tables, motor: Motor) -> PlanMotor:
             f"{machine.path}: motors.{motor.name}.limits.max_acceleration: is missing; a program "
             f"needs it"
         )
-    able = capability.of(machine.board_of(motor).kind, hz)
+    able = capability.of(machine.board_of(motor).kind, hz, axes=together)
     top = float(able.top_speed(motor.kind) * hz / MS)
     scale = motor.steps_per_unit
-    speed = values["max_speed"]
+    speed, jerk = values["max_speed"], motor.limit("max_jerk")
     return PlanMotor(
         name=motor.name,
         word=_word(motor) or "",
@@ -153,6 +159,8 @@ def _motor(machine: Tables, motor: Motor) -> PlanMotor:
         unit=scale.length if scale else "steps",
         axis=motor.axis,
         negative=motor.negative,
+        together=together,
+        max_jerk=float(jerk.per_pixel(hz)) if jerk else None,
         unused_limits=tuple(key for key in UNUSED_LIMITS if motor.limit(key) is not None),
     )
 

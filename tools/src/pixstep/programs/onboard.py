@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from pixstep.board import limits
+from pixstep.board import limits, settings
 from pixstep.board import run as running
 from pixstep.board.device import Board
 from pixstep.board.world import World
@@ -74,9 +74,10 @@ def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Reh
 
     Raises UserError for a mistake in the program, RefusedError for what the board would refuse.
     """
-    bounds = limits.connected(board, request.setup.pixel_hz)
+    setup = request.setup
+    bounds = limits.connected(board, setup.pixel_hz, len(setup.motors))
     with request.text() as text:
-        plan = Plan(request.path, text, request.setup, request.options)
+        plan = Plan(request.path, text, setup, request.options)
         return rehearsal.rehearse(plan, bounds, progress)
 
 
@@ -84,12 +85,13 @@ def rehearse(board: Board, request: Request, progress: Progress = unseen) -> Reh
 def queued(board: Board, request: Request, known: Rehearsal | None = None) -> Iterator[OnBoard]:
     """Queue the beginning of a program, its rehearsal being `known`; end the planner at the end.
 
-    Sets the board's pixel frequency to that of the plan. Raises as `streaming.begin` does.
+    Sets the board's clock so that its pixels have the frequency of the plan's. Raises as
+    `streaming.begin` does.
     """
     setup = request.setup
     refuse_period(setup.pixel_hz, board.tick_hz())
     if limits.connected(board).pixel_hz != setup.pixel_hz:
-        board.set_pixel_hz(setup.pixel_hz)
+        board.set_pixel_hz(setup.pixel_hz * settings.divider(board))
     axes = [motor.axis for motor in setup.motors]
     before = dict(running.positions(board, axes))
     with PlanProcess(request) as source:

@@ -13,12 +13,14 @@ r - 2r' + r'', at most 4. At rest u is 0 and positions are even: a smooth line's
 of its speeds.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from pixstep.lines.runs import MAX_WORD
 from pixstep.programs.blends import Floats
 from pixstep.programs.motors import Setup
 from pixstep.programs.timeline import Timeline
@@ -60,7 +62,8 @@ class Rounding:
         self._before = np.zeros((0, len(setup.motors)))
         count = len(setup.motors)
         self._whole = np.zeros(count, dtype=np.int64)
-        self._rows = [_Smooth(motor.name) for motor in setup.motors]
+        limits = [motor.max_acceleration * setup.pixel_ms**2 for motor in setup.motors]
+        self._rows = [_Smooth(int(min(limit, MAX_WORD)) // 2 * 2) for limit in limits]
 
     def counts(self, samples: Iterable[Floats]) -> Iterator[Counts]:
         """Yield counts of whole pixels, a row each, of samples at half pixels from -1/2 on."""
@@ -92,11 +95,27 @@ def _half_away(values: Floats) -> Counts:
     return (np.sign(values) * np.floor(np.abs(values) + 0.5)).astype(np.int64)
 
 
+class _Changes(NamedTuple):
+    """What surrounds a speed: the one before, the planned one, and what is wanted behind it.
+
+    The next speed makes good by how much this one differs from the planned one.
+    """
+
+    before: int
+    planned: float
+    wanted_later: float
+
+    def most(self, speed: int) -> float:
+        """Return the larger change of speed, to this one and from it."""
+        later = max(0, 2 * round((self.wanted_later - (speed - self.planned)) / 2))
+        return max(abs(speed - self.before), abs(later - speed))
+
+
 @dataclass
 class _Smooth:
     """The speed of a smooth motor at the last edge, and what is left of its rounding."""
 
-    name: str
+    limit: int  # of the change of speed in a pixel
     speed: int = 0  # u at the last edge
     earlier: int = 0  # u one edge before
     planned: float = 0.0  # v at the last edge
@@ -107,12 +126,13 @@ class _Smooth:
         speeds = np.diff(middles).tolist()
         made = []
         u, before, v, error = self.speed, self.earlier, self.planned, self.error
-        for ahead in speeds:
+        for ahead, later in zip(speeds, [*speeds[1:], None], strict=True):
             # Here v and u are those of the edge where the pixel begins, `ahead` of where it ends.
             wanted = ahead - (error + (u - v) / 2)
             new = max(0, 2 * round(wanted / 2))
             if new == before != u and _swings(u, new):
-                new += 2 if wanted >= new or new == 0 else -2
+                beyond = (2 * ahead - v if later is None else later) - error - (u - v) / 2
+                new = _beside(new, wanted, _Changes(u, ahead, beyond).most, self.limit)
             error += (u + new) / 2 - (v + ahead) / 2
             made.append((u + new) // 2)
             before, u, v = u, new, ahead
@@ -124,3 +144,15 @@ def _swings(speed: int, other: int) -> bool:
     """Whether two equal counts would be taken for an oscillation: one entered at other speed."""
     amplitude, count = abs(speed - other) // 2, (speed + other) // 2
     return amplitude > _SMALL_SWING and 100 * amplitude > count
+
+
+def _beside(speed: int, wanted: float, most: Callable[[int], float], limit: int) -> int:
+    """Return the even speed beside one that would swing: the nearer one to what is wanted.
+
+    Where this and the next pixel would accelerate by more than the limit with it, the other one.
+    """
+    first, second = (2, -2) if wanted >= speed or speed == 0 else (-2, 2)
+    other = speed + second
+    if other < 0 or most(speed + first) <= max(limit, most(other)):
+        return speed + first
+    return other

@@ -3,7 +3,6 @@
 
 from collections import Counter, deque
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
@@ -47,8 +46,10 @@ class MotorReport:
     planned_acceleration: float = 0.0
     counted_speed: int = 0  # steps/px
     counted_acceleration: int = 0  # steps/px2
+    counted_jerk: int = 0  # steps/px3: the acceleration's change from pixel to pixel
     last: int = 0
     speed: int = 0
+    acceleration: int = 0
 
     @property
     def limit(self) -> float:
@@ -85,18 +86,22 @@ class MotorReport:
             self._add_smooth(np.abs(counts).tolist())
             return
         self.counted_speed = max(self.counted_speed, int(np.abs(counts).max()))
-        change = np.abs(np.diff(counts, prepend=self.last))
-        self.counted_acceleration = max(self.counted_acceleration, int(change.max()))
+        self._add_accelerations(np.diff(counts, prepend=self.last))
         self.last = int(counts[-1])
 
     def _add_smooth(self, counts: list[int]) -> None:
         speeds = [self.speed]
         for count in counts:
             speeds.append(2 * count - speeds[-1])
-        changes = max(abs(after - before) for before, after in pairwise(speeds))
-        self.counted_acceleration = max(self.counted_acceleration, changes)
+        self._add_accelerations(np.diff(speeds))
         self.counted_speed = max(self.counted_speed, *speeds)
         self.speed = speeds[-1]
+
+    def _add_accelerations(self, changes: np.ndarray) -> None:
+        jerk = np.diff(changes, prepend=self.acceleration)
+        self.counted_acceleration = max(self.counted_acceleration, int(np.abs(changes).max()))
+        self.counted_jerk = max(self.counted_jerk, int(np.abs(jerk).max()))
+        self.acceleration = int(changes[-1])
 
     def as_json(self) -> dict:
         """Return it as plain data."""
@@ -119,6 +124,8 @@ class MotorReport:
             "counted_acceleration_steps_px2": self.counted_acceleration,
             "rounding_steps_px2": SMOOTH_ROUNDING if motor.smooth else PLAIN_ROUNDING,
             "counted_ratio": self.counted_ratio,
+            "counted_jerk_steps_px3": self.counted_jerk,
+            "max_jerk_steps_px3": motor.max_jerk,
             "unused_limits": list(motor.unused_limits),
         }
 

@@ -110,7 +110,7 @@ def run(
     if job.axes[-1] >= board.axes:
         raise UserError(f"axis {job.axes[-1]}: the {boards.axes_text(job.board)}")
     made = host.command(original, plays, name)
-    check(made, limits.named(job.board, job.pixel_hz))
+    check(made, limits.named(job.board, job.pixel_hz, axes=AXES))
     result, judged, _ = run_and_judge(_job(job, made, original), folder, progress)
     zero = judged.summary["line_zero_cycle"]
     if zero is None or judged.summary["verdict"] != "pass":

@@ -43,7 +43,7 @@ def trajectory_command(table, line, unit, which, take_up, axis, pixel_hz, as_jso
         known.axes((axis + AXES - 1,))
         hz = settings.pixel_hz(known.board, pixel_hz)
         refuse_period(hz, known.board.tick_hz())
-        limits = connected(known.board, hz)
+        limits = connected(known.board, hz, AXES)
         top = int(period_ticks(hz, limits.tick_hz)) // limits.min_interval_ticks
         most = top - int(abs(original.velocities).max()) - 1
         plays = axis_plays(options, original, hz, most)
