@@ -224,7 +224,7 @@ static void budgets(void)
     records_note_error(&records, 4, 17);
     uint16_t noted = cycles_now();
 
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(170, added - start);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(185, added - start);
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(150, noted - added);
     begin(9, 10);
     pass_many(3);

@@ -54,9 +54,9 @@ static void note_newest(struct records *records, int16_t error)
 }
 
 // Give the newest record the error of an edge that came before its pixel.
-static void take_early(struct records *records, struct kept_record *record)
+static void take_early(struct records *records, struct kept_record *record, uint8_t pixel)
 {
-    int16_t *place = &records->early_ticks[record->pixel & (RECORDS_EARLY - 1u)];
+    int16_t *place = &records->early_ticks[pixel & (RECORDS_EARLY - 1u)];
     int16_t early_ticks = *place;
 
     record->edge_error_ticks = early_ticks;
@@ -71,8 +71,9 @@ static int16_t error_of(const struct kept_record *record)
     return record->edge_error_ticks;
 }
 #else
-static void take_early(struct records *records, struct kept_record *record)
+static void take_early(struct records *records, struct kept_record *record, uint8_t pixel)
 {
+    (void)pixel;
     (void)records;
     (void)record;
 }
@@ -118,7 +119,7 @@ void records_add(struct records *records,
     } else if (beyond_steps != 0) {
         keep_newest(records);
     }
-    take_early(records, record);
+    take_early(records, record, (uint8_t)pixel);
 }
 
 static uint8_t slot_of(const struct records *records, uint8_t number)

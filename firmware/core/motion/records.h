@@ -66,8 +66,8 @@ struct records {
 #if FEATURE_CLOCK_STATISTICS
     // Edge error of the newest record that was to be kept.
     int16_t shown_ticks;
-    // Edge errors of the pixels behind the newest one, by the low bits of their numbers: the account
-    // of an axis may lag some pixels behind the clock.
+    // Edge errors of the pixels behind the newest one, by the low bits of their numbers: the
+    // account of an axis may lag some pixels behind the clock.
     int16_t early_ticks[RECORDS_EARLY];
 #endif
     struct kept_record kept[RECORDS_KEPT];
