@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""Lines made by a speed and an acceleration: clock edges of a pixel, exact lengths, refusals."""
+
+import json
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from pixstep import formats
+from pixstep.errors import UserError
+from pixstep.lines import linecheck, units
+from pixstep.lines.line import PLAIN, SMOOTH, Line
+from pixstep.lines.units import ACCELERATION, JERK, SPEED
+from pixstep.profiles import accelerate
+from pixstep.profiles.generator import LineRequest
+
+HZ = Fraction(1000)
+
+
+def wanted(speed="40000steps/s", acceleration="200000steps/s2", jerk=None, **more):
+    return accelerate.Wanted(
+        units.parse(speed, SPEED),
+        units.parse(acceleration, ACCELERATION),
+        jerk and units.parse(jerk, JERK),
+        more.pop("clock_hz", HZ),
+        **more,
+    )
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "edges"),
+    [("2000000steps/s2", 1), ("1999999steps/s2", 2), ("500000steps/s2", 2), ("200000steps/s2", 4),
+     ("125000steps/s2", 4), ("124999steps/s2", 5), ("1954steps/s2", 32), ("1953steps/s2", 33),
+     ("2steps/px2", 1)],
+)  # fmt: skip
+def test_the_fewest_clock_edges_that_allow_an_acceleration(acceleration, edges):
+    """The even rule: no less than 2 f^2."""
+    assert accelerate.choose_divider(wanted("2000steps/s", acceleration)) == edges
+
+
+def test_a_jerk_and_a_speed_ask_for_more_edges():
+    assert accelerate.choose_divider(wanted(jerk="2000000000steps/s3")) == 4
+    assert accelerate.choose_divider(wanted(jerk="1000000steps/s3")) == 13
+    # 12.5 steps per clock edge: even in pixels of 4, 8, 12.
+    assert accelerate.choose_divider(wanted("12500steps/s", "100000steps/s2")) == 8
+    assert accelerate.choose_divider(wanted(plain=True)) == 3
+
+
+@pytest.mark.parametrize(
+    ("speed", "acceleration", "says"),
+    [("40000steps/s", "1steps/s2", "no pixel of 1 to 1000 edges"),
+     ("40000steps/s", "0", "above 0"),
+     ("1.23456789steps/s", "200000steps/s2", "has both in even steps per pixel")],
+)  # fmt: skip
+def test_what_no_divider_allows(speed, acceleration, says):
+    with pytest.raises(UserError, match=says):
+        accelerate.choose_divider(wanted(speed, acceleration))
+
+
+def test_little_of_the_acceleration_is_said():
+    text = accelerate.note(wanted(), 4)
+    assert text == "uses 62.5 % of the acceleration 200000steps/s2: --divider 9 uses more"
+    assert accelerate.note(wanted(), 10) == ""
+
+
+@pytest.mark.parametrize("plain", [False, True])
+@pytest.mark.parametrize("backlash", [0, 6])
+@pytest.mark.parametrize("steps", [500, 1000, 8000, 8002, 12_346, 100_000])
+def test_a_line_has_exactly_its_length(plain, backlash, steps):
+    if plain and backlash:
+        return
+    request = LineRequest(0, 0, backlash, 2, plain)
+    what = wanted(plain=plain)
+    made, speed = accelerate.line_of_length(what, 160, 4, steps, request)
+    assert sum(made.counts) == steps and max(made.counts) <= speed <= 160
+    line = Line(tuple(made.counts), PLAIN if plain else SMOOTH, backlash)
+    most = what.limit(what.acceleration, 4)
+    found = linecheck.check(line, linecheck.Limits(max_speed=160))
+    assert not linecheck.refused(found), found
+    ends = line.counts if plain else line.speeds
+    assert max(abs(after - before) for before, after in pairwise((0, *ends, 0))) <= most
+    lead = made.counts[made.image_pixel - 3 : made.image_pixel]
+    assert lead == [speed] * 3  # two pixels of the lead-in, one of the image
+
+
+@pytest.mark.parametrize(
+    ("steps", "jerk", "says"),
+    [(8001, None, "nearest 8000 and 8002"), (4, None, "too short for a line, at least"),
+     (8002, "4000000000steps/s3", "nearest [0-9]+ and [0-9]+")],
+)  # fmt: skip
+def test_lengths_that_cannot_be(steps, jerk, says):
+    with pytest.raises(UserError, match=says):
+        accelerate.line_of_length(wanted(jerk=jerk), 160, 4, steps, LineRequest(0, 0, 0, 2))
+
+
+MAKE = ("line", "make", "--pixel-hz", "1000", "-o", "l.csv", "--speed", "40000steps/s")
+BY_ACCELERATION = (*MAKE, "--max-acceleration", "200000steps/s2")
+
+
+def test_the_file_has_the_frequency_of_its_pixels(tmp_path, invoke):
+    made = json.loads(invoke(*BY_ACCELERATION, "--pixels", "210", "--json").stdout)
+    assert (made["divider"], made["pixel_hz"], made["pixels"]) == (4, "1000/1", 210)
+    assert formats.read_motion(Path("l.csv")).header.frequency == 250
+    said = invoke(*BY_ACCELERATION, "--pixels", "210", "--divider", "3", "--force", status=2).stderr
+    assert "is below 2" in said  # 1.8 steps/px2
+    invoke(*MAKE, "--max-acceleration", "400000steps/s2", "--pixels", "300", "--force")
+    assert formats.read_motion(Path("l.csv")).header.frequency == Fraction("333.3333333")
+    check = ("line", "check", "l.csv", "--decode", "smooth", "--pixel-hz", "1000")
+    assert "made for" not in invoke(*check, "--divider", "3").stderr
+    assert "--divider 3, not 2" in invoke(*check, "--divider", "2", status=3).stderr
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [((), "a line needs --profile or --max-acceleration"),
+     (("--profile", "p.PRN", "--max-acceleration", "9"), "made by one of them"),
+     (("--max-acceleration", "200000steps/s2"), "a line needs --pixels or --length"),
+     (("--max-acceleration", "9", "--pixels", "9", "--length", "9"), "a line has one of them"),
+     (("--profile", "p.PRN", "--length", "9"), "--length: only with --max-acceleration"),
+     (("--profile", "p.PRN", "--pixels", "9", "--max-jerk", "9"), "--max-jerk: only with"),
+     (("--max-acceleration", "9", "--pixels", "9", "--divider", "0"), "1<=x<=1000")],
+)  # fmt: skip
+def test_options_that_do_not_go_together(tmp_path, invoke, more, says):
+    Path("p.PRN").write_bytes(b"       8\r\n      16\r\n")
+    said = invoke(*MAKE, *more, status=2).stderr
+    assert says in said and not Path("l.csv").exists()
