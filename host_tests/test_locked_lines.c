@@ -155,6 +155,24 @@ static void missing_edges_are_bridged(void)
     TEST_ASSERT_EQUAL_UINT16(HOLD_OVER, lock_grid_now()->filter.missing);
 }
 
+// A command for an axis at rest brings the account of the clock's axis past an edge that waits.
+static void an_edge_that_cannot_be_placed_is_bridged(void)
+{
+#if CONFIG_AXES > 1
+    uint16_t missing = 0;
+
+    run_line(0, 40);
+    missing = lock_grid_now()->filter.missing;
+    fake_pass(fake_next_edge_ticks() + 5000u - fake_now_ticks());
+    TEST_ASSERT_EQUAL(
+        MODBUS_OK,
+        bench_command(BENCH_MASK_OF(CONFIG_PIXEL_CLOCK_AXIS), COMMAND_DISCARD));
+    TEST_ASSERT_EQUAL(true, bench_until(0, AXIS_DONE));
+    TEST_ASSERT_EQUAL_UINT16(missing + 1u, lock_grid_now()->filter.missing);
+    check_done(0, 40, 40);
+#endif
+}
+
 static void a_clock_that_stays_away_is_a_fault(void)
 {
     run_line(0, 60);
@@ -234,6 +252,7 @@ int main(void)
     RUN_TEST(a_pixel_has_as_many_edges_as_the_divider);
     RUN_TEST(a_line_beside_a_running_one_shares_its_pixel_edges);
     RUN_TEST(missing_edges_are_bridged);
+    RUN_TEST(an_edge_that_cannot_be_placed_is_bridged);
     RUN_TEST(a_clock_that_stays_away_is_a_fault);
     RUN_TEST(a_clock_that_leaves_the_tolerance_is_a_fault);
     RUN_TEST(a_drifting_clock_without_lines_is_no_fault);

@@ -293,6 +293,31 @@ static const struct option table[] = {
     {NULL, 0, NULL, 0},
 };
 
+// What is wrong with the clock's edges, one by one.
+static void read_flaw_option(struct options *o, int id, char *value)
+{
+    switch (id) {
+    case OPTION_JITTER:
+        o->clock.jitter_ns =
+            (uint32_t)read_whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
+        break;
+    case OPTION_JITTER_RMS:
+        o->clock.jitter_rms_ns =
+            (uint32_t)read_whole("--pixel-jitter-rms-ns", value, 0, JITTER_MOST_NS);
+        break;
+    case OPTION_STEP:
+        read_step(o, value);
+        break;
+    case OPTION_DROP:
+        o->clock.drop_every = (uint32_t)read_whole("--pixel-drop", value, 2, UINT32_MAX);
+        break;
+    default:
+        o->clock.double_every =
+            (uint32_t)read_whole("--pixel-double", value, 1, UINT32_MAX);
+        break;
+    }
+}
+
 static void read_clock_option(struct options *o, int id, char *value)
 {
     switch (id) {
@@ -302,32 +327,17 @@ static void read_clock_option(struct options *o, int id, char *value)
     case OPTION_PPM:
         o->clock.ppm = read_real("--pixel-ppm", value, -PPM_MOST, PPM_MOST);
         break;
-    case OPTION_JITTER:
-        o->clock.jitter_ns =
-            (uint32_t)read_whole("--pixel-jitter-ns", value, 0, JITTER_MOST_NS);
-        break;
-    case OPTION_JITTER_RMS:
-        o->clock.jitter_rms_ns =
-            (uint32_t)read_whole("--pixel-jitter-rms-ns", value, 0, JITTER_MOST_NS);
-        break;
     case OPTION_WANDER:
         o->clock.wander_ppm = read_real("--pixel-wander-ppm", value, 0, PPM_MOST);
-        break;
-    case OPTION_STEP:
-        read_step(o, value);
-        break;
-    case OPTION_DROP:
-        o->clock.drop_every = (uint32_t)read_whole("--pixel-drop", value, 2, UINT32_MAX);
-        break;
-    case OPTION_DOUBLE:
-        o->clock.double_every =
-            (uint32_t)read_whole("--pixel-double", value, 1, UINT32_MAX);
         break;
     case OPTION_START:
         o->clock.start_ms = read_real("--pixel-start-ms", value, 0.01, 1e9);
         break;
-    default:
+    case OPTION_SEED:
         o->clock.seed = read_whole("--seed", value, 0, UINT64_MAX);
+        break;
+    default:
+        read_flaw_option(o, id, value);
         break;
     }
 }

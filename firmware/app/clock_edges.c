@@ -13,14 +13,23 @@
 #include "motion/lock_grid.h" // lock_grid_*
 
 #if FEATURE_CLOCK_STATISTICS
+// The clock goes on behind a line's last pixel: what comes then is not the line's.
+static bool has_pixel(const struct axis *axis, uint32_t pixel)
+{
+    uint16_t ahead = (uint16_t)((uint16_t)pixel - (uint16_t)axis->ledger.pixel);
+
+    return lifecycle_moving(&axis->life) || ahead <= RECORDS_EARLY;
+}
+
 // Note the error of a clock edge in the records of the axes. Pixels are counted from a line's own
 // line zero, so that only lines with the line zero of the reference may take its errors.
 static void note_edge_error(uint32_t pixel)
 {
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
-        if (axes_get(i)->zero_ticks == reference_watch()->zero_ticks) {
+        struct axis *axis = axes_get(i);
+        if (axis->zero_ticks == reference_watch()->zero_ticks && has_pixel(axis, pixel)) {
             ledger_note_edge_error(
-                &axes_get(i)->ledger, pixel, reference_watch()->error_ticks);
+                &axis->ledger, pixel, reference_watch()->error_ticks);
         }
     }
 }
@@ -116,14 +125,17 @@ static uint8_t take_lost(void)
     return 1;
 }
 
-// Take all captured clock edges. Not inline, so that the captures do not take up stack below the
+// Edges taken in one round: a clock faster than the main loop, or noise, must not hold it.
+#define EDGES_A_ROUND 2u
+
+// Take captured clock edges. Not inline, so that the captures do not take up stack below the
 // decoder of steps.
 static APART void take_captures(void)
 {
     struct pixel_capture capture;
     uint8_t lost = 0;
 
-    while (pixel_clock_take(&capture)) {
+    for (uint8_t left = EDGES_A_ROUND; left != 0 && pixel_clock_take(&capture); left--) {
         lost = (uint8_t)(lost + take_lost());
         take_edge(&capture, lost != 0);
     }

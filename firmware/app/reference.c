@@ -48,6 +48,7 @@ APART void reference_apply_settings(void)
 #if FEATURE_CLOCK_STATISTICS
     edge_watch.divider = grid->divider;
 #endif
+    lock_grid_follow_from_here();
     reference_rest();
 }
 
@@ -109,7 +110,13 @@ bool reference_settled(void)
 
 void reference_edge_dropped(void)
 {
+    struct lock_grid *grid = lock_grid_now();
+
     reference_await_edge();
+    // Locked lines go on by the predicted edge.
+    if (grid->locks && clock_filter_bridge(&grid->filter)) {
+        return;
+    }
     clock_watch_forget(&edge_watch);
 }
 

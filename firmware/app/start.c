@@ -50,7 +50,7 @@ static uint32_t edge_after(struct pixel_grid *plan, uint32_t edge_ticks, uint16_
     if (!lock_grid_now()->locks) {
         return edge_ticks + pixel_grid_advance(plan);
     }
-    return CONFIG_AXES > 1 && start_clocked_axis_runs() ? lock_grid_next()
+    return CONFIG_AXES > 1 && start_clocked_axis_runs() ? lock_grid_next_to_come()
                                                         : lock_grid_begin(edges);
 }
 

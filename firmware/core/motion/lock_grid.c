@@ -140,6 +140,16 @@ uint32_t lock_grid_next(void)
     return fix_newest(grid);
 }
 
+uint32_t lock_grid_next_to_come(void)
+{
+    uint32_t ticks = 0;
+
+    do {
+        ticks = lock_grid_next();
+    } while ((int16_t)(lock_grid.newest_edge - lock_grid.filter.edge) <= 0);
+    return ticks;
+}
+
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks)
 {
     grid->mode = LINE_GRID_LOCKED;
@@ -153,6 +163,13 @@ bool lock_grid_tolerates(void)
 
     return !clock_filter_settled(&lock_grid.filter) ||
            off + lock_grid.tolerance_ticks <= 2u * lock_grid.tolerance_ticks;
+}
+
+void lock_grid_follow_from_here(void)
+{
+    if (FEATURE_CLOCK_STATISTICS) {
+        lock_grid.due_edge = lock_grid.filter.edge;
+    }
 }
 
 bool lock_grid_passes(uint16_t *number)

@@ -116,8 +116,14 @@ uint32_t lock_grid_begin(uint16_t edges);
 // Fix one more pixel edge. Returns its time; its number is lock_grid_now()->newest.
 uint32_t lock_grid_next(void);
 
+// Fix pixel edges up to one that the clock has not reached. Returns its time.
+uint32_t lock_grid_next_to_come(void);
+
 // Line zero of a waiting line is pixel edge `number`, at this time.
 void line_grid_place(struct line_grid *grid, uint16_t number, uint32_t zero_ticks);
+
+// Lines follow the clock from its newest edge on, however many came before.
+void lock_grid_follow_from_here(void);
 
 // The clock's period is within the tolerance, or is not known yet.
 bool lock_grid_tolerates(void);

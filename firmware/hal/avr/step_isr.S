@@ -164,7 +164,7 @@ step_isr_slow_\@:
 .Lslow\@:
     lds r4, \engine + STEP_ISR_TRAIN_HIGH
     and r4, r4
-    brne .Lunequal\@
+    brne .Lhigh\@
     lds r4, step_isr_last + \axis
     cp r4, r6
     brne .Lunequal\@
@@ -172,6 +172,21 @@ step_isr_slow_\@:
 .Lunequal\@:
     rcall .Lcatch_up\axis
     rjmp .Lloaded\@
+    ; step_isr_last has low bytes: only of a train's first interval is the one before it known.
+.Lhigh\@:
+    push r30
+    push r31
+    lds r30, \engine + STEP_ISR_TAIL
+    dec r30
+    ldi r31, hi8(step_rings + \axis * STEP_ISR_RING_SIZE + STEP_ISR_HIGH_OFFSET)
+    dec r31
+    ld r4, Z                            ; the periods of the entry that the train is from
+    pop r31
+    pop r30
+    cp r4, r3
+    breq .Lunequal\@
+.Ltoo_late\@:
+    rjmp .Llate\axis
     .subsection 0
 #endif
 .endm
@@ -381,6 +396,9 @@ step_isr_catch_up_entry_\axis:
     ld r24, Z
     cpi r24, STEP_HIGH_TRAIN
     brne .Llate_near\axis
+    lds r24, \engine + STEP_ISR_TRAIN_HIGH
+    and r24, r24
+    brne .Llate_near\axis
     lds r24, step_isr_last + \axis
     and r24, r24
     breq .Llate_near\axis
@@ -449,6 +467,14 @@ step_isr_entry_\axis:
 .Lrefill\axis:
     find_entry \axis, \engine
     brne .Lout\axis
+#if CONFIG_AXES > 1
+    lds r24, \engine + STEP_ISR_TRAIN_HIGH
+    and r24, r24
+    breq .Lknown\axis
+    ldi r24, 0                          ; the interval before is too long for step_isr_last
+    sts step_isr_last + \axis, r24
+.Lknown\axis:
+#endif
     take_train \engine, \top_high
 .Lout\axis:
     restore_r24_z

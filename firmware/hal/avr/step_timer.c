@@ -269,7 +269,16 @@ static uint16_t parked_idle_count(uint8_t axis)
 
 uint16_t step_isr_idle_count_at(uint8_t axis, uint16_t units, uint16_t captured)
 {
-    return parked_count_at(parked_bases[axis], units, captured, parked_idle_count(axis));
+    struct clock_look look;
+
+    // The axis may run by now: reading its counter would disturb TEMP. Without it the count of now
+    // is one more at most, which is still a count behind the edge.
+    ATOMIC_BLOCK(ATOMIC_FORCEON)
+    {
+        look = clock_look();
+    }
+    uint16_t now_count = parked_count(parked_bases[axis], clock_look_units(&look), 0);
+    return parked_count_at(parked_bases[axis], units, captured, now_count);
 }
 
 // Switch the overflow interrupt of an axis on or off, and leave TEMP as its handler expects it. 9
