@@ -28,8 +28,7 @@ static void note_edge_error(uint32_t pixel)
     for (uint8_t i = 0; i < CONFIG_AXES; i++) {
         struct axis *axis = axes_get(i);
         if (axis->zero_ticks == reference_watch()->zero_ticks && has_pixel(axis, pixel)) {
-            ledger_note_edge_error(
-                &axis->ledger, pixel, reference_watch()->error_ticks);
+            ledger_note_edge_error(&axis->ledger, pixel, reference_watch()->error_ticks);
         }
     }
 }
