@@ -86,7 +86,12 @@ def _print(done: Result, out: Path) -> None:
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
     for row in report.motors:
-        for limit in row.motor.unused_limits:
+        if row.jerk_limit is not None:
+            click.echo(
+                f"{row.motor.name}: jerk {row.planned_jerk:.5g} of {row.jerk_limit:.6g} steps/px3 "
+                f"planned, {row.counted_jerk} of {row.allowed_jerk:.6g} counted"
+            )
+        for limit in row.unused_limits:
             click.echo(
                 f"{row.motor.name}: a plan does not use {limit} of the machine file"
                 f"{_jerk(row) if limit == 'max_jerk' else ''}"

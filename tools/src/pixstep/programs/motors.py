@@ -14,6 +14,8 @@ from pixstep.programs.language import AXIS_WORDS
 SMOOTH_ROUNDING = 4  # steps/px2 that whole steps add to a smooth motor's planned acceleration
 PLAIN_ROUNDING = 2  # and to a plain motor's
 SMOOTH_SPEED_ROUNDING = 2  # steps/px
+SMOOTH_JERK_ROUNDING = 8  # steps/px3 that whole steps add to a smooth motor's planned jerk
+PLAIN_JERK_ROUNDING = 4  # and to a plain motor's
 UNUSED_LIMITS = ("max_jerk", "start_stop")  # of a machine file: TA and TS form the acceleration
 _LEAST_SMOOTH = SMOOTH_ROUNDING
 MS = 1000
@@ -26,7 +28,7 @@ class PlanMotor:
     Speeds are in counts/ms, accelerations in counts/ms2. `reversal_steps` is the highest count
     of a plain pixel right behind one of the other direction; None is no limit. `together` is the
     number of motors on its board that a program moves. `unused_limits` are those of the machine
-    file that a plan does not use, `max_jerk` among them, steps/px3: it is compared with the counts.
+    file that mode1 does not use, `max_jerk` among them, steps/px3, which lookahead keeps.
     """
 
     name: str
@@ -42,6 +44,11 @@ class PlanMotor:
     together: int = 1
     max_jerk: float | None = None
     unused_limits: tuple[str, ...] = ()
+
+    @property
+    def jerk_rounding(self) -> int:
+        """What whole steps may add to the planned jerk, steps/px3."""
+        return SMOOTH_JERK_ROUNDING if self.smooth else PLAIN_JERK_ROUNDING
 
     def planned_speed(self, pixel_ms: float) -> float:
         """Return the speed to plan with: an even speed may lie 2 steps/px above the planned one."""
