@@ -34,6 +34,9 @@ _LEAST, _MOST = 0.3, 0.97  # factors of w in a round
 _ROUNDS = 60
 _REST_PIXELS = 3  # of a dwell: then the jerk of one section has ended before the next one
 _JERK_EDGES = 3  # edges before a pixel's end that its jerk depends on
+_FLOORS = (1e3, 0.3, 0.05, 0.01)  # of the derivative of a length: a high one is u itself
+_BISECTIONS = 45
+_NOTHING = 1e-300  # instead of 0 below a fraction
 _FINE = 8  # pieces of a window at least, so that a part of it can be slowed
 _STRETCH = 1.01
 _MOST_STRETCHES = 2000
@@ -127,13 +130,15 @@ class _Section:
         if self._keeps(plain):
             return plain
         best: Timeline | None = None
-        for window in self._windows():
-            before = best
-            best = self._with_window(window, best)
-            if before is not None and best is before and window < self._last_best / 2:
-                break
-            if best is not before:
-                self._last_best = window
+        for floor in _FLOORS:
+            last_best = 0
+            for window in self._windows():
+                before = best
+                best = self._with_window(window, floor, best)
+                if best is not before:
+                    last_best = window
+                elif window < last_best / 2:
+                    break
         if best is None:
             raise _too_long(self.name)
         return best
@@ -143,13 +148,14 @@ class _Section:
         accelerations = self.limits.acceleration * self.pixel**2
         whole = min(float(np.max(2 * accelerations / self.jerk)), float(MOST_PIXELS)) * _CELLS
         window = max(int(np.ceil(whole)), 1)
-        self._last_best = window
         while window > 1:
             yield window
             window = int(window / 2**0.5)
         yield 1
 
-    def _with_window(self, window: int, best: Timeline | None) -> Timeline | None:
+    def _with_window(
+        self, window: int, floor: float, best: Timeline | None
+    ) -> Timeline | None:
         """Return the section smoothed by a window of cells, or `best` if that takes less time."""
         most = best.end if best is not None else _LONGER * MOST_PIXELS * self.pixel
         pixels = window / _CELLS
@@ -157,10 +163,11 @@ class _Section:
             self.limits.acceleration, self.jerk * max(pixels, 1) / 2 / self.pixel**2
         ) * _ROOM  # fmt: skip
         law = _Law(self._fine(pixels), replace(self.limits, acceleration=own))
+        length = Length.of(law.path, 1 / self.limits.acceleration, floor)
         cap = np.full(len(law.path), np.inf)
         for _ in range(_ROUNDS):
             run = law.run(cap)
-            line, before = self._smooth(run, window, most)
+            line, before = self._smooth(run, length, window, most)
             if line is None:
                 return best
             slower = self._slower(line)
@@ -177,21 +184,28 @@ class _Section:
         length = max(pixels / _FINE, 1) * self.pixel
         return run.path.divided(np.maximum(np.ceil(ms / length), 1).astype(np.int64))
 
-    def _smooth(self, run: Run, window: int, most: float) -> tuple[Timeline | None, Timeline]:
+    def _smooth(
+        self, run: Run, length: "Length", window: int, most: float
+    ) -> tuple[Timeline | None, Timeline]:
         """Return the mean of a run over a window; None if it takes longer than it may."""
         (before,) = timelines([run], self.limits, programmed=True)
         cells = int(np.ceil(before.end / self.cell - 1e-9))
         if (cells + window) * self.cell >= most:
             return None, before
-        knots = np.concatenate([[0.0], np.cumsum(run.path.du)])
+        knots = length.u
         times = np.arange(cells + 1) * self.cell
         index = np.clip(np.searchsorted(before.start, times, side="right") - 1, 0, None)
         t = np.minimum(times - before.start[index], before.ms[index])
         u = knots[index] + before.rate[index] * t + before.gain[index] * t**2 / 2
         u[-1] = knots[-1]
-        longer = np.concatenate([np.zeros(window), u, np.full(window, knots[-1])])
+        way = length.at(np.clip(u, 0, knots[-1]))
+        longer = np.concatenate([np.zeros(window), way, np.full(window, way[-1])])
         rate = (longer[window:] - longer[:-window]) / (window * self.cell)
-        return _timed(run.path, knots, rate, self.cell), before
+        made = np.concatenate([[0.0], np.cumsum((rate[:-1] + rate[1:]) / 2 * self.cell)])
+        rates = length.rates(made, rate, self.cell)
+        if np.any(rates < 0):
+            return None, before
+        return _timed(run.path, knots, rates, self.cell / 2), before
 
     def _slower(self, line: Timeline) -> Floats:
         """Return by which factor w is to fall in each pixel; 1 where every limit is kept."""
@@ -269,6 +283,67 @@ class _Law:
         block.backward(np.inf)
         begin, end, _ = passes.forward([block], np.inf, np.inf)
         return Run(self.path, begin, end)
+
+
+@dataclass(frozen=True)
+class Length:
+    """A length along the path as a function of the programmed time u: cubic between knots.
+
+    Its derivative is the speed of the motors together, and at least a floor, so that it grows
+    where all of them turn round as well. On a straight line with an acceleration from rest the mean
+    of u over time would not be the mean of the speed; the mean of the length is.
+    """
+
+    u: Floats
+    way: Floats
+    slope: Floats
+
+    @classmethod
+    def of(cls, path: Intervals, weight: Floats, floor: float) -> "Length":
+        """Return the length with a floor, a share of the highest derivative."""
+        du = path.du
+        half = (du / 2)[:, None]
+        middle = path.speed + half * (path.bend + half * path.twist / 2)
+        three = [np.linalg.norm(one * weight, axis=1) for one in (path.speed, middle, path.end_speed)]
+        least = floor * max(float(np.max(one)) for one in three)
+        first, between, last = (np.hypot(one, least) for one in three)
+        way = np.concatenate([[0.0], np.cumsum(du * (first + 4 * between + last) / 6)])
+        u = np.concatenate([[0.0], np.cumsum(du)])
+        return cls(u, way, np.append(first, last[-1:]))
+
+    def at(self, u: Floats) -> Floats:
+        """Return the length at some u."""
+        index = np.clip(np.searchsorted(self.u, u, side="right") - 1, 0, len(self.u) - 2)
+        return self._cubic(index, (u - self.u[index]) / (self.u[index + 1] - self.u[index]))[0]
+
+    def _cubic(self, index: np.ndarray, x: Floats) -> tuple[Floats, Floats]:
+        """Return the length and its derivative by x, the share of an interval."""
+        du = self.u[index + 1] - self.u[index]
+        first, last = self.slope[index] * du, self.slope[index + 1] * du
+        way = self.way[index + 1] - self.way[index]
+        square, cube = 3 * way - 2 * first - last, first + last - 2 * way
+        return (
+            self.way[index] + x * (first + x * (square + x * cube)),
+            first + x * (2 * square + 3 * x * cube),
+        )
+
+    def rates(self, way: Floats, rate: Floats, cell: float) -> Floats:
+        """Return du/dt at the ends and in the middle of cells; way and its rate are at the ends."""
+        index = np.clip(np.searchsorted(self.way, way, side="right") - 1, 0, len(self.way) - 2)
+        low, high = np.zeros(len(way)), np.ones(len(way))
+        for _ in range(_BISECTIONS):
+            x = (low + high) / 2
+            over = self._cubic(index, x)[0] > way
+            low, high = np.where(over, low, x), np.where(over, x, high)
+        x = (low + high) / 2
+        du = self.u[index + 1] - self.u[index]
+        u = self.u[index] + x * du
+        u[0], u[-1] = 0.0, self.u[-1]
+        ends = rate * du / np.maximum(self._cubic(index, x)[1], _NOTHING)
+        middles = 2 * np.diff(u) / cell - (ends[:-1] + ends[1:]) / 2
+        found = np.empty(2 * len(ends) - 1)
+        found[::2], found[1::2] = ends, middles
+        return found
 
 
 def jerks(line: Timeline, setup: Setup) -> Floats:
