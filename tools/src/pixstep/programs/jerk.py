@@ -24,9 +24,9 @@ from pixstep.programs.pixels import Counts, Rounding, edges
 from pixstep.programs.timelaw import Limits, Run
 from pixstep.programs.timeline import Timeline, timelines
 
-MOST_PIXELS = 100_000  # between two stops: they are held in memory
-_MOST_PIECES = 1_000_000  # of a path
-_LONGER = 8  # times MOST_PIXELS that a slowed section may take
+MOST_PIXELS = 50_000  # between two stops: they are held in memory
+_MOST_PIECES = 500_000  # of a path
+_LONGER = 4  # times MOST_PIXELS that a slowed section may take
 _CELLS = 2  # of a pixel, with an acceleration of u each
 _KEPT = 1 + 1e-6  # ratio to a limit that keeps it: what is left is rounding
 _ROOM = 0.999  # of a limit that is aimed at, so that few rounds are needed
@@ -38,8 +38,7 @@ _FLOORS = (1e3, 0.3, 0.05, 0.01)  # of the derivative of a length: a high one is
 _BISECTIONS = 45
 _NOTHING = 1e-300  # instead of 0 below a fraction
 _FINE = 8  # pieces of a window at least, so that a part of it can be slowed
-_STRETCH = 1.01
-_MOST_STRETCHES = 2000
+_STRETCH = 1.02
 
 
 def limits_jerk(setup: Setup) -> bool:
@@ -47,9 +46,7 @@ def limits_jerk(setup: Setup) -> bool:
     return any(motor.max_jerk is not None for motor in setup.motors)
 
 
-def smoothed(
-    name: str, runs: Iterable[Run], limits: Limits, setup: Setup
-) -> Iterator[Timeline]:
+def smoothed(name: str, runs: Iterable[Run], limits: Limits, setup: Setup) -> Iterator[Timeline]:
     """Yield runs in time so that every motor keeps its limit of the jerk, a section at a time.
 
     Sections begin on pixel edges: a dwell takes whole pixels, at least three. Raises RefusedError
@@ -61,7 +58,9 @@ def smoothed(
             after = max(np.ceil(now / pixel - 1e-9) + _REST_PIXELS,
                         np.ceil((now + run.path.du[0]) / pixel - 1e-9))  # fmt: skip
             ms = after * pixel - now
-            made = Timeline(run.path, np.array([now]), np.array([ms]), run.path.du / ms, np.zeros(1))
+            made = Timeline(
+                run.path, np.array([now]), np.array([ms]), run.path.du / ms, np.zeros(1)
+            )
         else:
             made = _Section(name, run, limits, setup).timeline()
             made = replace(made, start=made.start + now)
@@ -140,7 +139,10 @@ class _Section:
                 elif window < last_best / 2:
                     break
         if best is None:
-            raise _too_long(self.name)
+            raise RefusedError(
+                f"{self.name}: no plan of {_LONGER * MOST_PIXELS} pixels between two stops keeps "
+                f"max_jerk: raise it or leave it out"
+            )
         return best
 
     def _windows(self) -> Iterator[int]:
@@ -153,9 +155,7 @@ class _Section:
             window = int(window / 2**0.5)
         yield 1
 
-    def _with_window(
-        self, window: int, floor: float, best: Timeline | None
-    ) -> Timeline | None:
+    def _with_window(self, window: int, floor: float, best: Timeline | None) -> Timeline | None:
         """Return the section smoothed by a window of cells, or `best` if that takes less time."""
         most = best.end if best is not None else _LONGER * MOST_PIXELS * self.pixel
         pixels = window / _CELLS
@@ -174,8 +174,7 @@ class _Section:
             if np.all(slower >= 1):
                 break
             cap = np.minimum(cap, self._lowered(run, before, window, slower))
-        line = self._stretched(line)
-        return line if line is not None and line.end < most else best
+        return self._stretched(line, most) or best
 
     def _fine(self, pixels: float) -> Intervals:
         """Return the path in pieces that are short beside the window."""
@@ -236,7 +235,7 @@ class _Section:
         motors = self.setup.motors
         if not any(motor.smooth and motor.max_jerk is not None for motor in motors):
             return True
-        counts = np.vstack(list(Rounding(self.setup).counts(edges([line], self.setup))))
+        counts = np.vstack(list(Rounding(self.setup).counts([_samples(line, self.setup)])))
         return all(
             counted_jerk(counts[:, index]) <= motor.max_jerk + motor.jerk_rounding
             for index, motor in enumerate(motors)
@@ -255,14 +254,15 @@ class _Section:
         now = np.maximum(run.begin, run.end) * factor
         return np.where(factor < 1, now, np.inf)
 
-    def _stretched(self, line: Timeline) -> Timeline | None:
-        """Return a timeline that keeps every limit: slower as a whole if it does not do so yet."""
-        factor = 1.0
-        for _ in range(_MOST_STRETCHES):
-            slow = _slow(line, factor)
-            if self._keeps(slow):
-                return slow
-            factor *= _STRETCH
+    def _stretched(self, line: Timeline, most: float) -> Timeline | None:
+        """Return a timeline that keeps every limit: slower as a whole if it does not do so yet.
+
+        None if it would take longer than it may.
+        """
+        while line.end < most:
+            if self._keeps(line):
+                return line
+            line = _slow(line, _STRETCH)
         return None
 
 
@@ -304,7 +304,9 @@ class Length:
         du = path.du
         half = (du / 2)[:, None]
         middle = path.speed + half * (path.bend + half * path.twist / 2)
-        three = [np.linalg.norm(one * weight, axis=1) for one in (path.speed, middle, path.end_speed)]
+        three = [
+            np.linalg.norm(one * weight, axis=1) for one in (path.speed, middle, path.end_speed)
+        ]
         least = floor * max(float(np.max(one)) for one in three)
         first, between, last = (np.hypot(one, least) for one in three)
         way = np.concatenate([[0.0], np.cumsum(du * (first + 4 * between + last) / 6)])
@@ -351,13 +353,21 @@ def jerks(line: Timeline, setup: Setup) -> Floats:
 
     A smooth motor's are those of the middles of its pixels: its speeds are means around edges.
     """
-    samples = np.vstack(list(edges([line], setup)))
+    samples = _samples(line, setup)
     both = [samples[1::2], samples[0::2]]
     length = min(map(len, both))
     chosen = [both[motor.smooth][:length, index] for index, motor in enumerate(setup.motors)]
     places = np.stack(chosen, axis=1)
     still = np.zeros((_JERK_EDGES, places.shape[1]))
     return np.diff(np.vstack([still, places, np.repeat(places[-1:], 3, axis=0)]), n=3, axis=0)
+
+
+def _samples(line: Timeline, setup: Setup) -> Floats:
+    """Return positions every half pixel of a section, as if it began at 0 and at time 0."""
+    path = replace(line.path, place=line.path.place - line.path.place[0])
+    return np.vstack(
+        list(edges([replace(line, path=path, start=line.start - line.start[0])], setup))
+    )
 
 
 def counted_jerk(counts: Counts) -> int:
