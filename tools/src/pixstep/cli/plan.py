@@ -46,8 +46,8 @@ _SHOWN = 8  # slowed moves and violations that are printed
 def plan(ctx, program, machine, out, plot, as_json, **options):
     """Plan a motion program of blended moves: a line for each motor, all of equal length.
 
-    A plan keeps max_speed and max_acceleration of the machine file. It does not use max_jerk and
-    start_stop, and says where a motor has one: the program's TA and TS form the acceleration.
+    A plan keeps max_speed and max_acceleration of the machine file, with lookahead max_jerk too. It
+    does not use start_stop, and says where a motor has it: TA and TS form the acceleration.
 
     The folder gets NAME.csv for each motor, report.json and with --plot drawings. Exit status 1 if
     a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
