@@ -86,16 +86,7 @@ def _print(done: Result, out: Path) -> None:
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
     for row in report.motors:
-        if row.jerk_limit is not None:
-            click.echo(
-                f"{row.motor.name}: jerk {row.planned_jerk:.5g} of {row.jerk_limit:.6g} steps/px3 "
-                f"planned, {row.counted_jerk} of {row.allowed_jerk:.6g} counted"
-            )
-        for limit in row.unused_limits:
-            click.echo(
-                f"{row.motor.name}: a plan does not use {limit} of the machine file"
-                f"{_jerk(row) if limit == 'max_jerk' else ''}"
-            )
+        _print_limits(row)
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
         click.echo(f"{name}:{item.line}: {item.asked_ms:.6g} -> {item.ms:.6g} ms: {item.why}")
@@ -108,6 +99,20 @@ def _print(done: Result, out: Path) -> None:
             click.echo(
                 f"{path}: pixel {found.pixel}: the board refuses: {found.name}: {found.message}"
             )
+
+
+def _print_limits(row: MotorReport) -> None:
+    """Print how a motor keeps its limit of the jerk, and which limits a plan does not use."""
+    if row.jerk_limit is not None:
+        click.echo(
+            f"{row.motor.name}: jerk {row.planned_jerk:.5g} of {row.jerk_limit:.6g} steps/px3 "
+            f"planned, {row.counted_jerk} of {row.allowed_jerk:.6g} counted"
+        )
+    for limit in row.unused_limits:
+        click.echo(
+            f"{row.motor.name}: a plan does not use {limit} of the machine file"
+            f"{_jerk(row) if limit == 'max_jerk' else ''}"
+        )
 
 
 def _jerk(item: MotorReport) -> str:

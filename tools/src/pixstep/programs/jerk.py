@@ -165,6 +165,7 @@ class _Section:
         law = _Law(self._fine(pixels), replace(self.limits, acceleration=own))
         length = Length.of(law.path, 1 / self.limits.acceleration, floor)
         cap = np.full(len(law.path), np.inf)
+        line: Timeline | None = None
         for _ in range(_ROUNDS):
             run = law.run(cap)
             line, before = self._smooth(run, length, window, most)
@@ -174,7 +175,7 @@ class _Section:
             if np.all(slower >= 1):
                 break
             cap = np.minimum(cap, self._lowered(run, before, window, slower))
-        return self._stretched(line, most) or best
+        return best if line is None else self._stretched(line, most) or best
 
     def _fine(self, pixels: float) -> Intervals:
         """Return the path in pieces that are short beside the window."""
