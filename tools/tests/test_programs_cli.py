@@ -124,6 +124,14 @@ def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
     assert stage["counted_jerk_steps_px3"] == jerk
 
 
+def test_a_limit_of_the_jerk_is_above_0(folder, invoke):
+    machine = folder / "machine.toml"
+    more = 'max_acceleration = "250 mm/s2"\nmax_jerk = "0 mm/s3"'
+    machine.write_text(machine.read_text().replace('max_acceleration = "250 mm/s2"', more))
+    text = invoke("plan", "square.pmc", status=3).output
+    assert "machine.toml: motors.stage.limits.max_jerk: is 0" in text
+
+
 def test_what_exceeds_a_limit_is_a_negative_verdict(folder, invoke):
     (folder / "run.pmc").write_text("INC TS0 TA50 TM100 X2.5\nTA1 TM2\n" + "X0.05\n" * 50)
     words = ("plan", "run.pmc", "--mode", "mode1", "--segment", "0", "--out")

@@ -154,7 +154,7 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
     able = capability.of(machine.board_of(motor).kind, hz, axes=together)
     top = float(able.top_speed(motor.kind) * hz / MS)
     scale = motor.steps_per_unit
-    speed, jerk = values["max_speed"], motor.limit("max_jerk")
+    speed = values["max_speed"]
     return PlanMotor(
         name=motor.name,
         word=_word(motor) or "",
@@ -167,9 +167,23 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
         axis=motor.axis,
         negative=motor.negative,
         together=together,
-        max_jerk=float(jerk.per_pixel(hz)) if jerk else None,
+        max_jerk=_max_jerk(machine, motor),
         unused_limits=tuple(key for key in UNUSED_LIMITS if motor.limit(key) is not None),
     )
+
+
+def _max_jerk(machine: Tables, motor: Motor) -> float | None:
+    """Return a motor's limit of the jerk in steps/px3. Raises UserError if it is 0."""
+    jerk = motor.limit("max_jerk")
+    if jerk is None:
+        return None
+    found = float(jerk.per_pixel(machine.pixel_hz))
+    if found <= 0:
+        raise UserError(
+            f"{machine.path}: motors.{motor.name}.limits.max_jerk: is 0; a motor that moves needs "
+            f"more, or leave it out"
+        )
+    return found
 
 
 def limit_text(motor: PlanMotor, pixel_ms: float) -> str:
