@@ -101,6 +101,15 @@ def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
     more = 'max_acceleration = "250 mm/s2"\nmax_jerk = "20000 mm/s3"\nstart_stop = "4 steps/px"'
     machine.write_text(machine.read_text().replace('max_acceleration = "250 mm/s2"', more))
     text = invoke("plan", "square.pmc").output
+    assert "stage: a plan does not use start_stop of the machine file" in text
+    assert "does not use max_jerk" not in text
+    assert re.search(r"stage: jerk [\d.]+ of 1 steps/px3 planned, \d of 5 counted", text)
+    stage = json.loads((folder / "plan/report.json").read_text())["motors"][1]
+    assert stage["unused_limits"] == ["start_stop"]
+    assert 0 < stage["jerk_ratio"] <= 1 + 1e-6
+    straight = SQUARE.replace("CIRCLE2 X2 Y4 I-1 J0", "X2")
+    (folder / "square.pmc").write_text(straight)
+    text = invoke("plan", "square.pmc", "--mode", "mode1", "--segment", "0").output
     for limit in ("max_jerk", "start_stop"):
         assert f"stage: a plan does not use {limit} of the machine file" in text
     counts = np.loadtxt(folder / "plan/stage.csv", dtype=int)
@@ -113,6 +122,14 @@ def test_limits_that_a_plan_does_not_use_are_named(folder, invoke):
     x, stage = report["motors"]
     assert (x["max_jerk_steps_px3"], stage["max_jerk_steps_px3"]) == (None, said)
     assert stage["counted_jerk_steps_px3"] == jerk
+
+
+def test_a_limit_of_the_jerk_is_above_0(folder, invoke):
+    machine = folder / "machine.toml"
+    more = 'max_acceleration = "250 mm/s2"\nmax_jerk = "0 mm/s3"'
+    machine.write_text(machine.read_text().replace('max_acceleration = "250 mm/s2"', more))
+    text = invoke("plan", "square.pmc", status=2).output
+    assert "machine.toml: motors.stage.limits.max_jerk: is 0" in text
 
 
 def test_what_exceeds_a_limit_is_a_negative_verdict(folder, invoke):

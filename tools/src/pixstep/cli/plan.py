@@ -46,8 +46,8 @@ _SHOWN = 8  # slowed moves and violations that are printed
 def plan(ctx, program, machine, out, plot, as_json, **options):
     """Plan a motion program of blended moves: a line for each motor, all of equal length.
 
-    A plan keeps max_speed and max_acceleration of the machine file. It does not use max_jerk and
-    start_stop, and says where a motor has one: the program's TA and TS form the acceleration.
+    A plan keeps max_speed and max_acceleration of the machine file, with lookahead max_jerk too. It
+    does not use start_stop, and says where a motor has it: TA and TS form the acceleration.
 
     The folder gets NAME.csv for each motor, report.json and with --plot drawings. Exit status 1 if
     a limit is exceeded or a board would refuse a line. The language: docs/PROGRAMS.md.
@@ -86,11 +86,7 @@ def _print(done: Result, out: Path) -> None:
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
     for row in report.motors:
-        for limit in row.motor.unused_limits:
-            click.echo(
-                f"{row.motor.name}: a plan does not use {limit} of the machine file"
-                f"{_jerk(row) if limit == 'max_jerk' else ''}"
-            )
+        _print_limits(row)
     name = done.plan.name
     for item in report.slowed[:_SHOWN]:
         click.echo(f"{name}:{item.line}: {item.asked_ms:.6g} -> {item.ms:.6g} ms: {item.why}")
@@ -103,6 +99,20 @@ def _print(done: Result, out: Path) -> None:
             click.echo(
                 f"{path}: pixel {found.pixel}: the board refuses: {found.name}: {found.message}"
             )
+
+
+def _print_limits(row: MotorReport) -> None:
+    """Print how a motor keeps its limit of the jerk, and which limits a plan does not use."""
+    if row.jerk_limit is not None:
+        click.echo(
+            f"{row.motor.name}: jerk {row.planned_jerk:.5g} of {row.jerk_limit:.6g} steps/px3 "
+            f"planned, {row.counted_jerk} of {row.allowed_jerk:.6g} counted"
+        )
+    for limit in row.unused_limits:
+        click.echo(
+            f"{row.motor.name}: a plan does not use {limit} of the machine file"
+            f"{_jerk(row) if limit == 'max_jerk' else ''}"
+        )
 
 
 def _jerk(item: MotorReport) -> str:

@@ -14,6 +14,8 @@ from pixstep.programs.language import AXIS_WORDS
 SMOOTH_ROUNDING = 4  # steps/px2 that whole steps add to a smooth motor's planned acceleration
 PLAIN_ROUNDING = 2  # and to a plain motor's
 SMOOTH_SPEED_ROUNDING = 2  # steps/px
+SMOOTH_JERK_ROUNDING = 8  # steps/px3 that whole steps add to a smooth motor's planned jerk
+PLAIN_JERK_ROUNDING = 4  # and to a plain motor's
 UNUSED_LIMITS = ("max_jerk", "start_stop")  # of a machine file: TA and TS form the acceleration
 _LEAST_SMOOTH = SMOOTH_ROUNDING
 MS = 1000
@@ -26,7 +28,7 @@ class PlanMotor:
     Speeds are in counts/ms, accelerations in counts/ms2. `reversal_steps` is the highest count
     of a plain pixel right behind one of the other direction; None is no limit. `together` is the
     number of motors on its board that a program moves. `unused_limits` are those of the machine
-    file that a plan does not use, `max_jerk` among them, steps/px3: it is compared with the counts.
+    file that mode1 does not use, `max_jerk` among them, steps/px3, which lookahead keeps.
     """
 
     name: str
@@ -42,6 +44,11 @@ class PlanMotor:
     together: int = 1
     max_jerk: float | None = None
     unused_limits: tuple[str, ...] = ()
+
+    @property
+    def jerk_rounding(self) -> int:
+        """What whole steps may add to the planned jerk, steps/px3."""
+        return SMOOTH_JERK_ROUNDING if self.smooth else PLAIN_JERK_ROUNDING
 
     def planned_speed(self, pixel_ms: float) -> float:
         """Return the speed to plan with: an even speed may lie 2 steps/px above the planned one."""
@@ -147,7 +154,7 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
     able = capability.of(machine.board_of(motor).kind, hz, axes=together)
     top = float(able.top_speed(motor.kind) * hz / MS)
     scale = motor.steps_per_unit
-    speed, jerk = values["max_speed"], motor.limit("max_jerk")
+    speed = values["max_speed"]
     return PlanMotor(
         name=motor.name,
         word=_word(motor) or "",
@@ -160,9 +167,23 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
         axis=motor.axis,
         negative=motor.negative,
         together=together,
-        max_jerk=float(jerk.per_pixel(hz)) if jerk else None,
+        max_jerk=_max_jerk(machine, motor),
         unused_limits=tuple(key for key in UNUSED_LIMITS if motor.limit(key) is not None),
     )
+
+
+def _max_jerk(machine: Tables, motor: Motor) -> float | None:
+    """Return a motor's limit of the jerk in steps/px3. Raises UserError if it is 0."""
+    jerk = motor.limit("max_jerk")
+    if jerk is None:
+        return None
+    found = float(jerk.per_pixel(machine.pixel_hz))
+    if found <= 0:
+        raise UserError(
+            f"{machine.path}: motors.{motor.name}.limits.max_jerk: is 0; a motor that moves needs "
+            f"more, or leave it out"
+        )
+    return found
 
 
 def limit_text(motor: PlanMotor, pixel_ms: float) -> str:

@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Iterator
 
 from pixstep.errors import UserError
-from pixstep.programs import language
+from pixstep.programs import jerk, language
 from pixstep.programs.blends import Path, Timed, nominal
 from pixstep.programs.language import ProgramError
 from pixstep.programs.motors import Setup
@@ -29,7 +29,8 @@ class Plan:
             raise UserError(f"mode {self.options.mode!r}: expected one of {', '.join(MODES)}")
         if self.options.mode == MODE1 and setup.segment_ms:
             raise UserError("mode1 has no segments: leave --segment out, or plan with lookahead")
-        self.report = Report.of(setup)
+        self._keeps_jerk = self.options.mode != MODE1 and jerk.limits_jerk(setup)
+        self.report = Report.of(setup, keeps_jerk=self._keeps_jerk)
         self._text = text
 
     def counts(self) -> Iterator[Counts]:
@@ -55,8 +56,14 @@ class Plan:
             first = TimeLaw(limits, self.options.window).runs(path)
             second = TimeLaw(limits, self.options.window).runs(refined(first, limits))
             runs = TimeLaw(limits, self.options.window).runs(refined(second, limits))
-        for line in timelines(runs, limits, programmed=two is not None):
+        if self._keeps_jerk:
+            lines = jerk.smoothed(self.name, runs, limits, self.setup)
+        else:
+            lines = timelines(runs, limits, programmed=two is not None)
+        for line in lines:
             self.report.add_time(line)
+            if self._keeps_jerk:
+                self.report.add_jerks(jerk.jerks(line, self.setup))
             yield line
         if two:
             self.report.violated = two.violated

@@ -40,10 +40,12 @@ class MotorReport:
 
     motor: PlanMotor
     pixel_ms: float
+    keeps_jerk: bool = False
     steps: int = 0
     travel: int = 0
     planned_speed: float = 0.0
     planned_acceleration: float = 0.0
+    planned_jerk: float = 0.0  # steps/px3, known if a limit of the jerk is kept
     counted_speed: int = 0  # steps/px
     counted_acceleration: int = 0  # steps/px2
     counted_jerk: int = 0  # steps/px3: the acceleration's change from pixel to pixel
@@ -75,6 +77,23 @@ class MotorReport:
     def speed_ratio(self) -> float:
         """Planned speed over the limit."""
         return self.planned_speed / self.motor.max_speed
+
+    @property
+    def jerk_limit(self) -> float | None:
+        """The limit of the jerk that the plan keeps, steps/px3; None if it keeps none."""
+        return self.motor.max_jerk if self.keeps_jerk else None
+
+    @property
+    def allowed_jerk(self) -> float | None:
+        """What whole steps may make of it."""
+        limit = self.jerk_limit
+        return None if limit is None else limit + self.motor.jerk_rounding
+
+    @property
+    def unused_limits(self) -> list[str]:
+        """The limits of the machine file that the plan does not use."""
+        kept = [] if self.jerk_limit is None else ["max_jerk"]
+        return [limit for limit in self.motor.unused_limits if limit not in kept]
 
     def add(self, counts: np.ndarray) -> None:
         """Take the counts of some pixels."""
@@ -126,7 +145,10 @@ class MotorReport:
             "counted_ratio": self.counted_ratio,
             "counted_jerk_steps_px3": self.counted_jerk,
             "max_jerk_steps_px3": motor.max_jerk,
-            "unused_limits": list(motor.unused_limits),
+            "planned_jerk_steps_px3": self.planned_jerk if self.keeps_jerk else None,
+            "jerk_ratio": self.planned_jerk / self.jerk_limit if self.jerk_limit else None,
+            "allowed_jerk_steps_px3": self.allowed_jerk,
+            "unused_limits": self.unused_limits,
         }
 
 
@@ -149,10 +171,20 @@ class Report:
     begun: deque[Timed] = field(default_factory=deque)
 
     @classmethod
-    def of(cls, setup: Setup) -> "Report":
+    def of(cls, setup: Setup, *, keeps_jerk: bool = False) -> "Report":
         """Return the report of a plan that has not begun."""
-        motors = [MotorReport(motor, setup.pixel_ms) for motor in setup.motors]
+        motors = [MotorReport(motor, setup.pixel_ms, keeps_jerk) for motor in setup.motors]
         return cls(setup, Limits.of(setup), motors)
+
+    @property
+    def keeps_jerk(self) -> bool:
+        """Whether the plan keeps limits of the jerk."""
+        return any(motor.jerk_limit is not None for motor in self.motors)
+
+    def add_jerks(self, jerks: np.ndarray) -> None:
+        """Take the planned jerks of some pixels, steps/px3, a column for each motor."""
+        for index, motor in enumerate(self.motors):
+            motor.planned_jerk = max(motor.planned_jerk, float(np.abs(jerks[:, index]).max()))
 
     @property
     def whole(self) -> bool:
@@ -202,7 +234,7 @@ class Report:
         count = len(self.motors)
         index = int(np.argmax(ratio))
         if ratio[index] < _AT_LIMIT:
-            return "path"
+            return "jerk" if self.keeps_jerk else "path"
         what = "speed" if index < count else "acceleration"
         return f"{what} of {self.motors[index % count].motor.name}"
 

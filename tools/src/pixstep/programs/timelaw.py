@@ -134,7 +134,7 @@ class TimeLaw:
 
     def _extend(self, part: Intervals) -> None:
         if len(part):
-            self._blocks.append(_block(part, self.limits))
+            self._blocks.append(block(part, self.limits))
 
     def _forward(self, part: Intervals) -> Run:
         """Run the first intervals as fast as they may be."""
@@ -165,10 +165,10 @@ def _pieces(run: Run, limits: Limits) -> npt.NDArray[np.int64]:
     gain = ((run.end - run.begin) / (2 * path.du))[:, None]
     first = np.abs(path.speed * gain + path.bend * run.begin[:, None])
     last = np.abs(path.end_speed * gain + path.end_bend * run.end[:, None])
-    most = _accelerations(path, path.end_speed, limits)
+    most = accelerations(path, path.end_speed, limits)
     used = np.minimum(np.max(first / most, axis=1), np.max(last / most, axis=1))
     cap = np.minimum(
-        _speed_cap(path, path.end_speed, limits), _corner_cap(path, path.end_bend, limits)
+        speed_cap(path, path.end_speed, limits), corner_cap(path, path.end_bend, limits)
     )
     slow = np.minimum(run.begin, run.end) < cap * _FAST
     unused = np.where(_sharp(path), 1.0, 1 - used)
@@ -188,7 +188,7 @@ def _sharp(path: Intervals) -> npt.NDArray[np.bool_]:
     return np.any(ending | begun, axis=1)
 
 
-def _block(part: Intervals, limits: Limits) -> Block:
+def block(part: Intervals, limits: Limits) -> Block:
     """Return the bounds of intervals: their accelerations are linear in w at both ends."""
     du = part.du[:, None]
     end_speed, end_bend = part.end_speed, part.end_bend
@@ -200,8 +200,8 @@ def _block(part: Intervals, limits: Limits) -> Block:
         b.append(middle - part.bend - part.twist * du / 2)
     flip = np.where(np.hstack(a) < 0, -1.0, 1.0)
     a_all, b_all = _without_noise(np.hstack(a) * flip, np.hstack(b) * flip)
-    cap = np.minimum(_speed_cap(part, end_speed, limits), _corner_cap(part, end_bend, limits))
-    return Block.of(a_all, b_all, _accelerations(part, end_speed, limits), cap, part.rest)
+    cap = np.minimum(speed_cap(part, end_speed, limits), corner_cap(part, end_bend, limits))
+    return Block.of(a_all, b_all, accelerations(part, end_speed, limits), cap, part.rest)
 
 
 def _without_noise(a: Floats, b: Floats) -> tuple[Floats, Floats]:
@@ -212,7 +212,7 @@ def _without_noise(a: Floats, b: Floats) -> tuple[Floats, Floats]:
     )
 
 
-def _accelerations(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
+def accelerations(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
     """Return the limit of each interval and motor: lower in blends that turn a motor round."""
     first = int(part.move[0])
     group = part.move - first
@@ -227,14 +227,14 @@ def _accelerations(part: Intervals, end_speed: Floats, limits: Limits) -> Floats
     return np.where(turns[group] & blended[:, None], lowered, limits.acceleration)
 
 
-def _speed_cap(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
+def speed_cap(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
     """Return the highest w by the speeds, never above the programmed one."""
     fastest = np.maximum(np.abs(part.speed), np.abs(end_speed))
     with np.errstate(divide="ignore"):
         return np.minimum(1.0, np.min((limits.speed / fastest) ** 2, axis=1))
 
 
-def _corner_cap(part: Intervals, end_bend: Floats, limits: Limits) -> Floats:
+def corner_cap(part: Intervals, end_bend: Floats, limits: Limits) -> Floats:
     """Return the highest w by what turns the path aside: q'' without its part along q'."""
     if np.all(np.isinf(limits.corner)):
         return np.full(len(part), _FREE)
