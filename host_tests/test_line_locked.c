@@ -10,9 +10,10 @@
 #include "motion/line.h"
 #include "unity.h"
 
-#define SLOTS       64u
-#define TIMER_HZ    16000000uL
-#define PIXEL_TICKS 400000uL // 40 Hz, a multiple of the worked example's line speed
+#define SLOTS    64u
+#define TIMER_HZ 16000000uL
+// 40 Hz, a multiple of the worked example's line speed.
+#define PIXEL_TICKS ((uint32_t)400000)
 #define SPEED       1000u
 #define LEAD_EDGES  3u
 #define PIECES_MAX  40u

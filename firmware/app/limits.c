@@ -80,8 +80,11 @@ _Static_assert(CONFIG_AXES <= sizeof shortest_ticks / sizeof shortest_ticks[0],
 
 const struct line_limits *limits_together(uint8_t axes)
 {
-    uint8_t i = axes == CONFIG_AXES ? 3u : (uint8_t)(axes - 1u);
+    uint8_t i = axes == CONFIG_AXES ? 3u : 0u;
 
+    if (axes != 0 && axes != CONFIG_AXES) {
+        i = (uint8_t)(axes - 1u);
+    }
     current_limits.min_interval_ticks = flash_word(&shortest_ticks[i]);
     current_limits.smooth_min_interval_ticks = flash_word(&shortest_smooth_ticks[i]);
     return &current_limits;

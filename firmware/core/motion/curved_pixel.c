@@ -118,7 +118,8 @@ APART uint8_t curved_pixel_write(struct line *line,
         stream,
         (uint8_t)steps,
         ticks,
-        (uint16_t)((uint16_t)(first_high << 8) + stream->ring->low[first] + 1u),
+        (uint16_t)((uint16_t)((uint16_t)(first_high << 8) | stream->ring->low[first]) +
+                   1u),
         (uint16_t)line->position);
     stream->ring->high[first] = first_high;
     return (uint8_t)(PIXEL_COST + STEP_COST * steps);
