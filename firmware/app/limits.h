@@ -17,5 +17,5 @@ void limits_apply_settings(void);
 // arming tells which axes move together; for an axis that is armed or moves, those of all that are.
 // Valid until the next call.
 const struct line_limits *limits_of(uint8_t axis);
-// The limits of so many axes that move together, 1..CONFIG_AXES.
+// The limits of so many axes that move together; of none as of one.
 const struct line_limits *limits_together(uint8_t axes);
