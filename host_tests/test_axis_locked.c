@@ -56,14 +56,6 @@ void tearDown(void)
     *lock_grid_now() = (struct lock_grid){.locks = false};
 }
 
-static void queue_line(int16_t mark, int16_t count, uint16_t pixels)
-{
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(mark, 0));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(0, 0));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(count, pixels));
-    TEST_ASSERT_EQUAL(BLOCK_TAKEN, bench_queue(LINE_MARK_END, 0));
-}
-
 // The last step of every pixel lies on the clock's edge.
 static void run_on_the_clock(void)
 {
@@ -86,9 +78,9 @@ static void run_on_the_clock(void)
 static void check_chained(int16_t off_ticks)
 {
     open_clock(off_ticks);
-    queue_line(PLAIN_MARK, PIXEL_STEPS, 7);
-    queue_line(CHAINED_MARK, PIXEL_STEPS, 5);
-    queue_line(CHAINED_MARK, -PIXEL_STEPS, 8);
+    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, PIXEL_STEPS, 7));
+    TEST_ASSERT_TRUE(bench_queue_run(CHAINED_MARK, PIXEL_STEPS, 5));
+    TEST_ASSERT_TRUE(bench_queue_run(CHAINED_MARK, -PIXEL_STEPS, 8));
     TEST_ASSERT_EQUAL(true, bench_start_line());
     TEST_ASSERT_EQUAL_UINT32(bench.zero_ticks, lock_grid_begin(1));
     line_grid_place(&bench.axis.line.edges, 0, bench.zero_ticks);
@@ -117,19 +109,19 @@ static void check_armed(bool locked, bool clocked)
 // Other lines have pixels of their own.
 static void only_lines_that_wait_for_the_clock_are_locked(void)
 {
-    queue_line(PLAIN_MARK, PIXEL_STEPS, 3);
+    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, PIXEL_STEPS, 3));
     check_armed(true, true);
-    queue_line(CHAINED_MARK, PIXEL_STEPS, 3);
+    TEST_ASSERT_TRUE(bench_queue_run(CHAINED_MARK, PIXEL_STEPS, 3));
     check_armed(false, false);
 }
 
 static void the_setting_decides_what_a_line_waits_for(void)
 {
     grid->locks = false;
-    queue_line(PLAIN_MARK, PIXEL_STEPS, 3);
+    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, PIXEL_STEPS, 3));
     check_armed(false, true);
     grid->ignored = true;
-    queue_line(PLAIN_MARK, PIXEL_STEPS, 3);
+    TEST_ASSERT_TRUE(bench_queue_run(PLAIN_MARK, PIXEL_STEPS, 3));
     check_armed(false, false);
 }
 

@@ -59,6 +59,13 @@ enum block_result bench_queue(int16_t count, uint16_t repeat)
     return bench_queue_block(bench.axis.next_block, bytes, sizeof bytes, false);
 }
 
+bool bench_queue_run(int16_t mark, int16_t count, uint16_t pixels)
+{
+    return bench_queue(mark, 0) == BLOCK_TAKEN && bench_queue(0, 0) == BLOCK_TAKEN &&
+           bench_queue(count, pixels) == BLOCK_TAKEN &&
+           bench_queue(LINE_MARK_END, 0) == BLOCK_TAKEN;
+}
+
 bool bench_queue_worked_example(uint16_t backlash_steps)
 {
     struct segment entry;

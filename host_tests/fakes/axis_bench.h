@@ -43,6 +43,9 @@ enum block_result bench_queue_block(uint16_t number,
 // A block of one entry with the block number that is due.
 enum block_result bench_queue(int16_t count, uint16_t repeat);
 
+// A line of equal pixels; true when every entry was taken.
+bool bench_queue_run(int16_t mark, int16_t count, uint16_t pixels);
+
 // The worked example's entries; true when every one was taken.
 bool bench_queue_worked_example(uint16_t backlash_steps);
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a clock input does to the rest of the board: storms of edges, lines armed at odd moments."""
 
+import contextlib
 from fractions import Fraction
 
 import pytest
@@ -21,14 +22,21 @@ SLOW = Line((1777,) * 12, PLAIN, clocked=False)
 SLOW_HZ = 30
 
 
+@contextlib.contextmanager
+def running(board, steps):
+    """Yield a board whose axis 0 has made so many steps of the slow line."""
+    with Bench(board, hz=SLOW_HZ) as bench:
+        bench.load(SLOW)
+        bench.arm()
+        bench.run_until_steps(steps)
+        yield bench
+
+
 @pytest.mark.parametrize("hz", [6000, 8500, 12_000])
 @pytest.mark.parametrize("board", BOARDS)
 def test_a_storm_of_edges_holds_nobody(board, hz):
     """A floating input is one: a line that needs no clock goes on, the board answers."""
-    with Bench(board, hz=SLOW_HZ) as bench:
-        bench.load(SLOW)
-        bench.arm()
-        bench.run_until_steps(1000)
+    with running(board, 1000) as bench:
         bench.sim.command(f"clock hz {hz}/1")
         bench.sim.wait_s(0.3)
         bench.sim.command(f"clock hz {SLOW_HZ}/1")
@@ -58,10 +66,7 @@ def test_a_locked_line_armed_at_the_end_of_another_begins_soon(board, moment):
 @pytest.mark.parametrize("board", SEVERAL)
 def test_interrupts_that_come_too_late_in_a_slow_train_are_a_fault(board, held):
     """Intervals of 300 ticks or more: no later edge may be late without a fault."""
-    with Bench(board, hz=SLOW_HZ) as bench:
-        bench.load(SLOW)
-        bench.arm()
-        bench.run_until_steps(3000)
+    with running(board, 3000) as bench:
         before = _last(bench)
         bench.sim.command("hang 0 interrupts")
         bench.sim.run(held)

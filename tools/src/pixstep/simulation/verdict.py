@@ -104,10 +104,8 @@ def judge_axis(
     made must be right.
     """
     verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
+    _judge_number(verdict, edges, stopped)
     rising = edges.rising
-    _judge_pulses(verdict, edges)
-    if len(rising) > line.total_steps or (len(rising) < line.total_steps and not stopped):
-        verdict.reasons.append(f"{len(rising)} steps instead of {line.total_steps}")
     count = min(len(rising), line.total_steps)
     if count == 0:
         return verdict
@@ -123,7 +121,7 @@ def judge_axis(
     errors = (rising[:count] - zero) - ideal
     verdict.errors_ticks = errors
     _judge_errors(verdict, line, period, rising[:count] - zero, errors)
-    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
+    verdict.rms_edge_error_us = _rms_us(errors, tick_hz)
     _judge_rates(verdict, ideal, rising[:count], errors)
     _judge_edge_ends(verdict, line, period, rising, zero)
     _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
@@ -144,11 +142,8 @@ def judge_locked_axis(
     Errors are those against the board's own grid; `clockjudge` compares the grid with the clock.
     """
     verdict = AxisVerdict(axis, board, len(edges.rising), line.total_steps)
-    rising = edges.rising
-    _judge_pulses(verdict, edges)
-    if len(rising) != line.total_steps:
-        verdict.reasons.append(f"{len(rising)} steps instead of {line.total_steps}")
-    rising = rising[: line.total_steps]
+    _judge_number(verdict, edges)
+    rising = edges.rising[: line.total_steps]
     grid = pixelgrid.of_steps(line, period, rising)
     if grid is None:
         return verdict, None
@@ -157,11 +152,23 @@ def judge_locked_axis(
     errors = rising - grid.at(units)
     verdict.errors_ticks = errors
     verdict.max_edge_error_ticks = float(np.max(np.abs(errors)))
-    verdict.rms_edge_error_us = float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
+    verdict.rms_edge_error_us = _rms_us(errors, tick_hz)
     _judge_own_grid(verdict, line, units, errors)
     _judge_rates(verdict, units * float(period), rising, rising - units * float(period))
     _judge_directions(verdict, line, edges, round(DIRECTION_SETUP_S * tick_hz))
     return verdict, grid
+
+
+def _judge_number(verdict: AxisVerdict, edges: AxisEdges, stopped: bool = False) -> None:
+    """Judge the pulses and their number, which may be less for a line that was stopped."""
+    _judge_pulses(verdict, edges)
+    made, wanted = len(edges.rising), verdict.expected_steps
+    if made > wanted or (made < wanted and not stopped):
+        verdict.reasons.append(f"{made} steps instead of {wanted}")
+
+
+def _rms_us(errors: np.ndarray, tick_hz: int) -> float:
+    return float(np.sqrt(np.mean(errors**2))) / tick_hz * 1e6
 
 
 def _judge_own_grid(
