@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 
 import click
 
+from pixstep.board import registers as regs
+from pixstep.cli.options import HZ
 from pixstep.profiles.madefor import MOST_EDGES
 from pixstep.simulation.clockflaws import ClockFlaws
 
@@ -14,6 +16,26 @@ divider_option = click.option(
     "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M", default=1, show_default=True,
     help="Edges of the pixel clock in a pixel: --pixel-hz is the frequency of the edges.",
 )  # fmt: skip
+sync_option = click.option(
+    "--sync", type=click.Choice(list(regs.SYNCS)), default="start", show_default=True,
+    help="Lines ignore the pixel clock, begin on an edge of it, or follow it to their end.",
+)  # fmt: skip
+board_sync_option = click.option(
+    "--sync", type=click.Choice(list(regs.SYNCS)),
+    help="Set what lines are to the pixel clock.  [default: the board's]",
+)  # fmt: skip
+
+
+def board_clock_options(command: Callable) -> Callable:
+    """Add the options for the pixel clock that a board is set to."""
+    command = click.option(
+        "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M",
+        help="Set the clock edges of a pixel.  [default: the board's]",
+    )(command)  # fmt: skip
+    return click.option(
+        "--pixel-hz", type=HZ,
+        help="Set the frequency of the pixel clock's edges.  [default: the board's]",
+    )(command)  # fmt: skip
 
 
 class _Step(click.ParamType):

@@ -59,7 +59,12 @@ def plan(ctx, program, machine, out, plot, as_json, **options):
     read = read_machine(machine)
     setup = setup_of(read, options)
     bounds = [
-        limits.named(read.board_of(read[motor.name]).kind, read.pixel_hz, axes=motor.together)
+        limits.named(
+            read.board_of(read[motor.name]).kind,
+            read.pixel_hz,
+            axes=motor.together,
+            clock=setup.clock,
+        )
         for motor in setup.motors
     ]
     with program.open(encoding="utf-8", errors="replace") as text, progress.shown("planning") as go:

@@ -4,7 +4,7 @@
 from collections.abc import Iterator
 from fractions import Fraction
 
-from pixstep.board import capability
+from pixstep.board import capability, settings
 from pixstep.errors import UserError
 from pixstep.lines.units import ACCELERATION, JERK, SPEED, per_second, unit
 from pixstep.machine.model import Limits, Motor, Tables
@@ -22,6 +22,9 @@ def as_json(machine: Tables) -> dict:
     return {
         "machine": str(machine.path),
         "pixel_hz": str(machine.pixel_hz),
+        "clock_hz": str(machine.clock_hz),
+        "divider": machine.clock.divider,
+        "sync": machine.clock.sync,
         "line": machine.line.model_dump(),
         "program": machine.program.model_dump(mode="json"),
         "boards": {name: board.model_dump() for name, board in machine.boards.items()},
@@ -74,9 +77,10 @@ def warnings(machine: Tables) -> Iterator[str]:
     for motor in machine.motors.values():
         kind = machine.board_of(motor).kind
         try:
-            able = capability.of(kind, machine.pixel_hz)
+            clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
+            able = capability.of(kind, machine.pixel_hz, clock=clock)
         except UserError as error:
-            yield f"clock.pixel: {kind}: {error}"
+            yield f"clock.{'divider' if machine.clock.edges > 1 else 'pixel'}: {kind}: {error}"
             continue
         speed, most = motor.limit("max_speed"), able.top_speed(motor.kind)
         if speed and speed.per_pixel(machine.pixel_hz) > most:

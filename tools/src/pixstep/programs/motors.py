@@ -5,7 +5,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from pixstep.board import capability
+from pixstep.board import capability, settings
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.units import number_text
 from pixstep.machine.model import Motor, Tables
@@ -77,7 +77,11 @@ class PlanMotor:
 
 @dataclass(frozen=True)
 class Setup:
-    """Everything that a program does not say: the motors, the pixel clock, times."""
+    """Everything that a program does not say: the motors, the pixel clock, times.
+
+    `pixel_hz` is the frequency of pixels, each of `divider` edges of the clock. `sync` is what the
+    lines are to the clock; None leaves it to the board.
+    """
 
     motors: tuple[PlanMotor, ...]
     pixel_hz: Fraction
@@ -86,12 +90,19 @@ class Setup:
     other_feed: float | None = None
     segment_ms: float = 0.0
     path_tolerance: float = 1.0
+    divider: int = 1
+    sync: str | None = None
     words: dict[str, int] = field(init=False)
 
     def __post_init__(self) -> None:
         """Note which word moves which motor."""
         words = {motor.word: index for index, motor in enumerate(self.motors)}
         object.__setattr__(self, "words", words)
+
+    @property
+    def clock(self) -> dict[str, int]:
+        """The settings of a board that say what pixels and lines are to its clock."""
+        return settings.of_clock(self.sync, self.divider)
 
     @property
     def pixel_ms(self) -> float:
@@ -129,6 +140,8 @@ def of_machine(machine: Tables) -> Setup:
         given.top_feed,
         given.other_feed,
         float(given.segment_time * MS),
+        divider=machine.clock.edges,
+        sync=machine.clock.sync,
     )
 
 
@@ -151,7 +164,8 @@ def _motor(machine: Tables, motor: Motor, together: int) -> PlanMotor:
             f"{machine.path}: motors.{motor.name}.limits.max_acceleration: is missing; a program "
             f"needs it"
         )
-    able = capability.of(machine.board_of(motor).kind, hz, axes=together)
+    clock = settings.of_clock(machine.clock.sync, machine.clock.edges)
+    able = capability.of(machine.board_of(motor).kind, hz, axes=together, clock=clock)
     top = float(able.top_speed(motor.kind) * hz / MS)
     scale = motor.steps_per_unit
     speed = values["max_speed"]
