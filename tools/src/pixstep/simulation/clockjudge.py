@@ -68,6 +68,11 @@ class Kept:
         return int(np.sum(np.abs(self.errors_ticks) <= EDGE_TICKS))
 
     @property
+    def max_off_steps(self) -> int:
+        """The largest difference of steps made from steps due at any of the clock's true edges."""
+        return int(np.max(np.abs(self.off_steps), initial=0))
+
+    @property
     def rms_ticks(self) -> float:
         """Root of the mean square of the errors."""
         return float(np.sqrt(np.mean(self.errors_ticks**2)))
@@ -90,7 +95,7 @@ class Kept:
             "drift_ticks": round(self.drift_ticks, 3) + 0.0,
             "drift_pixels": round(self.drift_ticks / self.period, 6) + 0.0,
             "drift_steps": round(self.drift_steps, 3) + 0.0,
-            "max_position_error_steps": int(np.max(np.abs(self.off_steps), initial=0)),
+            "max_position_error_steps": self.max_off_steps,
             "ripple_ticks": round(self.ripple_ticks, 3),
             "ripple_ppm": round(1e6 * ripple, 1),
             "ripple_steps_s": round(ripple * self.line_speed * self.speed_hz, 3),

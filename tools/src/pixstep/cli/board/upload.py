@@ -147,15 +147,15 @@ def run_lines(board: Board, world: World, lines: dict[int, Line], *, arm: bool, 
     """Queue the lines, and as asked arm and follow them; return what was done."""
     axes = list(lines)
     pixels = max(item.pixels for item in lines.values())
+    if arm:
+        clockstate.await_lock(board, world)
     uploads = upload.begin(board, lines)
     if arm and wait:
         group = [run.Lines(board, axes, uploads)]
-        clockstate.await_lock(board, world)
         with progress.shown("running") as show, stopping(group):
             run.arm(board, axes)
             run.follow(group, world, pixels, show)
     elif arm:
-        clockstate.await_lock(board, world)
         with stopping([run.Lines(board, axes)]):
             run.arm(board, axes)
         note_unattended(board)
