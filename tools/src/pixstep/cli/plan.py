@@ -87,6 +87,7 @@ def _print(done: Result, out: Path) -> None:
     click.echo(
         f"{out}: {report.moves} moves, {report.total_ms:.6g} ms ({report.asked_ms:.6g} ms "
         f"programmed), {report.pixels} pixels at {float(report.setup.pixel_hz):g} Hz"
+        f"{_edges_text(report.setup.divider)}"
     )
     for why, count in report.reasons.most_common():
         click.echo(f"{count} of {report.moves} moves slowed: {why}")
@@ -152,3 +153,7 @@ def _table(motors: list[MotorReport]) -> Table:
     )
     table.caption_justify = "left"
     return table
+
+
+def _edges_text(divider: int) -> str:
+    return f", {divider} clock edges each" if divider > 1 else ""
