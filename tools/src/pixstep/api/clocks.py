@@ -108,7 +108,6 @@ class ClockFigures:
     def of(cls, job: Job, told: Mapping[str, Any]) -> Self:
         """Return the figures of a run's summary."""
         period, jitter = told.get("board_period_ticks"), told.get("board_jitter_ticks")
-        offset = 1e6 * (float(job.clock_period) / period - 1) if period else None
         return cls(
             clock_hz=job.pixel_hz,
             divider=job.divider,
@@ -119,7 +118,7 @@ class ClockFigures:
             board_missing=told.get("board_missing"),
             board_glitches=told.get("board_glitches"),
             board_period=Ticks(period, job.tick_hz) if period else None,
-            board_offset_ppm=offset,
+            board_offset_ppm=told.get("board_offset_ppm"),
             board_jitter=Ticks(jitter, job.tick_hz) if period and jitter is not None else None,
         )
 
