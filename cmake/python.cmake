@@ -5,7 +5,7 @@
 # that knows more cases (tools/tests/effort.py) is run with all of them by `py.<name>.long` (label
 # `long`). All of these begin first: nothing else takes as long.
 set(PIXSTEP_LONG_RUNNING
-    bench board board_images every_output examples fast_moves figures fuzzing homing homing_smooth
+    bench board board_images clock_boards every_output examples fast_moves figures fuzzing homing homing_smooth
     lock lock_sim one_check orders program_run programs programs_cli programs_jerk safety_faults
     trajectories trajectory_play trajectory_runs
 )

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Lines on a simulated board: every edge against its exact instant, and a verdict."""
 
+import contextlib
 import math
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from os import PathLike
@@ -236,13 +237,19 @@ def simulate(
         plants=_plants(plant, by_axis),
         vcd=vcd,
     )
+    with _folder(out) as folder:
+        return _run(job, by_axis, *simtask.run_and_judge(job, folder, progress))
+
+
+@contextlib.contextmanager
+def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
+    """Yield where the files of a run go: to its folder, all or none, or nowhere in the end."""
     if out is None:
         with tempfile.TemporaryDirectory(prefix="pixstep-") as folder:
-            done = simtask.run_and_judge(job, Path(folder), progress)
+            yield Path(folder)
     else:
         with outfolder.of_run(Path(out), simtask.names()) as place:
-            done = simtask.run_and_judge(job, place, progress)
-    return _run(job, by_axis, *done)
+            yield place
 
 
 def _by_axis(lines: Lines) -> dict[int, MotionLine]:
