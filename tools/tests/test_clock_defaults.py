@@ -29,6 +29,7 @@ steps_per_unit = "400 steps/mm"
 limits = { max_acceleration = "500 mm/s2" }
 """
 NO_HEADER = "no header says how long its pixels are: each is taken as {} edges of the clock"
+LONG = {"pixel_hz": 1000, "divider": 1000, "sync": 2}
 MAKE = ("line", "make", "--speed", "4000steps/s", "--length", "2400", "-o", "l.csv")
 
 
@@ -140,6 +141,33 @@ def test_the_highest_speed_of_a_locked_line_is_accepted_and_the_next_is_not(boar
         line = Line((speed,), PLAIN)
         bounds = limits.named(board, Fraction(250), clock=clock).of(line)
         assert linecheck.refused(linecheck.check(line, bounds)) is refused
+
+
+@pytest.mark.usefixtures("here")
+def test_a_locked_pixel_may_not_be_as_long_as_others(invoke, one):
+    """A pixel of 1 s fits the board's timer, but not the longer ones that a lock may make of it."""
+    long = ("--divider", "1000")
+    says = "pixel frequency 1 Hz: the period must be 1024 to 15728625 ticks, as lines are locked"
+    for words in (("limits",), ("line", "check", "bare.csv"), ("sim", "bare.csv", "--out", "r"),
+                  ("sim", "bare.csv", "--out", "r", "--no-check")):  # fmt: skip
+        assert says in invoke(*words, *long, status=2).stderr
+    assert says in one.run("upload", "bare.csv", *long, status=2).stderr
+    assert says in one.err("set", *[f"{name}={value}" for name, value in LONG.items()], status=2)
+    assert invoke("limits", *long, "--sync", "start").stdout
+    Path("machine.toml").write_text(MACHINE.replace("divider = 4", "divider = 1000"))
+    assert f"warning: clock.divider: mega: {says}" in invoke("machine", "check", status=1).stdout
+
+
+@pytest.mark.usefixtures("here")
+def test_the_edges_of_a_clock_may_be_too_fast_for_a_board(invoke):
+    """Whatever pixels they make: each of them is captured."""
+    fast = ("--pixel-hz", "20kHz", "--sync", "start")
+    says = "pixel frequency 20000 Hz: the period must be 1024 to 16777215 ticks"
+    for words in (("limits",), ("line", "check", "bare.csv"), ("sim", "bare.csv", "--out", "r"),
+                  ("sim", "bare.csv", "--out", "r", "--no-check")):  # fmt: skip
+        assert says in invoke(*words, *fast, status=2).stderr
+    Path("machine.toml").write_text(MACHINE.replace("1 kHz", "20 kHz"))
+    assert f"mega: {says}" in invoke("machine", "check", status=1).stdout
 
 
 @pytest.mark.usefixtures("here")

@@ -65,8 +65,7 @@ class ClockState:
 
 def is_awaited(board: Board, inputs: Mapping[str, int]) -> bool:
     """True if a board locks lines to its pixel clock and has not measured it yet."""
-    locks = settings.read(board).get("sync") == regs.SYNCS["lock"]
-    return locks and not inputs["status"] >> regs.STATUS_MEASURED & 1
+    return settings.locks(settings.read(board)) and not inputs["status"] >> regs.STATUS_MEASURED & 1
 
 
 def await_lock(board: Board, world: World) -> None:
@@ -75,7 +74,7 @@ def await_lock(board: Board, world: World) -> None:
     Raises BoardError if it does not in a time that a steady clock needs.
     """
     known = settings.read(board)
-    if known.get("sync") == regs.SYNCS["lock"]:
+    if settings.locks(known):
         await_measured(board, world, float(1 / values.hz_of(known)))
 
 

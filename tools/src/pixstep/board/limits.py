@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import boards, settings, values
-from pixstep.board import registers as regs
 from pixstep.board.client import Board
 from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
@@ -79,8 +78,9 @@ def named(
     """
     board = boards.load(name)
     rate = tick_hz or board.tick_hz
-    refuse_period(pixel_hz, rate)
     known = settings.defaults() | dict(clock or {})
+    refuse_period(pixel_hz, rate, locked=settings.locks(known))
+    refuse_period(pixel_hz * settings.divider_of(known), rate)  # the edges by themselves
     return BoardLimits(
         pixel_hz,
         rate,
@@ -143,7 +143,7 @@ def lock_ticks(known: Mapping[str, int], pixel_hz: Fraction, tick_hz: int) -> in
 
     Of lines that are not locked to the clock 0; of others what the board's grid allows.
     """
-    if known.get("sync") != regs.SYNCS["lock"]:
+    if not settings.locks(known):
         return 0
     edges = known["divider"]
     clock_ticks = int(period_ticks(pixel_hz * edges, tick_hz))
