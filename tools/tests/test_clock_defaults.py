@@ -101,6 +101,9 @@ def test_a_line_is_made_for_the_divider_and_held_to_it(invoke):
     assert "made for 200 Hz, used at 250 Hz" in said and "--divider 5, not 4" in said
     invoke("line", "import", "bare.csv", "--quantity", "steps", "-o", "i.csv")
     assert formats.read_motion(Path("i.csv")).header.frequency == 250
+    invoke("line", "import", "bare.csv", "--quantity", "steps", "-o", "längs der Achse, zweite.csv")
+    found = formats.read_motion(Path("längs der Achse, zweite.csv")).header
+    assert (found.name, found.frequency) == ("l_ngs der Achse, zwe", 250)
 
 
 @pytest.mark.usefixtures("here")
@@ -167,7 +170,7 @@ def test_the_edges_of_a_clock_may_be_too_fast_for_a_board(invoke):
                   ("sim", "bare.csv", "--out", "r", "--no-check")):  # fmt: skip
         assert says in invoke(*words, *fast, status=2).stderr
     Path("machine.toml").write_text(MACHINE.replace("1 kHz", "20 kHz"))
-    assert f"mega: {says}" in invoke("machine", "check", status=1).stdout
+    assert f"warning: clock.pixel: mega: {says}" in invoke("machine", "check", status=1).stdout
 
 
 @pytest.mark.usefixtures("here")

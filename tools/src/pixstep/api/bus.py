@@ -126,7 +126,8 @@ class Board:
     ) -> tuple[AxisState, ...]:
         """Run a motion program while it is planned and return the axes that it moved.
 
-        Memory does not grow with its length. With `check` the program is planned once beforehand,
+        Memory does not grow with its length. The board's pixel clock, divider and sync become those
+        of the machine file. With `check` the program is planned once beforehand,
         so that a mistake in it is found while nothing moves. Ctrl-C and any error of the program
         stop the axes. Raises UserError for a mistake, RefusedError for what the board would refuse,
         BoardError for a fault and for a board that does not answer.

@@ -40,7 +40,6 @@ Lines = MotionLine | Sequence[MotionLine] | Mapping[int, MotionLine]
 
 
 _Drawn = TypeVar("_Drawn")
-_EVEN = PixelClock()
 
 
 class RunFailedError(PlainError):
@@ -180,7 +179,7 @@ def simulate(
     out: str | PathLike[str] | None = None,
     sync: str | None = None,
     divider: int | None = None,
-    clock: PixelClock = _EVEN,
+    clock: PixelClock | None = None,
     serial_load: bool = False,
     seed: int = 1,
     plant: str | Mapping[int, str] | None = None,
@@ -195,12 +194,12 @@ def simulate(
     `"lock"`: each of their pixels ends on an edge as the board predicts it. `divider` is how many
     edges of the clock a pixel has, so that the clock has so many times the pixel frequency. Both
     are by default those of the motor's machine, else `"start"` and 1. `clock` is how the clock
-    strays. `serial_load` saturates the serial line meanwhile. `plant` is the mechanics of an axis,
-    as `"play=40"`, or of axes by number. The files of the run go to `out`, by `pixstep sim`'s
-    rules, if it is given; with `vcd` run.vcd for a waveform viewer too. `progress` is called with
-    the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises RefusedError for a line that
-    the check refuses, unless `check` is False, UserError for a divider by which the pixels of a
-    line are not edges of its machine's clock.
+    strays: by default it does not. `serial_load` saturates the serial line meanwhile. `plant` is
+    the mechanics of an axis, as `"play=40"`, or of axes by number. The files of the run go to
+    `out`, by `pixstep sim`'s rules, if it is given; with `vcd` run.vcd for a waveform viewer too.
+    `progress` is called with the share done, 0 to 1. Needs the simulator, pixstep-sim. Raises
+    RefusedError for a line that the check refuses, unless `check` is False, UserError for a divider
+    by which the pixels of a line are not edges of its machine's clock.
 
     Example:
         >>> from pixstep import line
@@ -220,6 +219,7 @@ def simulate(
     kind = board or _board_of(by_axis)
     first = next(iter(by_axis.values()))
     hz = exact_hz(pixel_hz) or first.hz
+    clock = clock or PixelClock()
     clocking = Clocking.of(by_axis, sync, divider)
     _refuse(by_axis, kind, hz, clocking, check=check)
     if vcd and out is None:

@@ -73,7 +73,10 @@ def header(name: str, lead_in: int, hz: Fraction) -> ProfileHeader:
 
 def of_pixels(path: Path, lead_in: int, hz: Fraction, divider: int) -> ProfileHeader | None:
     """Return the header by which a line holds its user to its divider; None if that is 1."""
-    return header(path.stem[:NAME_WIDTH], lead_in, hz) if divider > 1 else None
+    if divider == 1:
+        return None
+    name = "".join(sign if " " <= sign <= "~" else "_" for sign in path.stem[:NAME_WIDTH])
+    return header(name.strip(), lead_in, hz)
 
 
 def frequency(path: Path, header: ProfileHeader | None) -> Fraction | None:
