@@ -239,11 +239,11 @@ static const struct kind {
 
 // ---- decoding ----
 
-static bool leave_to_simavr(avr_t *avr, const struct plain *plain)
+static struct plain_end leave_to_simavr(avr_t *avr, const struct plain *plain)
 {
     (void)avr;
     (void)plain;
-    return false;
+    return plain_refused();
 }
 
 static uint16_t word_at(const avr_t *avr, uint32_t address)
@@ -295,6 +295,7 @@ static void decode_at(struct plain_program *program, const avr_t *avr, uint32_t 
             avr,
             &(struct place){address, word_at(avr, address), word_at(avr, address + 2U)});
     }
+    plain->word = address / 2;
 }
 
 bool plain_decode(struct plain_program *program, const avr_t *avr)

@@ -36,14 +36,18 @@ static inline bool plain_run(const struct plain_program *program,
                              avr_t *avr,
                              uint64_t cycle)
 {
-    const struct plain *at = program->at;
+    const struct plain *plain = &program->at[avr->pc / 2];
+    uint64_t now = avr->cycle;
+    bool executed;
 
     do {
-        const struct plain *plain = &at[avr->pc / 2];
+        struct plain_end end = plain->execute(avr, plain);
 
-        if (!plain->execute(avr, plain)) {
-            return false;
-        }
-    } while (avr->cycle < cycle);
-    return true;
+        executed = end.next != NULL;
+        plain = executed ? end.next : plain;
+        now += end.cycles;
+    } while (executed && now < cycle);
+    avr->pc = 2 * plain->word;
+    avr->cycle = now;
+    return executed;
 }
