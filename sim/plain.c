@@ -239,11 +239,9 @@ static const struct kind {
 
 // ---- decoding ----
 
-static struct plain_end leave_to_simavr(avr_t *avr, const struct plain *plain)
+static uint64_t leave_to_simavr(PLAIN_ARGUMENTS)
 {
-    (void)avr;
-    (void)plain;
-    return plain_refused();
+    return plain_refused(PLAIN_PASSED);
 }
 
 static uint16_t word_at(const avr_t *avr, uint32_t address)

@@ -37,17 +37,8 @@ static inline bool plain_run(const struct plain_program *program,
                              uint64_t cycle)
 {
     const struct plain *plain = &program->at[avr->pc / 2];
-    uint64_t now = avr->cycle;
-    bool executed;
+    uint64_t now = plain->execute(avr, plain, avr->cycle, cycle);
 
-    do {
-        struct plain_end end = plain->execute(avr, plain);
-
-        executed = end.next != NULL;
-        plain = executed ? end.next : plain;
-        now += end.cycles;
-    } while (executed && now < cycle);
-    avr->pc = 2 * plain->word;
-    avr->cycle = now;
-    return executed;
+    avr->cycle = now & ~PLAIN_REFUSED;
+    return (now & PLAIN_REFUSED) == 0;
 }

@@ -22,115 +22,111 @@ static bool push_address(avr_t *avr, uint32_t back)
     return true;
 }
 
-static struct plain_end call(avr_t *avr,
-                             const struct plain *plain,
-                             unsigned words,
-                             unsigned cycles)
+static uint64_t call(PLAIN_ARGUMENTS, unsigned words, unsigned cycles)
 {
     if (!push_address(avr, plain->word + words)) {
-        return plain_refused();
+        return plain_refused(PLAIN_PASSED);
     }
-    return plain_jumped(plain, plain->target, cycles + avr->address_size);
+    return plain_jumped(PLAIN_PASSED, plain->target, cycles + avr->address_size);
 }
 
-struct plain_end plain_ret(avr_t *avr, const struct plain *plain)
+uint64_t plain_ret(PLAIN_ARGUMENTS)
 {
     uint16_t sp = plain_pair(avr, R_SPL);
     unsigned bytes = avr->address_size;
     uint32_t word = 0;
 
     if (!plain_is_ram(avr, sp + 1U) || !plain_is_ram(avr, sp + bytes)) {
-        return plain_refused();
+        return plain_refused(PLAIN_PASSED);
     }
     for (unsigned i = 1; i <= bytes; i++) {
         word = word << 8 | avr->data[sp + i];
     }
     if (2 * word >= avr->flashend) {
-        return plain_refused();
+        return plain_refused(PLAIN_PASSED);
     }
     plain_set_pair(avr, R_SPL, sp + bytes);
-    return plain_jumped(plain, 2 * word, 2 + bytes);
+    return plain_jumped(PLAIN_PASSED, 2 * word, 2 + bytes);
 }
 
 // ---- jumps ----
 
-struct plain_end plain_rjmp(avr_t *avr, const struct plain *plain)
+uint64_t plain_rjmp(PLAIN_ARGUMENTS)
 {
-    (void)avr;
-    return plain_jumped(plain, plain->target, 2);
+    return plain_jumped(PLAIN_PASSED, plain->target, 2);
 }
 
-struct plain_end plain_jmp(avr_t *avr, const struct plain *plain)
+uint64_t plain_jmp(PLAIN_ARGUMENTS)
 {
-    (void)avr;
-    return plain_jumped(plain, plain->target, 3);
+    return plain_jumped(PLAIN_PASSED, plain->target, 3);
 }
 
-struct plain_end plain_ijmp(avr_t *avr, const struct plain *plain)
+uint64_t plain_ijmp(PLAIN_ARGUMENTS)
 {
     uint32_t target = 2U * plain_pair(avr, POINTER_Z);
 
     if (target >= avr->flashend) {
-        return plain_refused();
+        return plain_refused(PLAIN_PASSED);
     }
-    return plain_jumped(plain, target, 2);
+    return plain_jumped(PLAIN_PASSED, target, 2);
 }
 
-struct plain_end plain_rcall(avr_t *avr, const struct plain *plain)
+uint64_t plain_rcall(PLAIN_ARGUMENTS)
 {
-    return call(avr, plain, 1, 1);
+    return call(PLAIN_PASSED, 1, 1);
 }
 
-struct plain_end plain_call(avr_t *avr, const struct plain *plain)
+uint64_t plain_call(PLAIN_ARGUMENTS)
 {
-    return call(avr, plain, 2, 2);
+    return call(PLAIN_PASSED, 2, 2);
 }
 
-struct plain_end plain_icall(avr_t *avr, const struct plain *plain)
+uint64_t plain_icall(PLAIN_ARGUMENTS)
 {
     uint32_t target = 2U * plain_pair(avr, POINTER_Z);
 
     if (target >= avr->flashend || !push_address(avr, plain->word + 1U)) {
-        return plain_refused();
+        return plain_refused(PLAIN_PASSED);
     }
-    return plain_jumped(plain, target, 1U + avr->address_size);
+    return plain_jumped(PLAIN_PASSED, target, 1U + avr->address_size);
 }
 
 // ---- branches and skips ----
 
-static struct plain_end branch(const struct plain *plain, bool taken)
+static uint64_t branch(PLAIN_ARGUMENTS, bool taken)
 {
-    return taken ? plain_jumped(plain, plain->target, 2) : plain_ended(plain, 1, 1);
+    return taken ? plain_jumped(PLAIN_PASSED, plain->target, 2)
+                 : plain_ended(PLAIN_PASSED, 1, 1);
 }
 
-static struct plain_end skip(const struct plain *plain, bool taken)
+static uint64_t skip(PLAIN_ARGUMENTS, bool taken)
 {
     unsigned words = taken ? plain->words : 0U;
 
-    return plain_ended(plain, 1 + words, 1 + words);
+    return plain_ended(PLAIN_PASSED, 1 + words, 1 + words);
 }
 
-struct plain_end plain_brbs(avr_t *avr, const struct plain *plain)
+uint64_t plain_brbs(PLAIN_ARGUMENTS)
 {
-    return branch(plain, avr->sreg[plain->d] != 0);
+    return branch(PLAIN_PASSED, avr->sreg[plain->d] != 0);
 }
 
-struct plain_end plain_brbc(avr_t *avr, const struct plain *plain)
+uint64_t plain_brbc(PLAIN_ARGUMENTS)
 {
-    return branch(plain, avr->sreg[plain->d] == 0);
+    return branch(PLAIN_PASSED, avr->sreg[plain->d] == 0);
 }
 
-struct plain_end plain_cpse(avr_t *avr, const struct plain *plain)
+uint64_t plain_cpse(PLAIN_ARGUMENTS)
 {
-    return skip(plain, avr->data[plain->d] == avr->data[plain->r]);
+    return skip(PLAIN_PASSED, avr->data[plain->d] == avr->data[plain->r]);
 }
 
-struct plain_end plain_sbrs(avr_t *avr, const struct plain *plain)
+uint64_t plain_sbrs(PLAIN_ARGUMENTS)
 {
-    return skip(plain, (avr->data[plain->d] & plain->constant) != 0);
+    return skip(PLAIN_PASSED, (avr->data[plain->d] & plain->constant) != 0);
 }
 
-struct plain_end plain_sbrc(avr_t *avr, const struct plain *plain)
+uint64_t plain_sbrc(PLAIN_ARGUMENTS)
 {
-    return skip(plain, (avr->data[plain->d] & plain->constant) == 0);
+    return skip(PLAIN_PASSED, (avr->data[plain->d] & plain->constant) == 0);
 }

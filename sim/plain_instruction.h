@@ -5,22 +5,23 @@
 #pragma once
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 #include <sim_avr.h>
 
 struct plain;
 
-// How an instruction ended. It is returned rather than written to the part, because the next one
-// waits for it: two registers of the PC are much faster than its memory.
-struct plain_end {
-    const struct plain *next; // NULL: nothing has changed, these operands make it one for simavr
-    uint64_t cycles;
-};
+// Executes an instruction, results and flags, and calls the one behind it with the place in the
+// program and the cycle as arguments: as the last act, so that the compiler makes a jump of the call
+// and keeps both in registers of the PC. In the part's memory each would have to wait for the one
+// before.
+#define PLAIN_ARGUMENTS                                                                  \
+    avr_t *avr, const struct plain *plain, uint64_t now, uint64_t until
+#define PLAIN_PASSED avr, plain, now, until
+typedef uint64_t plain_execute(PLAIN_ARGUMENTS);
 
-// Executes an instruction: results and flags. The program counter and the cycle are plain_run's.
-typedef struct plain_end plain_execute(avr_t *avr, const struct plain *plain);
+// In the cycle that is returned: the operands of the next instruction make it one for simavr.
+#define PLAIN_REFUSED (1ULL << 63)
 
 // A decoded instruction, one of an array with an element for each word of the flash.
 struct plain {
@@ -32,23 +33,35 @@ struct plain {
     uint32_t word;    // its own place
 };
 
-static inline struct plain_end plain_refused(void)
+// The series ends before this instruction.
+static inline uint64_t plain_stop(avr_t *avr, const struct plain *plain, uint64_t now)
 {
-    return (struct plain_end){NULL, 0};
+    avr->pc = 2 * plain->word;
+    return now;
+}
+
+// The same because of this instruction, which has changed nothing.
+static inline uint64_t plain_refused(PLAIN_ARGUMENTS)
+{
+    (void)until;
+    return plain_stop(avr, plain, now) | PLAIN_REFUSED;
+}
+
+static inline uint64_t plain_go_on(PLAIN_ARGUMENTS)
+{
+    return (now < until) ? plain->execute(PLAIN_PASSED) : plain_stop(avr, plain, now);
 }
 
 // The last act of an instruction of so many words that took so many cycles.
-static inline struct plain_end
-plain_ended(const struct plain *plain, unsigned words, unsigned cycles)
+static inline uint64_t plain_ended(PLAIN_ARGUMENTS, unsigned words, unsigned cycles)
 {
-    return (struct plain_end){plain + words, cycles};
+    return plain_go_on(avr, plain + words, now + cycles, until);
 }
 
 // The same of one that goes on at this flash address (bytes).
-static inline struct plain_end
-plain_jumped(const struct plain *plain, uint32_t target, unsigned cycles)
+static inline uint64_t plain_jumped(PLAIN_ARGUMENTS, uint32_t target, unsigned cycles)
 {
-    return (struct plain_end){plain - plain->word + target / 2, cycles};
+    return plain_go_on(avr, plain - plain->word + target / 2, now + cycles, until);
 }
 
 // The pair of registers, or the stack pointer, with its low half at this data address.
