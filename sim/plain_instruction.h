@@ -12,9 +12,9 @@
 struct plain;
 
 // Executes an instruction, results and flags, and calls the one behind it with the place in the
-// program and the cycle as arguments: as the last act, so that the compiler makes a jump of the call
-// and keeps both in registers of the PC. In the part's memory each would have to wait for the one
-// before.
+// program and the cycle as arguments: as the last act, so that the compiler makes a jump of the
+// call and keeps both in registers of the PC. In the part's memory each instruction would wait for
+// what the one before it has stored there. Returns the cycle in which the series has ended.
 #define PLAIN_ARGUMENTS                                                                  \
     avr_t *avr, const struct plain *plain, uint64_t now, uint64_t until
 #define PLAIN_PASSED avr, plain, now, until

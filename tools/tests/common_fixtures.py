@@ -20,7 +20,6 @@ from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines import core
 
-
 _OBJECTS_BETWEEN_COLLECTIONS = 20_000
 
 

@@ -125,9 +125,7 @@ def draw_quickly(monkeypatch):
     noise = plotting.figure((2, 2))
     noise.set_layout_engine("none")
     noise.figimage(np.random.default_rng(1).random((200, 200, 4)))
-    monkeypatch.setattr(
-        plotting, "write", lambda _, path, **options: write(noise, path, **options)
-    )
+    monkeypatch.setattr(plotting, "write", lambda _, path, **options: write(noise, path, **options))
 
 
 @pytest.fixture
