@@ -9,7 +9,8 @@ set(PIXSTEP_LONG_RUNNING
     homing_smooth lock lock_sim one_check orders program_run programs programs_cli programs_jerk
     safety_faults trajectories trajectory_play trajectory_runs
 )
-# These talk to a simulated board over a pseudo terminal, in real time: much of it they wait.
+# These talk to a simulated board over a pseudo terminal, in real time. Much of it they wait: one
+# after the other they run beside the rest, on the job that the presets have beyond the cores.
 set(PIXSTEP_REAL_TIME board_port board_trouble conformance console_doc tutorial virtual_bench)
 set(PIXSTEP_SHORT_TOGETHER 8)
 
@@ -33,6 +34,12 @@ function(python_test name label)
         ${name} PROPERTIES LABELS "${label}" COST 20
         ENVIRONMENT "${PIXSTEP_PYTHON_ENVIRONMENT};${arg_ENVIRONMENT}"
     )
+    string(REGEX REPLACE "^py[.]|[.]long$" "" file "${name}")
+    if(file IN_LIST PIXSTEP_REAL_TIME)
+        set_tests_properties(${name} PROPERTIES RESOURCE_LOCK real_time COST 40)
+    elseif(file MATCHES "^short[.]")
+        set_tests_properties(${name} PROPERTIES COST 30)
+    endif()
 endfunction()
 
 # The product's files and the proof's, which have fixtures of their own.

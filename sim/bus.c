@@ -42,6 +42,9 @@ static uint64_t busy_until(const struct bus_frame *frame)
 
 static void collide(struct bus *bus, struct bus_frame *frame)
 {
+    if (frame->start >= bus->all_quiet) {
+        return;
+    }
     for (unsigned back = 1; back <= RECENT && back <= bus->next_frame; back++) {
         struct bus_frame *other = &bus->frame[(bus->next_frame - back) % BUS_FRAMES];
 
@@ -59,6 +62,9 @@ struct bus_frame *bus_start(struct bus *bus, const struct bus_frame *frame)
 
     *kept = *frame;
     collide(bus, kept);
+    if (busy_until(kept) > bus->all_quiet) {
+        bus->all_quiet = busy_until(kept);
+    }
     bus->next_frame++;
     if (bus->log != NULL && frame->sender != 0) {
         wire_log_frame(bus->log, kept);

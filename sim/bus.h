@@ -39,6 +39,7 @@ struct bus {
     int boards;
     struct bus_frame frame[BUS_FRAMES]; // the last ones, a ring
     unsigned next_frame;                // counts all frames so far
+    uint64_t all_quiet;                 // from this cycle on, none of these is under way
 
     uint32_t master_baud;
     uint8_t master_format;     // as in UCSR0C

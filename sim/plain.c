@@ -239,11 +239,9 @@ static const struct kind {
 
 // ---- decoding ----
 
-static bool leave_to_simavr(avr_t *avr, const struct plain *plain)
+static uint64_t leave_to_simavr(PLAIN_ARGUMENTS)
 {
-    (void)avr;
-    (void)plain;
-    return false;
+    return plain_refused(PLAIN_PASSED);
 }
 
 static uint16_t word_at(const avr_t *avr, uint32_t address)
@@ -295,6 +293,7 @@ static void decode_at(struct plain_program *program, const avr_t *avr, uint32_t 
             avr,
             &(struct place){address, word_at(avr, address), word_at(avr, address + 2U)});
     }
+    plain->word = address / 2;
 }
 
 bool plain_decode(struct plain_program *program, const avr_t *avr)

@@ -36,14 +36,9 @@ static inline bool plain_run(const struct plain_program *program,
                              avr_t *avr,
                              uint64_t cycle)
 {
-    const struct plain *at = program->at;
+    const struct plain *plain = &program->at[avr->pc / 2];
+    uint64_t now = plain->execute(avr, plain, avr->cycle, cycle);
 
-    do {
-        const struct plain *plain = &at[avr->pc / 2];
-
-        if (!plain->execute(avr, plain)) {
-            return false;
-        }
-    } while (avr->cycle < cycle);
-    return true;
+    avr->cycle = now & ~PLAIN_REFUSED;
+    return (now & PLAIN_REFUSED) == 0;
 }

@@ -7,114 +7,126 @@
 // ---- the stack of return addresses ----
 
 // The return address goes below the stack pointer, its low byte first.
-static bool call(avr_t *avr, uint32_t target, unsigned words, unsigned cycles)
+static bool push_address(avr_t *avr, uint32_t back)
 {
-    uint32_t back = avr->pc / 2 + words;
     uint16_t sp = plain_pair(avr, R_SPL);
     unsigned bytes = avr->address_size;
 
-    if (!plain_is_ram(avr, sp) || !plain_is_ram(avr, sp - bytes + 1U) ||
-        target >= avr->flashend) {
+    if (!plain_is_ram(avr, sp) || !plain_is_ram(avr, sp - bytes + 1U)) {
         return false;
     }
     for (unsigned i = 0; i < bytes; i++) {
         avr->data[sp - i] = (uint8_t)(back >> 8 * i);
     }
     plain_set_pair(avr, R_SPL, sp - bytes);
-    return plain_jumped(avr, target, cycles + bytes);
+    return true;
 }
 
-bool plain_ret(avr_t *avr, const struct plain *plain)
+static uint64_t call(PLAIN_ARGUMENTS, unsigned words, unsigned cycles)
+{
+    if (!push_address(avr, plain->word + words)) {
+        return plain_refused(PLAIN_PASSED);
+    }
+    return plain_jumped(PLAIN_PASSED, plain->target, cycles + avr->address_size);
+}
+
+uint64_t plain_ret(PLAIN_ARGUMENTS)
 {
     uint16_t sp = plain_pair(avr, R_SPL);
     unsigned bytes = avr->address_size;
     uint32_t word = 0;
 
-    (void)plain;
     if (!plain_is_ram(avr, sp + 1U) || !plain_is_ram(avr, sp + bytes)) {
-        return false;
+        return plain_refused(PLAIN_PASSED);
     }
     for (unsigned i = 1; i <= bytes; i++) {
         word = word << 8 | avr->data[sp + i];
     }
     if (2 * word >= avr->flashend) {
-        return false;
+        return plain_refused(PLAIN_PASSED);
     }
     plain_set_pair(avr, R_SPL, sp + bytes);
-    return plain_jumped(avr, 2 * word, 2 + bytes);
+    return plain_jumped(PLAIN_PASSED, 2 * word, 2 + bytes);
 }
 
 // ---- jumps ----
 
-bool plain_rjmp(avr_t *avr, const struct plain *plain)
+uint64_t plain_rjmp(PLAIN_ARGUMENTS)
 {
-    return plain_jumped(avr, plain->target, 2);
+    return plain_jumped(PLAIN_PASSED, plain->target, 2);
 }
 
-bool plain_jmp(avr_t *avr, const struct plain *plain)
+uint64_t plain_jmp(PLAIN_ARGUMENTS)
 {
-    return plain_jumped(avr, plain->target, 3);
+    return plain_jumped(PLAIN_PASSED, plain->target, 3);
 }
 
-bool plain_ijmp(avr_t *avr, const struct plain *plain)
+uint64_t plain_ijmp(PLAIN_ARGUMENTS)
 {
     uint32_t target = 2U * plain_pair(avr, POINTER_Z);
 
-    (void)plain;
-    return target < avr->flashend && plain_jumped(avr, target, 2);
+    if (target >= avr->flashend) {
+        return plain_refused(PLAIN_PASSED);
+    }
+    return plain_jumped(PLAIN_PASSED, target, 2);
 }
 
-bool plain_rcall(avr_t *avr, const struct plain *plain)
+uint64_t plain_rcall(PLAIN_ARGUMENTS)
 {
-    return call(avr, plain->target, 1, 1);
+    return call(PLAIN_PASSED, 1, 1);
 }
 
-bool plain_call(avr_t *avr, const struct plain *plain)
+uint64_t plain_call(PLAIN_ARGUMENTS)
 {
-    return call(avr, plain->target, 2, 2);
+    return call(PLAIN_PASSED, 2, 2);
 }
 
-bool plain_icall(avr_t *avr, const struct plain *plain)
+uint64_t plain_icall(PLAIN_ARGUMENTS)
 {
-    (void)plain;
-    return call(avr, 2U * plain_pair(avr, POINTER_Z), 1, 1);
+    uint32_t target = 2U * plain_pair(avr, POINTER_Z);
+
+    if (target >= avr->flashend || !push_address(avr, plain->word + 1U)) {
+        return plain_refused(PLAIN_PASSED);
+    }
+    return plain_jumped(PLAIN_PASSED, target, 1U + avr->address_size);
 }
 
 // ---- branches and skips ----
 
-static bool branch(avr_t *avr, const struct plain *plain, bool taken)
+static uint64_t branch(PLAIN_ARGUMENTS, bool taken)
 {
-    return taken ? plain_jumped(avr, plain->target, 2) : plain_ended(avr, 1, 1);
+    return taken ? plain_jumped(PLAIN_PASSED, plain->target, 2)
+                 : plain_ended(PLAIN_PASSED, 1, 1);
 }
 
-static bool skip(avr_t *avr, const struct plain *plain, bool taken)
+static uint64_t skip(PLAIN_ARGUMENTS, bool taken)
 {
     unsigned words = taken ? plain->words : 0U;
 
-    return plain_ended(avr, 1 + words, 1 + words);
+    return plain_ended(PLAIN_PASSED, 1 + words, 1 + words);
 }
 
-bool plain_brbs(avr_t *avr, const struct plain *plain)
+uint64_t plain_brbs(PLAIN_ARGUMENTS)
 {
-    return branch(avr, plain, avr->sreg[plain->d] != 0);
+    return branch(PLAIN_PASSED, avr->sreg[plain->d] != 0);
 }
 
-bool plain_brbc(avr_t *avr, const struct plain *plain)
+uint64_t plain_brbc(PLAIN_ARGUMENTS)
 {
-    return branch(avr, plain, avr->sreg[plain->d] == 0);
+    return branch(PLAIN_PASSED, avr->sreg[plain->d] == 0);
 }
 
-bool plain_cpse(avr_t *avr, const struct plain *plain)
+uint64_t plain_cpse(PLAIN_ARGUMENTS)
 {
-    return skip(avr, plain, avr->data[plain->d] == avr->data[plain->r]);
+    return skip(PLAIN_PASSED, avr->data[plain->d] == avr->data[plain->r]);
 }
 
-bool plain_sbrs(avr_t *avr, const struct plain *plain)
+uint64_t plain_sbrs(PLAIN_ARGUMENTS)
 {
-    return skip(avr, plain, (avr->data[plain->d] & plain->constant) != 0);
+    return skip(PLAIN_PASSED, (avr->data[plain->d] & plain->constant) != 0);
 }
 
-bool plain_sbrc(avr_t *avr, const struct plain *plain)
+uint64_t plain_sbrc(PLAIN_ARGUMENTS)
 {
-    return skip(avr, plain, (avr->data[plain->d] & plain->constant) == 0);
+    return skip(PLAIN_PASSED, (avr->data[plain->d] & plain->constant) == 0);
 }

@@ -11,33 +11,57 @@
 
 struct plain;
 
-// Executes an instruction: results, flags, program counter and cycles. False, and nothing has
-// changed, if these operands make it one for simavr.
-typedef bool plain_execute(avr_t *avr, const struct plain *plain);
+// Executes an instruction, results and flags, and calls the one behind it with the place in the
+// program and the cycle as arguments: as the last act, so that the compiler makes a jump of the
+// call and keeps both in registers of the PC. In the part's memory each instruction would wait for
+// what the one before it has stored there. Returns the cycle in which the series has ended.
+#define PLAIN_ARGUMENTS                                                                  \
+    avr_t *avr, const struct plain *plain, uint64_t now, uint64_t until
+#define PLAIN_PASSED avr, plain, now, until
+typedef uint64_t plain_execute(PLAIN_ARGUMENTS);
 
-// A decoded instruction.
+// In the cycle that is returned: the operands of the next instruction make it one for simavr.
+#define PLAIN_REFUSED (1ULL << 63)
+
+// A decoded instruction, one of an array with an element for each word of the flash.
 struct plain {
     plain_execute *execute;
     uint8_t d, r;     // registers: destination and source, or the pointer's low half
     uint8_t constant; // operand K, displacement q or a mask of one bit
     uint8_t words;    // that a skip passes over
     uint32_t target;  // address in flash or RAM (bytes)
+    uint32_t word;    // its own place
 };
 
-// The last act of an instruction of so many words that took so many cycles.
-static inline bool plain_ended(avr_t *avr, unsigned words, unsigned cycles)
+// The series ends before this instruction.
+static inline uint64_t plain_stop(avr_t *avr, const struct plain *plain, uint64_t now)
 {
-    avr->pc += 2 * words;
-    avr->cycle += cycles;
-    return true;
+    avr->pc = 2 * plain->word;
+    return now;
+}
+
+// The same because of this instruction, which has changed nothing.
+static inline uint64_t plain_refused(PLAIN_ARGUMENTS)
+{
+    (void)until;
+    return plain_stop(avr, plain, now) | PLAIN_REFUSED;
+}
+
+static inline uint64_t plain_go_on(PLAIN_ARGUMENTS)
+{
+    return (now < until) ? plain->execute(PLAIN_PASSED) : plain_stop(avr, plain, now);
+}
+
+// The last act of an instruction of so many words that took so many cycles.
+static inline uint64_t plain_ended(PLAIN_ARGUMENTS, unsigned words, unsigned cycles)
+{
+    return plain_go_on(avr, plain + words, now + cycles, until);
 }
 
 // The same of one that goes on at this flash address (bytes).
-static inline bool plain_jumped(avr_t *avr, uint32_t target, unsigned cycles)
+static inline uint64_t plain_jumped(PLAIN_ARGUMENTS, uint32_t target, unsigned cycles)
 {
-    avr->pc = target;
-    avr->cycle += cycles;
-    return true;
+    return plain_go_on(avr, plain - plain->word + target / 2, now + cycles, until);
 }
 
 // The pair of registers, or the stack pointer, with its low half at this data address.

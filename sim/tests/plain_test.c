@@ -130,12 +130,10 @@ static bool try_opcode(struct pair *p, uint16_t opcode)
     bool is_plain = false;
 
     for (int i = 0; i < STATES; i++) {
-        const struct plain *plain = &p->program.at[PLACE / 2];
-
         write_flash(p, opcode);
         draw_state(p);
         copy_state(p);
-        if (plain->execute(p->ours, plain)) {
+        if (plain_run(&p->program, p->ours, p->ours->cycle)) {
             is_plain = true;
             p->simavr->pc = avr_run_one(p->simavr);
         }

@@ -5,8 +5,10 @@ A test that needs a native program or an image is skipped when that is not built
 PIXSTEP_REQUIRE_BUILT is set (as the project's own test command does): then it fails.
 """
 
+import gc
 import os
 import shutil
+import signal
 
 import pytest
 from click.testing import CliRunner
@@ -17,6 +19,8 @@ from pixstep import natives
 from pixstep.board import boards
 from pixstep.cli.main import main
 from pixstep.lines import core
+
+_OBJECTS_BETWEEN_COLLECTIONS = 20_000
 
 
 def pytest_addoption(parser):
@@ -29,6 +33,19 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     """Name the mark of tests that provoke faults."""
     config.addinivalue_line("markers", "provokes(*names): the faults that a test provokes")
+
+
+def pytest_sessionstart():
+    """Heed the signals that tests send, though a shell lets its background jobs ignore them."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def pytest_collection_finish():
+    """Let the garbage collector pass over the libraries: it takes a twentieth of the time."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
 
 
 @pytest.fixture(autouse=True)

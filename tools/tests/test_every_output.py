@@ -12,6 +12,7 @@ import threading
 from dataclasses import dataclass
 
 import click
+import numpy as np
 import pytest
 
 from pixstep import formats, natives, plotting
@@ -116,16 +117,15 @@ every_folder = pytest.mark.parametrize("output", FOLDERS, ids=str)
 
 
 def draw_quickly(monkeypatch):
-    """Draw small and without a layout: how pictures are written is tried, not how they look."""
-    make = plotting.figure
+    """Write noise for every figure: how pictures are written is tried, not how they look.
 
-    def made(_):
-        figure = make((1, 1))
-        figure.set_layout_engine("none")
-        return figure
-
-    monkeypatch.setattr(plotting, "figure", made)
-    monkeypatch.setitem(plotting.STYLE, "savefig.dpi", 20)
+    The noise takes more than a pipe holds, as a real picture does.
+    """
+    write = plotting.write
+    noise = plotting.figure((2, 2))
+    noise.set_layout_engine("none")
+    noise.figimage(np.random.default_rng(1).random((200, 200, 4)))
+    monkeypatch.setattr(plotting, "write", lambda _, path, **options: write(noise, path, **options))
 
 
 @pytest.fixture

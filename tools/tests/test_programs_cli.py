@@ -358,7 +358,7 @@ def test_memory_does_not_grow_with_the_program():
     """What a plan holds after many moves: no list of it is longer than the window needs."""
     of = setup(0.02, 2, speed=5)
     held = []
-    for moves in (2000, 6000):
+    for moves in (cases(1000, 2000), cases(2200, 6000)):
         plan = Plan("p.pmc", _endless(moves, 2), of, Options(window=64))
         most = 0
         for _ in plan.counts():
