@@ -13,7 +13,7 @@ from rich.console import Console
 from clock import TICK_HZ
 from pixstep import formats, plotting
 from pixstep.board import boards, registers
-from pixstep.board.client import Board
+from pixstep.board.device import Board
 from pixstep.cli.main import main
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line

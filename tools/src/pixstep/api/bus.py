@@ -8,10 +8,11 @@ from typing import Self
 
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
-from pixstep.board import connection, limits, settings, upload
+from pixstep.board import limits, link, settings, upload
 from pixstep.board import run as running
-from pixstep.board.client import Board as Device
-from pixstep.board.connection import Link
+from pixstep.board.device import Board as Device
+from pixstep.board.link import Link
+from pixstep.board.port import Port
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.machine.reading import Machine as MachineFile
@@ -175,7 +176,7 @@ def connect(
     """
     if parity not in (None, "E", "O", "N"):
         raise UserError(f"parity {parity!r}: expected E, O or N")
-    return Bus(connection.open_port(connection.PortOptions(port, baud, parity, timeout_s)))
+    return Bus(link.open_port(Port(port, baud, parity, timeout_s)))
 
 
 def _by_axis(

@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from pixstep.board import registers as regs
-from pixstep.board.connection import Link
 from pixstep.board.errors import IMPOSSIBLE, BoardError
+from pixstep.board.link import Link
 from pixstep.board.upload import Upload, feed
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries

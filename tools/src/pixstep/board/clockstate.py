@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pixstep.board import registers as regs
 from pixstep.board import settings
-from pixstep.board.client import Board
+from pixstep.board.device import Board
 
 
 @dataclass(frozen=True)

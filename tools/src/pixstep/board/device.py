@@ -34,7 +34,7 @@ from pixstep.board.stretches import MOST_WORDS, places, values
 from pixstep.board.wire import Wire
 
 if TYPE_CHECKING:
-    from pixstep.board.transport import FittingClient
+    from pixstep.board.modbus import Client
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ _CURES = {  # what keeps settings from being changed, by the state of an axis
 class Board(Wire):
     """One board on the line; `unit` is its Modbus address."""
 
-    def __init__(self, modbus: FittingClient, unit: int = 1) -> None:
+    def __init__(self, modbus: Client, unit: int = 1) -> None:
         super().__init__(modbus, unit)
         self.map = regs.register_map()
         self._record_capacity = 0

@@ -6,11 +6,11 @@ from fractions import Fraction
 
 from pixstep.board import registers as regs
 from pixstep.board import stretches, values
-from pixstep.board.client import Board, BoardError, NoReplyError
-from pixstep.board.device import STORING
+from pixstep.board.device import STORING, Board
+from pixstep.board.errors import BoardError, NoReplyError
+from pixstep.board.link import World
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
-from pixstep.board.world import World
 from pixstep.lines.rational import refuse_period
 
 STORED, DIFFERS = 1, 2  # bits of settings_state

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 from pixstep.board import clockstate
 from pixstep.board import registers as regs
-from pixstep.board.client import Board
 from pixstep.board.clockstate import ClockState
-from pixstep.board.device import Identity
+from pixstep.board.device import Board, Identity
 
 LINE_COUNTERS = (
     "frames_ok",

@@ -13,7 +13,8 @@ from fractions import Fraction
 
 from pixstep.board import registers as regs
 from pixstep.board import stretches
-from pixstep.board.client import Board, BoardError
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place

@@ -19,10 +19,10 @@ from pixstep.errors import UserError
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
-    from pixstep.board import transport
-    from pixstep.board.transport import FittingClient
+    from pixstep.board import modbus
+    from pixstep.board.modbus import Client
 else:
-    transport = lazy("pixstep.board.transport")
+    modbus = lazy("pixstep.board.modbus")
 
 BROADCAST = 0
 _ID_BYTES = 2  # of the answer to function 17 before its text
@@ -59,7 +59,7 @@ class ServerId:
 class Wire:
     """The requests that one unit answers; every method raises BoardError if it does not."""
 
-    def __init__(self, modbus: FittingClient, unit: int = 1) -> None:
+    def __init__(self, modbus: Client, unit: int = 1) -> None:
         self.modbus = modbus
         self.unit = unit
 
@@ -213,7 +213,7 @@ class Wire:
         try:
             with self._line_kept():
                 reply = method(*arguments, device_id=self.unit, **options)
-        except transport.RequestError:
+        except modbus.RequestError:
             place, heard = self.modbus.place, self.modbus.heard
             raise NoReplyError(self.unit, what, place, heard) from None
         if reply.isError():
@@ -239,13 +239,13 @@ class Wire:
         """Raise LineLostError if the port goes away in a request, or did before and still is."""
         try:
             yield
-        except transport.WriteTimeoutError:
+        except modbus.WriteTimeoutError:
             place = self.modbus.place or "the line"
             raise LineLostError(
                 f"board {self.unit}: {place} takes no bytes: nobody reads at its other end, or "
                 f"this program was stopped for a while"
             ) from None
-        except transport.ConnectionException:
+        except modbus.ConnectionException:
             place = self.modbus.place or "the line"
             raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
         except UserError as error:

@@ -5,10 +5,10 @@ import shlex
 
 import click
 
-from pixstep.board import connection, flash
+from pixstep.board import flash, link
 from pixstep.board.boards import BOARD_NAMES
-from pixstep.board.connection import PortOptions
 from pixstep.board.flash import FlashError, Image
+from pixstep.board.port import Port
 from pixstep.cli.board.group import line_options, unit_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.options import deliver_facts, json_option, say
@@ -39,24 +39,24 @@ def flash_command(line, unit, board, hex_file, verify, dry_run, ask, as_json):
     image = flash.read_image(hex_file or flash.built_image(board))
     if image.board != board:
         raise UserError(f"{image.path}: an image for the {image.board}, not for the {board}")
-    words = flash.command(board, line.port, image.path, verify=verify)
-    facts = {"port": line.port, "board": board, "image": str(image.path), "avrdude": words}
+    words = flash.command(board, line.name, image.path, verify=verify)
+    facts = {"port": line.name, "board": board, "image": str(image.path), "avrdude": words}
     texts = []
     if dry_run:
         texts.append(shlex.join(words))
     else:
         flash.run(words)
         if verify:
-            texts.append(f"{line.port}: the flash is as in {image.path}")
+            texts.append(f"{line.name}: the flash is as in {image.path}")
         if ask:
             texts.append(_ask(image, line, unit))
     if texts or as_json:
         deliver_facts({**facts, "done": not dry_run}, "\n".join(texts), as_json=as_json)
 
 
-def _ask(image: Image, options: PortOptions, unit: int) -> str:
+def _ask(image: Image, port: Port, unit: int) -> str:
     """Compare what the board says of itself with the image; return that in words."""
-    found = connection.open_port(options, lambda text: say((text,)))
+    found = link.open_port(port, lambda text: say((text,)))
     try:
         who = found.board(unit).who()
         text = f"pixstep {who.board} {who.firmware}"
@@ -64,5 +64,5 @@ def _ask(image: Image, options: PortOptions, unit: int) -> str:
         found.close()
     wanted = f"pixstep {image.board} {image.version}"
     if text != wanted:
-        raise FlashError(f"{options.port}: the board says {text!r}, the image is {wanted!r}")
-    return f"{options.port}: unit {unit} is {text}"
+        raise FlashError(f"{port.name}: the board says {text!r}, the image is {wanted!r}")
+    return f"{port.name}: unit {unit} is {text}"

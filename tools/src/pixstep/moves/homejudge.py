@@ -4,7 +4,7 @@
 from dataclasses import asdict
 from math import ceil
 
-from pixstep.board.client import TRIP_CLOSED, Trip
+from pixstep.board.state import TRIP_CLOSED, Trip
 from pixstep.lines.rational import hz_text
 from pixstep.moves.homesim import HomeRun
 from pixstep.moves.homing import Leg, legs_as_json

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pixstep import plotting
-from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
+from pixstep.board.state import TRIP_CLOSED, TRIP_OPENED
 from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Homed, Leg

@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.board import boards
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home

@@ -15,16 +15,11 @@ from dataclasses import asdict, dataclass
 from fractions import Fraction
 
 from pixstep.board import registers as regs
-from pixstep.board.client import (
-    TRIP_CLOSED,
-    TRIP_NONE,
-    TRIP_OPENED,
-    Board,
-    BoardError,
-    Trip,
-    Upload,
-)
-from pixstep.board.world import World
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
+from pixstep.board.state import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Trip
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast

@@ -17,8 +17,9 @@ from fractions import Fraction
 from math import ceil
 from statistics import median_low
 
-from pixstep.board.client import Board, BoardError
-from pixstep.board.world import World
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import Seek
 from pixstep.moves.encoders import Encoder

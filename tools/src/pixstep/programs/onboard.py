@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pixstep.board import limits, settings
 from pixstep.board import run as running
 from pixstep.board.device import Board
-from pixstep.board.world import World
+from pixstep.board.link import World
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.machine.model import Tables

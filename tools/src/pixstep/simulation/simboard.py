@@ -25,9 +25,9 @@ from pixstep.lazy import lazy
 from pixstep.simulation.simctl import SimOptions, Simulator
 
 if TYPE_CHECKING:
-    from pixstep.board import transport
+    from pixstep.board import modbus
 else:
-    transport = lazy("pixstep.board.transport")
+    modbus = lazy("pixstep.board.modbus")
 
 SETTLE_PIXELS = 2
 
@@ -59,7 +59,7 @@ class SimLink:
         except BaseException:
             self.simulator.kill()
             raise
-        self.modbus = transport.SimClient(self.simulator)
+        self.modbus = modbus.SimClient(self.simulator)
         self.world = SimWorld(self.simulator)
 
     def __enter__(self) -> Self:

@@ -19,7 +19,9 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
-from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Record
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.state import Record
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period

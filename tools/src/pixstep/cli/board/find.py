@@ -10,8 +10,8 @@ import click
 from pixstep import progress
 from pixstep.board import clockstate, features, scan, settings
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError
-from pixstep.board.connection import Connection
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
 from pixstep.board.port import PARITIES
 from pixstep.board.scan import BAUDS, Found
 from pixstep.board.snapshot import LINE_COUNTERS
@@ -61,12 +61,12 @@ def scan_command(ctx, line, units, bauds, as_json):
     with opened(line) as found, scan.quickly(found.modbus, line.timeout_s or scan.TIMEOUT_S):
         answers, place = _search(found, list(addresses), rates)
     if as_json:
-        show_json({"port": line.port, **place, "boards": [item.as_json() for item in answers]})
+        show_json({"port": line.name, **place, "boards": [item.as_json() for item in answers]})
     elif answers:
-        say((f"{line.port}: {place['baud']} baud, parity {place['parity']}",))
+        say((f"{line.name}: {place['baud']} baud, parity {place['parity']}",))
         _print_found(answers)
     else:
-        click.echo(f"{line.port}: nothing answers", err=True)
+        click.echo(f"{line.name}: nothing answers", err=True)
     ctx.exit(0 if any(not item.trouble for item in answers) else 1)
 
 
@@ -135,7 +135,7 @@ def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
 
 
 def _search(
-    found: Connection, addresses: list[int], rates: list[tuple[int, str]]
+    found: Link, addresses: list[int], rates: list[tuple[int, str]]
 ) -> tuple[list[Found], dict]:
     """Scan at one rate after the other until a board answers; return what did, and where."""
     answers: list[Found] = []
@@ -151,11 +151,10 @@ def _search(
     return answers, {"baud": None, "parity": None}
 
 
-def _at(found: Connection, baud: int, parity: str) -> bool:
+def _at(found: Link, baud: int, parity: str) -> bool:
     """Go to a rate and parity; False if the port cannot."""
     try:
-        if hasattr(found.modbus, "reconfigure"):
-            found.modbus.reconfigure(baud, parity)
+        found.modbus.reconfigure(baud, parity)
     except UserError:
         return False
     return True

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep.board import features, values
-from pixstep.board.client import Board
+from pixstep.board.device import Board
 from pixstep.board.values import SETTING, Reading
 from pixstep.cli.board.group import boards, line_options, units_option
 from pixstep.cli.command import command

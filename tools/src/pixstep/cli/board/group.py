@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import click
 
 from pixstep import progress, signals
-from pixstep.board import connection, run, scan, settings
-from pixstep.board.client import Board, BoardError
-from pixstep.board.connection import Connection, PortOptions
-from pixstep.board.device import Identity
-from pixstep.board.port import BAUD, PARITIES, TIMEOUT_S
+from pixstep.board import link, run, scan, settings
+from pixstep.board.device import Board, Identity
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
+from pixstep.board.port import BAUD, PARITIES, TIMEOUT_S, Port
 from pixstep.cli import machinedefaults
 from pixstep.cli.command import complain
 from pixstep.cli.options import say
@@ -89,11 +89,11 @@ _LINE_OPTIONS = (
 
 
 def line_options(command: Callable) -> Callable:
-    """Add the options of the line; the command gets them as `line`, PortOptions."""
+    """Add the options of the line; the command gets them as `line`, Port."""
 
     @functools.wraps(command)
     def call(*arguments, port, baud, parity, timeout, **others):
-        line = PortOptions(port, baud, parity, timeout)
+        line = Port(port, baud, parity, timeout)
         return command(*arguments, line=line, **others)
 
     for option in reversed(_LINE_OPTIONS):
@@ -121,9 +121,9 @@ class Known:
 
 
 @contextlib.contextmanager
-def opened(line: PortOptions) -> Iterator[Connection]:
+def opened(line: Port) -> Iterator[Link]:
     """Yield the open line."""
-    found = connection.open_port(line, lambda text: say((text,)))
+    found = link.open_port(line, lambda text: say((text,)))
     try:
         yield found
     finally:
@@ -131,17 +131,13 @@ def opened(line: PortOptions) -> Iterator[Connection]:
 
 
 @contextlib.contextmanager
-def boards(
-    line: PortOptions, units: tuple[int, ...] | str
-) -> Iterator[tuple[Connection, list[Known]]]:
+def boards(line: Port, units: tuple[int, ...] | str) -> Iterator[tuple[Link, list[Known]]]:
     """Yield the open line and its boards, each with a register map that this tool knows."""
     with opened(line) as found:
         yield found, [_known(found, unit) for unit in _addresses(found, units)]
 
 
-def each_board(
-    line: PortOptions, units: tuple[int, ...] | str, act: Callable[[Known], None]
-) -> None:
+def each_board(line: Port, units: tuple[int, ...] | str, act: Callable[[Known], None]) -> None:
     """Do something with every board, also behind one that does not answer or refuses.
 
     Raises BoardError for the last that failed; those before it are told on the error stream.
@@ -150,7 +146,7 @@ def each_board(
         each_of(found, units, act)
 
 
-def each_of(found: Connection, units: tuple[int, ...] | str, act: Callable[[Known], None]) -> None:
+def each_of(found: Link, units: tuple[int, ...] | str, act: Callable[[Known], None]) -> None:
     """Do the same on a line that is open."""
     failures: list[BoardError] = []
     for unit in _addresses(found, units):
@@ -165,25 +161,25 @@ def each_of(found: Connection, units: tuple[int, ...] | str, act: Callable[[Know
 
 
 @contextlib.contextmanager
-def one_board(line: PortOptions, unit: int) -> Iterator[tuple[Connection, Known]]:
+def one_board(line: Port, unit: int) -> Iterator[tuple[Link, Known]]:
     """Yield the open line and its one board."""
     with boards(line, (unit,)) as (found, (known,)):
         yield found, known
 
 
-def _known(found: Connection, unit: int) -> Known:
+def _known(found: Link, unit: int) -> Known:
     one = found.board(unit)
     who = one.who()
     machinedefaults.compare_board(click.get_current_context(), found.port, unit, who.board)
     return Known(one, who)
 
 
-def _addresses(found: Connection, units: tuple[int, ...] | str) -> tuple[int, ...]:
+def _addresses(found: Link, units: tuple[int, ...] | str) -> tuple[int, ...]:
     """Return the addresses of an option: those given, or of all boards that are found."""
     return present(found) if isinstance(units, str) else units
 
 
-def present(found: Connection) -> tuple[int, ...]:
+def present(found: Link) -> tuple[int, ...]:
     """Look for all boards of the line; raises BoardError if there is none."""
     with progress.shown("looking for boards") as show, scan.quickly(found.modbus):
         answers = scan.scan(found.modbus, progress=show)

@@ -5,7 +5,8 @@ import click
 
 from pixstep import progress
 from pixstep.board import limits, run, settings
-from pixstep.board.client import Board, BoardError
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
 from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import home_options, make_plan

@@ -10,8 +10,8 @@ import click
 
 from pixstep import atomic, signals
 from pixstep.board import features, logs
-from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
+from pixstep.board.state import Event
 from pixstep.cli.board.group import Known, axes_option, line_options, one_board, unit_option
 from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.options import json_option, show_json_row

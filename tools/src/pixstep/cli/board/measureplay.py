@@ -5,7 +5,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import run
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.cli import machinedefaults
 from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
 from pixstep.cli.board.home import prepare

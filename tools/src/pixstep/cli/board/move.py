@@ -5,7 +5,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import limits, run, settings, upload
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.cli.board.group import AXIS, line_options, one_board, stopping, unit_option
 from pixstep.cli.command import command
 from pixstep.cli.moveoptions import headline, plan_options, read_plan

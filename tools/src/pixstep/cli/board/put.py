@@ -5,9 +5,9 @@ import click
 
 from pixstep.board import features, settings, values
 from pixstep.board import registers as regs
-from pixstep.board.client import Board
+from pixstep.board.device import Board
+from pixstep.board.link import World
 from pixstep.board.settings import Change
-from pixstep.board.world import World
 from pixstep.cli.board.group import boards, line_options, units_option
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, show_json

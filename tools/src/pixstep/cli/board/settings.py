@@ -5,7 +5,7 @@ import click
 
 from pixstep import atomic
 from pixstep.board import settings, settingsfile
-from pixstep.board.client import Board
+from pixstep.board.device import Board
 from pixstep.cli.board.group import boards, line_options, one_board, unit_option, units_option
 from pixstep.cli.board.put import change_text
 from pixstep.cli.command import FILE, OUTPUT, command

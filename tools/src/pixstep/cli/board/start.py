@@ -7,7 +7,7 @@ import click
 
 from pixstep import progress
 from pixstep.board import run
-from pixstep.board.world import World
+from pixstep.board.link import World
 from pixstep.cli.board.group import (
     Known,
     axes_option,

@@ -6,8 +6,8 @@ from collections.abc import Callable
 import click
 
 from pixstep.board import run
-from pixstep.board.client import BoardError
-from pixstep.board.connection import Connection
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
 from pixstep.cli.board.group import ALL, UNITS, Known, axes_option, each_of, line_options, opened
 from pixstep.cli.command import command, complain
 from pixstep.cli.options import board_rows, json_option
@@ -41,14 +41,14 @@ def stop_command(line, units, axes, look, as_json):
         if units is None:
             found.board(1).stop_all()
             if not as_json:
-                click.echo(f"{line.port}: stop sent to all boards")
+                click.echo(f"{line.name}: stop sent to all boards")
             if look:
                 each_of(found, ALL, lambda item: _look_again(found, item, tell))
             return
         each_of(found, units, lambda item: _stop(found, item, item.axes(axes), tell, look=look))
 
 
-def _stop(found: Connection, item: Known, axes: list[int], tell: Tell, *, look: bool) -> None:
+def _stop(found: Link, item: Known, axes: list[int], tell: Tell, *, look: bool) -> None:
     """Stop axes of a board."""
     run.stop_axes(item.board, axes)
     if look:
@@ -58,7 +58,7 @@ def _stop(found: Connection, item: Known, axes: list[int], tell: Tell, *, look: 
         tell({"unit": unit, "axes": axes}, f"board {unit}: stop acknowledged")
 
 
-def _look_again(found: Connection, item: Known, tell: Tell) -> None:
+def _look_again(found: Link, item: Known, tell: Tell) -> None:
     """Look at a board after a broadcast; stop by its address what still moves."""
     axes = item.axes(())
     rests = run.rests(item.board, axes, found.world)

@@ -8,8 +8,8 @@ import click
 
 from pixstep import formats, progress
 from pixstep.board import limits, run, settings, upload
-from pixstep.board.client import Board
-from pixstep.board.world import World
+from pixstep.board.device import Board
+from pixstep.board.link import World
 from pixstep.cli.board.group import (
     AXIS,
     Known,

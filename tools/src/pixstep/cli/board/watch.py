@@ -13,8 +13,8 @@ import click
 from pixstep import signals
 from pixstep.board import registers as regs
 from pixstep.board import settings, snapshot
-from pixstep.board.client import BoardError
-from pixstep.board.connection import Connection
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
 from pixstep.cli.board.group import Known, boards, line_options, units_option
 from pixstep.cli.command import command
@@ -72,7 +72,7 @@ def watch_command(line, units, interval, count, once, as_json):
 
 
 def _looks(
-    found: Connection, known: list[Known], interval_s: float, count: int | None
+    found: Link, known: list[Known], interval_s: float, count: int | None
 ) -> Iterator[list[Pair]]:
     """Yield snapshots of all boards with the ones before them."""
     before: list[Snapshot | None] = [None] * len(known)
@@ -97,7 +97,7 @@ def _patience_s(known: list[Known]) -> float:
     return min((limit / 3000 for limit in limits_ms if limit), default=math.inf)
 
 
-def _wait(found: Connection, known: list[Known], interval_s: float, patience_s: float) -> None:
+def _wait(found: Link, known: list[Known], interval_s: float, patience_s: float) -> None:
     """Wait, with requests in between so that no board takes its host for dead."""
     left_s = interval_s
     while left_s > patience_s:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Two ways to a board for the same Modbus client: a serial port, or the simulator's pipe.
+"""The Modbus library's client for a bus with boards: on a serial port, or the simulator's pipe.
 
-The Modbus library takes long to load: other modules have this one by `lazy`.
+The library takes long to load: other modules have this one by `lazy`.
 """
 
 import contextlib
@@ -31,19 +31,7 @@ _QUIET_S = 0.03  # without a byte: the reply on its way has ended
 _QUIET_LIMIT_S = 0.3
 
 
-def serial_client(
-    port: str,
-    *,
-    baud: int = BAUD,
-    parity: str = PARITY,
-    timeout_s: float = TIMEOUT_S,
-    retries: int = RETRIES,
-) -> "SerialClient":
-    """Return a client on a serial port (or a pty: give it parity N)."""
-    return SerialClient(Port(port, baud, parity), timeout_s=timeout_s, retries=retries)
-
-
-class FittingClient(ModbusSerialClient):
+class Client(ModbusSerialClient):
     """pymodbus' client that takes a reply only if it can be the reply to its request.
 
     The library takes any frame of the unit: a late reply to an earlier request too. `heard` is how
@@ -70,8 +58,12 @@ class FittingClient(ModbusSerialClient):
     def settle(self) -> None:
         """Wait until a request that was broken off is over: nothing to wait for here."""
 
+    def reconfigure(self, baud: int, parity: str) -> None:
+        """Go on at another rate and parity: nothing to change here."""
+
     def follow(self, baud: int, parity: str) -> None:
-        """Go on as a board's new settings say: nothing to change here."""
+        """Go on as a board's new settings say."""
+        self.reconfigure(baud, parity)
 
     def execute(self, no_response_expected: bool, request: ModbusPDU) -> ModbusPDU:
         """Do a request; raises ModbusIOException for a reply that does not fit it."""
@@ -81,13 +73,13 @@ class FittingClient(ModbusSerialClient):
         return reply
 
 
-class SerialClient(FittingClient):
+class SerialClient(Client):
     """pymodbus' client on a port that says why it cannot be opened."""
 
-    def __init__(self, port: Port, *, timeout_s: float, retries: int) -> None:
+    def __init__(self, port: Port, *, retries: int = RETRIES) -> None:
         super().__init__(
-            port.name, baudrate=port.baud, parity=port.parity, stopbits=port.stop_bits,
-            timeout=timeout_s, retries=retries,
+            port.name, baudrate=port.baud, parity=port.real_parity, stopbits=port.stop_bits,
+            timeout=port.timeout_s or TIMEOUT_S, retries=retries,
         )  # fmt: skip
         self.port = port
         self.place = port.text
@@ -185,7 +177,7 @@ class Pipe(Protocol):
         """Give a command and return its answer."""
 
 
-class SimClient(FittingClient):
+class SimClient(Client):
     """A Modbus RTU client whose bytes go through the simulator's control pipe.
 
     Framing, checksums and PDUs are those of pymodbus. A request and its reply are one `tx`
