@@ -6,6 +6,7 @@ The boards there are, are these files.
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 from pixstep import tables
 from pixstep.errors import UserError
@@ -114,7 +115,7 @@ def _known() -> dict[str, Board]:
     return {row["name"]: _board(row) for row in tables.table("boards")}
 
 
-def _board(row: dict) -> Board:
+def _board(row: dict[str, Any]) -> Board:
     """Return a board of its row in the tables."""
     own = {name: row[name] for name in _OF_ROW}
     return Board(

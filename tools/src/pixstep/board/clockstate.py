@@ -47,7 +47,7 @@ class ClockState:
             f"{self.jitter_us:.2f} us, {self.missing} missing, {self.false} false"
         )
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "period_ticks": round(self.period_ticks, 4),

@@ -12,6 +12,8 @@ from typing import Any, Protocol
 from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOException
 from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu.diag_message import DiagnosticBase as DiagnosticReply
+from pymodbus.pdu.mei_message import ReadDeviceInformationResponse as IdentificationReply
 from pymodbus.pdu.other_message import ReportDeviceIdResponse
 
 from pixstep.board.port import (
@@ -26,6 +28,19 @@ from pixstep.board.port import (
 )
 
 REPLY_S = 0.025  # how long a simulated master waits for the first byte
+__all__ = [
+    "Client",
+    "ConnectionException",
+    "DiagnosticReply",
+    "IdentificationReply",
+    "ModbusPDU",
+    "Pipe",
+    "RequestError",
+    "SerialClient",
+    "ServerIdReply",
+    "SimClient",
+    "WriteTimeoutError",
+]
 RequestError = ModbusException  # a request has failed, whatever the reason
 _QUIET_S = 0.03  # without a byte: the reply on its way has ended
 _QUIET_LIMIT_S = 0.3
@@ -54,6 +69,12 @@ class Client(ModbusSerialClient):
     @patience.setter
     def patience(self, wanted: tuple[float, int]) -> None:
         self.comm_params.timeout_connect, self.transaction.retries = wanted
+
+    def close(self) -> None:
+        """Give the port back."""
+        if self.socket:
+            self.socket.close()
+        self.socket = None
 
     def settle(self) -> None:
         """Wait until a request that was broken off is over: nothing to wait for here."""
@@ -134,7 +155,7 @@ class SerialClient(Client):
         """Go on as a board's new settings say; a pseudo terminal has no parity to change."""
         self.reconfigure(baud, NO_PARITY if is_pty(self.port.name) else parity)
 
-    def send(self, request: bytes, addr: tuple | None = None) -> int:
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
         """Send a frame."""
         self.heard = 0
         try:
@@ -211,7 +232,7 @@ class SimClient(Client):
         """See `connected`."""
         return True
 
-    def send(self, request: bytes, addr: tuple | None = None) -> int:
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
         """Send a frame and keep its reply for `recv`."""
         del addr
         self.requests += 1

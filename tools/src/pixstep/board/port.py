@@ -116,9 +116,10 @@ class Port:
 
 def _code(error: BaseException | None) -> int | None:
     """Return the system's number of an error; a terminal's own errors have it as argument."""
+    code = getattr(error, "errno", None)
     if termios and isinstance(error, termios.error):
-        return error.args[0]
-    return getattr(error, "errno", None)
+        code = error.args[0]
+    return code if isinstance(code, int) else None
 
 
 def is_pty(name: str) -> bool:

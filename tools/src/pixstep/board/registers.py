@@ -4,6 +4,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Any
 
 from pixstep import tables
 from pixstep.board import boards
@@ -231,7 +232,7 @@ def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
     return codes[code].name if code in codes else f"code {code}"
 
 
-def _register(row: dict) -> Register:
+def _register(row: dict[str, Any]) -> Register:
     known = {int(value): text for value, text in row.get("values", {}).items()}
     return Register(**{**row, "values": known})
 

@@ -35,7 +35,7 @@ class Found:
     fault: str = ""
     trouble: str = ""
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return dict(vars(self))
 

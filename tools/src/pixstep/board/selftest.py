@@ -30,7 +30,7 @@ class Result:
     verdict: str
     text: str
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return dict(vars(self))
 

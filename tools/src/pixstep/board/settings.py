@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The settings of a board: all of them at once, all-or-nothing writes, the stored copy."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -34,7 +35,7 @@ class Change:
         """Name of the setting."""
         return self.register.name
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return {"name": self.name, "old": self.old, "new": self.new, "unit": self.register.unit}
 
@@ -150,6 +151,6 @@ def pixel_hz(board: Board, clock: Fraction | None = None) -> Fraction:
     return (clock or values.hz_of(known)) / divider_of(known)
 
 
-def _span(table) -> tuple[int, int]:
+def _span(table: Sequence[regs.Register]) -> tuple[int, int]:
     """Return the first address of registers and the one behind the last."""
     return table[0].address, table[-1].address + table[-1].words

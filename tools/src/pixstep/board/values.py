@@ -52,7 +52,7 @@ class Reading:
         """The value in words, empty if it has none."""
         return regs.words(self.item.register, self.value)
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data; limits only for a setting."""
         register = self.item.register
         row = {

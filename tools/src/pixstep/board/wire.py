@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from pixstep.board import features
 from pixstep.board.errors import (
@@ -20,7 +20,10 @@ from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
     from pixstep.board import modbus
-    from pixstep.board.modbus import Client
+    from pixstep.board.modbus import Client, ModbusPDU
+
+    Request = Callable[..., ModbusPDU]  # one of the library's many
+    Reply = TypeVar("Reply", bound=ModbusPDU)
 else:
     modbus = lazy("pixstep.board.modbus")
 
@@ -127,7 +130,8 @@ class Wire:
     def identify(self) -> ServerId:
         """Return the answer to function 17, report server id."""
         with self._needs("diagnosis"):
-            data = self._ask("identify", self.modbus.report_device_id).identifier
+            reply = self._ask("identify", self.modbus.report_device_id)
+            data = self._of_kind(modbus.ServerIdReply, reply, "identify").identifier
             if len(data) < _ID_BYTES:
                 raise NoReplyError(self.unit, "identify", heard=len(data))
             return ServerId(data[0], data[1] != 0, data[2:].decode("ascii", errors="replace"))
@@ -142,10 +146,11 @@ class Wire:
                     "identification", self.modbus.read_device_information, read_code=code,
                     object_id=first,
                 )  # fmt: skip
-            found |= reply.information
-            if not reply.more_follows or reply.next_object_id <= first:
+            part = self._of_kind(modbus.IdentificationReply, reply, "identification")
+            found |= part.information
+            if not part.more_follows or part.next_object_id <= first:
                 break
-            first = reply.next_object_id
+            first = part.next_object_id
         return {_object_name(number): _text(value) for number, value in sorted(found.items())}
 
     def echo(self, word: int) -> int:
@@ -190,10 +195,11 @@ class Wire:
         """Write holding registers of every unit on the line; nobody replies."""
         self._send(self.modbus.write_registers, address, words, unit=BROADCAST)
 
-    def _diagnosis(self, what: str, method, *arguments) -> int:
+    def _diagnosis(self, what: str, method: Request, *arguments: object) -> int:
         """Return the data word of a diagnostic answer; the library has several shapes for it."""
         with self._needs("diagnosis"):
-            message = self._ask(what, method, *arguments).message
+            reply = self._ask(what, method, *arguments)
+            message = self._of_kind(modbus.DiagnosticReply, reply, what).message
             if isinstance(message, (list, tuple)):
                 message = message[0] if message else None
             if isinstance(message, bytes):
@@ -202,13 +208,13 @@ class Wire:
                 raise NoReplyError(self.unit, what, heard=self.modbus.heard)
             return message
 
-    def _send(self, method, *arguments, unit: int | None = None) -> None:
+    def _send(self, method: Request, *arguments: object, unit: int | None = None) -> None:
         """Send one request to which no reply comes, to this unit if no other is given."""
         unit = self.unit if unit is None else unit
         with self._line_kept():
             method(*arguments, device_id=unit, no_response_expected=True)
 
-    def _ask(self, what: str, method, *arguments, **options):
+    def _ask(self, what: str, method: Request, *arguments: object, **options: object) -> ModbusPDU:
         """Do one request; raise BoardError for no reply or an exception answer."""
         try:
             with self._line_kept():
@@ -222,6 +228,12 @@ class Wire:
             raise ExceptionReplyError(
                 self.unit, f"{what}{where}", getattr(reply, "exception_code", 0)
             )
+        return reply
+
+    def _of_kind(self, kind: type[Reply], reply: ModbusPDU, what: str) -> Reply:
+        """Return a reply as the kind that its function has."""
+        if not isinstance(reply, kind):
+            raise NoReplyError(self.unit, what, heard=self.modbus.heard)
         return reply
 
     @contextlib.contextmanager

@@ -78,7 +78,7 @@ class MeasuredPlay:
         """How far the approaches are apart, steps."""
         return max(self.plays) - min(self.plays)
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "axis": self.axis,

@@ -39,7 +39,7 @@ class OnBoard:
         running.arm(self.board, self.lines.axes)
         streaming.follow(self.lines, world, self.pixels, progress)
 
-    def rows(self) -> list[dict]:
+    def rows(self) -> list[dict[str, object]]:
         """Return what each motor has done as plain data."""
         axes = self.lines.axes
         states, places = running.states(self.board, axes), running.positions(self.board, axes)

@@ -122,7 +122,7 @@ class MotorReport:
         self.counted_jerk = max(self.counted_jerk, int(np.abs(jerk).max()))
         self.acceleration = int(changes[-1])
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return it as plain data."""
         motor, pixel = self.motor, self.pixel_ms
         return {
@@ -165,7 +165,7 @@ class Report:
     asked_ms: float = 0.0
     slowed: list[Slowed] = field(default_factory=list)
     slowed_moves: int = 0
-    reasons: Counter = field(default_factory=Counter)
+    reasons: Counter[str] = field(default_factory=Counter)
     violations: list[Violation] = field(default_factory=list)
     violated: int = 0
     begun: deque[Timed] = field(default_factory=deque)
@@ -244,7 +244,7 @@ class Report:
         for index, motor in enumerate(self.motors):
             motor.add(counts[:, index])
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return everything as plain data."""
         return {
             "moves": self.moves,

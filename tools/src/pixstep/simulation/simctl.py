@@ -13,6 +13,7 @@ from pixstep.board import boards
 from pixstep.lines.rational import hz_text
 from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simpipe import SimPipe, SimulatorError
+from pixstep.simulation.summary import Stats
 
 __all__ = ["BOOT_S", "EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
 
@@ -152,9 +153,10 @@ class Simulator(SimPipe):
         """Begin the handlers' counts, means and extremes in `stats` anew."""
         self.command("mark")
 
-    def stats(self) -> dict:
+    def stats(self) -> Stats:
         """Return the runner's statistics so far."""
-        return json.loads(self.command("stats"))
+        found: Stats = json.loads(self.command("stats"))
+        return found
 
     def flush(self) -> None:
         """Complete all output files, and write the EEPROM files, up to now."""

@@ -172,7 +172,7 @@ class VirtualBench:
         """Reset the board: "external" is the button, "brownout" a supply that breaks down."""
         self.simulator.reset(0, cause)
 
-    def status(self) -> dict:
+    def status(self) -> dict[str, object]:
         """Return what can be seen from outside, as plain data."""
         wiring = self.wiring
         return {
@@ -192,7 +192,7 @@ class VirtualBench:
             "axes": [self._axis_status(axis) for axis in range(self.kind.axes)],
         }
 
-    def _axis_status(self, axis: int) -> dict:
+    def _axis_status(self, axis: int) -> dict[str, object]:
         words = self.simulator.command(f"switches 0 {axis}").split()[1:]
         closed = []
         for place, switch in enumerate(SIGNALS):
