@@ -2,6 +2,7 @@
 """`pixstep flash`: firmware onto a board."""
 
 import shlex
+from pathlib import Path
 
 import click
 
@@ -29,7 +30,16 @@ from pixstep.errors import UserError
     show_default=True,
     help="Ask the board afterwards what it is.",
 )
-def flash_command(line, unit, board, hex_file, verify, dry_run, ask, as_json):
+def flash_command(
+    line: Port,
+    unit: int,
+    board: str,
+    hex_file: Path | None,
+    verify: bool,
+    dry_run: bool,
+    ask: bool,
+    as_json: bool,
+) -> None:
     """Write the firmware to a board by avrdude through its boot loader, then ask what it is.
 
     Builds nothing: tools/build does. Settings stored on the board stay: --unit, --baud and

@@ -56,9 +56,9 @@ def write_pixels(path: Path, rows: list[PixelRow]) -> None:
     atomic.write_text(path, "\n".join([header, *(row.text(loads=loads) for row in rows)]) + "\n")
 
 
-def exit_status(summary: Summary) -> int:
+def exit_status(verdict: str) -> int:
     """Return the exit status of a verdict: pass, fail, or a line that the board refused."""
-    return {"pass": FINE, "refused": REFUSED}.get(summary["verdict"], NEGATIVE)
+    return {"pass": FINE, "refused": REFUSED}.get(verdict, NEGATIVE)
 
 
 def print_page(console: rich.console.Console, summary: Summary, *, details: bool = False) -> None:
