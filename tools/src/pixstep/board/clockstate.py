@@ -3,10 +3,22 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypedDict
 
 from pixstep.board import registers as regs
 from pixstep.board import settings
 from pixstep.board.device import Board
+
+
+class ClockData(TypedDict):
+    """A clock as plain data."""
+
+    period_ticks: float
+    period_us: float
+    offset_ppm: float
+    mean_jitter_us: float
+    missing_edges: int
+    false_edges: int
 
 
 @dataclass(frozen=True)
@@ -47,7 +59,7 @@ class ClockState:
             f"{self.jitter_us:.2f} us, {self.missing} missing, {self.false} false"
         )
 
-    def as_json(self) -> dict[str, object]:
+    def as_json(self) -> ClockData:
         """Return plain data."""
         return {
             "period_ticks": round(self.period_ticks, 4),

@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypedDict
 
 from pixstep.board import registers as regs
 from pixstep.board import stretches, values
@@ -22,6 +23,15 @@ _LINE = ("baud_100", "parity")
 _ADDRESS = "unit_address"
 
 
+class ChangeData(TypedDict):
+    """A change as plain data."""
+
+    name: str
+    old: int
+    new: int
+    unit: str
+
+
 @dataclass(frozen=True)
 class Change:
     """One setting, before and after."""
@@ -35,7 +45,7 @@ class Change:
         """Name of the setting."""
         return self.register.name
 
-    def as_json(self) -> dict[str, object]:
+    def as_json(self) -> ChangeData:
         """Return plain data."""
         return {"name": self.name, "old": self.old, "new": self.new, "unit": self.register.unit}
 

@@ -3,7 +3,6 @@
 
 import contextlib
 import errno
-import functools
 import importlib
 import os
 import sys
@@ -214,8 +213,14 @@ class Group(click.Group):
             return ctx.exit(signals.status(ended))
 
 
-command = functools.partial(click.command, cls=Command)
-group = functools.partial(click.group, cls=Group)
+def command(name: str, **options: Any) -> Callable[[Callable[..., Any]], Command]:
+    """Return what makes a command of a function."""
+    return click.command(name, cls=Command, **options)
+
+
+def group(name: str, **options: Any) -> Callable[[Callable[..., Any]], Group]:
+    """Return what makes a group of commands of a function."""
+    return click.group(name, cls=Group, **options)
 
 
 def complain(error: Exception | str) -> None:

@@ -10,7 +10,7 @@ from pixstep.board import flash, link
 from pixstep.board.boards import BOARD_NAMES
 from pixstep.board.flash import FlashError, Image
 from pixstep.board.port import Port
-from pixstep.cli.board.group import line_options, unit_option
+from pixstep.cli.board.group import port_options, unit_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.options import deliver_facts, json_option, say
 from pixstep.errors import UserError
@@ -18,7 +18,7 @@ from pixstep.errors import UserError
 
 @command("flash")
 @click.option("--board", type=click.Choice(BOARD_NAMES), required=True)
-@line_options
+@port_options
 @unit_option
 @click.option("--hex", "hex_file", type=FILE, help="Image to write.  [default: the one built here]")
 @click.option("--verify", is_flag=True, help="Only compare the board's flash with the image.")
@@ -31,7 +31,7 @@ from pixstep.errors import UserError
     help="Ask the board afterwards what it is.",
 )
 def flash_command(
-    line: Port,
+    port: Port,
     unit: int,
     board: str,
     hex_file: Path | None,
@@ -49,17 +49,17 @@ def flash_command(
     image = flash.read_image(hex_file or flash.built_image(board))
     if image.board != board:
         raise UserError(f"{image.path}: an image for the {image.board}, not for the {board}")
-    words = flash.command(board, line.name, image.path, verify=verify)
-    facts = {"port": line.name, "board": board, "image": str(image.path), "avrdude": words}
+    words = flash.command(board, port.name, image.path, verify=verify)
+    facts = {"port": port.name, "board": board, "image": str(image.path), "avrdude": words}
     texts = []
     if dry_run:
         texts.append(shlex.join(words))
     else:
         flash.run(words)
         if verify:
-            texts.append(f"{line.name}: the flash is as in {image.path}")
+            texts.append(f"{port.name}: the flash is as in {image.path}")
         if ask:
-            texts.append(_ask(image, line, unit))
+            texts.append(_ask(image, port, unit))
     if texts or as_json:
         deliver_facts({**facts, "done": not dry_run}, "\n".join(texts), as_json=as_json)
 
