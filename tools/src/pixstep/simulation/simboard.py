@@ -16,13 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self, Unpack
 
 from pixstep import natives
 from pixstep.board.boardrun import BoardRun
 from pixstep.board.device import Board
 from pixstep.lazy import lazy
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simctl import MoreOptions, SimOptions, Simulator
 
 if TYPE_CHECKING:
     from pixstep.board import modbus
@@ -90,7 +90,7 @@ class SimulatedBoard(BoardRun):
         *,
         image: Path | None = None,
         program: Sequence[str | Path] | None = None,
-        **more: Any,
+        **more: Unpack[MoreOptions],
     ) -> None:
         self.name, self.pixel_hz = name, pixel_hz
         options = SimOptions([(name, image or natives.image(name))], pixel_hz)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 from pixstep import natives
 from pixstep.board import boards
@@ -64,6 +64,24 @@ class SimOptions:
         for board, path in self.eeproms.items():
             words += ["--eeprom", f"{board}={path}"]
         return [*words, *self.extra, "--control"]
+
+
+class MoreOptions(TypedDict, total=False):
+    """The fields of SimOptions that may be left out."""
+
+    pixel_ppm: float
+    pixel_jitter_ns: float
+    flaws: ClockFlaws
+    seed: int
+    edges: Path | None
+    clock_log: Path | None
+    serial_log: Path | None
+    vcd: Path | None
+    plants: Mapping[tuple[int, int], str]
+    eeproms: Mapping[int, Path]
+    plant_log: Path | None
+    switch_log: Path | None
+    extra: Sequence[str]
 
 
 class Permit(NamedTuple):
