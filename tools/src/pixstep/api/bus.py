@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Boards on a serial line: checked, loaded, run, stopped."""
+"""Boards on a bus: checked, loaded, run, stopped."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class AxisState:
 
 
 class Board:
-    """A board on the line: `bus.board(1)`."""
+    """A board on the bus: `bus.board(1)`."""
 
     def __init__(self, link: Link, unit: int) -> None:
         self._link = link
@@ -136,7 +136,7 @@ class Board:
 
 
 class Bus:
-    """A line with boards, a context manager: `with connect("/dev/ttyACM0") as bus:`."""
+    """A bus with boards, a context manager: `with connect("/dev/ttyACM0") as bus:`."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -149,7 +149,7 @@ class Bus:
 
     @property
     def port(self) -> str:
-        """The name of the line."""
+        """The name of the port."""
         return self._link.port
 
     def board(self, unit: int = 1) -> Board:
@@ -157,7 +157,7 @@ class Bus:
         return Board(self._link, unit)
 
     def close(self) -> None:
-        """Give the line back."""
+        """Give the port back."""
         self._link.close()
 
 
@@ -168,7 +168,7 @@ def connect(
     parity: str | None = None,
     timeout_s: float | None = None,
 ) -> Bus:
-    """Open a serial line with boards; use it in a `with` statement.
+    """Open the port of a bus with boards; use it in a `with` statement.
 
     `parity` is `"E"`, `"O"` or `"N"`: even by default, none on a pseudo terminal. Opening the port
     resets a board that is plugged in by USB: its boot loader is given its time. Raises UserError

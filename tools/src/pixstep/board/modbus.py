@@ -50,7 +50,7 @@ class Client(ModbusSerialClient):
     """pymodbus' client that takes a reply only if it can be the reply to its request.
 
     The library takes any frame of the unit: a late reply to an earlier request too. `heard` is how
-    many bytes came back since the last request, `place` the line's name for messages.
+    many bytes came back since the last request, `place` the bus's name for messages.
     """
 
     heard = 0
@@ -186,7 +186,7 @@ class WriteTimeoutError(ConnectionException):
 
 
 class Pipe(Protocol):
-    """What a simulated line can do."""
+    """What a simulated bus can do."""
 
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
         """Send a frame and return the reply, empty for none."""
@@ -222,7 +222,7 @@ class SimClient(Client):
         return True
 
     def follow(self, baud: int, parity: str) -> None:
-        """Let the simulated line go on as a board's new settings say."""
+        """Let the simulated bus go on as a board's new settings say."""
         self._simulator.command(f"baud {baud} {parity}")
 
     def close(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One unit on the line: the Modbus functions by what they do, errors by name."""
+"""One unit on the bus: the Modbus functions by what they do, errors by name."""
 
 from __future__ import annotations
 
@@ -158,14 +158,14 @@ class Wire:
         return self._diagnosis("echo", self.modbus.diag_query_data, word.to_bytes(2, "big"))
 
     def counters(self) -> dict[str, int]:
-        """Return the line's counters by name (function 08, sub-functions 11 to 18)."""
+        """Return the bus's counters by name (function 08, sub-functions 11 to 18)."""
         return {
             name: self._diagnosis(f"counter {name}", getattr(self.modbus, method))
             for name, method in COUNTERS.items()
         }
 
     def clear_counters(self) -> None:
-        """Set the line's counters to 0 (function 08, sub-function 10)."""
+        """Set the bus's counters to 0 (function 08, sub-function 10)."""
         with self._needs("diagnosis"):
             self._ask("clear counters", self.modbus.diag_clear_counters)
 
@@ -188,11 +188,11 @@ class Wire:
             transaction.retries = before
 
     def settle(self) -> None:
-        """Wait until a request that was broken off is over on the line."""
+        """Wait until a request that was broken off is over on the bus."""
         self.modbus.settle()
 
     def broadcast(self, address: int, words: list[int]) -> None:
-        """Write holding registers of every unit on the line; nobody replies."""
+        """Write holding registers of every unit on the bus; nobody replies."""
         self._send(self.modbus.write_registers, address, words, unit=BROADCAST)
 
     def _diagnosis(self, what: str, method: Request, *arguments: object) -> int:

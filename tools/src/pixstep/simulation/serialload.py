@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Saturate the serial line with valid requests of many kinds while the board moves."""
+"""Saturate the bus with valid requests of many kinds while the board moves."""
 
 from collections.abc import Callable
 from functools import partial

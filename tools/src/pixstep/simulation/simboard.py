@@ -48,7 +48,7 @@ class SimWorld:
 
 
 class SimLink:
-    """The serial line of simulated boards that have booted; use as a context manager."""
+    """The bus of simulated boards that have booted; use as a context manager."""
 
     port = "the simulator"
 
@@ -69,7 +69,7 @@ class SimLink:
         self.close()
 
     def board(self, unit: int = 1) -> Board:
-        """Return a unit of the line, the first board's if no other is given."""
+        """Return a unit of the bus, the first board's if no other is given."""
         return Board(self.modbus, unit)
 
     def close(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the commands of `pixstep board` share: the line's options, boards, errors."""
+"""What the commands of `pixstep board` share: the port's options, boards, errors."""
 
 import contextlib
 import functools
@@ -134,7 +134,7 @@ class Known:
 
 @contextlib.contextmanager
 def opened(port: Port) -> Iterator[Link]:
-    """Yield the open line."""
+    """Yield the open bus."""
     found = link.open_port(port, lambda text: say((text,)))
     try:
         yield found
@@ -144,7 +144,7 @@ def opened(port: Port) -> Iterator[Link]:
 
 @contextlib.contextmanager
 def boards(port: Port, units: Units) -> Iterator[tuple[Link, list[Known]]]:
-    """Yield the open line and its boards, each with a register map that this tool knows."""
+    """Yield the open bus and its boards, each with a register map that this tool knows."""
     with opened(port) as found:
         yield found, [_known(found, unit) for unit in _addresses(found, units)]
 
@@ -159,7 +159,7 @@ def each_board(port: Port, units: Units, act: Callable[[Known], None]) -> None:
 
 
 def each_of(found: Link, units: Units, act: Callable[[Known], None]) -> None:
-    """Do the same on a line that is open."""
+    """Do the same on a bus that is open."""
     failures: list[BoardError] = []
     for unit in _addresses(found, units):
         try:
@@ -174,7 +174,7 @@ def each_of(found: Link, units: Units, act: Callable[[Known], None]) -> None:
 
 @contextlib.contextmanager
 def one_board(port: Port, unit: int) -> Iterator[tuple[Link, Known]]:
-    """Yield the open line and its one board."""
+    """Yield the open bus and its one board."""
     with boards(port, (unit,)) as (found, (known,)):
         yield found, known
 
@@ -192,7 +192,7 @@ def _addresses(found: Link, units: Units) -> tuple[int, ...]:
 
 
 def present(found: Link) -> tuple[int, ...]:
-    """Look for all boards of the line; raises BoardError if there is none."""
+    """Look for all boards of the bus; raises BoardError if there is none."""
     with progress.shown("looking for boards") as show, scan.quickly(found.modbus):
         answers = scan.scan(found.modbus, progress=show)
     units = tuple(answer.unit for answer in answers if not answer.trouble)
