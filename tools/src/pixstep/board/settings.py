@@ -57,7 +57,7 @@ def read(board: Board) -> dict[str, int]:
 
 def defaults() -> dict[str, int]:
     """Return the settings of a board that has none stored."""
-    return {item.name: int(item.default or 0) for item in regs.settings()}
+    return {item.name: item.default or 0 for item in regs.settings()}
 
 
 def changes(old: dict[str, int], new: dict[str, int]) -> list[Change]:

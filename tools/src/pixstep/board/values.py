@@ -142,7 +142,7 @@ def check(name: str, value: int) -> Register:
             raise UserError(f"{name} is what the board measures: it cannot be set")
         raise UserError(f"no setting {name!r}{_like(name, catalogue(0))}")
     register = known[name]
-    if not int(register.minimum or 0) <= value <= int(register.maximum or 0):
+    if not (register.minimum or 0) <= value <= (register.maximum or 0):
         raise UserError(
             f"{name} = {number_text(value)}: {range_text(register)}, default {register.default}"
         )
