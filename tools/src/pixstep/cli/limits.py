@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import click
 
-from pixstep.board import boards, capability
+from pixstep.board import boards, capability, settings
 from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability, Measured
+from pixstep.cli.clockoptions import divider_option, sync_option
 from pixstep.cli.command import command
 from pixstep.cli.options import Facts, json_option, pixel_hz_option, show_json
 from pixstep.cli.quantities import (
@@ -38,6 +39,8 @@ else:
 @click.option("--board", type=click.Choice(boards.BOARD_NAMES), required=True)
 @click.option("--axes", type=click.IntRange(1), help="Axes that move at once.  [default: all]")
 @pixel_hz_option
+@divider_option
+@sync_option
 @click.option(
     "--driver-us",
     type=TimeType("us", 1, 1000, int),
@@ -53,6 +56,8 @@ def limits_command(
     board: str,
     axes: int | None,
     pixel_hz: Fraction,
+    divider: int,
+    sync: str,
     driver_us: int,
     as_json: bool,
     **limits: Unpack[LimitOptions],
@@ -64,13 +69,15 @@ def limits_command(
     """
     if axes and axes > boards.load(board).axes:
         raise UserError(f"--axes {axes}: {boards.axes_text(board)}")
-    able = capability.of(board, pixel_hz, driver_us, axes)
+    clock = settings.of_clock(sync, divider)
+    able = capability.of(board, pixel_hz / divider, driver_us, axes, clock)
     axes = able.axes
     shortest = _shortest(able, limits)
     if as_json:
-        show_json({**_facts(able, axes), "shortest_line": shortest})
+        clocked = {"divider": divider, "sync": sync}
+        show_json({**_facts(able, axes), **clocked, "shortest_line": shortest})
     else:
-        _print(rich.console.Console(highlight=False), able, axes, shortest, scale_of(ctx))
+        _print(rich.console.Console(highlight=False), able, axes, divider, shortest, scale_of(ctx))
 
 
 def _facts(able: Capability, axes: int) -> Facts:
@@ -82,6 +89,7 @@ def _facts(able: Capability, axes: int) -> Facts:
         "pixel_hz": str(able.pixel_hz),
         "tick_hz": able.board.tick_hz,
         "pixel_ticks": able.pixel_ticks,
+        "shortest_pixel_ticks": able.shortest_ticks,
         "pixel_hz_least": float(low),
         "pixel_hz_most": float(high),
         "queue_segments": able.board.queue_entries,
@@ -150,6 +158,7 @@ def _print(
     console: rich.console.Console,
     able: Capability,
     axes: int,
+    divider: int,
     shortest: _Shortest,
     scale: Scale | None,
 ) -> None:
@@ -158,7 +167,8 @@ def _print(
     low, high = able.clock_range_hz
     console.print(
         f"{board.label} at {float(hz):.10g} Hz: {able.pixel_ticks} ticks of {board.tick_ns:g} "
-        f"ns a pixel; the board takes {float(low):.3g} to {float(high):.0f} Hz",
+        f"ns a pixel{_clock_text(able, divider)}; the board takes {float(low):.3g} to "
+        f"{float(high):.0f} Hz",
         soft_wrap=True,
     )  # fmt: skip
     console.print(_kinds_table(able, None))
@@ -173,6 +183,14 @@ def _print(
         _print_measured(console, measured, axes)
     _print_reversal(console, able, scale)
     _print_shortest(console, shortest)
+
+
+def _clock_text(able: Capability, divider: int) -> str:
+    """Return what pixels are to the clock, if anything but its edges one by one."""
+    text = f", {divider} clock edges" if divider > 1 else ""
+    if able.lock_ticks:
+        text += f", locked to the clock {able.shortest_ticks} at least"
+    return text
 
 
 def _kinds_table(able: Capability, scale: Scale | None) -> rich.table.Table:

@@ -76,6 +76,8 @@ class PlanFigures(TypedDict):
     moves: int
     pixels: int
     pixel_hz: str
+    divider: int
+    sync: str | None
     total_ms: float
     programmed_ms: float
     motors: list[MotorFigures]
@@ -312,6 +314,8 @@ class Report:
             "moves": self.moves,
             "pixels": self.pixels,
             "pixel_hz": str(self.setup.pixel_hz),
+            "divider": self.setup.divider,
+            "sync": self.setup.sync,
             "total_ms": self.total_ms,
             "programmed_ms": self.asked_ms,
             "motors": [motor.as_json() for motor in self.motors],

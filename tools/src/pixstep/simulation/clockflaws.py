@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from pixstep.simulation.summary import Flaws
 
+MOST_PPM = 100_000
+MOST_JITTER_US = 10_000
+
 
 @dataclass(frozen=True)
 class ClockFlaws:

@@ -74,6 +74,7 @@ class Clock(TypedDict):
     board_missing: NotRequired[int]
     board_glitches: NotRequired[int]
     board_period_ticks: NotRequired[float]
+    board_offset_ppm: NotRequired[float]
     board_jitter_ticks: NotRequired[float]
 
 

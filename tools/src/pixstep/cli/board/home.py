@@ -12,9 +12,10 @@ from pixstep.board.device import Board
 from pixstep.board.errors import BoardError
 from pixstep.board.port import Port
 from pixstep.cli.board.group import Known, one_board, port_options, stopping, unit_option
+from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import HomeOptions, home_options, make_plan
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.lines.rational import refuse_period
 from pixstep.moves import homing, legs
 from pixstep.moves.homesim import INVERTED
@@ -25,10 +26,15 @@ from pixstep.moves.homing import Homed, HomingError
 @home_options
 @port_options
 @unit_option
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
 @json_option
 def home_command(
-    port: Port, unit: int, pixel_hz: Fraction | None, as_json: bool, **options: Unpack[HomeOptions]
+    port: Port,
+    unit: int,
+    pixel_hz: Fraction | None,
+    divider: int | None,
+    as_json: bool,
+    **options: Unpack[HomeOptions],
 ) -> None:
     """Home an axis: its switch's edge becomes position 0.
 
@@ -37,7 +43,7 @@ def home_command(
     sim`, which tries it first.
     """
     with one_board(port, unit) as (found, known):
-        plan, hz = prepare(known, options, pixel_hz)
+        plan, hz = prepare(known, options, pixel_hz, divider)
         try:
             group = [run.Lines(known.board, [plan.axis])]
             with progress.shown("homing") as show, stopping(group):
@@ -55,26 +61,28 @@ def home_command(
 
 
 def prepare(
-    known: Known, options: HomeOptions, wanted_hz: Fraction | None
+    known: Known, options: HomeOptions, clock_hz: Fraction | None, divider: int | None
 ) -> tuple[legs.HomingPlan, Fraction]:
     """Check all that can be checked, then set and enable; return the plan and its clock in Hz."""
     known.axes((options["axis"],))
     known.board.require("homing")
-    pixel_hz = settings.pixel_hz(known.board, wanted_hz)
+    pixel_hz = settings.pixel_hz(known.board, clock_hz, divider)
     refuse_period(pixel_hz, known.board.tick_hz())
     plan = make_plan(options, pixel_hz, refuse=True)
     legs.refuse(plan, limits.connected(known.board, pixel_hz))
-    _set_inputs(known.board, options, wanted_hz)
+    _set_inputs(known.board, options, clock_hz, divider)
     run.command(known.board, "enable", [plan.axis])
     return plan, pixel_hz
 
 
-def _set_inputs(board: Board, options: HomeOptions, wanted_hz: Fraction | None) -> None:
+def _set_inputs(
+    board: Board, options: HomeOptions, clock_hz: Fraction | None, divider: int | None
+) -> None:
     """Write the settings that the options of homing ask for, in one request."""
-    wanted = {}
-    if wanted_hz:
-        wanted["pixel_hz_num"] = wanted_hz.numerator
-        wanted["pixel_hz_den"] = wanted_hz.denominator
+    wanted = settings.of_clock(None, divider)
+    if clock_hz:
+        wanted["pixel_hz_num"] = clock_hz.numerator
+        wanted["pixel_hz_den"] = clock_hz.denominator
     old = settings.read(board)
     if options["inverted"] is not None:  # the emergency stop's bit stays
         wanted["inputs_inverted"] = old["inputs_inverted"] & 4 | INVERTED[options["inverted"]]

@@ -13,9 +13,10 @@ from pixstep.board.port import Port
 from pixstep.cli import machinedefaults
 from pixstep.cli.board.group import one_board, port_options, stopping, unit_option
 from pixstep.cli.board.home import prepare
+from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
 from pixstep.cli.homeoptions import HomeOptions, home_options
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
 from pixstep.lines.units import SPEED, parse
@@ -27,7 +28,7 @@ from pixstep.moves.playmeasure import MeasuredPlay
 @home_options
 @port_options
 @unit_option
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
 @click.option("--repeat", type=click.IntRange(1, 100), default=5, show_default=True,
               help="Slow approaches from either side.")  # fmt: skip
 @click.option("--hysteresis", type=StepsType(0),
@@ -44,6 +45,7 @@ def measure_play_command(
     port: Port,
     unit: int,
     pixel_hz: Fraction | None,
+    divider: int | None,
     repeat: int,
     hysteresis: int | None,
     encoder: str | None,
@@ -66,7 +68,7 @@ def measure_play_command(
     if options["slow"] is None:
         options["slow"] = parse("2" if options["decode"] == "smooth" else "1", SPEED)
     with one_board(port, unit) as (found, known):
-        plan, hz = prepare(known, options, pixel_hz)
+        plan, hz = prepare(known, options, pixel_hz, divider)
         try:
             group = [run.Lines(known.board, [plan.axis])]
             with progress.shown("measuring") as show, stopping(group):

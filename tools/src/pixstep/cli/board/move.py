@@ -11,9 +11,10 @@ from pixstep.board import limits, run, settings, upload
 from pixstep.board.errors import BoardError
 from pixstep.board.port import Port
 from pixstep.cli.board.group import AXIS, one_board, port_options, stopping, unit_option
+from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
 from pixstep.cli.moveoptions import MoveOptions, headline, plan_options, read_plan
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.lines.rational import refuse_period
 
 
@@ -22,13 +23,14 @@ from pixstep.lines.rational import refuse_period
 @port_options
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True)
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
 @json_option
 def move_command(
     port: Port,
     unit: int,
     axis: int,
     pixel_hz: Fraction | None,
+    divider: int | None,
     as_json: bool,
     **options: Unpack[MoveOptions],
 ) -> None:
@@ -40,13 +42,12 @@ def move_command(
     with one_board(port, unit) as (found, known):
         board = known.board
         known.axes((axis,))
-        hz = settings.pixel_hz(board, pixel_hz)
+        hz = settings.pixel_hz(board, pixel_hz, divider)
         refuse_period(hz, board.tick_hz())
         _profile, move = read_plan(options, hz, refuse=True)
         planned = move.line(str(options["profile"]))
         limits.check(planned, limits.connected(board, hz))
-        if pixel_hz:
-            board.set_pixel_hz(pixel_hz)
+        settings.set_clock(board, pixel_hz, divider=divider)
         before = run.positions(board, [axis])[axis]
         uploads = upload.begin(board, {axis: planned})
         group = [run.Lines(board, [axis], uploads)]

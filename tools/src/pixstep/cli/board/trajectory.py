@@ -12,10 +12,11 @@ from pixstep.board.limits import connected
 from pixstep.board.port import Port
 from pixstep.cli.board.group import AXIS, one_board, port_options, unit_option
 from pixstep.cli.board.upload import check_lines, run_lines
+from pixstep.cli.clockoptions import board_clock_options, board_sync_option
 from pixstep.cli.command import FILE, command
-from pixstep.cli.options import HZ, json_option, show_json
+from pixstep.cli.options import json_option, show_json
 from pixstep.cli.trajectoryoptions import PlayOptions, axis_plays, board_play_options, read_table
-from pixstep.lines.rational import period_ticks, refuse_period
+from pixstep.lines.rational import refuse_period
 from pixstep.trajectories import boardsim, host, transitions
 from pixstep.trajectories.circletest import RUNS
 from pixstep.trajectories.host import COMPENSATED
@@ -34,7 +35,8 @@ from pixstep.trajectories.table import AXES
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True,
               help="Axis of the board for the first axis of the table.")  # fmt: skip
-@click.option("--pixel-hz", type=HZ, help="Set the pixel frequency.  [default: the board's]")
+@board_clock_options
+@board_sync_option
 @json_option
 def trajectory_command(
     table: Path,
@@ -44,6 +46,8 @@ def trajectory_command(
     take_up: bool,
     axis: int,
     pixel_hz: Fraction | None,
+    divider: int | None,
+    sync: str | None,
     as_json: bool,
     **options: Unpack[PlayOptions],
 ) -> None:
@@ -56,18 +60,18 @@ def trajectory_command(
     ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
     with one_board(port, unit) as (found, known):
         known.axes((axis + AXES - 1,))
-        hz = settings.pixel_hz(known.board, pixel_hz)
+        hz = settings.pixel_hz(known.board, pixel_hz, divider)
         refuse_period(hz, known.board.tick_hz())
-        limits = connected(known.board, hz, AXES)
-        top = int(period_ticks(hz, limits.tick_hz)) // limits.min_interval_ticks
+        clock = settings.of_clock(sync, divider)
+        limits = connected(known.board, hz, AXES, clock)
+        top = int(limits.shortest_ticks) // limits.min_interval_ticks
         most = top - int(abs(original.velocities).max()) - 1
         plays = axis_plays(options, original, hz, most)
         made = host.command(original, plays, which)
         chosen = boardsim.taking_up(made, plays, ways) if take_up else boardsim.lines(made)
         lines = dict(enumerate(chosen, axis))
-        check_lines(known, lines, hz)
-        if pixel_hz:
-            known.board.set_pixel_hz(pixel_hz)
+        check_lines(known, lines, hz, clock)
+        settings.set_clock(known.board, pixel_hz, sync, divider)
         summary = run_lines(known.board, found.world, lines, arm=True, wait=True)
     if as_json:
         show_json({
