@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Upload
+from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries

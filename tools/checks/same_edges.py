@@ -22,7 +22,7 @@ from pathlib import Path
 
 from pixstep import demo, formats, natives, progress
 from pixstep.board import boards
-from pixstep.board.client import BoardError, LineRefusedByBoardError
+from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries

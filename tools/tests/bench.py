@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.board import registers as regs
-from pixstep.board.client import Upload
+from pixstep.board.upload import Upload
 from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation import verdict

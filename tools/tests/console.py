@@ -8,9 +8,9 @@ from click.testing import CliRunner
 
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep import formats
-from pixstep.board import connection
-from pixstep.board.connection import Connection
-from pixstep.board.transport import SimClient
+from pixstep.board import link
+from pixstep.board.link import SerialLink
+from pixstep.board.modbus import SimClient
 from pixstep.cli.main import main
 
 PORT = "/dev/ttyTEST"
@@ -25,11 +25,11 @@ class Console:
         self.world = world
         self.options = []
         monkeypatch.setenv("PIXSTEP_PORT", PORT)
-        monkeypatch.setattr(connection, "open_port", self._open)
+        monkeypatch.setattr(link, "open_port", self._open)
 
     def _open(self, options, say=None):
         self.options.append(options)
-        return Connection(self.client, self.world, options.port)
+        return SerialLink(self.client, options.name, self.world)
 
     def run(self, *words, status=0, say=""):
         """Run a command and return its result; its status must be the one given."""

@@ -12,7 +12,8 @@ from math import ceil, sqrt
 
 from clock import TICK_HZ
 from pixstep.board import registers as regs
-from pixstep.board.client import TRIP_ALREADY, TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Board, Trip
+from pixstep.board.device import Board
+from pixstep.board.state import TRIP_ALREADY, TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Trip
 from pixstep.lines import runs
 
 FILTER_S = 0.001

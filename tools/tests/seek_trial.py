@@ -10,7 +10,8 @@ import numpy as np
 from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError, Upload
+from pixstep.board.errors import BoardError
+from pixstep.board.upload import Upload
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation import verdict

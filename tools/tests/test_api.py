@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 import pixstep as px
 from pixstep import natives
 from pixstep.api.bus import Bus
-from pixstep.board import connection
-from pixstep.board.client import Board as Device
+from pixstep.board import link
+from pixstep.board.device import Board as Device
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
 
@@ -72,10 +72,10 @@ def test_the_ten_lines_run_as_they_stand(monkeypatch, mega):
     opened = []
 
     def open_port(options):
-        opened.append(options.port)
+        opened.append(options.name)
         return mega._link
 
-    monkeypatch.setattr(connection, "open_port", open_port)
+    monkeypatch.setattr(link, "open_port", open_port)
     names: dict = {}
     exec(code, names)
     run = names["run"]

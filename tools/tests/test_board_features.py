@@ -5,7 +5,8 @@ import pytest
 
 from console import put
 from pixstep.board import features, run
-from pixstep.board.client import Board, MissingFeatureError
+from pixstep.board.device import Board
+from pixstep.board.errors import MissingFeatureError
 from test_board_nonsense import PROFILE
 
 

@@ -10,7 +10,8 @@ from console import put
 from pixstep import natives
 from pixstep.board import boards, features
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
 from pixstep.simulation.simboard import SimLink
 from pixstep.simulation.simctl import SimOptions
 from pixstep_dev.robustness.wire import seal

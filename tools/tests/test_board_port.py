@@ -15,10 +15,9 @@ from pathlib import Path
 import pytest
 
 from pixstep import formats, natives
-from pixstep.board import connection
-from pixstep.board.connection import PortOptions
+from pixstep.board import link
+from pixstep.board.modbus import SerialClient
 from pixstep.board.port import Port
-from pixstep.board.transport import serial_client
 from pixstep.errors import UserError
 
 HANG_S = 1800
@@ -222,11 +221,11 @@ def test_ports_that_cannot_be_opened(invoke, name, complaint):
 
 def test_a_port_in_use(terminal):
     name, _ = terminal
-    client = serial_client(name, parity="N")
+    client = SerialClient(Port(name))
     client.connect()
     try:
         with pytest.raises(UserError, match="in use by another program"):
-            serial_client(name, parity="N").connect()
+            SerialClient(Port(name)).connect()
     finally:
         client.close()
 
@@ -267,8 +266,8 @@ def test_the_first_opening_of_a_real_port_waits_for_the_boot_loader(terminal, mo
         flags[2] |= termios.HUPCL
         termios.tcsetattr(opened, termios.TCSANOW, flags)
     waited, said = [], []
-    monkeypatch.setattr("pixstep.board.world.time.sleep", waited.append)
+    monkeypatch.setattr("pixstep.board.link.time.sleep", waited.append)
     for _ in range(2):
-        connection.open_port(PortOptions(name, parity="N"), said.append).close()
+        link.open_port(Port(name, parity="N"), said.append).close()
     assert waited == [2.0]
     assert len(said) == 1 and "waiting 2 s for its boot loader" in said[0]

@@ -12,9 +12,10 @@ from serial import SerialTimeoutException
 from console import put
 from fake_board import FakeBoard, FakeWorld
 from pixstep.board import run
-from pixstep.board.client import Board, LineLostError
+from pixstep.board.device import Board
+from pixstep.board.errors import LineLostError
+from pixstep.board.modbus import SerialClient
 from pixstep.board.port import Port
-from pixstep.board.transport import SerialClient
 
 
 def interrupt():
@@ -38,7 +39,7 @@ class Terminal:
         tty.setraw(self.slave)
         self.name = os.ttyname(self.slave)
         self.fake = FakeBoard(FakeWorld())
-        self.client = Client(Port(self.name, 115_200, "N"), timeout_s=5, retries=0)
+        self.client = Client(Port(self.name, timeout_s=5), retries=0)
         self.client.answer = self.answer
         self.client.connect()
 

@@ -7,9 +7,9 @@ import pytest
 
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep.board.boardrun import BoardRun, Watch
-from pixstep.board.client import BoardError, LineRefusedByBoardError
-from pixstep.board.connection import Connection, Link
-from pixstep.board.transport import SimClient
+from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.link import Link, SerialLink
+from pixstep.board.modbus import SimClient
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simctl import SimulatorError
@@ -37,7 +37,7 @@ def connected():
     """Return a link like an open port's, with a fake board behind it, and the board."""
     world = FakeWorld()
     fake = FakeBoard(world, 1, "mega")
-    link: Link = Connection(SimClient(FakeLine(world, fake)), world, "/dev/ttyTEST")
+    link: Link = SerialLink(SimClient(FakeLine(world, fake)), "/dev/ttyTEST", world)
     return link, fake
 
 

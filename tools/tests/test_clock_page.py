@@ -30,7 +30,7 @@ def kept(errors, off=0):
 
 
 def summary(found, sync=LOCK, flaws=JITTER):
-    """A run's summary, as far as its clock goes."""
+    """A run's summary, as far as its page goes."""
     row = {
         "axis": 0, "steps": 1200, "expected_steps": 1200, "max_edge_error_ticks": 0.5,
         "rms_edge_error_us": 0.03, "rate_error_ppm": 0.0, "last_steps_on_edge": 2,
@@ -42,6 +42,8 @@ def summary(found, sync=LOCK, flaws=JITTER):
              "board_period_ticks": 79_840.3, "board_offset_ppm": 2000.25,
              "board_jitter_ticks": 66.5}  # fmt: skip
     return {"verdict": "pass", "reasons": [], "board": "uno", "decode": PLAIN, "pixel_hz": "200",
+            "pixel_ppm": 0.0, "refusal": None, "record_every": 1, "serial_load": False,
+            "cpu_share": None, "interrupt_share": None,
             "requests": {}, "tick_hz": 16_000_000, "axes": [row], "clock": clock}  # fmt: skip
 
 
@@ -111,4 +113,4 @@ def test_a_line_that_is_not_locked_has_one_part():
     (only,) = clockplot.build(kept([160] * 500), job(START, EVEN), "a line").axes
     assert only.get_title().startswith("not locked (measured): at most 10 us")
     assert only.get_lines()[-1].get_marker() == ""
-    assert clockjudge.parts({}) == []
+    assert clockjudge.parts(summary(kept([1]), START, ClockFlaws())) == []

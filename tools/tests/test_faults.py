@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from bench import QUIET_S, Bench
 from pixstep import formats
 from pixstep.board import boards
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.cli.main import main
 from pixstep.lines.line import PLAIN, Line
 from pixstep_dev.bench import lines

@@ -8,7 +8,7 @@ import pytest
 from faultbench import FaultBench
 from pixstep import natives
 from pixstep.board import boards
-from pixstep.board.client import Upload
+from pixstep.board.upload import Upload
 from pixstep.lines import runs
 from pixstep.lines.line import PLAIN, Line
 from pixstep_dev.bench import lines

@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from fake_home import FakeHome, Plant
-from pixstep.board import world
+from pixstep.board.link import WallClock
 from pixstep.errors import UserError
 from pixstep.lines import runs
 from pixstep.moves import accel, homing, legs
@@ -173,7 +173,7 @@ def test_a_board_that_never_answers_done_is_given_up(monkeypatch):
             self.end_s = float("inf")
 
     monkeypatch.setattr(homing, "_PATIENCE_S", 0.02)
-    clock = world.WallClock()
+    clock = WallClock()
     began = clock.now_s()
     with pytest.raises(HomingError, match="axis 0: approach not done in time: running"):
         homing.home(Stuck(Plant(), hz=100_000), plan(), Fraction(100_000), clock)

@@ -18,8 +18,8 @@ from checked_lines import WORLDS, World, entries, long_lines, pieces
 from effort import cases
 from pixstep.board import boards, limits
 from pixstep.board import registers as regs
-from pixstep.board.client import Upload
 from pixstep.board.errors import BUSY, BoardError, LineRefusedByBoardError
+from pixstep.board.upload import Upload
 from pixstep.lines import core
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries

@@ -13,12 +13,13 @@ from rich.console import Console
 from clock import TICK_HZ
 from pixstep import formats, plotting
 from pixstep.board import boards, registers
-from pixstep.board.client import Board
+from pixstep.board.device import Board
 from pixstep.cli.main import main
 from pixstep.lines import exact
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation import edges, plots, report
+from pixstep.simulation.clockflaws import ClockFlaws
 from worked import worked_line
 
 SWEEP = tuple(n * way for way in (1, -1) for n in (2, 4, 6, 8, 10, 12, 10, 8, 6, 4, 2)) * 2
@@ -77,7 +78,9 @@ def test_axes_of_a_board_in_words():
 def test_a_refusal_shows_its_reason_and_no_table_of_nothing():
     summary = {
         "verdict": "refused", "reasons": ["axis 0: too_fast"], "refusal": {"name": "too_fast"},
-        "board": "uno", "decode": SMOOTH, "pixel_hz": "300", "requests": {},
+        "board": "uno", "decode": SMOOTH, "pixel_hz": "300", "pixel_ppm": 0, "requests": {},
+        "clock": {"sync": "start", "divider": 1, "flaws": ClockFlaws().as_json()},
+        "record_every": 1, "serial_load": False,
     }  # fmt: skip
     console = Console(width=80, record=True)
     report.print_page(console, summary)

@@ -9,7 +9,7 @@ import pytest
 from bench import Bench
 from effort import cases
 from pixstep.board import boards
-from pixstep.board.client import BoardError, LineRefusedByBoardError
+from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.board.run import arm
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.rational import period_ticks

@@ -9,7 +9,7 @@ from bench import Bench
 from faultbench import FaultBench
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, Line
 from pixstep_dev.robustness.wire import seal
 

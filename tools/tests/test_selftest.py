@@ -5,9 +5,10 @@ import pytest
 
 from fake_board import FakeBoard, FakeLine, FakeWorld
 from pixstep.board import boards, selftest
-from pixstep.board.client import Board, BoardError
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.modbus import SimClient
 from pixstep.board.selftest import FAILED, OK, SKIPPED, SelfTest
-from pixstep.board.transport import SimClient
 from test_board_images import Live
 
 INPUTS = {"HOME": 0, "LIMIT_MINUS": 1, "LIMIT_PLUS": 2}

@@ -8,7 +8,7 @@ import pytest
 from bench import Bench
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges

@@ -11,7 +11,8 @@ from bench import Bench
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError, Upload
+from pixstep.board.errors import BoardError
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.serialload import SerialLoad
 from pixstep_dev.bench import lines

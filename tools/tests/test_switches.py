@@ -9,7 +9,8 @@ import pytest
 from bench import Bench
 from effort import TRIED_BOARDS, cases
 from pixstep.board import boards
-from pixstep.board.client import LineRefusedByBoardError, Upload
+from pixstep.board.errors import LineRefusedByBoardError
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 

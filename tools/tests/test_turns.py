@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench import Bench
-from pixstep.board.client import LineRefusedByBoardError
+from pixstep.board.errors import LineRefusedByBoardError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.simulation.edges import read_edges
 

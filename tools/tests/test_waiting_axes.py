@@ -8,7 +8,7 @@ import pytest
 from bench import Bench
 from effort import TRIED_BOARDS
 from pixstep.board import registers as regs
-from pixstep.board.client import Upload
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep_dev.bench import lines

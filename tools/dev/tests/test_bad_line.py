@@ -6,7 +6,8 @@ import random
 import pytest
 
 from effort import cases
-from pixstep.board.client import BoardError, ExceptionReplyError, Upload
+from pixstep.board.errors import BoardError, ExceptionReplyError
+from pixstep.board.upload import Upload
 from pixstep_dev.robustness import noise, uploads, wire
 
 # What is tried is the serial server, the same code on every board: a third one only takes time.

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from effort import TRIED_BOARDS, cases
-from pixstep.board.client import Upload
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.simulation.simctl import Simulator

@@ -13,6 +13,7 @@ import pytest
 from pixstep import natives
 
 CONTRACTS = "tools/checks/imports.toml"
+TYPES = "tools/checks/mypy.ini"
 
 
 @pytest.fixture
@@ -73,6 +74,41 @@ def test_a_circle_of_packages_inside_is_found(lint):
         "pixstep/cli/main.py": "import pixstep.cli.board.group",
     }
     assert lint(planted) == ["no circle between the packages inside"]
+
+
+@pytest.fixture(scope="module")
+def small_package(tmp_path_factory):
+    """Return where a package as large as a test's can be judged by the rules for types."""
+    root = tmp_path_factory.mktemp("types")
+    (root / "checks").mkdir()
+    shutil.copy(natives.source(TYPES), root / "checks")
+    (root / "src" / "pixstep" / "cli").mkdir(parents=True)
+    for place in ("", "cli"):
+        (root / "src" / "pixstep" / place / "__init__.py").touch()
+    return root
+
+
+@pytest.mark.parametrize(
+    ("planted", "complaint"),
+    [
+        ("def half(value: int) -> float:\n    return value / 2", ""),
+        ("def half(value):\n    return value / 2", "no-untyped-def"),
+        ("def facts() -> dict:\n    return {}", "type-arg"),
+        ("import json\ndef facts() -> list[int]:\n    return json.loads('[]')", "no-any-return"),
+        ("STEPS = 1  # type: ignore", "unused-ignore"),
+    ],
+    ids=["fine", "untyped", "half a type", "any", "ignored"],
+)
+def test_the_types_of_a_command_are_judged_strictly(small_package, planted, complaint):
+    (small_package / "src" / "pixstep" / "cli" / "planted.py").write_text(f"{planted}\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--config-file", "checks/mypy.ini"],
+        env=os.environ | {"PYTHONPATH": ""},
+        capture_output=True, text=True, check=False, cwd=small_package,
+    )  # fmt: skip
+    assert (done.returncode != 0) == bool(complaint), done.stdout + done.stderr
+    assert done.stdout.count("error:") == bool(complaint)
+    assert complaint in done.stdout
 
 
 def tree(root, **modules):

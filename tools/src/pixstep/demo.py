@@ -18,6 +18,7 @@ from pixstep.profiles import generator
 from pixstep.simulation import report, simtask
 from pixstep.simulation.judge import Judgement
 from pixstep.simulation.simrun import Job
+from pixstep.simulation.summary import Summary
 
 if TYPE_CHECKING:
     import rich.console
@@ -36,7 +37,7 @@ class Demo:
     """What came out: whether all of it is right, and the summary of the run."""
 
     passed: bool
-    summary: dict
+    summary: Summary
 
 
 def run(
@@ -74,7 +75,7 @@ def _run(
 
 def _print(
     console: rich.console.Console,
-    summary: dict,
+    summary: Summary,
     line: Line,
     host_right: tuple[bool, bool],
     started: float,

@@ -79,7 +79,7 @@ def have_image(board: str) -> bool:
     return _place(board, "elf").is_file()
 
 
-def run(arguments: list[str], *, stdin: str = "") -> subprocess.CompletedProcess:
+def run(arguments: list[str], *, stdin: str = "") -> subprocess.CompletedProcess[str]:
     """Run a program to its end and return its output as text; the status is the caller's."""
     try:
         return subprocess.run(

@@ -7,10 +7,12 @@ SIGINT raises KeyboardInterrupt by itself; the others raise Ended, a KeyboardInt
 import contextlib
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from types import FrameType
 from typing import Any
 
-Handlers = dict[int, Any]  # what signals did before, by number
+Handler = Callable[[int, FrameType | None], Any] | int | None
+Handlers = dict[int, Handler]  # what signals did before, by number
 
 _ENDING = ("SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 _BASE_STATUS = 128  # a shell's exit status for a signal is this and its number

@@ -13,7 +13,7 @@ _LONG_NUMBER = re.compile(r"\d{1000}")
 _MARK = "pixstep-looks-for-this-line"
 
 
-def read(path: Path) -> tuple[str, dict]:
+def read(path: Path) -> tuple[str, dict[str, object]]:
     """Return a file's text, and what it says. Raises UserError naming file, line and column."""
     try:
         content = path.read_text(encoding="utf-8-sig")

@@ -14,7 +14,7 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
-from pixstep.board.client import BoardError, LineRefusedByBoardError
+from pixstep.board.errors import BoardError, LineRefusedByBoardError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks
 from pixstep.simulation.edges import EdgeLog, read_clock, read_edges

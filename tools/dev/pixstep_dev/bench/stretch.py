@@ -3,7 +3,7 @@
 
 from fractions import Fraction
 
-from pixstep.board.client import Upload
+from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.simulation.serialload import SerialLoad

@@ -13,7 +13,8 @@ from fractions import Fraction
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError, Upload
+from pixstep.board.errors import BoardError
+from pixstep.board.upload import Upload
 from pixstep.errors import UserError
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries

@@ -19,7 +19,8 @@ from pathlib import Path
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError, Upload
+from pixstep.board.errors import BoardError
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import period_ticks
 from pixstep.lines.runs import queue_entries

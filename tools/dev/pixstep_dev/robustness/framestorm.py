@@ -18,7 +18,7 @@ from typing import BinaryIO
 
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pixstep.board.transport import Pipe
+from pixstep.board.modbus import Pipe
 from pixstep_dev.robustness.wire import FRAME_MAX, FRAME_MIN, crc16
 
 _BURST_BITS = 16
@@ -82,7 +82,7 @@ class Model:
 
 
 class NoisyLine:
-    """A bad line in front of a simulated or native board, for `transport.SimClient`.
+    """A bad line in front of a simulated or native board, for `modbus.SimClient`.
 
     `noise` counts what happened, by name and direction.
     """

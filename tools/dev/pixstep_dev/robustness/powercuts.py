@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from pixstep.board import settings
-from pixstep.board.client import Board, BoardError
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.simboard import SimulatedBoard
 from pixstep.simulation.simctl import Simulator

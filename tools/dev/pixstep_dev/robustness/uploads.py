@@ -16,8 +16,10 @@ from fractions import Fraction
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Upload
-from pixstep.board.transport import SimClient
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.modbus import SimClient
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 from pixstep.progress import Progress, unseen

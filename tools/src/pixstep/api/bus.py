@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Boards on a serial line: checked, loaded, run, stopped."""
+"""Boards on a bus: checked, loaded, run, stopped."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,10 +9,11 @@ from typing import Self
 from pixstep.api.clocking import Clocking
 from pixstep.api.motions import CheckResult, MotionLine
 from pixstep.api.programs import MotionProgram
-from pixstep.board import clockstate, connection, limits, settings, upload
+from pixstep.board import clockstate, limits, link, settings, upload
 from pixstep.board import run as running
-from pixstep.board.client import Board as Device
-from pixstep.board.connection import Link
+from pixstep.board.device import Board as Device
+from pixstep.board.link import Link
+from pixstep.board.port import Port
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.machine.reading import Machine as MachineFile
@@ -33,7 +34,7 @@ class AxisState:
 
 
 class Board:
-    """A board on the line: `bus.board(1)`."""
+    """A board on the bus: `bus.board(1)`."""
 
     def __init__(self, link: Link, unit: int) -> None:
         self._link = link
@@ -156,7 +157,7 @@ class Board:
 
 
 class Bus:
-    """A line with boards, a context manager: `with connect("/dev/ttyACM0") as bus:`."""
+    """A bus with boards, a context manager: `with connect("/dev/ttyACM0") as bus:`."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -169,7 +170,7 @@ class Bus:
 
     @property
     def port(self) -> str:
-        """The name of the line."""
+        """The name of the port."""
         return self._link.port
 
     def board(self, unit: int = 1) -> Board:
@@ -177,7 +178,7 @@ class Bus:
         return Board(self._link, unit)
 
     def close(self) -> None:
-        """Give the line back."""
+        """Give the port back."""
         self._link.close()
 
 
@@ -188,7 +189,7 @@ def connect(
     parity: str | None = None,
     timeout_s: float | None = None,
 ) -> Bus:
-    """Open a serial line with boards; use it in a `with` statement.
+    """Open the port of a bus with boards; use it in a `with` statement.
 
     `parity` is `"E"`, `"O"` or `"N"`: even by default, none on a pseudo terminal. Opening the port
     resets a board that is plugged in by USB: its boot loader is given its time. Raises UserError
@@ -196,7 +197,7 @@ def connect(
     """
     if parity not in (None, "E", "O", "N"):
         raise UserError(f"parity {parity!r}: expected E, O or N")
-    return Bus(connection.open_port(connection.PortOptions(port, baud, parity, timeout_s)))
+    return Bus(link.open_port(Port(port, baud, parity, timeout_s)))
 
 
 def _by_axis(

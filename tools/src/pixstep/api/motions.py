@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, SupportsInt
+from typing import TYPE_CHECKING, Self, SupportsInt
 
 from pixstep import formats, owndata
 from pixstep.api.machines import Motor
@@ -412,10 +412,10 @@ def _steps_px(speed: int | str, hz: Fraction | None, motor: Motor | None, rule: 
 
 def _other_frequency(profile: Profile, hz: Fraction | None) -> list[str]:
     """Return a note of a profile made for another frequency; refuse one for a lower one."""
-    if hz is None or profile.pixel_hz in (None, hz):
+    if hz is None or profile.pixel_hz is None or profile.pixel_hz == hz:
         return []
-    other: Any = madefor.OtherFrequency(profile.name, profile.pixel_hz, hz)
-    return [str(other.refuse_faster())]
+    other = madefor.OtherFrequency(profile.name, profile.pixel_hz, hz)
+    return [other.refuse_faster()]
 
 
 def _lower(bounds: Limits, motor: Limits) -> Limits:

@@ -4,7 +4,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from pixstep.machine.reading import Machine as MachineFile
 from pixstep.programs.motors import of_machine
 from pixstep.programs.options import LOOKAHEAD, WINDOW, Options
 from pixstep.programs.plan import Plan
+from pixstep.programs.report import PlanFigures
 from pixstep.programs.results import of_line
 from pixstep.programs.sources import Request
 
@@ -32,7 +32,7 @@ class ProgramPlan:
     limit, so the lines do not name their motors."""
     exceeded: tuple[str, ...]
     """What exceeds a limit, in words; only `mode="mode1"` has any."""
-    report: Mapping[str, Any]
+    report: PlanFigures
     """Everything that is known, as `report.json` of `pixstep plan` has it."""
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,7 @@ from pixstep.simulation.judge import Judgement
 from pixstep.simulation.load import AxisLoad
 from pixstep.simulation.report import PixelRow
 from pixstep.simulation.simrun import START, Job, RunResult
+from pixstep.simulation.summary import Summary
 from pixstep.simulation.verdict import AxisVerdict
 
 if TYPE_CHECKING:
@@ -106,8 +107,8 @@ class Run:
     """Ticks of the board's timer a second; a cycle is a tick."""
     axes: tuple[AxisRun, ...]
     """The axes that had a line, by number."""
-    summary: Mapping[str, Any]
-    """All figures, as in summary.json."""
+    summary: Summary
+    """All figures, as in summary.json: a dictionary whose keys have types."""
     _traces: "Mapping[int, Trace]" = field(repr=False)
     _loads: "Mapping[int, tuple[AxisLoad, str]]" = field(repr=False)
     _kept: "Mapping[int, tuple[Job, Kept]]" = field(repr=False)

@@ -7,9 +7,10 @@ from typing import Protocol
 
 from pixstep.board import boards, run, settings
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, Upload
-from pixstep.board.device import Identity
-from pixstep.board.world import World
+from pixstep.board.device import Board, Identity
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, Line
 from pixstep.lines.runs import queue_entries
 

@@ -13,8 +13,8 @@ from fractions import Fraction
 
 from pixstep.board import clockstate
 from pixstep.board import registers as regs
-from pixstep.board.connection import Link
 from pixstep.board.errors import IMPOSSIBLE, BoardError
+from pixstep.board.link import Link
 from pixstep.board.upload import Upload, feed
 from pixstep.lines.line import Line
 from pixstep.lines.runs import queue_entries

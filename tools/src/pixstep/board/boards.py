@@ -9,13 +9,9 @@ from functools import cache
 
 from pixstep import tables
 from pixstep.errors import UserError
+from pixstep.tables import BoardRow
 
 _MICROSECONDS = 1_000_000
-_OF_ROW = (  # members of a board that are called as in its file
-    "name", "label", "id", "part", "mcu", "flash_bytes", "ram_bytes", "queue_entries",
-    "min_interval_ticks", "smooth_min_interval_ticks", "seek_min_interval_ticks",
-    "reversal_margin_ticks",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -111,16 +107,26 @@ def axes_text(name: str) -> str:
 @cache
 def _known() -> dict[str, Board]:
     """Return all boards by name."""
-    return {row["name"]: _board(row) for row in tables.table("boards")}
+    return {row["name"]: _board(row) for row in tables.load()["boards"]}
 
 
-def _board(row: dict) -> Board:
+def _board(row: BoardRow) -> Board:
     """Return a board of its row in the tables."""
-    own = {name: row[name] for name in _OF_ROW}
     return Board(
-        **own,
+        name=row["name"],
+        label=row["label"],
+        id=row["id"],
+        part=row["part"],
+        mcu=row["mcu"],
         tick_hz=row["cpu_hz"],
+        flash_bytes=row["flash_bytes"],
+        ram_bytes=row["ram_bytes"],
+        queue_entries=row["queue_entries"],
         all_features=bool(row["all_features"]),
+        min_interval_ticks=row["min_interval_ticks"],
+        smooth_min_interval_ticks=row["smooth_min_interval_ticks"],
+        seek_min_interval_ticks=row["seek_min_interval_ticks"],
+        reversal_margin_ticks=row["reversal_margin_ticks"],
         min_intervals_ticks=tuple(row["min_intervals_ticks"]),
         smooth_min_intervals_ticks=tuple(row["smooth_min_intervals_ticks"]),
         programmer=Programmer(row["avrdude_part"], row["avrdude_programmer"], row["avrdude_baud"]),
@@ -129,5 +135,5 @@ def _board(row: dict) -> Board:
     )
 
 
-BOARD_NAMES = tuple(row["name"] for row in tables.table("boards"))
+BOARD_NAMES = tuple(row["name"] for row in tables.load()["boards"])
 DEFAULT = "uno"  # where a command or a test asks for no board

@@ -3,14 +3,27 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypedDict
 
 from pixstep.board import registers as regs
 from pixstep.board import settings, values
-from pixstep.board.client import Board, BoardError
-from pixstep.board.world import World
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
 
 _MEASURING_EDGES = 500  # of a clock that is not too bad, in which a board measures it
 _POLL_EDGES, _POLL_S = 8, 0.1  # between two looks, whichever is less
+
+
+class ClockData(TypedDict):
+    """A clock as plain data."""
+
+    period_ticks: float
+    period_us: float
+    offset_ppm: float
+    mean_jitter_us: float
+    missing_edges: int
+    false_edges: int
 
 
 @dataclass(frozen=True)
@@ -51,7 +64,7 @@ class ClockState:
             f"{self.jitter_us:.2f} us, {self.missing} missing, {self.false} false"
         )
 
-    def as_json(self) -> dict:
+    def as_json(self) -> ClockData:
         """Return plain data."""
         return {
             "period_ticks": round(self.period_ticks, 4),

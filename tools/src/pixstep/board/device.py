@@ -34,7 +34,7 @@ from pixstep.board.stretches import MOST_WORDS, places, values
 from pixstep.board.wire import Wire
 
 if TYPE_CHECKING:
-    from pixstep.board.transport import FittingClient
+    from pixstep.board.modbus import Client
 
 
 @dataclass(frozen=True)
@@ -70,9 +70,9 @@ _CURES = {  # what keeps settings from being changed, by the state of an axis
 
 
 class Board(Wire):
-    """One board on the line; `unit` is its Modbus address."""
+    """One board on the bus; `unit` is its Modbus address."""
 
-    def __init__(self, modbus: FittingClient, unit: int = 1) -> None:
+    def __init__(self, modbus: Client, unit: int = 1) -> None:
         super().__init__(modbus, unit)
         self.map = regs.register_map()
         self._record_capacity = 0
@@ -186,14 +186,14 @@ class Board(Wire):
         self.write(regs.COMMAND_BASE, _command_words(name, axes, argument))
 
     def go(self, token: int) -> None:
-        """Let every axis of every board on the line start that was armed with this token.
+        """Let every axis of every board on the bus start that was armed with this token.
 
         A broadcast: nobody replies.
         """
         self.broadcast(regs.COMMAND_BASE, _command_words("go", [0], token))
 
     def stop_all(self) -> None:
-        """Stop every axis of every board on the line; a broadcast: nobody replies.
+        """Stop every axis of every board on the bus; a broadcast: nobody replies.
 
         A board refuses a command for axes that it has not, so the axes that only larger boards
         have get a frame of their own: each axis is stopped by exactly one.

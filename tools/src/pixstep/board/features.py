@@ -42,7 +42,7 @@ class Feature:
 @cache
 def table() -> tuple[Feature, ...]:
     """Return all features, in the order of their bits."""
-    return tuple(Feature(**row) for row in tables.table("features"))
+    return tuple(Feature(**row) for row in tables.load()["features"])
 
 
 def named(name: str) -> Feature:

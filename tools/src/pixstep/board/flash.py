@@ -4,6 +4,7 @@
 import re
 import shutil
 import subprocess
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,7 +114,7 @@ class FlashError(PlainError):
     """The board was not flashed, or does not say so afterwards."""
 
 
-def _rows(lines: list[str]):
+def _rows(lines: list[str]) -> Iterable[tuple[int, str]]:
     return enumerate(lines, 1)
 
 

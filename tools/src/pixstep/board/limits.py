@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from pixstep.board import boards, settings, values
-from pixstep.board.client import Board
+from pixstep.board.device import Board
 from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
 from pixstep.lines.core import CoreLimits

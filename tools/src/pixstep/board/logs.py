@@ -11,7 +11,8 @@ known exactly.
 from dataclasses import dataclass
 
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, Record, Records
+from pixstep.board.device import Board
+from pixstep.board.state import Record, Records
 
 HEADER = "line,axis,pixel,expected_steps,actual_steps,edge_error_ticks"
 _TRIES = 4

@@ -36,21 +36,31 @@ TROUBLE: tuple[type[Exception], ...] = (OSError, ValueError, *((termios.error,) 
 
 @dataclass(frozen=True)
 class Port:
-    """A port's name, rate and parity; without parity there are two stop bits."""
+    """What a port is opened with; without a parity bit there are two stop bits.
+
+    If no parity is chosen, it is even, and none on a pseudo terminal. If no time to wait for
+    replies is chosen, it is TIMEOUT_S.
+    """
 
     name: str
-    baud: int
-    parity: str
+    baud: int = BAUD
+    parity: str | None = None
+    timeout_s: float | None = None
+
+    @property
+    def real_parity(self) -> str:
+        """The parity to open the port with."""
+        return self.parity or (NO_PARITY if is_pty(self.name) else PARITY)
 
     @property
     def stop_bits(self) -> int:
         """Stop bits of a character of 11 bits."""
-        return 2 if self.parity == NO_PARITY else 1
+        return 2 if self.real_parity == NO_PARITY else 1
 
     @property
     def text(self) -> str:
         """Name, rate and frame, for messages."""
-        return f"{self.name} ({self.baud} baud, 8{self.parity}{self.stop_bits})"
+        return f"{self.name} ({self.baud} baud, 8{self.real_parity}{self.stop_bits})"
 
     def at(self, baud: int, parity: str) -> Port:
         """Return the port at another rate and parity."""
@@ -63,12 +73,9 @@ class Port:
         have this rate or parity. With the port comes whether the opening has reset a board that
         resets on opening.
         """
-        if (
-            is_pty(self.name) and self.parity != NO_PARITY
-        ):  # the system takes it now and then, or EINVAL
-            raise UserError(
-                f"{self.name}: a pseudo terminal has no parity {self.parity}: --parity N"
-            )
+        parity = self.real_parity
+        if is_pty(self.name) and parity != NO_PARITY:  # the system takes it now and then
+            raise UserError(f"{self.name}: a pseudo terminal has no parity {parity}: --parity N")
         import serial  # takes its time to load, which help need not wait for
 
         opened = None
@@ -76,7 +83,7 @@ class Port:
             opened = serial.Serial(
                 self.name,
                 baudrate=self.baud,
-                parity=self.parity,
+                parity=parity,
                 stopbits=self.stop_bits,
                 timeout=timeout_s,
                 write_timeout=timeout_s,
@@ -103,15 +110,16 @@ class Port:
         if code in (errno.ENOTTY, errno.ENXIO, errno.EIO):
             return "not a serial port"
         if code == errno.EINVAL or isinstance(error, ValueError):
-            return f"cannot do {self.baud} baud with parity {self.parity}"
+            return f"cannot do {self.baud} baud with parity {self.real_parity}"
         return os.strerror(code) if code else str(error)
 
 
 def _code(error: BaseException | None) -> int | None:
     """Return the system's number of an error; a terminal's own errors have it as argument."""
+    code = getattr(error, "errno", None)
     if termios and isinstance(error, termios.error):
-        return error.args[0]
-    return getattr(error, "errno", None)
+        code = error.args[0]
+    return code if isinstance(code, int) else None
 
 
 def is_pty(name: str) -> bool:

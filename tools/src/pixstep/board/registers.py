@@ -8,6 +8,7 @@ from functools import cache
 from pixstep import tables
 from pixstep.board import boards
 from pixstep.errors import UserError
+from pixstep.tables import RegisterRow
 
 AXIS_BASE = 0x20  # per-axis input registers
 AXIS_STRIDE = 0x10
@@ -77,9 +78,9 @@ class Register:
     type: str
     unit: str
     meaning: str
-    minimum: int | str | None = None
-    maximum: int | str | None = None
-    default: int | str | None = None
+    minimum: int | None = None
+    maximum: int | None = None
+    default: int | None = None
     values: Mapping[int, str] = field(default_factory=dict, compare=False)
 
     @property
@@ -149,25 +150,24 @@ class RegisterMap:
 @cache
 def register_map() -> RegisterMap:
     """Return the register map."""
-    groups = tables.table("registers")
+    groups = tables.load()["registers"]
     return RegisterMap(
-        *(
-            tuple(_register(row) for row in groups[name])
-            for name in ("inputs", "axis_inputs", "holdings")
-        )
+        tuple(map(_register, groups["inputs"])),
+        tuple(map(_register, groups["axis_inputs"])),
+        tuple(map(_register, groups["holdings"])),
     )
 
 
 @cache
 def faults() -> dict[int, Fault]:
     """Return the faults by code."""
-    return {row["code"]: Fault(**row) for row in tables.table("faults")}
+    return {row["code"]: Fault(**row) for row in tables.load()["faults"]}
 
 
 @cache
 def line_errors() -> dict[int, Code]:
     """Return the line errors and warnings by code."""
-    return {row["code"]: Code(**row) for row in tables.table("line_errors")}
+    return {row["code"]: Code(**row) for row in tables.load()["line_errors"]}
 
 
 def flags(status: int) -> dict[str, bool]:
@@ -231,9 +231,18 @@ def code_name(codes: Mapping[int, Code | Fault], code: int) -> str:
     return codes[code].name if code in codes else f"code {code}"
 
 
-def _register(row: dict) -> Register:
-    known = {int(value): text for value, text in row.get("values", {}).items()}
-    return Register(**{**row, "values": known})
+def _register(row: RegisterRow) -> Register:
+    return Register(
+        address=row["address"],
+        name=row["name"],
+        type=row["type"],
+        unit=row["unit"],
+        meaning=row["meaning"],
+        minimum=row.get("minimum"),
+        maximum=row.get("maximum"),
+        default=row.get("default"),
+        values={int(value): text for value, text in row.get("values", {}).items()},
+    )
 
 
 def _named(registers: tuple[Register, ...], name: str) -> Register:

@@ -9,17 +9,16 @@ from dataclasses import dataclass, field
 from pixstep import signals
 from pixstep.board import clockstate
 from pixstep.board import registers as regs
-from pixstep.board.client import (
-    Board,
+from pixstep.board.device import Board
+from pixstep.board.errors import (
+    IMPOSSIBLE,
     BoardError,
     ExceptionReplyError,
     LineLostError,
     NoReplyError,
-    Upload,
 )
-from pixstep.board.errors import IMPOSSIBLE
-from pixstep.board.upload import feed
-from pixstep.board.world import World
+from pixstep.board.link import World
+from pixstep.board.upload import Upload, feed
 from pixstep.errors import UserError
 from pixstep.progress import Progress, unseen
 

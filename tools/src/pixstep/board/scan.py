@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, ExceptionReplyError, NoReplyError
+from pixstep.board.device import Board
+from pixstep.board.errors import ExceptionReplyError, NoReplyError
 from pixstep.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from pixstep.board.transport import FittingClient
+    from pixstep.board.modbus import Client
 
 UNITS = range(1, 248)
 BAUDS = (115_200, 19_200, 9_600, 38_400, 57_600, 250_000, 500_000, 1_000_000)
@@ -34,14 +35,12 @@ class Found:
     fault: str = ""
     trouble: str = ""
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return dict(vars(self))
 
 
-def scan(
-    modbus: FittingClient, units: Iterable[int] = UNITS, progress: Progress = unseen
-) -> list[Found]:
+def scan(modbus: Client, units: Iterable[int] = UNITS, progress: Progress = unseen) -> list[Found]:
     """Ask every address once; return what answered."""
     wanted = list(units)
     found = []
@@ -79,7 +78,7 @@ def look(board: Board) -> Found | None:
 
 
 @contextlib.contextmanager
-def quickly(modbus: FittingClient, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
+def quickly(modbus: Client, timeout_s: float = TIMEOUT_S) -> Iterator[None]:
     """Let a client ask once only and wait briefly, as long as this lasts."""
     before = modbus.patience
     modbus.patience = (timeout_s, 0)

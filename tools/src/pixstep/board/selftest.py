@@ -14,7 +14,7 @@ from functools import partial
 from pixstep.board import registers as regs
 from pixstep.board import run, settings
 from pixstep.board.atmachine import SWITCHES, AtMachine
-from pixstep.board.client import BoardError, LineLostError, NoReplyError
+from pixstep.board.errors import BoardError, LineLostError, NoReplyError
 
 OK, FAILED, SKIPPED = "ok", "failed", "skipped"
 _CLOCK_S = 1.0
@@ -30,7 +30,7 @@ class Result:
     verdict: str
     text: str
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return dict(vars(self))
 

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: MIT
 """The settings of a board: all of them at once, all-or-nothing writes, the stored copy."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypedDict
 
 from pixstep.board import registers as regs
 from pixstep.board import stretches, values
-from pixstep.board.client import Board, BoardError, NoReplyError
-from pixstep.board.device import STORING
+from pixstep.board.device import STORING, Board
+from pixstep.board.errors import BoardError, NoReplyError
+from pixstep.board.link import World
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
-from pixstep.board.world import World
 from pixstep.lines.rational import refuse_period
 
 STORED, DIFFERS = 1, 2  # bits of settings_state
@@ -20,6 +21,15 @@ _POLL_S = 0.02
 _PARITY_LETTERS = {value: letter for letter, value in PARITIES.items()}
 _LINE = ("baud_100", "parity")
 _ADDRESS = "unit_address"
+
+
+class ChangeData(TypedDict):
+    """A change as plain data."""
+
+    name: str
+    old: int
+    new: int
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -35,7 +45,7 @@ class Change:
         """Name of the setting."""
         return self.register.name
 
-    def as_json(self) -> dict:
+    def as_json(self) -> ChangeData:
         """Return plain data."""
         return {"name": self.name, "old": self.old, "new": self.new, "unit": self.register.unit}
 
@@ -47,7 +57,7 @@ def read(board: Board) -> dict[str, int]:
 
 def defaults() -> dict[str, int]:
     """Return the settings of a board that has none stored."""
-    return {item.name: int(item.default or 0) for item in regs.settings()}
+    return {item.name: item.default or 0 for item in regs.settings()}
 
 
 def changes(old: dict[str, int], new: dict[str, int]) -> list[Change]:
@@ -174,6 +184,6 @@ def set_clock(
     write(board, old, changes(old, wanted))
 
 
-def _span(table) -> tuple[int, int]:
+def _span(table: Sequence[regs.Register]) -> tuple[int, int]:
     """Return the first address of registers and the one behind the last."""
     return table[0].address, table[-1].address + table[-1].words

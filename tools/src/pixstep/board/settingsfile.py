@@ -89,9 +89,9 @@ def read(path: Path) -> SettingsFile:
     """
     content, found = tomltext.read(path)
     lines = content.splitlines()
-    _check_head(path, lines, found)
+    table = _checked_table(path, lines, found)
     chosen: dict[str, int] = {}
-    for name, value in found[TABLE].items():
+    for name, value in table.items():
         where = f"{path}:{_line_of(lines, name)}"
         if type(value) is not int:
             raise UserError(f"{where}: {name} = {_shown(value)}: a whole number is wanted")
@@ -100,18 +100,16 @@ def read(path: Path) -> SettingsFile:
         except UserError as error:
             raise UserError(f"{where}: {error}") from None
         chosen[name] = value
-    _refuse_cut_off(path, content, found)
-    return SettingsFile(path, chosen, found.get(_BOARD, ""))
+    if _COUNT in found:
+        _refuse_cut_off(path, content, found[_COUNT], len(table))
+    return SettingsFile(path, chosen, str(found.get(_BOARD, "")))
 
 
-def _refuse_cut_off(path: Path, content: str, found: dict) -> None:
+def _refuse_cut_off(path: Path, content: str, announced: object, has: int) -> None:
     """Refuse a file that says how many settings it has, and ends before them."""
-    if _COUNT not in found:
-        return
-    has = len(found[TABLE])
-    if found[_COUNT] != has or not content.endswith("\n"):
+    if announced != has or not content.endswith("\n"):
         raise UserError(
-            f"{path}: cut off: {has} of {_shown(found[_COUNT])} settings, or the end of the last "
+            f"{path}: cut off: {has} of {_shown(announced)} settings, or the end of the last "
             f"line is missing (a file that is to hold some only has no line {_COUNT!r})"
         )
 
@@ -122,8 +120,8 @@ def _shown(value: object) -> str:
     return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}..."
 
 
-def _check_head(path: Path, lines: list[str], found: dict) -> None:
-    """Refuse what is not a file of settings for this register map."""
+def _checked_table(path: Path, lines: list[str], found: dict[str, object]) -> dict[str, object]:
+    """Return the table of settings; refuse what is not a file of them for this register map."""
     for key in found:
         if key not in _KEYS:
             raise UserError(f"{path}:{_line_of(lines, key)}: unknown key {key!r}")
@@ -133,7 +131,8 @@ def _check_head(path: Path, lines: list[str], found: dict) -> None:
         raise UserError(
             f"{path}:{_line_of(lines, _BOARD)}: board = {_shown(found[_BOARD])}: {known} is wanted"
         )
-    if not isinstance(found.get(TABLE), dict) or not found[TABLE]:
+    table = found.get(TABLE)
+    if not isinstance(table, dict) or not table:
         raise UserError(f"{path}: no table [{TABLE}] with settings in it")
     version = found.get(_VERSION, regs.MAP_VERSION)
     if type(version) is not int or version not in _VERSIONS:
@@ -141,6 +140,7 @@ def _check_head(path: Path, lines: list[str], found: dict) -> None:
             f"{path}:{_line_of(lines, _VERSION)}: settings of register map {_shown(version)}, "
             f"this tool knows map {regs.MAP_VERSION}"
         )
+    return table
 
 
 def _line_of(lines: list[str], name: str) -> int:

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 from pixstep.board import clockstate
 from pixstep.board import registers as regs
-from pixstep.board.client import Board
 from pixstep.board.clockstate import ClockState
-from pixstep.board.device import Identity
+from pixstep.board.device import Board, Identity
 
 LINE_COUNTERS = (
     "frames_ok",
@@ -69,9 +68,13 @@ class Snapshot:
             return {}
         return {name: count / seconds for name, count in counted.items()}
 
-    def as_json(self, before: "Snapshot | None" = None) -> dict:
+    def as_json(self, before: "Snapshot | None" = None) -> dict[str, object]:
         """Return plain data."""
-        row: dict = {"unit": self.who.unit, "board": self.who.board, "time_s": self.time_s}
+        row: dict[str, object] = {
+            "unit": self.who.unit,
+            "board": self.who.board,
+            "time_s": self.time_s,
+        }
         if self.trouble:
             return row | {"trouble": self.trouble}
         return row | {

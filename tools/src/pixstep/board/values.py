@@ -13,7 +13,8 @@ from fractions import Fraction
 
 from pixstep.board import registers as regs
 from pixstep.board import stretches
-from pixstep.board.client import Board, BoardError
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
 from pixstep.board.port import PARITIES
 from pixstep.board.registers import Register
 from pixstep.board.stretches import Place
@@ -51,7 +52,7 @@ class Reading:
         """The value in words, empty if it has none."""
         return regs.words(self.item.register, self.value)
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data; limits only for a setting."""
         register = self.item.register
         row = {
@@ -141,7 +142,7 @@ def check(name: str, value: int) -> Register:
             raise UserError(f"{name} is what the board measures: it cannot be set")
         raise UserError(f"no setting {name!r}{_like(name, catalogue(0))}")
     register = known[name]
-    if not int(register.minimum or 0) <= value <= int(register.maximum or 0):
+    if not (register.minimum or 0) <= value <= (register.maximum or 0):
         raise UserError(
             f"{name} = {number_text(value)}: {range_text(register)}, default {register.default}"
         )

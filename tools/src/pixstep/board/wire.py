@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""One unit on the line: the Modbus functions by what they do, errors by name."""
+"""One unit on the bus: the Modbus functions by what they do, errors by name."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from pixstep.board import features
 from pixstep.board.errors import (
@@ -19,10 +19,13 @@ from pixstep.errors import UserError
 from pixstep.lazy import lazy
 
 if TYPE_CHECKING:
-    from pixstep.board import transport
-    from pixstep.board.transport import FittingClient
+    from pixstep.board import modbus
+    from pixstep.board.modbus import Client, ModbusPDU
+
+    Request = Callable[..., ModbusPDU]  # one of the library's many
+    Reply = TypeVar("Reply", bound=ModbusPDU)
 else:
-    transport = lazy("pixstep.board.transport")
+    modbus = lazy("pixstep.board.modbus")
 
 BROADCAST = 0
 _ID_BYTES = 2  # of the answer to function 17 before its text
@@ -59,7 +62,7 @@ class ServerId:
 class Wire:
     """The requests that one unit answers; every method raises BoardError if it does not."""
 
-    def __init__(self, modbus: FittingClient, unit: int = 1) -> None:
+    def __init__(self, modbus: Client, unit: int = 1) -> None:
         self.modbus = modbus
         self.unit = unit
 
@@ -127,7 +130,8 @@ class Wire:
     def identify(self) -> ServerId:
         """Return the answer to function 17, report server id."""
         with self._needs("diagnosis"):
-            data = self._ask("identify", self.modbus.report_device_id).identifier
+            reply = self._ask("identify", self.modbus.report_device_id)
+            data = self._of_kind(modbus.ServerIdReply, reply, "identify").identifier
             if len(data) < _ID_BYTES:
                 raise NoReplyError(self.unit, "identify", heard=len(data))
             return ServerId(data[0], data[1] != 0, data[2:].decode("ascii", errors="replace"))
@@ -142,10 +146,11 @@ class Wire:
                     "identification", self.modbus.read_device_information, read_code=code,
                     object_id=first,
                 )  # fmt: skip
-            found |= reply.information
-            if not reply.more_follows or reply.next_object_id <= first:
+            part = self._of_kind(modbus.IdentificationReply, reply, "identification")
+            found |= part.information
+            if not part.more_follows or part.next_object_id <= first:
                 break
-            first = reply.next_object_id
+            first = part.next_object_id
         return {_object_name(number): _text(value) for number, value in sorted(found.items())}
 
     def echo(self, word: int) -> int:
@@ -153,14 +158,14 @@ class Wire:
         return self._diagnosis("echo", self.modbus.diag_query_data, word.to_bytes(2, "big"))
 
     def counters(self) -> dict[str, int]:
-        """Return the line's counters by name (function 08, sub-functions 11 to 18)."""
+        """Return the bus's counters by name (function 08, sub-functions 11 to 18)."""
         return {
             name: self._diagnosis(f"counter {name}", getattr(self.modbus, method))
             for name, method in COUNTERS.items()
         }
 
     def clear_counters(self) -> None:
-        """Set the line's counters to 0 (function 08, sub-function 10)."""
+        """Set the bus's counters to 0 (function 08, sub-function 10)."""
         with self._needs("diagnosis"):
             self._ask("clear counters", self.modbus.diag_clear_counters)
 
@@ -183,17 +188,18 @@ class Wire:
             transaction.retries = before
 
     def settle(self) -> None:
-        """Wait until a request that was broken off is over on the line."""
+        """Wait until a request that was broken off is over on the bus."""
         self.modbus.settle()
 
     def broadcast(self, address: int, words: list[int]) -> None:
-        """Write holding registers of every unit on the line; nobody replies."""
+        """Write holding registers of every unit on the bus; nobody replies."""
         self._send(self.modbus.write_registers, address, words, unit=BROADCAST)
 
-    def _diagnosis(self, what: str, method, *arguments) -> int:
+    def _diagnosis(self, what: str, method: Request, *arguments: object) -> int:
         """Return the data word of a diagnostic answer; the library has several shapes for it."""
         with self._needs("diagnosis"):
-            message = self._ask(what, method, *arguments).message
+            reply = self._ask(what, method, *arguments)
+            message = self._of_kind(modbus.DiagnosticReply, reply, what).message
             if isinstance(message, (list, tuple)):
                 message = message[0] if message else None
             if isinstance(message, bytes):
@@ -202,18 +208,18 @@ class Wire:
                 raise NoReplyError(self.unit, what, heard=self.modbus.heard)
             return message
 
-    def _send(self, method, *arguments, unit: int | None = None) -> None:
+    def _send(self, method: Request, *arguments: object, unit: int | None = None) -> None:
         """Send one request to which no reply comes, to this unit if no other is given."""
         unit = self.unit if unit is None else unit
         with self._line_kept():
             method(*arguments, device_id=unit, no_response_expected=True)
 
-    def _ask(self, what: str, method, *arguments, **options):
+    def _ask(self, what: str, method: Request, *arguments: object, **options: object) -> ModbusPDU:
         """Do one request; raise BoardError for no reply or an exception answer."""
         try:
             with self._line_kept():
                 reply = method(*arguments, device_id=self.unit, **options)
-        except transport.RequestError:
+        except modbus.RequestError:
             place, heard = self.modbus.place, self.modbus.heard
             raise NoReplyError(self.unit, what, place, heard) from None
         if reply.isError():
@@ -222,6 +228,12 @@ class Wire:
             raise ExceptionReplyError(
                 self.unit, f"{what}{where}", getattr(reply, "exception_code", 0)
             )
+        return reply
+
+    def _of_kind(self, kind: type[Reply], reply: ModbusPDU, what: str) -> Reply:
+        """Return a reply as the kind that its function has."""
+        if not isinstance(reply, kind):
+            raise NoReplyError(self.unit, what, heard=self.modbus.heard)
         return reply
 
     @contextlib.contextmanager
@@ -239,13 +251,13 @@ class Wire:
         """Raise LineLostError if the port goes away in a request, or did before and still is."""
         try:
             yield
-        except transport.WriteTimeoutError:
+        except modbus.WriteTimeoutError:
             place = self.modbus.place or "the line"
             raise LineLostError(
                 f"board {self.unit}: {place} takes no bytes: nobody reads at its other end, or "
                 f"this program was stopped for a while"
             ) from None
-        except transport.ConnectionException:
+        except modbus.ConnectionException:
             place = self.modbus.place or "the line"
             raise LineLostError(f"board {self.unit}: {place} is gone: was it unplugged?") from None
         except UserError as error:

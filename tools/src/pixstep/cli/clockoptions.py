@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Options on the pixel clock: how many of its edges a pixel has, and how a simulated one strays."""
 
-from collections.abc import Callable, Mapping
+from typing import TypedDict
 
 import click
 
 from pixstep.board import registers as regs
 from pixstep.cli.options import HZ
+from pixstep.cli.quantities import Decorated
 from pixstep.profiles.madefor import MOST_EDGES
 from pixstep.simulation.clockflaws import MOST_JITTER_US, MOST_PPM, ClockFlaws
 
@@ -24,7 +25,7 @@ board_sync_option = click.option(
 )  # fmt: skip
 
 
-def board_clock_options(command: Callable) -> Callable:
+def board_clock_options(command: Decorated) -> Decorated:
     """Add the options for the pixel clock that a board is set to."""
     command = click.option(
         "--divider", type=click.IntRange(1, MOST_EDGES), metavar="M",
@@ -36,12 +37,17 @@ def board_clock_options(command: Callable) -> Callable:
     )(command)  # fmt: skip
 
 
-class _Step(click.ParamType):
+class _Step(click.ParamType[tuple[float, int], tuple[float, int] | str]):
     """A step of the frequency: 1000@200 is 1,000 ppm more from edge 200 on."""
 
     name = "PPM@EDGE"
 
-    def convert(self, value, param, ctx) -> tuple[float, int]:
+    def convert(
+        self,
+        value: tuple[float, int] | str,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> tuple[float, int]:
         """Parse the text; a bad one is a usage error."""
         if isinstance(value, tuple):
             return value
@@ -55,7 +61,18 @@ class _Step(click.ParamType):
         return step
 
 
-def clock_flaw_options(command: Callable) -> Callable:
+class FlawOptions(TypedDict):
+    """What the options of `clock_flaw_options` give."""
+
+    pixel_ppm: float
+    pixel_jitter_us: float
+    pixel_wander_ppm: float
+    pixel_step_ppm: tuple[float, int] | None
+    pixel_drop: int | None
+    pixel_double: int | None
+
+
+def clock_flaw_options(command: Decorated) -> Decorated:
     """Add the options for what is wrong with a simulated pixel clock, its frequency first."""
     for name, kind, default, text in (
         ("--pixel-double", click.IntRange(1), None, "One clock edge of so many is doubled."),
@@ -72,7 +89,7 @@ def clock_flaw_options(command: Callable) -> Callable:
     return command
 
 
-def clock_flaws(options: Mapping) -> ClockFlaws:
+def clock_flaws(options: FlawOptions) -> ClockFlaws:
     """Return what was asked for."""
     step_ppm, step_edge = options["pixel_step_ppm"] or (0.0, 0)
     return ClockFlaws(

@@ -3,11 +3,10 @@
 
 import contextlib
 import errno
-import functools
 import importlib
 import os
 import sys
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,7 +22,7 @@ PICTURES = (".png", ".svg", ".pdf")
 FILE = click.Path(path_type=Path, dir_okay=False)
 
 
-class OutFile(click.Path):
+class OutFile(click.Path[Path]):
     """A file that a command writes; "-" is the standard output."""
 
     def __init__(self, *, folder: bool = False) -> None:
@@ -33,7 +32,12 @@ class OutFile(click.Path):
 class OutPicture(OutFile):
     """A drawing that a command writes; its name says the format, a stream gets PNG."""
 
-    def convert(self, value, param, ctx) -> Path:
+    def convert(
+        self,
+        value: str | os.PathLike[str],
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> Path:
         """Refuse a name that says no format."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if path.suffix.lower() not in PICTURES and not atomic.is_stream(path):
@@ -41,7 +45,7 @@ class OutPicture(OutFile):
         return path
 
 
-class OutFolder(click.Path):
+class OutFolder(click.Path[Path]):
     """A folder for the results of a run."""
 
     def __init__(self) -> None:
@@ -61,7 +65,7 @@ class Command(click.Command):
     Every command that writes files has --force by itself.
     """
 
-    def __init__(self, *arguments, **options) -> None:
+    def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         if any(isinstance(param.type, (OutFile, OutFolder)) for param in self.params):
             self.params.append(
@@ -109,7 +113,7 @@ class Late(NamedTuple):
     machine: bool = False  # a machine file gives it defaults
 
 
-class _Commands(MutableMapping):
+class _Commands(MutableMapping[str, click.Command]):
     """The commands of a group by name; those that come late are imported when looked up."""
 
     def __init__(self, late: Mapping[str, Late]) -> None:
@@ -153,7 +157,9 @@ class Group(click.Group):
     group_class = type
     commands: _Commands
 
-    def __init__(self, *arguments, late: Mapping[str, Late] | None = None, **options) -> None:
+    def __init__(
+        self, *arguments: Any, late: Mapping[str, Late] | None = None, **options: Any
+    ) -> None:
         super().__init__(*arguments, **options)
         early = self.commands
         self.commands = _Commands(late or {})
@@ -207,8 +213,14 @@ class Group(click.Group):
             return ctx.exit(signals.status(ended))
 
 
-command = functools.partial(click.command, cls=Command)
-group = functools.partial(click.group, cls=Group)
+def command(name: str, **options: Any) -> Callable[[Callable[..., Any]], Command]:
+    """Return what makes a command of a function."""
+    return click.command(name, cls=Command, **options)
+
+
+def group(name: str, **options: Any) -> Callable[[Callable[..., Any]], Group]:
+    """Return what makes a group of commands of a function."""
+    return click.group(name, cls=Group, **options)
 
 
 def complain(error: Exception | str) -> None:
@@ -240,7 +252,11 @@ def _is_input(param: click.Parameter) -> bool:
     return not isinstance(param.type, (OutFile, OutFolder))
 
 
-def _paths(ctx: click.Context, kind: type, wanted=lambda _: True) -> Iterator[tuple[str, Path]]:
+def _paths(
+    ctx: click.Context,
+    kind: type[click.Path[Path]],
+    wanted: Callable[[click.Parameter], bool] = lambda _: True,
+) -> Iterator[tuple[str, Path]]:
     """Yield the paths given for parameters of a type, with the parameter's name."""
     for param in ctx.command.params:
         if isinstance(param.type, kind) and wanted(param):

@@ -3,6 +3,7 @@
 
 from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import click
 
@@ -12,6 +13,7 @@ from pixstep.cli.options import (
     DECODE,
     HZ,
     LINE_NUMBER,
+    Facts,
     deliver_facts,
     json_option,
     raw_option,
@@ -65,7 +67,9 @@ def info(path: Path, raw: bool, as_json: bool) -> None:
 )
 @json_option
 @click.pass_context
-def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json: bool) -> None:
+def check(
+    ctx: click.Context, path: Path, lenient: bool, raw: bool, decode: str | None, as_json: bool
+) -> None:
     """List everything wrong with a file.
 
     Every finding is a line `file:line:column: severity: message`. Exit status 0 fine, 1 accepted
@@ -90,6 +94,17 @@ def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json
     ctx.exit(status)
 
 
+class _Options(TypedDict):
+    line: int | None
+    decode: str | None
+    drop_header: bool
+    name: str | None
+    haps: int | None
+    lead_in: int | None
+    pixel_hz: Fraction | None
+    date: str | None
+
+
 @command("convert")
 @click.argument("source", metavar="IN", type=FILE)
 @click.argument("target", metavar="OUT", type=OUTPUT)
@@ -108,7 +123,13 @@ def check(ctx, path: Path, lenient: bool, raw: bool, decode: str | None, as_json
 @raw_option
 @json_option
 def convert(
-    source: Path, target: Path, to, lenient: bool, raw: bool, as_json: bool, **options
+    source: Path,
+    target: Path,
+    to: str | None,
+    lenient: bool,
+    raw: bool,
+    as_json: bool,
+    **options: Unpack[_Options],
 ) -> None:
     """Write a file in another format.
 
@@ -122,7 +143,11 @@ def convert(
     data = formats.encode(made, target)
     atomic.write_bytes(target, data)
     say([*read.notes, *(f"{shown_path(source)}: {note}" for note in notes)])
-    lines = [made.values] if kind == prn.KIND else [block.values for block in made.blocks]
+    lines = (
+        [made.values]
+        if isinstance(made, formats.PrnFile)
+        else [block.values for block in made.blocks]
+    )
     count = f"{len(lines)} lines, " if len(lines) > 1 else ""
     values = sum(len(values) for values in lines)
     told = f"{shown_path(target)}: {NAMES[kind]}, {count}{values} values, {len(data)} bytes"
@@ -150,7 +175,7 @@ def _examined(path: Path, lenient: bool, raw: bool, smooth: bool) -> Examined:
     return examined
 
 
-def _report(examined: Examined, findings: list[Finding], verdict: str) -> dict:
+def _report(examined: Examined, findings: list[Finding], verdict: str) -> Facts:
     """Return the outcome of a check for JSON."""
     return {
         "file": str(examined.path),
@@ -187,7 +212,9 @@ def _read(source: Path, lenient: bool, raw: bool) -> formats.PrnFile | formats.M
         raise RefusedError(f"{error} (--lenient accepts it)") from None
 
 
-def _converted(source: Path, read, kind: str, options: dict) -> tuple:
+def _converted(
+    source: Path, read: formats.PrnFile | formats.MotionFile, kind: str, options: _Options
+) -> tuple[formats.PrnFile | formats.MotionFile, tuple[str, ...]]:
     """Convert; a refusal names the input."""
     hz = options["pixel_hz"]
     hz_text = None if hz is None else formats.hz_text(hz)

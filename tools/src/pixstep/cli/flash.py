@@ -2,14 +2,15 @@
 """`pixstep flash`: firmware onto a board."""
 
 import shlex
+from pathlib import Path
 
 import click
 
-from pixstep.board import connection, flash
+from pixstep.board import flash, link
 from pixstep.board.boards import BOARD_NAMES
-from pixstep.board.connection import PortOptions
 from pixstep.board.flash import FlashError, Image
-from pixstep.cli.board.group import line_options, unit_option
+from pixstep.board.port import Port
+from pixstep.cli.board.group import port_options, unit_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.options import deliver_facts, json_option, say
 from pixstep.errors import UserError
@@ -17,7 +18,7 @@ from pixstep.errors import UserError
 
 @command("flash")
 @click.option("--board", type=click.Choice(BOARD_NAMES), required=True)
-@line_options
+@port_options
 @unit_option
 @click.option("--hex", "hex_file", type=FILE, help="Image to write.  [default: the one built here]")
 @click.option("--verify", is_flag=True, help="Only compare the board's flash with the image.")
@@ -29,7 +30,16 @@ from pixstep.errors import UserError
     show_default=True,
     help="Ask the board afterwards what it is.",
 )
-def flash_command(line, unit, board, hex_file, verify, dry_run, ask, as_json):
+def flash_command(
+    port: Port,
+    unit: int,
+    board: str,
+    hex_file: Path | None,
+    verify: bool,
+    dry_run: bool,
+    ask: bool,
+    as_json: bool,
+) -> None:
     """Write the firmware to a board by avrdude through its boot loader, then ask what it is.
 
     Builds nothing: tools/build does. Settings stored on the board stay: --unit, --baud and
@@ -39,24 +49,24 @@ def flash_command(line, unit, board, hex_file, verify, dry_run, ask, as_json):
     image = flash.read_image(hex_file or flash.built_image(board))
     if image.board != board:
         raise UserError(f"{image.path}: an image for the {image.board}, not for the {board}")
-    words = flash.command(board, line.port, image.path, verify=verify)
-    facts = {"port": line.port, "board": board, "image": str(image.path), "avrdude": words}
+    words = flash.command(board, port.name, image.path, verify=verify)
+    facts = {"port": port.name, "board": board, "image": str(image.path), "avrdude": words}
     texts = []
     if dry_run:
         texts.append(shlex.join(words))
     else:
         flash.run(words)
         if verify:
-            texts.append(f"{line.port}: the flash is as in {image.path}")
+            texts.append(f"{port.name}: the flash is as in {image.path}")
         if ask:
-            texts.append(_ask(image, line, unit))
+            texts.append(_ask(image, port, unit))
     if texts or as_json:
         deliver_facts({**facts, "done": not dry_run}, "\n".join(texts), as_json=as_json)
 
 
-def _ask(image: Image, options: PortOptions, unit: int) -> str:
+def _ask(image: Image, port: Port, unit: int) -> str:
     """Compare what the board says of itself with the image; return that in words."""
-    found = connection.open_port(options, lambda text: say((text,)))
+    found = link.open_port(port, lambda text: say((text,)))
     try:
         who = found.board(unit).who()
         text = f"pixstep {who.board} {who.firmware}"
@@ -64,5 +74,5 @@ def _ask(image: Image, options: PortOptions, unit: int) -> str:
         found.close()
     wanted = f"pixstep {image.board} {image.version}"
     if text != wanted:
-        raise FlashError(f"{options.port}: the board says {text!r}, the image is {wanted!r}")
-    return f"{options.port}: unit {unit} is {text}"
+        raise FlashError(f"{port.name}: the board says {text!r}, the image is {wanted!r}")
+    return f"{port.name}: unit {unit} is {text}"

@@ -3,24 +3,35 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
 from pixstep import progress
 from pixstep.board import boards, limits
 from pixstep.cli.command import command
-from pixstep.cli.homeoptions import home_options, make_plan
+from pixstep.cli.homeoptions import HomeOptions, home_options, make_plan
 from pixstep.cli.options import json_option, out_option, pixel_hz_option, plots_option
 from pixstep.cli.results import deliver
 from pixstep.lazy import lazy
 from pixstep.moves import homesim, hometask, legs
+from pixstep.moves.homejudge import HomeSummary
 from pixstep.simulation import report
 
 if TYPE_CHECKING:
     import rich.console
+    import rich.table
 else:
     rich = lazy("rich")
+
+
+class _SimOptions(HomeOptions):
+    board: str
+    pixel_hz: Fraction
+    plant: str
+    seed: int
 
 
 @command("sim")
@@ -39,7 +50,9 @@ else:
 @plots_option
 @json_option
 @click.pass_context
-def home_sim(ctx, out, plot, as_json, **options):
+def home_sim(
+    ctx: click.Context, out: Path, plot: bool, as_json: bool, **options: Unpack[_SimOptions]
+) -> None:
     """Home a simulated axis by a CSV or CSB profile, and judge it by the simulator's own log.
 
     Exit status 0 only if the switch was found and the verdict is pass, 1 if not, 2 for misuse, 3
@@ -61,7 +74,7 @@ def home_sim(ctx, out, plot, as_json, **options):
     ctx.exit(deliver(summary, out, _print_page, as_json=as_json))
 
 
-def _print_page(console: rich.console.Console, summary: dict) -> None:
+def _print_page(console: rich.console.Console, summary: HomeSummary) -> None:
     """Print the one-page verdict."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(
@@ -76,24 +89,24 @@ def _print_page(console: rich.console.Console, summary: dict) -> None:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-def _legs_table(summary: dict):
+def _legs_table(summary: HomeSummary) -> rich.table.Table:
     table = report.new_table("leg", "pixels", "steps", "top steps/s", "edge at", "tick", "seconds")
     table.columns[0].justify = "left"
     for leg in summary["legs"]:
-        trip = leg["trip"] or {"position_steps": "", "ticks": ""}
+        trip = leg["trip"] or {}
         table.add_row(
             leg["name"],
             str(len(leg["pixel_counts"])),
             str(leg["steps"]),
             f"{leg['fastest_steps_s']:.0f}",
-            str(trip["position_steps"]),
-            str(trip["ticks"]),
+            str(trip.get("position_steps", "")),
+            str(trip.get("ticks", "")),
             f"{leg['ended_s'] - leg['began_s']:.3f}",
         )
     return table
 
 
-def _findings(summary: dict) -> list[str]:
+def _findings(summary: HomeSummary) -> list[str]:
     """Return what was found, a line each."""
     lines = [
         f"fastest {summary['fastest_steps_s']:g} steps/s; HAPs {summary['haps']} allow "
@@ -104,10 +117,11 @@ def _findings(summary: dict) -> list[str]:
             f"{summary['captures']} edges captured, each on the tick of the simulator's own log "
             f"(timers started at cycle {summary['capture_offset_ticks']})"
         )
-    if not summary["found"]:
+    edge = summary["edge"]
+    if edge is None:
         return [*lines, "home not found"]
     lines.append(
-        f"home found: its edge was at position {summary['edge']['position_steps']} before the "
+        f"home found: its edge was at position {edge['position_steps']} before the "
         f"zero; the axis stopped {abs(summary['beyond_edge_steps'])} steps beyond it and now "
         f"stands on position {summary['position_steps']}"
     )

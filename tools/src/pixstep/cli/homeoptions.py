@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: MIT
 """What `home sim` and `board home` share: how homing is asked for."""
 
-from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict
 
 import click
 
 from pixstep.cli.command import FILE
 from pixstep.cli.options import DECODE, line_option, raw_option, say
-from pixstep.cli.quantities import SPEED_TYPE, StepsType, TimeType
+from pixstep.cli.quantities import SPEED_TYPE, Decorated, StepsType, TimeType
 from pixstep.lines import units
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import Quantity
@@ -68,21 +68,40 @@ _OPTIONS = (
 )
 
 
-def home_options(command: Callable) -> Callable:
+class HomeOptions(TypedDict):
+    """What the profile and the options of homing give."""
+
+    profile: Path
+    axis: int
+    direction: str
+    decode: str | None
+    haps: int | None
+    slow: Quantity | None
+    search: int
+    clear: int | None
+    filter_us: int | None
+    inverted: str | None
+    raw: bool
+    line_number: int | None
+
+
+def home_options(command: Decorated) -> Decorated:
     """Give a command the profile and the options of homing."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
 
 
-def read_profile(options: dict, pixel_hz: Fraction, *, refuse: bool = False) -> accel.Acceleration:
+def read_profile(
+    options: HomeOptions, pixel_hz: Fraction, *, refuse: bool = False
+) -> accel.Acceleration:
     """Read the profile; notes go to the error stream. `refuse` one for a lower frequency."""
     read = accel.read(options["profile"], raw=options["raw"], number=options["line_number"])
     say(read.notes_at(pixel_hz, refuse=refuse))
     return read
 
 
-def make_plan(options: dict, pixel_hz: Fraction, *, refuse: bool = False) -> legs.HomingPlan:
+def make_plan(options: HomeOptions, pixel_hz: Fraction, *, refuse: bool = False) -> legs.HomingPlan:
     """Read the profile and plan the homing that the options ask for."""
     decode = options["decode"] or _motor_decode(options["profile"])
     request = legs.HomingRequest(

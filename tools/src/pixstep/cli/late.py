@@ -2,6 +2,7 @@
 """Commands of pixstep-dev that `pixstep` offers too, to those who have it: `pixstep bench`."""
 
 import importlib
+from typing import Any
 
 import click
 
@@ -17,7 +18,13 @@ class _Late(click.Command):
         super().__init__(name, short_help=about)
         self._module, self._attribute = module, name
 
-    def make_context(self, info_name, args, parent=None, **extra) -> click.Context:
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: Any,
+    ) -> click.Context:
         """Return the context of the command itself; raises UserError where it is not installed."""
         try:
             module = importlib.import_module(self._module)

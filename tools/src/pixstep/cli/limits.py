@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import click
 
 from pixstep.board import boards, capability, settings
-from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability
+from pixstep.board.capability import DRIVER_US, KINDS, MOTIONS, SMOOTH, Capability, Measured
 from pixstep.cli.clockoptions import divider_option, sync_option
 from pixstep.cli.command import command
-from pixstep.cli.options import json_option, pixel_hz_option, show_json
+from pixstep.cli.options import Facts, json_option, pixel_hz_option, show_json
 from pixstep.cli.quantities import (
+    LimitOptions,
     TimeType,
     limit_options,
     scale_of,
@@ -49,7 +51,17 @@ else:
 @limit_options
 @json_option
 @click.pass_context
-def limits_command(ctx, board, axes, pixel_hz, divider, sync, driver_us, as_json, **limits):
+def limits_command(
+    ctx: click.Context,
+    board: str,
+    axes: int | None,
+    pixel_hz: Fraction,
+    divider: int,
+    sync: str,
+    driver_us: int,
+    as_json: bool,
+    **limits: Unpack[LimitOptions],
+) -> None:
     """Show what a board can do: rates, accelerations, shortest lines, reversals.
 
     With limits of a motor (options, or those of the machine file) the shortest smooth line that
@@ -60,15 +72,15 @@ def limits_command(ctx, board, axes, pixel_hz, divider, sync, driver_us, as_json
     clock = settings.of_clock(sync, divider)
     able = capability.of(board, pixel_hz / divider, driver_us, axes, clock)
     axes = able.axes
-    told = _facts(able, axes) | {"divider": divider, "sync": sync}
-    told["shortest_line"] = _shortest(able, limits)
+    shortest = _shortest(able, limits)
     if as_json:
-        show_json(told)
+        clocked = {"divider": divider, "sync": sync}
+        show_json({**_facts(able, axes), **clocked, "shortest_line": shortest})
     else:
-        _print(rich.console.Console(highlight=False), able, told, scale_of(ctx))
+        _print(rich.console.Console(highlight=False), able, axes, divider, shortest, scale_of(ctx))
 
 
-def _facts(able: Capability, axes: int) -> dict:
+def _facts(able: Capability, axes: int) -> Facts:
     """Return everything as plain data."""
     low, high = able.clock_range_hz
     return {
@@ -105,15 +117,24 @@ def _facts(able: Capability, axes: int) -> dict:
     }
 
 
-def _shortest(able: Capability, limits: dict) -> dict:
+class _Shortest(TypedDict):
+    speed_steps_px: int
+    max_acceleration_steps_px2: int
+    accelerating_px: int
+    pixels: int
+    pixels_with_backlash: int
+    seconds: float
+
+
+def _shortest(able: Capability, limits: LimitOptions) -> _Shortest:
     """Return the shortest smooth line: by the board alone, or within limits that are given.
 
     A smooth line has a pixel up, one at speed and one down at least; backlash needs two more.
     """
     hz = able.pixel_hz
-    top, acceleration, jerk = (
-        whole_limit(limits[name], hz) for name in ("max_speed", "max_acceleration", "max_jerk")
-    )
+    top = whole_limit(limits["max_speed"], hz)
+    acceleration = whole_limit(limits["max_acceleration"], hz)
+    jerk = whole_limit(limits["max_jerk"], hz)
     speed = min(top or able.top_speed(SMOOTH), able.top_speed(SMOOTH)) // 2 * 2
     if speed < 2:
         raise UserError(f"a smooth line needs 2 steps/px: {able.top_speed(SMOOTH)} are the most")
@@ -134,14 +155,19 @@ def _shortest(able: Capability, limits: dict) -> dict:
 
 
 def _print(
-    console: rich.console.Console, able: Capability, told: dict, scale: Scale | None
+    console: rich.console.Console,
+    able: Capability,
+    axes: int,
+    divider: int,
+    shortest: _Shortest,
+    scale: Scale | None,
 ) -> None:
     """Print the page."""
     hz, board = able.pixel_hz, able.board
     low, high = able.clock_range_hz
     console.print(
-        f"{board.label} at {float(hz):.10g} Hz: {told['pixel_ticks']} ticks of {board.tick_ns:g} "
-        f"ns a pixel{_clock_text(able, told)}; the board takes {float(low):.3g} to "
+        f"{board.label} at {float(hz):.10g} Hz: {able.pixel_ticks} ticks of {board.tick_ns:g} "
+        f"ns a pixel{_clock_text(able, divider)}; the board takes {float(low):.3g} to "
         f"{float(high):.0f} Hz",
         soft_wrap=True,
     )  # fmt: skip
@@ -152,15 +178,16 @@ def _print(
         "Most: what the board accepts. Least: smooth lines have even speeds, so that the\n"
         "smallest are 2 f steps/s and 2 f^2 steps/s2; on others f and f^2."
     )
-    if told["measured"]:
-        _print_measured(console, told)
+    measured = capability.measured(able.board.name, axes)
+    if measured:
+        _print_measured(console, measured, axes)
     _print_reversal(console, able, scale)
-    _print_shortest(console, told["shortest_line"])
+    _print_shortest(console, shortest)
 
 
-def _clock_text(able: Capability, told: dict) -> str:
+def _clock_text(able: Capability, divider: int) -> str:
     """Return what pixels are to the clock, if anything but its edges one by one."""
-    text = f", {told['divider']} clock edges" if told["divider"] > 1 else ""
+    text = f", {divider} clock edges" if divider > 1 else ""
     if able.lock_ticks:
         text += f", locked to the clock {able.shortest_ticks} at least"
     return text
@@ -179,19 +206,14 @@ def _kinds_table(able: Capability, scale: Scale | None) -> rich.table.Table:
     return table
 
 
-def _print_measured(console: rich.console.Console, told: dict) -> None:
+def _print_measured(console: rich.console.Console, measured: Sequence[Measured], axes: int) -> None:
     """Print the rates of so many axes at once, which no rule of a single line tells."""
-    clocks = sorted({row["pixel_hz"] for row in told["measured"]})
+    clocks = sorted({row.pixel_hz for row in measured})
     table = new_table("motion", *(f"steps/s at {hz} Hz" for hz in clocks))
     for motion in MOTIONS:
-        found = {
-            row["pixel_hz"]: row["max_rate_steps_s"]
-            for row in told["measured"]
-            if row["motion"] == motion
-        }
+        found = {row.pixel_hz: row.steps_s for row in measured if row.motion == motion}
         table.add_row(motion, *(str(found.get(hz, "-")) for hz in clocks))
     console.print(table)
-    axes = told["axes"]
     console.print(
         f"Highest rates measured with {axes} {'axes' if axes > 1 else 'axis'} at once, every edge "
         f"right (docs/TIMING.md).\nAt higher pixel clocks less: simulate the line."
@@ -214,7 +236,7 @@ def _print_reversal(console: rich.console.Console, able: Capability, scale: Scal
         )
 
 
-def _print_shortest(console: rich.console.Console, line: dict) -> None:
+def _print_shortest(console: rich.console.Console, line: _Shortest) -> None:
     console.print(
         f"Shortest smooth line at {line['speed_steps_px']} {unit(SPEED)}, accelerating by up to "
         f"{line['max_acceleration_steps_px2']} {unit(ACCELERATION)}: {line['pixels']} pixels "

@@ -3,7 +3,9 @@
 
 import functools
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import click
 
@@ -37,6 +39,23 @@ from pixstep.cli.quantities import (
 )
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines import linecheck, planner
+from pixstep.lines.units import Quantity
+
+
+class _CheckOptions(TypedDict):
+    lenient: bool
+    min_interval: int | None
+    max_speed: Quantity | None
+    max_acceleration: Quantity | None
+    start_stop: Quantity | None
+    jerk_warn: Quantity | None
+    sync: str
+
+
+class _TicksOptions(TypedDict):
+    raw: bool
+    line_number: int | None
+    timer_hz: int | None
 
 
 @command("check")
@@ -73,8 +92,19 @@ from pixstep.lines import linecheck, planner
 @json_option
 @click.pass_context
 def line_check(
-    ctx, csv, decode, backlash, raw, line_number, pixel_hz, divider, board, axes, as_json, **limits
-):
+    ctx: click.Context,
+    csv: Path,
+    decode: str,
+    backlash: int,
+    raw: bool,
+    line_number: int | None,
+    pixel_hz: Fraction | None,
+    divider: int,
+    board: str,
+    axes: int,
+    as_json: bool,
+    **limits: Unpack[_CheckOptions],
+) -> None:
     """Check a line of a CSV or CSB file, and the file's form as `file check` does.
 
     Exit status 0 fine, 1 warnings, 3 refused.
@@ -141,7 +171,18 @@ def line_check(
 @click.option("--pixels", is_flag=True, help="Pixel edges and expected positions instead.")
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
 @json_option
-def ticks(csv, decode, pixel_hz, divider, backlash, board, pixels, output, as_json, **options):
+def ticks(
+    csv: Path,
+    decode: str,
+    pixel_hz: Fraction,
+    divider: int,
+    backlash: int,
+    board: str,
+    pixels: bool,
+    output: Path,
+    as_json: bool,
+    **options: Unpack[_TicksOptions],
+) -> None:
     """Plan the edges of a line of a CSV or CSB with the native build of the firmware's core."""
     pixel_hz /= divider
     chosen = load_line(

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
 """`pixstep line import`: a line from a user's own table of numbers."""
 
+from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import click
 
 from pixstep import atomic, formats
 from pixstep.cli.clockoptions import divider_option
 from pixstep.cli.command import FILE, OUTPUT, command
-from pixstep.cli.options import DECODE, HZ, json_option, say, show_json, teller
+from pixstep.cli.options import DECODE, HZ, Facts, json_option, say, show_json, teller
 from pixstep.cli.quantities import scale_of
 from pixstep.errors import RefusedError
 from pixstep.lines import linecheck
@@ -16,6 +18,12 @@ from pixstep.lines.line import SMOOTH
 from pixstep.owndata import Imported, Request, import_line
 from pixstep.owndata.columns import QUANTITIES
 from pixstep.profiles import madefor
+
+
+class _Options(TypedDict):
+    column: str | None
+    quantity: str | None
+    negative: bool
 
 
 @command("import")
@@ -41,8 +49,17 @@ from pixstep.profiles import madefor
 @json_option
 @click.pass_context
 def line_import(
-    ctx, table, decode, length_unit, pixel_hz, divider, output, as_json, fit, **options
-):
+    ctx: click.Context,
+    table: Path,
+    decode: str,
+    length_unit: str | None,
+    pixel_hz: Fraction | None,
+    divider: int,
+    output: Path,
+    as_json: bool,
+    fit: bool,
+    **options: Unpack[_Options],
+) -> None:
     """Make a line of your own table: CSV, or what numpy's savetxt writes.
 
     One row a pixel (positions: one more, the start). Lengths need a motor of the machine file. What
@@ -72,7 +89,7 @@ def _refuse(table: Path, made: Imported, *, fit: bool) -> None:
             raise RefusedError(f"{table}: pixel {item.pixel}: {item.name}: {item.message}{hint}")
 
 
-def _report(table: Path, output: Path, made: Imported) -> dict:
+def _report(table: Path, output: Path, made: Imported) -> Facts:
     """Return everything as plain data."""
     return {
         "file": str(table),

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import click
 
@@ -37,6 +38,21 @@ from pixstep.profiles import accelerate, generator, madefor
 from pixstep.profiles.madefor import MOST_EDGES
 
 MOST_PIXELS = 2_000_000  # what a file can hold
+
+
+class _Options(TypedDict):
+    prn: Path | None
+    max_acceleration: units.Quantity | None
+    max_jerk: units.Quantity | None
+    pixels: int | None
+    length: int | None
+    divider: int | None
+    decode: str | None
+    plain: bool
+    negative: bool
+    lenient: bool
+    jerk_warn: units.Quantity | None
+    name: str | None
 
 
 @command("make")
@@ -79,7 +95,16 @@ MOST_PIXELS = 2_000_000  # what a file can hold
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write.")
 @json_option
 @click.pass_context
-def line_make(ctx, speed, pixel_hz, backlash, lead_in, output, as_json, **options):
+def line_make(
+    ctx: click.Context,
+    speed: units.Quantity,
+    pixel_hz: Fraction,
+    backlash: int,
+    lead_in: int,
+    output: Path,
+    as_json: bool,
+    **options: Unpack[_Options],
+) -> None:
     """Make a line: up, constant speed, down, by a profile or by an acceleration.
 
     A pixel has as many edges of the pixel clock as the acceleration needs, or as --divider says; a
@@ -89,11 +114,15 @@ def line_make(ctx, speed, pixel_hz, backlash, lead_in, output, as_json, **option
     plain = options["plain"] or options["decode"] == PLAIN
     if options["plain"] and options["decode"] == SMOOTH:
         raise UserError("--plain and --decode smooth contradict each other")
-    asked = _Asked(ctx, speed, pixel_hz, plain)
+    asked = _Asked(ctx, options, speed, pixel_hz, plain)
     request = generator.LineRequest(0, options["pixels"] or 0, backlash, lead_in, plain)
-    line = (
-        _of_acceleration(asked, request) if asked.by_acceleration() else _of_profile(asked, request)
-    )
+    acceleration, profile = asked.acceleration(), options["prn"]
+    if acceleration is not None:
+        line = _of_acceleration(asked, acceleration, request)
+    elif profile is not None:
+        line = _of_profile(asked, profile, request)
+    else:
+        raise UserError("a line needs --profile or --max-acceleration")
     made, line_hz = line.made, pixel_hz / line.divider
     jerk_warn = whole_limit(options["jerk_warn"], line_hz, least=0)
     sign = -1 if plain and options["negative"] else 1
@@ -110,6 +139,18 @@ def line_make(ctx, speed, pixel_hz, backlash, lead_in, output, as_json, **option
         ctx.exit(_warn_of_jerk(made, line.speed, jerk_warn))
 
 
+class _Facts(TypedDict):
+    file: str
+    pixels: int
+    accelerating_pixels: int
+    image_pixel: int
+    steps: int
+    backlash_steps: int
+    speed_steps_s: float
+    pixel_hz: str
+    divider: int
+
+
 @dataclass(frozen=True)
 class _Made:
     """A line, its speed in steps/pixel, the clock edges of its pixels."""
@@ -124,63 +165,63 @@ class _Asked:
     """What the command line says, and the machine file where it does not."""
 
     ctx: click.Context
+    options: _Options
     speed: units.Quantity
     clock_hz: Fraction
     plain: bool
 
-    def __getitem__(self, name: str):
-        return self.ctx.params[name]
-
     def given(self, name: str) -> bool:
         """True if an option is on the command line, not only in the machine file."""
-        return self[name] is not None and not by_machine(self.ctx, name)
+        return self.ctx.params[name] is not None and not by_machine(self.ctx, name)
 
-    def by_acceleration(self) -> bool:
-        """True if the line is made by an acceleration. Raises UserError if nothing says how."""
+    def acceleration(self) -> units.Quantity | None:
+        """Return the acceleration that the line is made by; None if a profile makes it."""
         if self.given("prn") and self.given("max_acceleration"):
             raise UserError("--profile and --max-acceleration: a line is made by one of them")
-        if self["prn"] is None and self["max_acceleration"] is None:
-            raise UserError("a line needs --profile or --max-acceleration")
-        return self["prn"] is None or self.given("max_acceleration")
+        if self.options["prn"] is None or self.given("max_acceleration"):
+            return self.options["max_acceleration"]
+        return None
 
-    def of_length(self) -> bool:
-        """True if the line has a length in steps. Raises UserError if it has none at all."""
+    def length(self) -> int | None:
+        """Return the line's length in steps; None if it is one in pixels."""
         if self.given("pixels") and self.given("length"):
             raise UserError("--pixels and --length: a line has one of them")
-        if self["pixels"] is None and self["length"] is None:
+        if self.options["pixels"] is None and self.options["length"] is None:
             raise UserError("a line needs --pixels or --length")
-        return self["length"] is not None
+        return self.options["length"]
 
 
-def _of_profile(asked: _Asked, request: generator.LineRequest) -> _Made:
+def _of_profile(asked: _Asked, profile: Path, request: generator.LineRequest) -> _Made:
     """Make a line by a profile, whose speeds are per pixel."""
-    if asked.of_length():
+    if asked.length() is not None:
         raise UserError("--length: only with --max-acceleration; by a profile --pixels says it")
     if asked.given("max_jerk"):
         raise UserError("--max-jerk: only with --max-acceleration; a profile has its own")
-    divider = asked["divider"] or 1
+    divider = asked.options["divider"] or 1
     line_hz = asked.clock_hz / divider
-    speeds, notes = formats.read_prn(asked["prn"], lenient=asked["lenient"])
-    say([*notes, *madefor.notes(asked["prn"], None, line_hz, refuse=True)])
+    speeds, notes = formats.read_prn(profile, lenient=asked.options["lenient"])
+    say([*notes, *madefor.notes(profile, None, line_hz, refuse=True)])
     speed = units.whole_speed(asked.speed, line_hz, scale_of(asked.ctx), smooth=not asked.plain)
-    made = generator.generate(speeds, replace(request, speed=speed), str(asked["prn"]))
+    made = generator.generate(speeds, replace(request, speed=speed), str(profile))
     return _Made(made, speed, divider)
 
 
-def _of_acceleration(asked: _Asked, request: generator.LineRequest) -> _Made:
+def _of_acceleration(
+    asked: _Asked, acceleration: units.Quantity, request: generator.LineRequest
+) -> _Made:
     """Make the shortest ramps within an acceleration, in pixels that allow it."""
     scale = scale_of(asked.ctx)
-    jerk = asked["max_jerk"]
+    jerk = asked.options["max_jerk"]
     wanted = accelerate.Wanted(
-        asked.speed.in_steps(scale), asked["max_acceleration"], jerk, asked.clock_hz, asked.plain
+        asked.speed.in_steps(scale), acceleration, jerk, asked.clock_hz, asked.plain
     )
-    of_length = asked.of_length()
-    divider = asked["divider"] or accelerate.choose_divider(wanted)
+    length = asked.length()
+    divider = asked.options["divider"] or accelerate.choose_divider(wanted)
     line_hz = asked.clock_hz / divider
     top = units.whole_speed(asked.speed, line_hz, scale, smooth=not asked.plain)
     used = accelerate.note(wanted, divider)
-    if of_length:
-        made, speed = accelerate.line_of_length(wanted, top, divider, asked["length"], request)
+    if length is not None:
+        made, speed = accelerate.line_of_length(wanted, top, divider, length, request)
     else:
         speeds = accelerate.speeds(wanted, top, divider)
         made, speed = generator.generate(speeds, replace(request, speed=top)), top
@@ -191,7 +232,7 @@ def _of_acceleration(asked: _Asked, request: generator.LineRequest) -> _Made:
     return _Made(made, speed, divider)
 
 
-def _facts(output: Path, line: _Made, clock_hz: Fraction, backlash: int) -> dict:
+def _facts(output: Path, line: _Made, clock_hz: Fraction, backlash: int) -> _Facts:
     made, line_hz = line.made, clock_hz / line.divider
     return {
         "file": str(output),
@@ -206,7 +247,7 @@ def _facts(output: Path, line: _Made, clock_hz: Fraction, backlash: int) -> dict
     }
 
 
-def _text(facts: dict, clock_hz: Fraction) -> str:
+def _text(facts: _Facts, clock_hz: Fraction) -> str:
     return (
         f"{facts['file']}: {facts['pixels']} pixels, {facts['accelerating_pixels']} accelerating, "
         f"image from pixel {facts['image_pixel']}, {facts['steps']} steps with backlash "

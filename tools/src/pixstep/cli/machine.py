@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     import rich.table
 
     from pixstep.machine.model import Clock
+    from pixstep.machine.reading import Machine
 else:
     rich = lazy("rich")
 
@@ -63,7 +64,15 @@ _file_argument = click.argument(
     "-o", "--output", type=OUTPUT, default=finding.NAME, show_default=True, help="File to write."
 )
 @json_option
-def machine_new(board, pixel_hz, divider, sync, motors, output, as_json):
+def machine_new(
+    board: str,
+    pixel_hz: Fraction,
+    divider: int | None,
+    sync: str | None,
+    motors: tuple[str, ...],
+    output: Path,
+    as_json: bool,
+) -> None:
     """Begin a machine file: valid as it is, with a comment for every key."""
     from pixstep.machine import template
 
@@ -77,7 +86,7 @@ def machine_new(board, pixel_hz, divider, sync, motors, output, as_json):
 @_file_argument
 @json_option
 @click.pass_context
-def machine_check(ctx, file, as_json):
+def machine_check(ctx: click.Context, file: str | None, as_json: bool) -> None:
     """Check a machine file: every mistake with its line, key and value.
 
     Exit status 0 fine, 1 warnings (what a board cannot do), 3 refused. Profiles that are not there
@@ -108,22 +117,21 @@ def machine_check(ctx, file, as_json):
 @command("show")
 @_file_argument
 @json_option
-def machine_show(file, as_json):
+def machine_show(file: str | None, as_json: bool) -> None:
     """Show the machine in force: its file, clock, boards and motors, in steps and pixels."""
     from pixstep.machine import describe, reading
 
     found = reading.Machine.load(_path(file))
-    told = describe.as_json(found)
     if as_json:
-        show_json(told)
+        show_json(describe.as_json(found))
         return
     console = rich.console.Console(highlight=False)
     console.print(
         f"{found.path}: {_clock_text(found.clock)}, lines for "
         f"{found.line.motor or ', '.join(found.motors)}", markup=False, soft_wrap=True,
     )  # fmt: skip
-    console.print(_boards_table(told))
-    console.print(_motors_table(told))
+    console.print(_boards_table(found))
+    console.print(_motors_table(found))
     console.print("play: steps; speed, accel: limits in steps/px and steps/px2")
 
 
@@ -164,34 +172,33 @@ def _is_name(name: str) -> bool:
     return name.isascii() and name.replace("-", "").replace("_", "").isalnum()
 
 
-def _boards_table(told: dict) -> rich.table.Table:
+def _boards_table(found: Machine) -> rich.table.Table:
     table = new_table("board", "kind", "port", "unit", "baud", "parity")
-    for name, board in told["boards"].items():
-        table.add_row(name, *("-" if value is None else str(value) for value in board.values()))
+    for name, board in found.boards.items():
+        values = board.model_dump().values()
+        table.add_row(name, *("-" if value is None else str(value) for value in values))
     return table
 
 
-def _motors_table(told: dict) -> rich.table.Table:
+def _motors_table(found: Machine) -> rich.table.Table:
     """Return a row a motor; limits per pixel, as commands use them."""
     table = new_table(
         "motor", "board", "axis", "kind", "dir", "steps per", "play", "speed", "accel"
     )
-    for name, motor in told["motors"].items():
-        scale = next(
-            (
-                f"{number_text(Fraction(value))}/{key.removeprefix('steps_per_')}"
-                for key, value in motor.items()
-                if key.startswith("steps_per_") and value
-            ),
-            "-",
-        )
-        limits = motor["limits"]
-        speed, acceleration = (
-            number_text(Fraction(limits[key][per])) if key in limits else "-"
-            for key, per in (("max_speed", "steps/px"), ("max_acceleration", "steps/px2"))
+    for name, motor in found.motors.items():
+        scale = motor.steps_per_unit
+        limits = (
+            limit.per_pixel(found.pixel_hz) if limit else None
+            for limit in (motor.limit("max_speed"), motor.limit("max_acceleration"))
         )
         table.add_row(
-            name, motor["board"], str(motor["axis"]), motor["kind"], motor["direction"], scale,
-            str(motor["backlash_steps"]), speed, acceleration,
+            name, found.board_name(motor), str(motor.axis), motor.kind, motor.direction,
+            f"{_text(float(scale.steps_per_unit))}/{scale.length}" if scale else "-",
+            str(motor.backlash_steps),
+            *("-" if limit is None else _text(float(limit)) for limit in limits),
         )  # fmt: skip
     return table
+
+
+def _text(value: float) -> str:
+    return number_text(Fraction(value))

@@ -42,7 +42,7 @@ _FOLDERS = {
 _NOT_NAMED = ("out", "parity", "decode")
 
 
-class Facts(dict):
+class Facts(dict[str, object]):
     """What the machine of one command line says, by the names of a command's parameters."""
 
     def __init__(self, ctx: click.Context):

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
 from pixstep import formats, progress
 from pixstep.board import boards
 from pixstep.cli.command import OUTPUT, command
-from pixstep.cli.moveoptions import headline, plan_options, read_plan
+from pixstep.cli.moveoptions import MoveOptions, headline, plan_options, read_plan
 from pixstep.cli.options import (
     deliver_facts,
     details_option,
@@ -26,6 +28,7 @@ from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.moves import fastsim, fasttask
 from pixstep.simulation import report
+from pixstep.simulation.summary import Summary
 
 if TYPE_CHECKING:
     import rich.console
@@ -40,9 +43,11 @@ _MOST_ROWS = 40
 @pixel_hz_option
 @click.option("-o", "--output", type=OUTPUT, required=True, help="CSV file to write (plain).")
 @json_option
-def move_make(output, as_json, **options):
+def move_make(
+    output: Path, pixel_hz: Fraction, as_json: bool, **options: Unpack[MoveOptions]
+) -> None:
     """Write a move as a plain line: one signed count per pixel, the fewest pixels there are."""
-    job = _job(options, refuse=True)
+    job = _job(options, pixel_hz, refuse=True)
     formats.write_csv(output, list(job.move.counts))
     facts = {"file": str(output), **fastsim.plan_summary(job)}
     text = f"{output}: {headline(job.move, job.pixel_hz)}"
@@ -54,9 +59,11 @@ def move_make(output, as_json, **options):
 @pixel_hz_option
 @plot_option(what="Draw speed and position over time")
 @json_option
-def move_show(plot, as_json, **options):
+def move_show(
+    plot: Path | None, pixel_hz: Fraction, as_json: bool, **options: Unpack[MoveOptions]
+) -> None:
     """Show a move: how fast in which pixels, how long, where."""
-    job = _job(options)
+    job = _job(options, pixel_hz)
     if plot:
         from pixstep.moves import fastplot  # matplotlib takes a second to load
 
@@ -78,31 +85,48 @@ def move_show(plot, as_json, **options):
 @details_option
 @json_option
 @click.pass_context
-def move_sim(ctx, board, axis, out, plot, details, as_json, **options):
+def move_sim(
+    ctx: click.Context,
+    board: str,
+    axis: int,
+    pixel_hz: Fraction,
+    out: Path,
+    plot: bool,
+    details: bool,
+    as_json: bool,
+    **options: Unpack[MoveOptions],
+) -> None:
     """Make a move on a simulated board and judge every STEP edge and where it ends.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse.
     """
     if axis >= boards.load(board).axes:
         raise UserError(f"axis {axis}: the {boards.axes_text(board)}")
-    job = _job(options, board, axis)
+    job = _job(options, pixel_hz, board, axis)
     with progress.shown("moving") as show:
         done = fasttask.simulate(job, out, plot=plot, progress=show)
 
-    def page(console: rich.console.Console, summary: dict) -> None:
+    def page(console: rich.console.Console, summary: Summary) -> None:
         report.print_page(console, summary, details=details)
         click.echo(headline(job.move, job.pixel_hz))
+        move = summary["move"]
         click.echo(
-            f"ends at {_known(summary['move']['position_register_steps'])} by the board's position "
-            f"register, {summary['move']['counted_steps']} by the simulator's count of STEP edges"
+            f"ends at {_known(move['position_register_steps'])} by the board's position "
+            f"register, {move['counted_steps']} by the simulator's count of STEP edges"
         )
 
     ctx.exit(deliver(done.judged.summary, out, page, as_json=as_json))
 
 
-def _job(options: dict, board: str = "", axis: int = 0, *, refuse: bool = False) -> fastsim.MoveJob:
+def _job(
+    options: MoveOptions,
+    pixel_hz: Fraction,
+    board: str = "",
+    axis: int = 0,
+    *,
+    refuse: bool = False,
+) -> fastsim.MoveJob:
     """Read the profile and plan the move; `refuse` a profile for a lower pixel frequency."""
-    pixel_hz = options["pixel_hz"]
     profile, planned = read_plan(options, pixel_hz, refuse=refuse)
     return fastsim.MoveJob(profile, planned, board, axis, pixel_hz)
 

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
 """What `move make|show|sim` and `board move` share: how a move is asked for."""
 
-from collections.abc import Callable
 from fractions import Fraction
+from pathlib import Path
+from typing import TypedDict
 
 import click
 
 from pixstep.cli.command import FILE
 from pixstep.cli.options import line_option, raw_option, say
-from pixstep.cli.quantities import SPEED_TYPE, StepsType, whole_limit
+from pixstep.cli.quantities import SPEED_TYPE, Decorated, StepsType, whole_limit
+from pixstep.lines.units import Quantity
 from pixstep.moves import accel, fast
 from pixstep.moves.fast import FastMove
 
@@ -24,7 +26,17 @@ _OPTIONS = (
 )
 
 
-def plan_options(command: Callable) -> Callable:
+class MoveOptions(TypedDict):
+    """What the argument and the options that plan a move give."""
+
+    profile: Path
+    steps: int
+    max_speed: Quantity | None
+    raw: bool
+    line_number: int | None
+
+
+def plan_options(command: Decorated) -> Decorated:
     """Give a command the argument and the options that plan a move."""
     for option in reversed(_OPTIONS):
         command = option(command)
@@ -32,7 +44,7 @@ def plan_options(command: Callable) -> Callable:
 
 
 def read_plan(
-    options: dict, pixel_hz: Fraction, *, refuse: bool = False
+    options: MoveOptions, pixel_hz: Fraction, *, refuse: bool = False
 ) -> tuple[accel.Acceleration, FastMove]:
     """Read the profile and plan the move; notes go to the error stream.
 

@@ -4,7 +4,7 @@
 import contextlib
 import functools
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from pixstep import atomic, formats
 from pixstep.board import boards
 from pixstep.cli import machinedefaults
 from pixstep.cli.command import FOLDER, PICTURE
-from pixstep.cli.quantities import StepsType
+from pixstep.cli.quantities import Decorated, StepsType
 from pixstep.errors import FINE, NEGATIVE, REFUSED, UserError
 from pixstep.lines.line import PLAIN, SMOOTH, Line
 from pixstep.lines.rational import parse_hz
@@ -22,15 +22,19 @@ from pixstep.profiles import madefor
 
 VERDICTS = ("fine", "warnings", "refused")  # of a check, by its severity
 STATUSES = (FINE, NEGATIVE, REFUSED)  # the exit statuses of these verdicts
+Facts = Mapping[str, object]  # plain data, for JSON
+Tell = Callable[[Facts, str], None]  # takes a board's facts, as data and as text
 SCHEMA = 1  # of all --json output; a field that is added does not change it
 
 
-class _Hz(click.ParamType):
+class _Hz(click.ParamType[Fraction, Fraction | str]):
     """An exact frequency: 30, 29.97Hz or 30000/1001."""
 
     name = "HZ"
 
-    def convert(self, value, param, ctx) -> Fraction:
+    def convert(
+        self, value: Fraction | str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Fraction:
         """Parse the text; a bad one is a usage error."""
         if isinstance(value, Fraction):
             return value
@@ -113,25 +117,25 @@ def teller(output: Path | None) -> Callable[..., None]:
     return functools.partial(click.echo, err=atomic.is_stdout(output))
 
 
-def plot_option(*other: str, what: str = "Draw into a file") -> Callable:
+def plot_option(*other: str, what: str = "Draw into a file") -> Callable[[Decorated], Decorated]:
     """Return the option --plot of a command without a folder for results."""
     return click.option(
         "--plot", *other, type=PICTURE, metavar="FILE", help=f"{what}: .png, .svg or .pdf."
     )
 
 
-def show_json(facts: dict) -> None:
+def show_json(facts: Facts) -> None:
     """Print facts as JSON, with the version of its layout and the machine file that was used."""
     machine = machinedefaults.told(click.get_current_context(silent=True))
     click.echo(json.dumps({"schema": SCHEMA, **machine, **facts}, indent=2))
 
 
-def show_json_row(facts: dict) -> None:
+def show_json_row(facts: Facts) -> None:
     """Print facts as one row of JSON, where more rows follow as they come."""
     click.echo(json.dumps({"schema": SCHEMA, **facts}))
 
 
-def deliver_facts(facts: dict, text: str, output: Path | None = None, *, as_json: bool) -> None:
+def deliver_facts(facts: Facts, text: str, output: Path | None = None, *, as_json: bool) -> None:
     """Print facts as JSON, or as text on the stream that is free for words."""
     if as_json:
         show_json(facts)
@@ -140,11 +144,11 @@ def deliver_facts(facts: dict, text: str, output: Path | None = None, *, as_json
 
 
 @contextlib.contextmanager
-def board_rows(*, as_json: bool) -> Iterator[Callable[[dict, str], None]]:
+def board_rows(*, as_json: bool) -> Iterator[Tell]:
     """Yield what takes a board's facts, as data and as text; JSON comes at the end, whole."""
-    rows: list[dict] = []
+    rows: list[Facts] = []
 
-    def take(row: dict, text: str) -> None:
+    def take(row: Facts, text: str) -> None:
         rows.append(row)
         if not as_json:
             click.echo(text)
@@ -156,7 +160,7 @@ def board_rows(*, as_json: bool) -> Iterator[Callable[[dict, str], None]]:
             show_json({"boards": rows})
 
 
-def say(notes) -> None:
+def say(notes: Iterable[str]) -> None:
     """Print notes to the error stream."""
     for note in notes:
         click.echo(f"note: {note}", err=True)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
@@ -12,6 +12,7 @@ from pixstep import progress
 from pixstep.cli.command import FILE, FOLDER, command
 from pixstep.cli.options import json_option, plots_option, show_json
 from pixstep.cli.programoptions import (
+    ProgramOptions,
     machine_option,
     plan_options_of,
     program_options,
@@ -43,7 +44,15 @@ _SHOWN = 8  # slowed moves and violations that are printed
 @plots_option
 @json_option
 @click.pass_context
-def plan(ctx, program, machine, out, plot, as_json, **options):
+def plan(
+    ctx: click.Context,
+    program: Path,
+    machine: str | None,
+    out: Path,
+    plot: bool,
+    as_json: bool,
+    **options: Unpack[ProgramOptions],
+) -> None:
     """Plan a motion program of blended moves: a line for each motor, all of equal length.
 
     A plan keeps max_speed and max_acceleration of the machine file, with lookahead max_jerk too. It

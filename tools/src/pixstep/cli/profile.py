@@ -2,7 +2,9 @@
 """`pixstep profile`: make, check, repair and show acceleration profiles."""
 
 from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
+from typing import Unpack
 
 import click
 
@@ -12,6 +14,7 @@ from pixstep.cli.options import (
     HZ,
     STATUSES,
     VERDICTS,
+    Facts,
     json_option,
     plot_option,
     raw_option,
@@ -20,6 +23,7 @@ from pixstep.cli.options import (
 )
 from pixstep.cli.quantities import (
     SPEED_TYPE,
+    LimitOptions,
     limit_options,
     scale_of,
     whole_limit,
@@ -51,14 +55,23 @@ _REPAIRABLE = {"speed", "oscillates", "reverses_inside_pixel"}
 @limit_options
 @json_option
 @click.pass_context
-def profile_check(ctx, file, decode, raw, lenient, as_json, **limits):
+def profile_check(
+    ctx: click.Context,
+    file: Path,
+    decode: str | None,
+    raw: bool,
+    lenient: bool,
+    as_json: bool,
+    pixel_hz: Fraction | None,
+    **limits: Unpack[LimitOptions],
+) -> None:
     """Check a profile under every reading of its file.
 
     Exit status 0 fine, 1 warnings or a reading that fails, 3 no reading is sound.
     """
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
-    hz = used_frequency(ctx, read.path, read.header)
+    hz = used_frequency(ctx, pixel_hz, read.path, read.header)
     bounds = linecheck.Limits(
         max_speed=whole_limit(limits["max_speed"], hz),
         max_acceleration=whole_limit(limits["max_acceleration"], hz),
@@ -85,15 +98,27 @@ def profile_check(ctx, file, decode, raw, lenient, as_json, **limits):
 @plot_option("-o", "--output")
 @json_option
 @click.pass_context
-def profile_show(ctx, file, decode, speed, raw, lenient, plot, as_json, **limits):
+def profile_show(
+    ctx: click.Context,
+    file: Path,
+    decode: str | None,
+    speed: units.Quantity | None,
+    raw: bool,
+    lenient: bool,
+    plot: Path | None,
+    as_json: bool,
+    pixel_hz: Fraction | None,
+    **limits: Unpack[LimitOptions],
+) -> None:
     """Show speed, acceleration, jerk and position of a profile: a table, with --plot a drawing."""
     read = readings.load(file, raw=raw, lenient=lenient)
     say(read.notes)
-    hz = used_frequency(ctx, read.path, read.header)
+    hz = used_frequency(ctx, pixel_hz, read.path, read.header)
+    top = None
     if speed is not None:
-        speed = units.whole_speed(speed, hz, scale_of(ctx), smooth=decode != PLAIN)
+        top = units.whole_speed(speed, hz, scale_of(ctx), smooth=decode != PLAIN)
     decode = decode or _motor(file) or SMOOTH
-    counts = _counts(read, decode, speed)
+    counts = _counts(read, decode, top)
     line = Line(counts, decode, name=str(file))
     bounds = drawn_limits(limits, hz)
     drawing = Drawing(line, file.name, hz, bounds, going_on=True)
@@ -172,7 +197,7 @@ def _advice(found: list[readings.Reading]) -> Iterator[str]:
         yield "pixstep profile repair proposes values that a smooth motor can follow"
 
 
-def _check_json(path: Path, found: list[readings.Reading], status: int) -> dict:
+def _check_json(path: Path, found: list[readings.Reading], status: int) -> Facts:
     """Return the readings as plain data."""
     return {
         "file": str(path),

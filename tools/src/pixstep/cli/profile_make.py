@@ -4,6 +4,7 @@
 import time
 from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import click
 
@@ -18,6 +19,16 @@ from pixstep.lines.units import ACCELERATION, JERK, SPEED, Quantity
 from pixstep.profiles import generator, kinematics, make, names, page
 from pixstep.profiles.repair import whole_line
 from pixstep.profiles.stretches import START
+
+
+class _Options(TypedDict):
+    motor: str | None
+    variant: str | None
+    csv: Path | None
+    decode: str | None
+    name: str | None
+    haps: int | None
+    lead_in: int
 
 
 @command("make")
@@ -43,7 +54,16 @@ from pixstep.profiles.stretches import START
               help="LeadIn of the CSV: constant pixels before the image.")  # fmt: skip
 @json_option
 @click.pass_context
-def profile_make(ctx, top_speed, max_acceleration, max_jerk, pixel_hz, output, as_json, **options):
+def profile_make(
+    ctx: click.Context,
+    top_speed: Quantity,
+    max_acceleration: Quantity,
+    max_jerk: Quantity,
+    pixel_hz: Fraction | None,
+    output: Path | None,
+    as_json: bool,
+    **options: Unpack[_Options],
+) -> None:
     """Make the shortest acceleration profile within limits of acceleration and jerk.
 
     All speeds are even, and the jerk limit is kept from rest up to the constant speed after the
@@ -56,18 +76,19 @@ def profile_make(ctx, top_speed, max_acceleration, max_jerk, pixel_hz, output, a
     )
     path = _prn_path(output, pixel_hz, options["motor"], options["variant"])
     speeds = make.shortest_profile(limits)
-    csv = _csv_parts(options, speeds, pixel_hz)
-    csv_outputs = [("--csv", options["csv"])] if csv else []
+    csv = options["csv"]
+    parts = _csv_parts(options, csv, speeds, pixel_hz)
+    csv_outputs = [("--csv", csv)] if csv else []
     refuse_outputs(ctx, [("-o", path), *csv_outputs])
     with atomic.together():
         formats.write_prn(path, speeds)
-        if csv:
-            formats.write_csv(options["csv"], *csv)
+        if csv and parts:
+            formats.write_csv(csv, *parts)
     figures = _figures(speeds)
     if as_json:
         report = {
             "file": str(path),
-            "csv": str(options["csv"]) if csv else None,
+            "csv": str(csv) if csv else None,
             "limits": {
                 "top_speed_steps_per_px": limits.top_speed,
                 "max_acceleration_steps_per_px2": limits.max_acceleration,
@@ -78,7 +99,7 @@ def profile_make(ctx, top_speed, max_acceleration, max_jerk, pixel_hz, output, a
         }
         show_json(report)
         return
-    _print(path, options["csv"], speeds, limits, pixel_hz)
+    _print(path, csv, speeds, limits, pixel_hz)
 
 
 def _legal(limit: Quantity, hz: Fraction | None) -> int:
@@ -106,19 +127,19 @@ def _prn_path(
     return (output or Path()) / names.conventional(motor, hz, variant)
 
 
-def _csv_parts(options: dict, speeds: list[int], hz: Fraction | None) -> tuple | None:
+def _csv_parts(
+    options: _Options, csv: Path | None, speeds: list[int], hz: Fraction | None
+) -> tuple[list[int], formats.ProfileHeader] | None:
     """Return counts and header of the CSV, None if none is wanted.
 
     The counts end with one pixel of the top speed, so that it is reached under both decode rules.
     """
-    if options["csv"] is None:
-        given = [name for name in ("decode", "name", "haps", "lead_in") if options[name]]
-        if given:
-            raise UserError(f"--{given[0].replace('_', '-')} is for the CSV profile: give --csv")
+    if csv is None:
+        _refuse_without_csv(options)
         return None
     if hz is None:
-        raise UserError(f"{options['csv']}: the header of a CSV profile needs --pixel-hz")
-    name = options["name"] or options["csv"].stem
+        raise UserError(f"{csv}: the header of a CSV profile needs --pixel-hz")
+    name = options["name"] or csv.stem
     if len(name) > 20:
         raise UserError(f"header name {name!r} is longer than 20 characters: give --name")
     top = speeds[-1]
@@ -130,6 +151,18 @@ def _csv_parts(options: dict, speeds: list[int], hz: Fraction | None) -> tuple |
         raise UserError(f"--haps {haps}: the CSV profile has {len(counts)} entries")
     frequency = f"{float(hz):.10g}"
     return counts, formats.ProfileHeader(time.ctime(), name, 1, haps, options["lead_in"], frequency)
+
+
+def _refuse_without_csv(options: _Options) -> None:
+    """Refuse options that mean nothing without a CSV."""
+    for name, given in (
+        ("--decode", options["decode"]),
+        ("--name", options["name"]),
+        ("--haps", options["haps"]),
+        ("--lead-in", options["lead_in"]),
+    ):
+        if given:
+            raise UserError(f"{name} is for the CSV profile: give --csv")
 
 
 def _figures(speeds: list[int]) -> kinematics.Figures:

@@ -9,7 +9,7 @@ import click
 
 from pixstep import formats
 from pixstep.cli.command import FILE, OUTPUT, command
-from pixstep.cli.options import HZ, json_option, raw_option, say, show_json, teller
+from pixstep.cli.options import HZ, Facts, json_option, raw_option, say, show_json, teller
 from pixstep.cli.quantities import ACCELERATION_TYPE
 from pixstep.errors import UserError
 from pixstep.lines.units import Quantity
@@ -34,7 +34,17 @@ from pixstep.profiles.stretches import LINE, START
 @click.option("--pixel-hz", type=HZ, help="Pixel frequency, for a limit per second.")
 @click.option("-o", "--output", type=OUTPUT, required=True, help="File to write.")
 @json_option
-def profile_repair(file, max_acceleration, part, insert, raw, lenient, pixel_hz, output, as_json):
+def profile_repair(
+    file: Path,
+    max_acceleration: Quantity | None,
+    part: str | None,
+    insert: bool,
+    raw: bool,
+    lenient: bool,
+    pixel_hz: Fraction | None,
+    output: Path,
+    as_json: bool,
+) -> None:
     """Repair a file for a smooth motor: counts that oscillate, or the speeds of a PRN.
 
     Counts keep their length: ramps take pixels from the stretches of constant speed. A PRN gets
@@ -79,7 +89,9 @@ def _repair(file: Path, counts: tuple[int, ...], wish: Wish) -> Repair:
         raise UserError(f"{file}: {error}") from None
 
 
-def _report(file: Path, output: Path, part: str | None, before: tuple, repair: Repair) -> dict:
+def _report(
+    file: Path, output: Path, part: str | None, before: tuple[int, ...], repair: Repair
+) -> Facts:
     """Return the repair as plain data."""
     return {
         "file": str(file),
@@ -91,7 +103,9 @@ def _report(file: Path, output: Path, part: str | None, before: tuple, repair: R
     }
 
 
-def _print(file: Path, output: Path, part: str | None, before: tuple, repair: Repair) -> None:
+def _print(
+    file: Path, output: Path, part: str | None, before: tuple[int, ...], repair: Repair
+) -> None:
     """Print what was changed and why."""
     tell = teller(output)
     kinds = {LINE: "a line from rest to rest", START: "an accelerating start", None: "PRN speeds"}

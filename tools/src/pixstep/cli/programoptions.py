@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
 import click
 
-from pixstep.cli.quantities import TimeType
+from pixstep.cli.quantities import Decorated, TimeType
 from pixstep.errors import UserError
 from pixstep.machine import finding
 from pixstep.programs.options import LOOKAHEAD, MODES, WINDOW, Options
@@ -61,7 +60,17 @@ machine_option = click.option(
 )
 
 
-def program_options(command: Callable) -> Callable:
+class ProgramOptions(TypedDict):
+    """What the options of planning give."""
+
+    mode: str
+    window: int
+    no_assume_last: bool
+    segment: float | None
+    path_tolerance: float
+
+
+def program_options(command: Decorated) -> Decorated:
     """Give a command the options of planning."""
     for option in reversed(_OPTIONS):
         command = option(command)
@@ -86,7 +95,7 @@ def none_found() -> UserError:
     )
 
 
-def setup_of(machine: Machine, options: dict[str, Any]) -> Setup:
+def setup_of(machine: Machine, options: ProgramOptions) -> Setup:
     """Return the setup of a machine file and of the options."""
     from pixstep.programs.motors import of_machine
 
@@ -96,6 +105,6 @@ def setup_of(machine: Machine, options: dict[str, Any]) -> Setup:
     return setup
 
 
-def plan_options_of(options: dict[str, Any]) -> Options:
+def plan_options_of(options: ProgramOptions) -> Options:
     """Return how a program is to be planned."""
     return Options(options["mode"], options["window"], not options["no_assume_last"])

@@ -6,6 +6,7 @@ Millimetres and degrees become steps by the motor of the command line (see `mach
 
 from collections.abc import Callable
 from fractions import Fraction
+from typing import Any, Generic, TypedDict, TypeVar
 
 import click
 
@@ -15,6 +16,16 @@ from pixstep.lines.rational import parse_hz
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Quantity, Scale
 
 _SCALE = "pixstep.scale"
+Value = TypeVar("Value", covariant=True)
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])  # a command's function
+
+
+class LimitOptions(TypedDict):
+    """What the options of `limit_options` give."""
+
+    max_speed: Quantity | None
+    max_acceleration: Quantity | None
+    max_jerk: Quantity | None
 
 
 def set_scale(ctx: click.Context, scale: Callable[[], Scale | None]) -> None:
@@ -33,22 +44,25 @@ def _in_steps(quantity: Quantity, ctx: click.Context | None) -> Quantity:
     return quantity if quantity.length == STEP else quantity.in_steps(scale_of(ctx))
 
 
-class _Parsed(click.ParamType):
+class _Parsed(click.ParamType[Value, Any], Generic[Value]):
     """A text that a function parses; a bad one is a usage error."""
 
-    def convert(self, value, param, ctx):
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Value:
         """Parse the text; what is no text was parsed before, as that of a machine file."""
         try:
             return self._parse(value, ctx) if isinstance(value, str) else self._judge(value)
         except UserError as error:
             return self.fail(str(error), param, ctx)
 
-    def _parse(self, text: str, ctx: click.Context | None):
+    def _parse(self, text: str, ctx: click.Context | None) -> Value:
         raise NotImplementedError
 
-    def _judge(self, value):
-        """Return a value. Raises UserError if it cannot be."""
-        return value
+    def _judge(self, value: Any) -> Value:
+        """Return a value that was parsed before. Raises UserError if it cannot be."""
+        parsed: Value = value
+        return parsed
 
 
 def _within(value: int, least: int | None, most: int | None) -> int:
@@ -60,7 +74,7 @@ def _within(value: int, least: int | None, most: int | None) -> int:
     return value
 
 
-class _QuantityType(_Parsed):
+class _QuantityType(_Parsed[Quantity]):
     """A figure such as 128, 128steps/px2, 115200steps/s2 or 12mm/s."""
 
     def __init__(self, order: int):
@@ -71,7 +85,7 @@ class _QuantityType(_Parsed):
         return _in_steps(units.parse(text, self.order), ctx)
 
 
-class _RangeType(_Parsed):
+class _RangeType(_Parsed[int]):
     """A whole number within a range."""
 
     def __init__(self, least: int | None = None, most: int | None = None):
@@ -99,7 +113,7 @@ class PixelsType(_RangeType):
         return self._judge(units.parse_pixels(text))
 
 
-class WholeHzType(_Parsed):
+class WholeHzType(_Parsed[int]):
     """A frequency of a whole number of Hz: 16000000 or 16 MHz."""
 
     name = "HZ"
@@ -111,15 +125,15 @@ class WholeHzType(_Parsed):
         return int(hz)
 
 
-class TimeType(_Parsed):
+class TimeType(_Parsed[float]):
     """A time: 500us, 1.5s, or a number of the unit `bare`, in which the result is too."""
 
     name = "TIME"
 
-    def __init__(self, bare: str, least: float, most: float, kind: type = float):
+    def __init__(self, bare: str, least: float, most: float, kind: type[float] = float):
         self.bare, self.least, self.most, self.kind = bare, least, most, kind
 
-    def _parse(self, text: str, ctx: click.Context | None):
+    def _parse(self, text: str, ctx: click.Context | None) -> float:
         value = units.parse_seconds(text, self.bare) / units.parse_seconds("1", self.bare)
         if not self.least <= value <= self.most:
             raise UserError(f"{text} is not in the range {self.least} to {self.most} {self.bare}")
@@ -134,7 +148,7 @@ ACCELERATION_TYPE = _QuantityType(ACCELERATION)
 JERK_TYPE = _QuantityType(JERK)
 
 
-def limit_options(command: Callable) -> Callable:
+def limit_options(command: Decorated) -> Decorated:
     """Add --max-speed, --max-acceleration and --max-jerk, none of them required."""
     for name, kind, text in (
         ("--max-jerk", JERK_TYPE, "Largest change of the acceleration, steps/px3 or steps/s3."),

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, TypeVar
 
 from pixstep.cli.options import show_json
 from pixstep.lazy import lazy
@@ -17,8 +17,21 @@ else:
     rich = lazy("rich")
 
 
+class Judged(TypedDict):
+    """A summary that has a verdict."""
+
+    verdict: str
+
+
+Summary = TypeVar("Summary", bound=Judged)
+
+
 def deliver(
-    summary: dict, out: Path, page: Callable[[rich.console.Console, dict], None], *, as_json: bool
+    summary: Summary,
+    out: Path,
+    page: Callable[[rich.console.Console, Summary], None],
+    *,
+    as_json: bool,
 ) -> int:
     """Print a summary as JSON, or its page and the files in `out`; return the exit status."""
     if as_json:
@@ -27,4 +40,4 @@ def deliver(
         console = rich.console.Console(highlight=False)
         page(console, summary)
         report.print_files(console, out)
-    return report.exit_status(summary)
+    return report.exit_status(summary["verdict"])

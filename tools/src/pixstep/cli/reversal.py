@@ -6,13 +6,22 @@ from __future__ import annotations
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import click
 
 from pixstep import atomic, formats
 from pixstep.cli.command import FILE, OUTPUT, command
-from pixstep.cli.options import HZ, json_option, plot_option, raw_option, say, show_json, teller
+from pixstep.cli.options import (
+    HZ,
+    Facts,
+    json_option,
+    plot_option,
+    raw_option,
+    say,
+    show_json,
+    teller,
+)
 from pixstep.cli.quantities import ACCELERATION_TYPE, SPEED_TYPE, StepsType
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
@@ -37,12 +46,14 @@ else:
     rich = lazy("rich")
 
 
-class _Pixels(click.ParamType):
+class _Pixels(click.ParamType[int | None, int | str | None]):
     """A number of pixels, or auto (None)."""
 
     name = "PIXELS|auto"
 
-    def convert(self, value, param, ctx) -> int | None:
+    def convert(
+        self, value: int | str | None, param: click.Parameter | None, ctx: click.Context | None
+    ) -> int | None:
         """Parse the text; a bad one is a usage error."""
         if value is None or isinstance(value, int):
             return value
@@ -55,6 +66,16 @@ class _Pixels(click.ParamType):
         if pixels < 1:
             self.fail(f"{value!r}: a number of pixels from 1, or auto", param, ctx)
         return pixels
+
+
+class _Options(TypedDict):
+    play: int
+    transition_px: int | None
+    max_acceleration: units.Quantity
+    start_stop: units.Quantity
+    max_speed: units.Quantity
+    pixel_hz: Fraction | None
+    initial_direction: str
 
 
 @command("compensate")
@@ -96,7 +117,15 @@ class _Pixels(click.ParamType):
 @plot_option()
 @json_option
 @click.pass_context
-def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
+def line_compensate(
+    ctx: click.Context,
+    csv: Path,
+    output: Path,
+    plot: Path | None,
+    as_json: bool,
+    raw: bool,
+    **options: Unpack[_Options],
+) -> None:
     """Take up the play at every reversal of a plain line.
 
     CSV holds the load's motion, OUTPUT gets the motor's: from the first pixel of each new direction
@@ -127,12 +156,15 @@ def line_compensate(ctx, csv, output, plot, as_json, raw, **options):
     ctx.exit(0 if made.complete else 1)
 
 
-def _limits(options: dict) -> MotionLimits:
+def _limits(options: _Options) -> MotionLimits:
     """Return what the motor can do; no pixel holds more than MAX_COUNT steps."""
     hz = options["pixel_hz"]
-    names = ("max_acceleration", "start_stop", "max_speed")
-    acceleration, slow, fast = (units.whole_limit(options[name], hz) for name in names)
-    return MotionLimits(acceleration, slow, min(fast, MAX_COUNT))
+    fast = units.whole_limit(options["max_speed"], hz)
+    return MotionLimits(
+        units.whole_limit(options["max_acceleration"], hz),
+        units.whole_limit(options["start_stop"], hz),
+        min(fast, MAX_COUNT),
+    )
 
 
 def _draw(made: Compensated, request: Request, csv: Path, hz: Fraction | None, plot: Path) -> None:
@@ -141,7 +173,7 @@ def _draw(made: Compensated, request: Request, csv: Path, hz: Fraction | None, p
     picture.draw(made, request, str(csv), hz, plot)
 
 
-def _report(csv: Path, output: Path, request: Request, made: Compensated) -> dict:
+def _report(csv: Path, output: Path, request: Request, made: Compensated) -> Facts:
     """Return everything as plain data."""
     worst = max(map(abs, made.load_errors))
     return {

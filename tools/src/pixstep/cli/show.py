@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
@@ -24,7 +24,7 @@ from pixstep.cli.options import (
     show_json,
     teller,
 )
-from pixstep.cli.quantities import PixelsType, limit_options, whole_limit
+from pixstep.cli.quantities import LimitOptions, PixelsType, limit_options, whole_limit
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.lines import linecheck
@@ -53,11 +53,23 @@ else:
 @plot_option("-o", "--output")
 @json_option
 @click.pass_context
-def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, divider, plot, as_json, **limits):
+def line_show(
+    ctx: click.Context,
+    csv: Path,
+    decode: str,
+    backlash: int,
+    raw: bool,
+    lead_in: int | None,
+    pixel_hz: Fraction | None,
+    divider: int,
+    plot: Path | None,
+    as_json: bool,
+    **limits: Unpack[LimitOptions],
+) -> None:
     """Show speed, acceleration, jerk and position of a line: a table, with --plot a drawing."""
     read = formats.read_csv(csv, raw=raw)
     say(read.notes)
-    pixel_hz = used_frequency(ctx, csv, read.header, divider)
+    pixel_hz = used_frequency(ctx, pixel_hz, csv, read.header, divider)
     if read.header:
         lead_in = read.header.lead_in_px if lead_in is None else lead_in
     shown = Line(read.values, decode, backlash, name=str(csv))
@@ -68,14 +80,18 @@ def line_show(ctx, csv, decode, backlash, raw, lead_in, pixel_hz, divider, plot,
 
 
 def used_frequency(
-    ctx: click.Context, path: Path, header: formats.ProfileHeader | None, divider: int = 1
+    ctx: click.Context,
+    clock_hz: Fraction | None,
+    path: Path,
+    header: formats.ProfileHeader | None,
+    divider: int = 1,
 ) -> Fraction | None:
     """Return the frequency of pixels: by --pixel-hz, else of the file itself, else the machine's.
 
     A pixel has `divider` edges of the clock. A file that was made for another frequency than is
     given gets a note.
     """
-    given = ctx.params["pixel_hz"] and ctx.params["pixel_hz"] / divider
+    given = clock_hz and clock_hz / divider
     own = madefor.frequency(path, header)
     if own is None or (given and not by_machine(ctx, "pixel_hz")):
         say(madefor.notes(path, header, given, divider=divider))
@@ -90,10 +106,14 @@ def _refuse_backlash(line: Line) -> None:
             raise UserError(f"{line.name}: {item.message}")
 
 
-def drawn_limits(limits: dict, hz: Fraction | None) -> dict[int, int]:
+def drawn_limits(limits: LimitOptions, hz: Fraction | None) -> dict[int, int]:
     """Return the limits that are given, by order."""
-    names = {SPEED: "max_speed", ACCELERATION: "max_acceleration", JERK: "max_jerk"}
-    found = {order: whole_limit(limits[name], hz) for order, name in names.items()}
+    given = {
+        SPEED: limits["max_speed"],
+        ACCELERATION: limits["max_acceleration"],
+        JERK: limits["max_jerk"],
+    }
+    found = {order: whole_limit(limit, hz) for order, limit in given.items()}
     return {order: value for order, value in found.items() if value is not None}
 
 

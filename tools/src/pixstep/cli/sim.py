@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
@@ -12,13 +14,14 @@ from pixstep import demo, progress
 from pixstep.board import boards, limits, settings
 from pixstep.board.limits import BoardLimits
 from pixstep.cli.clockoptions import (
+    FlawOptions,
     clock_flaw_options,
     clock_flaws,
     divider_option,
     sync_option,
 )
 from pixstep.cli.command import FILE, FOLDER, command
-from pixstep.cli.manylines import per_line, read_lines
+from pixstep.cli.manylines import LineOptions, per_line, read_lines
 from pixstep.cli.options import (
     DECODE,
     LINE_NUMBER,
@@ -46,6 +49,20 @@ if TYPE_CHECKING:
     import rich.console
 else:
     rich = lazy("rich")
+
+
+class _SimOptions(FlawOptions, LineOptions):
+    pixel_hz: Fraction
+    axis: int
+    sync: str
+    serial_load: bool
+    seed: int
+    backlash_policy: str
+    image: Path | None
+    check: bool
+    plant: tuple[str, ...]
+    ideal: tuple[Path, ...]
+    vcd: bool
 
 
 @command("sim")
@@ -97,19 +114,32 @@ else:
     help="Line N of files of many lines; once, or per line file.",
 )
 @click.pass_context
-def sim(ctx, csv, board, decode, backlash, out, divider, plot, details, as_json, **options):
+def sim(
+    ctx: click.Context,
+    csv: tuple[Path, ...],
+    board: str,
+    decode: tuple[str, ...],
+    backlash: tuple[int, ...],
+    out: Path,
+    divider: int,
+    plot: bool,
+    details: bool,
+    as_json: bool,
+    **options: Unpack[_SimOptions],
+) -> None:
     """Run lines on a simulated board and judge every edge; one file (CSV, CSB) per axis.
 
     Exit status 0 only if the verdict is pass, 1 if it is not, 2 for misuse, 3 for a refused line.
     """
     line_hz = options["pixel_hz"] / divider
-    lines = read_lines(csv, decode, backlash, {**options, "pixel_hz": line_hz, "divider": divider})
+    lines = read_lines(csv, decode, backlash, options, pixel_hz=line_hz, divider=divider)
     last = options["axis"] + len(lines) - 1
     if last >= boards.load(board).axes:
         raise UserError(f"axis {last}: the {boards.axes_text(board)}")
     if options["check"]:
         clock = settings.of_clock(options["sync"], divider)
         _refuse_bad(lines, limits.named(board, line_hz, axes=len(lines), clock=clock))
+    plants, ideals = _plants(lines, options)
     job = Job(
         board=board,
         lines={options["axis"] + index: line for index, line in enumerate(lines)},
@@ -123,7 +153,8 @@ def sim(ctx, csv, board, decode, backlash, out, divider, plot, details, as_json,
         backlash_policy=options["backlash_policy"],
         image=options["image"],
         vcd=options["vcd"],
-        **_plants(lines, options),
+        plants=plants,
+        ideals=ideals,
     )
     with progress.shown("simulating") as show:
         judged = simulate(job, out, plots=plot, progress=show)
@@ -141,7 +172,7 @@ def sim(ctx, csv, board, decode, backlash, out, divider, plot, details, as_json,
 @click.option("--serial-load", is_flag=True, help="Saturate the serial line while moving.")
 @json_option
 @click.pass_context
-def demo_command(ctx, out, serial_load, as_json):
+def demo_command(ctx: click.Context, out: Path | None, serial_load: bool, as_json: bool) -> None:
     """Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD."""
     console = rich.console.Console(highlight=False, quiet=as_json)
     done = demo.run(console, out, serial_load=serial_load)
@@ -150,10 +181,14 @@ def demo_command(ctx, out, serial_load, as_json):
     ctx.exit(FINE if done.passed else NEGATIVE)
 
 
-def _plants(lines: list[Line], options: dict) -> dict:
+def _plants(
+    lines: list[Line], options: _SimOptions
+) -> tuple[dict[int, str], dict[int, tuple[int, ...]]]:
     """Return the plants and the ideal counts of a job, by axis."""
-    knobs = per_line(options["plant"], len(lines), None, "--plant")
-    paths = per_line(options["ideal"], len(lines), None, "--ideal")
+    plant: tuple[str | None, ...] = options["plant"]
+    ideal: tuple[Path | None, ...] = options["ideal"]
+    knobs = per_line(plant, len(lines), None, "--plant")
+    paths = per_line(ideal, len(lines), None, "--ideal")
     if any(paths) and not any(knobs):
         raise UserError("--ideal says what the load should do: give the axis a --plant too")
     axes = range(options["axis"], options["axis"] + len(lines))
@@ -166,7 +201,7 @@ def _plants(lines: list[Line], options: dict) -> dict:
                     f"{path}: {len(ideals[axis])} pixels, {line.name} has {line.pixels}"
                 )
     plants = {axis: text for axis, text in zip(axes, knobs, strict=True) if text}
-    return {"plants": plants, "ideals": ideals}
+    return plants, ideals
 
 
 def _refuse_bad(lines: list[Line], board: BoardLimits) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NotRequired, TypedDict, Unpack
 
 import click
 
@@ -15,6 +15,7 @@ from pixstep.board import boards, capability
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import (
     HZ,
+    Facts,
     deliver_facts,
     json_option,
     out_option,
@@ -27,7 +28,9 @@ from pixstep.cli.options import (
 )
 from pixstep.cli.quantities import StepsType
 from pixstep.cli.trajectoryoptions import (
+    GivenScale,
     LengthType,
+    PlayOptions,
     axis_plays,
     board_play_options,
     counts_of,
@@ -42,13 +45,14 @@ from pixstep.cli.trajectoryoptions import (
 )
 from pixstep.errors import NEGATIVE, UserError
 from pixstep.lazy import lazy
+from pixstep.lines.units import Quantity
 from pixstep.simulation.report import exit_status, new_table, print_files, ticks_text
 from pixstep.trajectories import choose, circle, circletest, files, host, transitions
 from pixstep.trajectories.boardsim import BoardJob
 from pixstep.trajectories.circle import HOLDS, Circle, CircleRequest
-from pixstep.trajectories.circletest import RUNS, CircleTest
+from pixstep.trajectories.circletest import RUNS, CircleSummary, CircleTest, RunSummary
 from pixstep.trajectories.table import AXES, MOST_RECORDS, Table
-from pixstep.trajectories.trace import Trace, Unit, of_points
+from pixstep.trajectories.trace import RoundnessData, Trace, Unit, of_points
 from pixstep.trajectories.transitions import AxisPlay, Compensated
 
 if TYPE_CHECKING:
@@ -69,6 +73,35 @@ _run_option = click.option(
 )  # fmt: skip
 
 
+class _CircleOptions(TypedDict):
+    points: int
+    revolutions: int
+    holds: int
+    lead_in: int
+
+
+class _SimOptions(PlayOptions):
+    scale: GivenScale | None
+    image: Path | None
+    seed: int
+    parquet: bool
+
+
+class _Run(TypedDict):
+    max_load_error_counts: list[float]
+    max_following_error_counts: list[float]
+    roundness: NotRequired[RoundnessData]
+
+
+class _Facts(TypedDict):
+    file: str
+    records: int
+    holds: int
+    circle: dict[str, int] | None
+    top_speed: list[int]
+    runs: dict[str, _Run]
+
+
 @command("circle")
 @click.option("--diameter", type=LengthType(), help="Of the circle: 0.125in, 3mm or counts.")
 @click.option("--radius", type=LengthType(), help="Instead of the diameter.")
@@ -85,7 +118,15 @@ _run_option = click.option(
 @_output_option
 @json_option
 @click.pass_context
-def circle_command(ctx, diameter, radius, scale, output, as_json, **options):
+def circle_command(
+    ctx: click.Context,
+    diameter: Quantity | None,
+    radius: Quantity | None,
+    scale: GivenScale | None,
+    output: Path,
+    as_json: bool,
+    **options: Unpack[_CircleOptions],
+) -> None:
     """Make the table of a circle, counter-clockwise from angle 0, in counts.
 
     Records are p1, v1, p2, v2, 32 bits each, little-endian: axis 1 is the cosine, axis 2 the sine,
@@ -111,7 +152,7 @@ def circle_command(ctx, diameter, radius, scale, output, as_json, **options):
 @_table_argument
 @_output_option
 @json_option
-def import_command(table, output, as_json):
+def import_command(table: Path, output: Path, as_json: bool) -> None:
     """Check a table of your own and write it as 16-byte records.
 
     CSV or Parquet with columns p1, p2 and, together or not at all, v1, v2: whole counts, a row for
@@ -124,7 +165,7 @@ def import_command(table, output, as_json):
 @_table_argument
 @_output_option
 @json_option
-def export_command(table, output, as_json):
+def export_command(table: Path, output: Path, as_json: bool) -> None:
     """Write a table as CSV or Parquet, by the end of the output's name."""
     _convert(table, output, as_json=as_json)
 
@@ -137,7 +178,15 @@ def export_command(table, output, as_json):
 @_output_option
 @json_option
 @click.pass_context
-def compensate_command(ctx, table, pixel_hz, scale, output, as_json, **options):
+def compensate_command(
+    ctx: click.Context,
+    table: Path,
+    pixel_hz: Fraction | None,
+    scale: GivenScale | None,
+    output: Path,
+    as_json: bool,
+    **options: Unpack[PlayOptions],
+) -> None:
     """Write a table with the play of both axes taken up at every reversal.
 
     For a controller elsewhere: `trajectory sim` does this when it runs a table. Exit status 1 if a
@@ -165,21 +214,30 @@ def compensate_command(ctx, table, pixel_hz, scale, output, as_json, **options):
 @plot_option()
 @json_option
 @click.pass_context
-def show_command(ctx, table, which, pixel_hz, scale, plot, as_json, **options):
+def show_command(
+    ctx: click.Context,
+    table: Path,
+    which: str,
+    pixel_hz: Fraction | None,
+    scale: GivenScale | None,
+    plot: Path | None,
+    as_json: bool,
+    **options: Unpack[PlayOptions],
+) -> None:
     """Show what is in a table and, with --play, what the load of a modelled machine does.
 
     The model has the play, and a servo of --bandwidth; radius errors are those at the points.
     """
     original = read_table(table)
     found = find_circle(original)
-    facts = {
+    traces = _modelled(original, which, pixel_hz, options) if options["play"] or plot else []
+    unit = unit_of(ctx, scale)
+    facts: _Facts = {
         "file": str(table), "records": original.records, "holds": original.holds,
         "circle": asdict(found) if found else None,
         "top_speed": [int(abs(original.counts(axis)).max()) for axis in range(AXES)],
+        "runs": {run.name: _model_summary(run, found, unit) for run in traces},
     }  # fmt: skip
-    traces = _modelled(original, which, pixel_hz, options) if options["play"] or plot else []
-    unit = unit_of(ctx, scale)
-    facts["runs"] = {run.name: _model_summary(run, found, unit) for run in traces}
     if plot:
         along = "seconds" if pixel_hz else "points"
         _draw_model(traces, found, unit, f"{original.name} on a modelled machine", along, plot)
@@ -209,8 +267,18 @@ def show_command(ctx, table, which, pixel_hz, scale, plot, as_json, **options):
 @json_option
 @click.pass_context
 def sim_command(
-    ctx, table, which, board, axis, pixel_hz, plant_play, out, plot, as_json, **options
-):
+    ctx: click.Context,
+    table: Path,
+    which: str,
+    board: str,
+    axis: int,
+    pixel_hz: Fraction,
+    plant_play: tuple[int, ...],
+    out: Path,
+    plot: bool,
+    as_json: bool,
+    **options: Unpack[_SimOptions],
+) -> None:
     """Run a table on two axes of a simulated board, and measure the circle that its loads make.
 
     The one table runs as it is and compensated; hold records are left out. Every edge is judged,
@@ -239,14 +307,20 @@ def sim_command(
         console = rich.console.Console(highlight=False)
         _print_summary(console, summary)
         print_files(console, out)
-    ctx.exit(exit_status(summary))
+    ctx.exit(exit_status(summary["verdict"]))
 
 
-def _radius(ctx, diameter, radius, scale) -> int:
+def _radius(
+    ctx: click.Context,
+    diameter: Quantity | None,
+    radius: Quantity | None,
+    scale: GivenScale | None,
+) -> int:
     """Return the radius in counts, cut off as the table's positions are."""
-    if (diameter is None) == (radius is None):
+    length = radius or diameter
+    if length is None or (diameter and radius):
         raise UserError("a circle has --diameter or --radius, one of them")
-    counts = counts_of(ctx, radius or diameter, scale) / (1 if radius else 2)
+    counts = counts_of(ctx, length, scale) / (1 if radius else 2)
     if counts < 1:
         raise UserError(f"a radius of {float(counts):g} counts: at least 1")
     return int(counts)
@@ -263,7 +337,7 @@ def _convert(table: Path, output: Path, *, as_json: bool) -> None:
 
 
 def _predicted(
-    original: Table, plays: tuple[AxisPlay, ...], hz: Fraction | None, options: dict
+    original: Table, plays: tuple[AxisPlay, ...], hz: Fraction | None, options: PlayOptions
 ) -> list[float] | None:
     """Return the radius error of each axis' transitions; None without a circle, or points' time."""
     found = find_circle(original)
@@ -276,7 +350,7 @@ def _predicted(
     ]  # fmt: skip
 
 
-def _plays_json(plays: tuple[AxisPlay, ...], predicted: list[float] | None) -> dict:
+def _plays_json(plays: tuple[AxisPlay, ...], predicted: list[float] | None) -> Facts:
     return {
         "play": [item.play for item in plays],
         "transition_points": [item.steps for item in plays],
@@ -305,7 +379,9 @@ def _print_compensated(
             )
 
 
-def _modelled(original: Table, which: str, hz: Fraction | None, options: dict) -> list[Trace]:
+def _modelled(
+    original: Table, which: str, hz: Fraction | None, options: PlayOptions
+) -> list[Trace]:
     """Return what the load of a modelled machine does."""
     plays = axis_plays(options, original, hz)
     servo = servo_of(options)
@@ -316,14 +392,16 @@ def _modelled(original: Table, which: str, hz: Fraction | None, options: dict) -
     return [host.run(original, plays, name, machine) for name in chosen]
 
 
-def _model_summary(run: Trace, found: Circle | None, unit: Unit) -> dict:
+def _model_summary(run: Trace, found: Circle | None, unit: Unit) -> _Run:
     errors = abs(run.load_errors).max(axis=0).tolist()
     lags = abs(run.following_errors).max(axis=0).tolist()
-    facts = {
+    facts: _Run = {
         "max_load_error_counts": [round(value, 3) for value in errors],
         "max_following_error_counts": [round(value, 3) for value in lags],
     }
-    return facts | ({"roundness": of_points(run, found).summary(unit)} if found else {})
+    if found:
+        facts["roundness"] = of_points(run, found).summary(unit)
+    return facts
 
 
 def _draw_model(
@@ -337,7 +415,7 @@ def _draw_model(
         picture.draw_errors(traces, unit, below, path, along)
 
 
-def _print_facts(facts: dict, unit: Unit) -> None:
+def _print_facts(facts: _Facts, unit: Unit) -> None:
     """Print what is in a table, and the model's runs."""
     top = " and ".join(map(str, facts["top_speed"]))
     click.echo(
@@ -358,14 +436,14 @@ def _print_facts(facts: dict, unit: Unit) -> None:
             click.echo(f"{name}: load at most {loads} counts off")
 
 
-def _roundness_text(found: dict, unit: Unit) -> str:
+def _roundness_text(found: RoundnessData, unit: Unit) -> str:
     return (
         f"radius error at most {unit.text(found['max_radius_error_counts'])} at "
         f"{found['at_degrees']:.1f} degrees, passes {found['passes_apart_counts']:g} counts apart"
     )
 
 
-def _print_summary(console: rich.console.Console, summary: dict) -> None:
+def _print_summary(console: rich.console.Console, summary: CircleSummary) -> None:
     """Print the verdict and a row for each run."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     plays = " and ".join(map(str, summary["play_steps"]))
@@ -388,10 +466,10 @@ def _print_summary(console: rich.console.Console, summary: dict) -> None:
     console.print(table)
 
 
-def _cells(run: dict) -> list[str]:
+def _cells(run: RunSummary) -> list[str]:
     """Return what is told of a run in a row."""
     ticks = ticks_text(max(axis["max_edge_error_ticks"] for axis in run["edges"]))
-    loads = " ".join(map(str, run.get("max_load_error_counts", ["-"])))
+    loads = " ".join(map(str, run.get("max_load_error_counts", []))) or "-"
     found = run.get("roundness")
     if not found:
         return [ticks, loads, "-", "-", "-"]

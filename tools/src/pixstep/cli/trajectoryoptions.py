@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict
 
 import click
 
-from pixstep.cli.manylines import per_line
+from pixstep.cli.manylines import Value, per_line
 from pixstep.cli.options import say
-from pixstep.cli.quantities import StepsType, scale_of
+from pixstep.cli.quantities import Decorated, StepsType, scale_of
 from pixstep.errors import UserError
 from pixstep.lines import units
 from pixstep.lines.units import DISTANCE, STEP, Quantity, Scale
@@ -28,12 +29,14 @@ MOST_POINTS = 1_000_000
 _PER = re.compile(r".*/ *([^/ ]+) *")
 
 
-class LengthType(click.ParamType):
+class LengthType(click.ParamType[Quantity, Quantity | str]):
     """A length such as 0.125in, 3mm or 102400 (counts); the scale is asked for later."""
 
     name = "LENGTH"
 
-    def convert(self, value, param, ctx) -> Quantity:
+    def convert(
+        self, value: Quantity | str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Quantity:
         """Parse the text; a bad one is a usage error."""
         if isinstance(value, Quantity):
             return value
@@ -51,12 +54,14 @@ class GivenScale:
     unit: Unit
 
 
-class ScaleType(click.ParamType):
+class ScaleType(click.ParamType[GivenScale, GivenScale | str]):
     """Counts of a length: 1638400 steps/in or 400 steps/mm."""
 
     name = "SCALE"
 
-    def convert(self, value, param, ctx) -> GivenScale:
+    def convert(
+        self, value: GivenScale | str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> GivenScale:
         """Parse the text; a bad one is a usage error."""
         if isinstance(value, GivenScale):
             return value
@@ -71,28 +76,32 @@ class ScaleType(click.ParamType):
         return GivenScale(scale, Unit(named[1], scale.steps_per_unit * found[1]))
 
 
-class PointsType(click.ParamType):
+class PointsType(click.ParamType[int | str, int | str]):
     """A number of points, or auto."""
 
     name = "POINTS|auto"
 
-    def convert(self, value, param, ctx) -> int | str:
+    def convert(
+        self, value: int | str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> int | str:
         """Parse the text; a bad one is a usage error."""
-        if value == AUTO or isinstance(value, int):
+        if isinstance(value, int) or value == AUTO:
             return value
         if not (value.isascii() and value.isdigit() and 1 <= int(value[:9]) <= MOST_POINTS):
             self.fail(f"{value!r}: a number of points from 1, or auto", param, ctx)
         return int(value)
 
 
-class BandwidthType(click.ParamType):
+class BandwidthType(click.ParamType[float | str, float | str]):
     """The natural frequency of a servo in Hz, or none for a motor that follows at once."""
 
     name = "HZ|none"
 
-    def convert(self, value, param, ctx) -> float | str:
+    def convert(
+        self, value: float | str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | str:
         """Parse the text; a bad one is a usage error."""
-        if value == NONE or isinstance(value, float):
+        if not isinstance(value, str) or value == NONE:
             return value
         try:
             hz = float(value.removesuffix("Hz"))
@@ -111,7 +120,17 @@ _SERVO_HZ = "10"
 _STEPPER_HZ = "20"  # a stepper swings at some tens of hertz, with its load at fewer
 
 
-def _play_options(bandwidth: str, motor: str) -> tuple[Callable, ...]:
+class PlayOptions(TypedDict):
+    """What the options of play and transitions give."""
+
+    play: tuple[int, ...]
+    transition: tuple[int | str, ...]
+    bandwidth: float | str
+    damping: float
+    max_added: int | None
+
+
+def _play_options(bandwidth: str, motor: str) -> tuple[Callable[[Decorated], Decorated], ...]:
     """Return the options of play and transitions, for motors of a kind."""
     return (
         click.option(
@@ -138,17 +157,17 @@ def _play_options(bandwidth: str, motor: str) -> tuple[Callable, ...]:
     )  # fmt: skip
 
 
-def play_options(command: Callable) -> Callable:
+def play_options(command: Decorated) -> Decorated:
     """Give a command the options of play and transitions, for a servo."""
     return _with(_play_options(_SERVO_HZ, "the servo"), command)
 
 
-def board_play_options(command: Callable) -> Callable:
+def board_play_options(command: Decorated) -> Decorated:
     """Give a command the options of play and transitions, for steppers on a board."""
     return _with(_play_options(_STEPPER_HZ, "a stepper with its load"), command)
 
 
-def _with(options: tuple[Callable, ...], command: Callable) -> Callable:
+def _with(options: tuple[Callable[[Decorated], Decorated], ...], command: Decorated) -> Decorated:
     for option in reversed(options):
         command = option(command)
     return command
@@ -184,15 +203,14 @@ def find_circle(made: Table) -> Circle | None:
         return None
 
 
-def servo_of(options: dict) -> Servo | None:
+def servo_of(options: PlayOptions) -> Servo | None:
     """Return the servo that the options describe."""
-    if options["bandwidth"] == NONE:
-        return None
-    return Servo(options["bandwidth"], options["damping"])
+    bandwidth = options["bandwidth"]
+    return None if isinstance(bandwidth, str) else Servo(bandwidth, options["damping"])
 
 
 def axis_plays(
-    options: dict, made: Table, hz: Fraction | None, most_added: int | None = None
+    options: PlayOptions, made: Table, hz: Fraction | None, most_added: int | None = None
 ) -> tuple[AxisPlay, ...]:
     """Return play and transition of each axis, as given or as chosen, at least as long as wanted.
 
@@ -204,7 +222,7 @@ def axis_plays(
     made_of = []
     for play, points in zip(plays, steps, strict=True):
         least = choose.least_steps(play, min(limits)) if limits and play else 1
-        if points == AUTO:
+        if isinstance(points, str):
             points = _chosen(options, made, hz, play, least)
         elif points < least:
             raise UserError(
@@ -215,14 +233,14 @@ def axis_plays(
     return tuple(made_of)
 
 
-def per_axis(values: tuple, default: object, option: str) -> list:
+def per_axis(values: tuple[Value, ...], default: Value, option: str) -> list[Value]:
     """Return a value for each axis, of an option given never, once, or for both."""
     if len(values) > AXES:
         raise UserError(f"{option} is given {len(values)} times for {AXES} axes")
     return per_line(values, AXES, default, option)
 
 
-def crest_of(found: Circle, play: int, hz: Fraction | None, options: dict) -> choose.Crest:
+def crest_of(found: Circle, play: int, hz: Fraction | None, options: PlayOptions) -> choose.Crest:
     """Return where an axis of a circle reverses. Raises UserError if points have no time."""
     servo = servo_of(options)
     if servo and hz is None:
@@ -231,7 +249,7 @@ def crest_of(found: Circle, play: int, hz: Fraction | None, options: dict) -> ch
     return choose.Crest(found.radius, found.points, play, point_s, servo)
 
 
-def _chosen(options: dict, made: Table, hz: Fraction | None, play: int, least: int) -> int:
+def _chosen(options: PlayOptions, made: Table, hz: Fraction | None, play: int, least: int) -> int:
     """Return the best number of points for a circle."""
     if not play:
         return 1

@@ -90,7 +90,7 @@ def _check_frame(data: bytes, findings: Findings) -> bool:
 
 def _header_length(data: bytes, findings: Findings) -> int | None:
     """Return the length of the header text, None if it or the rest is refused."""
-    (length,) = struct.unpack_from("<I", data, _LENGTH_AT)
+    length: int = struct.unpack_from("<I", data, _LENGTH_AT)[0]
     there = len(data) - CSB_TEXT_AT - _CRC_BYTES
     if length not in (0, _TEXT_BYTES):
         message = f"header text of {length} bytes, 0 or {_TEXT_BYTES} expected"

@@ -3,10 +3,18 @@
 
 import hashlib
 from pathlib import Path
+from typing import TypedDict
 
 from pixstep.formats.examine import NAMES, Examined, examine
 from pixstep.formats.findings import LENIENT, counted
-from pixstep.formats.meaning import FIELDS, VALUES, header_fields, line_figures, smooth_steps
+from pixstep.formats.meaning import (
+    FIELDS,
+    VALUES,
+    LineFigures,
+    header_fields,
+    line_figures,
+    smooth_steps,
+)
 from pixstep.formats.motion import (
     BARE,
     BLOCKS,
@@ -28,7 +36,43 @@ _READINGS = {
 }
 
 
-def describe(path: Path, *, raw: bool = False) -> dict:
+class HeaderField(TypedDict):
+    """A field of a file's header."""
+
+    value: str | int
+    meaning: str
+
+
+class Meanings(TypedDict):
+    """What a file's values are for each kind of motor."""
+
+    smooth: str
+    plain: str
+
+
+class Content(TypedDict):
+    """What depends on the kind of a file."""
+
+    line_ends: str | None
+    header: dict[str, HeaderField] | None
+    reading: str | None
+    lines: list[LineFigures]
+    other_readings: list[str]
+
+
+class Description(Content):
+    """What is in a file, as plain data."""
+
+    file: str
+    kind: str
+    why: str
+    bytes: int
+    sha256: str
+    values_mean: Meanings
+    notes: list[str]
+
+
+def describe(path: Path, *, raw: bool = False) -> Description:
     """Return what is in a file that at least a lenient reader takes.
 
     A CSV or CSB whose rows are no numbered blocks is described by its raw reading. Raises
@@ -42,19 +86,20 @@ def describe(path: Path, *, raw: bool = False) -> dict:
             blocks_refused, read = read.findings.in_order()[0].text(path), again
     file = read.required()
     smooth, plain = VALUES[file.kind]
-    common = {
+    content = _profile(file) if isinstance(file, PrnFile) else _motion(file, read, blocks_refused)
+    return {
         "file": str(path),
         "kind": file.kind,
         "why": read.why,
         "bytes": len(read.data),
         "sha256": hashlib.sha256(read.data).hexdigest(),
         "values_mean": {"smooth": smooth, "plain": plain},
+        **content,
+        "notes": list(file.notes),
     }
-    special = _profile(file) if isinstance(file, PrnFile) else _motion(file, read, blocks_refused)
-    return {**common, **special, "notes": list(file.notes)}
 
 
-def table(facts: dict) -> list[tuple[str, str]]:
+def table(facts: Description) -> list[tuple[str, str]]:
     """Return the description as rows of a label and its text."""
     rows = [
         ("format", f"{NAMES[facts['kind']]}: {facts['why']}"),
@@ -76,7 +121,7 @@ def table(facts: dict) -> list[tuple[str, str]]:
     return rows + [("note", note) for note in facts["notes"]]
 
 
-def _profile(file: PrnFile) -> dict:
+def _profile(file: PrnFile) -> Content:
     """Return what only a PRN has: one list, whose steps depend on the motor."""
     figures = line_figures(1, Block(file.values, len(file.values)))
     smooth, plain = smooth_steps(file.values), figures.pop("steps")
@@ -90,9 +135,9 @@ def _profile(file: PrnFile) -> dict:
     }
 
 
-def _motion(file: MotionFile, read: Examined, blocks_refused: str | None) -> dict:
+def _motion(file: MotionFile, read: Examined, blocks_refused: str | None) -> Content:
     """Return what a CSV or CSB has: header, lines and the readings not taken."""
-    header = None
+    header: dict[str, HeaderField] | None = None
     if file.header:
         fields = header_fields(file.header)
         header = {name: {"value": value, "meaning": FIELDS[name]} for name, value in fields.items()}
@@ -123,18 +168,21 @@ def _other_readings(file: MotionFile, read: Examined, blocks_refused: str | None
     return []
 
 
-def _line_rows(lines: list[dict]) -> list[tuple[str, str]]:
+def _line_rows(lines: list[LineFigures]) -> list[tuple[str, str]]:
     """Return a row a line, and for many their sums."""
     rows = [_line_row(line) for line in lines[:_LINES_SHOWN]]
     if len(lines) > _LINES_SHOWN:
         rows.append(("...", f"{len(lines) - _LINES_SHOWN} more lines (--json lists all)"))
     if len(lines) > 1:
-        values, steps = (sum(line[name] for line in lines) for name in ("values", "steps"))
+        values, steps = (
+            sum(line["values"] for line in lines),
+            sum(line["steps"] for line in lines),
+        )
         rows.append(("all lines", f"{len(lines)} lines, {values} values, {steps} steps"))
     return rows
 
 
-def _line_row(line: dict) -> tuple[str, str]:
+def _line_row(line: LineFigures) -> tuple[str, str]:
     """Return the row of one line's figures."""
     count = counted(line["values"], "value")
     if line["values"] < line["announced"]:

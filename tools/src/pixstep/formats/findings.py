@@ -73,7 +73,9 @@ class Findings:
         """Add what is read all the same."""
         self._add(name, WARNING, line, column, message)
 
-    def quirk(self, name: str, tolerated: bool, where: tuple[int, int], texts: tuple[str, str]):
+    def quirk(
+        self, name: str, tolerated: bool, where: tuple[int, int], texts: tuple[str, str]
+    ) -> None:
         """Add an old quirk: a note if it is tolerated, else an error; a text for each."""
         accepted, refused = texts
         if tolerated:

@@ -219,7 +219,9 @@ def _check_date(header: ProfileHeader, findings: Findings) -> None:
         findings.warning("timestamp", 1, _TIMESTAMP.start + 1, message)
 
 
-def _complain(field: Field, name: str, message: str, rows: Sequence[str], findings: Findings):
+def _complain(
+    field: Field, name: str, message: str, rows: Sequence[str], findings: Findings
+) -> None:
     """Add an error at the first character of a field that is not blank, with its text."""
     text = field.of(rows)
     blanks = len(text) - len(text.lstrip(" ")) if text.strip(" ") else 0

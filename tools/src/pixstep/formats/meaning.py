@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What the numbers and header fields of a file mean: it depends on the file and on the motor."""
 
+from typing import NotRequired, TypedDict
+
 from pixstep.formats.header import ProfileHeader
 from pixstep.formats.motion import CSB_KIND, CSV_KIND, Block
 from pixstep.formats.prn import KIND as PRN_KIND
@@ -24,6 +26,19 @@ FIELDS = {
 }
 
 
+class LineFigures(TypedDict):
+    """Figures of one line as plain data; the steps of a PRN's depend on the motor."""
+
+    line: int
+    values: int
+    announced: int
+    minimum: int
+    maximum: int
+    steps: NotRequired[int]
+    steps_smooth: NotRequired[int | None]
+    steps_plain: NotRequired[int]
+
+
 def header_fields(header: ProfileHeader) -> dict[str, str | int]:
     """Return the fields of a header by the names of FIELDS."""
     return dict(zip(FIELDS, vars(header).values(), strict=True))
@@ -36,7 +51,7 @@ def smooth_steps(speeds: tuple[int, ...]) -> int | None:
     return sum((start + end) // 2 for start, end in zip((0, *speeds[:-1]), speeds, strict=True))
 
 
-def line_figures(number: int, block: Block) -> dict:
+def line_figures(number: int, block: Block) -> LineFigures:
     """Return the figures of one line: number of values, extremes, steps in both directions."""
     return {
         "line": number,

@@ -22,7 +22,7 @@ class Columns:
     @property
     def largest(self) -> int:
         """Largest value that fits."""
-        return 10**self.width - 1
+        return int(10**self.width) - 1
 
     @property
     def smallest(self) -> int:

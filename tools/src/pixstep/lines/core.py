@@ -17,6 +17,7 @@ from pixstep import natives, tables
 from pixstep.errors import UserError
 from pixstep.lazy import lazy
 from pixstep.lines.runs import MAX_WORD
+from pixstep.tables import CodeRow
 
 if TYPE_CHECKING:
     import numpy as np
@@ -125,9 +126,9 @@ def _code(number: int, pixel: int) -> Code:
 
 
 @cache
-def codes() -> dict[int, dict[str, Any]]:
+def codes() -> dict[int, CodeRow]:
     """Return the rows of the firmware's table of line errors by number."""
-    return {row["code"]: row for row in tables.table("line_errors")}
+    return {row["code"]: row for row in tables.load()["line_errors"]}
 
 
 @cache

@@ -18,7 +18,7 @@ ORDERS = {
 }
 
 
-def as_json(machine: Tables) -> dict:
+def as_json(machine: Tables) -> dict[str, object]:
     """Return everything that a machine file says, and what follows from it."""
     return {
         "machine": str(machine.path),
@@ -33,7 +33,7 @@ def as_json(machine: Tables) -> dict:
     }
 
 
-def motor_json(machine: Tables, motor: Motor) -> dict:
+def motor_json(machine: Tables, motor: Motor) -> dict[str, object]:
     """Return a motor: lengths in steps, limits per pixel and per second."""
     scale = motor.steps_per_unit
     return {

@@ -52,7 +52,7 @@ def _read(path: Path) -> tuple[Machine | None, list[str]]:
     return machine, [f"{path}:{line}: {message}" for line, message in placed]
 
 
-def _with_names(content: dict) -> dict:
+def _with_names(content: dict[str, object]) -> dict[str, object]:
     """Return the content with the name of each motor inside of its table, where it has none."""
     motors = content.get("motors")
     if not isinstance(motors, dict):

@@ -10,6 +10,7 @@ from pixstep.moves.fast import FastMove
 from pixstep.progress import Progress, unseen
 from pixstep.simulation.judge import Judgement, judge
 from pixstep.simulation.simrun import Job, RunResult, run_job
+from pixstep.simulation.summary import Move, Summary
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def run(job: MoveJob, progress: Progress = unseen, *, out: Path) -> MoveRun:
     return MoveRun(job, result, judged)
 
 
-def plan_summary(job: MoveJob) -> dict:
+def plan_summary(job: MoveJob) -> Move:
     """Return the plan as plain data."""
     move = job.move
     return {
@@ -58,11 +59,12 @@ def plan_summary(job: MoveJob) -> dict:
     }
 
 
-def _judge_end(job: MoveJob, result: RunResult, summary: dict) -> None:
+def _judge_end(job: MoveJob, result: RunResult, summary: Summary) -> None:
     """Compare where the board and the simulator say the axis is with the steps asked for."""
     counted = result.stats["boards"][0]["axes"][job.axis]["steps_signed"]
     position = result.axis_states.get(job.axis, {}).get("position_steps")
-    summary["move"] = plan_summary(job) | {
+    summary["move"] = {
+        **plan_summary(job),
         "position_register_steps": position,
         "counted_steps": counted,
         "moved_s": _seconds(result, job.axis),

@@ -3,11 +3,12 @@
 
 from dataclasses import asdict
 from math import ceil
+from typing import NotRequired, TypedDict
 
-from pixstep.board.client import TRIP_CLOSED, Trip
+from pixstep.board.state import TRIP_CLOSED, Trip
 from pixstep.lines.rational import hz_text
 from pixstep.moves.homesim import HomeRun
-from pixstep.moves.homing import Leg, legs_as_json
+from pixstep.moves.homing import Homed, Leg, LegData, legs_as_json
 from pixstep.moves.legjudge import judge_leg, leg_edges
 
 IN_VAIN = ("home_not_found", "home_stuck")  # faults of a leg that was made to its end
@@ -17,14 +18,54 @@ _TICKS = 1 << 32  # the board's tick count wraps
 CAPTURE_LATENCY_TICKS = 200
 
 
-def judge(run: HomeRun) -> dict:
+class LegSummary(LegData):
+    """A leg and the verdict's figures of it."""
+
+    pixel_counts: list[int]
+    fastest_steps_s: float
+    max_edge_error_ticks: float | None
+    switch_edge_cycle: int | None
+
+
+class HomeSummary(TypedDict):
+    """All figures of a simulated homing: summary.json; some only if it found the switch."""
+
+    verdict: str
+    reasons: list[str]
+    fault: str
+    board: str
+    axis: int
+    direction: str
+    decode: str
+    pixel_hz: str
+    haps: int
+    haps_entry_steps_px: int
+    haps_entry_steps_s: float
+    fastest_steps_s: float
+    plant: str
+    captures: int
+    capture_offset_ticks: int | None
+    counted_steps: int
+    load_at_rest_steps: int
+    legs: list[LegSummary]
+    found: bool
+    edge: dict[str, int] | None
+    position_steps: int | None
+    beyond_edge_steps: NotRequired[int]
+    switch_closes_at_steps: NotRequired[int | None]
+    load_beyond_switch_steps: NotRequired[int | None]
+    home_s: NotRequired[float]
+    plots: NotRequired[list[str]]
+
+
+def judge(run: HomeRun) -> HomeSummary:
     """Return the verdict: summary.json of a homing, its reasons empty if it passes."""
     job = run.job
     reasons = [str(run.error)] if run.error else []
     offset = _capture_offset(run, reasons)
     legs = [_judge_leg(run, leg, offset, reasons) for leg in run.legs]
     fastest = max((leg["fastest_steps_s"] for leg in legs), default=0.0)
-    summary = {
+    summary: HomeSummary = {
         "verdict": "fail",
         "reasons": reasons,
         "fault": getattr(run.error, "name", ""),
@@ -43,8 +84,12 @@ def judge(run: HomeRun) -> dict:
         "counted_steps": run.counted_steps,
         "load_at_rest_steps": run.load_steps,
         "legs": legs,
-        **_found(run, reasons),
+        "found": False,
+        "edge": None,
+        "position_steps": None,
     }
+    if run.homed:
+        _note_found(run, run.homed, summary)
     if not reasons:
         summary["verdict"] = "pass"
     return summary
@@ -81,7 +126,7 @@ def _capture_offset(run: HomeRun, reasons: list[str]) -> int | None:
     return None
 
 
-def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -> dict:
+def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -> LegSummary:
     """Judge one leg: its steps, its speeds, its captured edge; return its plain data."""
     in_vain = getattr(run.error, "name", "") in IN_VAIN
     stopped = run.error is not None and leg is run.legs[-1] and not in_vain
@@ -95,7 +140,8 @@ def _judge_leg(run: HomeRun, leg: Leg, offset: int | None, reasons: list[str]) -
         found += _position_findings(run, leg, leg.trip, edge)
     reasons += [f"{leg.name}: {text}" for text in found]
     (data,) = legs_as_json((leg,))
-    return data | {
+    return {
+        **data,
         "pixel_counts": judged.counts,
         "fastest_steps_s": judged.fastest_steps_s,
         "max_edge_error_ticks": judged.max_edge_error_ticks,
@@ -124,28 +170,23 @@ def _position_findings(run: HomeRun, leg: Leg, trip: Trip, edge: int | None) -> 
     return [f"captured at position {trip.position_steps}, the edges say {made}"]
 
 
-def _found(run: HomeRun, reasons: list[str]) -> dict:
-    """Judge where homing ended; return what was found."""
-    if not run.homed:
-        return {"found": False, "edge": None, "position_steps": None}
-    edge: Trip = run.homed.edge
-    if run.homed.position_steps:
-        reasons.append(f"ends at position {run.homed.position_steps}, not 0")
-    if run.counted_steps != edge.position_steps + run.homed.position_steps:
+def _note_found(run: HomeRun, homed: Homed, summary: HomeSummary) -> None:
+    """Judge where homing ended; note what was found."""
+    edge, reasons = homed.edge, summary["reasons"]
+    if homed.position_steps:
+        reasons.append(f"ends at position {homed.position_steps}, not 0")
+    if run.counted_steps != edge.position_steps + homed.position_steps:
         reasons.append(
             f"{run.counted_steps} steps counted from reset, the switch's edge was at "
             f"{edge.position_steps}"
         )
-    beyond = _load_beyond(run, reasons)
-    return {
-        "found": True,
-        "switch_closes_at_steps": run.job.closes_at,
-        "load_beyond_switch_steps": beyond,
-        "edge": asdict(edge),
-        "beyond_edge_steps": run.homed.zeroed_steps,
-        "position_steps": run.homed.position_steps,
-        "home_s": round(run.legs[-1].ended_s - run.legs[0].began_s, 6),
-    }
+    summary["found"] = True
+    summary["edge"] = asdict(edge)
+    summary["position_steps"] = homed.position_steps
+    summary["beyond_edge_steps"] = homed.zeroed_steps
+    summary["switch_closes_at_steps"] = run.job.closes_at
+    summary["load_beyond_switch_steps"] = _load_beyond(run, reasons)
+    summary["home_s"] = round(run.legs[-1].ended_s - run.legs[0].began_s, 6)
 
 
 def _load_beyond(run: HomeRun, reasons: list[str]) -> int | None:

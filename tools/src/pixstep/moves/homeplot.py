@@ -2,15 +2,15 @@
 """The picture of a homing: where the load was, leg by leg, and how fast it moved."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.typing import HashableList
 
 from pixstep import plotting
-from pixstep.board.client import TRIP_CLOSED, TRIP_OPENED
+from pixstep.board.state import TRIP_CLOSED, TRIP_OPENED
 from pixstep.moves.homejudge import switch_edges
 from pixstep.moves.homesim import HYSTERESIS, HomeRun
 from pixstep.moves.homing import LEGS, Homed, Leg
@@ -30,8 +30,9 @@ def draw(run: HomeRun, path: Path, verdict: str) -> Path:
 
 
 def _figure(run: HomeRun, verdict: str) -> Figure:
-    rows: list[Any] = [["place", "near"], ["speed", "near"]]
-    rows = rows if run.homed else [["place"], ["speed"]]
+    rows: list[HashableList[str]] = [["place"], ["speed"]]
+    if run.homed:
+        rows = [["place", "near"], ["speed", "near"]]
     figure = plotting.figure((12.5, 7.4))
     plotting.heading(figure, "Homing", _subtitle(run, verdict))
     widths = [1.75, 1] if run.homed else [1]

@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from pixstep.board import boards
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
 from pixstep.errors import UserError
 from pixstep.lines.rational import period_ticks
 from pixstep.moves.homing import Homed, HomingError, Leg, home
@@ -96,7 +96,6 @@ class HomeRun:
     switch_edges: list[tuple[int, int]] = field(default_factory=list)  # (cycle, 1 closed)
     counted_steps: int = 0
     load_steps: int = 0
-    stats: dict = field(default_factory=dict)
 
     @property
     def legs(self) -> tuple[Leg, ...]:
@@ -161,4 +160,3 @@ def _home(done: HomeRun, simulated: SimulatedBoard, progress: Progress) -> None:
     simulator.wait_s(SETTLE_S)
     done.counted_steps = simulator.steps(0, axis)
     _, done.load_steps = simulator.plant(0, axis)
-    done.stats = simulator.stats()

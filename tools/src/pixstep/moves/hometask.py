@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pixstep import atomic, outfolder
 from pixstep.moves import homesim
-from pixstep.moves.homejudge import judge
+from pixstep.moves.homejudge import HomeSummary, judge
 from pixstep.moves.homesim import HomeJob
 from pixstep.progress import Progress, unseen
 
@@ -18,7 +18,7 @@ def simulate(
     *,
     plot: bool = False,
     progress: Progress = unseen,
-) -> dict:
+) -> HomeSummary:
     """Run and judge a homing; write OUTPUTS to `out` (homing.png only if asked), all or none.
 
     Raises UserError if a file is in the way that is not as an earlier run left it.
@@ -30,7 +30,7 @@ def simulate(
     return summary
 
 
-def _simulate(job: HomeJob, out: Path, plot: bool, progress: Progress) -> dict:
+def _simulate(job: HomeJob, out: Path, plot: bool, progress: Progress) -> HomeSummary:
     done = homesim.run(job, out, progress)
     summary = judge(done)
     if plot and len(done.edges.rising):

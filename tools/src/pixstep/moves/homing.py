@@ -13,18 +13,14 @@ What seeks the switch is smooth or plain as the plan says; the moves between are
 
 from dataclasses import asdict, dataclass
 from fractions import Fraction
+from typing import TypedDict
 
 from pixstep.board import registers as regs
-from pixstep.board.client import (
-    TRIP_CLOSED,
-    TRIP_NONE,
-    TRIP_OPENED,
-    Board,
-    BoardError,
-    Trip,
-    Upload,
-)
-from pixstep.board.world import World
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
+from pixstep.board.state import TRIP_CLOSED, TRIP_NONE, TRIP_OPENED, Trip
+from pixstep.board.upload import Upload
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.runs import MARK_SMOOTH, Seek, queue_entries, seek_entries
 from pixstep.moves import fast
@@ -59,6 +55,22 @@ class Leg:
         return self.end_steps - self.start_steps
 
 
+class LegData(TypedDict):
+    """A leg as plain data."""
+
+    name: str
+    first_steps_px: int
+    top_steps_px: int
+    start_steps: int
+    end_steps: int
+    pixels: int
+    began_s: float
+    ended_s: float
+    trip: dict[str, int] | None
+    decode: str
+    steps: int
+
+
 @dataclass(frozen=True)
 class Homed:
     """A finished homing; the legs' positions are those before the zero, but for the last one's."""
@@ -69,7 +81,7 @@ class Homed:
     zeroed_steps: int  # position by the register just after zero: steps moved since the edge
     position_steps: int  # at the end
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "axis": self.plan.axis,
@@ -89,9 +101,24 @@ class HomingError(BoardError):
         self.name, self.legs = name, legs
 
 
-def legs_as_json(legs: tuple[Leg, ...]) -> list[dict]:
+def legs_as_json(legs: tuple[Leg, ...]) -> list[LegData]:
     """Return legs as plain data."""
-    return [asdict(leg) | {"steps": leg.steps} for leg in legs]
+    return [
+        {
+            "name": leg.name,
+            "first_steps_px": leg.first_steps_px,
+            "top_steps_px": leg.top_steps_px,
+            "start_steps": leg.start_steps,
+            "end_steps": leg.end_steps,
+            "pixels": leg.pixels,
+            "began_s": leg.began_s,
+            "ended_s": leg.ended_s,
+            "trip": asdict(leg.trip) if leg.trip else None,
+            "decode": leg.decode,
+            "steps": leg.steps,
+        }
+        for leg in legs
+    ]
 
 
 def home(

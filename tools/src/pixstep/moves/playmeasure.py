@@ -17,8 +17,9 @@ from fractions import Fraction
 from math import ceil
 from statistics import median_low
 
-from pixstep.board.client import Board, BoardError
-from pixstep.board.world import World
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.link import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import Seek
 from pixstep.moves.encoders import Encoder
@@ -77,7 +78,7 @@ class MeasuredPlay:
         """How far the approaches are apart, steps."""
         return max(self.plays) - min(self.plays)
 
-    def as_json(self) -> dict:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return {
             "axis": self.axis,

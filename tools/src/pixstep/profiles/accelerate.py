@@ -112,7 +112,9 @@ def speeds(wanted: Wanted, top: int, edges: int) -> list[int]:
     return make.shortest_profile(make.ProfileLimits(top, acceleration, jerk))
 
 
-def line_of_length(wanted: Wanted, top: int, edges: int, steps: int, request: LineRequest):
+def line_of_length(
+    wanted: Wanted, top: int, edges: int, steps: int, request: LineRequest
+) -> tuple[GeneratedLine, int]:
     """Return a line of exactly so many steps, and its speed: `top`, or what the length allows.
 
     `request` has backlash and lead-in. Raises UserError for a length that the counts cannot make.

@@ -58,7 +58,8 @@ class Kinematics:
     @cached_property
     def accelerations(self) -> np.ndarray:
         """Acceleration inside each piece of a smooth line, steps/px2."""
-        return self.end_speeds - self.begin_speeds
+        changes: np.ndarray = self.end_speeds - self.begin_speeds
+        return changes
 
     @cached_property
     def speed_changes(self) -> np.ndarray:

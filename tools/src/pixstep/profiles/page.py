@@ -50,9 +50,9 @@ def figures_table(figures: Figures, hz: Fraction | None) -> rich.table.Table:
     return table
 
 
-def figures_json(figures: Figures, hz: Fraction | None) -> dict:
+def figures_json(figures: Figures, hz: Fraction | None) -> dict[str, object]:
     """Return the figures as plain data."""
-    data: dict[str, int | float | str] = {
+    data: dict[str, object] = {
         "pixels": figures.pixels,
         "steps": figures.steps,
         "peak_speed_steps_per_px": figures.peak_speed,
@@ -80,7 +80,7 @@ def change_text(change: Change, place: str) -> str:
     return f"{where}: {_values(change.before)} -> {after}: {change.reason}"
 
 
-def changes_json(changes: tuple[Change, ...]) -> list[dict]:
+def changes_json(changes: tuple[Change, ...]) -> list[dict[str, object]]:
     """Return the changes as plain data."""
     return [asdict(change) for change in changes]
 

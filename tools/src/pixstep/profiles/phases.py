@@ -38,7 +38,7 @@ def of(line: Line) -> list[Phase]:
     return phases
 
 
-def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tuple]]:
+def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the kind of every piece, with the speeds that tell it from another of its kind."""
     swings: dict[int, tuple[int, int]] = {}
     for run in linecheck.oscillations(line) if line.smooth else ():
@@ -55,7 +55,7 @@ def _kinds(line: Line, motion: kinematics.Kinematics) -> Iterator[tuple[str, tup
             yield _kind(line, int(changes[piece]), speed, int(motion.end_speeds[piece]))
 
 
-def _kind(line: Line, change: int, begin: int, end: int) -> tuple[str, tuple]:
+def _kind(line: Line, change: int, begin: int, end: int) -> tuple[str, tuple[int, ...]]:
     """Return the kind of a piece that neither swings nor takes up backlash."""
     if begin == 0 and end == 0:
         return REST, ()
@@ -65,7 +65,7 @@ def _kind(line: Line, change: int, begin: int, end: int) -> tuple[str, tuple]:
     return (UP if faster else DOWN), ()
 
 
-def _texts(kind: str, speeds: tuple) -> tuple[str, str]:
+def _texts(kind: str, speeds: tuple[int, ...]) -> tuple[str, str]:
     """Return the name of a phase and a shorter one."""
     numbers = [plotting.number(speed) for speed in speeds]
     if kind == CONSTANT:

@@ -53,7 +53,7 @@ class Intervals:
     def __len__(self) -> int:
         return len(self.du)
 
-    def part(self, choice: slice | npt.NDArray) -> "Intervals":
+    def part(self, choice: slice | npt.NDArray[np.bool_ | np.intp]) -> "Intervals":
         """Return some of the intervals."""
         return Intervals(**{one.name: getattr(self, one.name)[choice] for one in fields(self)})
 
@@ -96,7 +96,8 @@ class Intervals:
     @property
     def straight(self) -> npt.NDArray[np.bool_]:
         """Which of them have a constant speed."""
-        return ~(np.any(self.bend != 0, axis=1) | np.any(self.twist != 0, axis=1))
+        curved: npt.NDArray[np.bool_] = np.any((self.bend != 0) | (self.twist != 0), axis=1)
+        return ~curved
 
 
 def nominal(events: Iterable[Move | Dwell]) -> Iterator[Timed | Dwell]:
@@ -214,7 +215,12 @@ def _nodes(count: int) -> Floats:
 
 
 def _blends(
-    ta: Floats, ts: Floats, before: Floats, after: Floats, centre: Floats, move: npt.NDArray
+    ta: Floats,
+    ts: Floats,
+    before: Floats,
+    after: Floats,
+    centre: Floats,
+    move: npt.NDArray[np.int64],
 ) -> Intervals:
     """Return the intervals of blends from one speed to another around positions."""
     flank, top = _nodes(_FLANK), _nodes(_TOP)[1:]

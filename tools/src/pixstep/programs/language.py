@@ -64,19 +64,19 @@ class ProgramError(RefusedError):
     """A mistake in a program; its text begins with file, line and column."""
 
 
-class _Items(Transformer):
+class _Items(Transformer[Token, tuple[Item, ...]]):
     """Makes items while the parser reads, without a tree."""
 
     def start(self, found: list[Item]) -> tuple[Item, ...]:
         return tuple(found)
 
-    def linear(self, _: list) -> Item:
+    def linear(self, _: list[Token]) -> Item:
         return Item("LINEAR", 0, 1, "LINEAR")
 
-    def clockwise(self, _: list) -> Item:
+    def clockwise(self, _: list[Token]) -> Item:
         return Item("CIRCLE1", 0, 1, "CIRCLE1")
 
-    def counterclockwise(self, _: list) -> Item:
+    def counterclockwise(self, _: list[Token]) -> Item:
         return Item("CIRCLE2", 0, 1, "CIRCLE2")
 
     def axes(self, found: list[Token]) -> tuple[str, ...]:
@@ -85,10 +85,9 @@ class _Items(Transformer):
     def value(self, found: list[Token]) -> Token:
         return found[0]
 
-    def _named(self, found: list) -> Item:
-        word = found[0]
-        axes = found[1] if len(found) > 1 else ()
-        return Item(word.upper(), 0, word.column, str(word), axes)
+    def _named(self, found: tuple[Token] | tuple[Token, tuple[str, ...]]) -> Item:
+        word, axes = found if len(found) == 2 else (*found, ())
+        return Item(word.upper(), 0, word.column or 1, str(word), axes)
 
     absolute = incremental = feed_axes = _named
 

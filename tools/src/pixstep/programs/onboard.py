@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pixstep.board import clockstate, limits, settings
 from pixstep.board import run as running
 from pixstep.board.device import Board
-from pixstep.board.world import World
+from pixstep.board.link import World
 from pixstep.errors import RefusedError, UserError
 from pixstep.lines.rational import refuse_period
 from pixstep.machine.model import Tables
@@ -40,7 +40,7 @@ class OnBoard:
         running.arm(self.board, self.lines.axes)
         streaming.follow(self.lines, world, self.pixels, progress)
 
-    def rows(self) -> list[dict]:
+    def rows(self) -> list[dict[str, object]]:
         """Return what each motor has done as plain data."""
         axes = self.lines.axes
         states, places = running.states(self.board, axes), running.positions(self.board, axes)

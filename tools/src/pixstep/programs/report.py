@@ -3,6 +3,7 @@
 
 from collections import Counter, deque
 from dataclasses import dataclass, field
+from typing import TypedDict
 
 import numpy as np
 
@@ -22,6 +23,69 @@ MOST_LISTED = 1000
 _AT_LIMIT = 0.99
 _SAME_MS = 1e-6
 _SLOWER = 1.001  # as programmed, but for the last digits
+
+
+class MotorFigures(TypedDict):
+    """What is known of a motor, as plain data; a limit that it has not is None."""
+
+    name: str
+    word: str
+    kind: str
+    steps: int
+    travel_steps: int
+    max_speed_counts_ms: float
+    max_acceleration_counts_ms2: float
+    max_acceleration_steps_px2: float
+    planned_speed_counts_ms: float
+    planned_acceleration_counts_ms2: float
+    speed_ratio: float
+    acceleration_ratio: float
+    counted_speed_steps_px: int
+    counted_speed_counts_ms: float
+    counted_acceleration_steps_px2: int
+    rounding_steps_px2: int
+    counted_ratio: float
+    counted_jerk_steps_px3: int
+    max_jerk_steps_px3: float | None
+    planned_jerk_steps_px3: float | None
+    jerk_ratio: float | None
+    allowed_jerk_steps_px3: float | None
+    unused_limits: list[str]
+
+
+class SlowedMove(TypedDict):
+    """A move that takes longer than programmed."""
+
+    line: int
+    asked_ms: float
+    ms: float
+    why: str
+
+
+class ExceededLimit(TypedDict):
+    """A move that exceeds a limit."""
+
+    line: int
+    motor: str
+    ratio: float
+
+
+class PlanFigures(TypedDict):
+    """What is known of a plan, as plain data."""
+
+    moves: int
+    pixels: int
+    pixel_hz: str
+    divider: int
+    sync: str | None
+    total_ms: float
+    programmed_ms: float
+    motors: list[MotorFigures]
+    slowed_moves: int
+    reasons: dict[str, int]
+    slowed: list[SlowedMove]
+    violated: int
+    violations: list[ExceededLimit]
 
 
 @dataclass(frozen=True)
@@ -122,7 +186,7 @@ class MotorReport:
         self.counted_jerk = max(self.counted_jerk, int(np.abs(jerk).max()))
         self.acceleration = int(changes[-1])
 
-    def as_json(self) -> dict:
+    def as_json(self) -> MotorFigures:
         """Return it as plain data."""
         motor, pixel = self.motor, self.pixel_ms
         return {
@@ -165,7 +229,7 @@ class Report:
     asked_ms: float = 0.0
     slowed: list[Slowed] = field(default_factory=list)
     slowed_moves: int = 0
-    reasons: Counter = field(default_factory=Counter)
+    reasons: Counter[str] = field(default_factory=Counter)
     violations: list[Violation] = field(default_factory=list)
     violated: int = 0
     begun: deque[Timed] = field(default_factory=deque)
@@ -244,7 +308,7 @@ class Report:
         for index, motor in enumerate(self.motors):
             motor.add(counts[:, index])
 
-    def as_json(self) -> dict:
+    def as_json(self) -> PlanFigures:
         """Return everything as plain data."""
         return {
             "moves": self.moves,
@@ -257,7 +321,13 @@ class Report:
             "motors": [motor.as_json() for motor in self.motors],
             "slowed_moves": self.slowed_moves,
             "reasons": dict(self.reasons.most_common()),
-            "slowed": [vars(item) for item in self.slowed],
+            "slowed": [
+                {"line": item.line, "asked_ms": item.asked_ms, "ms": item.ms, "why": item.why}
+                for item in self.slowed
+            ],
             "violated": self.violated,
-            "violations": [item._asdict() for item in self.violations],
+            "violations": [
+                {"line": item.line, "motor": item.motor, "ratio": item.ratio}
+                for item in self.violations
+            ],
         }

@@ -20,6 +20,7 @@ from pixstep.lines.linecheck import Finding
 from pixstep.programs.motors import PlanMotor
 from pixstep.programs.pixels import Counts
 from pixstep.programs.plan import Plan
+from pixstep.programs.report import MotorReport
 from pixstep.progress import Progress, unseen
 
 REPORT, PATH_PICTURE, MOTION_PICTURE = "report.json", "path.png", "motion.png"
@@ -35,7 +36,7 @@ class Result:
     files: tuple[str, ...]
     counts: Counts
     findings: tuple[tuple[Finding, ...], ...]
-    facts: dict
+    facts: dict[str, object]
 
     @property
     def fine(self) -> bool:
@@ -129,24 +130,28 @@ def errors(motor: PlanMotor, counts: list[int], bounds: BoardLimits, name: str) 
     return [item for item in found if item.severity == linecheck.ERROR]
 
 
-def as_json(result: Result) -> dict:
+def as_json(result: Result) -> dict[str, object]:
     """Return everything that is known as plain data."""
     plan = result.plan
-    facts = {
+    lines = zip(plan.report.motors, result.files, result.findings, strict=True)
+    return {
         "program": plan.name,
         "mode": plan.options.mode,
         "window_moves": plan.options.window,
         "verdict": "fine" if result.fine else "exceeds limits",
         **plan.report.as_json(),
+        "motors": [_motor_json(*item) for item in lines],
     }
-    for motor, item, path, found in zip(
-        facts["motors"], plan.report.motors, result.files, result.findings, strict=True
-    ):
-        backwards = (item.steps < 0) != item.motor.negative
-        motor["file"] = path
-        motor["direction"] = "-" if item.motor.smooth and backwards else "+"
-        motor["refused"] = linecheck.as_json(list(found[:MOST_FINDINGS]))
-    return facts
+
+
+def _motor_json(motor: MotorReport, path: str, found: tuple[Finding, ...]) -> dict[str, object]:
+    backwards = (motor.steps < 0) != motor.motor.negative
+    return {
+        **motor.as_json(),
+        "file": path,
+        "direction": "-" if motor.motor.smooth and backwards else "+",
+        "refused": linecheck.as_json(list(found[:MOST_FINDINGS])),
+    }
 
 
 MOST_FINDINGS = 20

@@ -9,8 +9,8 @@ import numpy as np
 from pixstep.board import run as running
 from pixstep.board.boardrun import BoardRun, Watch
 from pixstep.board.device import Board
+from pixstep.board.link import World
 from pixstep.board.upload import Upload
-from pixstep.board.world import World
 from pixstep.errors import UserError
 from pixstep.lines.runs import (
     MARK_END,

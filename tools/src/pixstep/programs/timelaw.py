@@ -176,7 +176,8 @@ def _pieces(run: Run, limits: Limits) -> npt.NDArray[np.int64]:
     padded = np.pad(unused, 1)
     nearby = np.maximum(np.maximum(padded[:-2], padded[2:]), unused)
     nearby[path.straight | path.rest] = 0.0
-    return np.clip(np.ceil(nearby * _MOST_PIECES), 1, _MOST_PIECES).astype(np.int64)
+    pieces: Floats = np.clip(np.ceil(nearby * _MOST_PIECES), 1, _MOST_PIECES)
+    return pieces.astype(np.int64)
 
 
 def _sharp(path: Intervals) -> npt.NDArray[np.bool_]:
@@ -185,7 +186,8 @@ def _sharp(path: Intervals) -> npt.NDArray[np.bool_]:
     last, first = path.end_speed, path.speed
     ending = last * (last + 2 * du * path.end_bend) < 0
     begun = first * (first - 2 * du * path.bend) < 0
-    return np.any(ending | begun, axis=1)
+    sharp: npt.NDArray[np.bool_] = np.any(ending | begun, axis=1)
+    return sharp
 
 
 def block(part: Intervals, limits: Limits) -> Block:
@@ -231,7 +233,8 @@ def speed_cap(part: Intervals, end_speed: Floats, limits: Limits) -> Floats:
     """Return the highest w by the speeds, never above the programmed one."""
     fastest = np.maximum(np.abs(part.speed), np.abs(end_speed))
     with np.errstate(divide="ignore"):
-        return np.minimum(1.0, np.min((limits.speed / fastest) ** 2, axis=1))
+        cap: Floats = np.minimum(1.0, np.min((limits.speed / fastest) ** 2, axis=1))
+    return cap
 
 
 def corner_cap(part: Intervals, end_bend: Floats, limits: Limits) -> Floats:
@@ -241,7 +244,8 @@ def corner_cap(part: Intervals, end_bend: Floats, limits: Limits) -> Floats:
     aside = np.maximum(
         np.abs(_aside(part.speed, part.bend)), np.abs(_aside(part.end_speed, end_bend))
     )
-    return np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1)
+    cap: Floats = np.min(limits.corner / np.maximum(aside, _NOTHING), axis=1)
+    return cap
 
 
 def _aside(speed: Floats, bend: Floats) -> Floats:

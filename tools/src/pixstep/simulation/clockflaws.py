@@ -2,7 +2,9 @@
 """How the edges of a simulated pixel clock stray from an even frequency."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+
+from pixstep.simulation.summary import Flaws
 
 MOST_PPM = 100_000
 MOST_JITTER_US = 10_000
@@ -56,6 +58,13 @@ class ClockFlaws:
         if self.double:
             yield f"1 edge of {self.double} doubled"
 
-    def as_json(self) -> dict:
+    def as_json(self) -> Flaws:
         """Return plain data."""
-        return asdict(self)
+        return {
+            "jitter_us": self.jitter_us,
+            "wander_ppm": self.wander_ppm,
+            "step_ppm": self.step_ppm,
+            "step_edge": self.step_edge,
+            "drop": self.drop,
+            "double": self.double,
+        }

@@ -20,6 +20,7 @@ from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.edges import AxisEdges, ClockLog
 from pixstep.simulation.pixelgrid import PixelGrid
 from pixstep.simulation.simrun import LOCK, Job, RunResult
+from pixstep.simulation.summary import AxisClock, Clock, Summary
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,6 +30,7 @@ else:
 EDGE_TICKS = 2  # a locked line's pixel edges are so near to those of an even clock
 POSITION_STEPS = 1
 _JUDGED_JITTER = 100  # pixels, from which on their errors tell how much jitter is let through
+_SYNC_TEXTS = {"free": "free of the clock", "lock": "locked to the clock"}
 _ON_EDGE = 1e-9  # pixels that floating point may lack
 
 
@@ -82,7 +84,7 @@ class Kept:
         """The largest change of length from a pixel to the next."""
         return float(np.max(np.abs(np.diff(self.lasts_ticks)), initial=0.0))
 
-    def summary(self) -> dict:
+    def summary(self) -> AxisClock:
         """Return the plain data of summary.json."""
         worst = int(np.argmax(np.abs(self.errors_ticks)))
         ripple = self.ripple_ticks / self.period
@@ -137,10 +139,11 @@ def _off_steps(job: Job, line: Line, edges: AxisEdges, true: np.ndarray) -> np.n
     due = np.concatenate([[0], np.cumsum(exact.directions(line))])
     made = np.concatenate([[0], np.cumsum(edges.directions())])
     units = exact.instants(line, Fraction(1))
-    return (
+    off: np.ndarray = (
         made[np.searchsorted(edges.rising, true, side="right")]
         - due[np.searchsorted(units, when, side="right")]
     )
+    return off
 
 
 def apart(job: Job, grids: Mapping[int, PixelGrid]) -> list[str]:
@@ -194,59 +197,58 @@ def _too_much_jitter(job: Job, kept: Kept) -> list[str]:
     return [f"pixel edges are {kept.rms_ticks:.1f} ticks rms off, the jitter is {jitter:.1f} rms"]
 
 
-def clock_summary(result: RunResult) -> dict:
+def clock_summary(result: RunResult) -> Clock:
     """Return what the clock did, and what the board says of it."""
     job, clock = result.job, result.clock
     before, after = result.clock_armed, result.clock_seen
-    told: dict[str, float] = {
-        f"board_{name}": (after[f"clock_{name}"] - before[f"clock_{name}"]) % 0x10000
-        for name in ("missing", "glitches")
-        if f"clock_{name}" in after and before
-    }
-    if "clock_period_ticks" in after:
-        period = after["clock_period_ticks"] + after["clock_period_fraction"] / 0x10000
-        told["board_period_ticks"] = round(period, 4)
-        if period:
-            told["board_offset_ppm"] = round(1e6 * (float(job.clock_period) / period - 1), 3)
-        told["board_jitter_ticks"] = after["clock_jitter"] / 16
-    return {
+    told: Clock = {
         "sync": job.sync,
         "divider": job.divider,
         "flaws": job.flaws.as_json(),
         "true_edges": len(clock.true),
         "missing_edges": clock.missing,
         "false_edges": clock.false,
-        **told,
     }
+    if "clock_missing" in after and before:
+        told["board_missing"] = _since("clock_missing", before, after)
+        told["board_glitches"] = _since("clock_glitches", before, after)
+    if "clock_period_ticks" in after:
+        period = after["clock_period_ticks"] + after["clock_period_fraction"] / 0x10000
+        told["board_period_ticks"] = round(period, 4)
+        if period:
+            told["board_offset_ppm"] = round(1e6 * (float(job.clock_period) / period - 1), 3)
+        told["board_jitter_ticks"] = after["clock_jitter"] / 16
+    return told
 
 
-def even(summary: dict) -> bool:
+def _since(name: str, before: Mapping[str, int], after: Mapping[str, int]) -> int:
+    return (after[name] - before[name]) % 0x10000
+
+
+def even(summary: Summary) -> bool:
     """True if the clock of a run had its edges where an even frequency has them."""
-    return ClockFlaws(**summary["clock"].get("flaws", {})).even
+    return ClockFlaws(**summary["clock"]["flaws"]).even
 
 
-def parts(summary: dict) -> list[str]:
+def parts(summary: Summary) -> list[str]:
     """Return what is special of the clock, and of what lines are to it."""
     found = []
-    clock = summary.get("clock", {})
-    if clock.get("divider", 1) > 1:
+    clock = summary["clock"]
+    if clock["divider"] > 1:
         found.append(f"{clock['divider']} clock edges a pixel")
-    if clock.get("sync") in ("free", "lock"):
-        found.append({"free": "free of the clock", "lock": "locked to the clock"}[clock["sync"]])
-    if summary.get("pixel_ppm"):
+    if clock["sync"] in _SYNC_TEXTS:
+        found.append(_SYNC_TEXTS[clock["sync"]])
+    if summary["pixel_ppm"]:
         found.append(f"pixel clock {summary['pixel_ppm']:+g} ppm")
-    return [*found, *ClockFlaws(**clock.get("flaws", {})).texts()]
+    return [*found, *ClockFlaws(**clock["flaws"]).texts()]
 
 
-def texts(summary: dict) -> list[str]:
+def texts(summary: Summary) -> list[str]:
     """Return how a run kept to its clock, a line each, for the page."""
     clock = summary["clock"]
     tick_us = 1e6 / summary["tick_hz"]
-    lines = [
-        _kept_text(row["axis"], row["clock"], tick_us)
-        for row in summary["axes"]
-        if row.get("clock")
-    ]
+    kept = {row["axis"]: row.get("clock") for row in summary["axes"]}
+    lines = [_kept_text(axis, of, tick_us) for axis, of in kept.items() if of]
     text = (
         f"clock: {_counted(clock['true_edges'], 'true edge')}, {clock['missing_edges']} missing, "
         f"{clock['false_edges']} false"
@@ -264,7 +266,7 @@ def texts(summary: dict) -> list[str]:
     return [*lines, text]
 
 
-def _kept_text(axis: int, kept: dict, tick_us: float) -> str:
+def _kept_text(axis: int, kept: AxisClock, tick_us: float) -> str:
     """Return one line on an axis, or several: what is too much for one has a line of its own."""
     return (
         f"axis {axis}: {_counted(kept['pixels'], 'pixel edge')} at most "

@@ -53,7 +53,8 @@ class AxisEdges:
     @property
     def rising(self) -> np.ndarray:
         """Cycles of the rising STEP edges: the steps."""
-        return self.step_cycles[self.step_levels == 1]
+        rising: np.ndarray = self.step_cycles[self.step_levels == 1]
+        return rising
 
     def directions(self) -> np.ndarray:
         """Return +1 (DIR low) or -1 (DIR high) at every rising STEP edge."""

@@ -14,6 +14,7 @@ from pixstep.simulation import clockjudge, pixelgrid, verdict
 from pixstep.simulation.pixelgrid import PixelGrid
 from pixstep.simulation.report import PixelRow
 from pixstep.simulation.simrun import FREE, START, Job, RunResult
+from pixstep.simulation.summary import Refusal, Shares, Summary
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,7 +29,7 @@ _WORK = (1, 2, 3)  # the main loop's decoding and following; the rest of it look
 class Judgement:
     """The verdict of a run."""
 
-    summary: dict
+    summary: Summary
     pixels: list[PixelRow]
     axes: list[verdict.AxisVerdict]
     grids: dict[int, PixelGrid] = field(default_factory=dict)  # of the axes that made a step
@@ -69,7 +70,7 @@ def judge(result: RunResult) -> Judgement:
     summary = _summary(result, axes, pixel_counts, reasons)
     for row in summary["axes"]:
         row["clock"] = kept[row["axis"]].summary() if row["axis"] in kept else None
-    summary |= {"line_zero_cycle": zero, "clock_edge_cycle": clock_edge}
+    summary["line_zero_cycle"], summary["clock_edge_cycle"] = zero, clock_edge
     if zero is not None and clock_edge is not None:
         summary["line_zero_periods"] = max(1, round((zero - clock_edge) / job.clock_period))
         summary["line_zero_error_cycles"] = verdict.zero_error(zero, job.clock_period, clock_edge)
@@ -181,7 +182,7 @@ def _positions(result: RunResult, axis: int, bounds: np.ndarray) -> list[int]:
     the steps made by then the board's own figure counts if it is among those possible.
     """
     edges = result.edges.axis(_BOARD, axis)
-    made = verdict.actual_positions(edges, bounds).tolist()
+    made: list[int] = verdict.actual_positions(edges, bounds).tolist()
     if not result.job.locked:
         return made
     before = verdict.actual_positions(edges, bounds - clockjudge.EDGE_TICKS).tolist()
@@ -247,11 +248,12 @@ def _summary(
     axes: list[verdict.AxisVerdict],
     pixel_counts: dict[int, int],
     reasons: list[str],
-) -> dict:
+) -> Summary:
     """Return summary.json without the line zero."""
     job = result.job
     board = result.stats["boards"][_BOARD]
     outcome = "refused" if result.refused else "fail" if reasons else "pass"
+    shares = _shares(result)
     axis_rows = []
     for found in axes:
         row = found.summary()
@@ -276,7 +278,9 @@ def _summary(
         "requests": result.requests,
         "axes": axis_rows,
         "handlers": board["handlers"],
-        **_shares(result),
+        "cpu_share": shares["cpu_share"],
+        "interrupt_share": shares["interrupt_share"],
+        "section_cycles": shares["section_cycles"],
         "stack_free_bytes": board["stack_free_bytes"],
         "stack_used_bytes": board.get("stack_used_bytes"),
         "interrupts_off_max_cycles": board.get("interrupts_off_max_cycles"),
@@ -286,7 +290,7 @@ def _summary(
     }
 
 
-def _refusal(result: RunResult) -> dict | None:
+def _refusal(result: RunResult) -> Refusal | None:
     if not result.refused:
         return None
     return {
@@ -297,7 +301,7 @@ def _refusal(result: RunResult) -> dict | None:
     }
 
 
-def _shares(result: RunResult) -> dict:
+def _shares(result: RunResult) -> Shares:
     """Return the shares of cycles from arming to the end.
 
     `cpu_share` is interrupts, decoding and following: what grows with the steps. The remaining

@@ -10,6 +10,7 @@ from pixstep.lazy import lazy
 from pixstep.lines.line import Line
 from pixstep.reversals.play import strokes
 from pixstep.simulation.plantlog import AxisPlant
+from pixstep.simulation.summary import Load
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,7 +33,8 @@ class AxisLoad:
     @property
     def errors(self) -> np.ndarray:
         """Load minus ideal at each pixel edge."""
-        return self.load_steps - self.ideal_steps
+        errors: np.ndarray = self.load_steps - self.ideal_steps
+        return errors
 
     @property
     def outside(self) -> np.ndarray:
@@ -42,7 +44,7 @@ class AxisLoad:
             away[first - 1 : last] = False
         return away
 
-    def summary(self) -> dict:
+    def summary(self) -> Load:
         """Return the largest errors and where they are, as plain data of summary.json."""
         worst, pixel = _worst(self.errors)
         outside, outside_pixel = _worst(np.where(self.outside, self.errors, 0))

@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 
 from pixstep import natives
+from pixstep.simulation.simctl import Simulator
 
 _SOURCE = "app/axes.c"  # every source of core and app is built with its options
 _PROBE = """
@@ -101,7 +102,7 @@ def _options(board: str) -> list[str]:
 class Memory:
     """Reads and writes members of the firmware's variables; little-endian numbers."""
 
-    def __init__(self, simulator, board: str) -> None:
+    def __init__(self, simulator: Simulator, board: str) -> None:
         self._simulator, self._board = simulator, board
 
     def place(self, path: str) -> Place:

@@ -51,10 +51,13 @@ class PixelGrid:
         return whole.astype(np.int64)
 
     @staticmethod
-    def _map(values: np.ndarray, knots: np.ndarray, results: np.ndarray, slope: float):
+    def _map(
+        values: np.ndarray, knots: np.ndarray, results: np.ndarray, slope: float
+    ) -> np.ndarray:
         values = np.asarray(values, dtype=float)
         below, above = np.minimum(values - knots[0], 0), np.maximum(values - knots[-1], 0)
-        return np.interp(values, knots, results) + slope * (below + above)
+        mapped: np.ndarray = np.interp(values, knots, results) + slope * (below + above)
+        return mapped
 
 
 def nominal(line: Line, period: Fraction, zero: int) -> PixelGrid:

@@ -37,7 +37,8 @@ class AxisPlant:
     def load_at(self, cycles: np.ndarray) -> np.ndarray:
         """Return the load's steps from its start, moves at exactly a cycle included."""
         index = np.searchsorted(self.cycles, cycles, side="right") - 1
-        return self.load[np.maximum(index, 0)] - self.load[0]
+        moved: np.ndarray = self.load[np.maximum(index, 0)] - self.load[0]
+        return moved
 
 
 def read_plant(path: Path) -> dict[tuple[int, int], AxisPlant]:

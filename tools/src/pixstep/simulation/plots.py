@@ -66,11 +66,16 @@ def draw(trace: Trace, folder: Path, prefix: str = "") -> list[Path]:
     return paths
 
 
-def _figure(trace: Trace, title: str, **options) -> tuple[Figure, list[Axes]]:
+Curve = tuple[np.ndarray, np.ndarray]
+
+
+def _figure(
+    trace: Trace, title: str, *, sharex: bool = False, heights: tuple[int, int] = (1, 1)
+) -> tuple[Figure, list[Axes]]:
     """Return a figure of two rows, titled."""
     figure = plotting.figure((11, 7.2))
     plotting.heading(figure, title, trace.title)
-    return figure, list(figure.subplots(2, 1, **options))
+    return figure, list(figure.subplots(2, 1, sharex=sharex, height_ratios=heights))
 
 
 def ideal_speed(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +133,7 @@ def motion(trace: Trace) -> Figure:
     return plotting.write_numbers(figure)
 
 
-def _magnify(axes: Axes, trace: Trace, ideal: tuple, made: tuple) -> None:
+def _magnify(axes: Axes, trace: Trace, ideal: Curve, made: Curve) -> None:
     """Draw the start of a smooth acceleration larger, where single steps can be seen."""
     line = trace.line
     if not line.smooth or line.line_speed == 0:
@@ -168,9 +173,7 @@ def _take_up_note(axes: Axes, trace: Trace) -> None:
 
 def edge_error(trace: Trace) -> Figure:
     """Error of every edge over time, and its distribution."""
-    figure, (over, spread) = _figure(
-        trace, "Edge error: edge minus exact instant", gridspec_kw={"height_ratios": [2, 1]}
-    )
+    figure, (over, spread) = _figure(trace, "Edge error: edge minus exact instant", heights=(2, 1))
     ideal = trace.ideal_px[: len(trace.made_px)]
     made = trace.made_px[: len(ideal)]
     errors = (made - ideal) * float(trace.period)
@@ -210,7 +213,7 @@ def positions(trace: Trace) -> Figure:
     """The board's expected positions and the counted ones at every pixel edge."""
     figure, (table, difference) = _figure(
         trace, "Positions at the pixel edges", sharex=True,
-        gridspec_kw={"height_ratios": [2, 1]},
+        heights=(2, 1),
     )  # fmt: skip
     pixel = np.array([row.pixel for row in trace.pixels])
     reference = np.array(exact.expected_positions(trace.line))

@@ -12,6 +12,7 @@ from pixstep import atomic
 from pixstep.errors import FINE, NEGATIVE, REFUSED
 from pixstep.lazy import lazy
 from pixstep.simulation import clockjudge
+from pixstep.simulation.summary import Load, Summary
 
 if TYPE_CHECKING:
     import rich.box
@@ -55,21 +56,21 @@ def write_pixels(path: Path, rows: list[PixelRow]) -> None:
     atomic.write_text(path, "\n".join([header, *(row.text(loads=loads) for row in rows)]) + "\n")
 
 
-def exit_status(summary: dict) -> int:
+def exit_status(verdict: str) -> int:
     """Return the exit status of a verdict: pass, fail, or a line that the board refused."""
-    return {"pass": FINE, "refused": REFUSED}.get(summary["verdict"], NEGATIVE)
+    return {"pass": FINE, "refused": REFUSED}.get(verdict, NEGATIVE)
 
 
-def print_page(console: rich.console.Console, summary: dict, *, details: bool = False) -> None:
+def print_page(console: rich.console.Console, summary: Summary, *, details: bool = False) -> None:
     """Print the verdict of a run, with `details` the figures of every interrupt too."""
     colour = "bold green" if summary["verdict"] == "pass" else "bold red"
     console.print(f"[{colour}]{summary['verdict'].upper()}[/]  {_headline(summary)}")
     for reason in summary["reasons"]:
         console.print(f"  {reason}", style="red", markup=False, highlight=False, soft_wrap=True)
-    if summary.get("refusal"):
+    if summary["refusal"]:
         return
     console.print(_axes_table(summary))
-    if details and summary.get("handlers"):
+    if details and summary["handlers"]:
         console.print(_handlers_table(summary))
     console.print(_footer(summary), highlight=False, soft_wrap=True)
 
@@ -84,19 +85,19 @@ def print_files(console: rich.console.Console, out: Path) -> None:
     console.print(f"files in {folder}: {names}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _headline(summary: dict) -> str:
+def _headline(summary: Summary) -> str:
     parts = [f"{summary['board']}, {summary['decode']} decoding, {summary['pixel_hz']} Hz"]
     parts += clockjudge.parts(summary)
-    if summary.get("record_every", 1) > 1:
+    if summary["record_every"] > 1:
         parts.append(f"records of every {summary['record_every']} pixels")
-    if summary.get("serial_load"):
+    if summary["serial_load"]:
         parts.append(f"serial line saturated ({summary['requests']['load']} requests)")
     if summary["requests"].get("without_reply"):
         parts.append(f"{summary['requests']['without_reply']} requests without a reply, repeated")
     return ", ".join(parts)
 
 
-def _axes_table(summary: dict) -> rich.table.Table:
+def _axes_table(summary: Summary) -> rich.table.Table:
     edges = _edges_meaning(summary)
     table = new_table(
         "axis", "steps", "max ticks", "rms ns", "ppm", *(("on edge",) if edges else ()),
@@ -122,14 +123,13 @@ def _axes_table(summary: dict) -> rich.table.Table:
     return table
 
 
-def _edges_meaning(summary: dict) -> str:
+def _edges_meaning(summary: Summary) -> str:
     """Return what it is for a last step to be on its pixel's edge; empty where nothing is.
 
     A locked line on a clock with jitter, wander or a step ends its pixels where the board expects
     the edges, which is not where they are: how far off is told in figures instead.
     """
-    clock = summary.get("clock", {})
-    if clock.get("sync") != "lock":
+    if summary["clock"]["sync"] != "lock":
         return "last steps of pixels on their edge, "
     if not clockjudge.even(summary):
         return ""
@@ -141,7 +141,7 @@ def _of(made: int, wanted: int) -> str:
     return str(made) if made == wanted else f"{made}/{wanted}"
 
 
-def _handlers_table(summary: dict) -> rich.table.Table:
+def _handlers_table(summary: Summary) -> rich.table.Table:
     table = new_table("interrupt", "count", "min", "mean", "max cycles", "latest start")
     table.columns[0].justify = "left"
     for row in summary["handlers"]:
@@ -151,7 +151,7 @@ def _handlers_table(summary: dict) -> rich.table.Table:
             str(row["cycles_min"]),
             f"{row['cycles_mean']:.1f}",
             str(row["cycles_max"]),
-            str(row.get("latency_max", "")),
+            str(row["latency_max"]),
         )
     return table
 
@@ -164,7 +164,7 @@ def new_table(*names: str) -> rich.table.Table:
     return table
 
 
-def _footer(summary: dict) -> str:
+def _footer(summary: Summary) -> str:
     lines = [_load_text(axis["axis"], axis["load"]) for axis in summary["axes"] if "load" in axis]
     if clockjudge.parts(summary):
         lines += clockjudge.texts(summary)
@@ -173,10 +173,10 @@ def _footer(summary: dict) -> str:
             f"line zero at cycle {summary['line_zero_cycle']}, {_periods_text(summary)} after the "
             f"clock edge at {summary['clock_edge_cycle']}"
         )
-    if summary.get("cpu_share") is not None:
+    cpu, interrupts = summary["cpu_share"], summary["interrupt_share"]
+    if cpu is not None and interrupts is not None:
         lines.append(
-            f"CPU share {100 * summary['cpu_share']:.1f} % while moving: "
-            f"{100 * summary['interrupt_share']:.1f} % interrupts, "
+            f"CPU share {100 * cpu:.1f} % while moving: {100 * interrupts:.1f} % interrupts, "
             "the rest decoding and following\n"
             f"stack free {summary['stack_free_bytes']} bytes; simulated "
             f"{summary['realtime_factor']:.2f} times as fast as real time"
@@ -184,13 +184,13 @@ def _footer(summary: dict) -> str:
     return "\n".join(lines)
 
 
-def _periods_text(summary: dict) -> str:
+def _periods_text(summary: Summary) -> str:
     """Return how long line zero lay behind the clock's edge that began the line."""
     periods = summary.get("line_zero_periods", 1)
     return "one pixel period" if periods == 1 else f"{periods} periods of the clock"
 
 
-def _load_text(axis: int, load: dict) -> str:
+def _load_text(axis: int, load: Load) -> str:
     """Return one line on the largest load errors of an axis."""
     worst, pixel = load["max_load_error_steps"], load["max_load_error_pixel"]
     text = f"axis {axis}: load at most {abs(worst)} steps off at a pixel edge"

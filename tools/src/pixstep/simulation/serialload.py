@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Saturate the serial line with valid requests of many kinds while the board moves."""
+"""Saturate the bus with valid requests of many kinds while the board moves."""
 
 from collections.abc import Callable
 from functools import partial
 from itertools import cycle, islice
 
 from pixstep.board import registers as regs
-from pixstep.board.client import Board, BoardError, Upload
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.upload import Upload
 from pixstep.simulation.simctl import Simulator
 
 _BURST = 4  # requests between two polls of the run

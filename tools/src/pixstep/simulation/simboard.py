@@ -16,18 +16,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self, Unpack
 
 from pixstep import natives
 from pixstep.board.boardrun import BoardRun
 from pixstep.board.device import Board
 from pixstep.lazy import lazy
-from pixstep.simulation.simctl import SimOptions, Simulator
+from pixstep.simulation.simctl import MoreOptions, SimOptions, Simulator
 
 if TYPE_CHECKING:
-    from pixstep.board import transport
+    from pixstep.board import modbus
 else:
-    transport = lazy("pixstep.board.transport")
+    modbus = lazy("pixstep.board.modbus")
 
 SETTLE_PIXELS = 2
 
@@ -48,7 +48,7 @@ class SimWorld:
 
 
 class SimLink:
-    """The serial line of simulated boards that have booted; use as a context manager."""
+    """The bus of simulated boards that have booted; use as a context manager."""
 
     port = "the simulator"
 
@@ -59,7 +59,7 @@ class SimLink:
         except BaseException:
             self.simulator.kill()
             raise
-        self.modbus = transport.SimClient(self.simulator)
+        self.modbus = modbus.SimClient(self.simulator)
         self.world = SimWorld(self.simulator)
 
     def __enter__(self) -> Self:
@@ -69,7 +69,7 @@ class SimLink:
         self.close()
 
     def board(self, unit: int = 1) -> Board:
-        """Return a unit of the line, the first board's if no other is given."""
+        """Return a unit of the bus, the first board's if no other is given."""
         return Board(self.modbus, unit)
 
     def close(self) -> None:
@@ -90,7 +90,7 @@ class SimulatedBoard(BoardRun):
         *,
         image: Path | None = None,
         program: Sequence[str | Path] | None = None,
-        **more: Any,
+        **more: Unpack[MoreOptions],
     ) -> None:
         self.name, self.pixel_hz = name, pixel_hz
         options = SimOptions([(name, image or natives.image(name))], pixel_hz)

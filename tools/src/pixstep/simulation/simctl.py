@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 from pixstep import natives
 from pixstep.board import boards
 from pixstep.lines.rational import hz_text
 from pixstep.simulation.clockflaws import ClockFlaws
 from pixstep.simulation.simpipe import SimPipe, SimulatorError
+from pixstep.simulation.summary import Stats
 
 __all__ = ["BOOT_S", "EepromState", "Permit", "SimOptions", "Simulator", "SimulatorError", "Symbol"]
 
@@ -63,6 +64,24 @@ class SimOptions:
         for board, path in self.eeproms.items():
             words += ["--eeprom", f"{board}={path}"]
         return [*words, *self.extra, "--control"]
+
+
+class MoreOptions(TypedDict, total=False):
+    """The fields of SimOptions that may be left out."""
+
+    pixel_ppm: float
+    pixel_jitter_ns: float
+    flaws: ClockFlaws
+    seed: int
+    edges: Path | None
+    clock_log: Path | None
+    serial_log: Path | None
+    vcd: Path | None
+    plants: Mapping[tuple[int, int], str]
+    eeproms: Mapping[int, Path]
+    plant_log: Path | None
+    switch_log: Path | None
+    extra: Sequence[str]
 
 
 class Permit(NamedTuple):
@@ -152,9 +171,10 @@ class Simulator(SimPipe):
         """Begin the handlers' counts, means and extremes in `stats` anew."""
         self.command("mark")
 
-    def stats(self) -> dict:
+    def stats(self) -> Stats:
         """Return the runner's statistics so far."""
-        return json.loads(self.command("stats"))
+        found: Stats = json.loads(self.command("stats"))
+        return found
 
     def flush(self) -> None:
         """Complete all output files, and write the EEPROM files, up to now."""

@@ -19,7 +19,9 @@ from pathlib import Path
 from pixstep.board import boards
 from pixstep.board import registers as regs
 from pixstep.board.boardrun import BoardRun, Watch
-from pixstep.board.client import Board, BoardError, LineRefusedByBoardError, Record
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError, LineRefusedByBoardError
+from pixstep.board.state import Record
 from pixstep.errors import UserError
 from pixstep.lines.line import Line
 from pixstep.lines.rational import period_ticks, refuse_period
@@ -29,6 +31,7 @@ from pixstep.simulation.edges import ClockLog, EdgeLog, read_clock_log, read_edg
 from pixstep.simulation.plantlog import AxisPlant, read_plant
 from pixstep.simulation.serialload import SerialLoad
 from pixstep.simulation.simboard import SimulatedBoard
+from pixstep.simulation.summary import Stats
 
 FREE, START, LOCK = regs.SYNCS  # what a line is to the pixel clock
 _ALL_RECORDS_HZ = 100  # of pixels: up to here a host reads every record
@@ -115,8 +118,8 @@ class RunResult:
     record_every: int = 1  # pixels; those of deviations besides
     refused: LineRefusedByBoardError | None = None
     trouble: list[str] = field(default_factory=list)
-    stats_armed: dict = field(default_factory=dict)
-    stats: dict = field(default_factory=dict)
+    stats_armed: Stats | None = None  # of a run that got so far
+    stats: Stats = field(init=False, repr=False)  # at the end
     requests: dict[str, int] = field(default_factory=dict)
 
 

@@ -22,6 +22,7 @@ from pixstep.lines.rational import edge_tick
 from pixstep.simulation import pixelgrid
 from pixstep.simulation.edges import AxisEdges
 from pixstep.simulation.pixelgrid import PixelGrid
+from pixstep.simulation.summary import Axis
 
 if TYPE_CHECKING:
     import numpy as np
@@ -58,7 +59,7 @@ class AxisVerdict:
         """True if nothing was found."""
         return not self.reasons
 
-    def summary(self) -> dict:
+    def summary(self) -> Axis:
         """Return the plain data of summary.json."""
         return {
             "board": self.board,

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Self
+from typing import Self, TypedDict
 
 from pixstep import natives
 from pixstep.board import boards
@@ -54,6 +54,38 @@ class Wiring:
     powered: bool = True
     estop_pressed: bool = False
     axes: list[AxisWiring] = field(default_factory=list)
+
+
+class ClockStatus(TypedDict):
+    """The pixel clock that is connected."""
+
+    hz: float
+    ppm: float
+    runs: bool
+
+
+class AxisStatus(TypedDict):
+    """What can be seen of an axis."""
+
+    steps: int
+    edges: int
+    load_steps: int
+    closed: list[str]
+
+
+class BenchStatus(TypedDict):
+    """What can be seen of a bench from outside."""
+
+    time_s: float
+    cycle: int
+    port: str
+    board: str
+    powered: bool
+    estop_pressed: bool
+    permit: int
+    clock: ClockStatus
+    lost_s: float
+    axes: list[AxisStatus]
 
 
 class VirtualBench:
@@ -172,7 +204,7 @@ class VirtualBench:
         """Reset the board: "external" is the button, "brownout" a supply that breaks down."""
         self.simulator.reset(0, cause)
 
-    def status(self) -> dict:
+    def status(self) -> BenchStatus:
         """Return what can be seen from outside, as plain data."""
         wiring = self.wiring
         return {
@@ -192,7 +224,7 @@ class VirtualBench:
             "axes": [self._axis_status(axis) for axis in range(self.kind.axes)],
         }
 
-    def _axis_status(self, axis: int) -> dict:
+    def _axis_status(self, axis: int) -> AxisStatus:
         words = self.simulator.command(f"switches 0 {axis}").split()[1:]
         closed = []
         for place, switch in enumerate(SIGNALS):

@@ -18,6 +18,7 @@ from pixstep.progress import Progress, unseen
 from pixstep.simulation.plantlog import AxisPlant
 from pixstep.simulation.simrun import Job
 from pixstep.simulation.simtask import run_and_judge
+from pixstep.simulation.summary import Summary
 from pixstep.trajectories import host, transitions
 from pixstep.trajectories.circle import Circle
 from pixstep.trajectories.table import AXES, Table
@@ -53,7 +54,7 @@ class BoardJob:
 class BoardRun:
     """What a run has left: the verdict on its edges, its loads, and how round its circle is."""
 
-    summary: dict
+    summary: Summary
     trace: Trace | None  # None if the board did not run to the end
     roundness: Roundness | None = None
 

@@ -11,22 +11,61 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import NotRequired, TypedDict
 
 from pixstep import atomic, outfolder
 from pixstep.lines.rational import hz_text
 from pixstep.progress import Progress, unseen
+from pixstep.simulation.summary import Axis
 from pixstep.trajectories import boardsim, files, transitions
 from pixstep.trajectories.boardsim import BoardJob, BoardRun
 from pixstep.trajectories.circle import Circle
 from pixstep.trajectories.host import COMPENSATED, ORIGINAL
 from pixstep.trajectories.table import Table
-from pixstep.trajectories.trace import COUNTS, Trace, Unit
+from pixstep.trajectories.trace import COUNTS, RoundnessData, Trace, Unit
 from pixstep.trajectories.transitions import AxisPlay, Transition
 
 RUNS = (ORIGINAL, COMPENSATED)
 PICTURE = "circle.png"
 SUMMARY = "summary.json"
-_EDGES = ("steps", "expected_steps", "max_edge_error_ticks", "rms_edge_error_us", "pixels_equal")
+
+
+class EdgeFigures(TypedDict):
+    """How an axis made its edges."""
+
+    steps: int
+    expected_steps: int
+    max_edge_error_ticks: float
+    rms_edge_error_us: float
+    pixels_equal: int
+
+
+class RunSummary(TypedDict):
+    """What is told of one run."""
+
+    verdict: str
+    cpu_share: float | None
+    edges: list[EdgeFigures]
+    max_load_error_counts: NotRequired[list[int]]
+    roundness: NotRequired[RoundnessData]
+
+
+class CircleSummary(TypedDict):
+    """All figures of a test: summary.json."""
+
+    verdict: str
+    reasons: list[str]
+    table: str
+    board: str
+    axes: list[int]
+    pixel_hz: str
+    play_steps: list[int]
+    compensated_play_steps: list[int]
+    transition_points: list[int]
+    circle: dict[str, object] | None
+    transitions: list[dict[str, object]]
+    runs: dict[str, RunSummary]
+    plots: NotRequired[list[str]]
 
 
 @dataclass(frozen=True)
@@ -49,7 +88,7 @@ def names() -> list[str]:
 
 def simulate(
     test: CircleTest, out: Path, *, plot: bool = False, progress: Progress = unseen
-) -> dict:
+) -> CircleSummary:
     """Run a test; write summary.json, the measurement records and, if asked, the picture.
 
     All files or none. Raises RefusedError for what the board would refuse.
@@ -101,7 +140,7 @@ def _plays_text(test: CircleTest) -> str:
     return f"{hz:.6g} points a second, play {plays} steps, taken up in {steps} points"
 
 
-def _summary(test: CircleTest, runs: dict[str, BoardRun]) -> dict:
+def _summary(test: CircleTest, runs: dict[str, BoardRun]) -> CircleSummary:
     """Return summary.json."""
     reasons = [f"{name}: {text}" for name, run in runs.items() for text in run.summary["reasons"]]
     made = transitions.compensate(test.table, test.plays)
@@ -122,17 +161,17 @@ def _summary(test: CircleTest, runs: dict[str, BoardRun]) -> dict:
     }
 
 
-def transitions_as_json(found: Sequence[Transition]) -> list[dict]:
+def transitions_as_json(found: Sequence[Transition]) -> list[dict[str, object]]:
     """Return transitions as plain data: axes and records count from 1."""
     return [asdict(item) | {"axis": item.axis + 1, "record": item.record + 1} for item in found]
 
 
-def _run_summary(run: BoardRun, unit: Unit) -> dict:
+def _run_summary(run: BoardRun, unit: Unit) -> RunSummary:
     """Return what is told of one run."""
-    found = {
+    found: RunSummary = {
         "verdict": run.summary["verdict"],
         "cpu_share": run.summary["cpu_share"],
-        "edges": [{key: axis[key] for key in _EDGES} for axis in run.summary["axes"]],
+        "edges": [_edges(axis) for axis in run.summary["axes"]],
     }
     if run.trace:
         errors = abs(run.trace.load_errors).max(axis=0).tolist()
@@ -140,3 +179,13 @@ def _run_summary(run: BoardRun, unit: Unit) -> dict:
     if run.roundness:
         found["roundness"] = run.roundness.summary(unit)
     return found
+
+
+def _edges(axis: Axis) -> EdgeFigures:
+    return {
+        "steps": axis["steps"],
+        "expected_steps": axis["expected_steps"],
+        "max_edge_error_ticks": axis["max_edge_error_ticks"],
+        "rms_edge_error_us": axis["rms_edge_error_us"],
+        "pixels_equal": axis["pixels_equal"],
+    }

@@ -217,7 +217,8 @@ def _whole_column(path: Path, name: str, column: Any) -> np.ndarray:
         raise RefusedError(
             f"{path}: record {row + 1}: {name} = {values[row]}: expected a whole number"
         )
-    return numbers.astype(np.int64)
+    whole: np.ndarray = numbers.astype(np.int64)
+    return whole
 
 
 def _arrow(path: Path) -> tuple[ModuleType, ModuleType]:

@@ -57,7 +57,8 @@ def follow(command: np.ndarray, point_s: float, servo: Servo | None) -> np.ndarr
             ahead[1] * lag + fast[1] * speed + pushed[1] * wanted,
         )
         lags.append(lag)
-    return command + np.array(lags)
+    motor: np.ndarray = command + np.array(lags)
+    return motor
 
 
 def _point(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 from pixstep.lazy import lazy
 from pixstep.trajectories.circle import Circle
@@ -56,12 +56,14 @@ class Trace:
     @property
     def following_errors(self) -> np.ndarray:
         """Motor less command."""
-        return self.motor - self.command.positions
+        errors: np.ndarray = self.motor - self.command.positions
+        return errors
 
     @property
     def load_errors(self) -> np.ndarray:
         """Load less the original table."""
-        return self.load - self.ideal
+        errors: np.ndarray = self.load - self.ideal
+        return errors
 
     def columns(self, circle: Circle | None = None) -> dict[str, np.ndarray]:
         """Return the measurement record: everything by record, with names for a table."""
@@ -79,6 +81,21 @@ class Trace:
             found["angle_deg"] = (found["record"] - 1 - circle.start) * 360 / circle.points
             found["radius_error"] = radius_errors(self.load, circle)
         return found
+
+
+class RoundnessData(TypedDict):
+    """How round a circle is, as plain data; lengths without a unit in their name are in `unit`."""
+
+    max_radius_error_counts: float
+    max_radius_error: float
+    highest_radius_error: float
+    lowest_radius_error: float
+    at_degrees: float
+    unit: str
+    places: int
+    passes: int
+    passes_apart_counts: float
+    later_passes_apart_counts: float
 
 
 @dataclass(frozen=True)
@@ -110,7 +127,7 @@ class Roundness:
         chosen = self.passes[first:]
         return float(np.max(np.ptp(chosen, axis=0))) if len(chosen) > 1 else 0.0
 
-    def summary(self, unit: Unit) -> dict:
+    def summary(self, unit: Unit) -> RoundnessData:
         """Return plain data."""
         return {
             "max_radius_error_counts": round(abs(self.worst), 3),
@@ -128,7 +145,8 @@ class Roundness:
 
 def radius_errors(places: np.ndarray, circle: Circle) -> np.ndarray:
     """Return how far places are outside of a circle."""
-    return np.hypot(places[:, 0], places[:, 1]) - circle.radius
+    errors: np.ndarray = np.hypot(places[:, 0], places[:, 1]) - circle.radius
+    return errors
 
 
 def of_points(trace: Trace, circle: Circle) -> Roundness:

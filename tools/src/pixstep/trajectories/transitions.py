@@ -126,4 +126,5 @@ def _axis(
 def _ramp(start: int, goal: int, item: AxisPlay, points: int) -> np.ndarray:
     """Return the offsets of a record and of `points` behind it, on the way to a goal."""
     away = np.arange(points + 1, dtype=np.int64) * item.play // item.steps
-    return start + np.sign(goal - start) * np.minimum(away, abs(goal - start))
+    offsets: np.ndarray = start + np.sign(goal - start) * np.minimum(away, abs(goal - start))
+    return offsets

@@ -12,6 +12,8 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from pixstep.simulation.virtualbench import BenchStatus
+
 try:
     import termios
     import tty
@@ -81,7 +83,7 @@ def in_foreground(descriptor: int) -> bool:
         return False
 
 
-def page(status: dict, said: str, typed: str | None) -> RenderableType:
+def page(status: BenchStatus, said: str, typed: str | None) -> RenderableType:
     """Return the bench as a frame; `said` is what the last command had to say."""
     rows: list[RenderableType] = [_wires(status), Text(), _axes(status)]
     if status["lost_s"]:
@@ -96,7 +98,7 @@ def page(status: dict, said: str, typed: str | None) -> RenderableType:
     )
 
 
-def lines(status: dict) -> Iterator[str]:
+def lines(status: BenchStatus) -> Iterator[str]:
     """Yield the same as plain lines."""
     yield _wires(status).plain
     for number, axis in enumerate(status["axes"]):
@@ -116,7 +118,7 @@ def behind_text(lost_s: float) -> str:
     )
 
 
-def _wires(status: dict) -> Text:
+def _wires(status: BenchStatus) -> Text:
     clock = status["clock"]
     rate = f"{clock['hz']:g} Hz" + (f" {clock['ppm']:+g} ppm" if clock["ppm"] else "")
     return Text(_GAP).join((
@@ -131,12 +133,12 @@ def _state(name: str, on: bool, yes: str, no: str, style: str, other: str) -> Te
     return Text.assemble((f"{name} ", "dim"), (yes if on else no, style if on else other))
 
 
-def _axes(status: dict) -> Table:
+def _axes(status: BenchStatus) -> Table:
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     for name, width in (("axis", 4), ("steps", 11), ("edges", 11), ("load", 11)):
         table.add_column(name, justify="right", min_width=width, no_wrap=True)
     table.add_column("closed switches")
     for number, axis in enumerate(status["axes"]):
-        figures = (f"{axis[name]:,}" for name in ("steps", "edges", "load_steps"))
-        table.add_row(str(number), *figures, ", ".join(axis["closed"]))
+        figures = (axis["steps"], axis["edges"], axis["load_steps"])
+        table.add_row(str(number), *(f"{value:,}" for value in figures), ", ".join(axis["closed"]))
     return table

@@ -4,14 +4,16 @@
 import click
 
 from pixstep.board import run
+from pixstep.board.port import Port
 from pixstep.cli.board.group import (
     Known,
+    Units,
     axes_option,
     axes_text,
     boards,
     each_board,
-    line_options,
     note_unattended,
+    port_options,
     stopping,
     units_option,
 )
@@ -26,11 +28,11 @@ def _simple(name: str, code: str, done: str, text: str) -> click.Command:
     """Return a command that gives one command to some axes of some boards."""
 
     @command(name, help=text)
-    @line_options
+    @port_options
     @units_option
     @axes_option
     @json_option
-    def simple(line, units, axes, as_json):
+    def simple(port: Port, units: Units, axes: tuple[int, ...], as_json: bool) -> None:
         def give(item: Known) -> None:
             chosen = item.axes(axes)
             run.command(item.board, code, chosen)
@@ -38,25 +40,27 @@ def _simple(name: str, code: str, done: str, text: str) -> click.Command:
             tell({"unit": unit, "axes": chosen}, f"board {unit}: {axes_text(chosen)} {done}")
 
         with board_rows(as_json=as_json) as tell:
-            each_board(line, units, give)
+            each_board(port, units, give)
 
     return simple
 
 
 @command("arm")
-@line_options
+@port_options
 @units_option
 @axes_option
 @click.option("--token", type=TOKEN, help="Wait after arming for `go` with this token.")
 @json_option
-def arm_command(line, units, axes, token, as_json):
+def arm_command(
+    port: Port, units: Units, axes: tuple[int, ...], token: int | None, as_json: bool
+) -> None:
     """Arm loaded axes by hand, with a token if wanted.
 
     They start on the next pixel clock edge, or on go if there is a token. `pixstep board start`
     does this for several boards at once. Without --axis all loaded ones. A board that gets no
     request for `bus_timeout_ms` (3 s by default) while an axis is armed or moves stops.
     """
-    with boards(line, units) as (_found, known), board_rows(as_json=as_json) as tell:
+    with boards(port, units) as (_found, known), board_rows(as_json=as_json) as tell:
         for item in known:
             chosen = item.axes(axes) if axes else run.loaded(item.board, item.who.axis_count)
             if not chosen:
@@ -69,10 +73,10 @@ def arm_command(line, units, axes, token, as_json):
 
 
 @command("clear")
-@line_options
+@port_options
 @units_option
 @json_option
-def clear_command(line, units, as_json):
+def clear_command(port: Port, units: Units, as_json: bool) -> None:
     """Clear the latched fault.
 
     Refused while its cause lasts, as a pressed emergency stop does.
@@ -85,15 +89,15 @@ def clear_command(line, units, as_json):
         tell({"unit": unit, "cleared": before or None}, f"board {unit}: {done}")
 
     with board_rows(as_json=as_json) as tell:
-        each_board(line, units, clear)
+        each_board(port, units, clear)
 
 
 @command("permit")
 @click.argument("state", type=click.Choice(["on", "off"]))
-@line_options
+@port_options
 @units_option
 @json_option
-def permit_command(state, line, units, as_json):
+def permit_command(state: str, port: Port, units: Units, as_json: bool) -> None:
     """Switch the permit output, the gate of a laser or spindle.
 
     Every fault and every stop switches it off.
@@ -105,7 +109,7 @@ def permit_command(state, line, units, as_json):
         tell({"unit": unit, "permit": state}, f"board {unit}: permit output {state}")
 
     with board_rows(as_json=as_json) as tell:
-        each_board(line, units, switch)
+        each_board(port, units, switch)
 
 
 disarm_command = _simple("disarm", "disarm", "disarmed", "Disarm axes and discard their queues.")

@@ -3,16 +3,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import click
 
 from pixstep import progress
 from pixstep.board import clockstate, features, scan, settings
 from pixstep.board import registers as regs
-from pixstep.board.client import BoardError
-from pixstep.board.connection import Connection
-from pixstep.board.port import PARITIES
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
+from pixstep.board.port import PARITIES, Port
 from pixstep.board.scan import BAUDS, Found
 from pixstep.board.snapshot import LINE_COUNTERS
 from pixstep.cli.board.group import (
@@ -21,9 +21,10 @@ from pixstep.cli.board.group import (
     MOST_BAUD,
     UNITS,
     Known,
+    Units,
     boards,
-    line_options,
     opened,
+    port_options,
     units_option,
 )
 from pixstep.cli.command import command
@@ -38,8 +39,63 @@ else:
     rich = lazy("rich")
 
 
+class _Place(TypedDict):
+    baud: int | None
+    parity: str | None
+
+
+class _Feature(TypedDict):
+    name: str
+    bit: int
+    has: bool
+    meaning: str
+
+
+class _PixelClock(TypedDict):
+    present: bool
+    edges: int
+    set_hz: str
+    divider: int
+    measured: clockstate.ClockData | None
+
+
+class _Stored(TypedDict):
+    record: int
+    stored: bool
+    differ: bool
+
+
+class _Axis(TypedDict):
+    axis: int
+    state: str
+    position_steps: int
+    pixel: int
+    lines_done: int
+    queue_free: int
+    underruns: int
+
+
+class _Info(TypedDict):
+    unit: int
+    board: str
+    firmware: str
+    map_version: int
+    server_id: str
+    identification: dict[str, str]
+    features: list[str]
+    status: str
+    reset_cause: str
+    fault: str
+    pixel_clock: _PixelClock
+    outputs: str
+    inputs: str
+    settings: _Stored
+    counters: dict[str, int]
+    axes: list[_Axis]
+
+
 @command("scan")
-@line_options
+@port_options
 @click.option("--unit", "units", type=UNITS, default=ALL, help="Addresses.  [default: 1-247]")
 @click.option(
     "--bauds",
@@ -51,35 +107,37 @@ else:
 )
 @json_option
 @click.pass_context
-def scan_command(ctx, line, units, bauds, as_json):
+def scan_command(
+    ctx: click.Context, port: Port, units: Units, bauds: str | None, as_json: bool
+) -> None:
     """Look for boards at every address of the line.
 
     Exit status 0 if a board answers, 1 if none does.
     """
-    addresses = scan.UNITS if units == ALL else units
-    rates = _rates(bauds, line)
-    with opened(line) as found, scan.quickly(found.modbus, line.timeout_s or scan.TIMEOUT_S):
+    addresses = scan.UNITS if isinstance(units, str) else units
+    rates = _rates(bauds, port)
+    with opened(port) as found, scan.quickly(found.modbus, port.timeout_s or scan.TIMEOUT_S):
         answers, place = _search(found, list(addresses), rates)
     if as_json:
-        show_json({"port": line.port, **place, "boards": [item.as_json() for item in answers]})
+        show_json({"port": port.name, **place, "boards": [item.as_json() for item in answers]})
     elif answers:
-        say((f"{line.port}: {place['baud']} baud, parity {place['parity']}",))
+        say((f"{port.name}: {place['baud']} baud, parity {place['parity']}",))
         _print_found(answers)
     else:
-        click.echo(f"{line.port}: nothing answers", err=True)
+        click.echo(f"{port.name}: nothing answers", err=True)
     ctx.exit(0 if any(not item.trouble for item in answers) else 1)
 
 
 @command("info")
-@line_options
+@port_options
 @units_option
 @json_option
-def info_command(line, units, as_json):
+def info_command(port: Port, units: Units, as_json: bool) -> None:
     """Show what boards are and how they are.
 
     Identity, status, fault, reset cause, pixel clock, counters, axes, whether settings are stored.
     """
-    with boards(line, units) as (_found, known):
+    with boards(port, units) as (_found, known):
         told = [_info(item) for item in known]
     if as_json:
         show_json({"boards": told})
@@ -90,15 +148,15 @@ def info_command(line, units, as_json):
 
 
 @command("features")
-@line_options
+@port_options
 @units_option
 @json_option
-def features_command(line, units, as_json):
+def features_command(port: Port, units: Units, as_json: bool) -> None:
     """Show what boards' images were built with.
 
     A command that needs what a board's image lacks is refused, and names it.
     """
-    with boards(line, units) as (_found, known):
+    with boards(port, units) as (_found, known):
         told = [
             {"unit": item.board.unit, "board": item.who.board, "features": _features(item)}
             for item in known
@@ -118,10 +176,10 @@ def features_command(line, units, as_json):
     )
 
 
-def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
+def _rates(bauds: str | None, port: Port) -> list[tuple[int, str]]:
     """Return the rates and parities to try in turn."""
     if bauds is None:
-        return [(line.baud, line.real_parity)]
+        return [(port.baud, port.real_parity)]
     if bauds == "usual":
         return [(baud, parity) for baud in BAUDS for parity in PARITIES]
     texts = [text.strip() for text in bauds.split(",")]
@@ -135,8 +193,8 @@ def _rates(bauds: str | None, line) -> list[tuple[int, str]]:
 
 
 def _search(
-    found: Connection, addresses: list[int], rates: list[tuple[int, str]]
-) -> tuple[list[Found], dict]:
+    found: Link, addresses: list[int], rates: list[tuple[int, str]]
+) -> tuple[list[Found], _Place]:
     """Scan at one rate after the other until a board answers; return what did, and where."""
     answers: list[Found] = []
     for index, (baud, parity) in enumerate(rates):
@@ -151,11 +209,10 @@ def _search(
     return answers, {"baud": None, "parity": None}
 
 
-def _at(found: Connection, baud: int, parity: str) -> bool:
+def _at(found: Link, baud: int, parity: str) -> bool:
     """Go to a rate and parity; False if the port cannot."""
     try:
-        if hasattr(found.modbus, "reconfigure"):
-            found.modbus.reconfigure(baud, parity)
+        found.modbus.reconfigure(baud, parity)
     except UserError:
         return False
     return True
@@ -177,7 +234,7 @@ def _print_found(answers: list[Found]) -> None:
     rich.console.Console(highlight=False).print(table)
 
 
-def _info(known: Known) -> dict:
+def _info(known: Known) -> _Info:
     """Return all that a board says, as plain data."""
     board, who = known.board, known.who
     state, axes = board.inputs(), board.axes(who.axis_count)
@@ -232,11 +289,15 @@ def server_id(known: Known) -> str:
     return f"pixstep {known.who.board} {known.who.firmware}"
 
 
-def _features(known: Known) -> list[dict]:
+def _features(known: Known) -> list[_Feature]:
     """Return all features, and whether the board has each."""
     return [
-        {"name": item.name, "bit": item.bit, "has": known.board.has(item.name)}
-        | {"meaning": item.meaning}
+        {
+            "name": item.name,
+            "bit": item.bit,
+            "has": known.board.has(item.name),
+            "meaning": item.meaning,
+        }
         for item in features.table()
     ]
 
@@ -251,7 +312,7 @@ def _identification(known: Known) -> dict[str, str]:
         return {}
 
 
-def _print_info(console: rich.console.Console, told: dict) -> None:
+def _print_info(console: rich.console.Console, told: _Info) -> None:
     """Print a board's page."""
 
     def line(name: str, text: str) -> None:
@@ -279,7 +340,7 @@ def _print_info(console: rich.console.Console, told: dict) -> None:
     console.print(table)
 
 
-def _measured_text(clock: dict) -> str:
+def _measured_text(clock: _PixelClock) -> str:
     """Return what there is to say of a clock: edges of a pixel if several, what was measured."""
     found, edges = clock["measured"], clock["divider"]
     text = f", {edges} edges a pixel" if edges > 1 else ""
@@ -292,7 +353,7 @@ def _measured_text(clock: dict) -> str:
     )
 
 
-def _settings_text(stored: dict) -> str:
+def _settings_text(stored: _Stored) -> str:
     if not stored["stored"]:
         return "defaults, nothing is stored" if not stored["differ"] else "not stored"
     text = f"stored as record {stored['record']}"

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import click
 
 from pixstep.board import features, values
-from pixstep.board.client import Board
+from pixstep.board import registers as regs
+from pixstep.board.device import Board
+from pixstep.board.port import Port
 from pixstep.board.values import SETTING, Reading
-from pixstep.cli.board.group import boards, line_options, units_option
+from pixstep.cli.board.group import Units, boards, port_options, units_option
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, show_json
 from pixstep.lazy import lazy
@@ -24,17 +26,17 @@ else:
 
 @command("get")
 @click.argument("names", metavar="[NAME]...", nargs=-1)
-@line_options
+@port_options
 @units_option
 @json_option
-def get_command(names, line, units, as_json):
+def get_command(names: tuple[str, ...], port: Port, units: Units, as_json: bool) -> None:
     """Read registers by name, or all of them.
 
     Settings, what the board measures, and its axes'. NAME may have wild cards ('dir_*'), an axis
     ('axis0.position_steps', without the axis all of them); none at all means everything.
     """
-    values.select(names, max(values.regs.AXIS_COUNTS))  # an unknown name before the port is opened
-    with boards(line, units) as (_found, known):
+    values.select(names, max(regs.AXIS_COUNTS))  # an unknown name before the port is opened
+    with boards(port, units) as (_found, known):
         for item in known:
             _require(item.board, names)
         told = [

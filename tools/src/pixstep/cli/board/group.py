@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""What the commands of `pixstep board` share: the line's options, boards, errors."""
+"""What the commands of `pixstep board` share: the port's options, boards, errors."""
 
 import contextlib
 import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import click
 
 from pixstep import progress, signals
-from pixstep.board import connection, run, scan, settings
-from pixstep.board.client import Board, BoardError
-from pixstep.board.connection import Connection, PortOptions
-from pixstep.board.device import Identity
-from pixstep.board.port import BAUD, PARITIES, TIMEOUT_S
+from pixstep.board import link, run, scan, settings
+from pixstep.board.device import Board, Identity
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
+from pixstep.board.port import BAUD, PARITIES, TIMEOUT_S, Port
 from pixstep.cli import machinedefaults
 from pixstep.cli.command import complain
 from pixstep.cli.options import say
@@ -37,12 +38,17 @@ class StoppedError(BoardError):
         self.status = status
 
 
-class _Units(click.ParamType):
+Units = tuple[int, ...] | str  # addresses, or ALL
+
+
+class _Units(click.ParamType[Units, Units]):
     """Addresses: 1 or 1,2,5-8, or all."""
 
     name = "UNITS"
 
-    def convert(self, value, param, ctx) -> tuple[int, ...] | str:
+    def convert(
+        self, value: Units, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Units:
         """Parse the text; a bad one is a usage error."""
         if isinstance(value, tuple) or value == ALL:
             return value
@@ -69,7 +75,7 @@ units_option = click.option(
     "--unit", "units", type=UNITS, default="1", show_default=True,
     help="Addresses: 1 or 1,2,5-8, or all (looks for them).",
 )  # fmt: skip
-_LINE_OPTIONS = (
+_PORT_OPTIONS = (
     click.option(
         "--port", required=True, envvar="PIXSTEP_PORT", show_envvar=True,
         help="Serial port, or a simulator's pseudo terminal.",
@@ -88,15 +94,21 @@ _LINE_OPTIONS = (
 )  # fmt: skip
 
 
-def line_options(command: Callable) -> Callable:
-    """Add the options of the line; the command gets them as `line`, PortOptions."""
+def port_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of the port; the command gets them as `port`, a Port."""
 
     @functools.wraps(command)
-    def call(*arguments, port, baud, parity, timeout, **others):
-        line = PortOptions(port, baud, parity, timeout)
-        return command(*arguments, line=line, **others)
+    def call(
+        *arguments: Any,
+        port: str,
+        baud: int,
+        parity: str | None,
+        timeout: float | None,
+        **others: Any,
+    ) -> None:
+        command(*arguments, port=Port(port, baud, parity, timeout), **others)
 
-    for option in reversed(_LINE_OPTIONS):
+    for option in reversed(_PORT_OPTIONS):
         call = option(call)
     return call
 
@@ -121,9 +133,9 @@ class Known:
 
 
 @contextlib.contextmanager
-def opened(line: PortOptions) -> Iterator[Connection]:
-    """Yield the open line."""
-    found = connection.open_port(line, lambda text: say((text,)))
+def opened(port: Port) -> Iterator[Link]:
+    """Yield the open bus."""
+    found = link.open_port(port, lambda text: say((text,)))
     try:
         yield found
     finally:
@@ -131,27 +143,23 @@ def opened(line: PortOptions) -> Iterator[Connection]:
 
 
 @contextlib.contextmanager
-def boards(
-    line: PortOptions, units: tuple[int, ...] | str
-) -> Iterator[tuple[Connection, list[Known]]]:
-    """Yield the open line and its boards, each with a register map that this tool knows."""
-    with opened(line) as found:
+def boards(port: Port, units: Units) -> Iterator[tuple[Link, list[Known]]]:
+    """Yield the open bus and its boards, each with a register map that this tool knows."""
+    with opened(port) as found:
         yield found, [_known(found, unit) for unit in _addresses(found, units)]
 
 
-def each_board(
-    line: PortOptions, units: tuple[int, ...] | str, act: Callable[[Known], None]
-) -> None:
+def each_board(port: Port, units: Units, act: Callable[[Known], None]) -> None:
     """Do something with every board, also behind one that does not answer or refuses.
 
     Raises BoardError for the last that failed; those before it are told on the error stream.
     """
-    with opened(line) as found:
+    with opened(port) as found:
         each_of(found, units, act)
 
 
-def each_of(found: Connection, units: tuple[int, ...] | str, act: Callable[[Known], None]) -> None:
-    """Do the same on a line that is open."""
+def each_of(found: Link, units: Units, act: Callable[[Known], None]) -> None:
+    """Do the same on a bus that is open."""
     failures: list[BoardError] = []
     for unit in _addresses(found, units):
         try:
@@ -165,26 +173,26 @@ def each_of(found: Connection, units: tuple[int, ...] | str, act: Callable[[Know
 
 
 @contextlib.contextmanager
-def one_board(line: PortOptions, unit: int) -> Iterator[tuple[Connection, Known]]:
-    """Yield the open line and its one board."""
-    with boards(line, (unit,)) as (found, (known,)):
+def one_board(port: Port, unit: int) -> Iterator[tuple[Link, Known]]:
+    """Yield the open bus and its one board."""
+    with boards(port, (unit,)) as (found, (known,)):
         yield found, known
 
 
-def _known(found: Connection, unit: int) -> Known:
+def _known(found: Link, unit: int) -> Known:
     one = found.board(unit)
     who = one.who()
     machinedefaults.compare_board(click.get_current_context(), found.port, unit, who.board)
     return Known(one, who)
 
 
-def _addresses(found: Connection, units: tuple[int, ...] | str) -> tuple[int, ...]:
+def _addresses(found: Link, units: Units) -> tuple[int, ...]:
     """Return the addresses of an option: those given, or of all boards that are found."""
     return present(found) if isinstance(units, str) else units
 
 
-def present(found: Connection) -> tuple[int, ...]:
-    """Look for all boards of the line; raises BoardError if there is none."""
+def present(found: Link) -> tuple[int, ...]:
+    """Look for all boards of the bus; raises BoardError if there is none."""
     with progress.shown("looking for boards") as show, scan.quickly(found.modbus):
         answers = scan.scan(found.modbus, progress=show)
     units = tuple(answer.unit for answer in answers if not answer.trouble)

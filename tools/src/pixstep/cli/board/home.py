@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board home`: find the home switch of a real axis and stand on its edge."""
 
+from fractions import Fraction
+from typing import Unpack
+
 import click
 
 from pixstep import progress
 from pixstep.board import limits, run, settings
-from pixstep.board.client import Board, BoardError
-from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.board.device import Board
+from pixstep.board.errors import BoardError
+from pixstep.board.port import Port
+from pixstep.cli.board.group import Known, one_board, port_options, stopping, unit_option
 from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
-from pixstep.cli.homeoptions import home_options, make_plan
+from pixstep.cli.homeoptions import HomeOptions, home_options, make_plan
 from pixstep.cli.options import json_option, show_json
 from pixstep.lines.rational import refuse_period
 from pixstep.moves import homing, legs
@@ -19,23 +24,30 @@ from pixstep.moves.homing import Homed, HomingError
 
 @command("home")
 @home_options
-@line_options
+@port_options
 @unit_option
 @board_clock_options
 @json_option
-def home_command(line, unit, as_json, **options):
+def home_command(
+    port: Port,
+    unit: int,
+    pixel_hz: Fraction | None,
+    divider: int | None,
+    as_json: bool,
+    **options: Unpack[HomeOptions],
+) -> None:
     """Home an axis: its switch's edge becomes position 0.
 
     By a CSV or CSB profile. Off the switch, towards it, back, slowly towards it again; then the
     axis stands on 0. A fault ends it, named, and stays latched. The same options as `pixstep home
     sim`, which tries it first.
     """
-    with one_board(line, unit) as (found, known):
-        plan, pixel_hz = prepare(known, options)
+    with one_board(port, unit) as (found, known):
+        plan, hz = prepare(known, options, pixel_hz, divider)
         try:
             group = [run.Lines(known.board, [plan.axis])]
             with progress.shown("homing") as show, stopping(group):
-                homed = homing.home(known.board, plan, pixel_hz, found.world, show)
+                homed = homing.home(known.board, plan, hz, found.world, show)
         except HomingError as error:
             if as_json:
                 made = homing.legs_as_json(error.legs)
@@ -48,25 +60,29 @@ def home_command(line, unit, as_json, **options):
         click.echo(_text(unit, homed))
 
 
-def prepare(known, options: dict):
+def prepare(
+    known: Known, options: HomeOptions, clock_hz: Fraction | None, divider: int | None
+) -> tuple[legs.HomingPlan, Fraction]:
     """Check all that can be checked, then set and enable; return the plan and its clock in Hz."""
     known.axes((options["axis"],))
     known.board.require("homing")
-    pixel_hz = settings.pixel_hz(known.board, options["pixel_hz"], options["divider"])
+    pixel_hz = settings.pixel_hz(known.board, clock_hz, divider)
     refuse_period(pixel_hz, known.board.tick_hz())
     plan = make_plan(options, pixel_hz, refuse=True)
     legs.refuse(plan, limits.connected(known.board, pixel_hz))
-    _set_inputs(known.board, options)
+    _set_inputs(known.board, options, clock_hz, divider)
     run.command(known.board, "enable", [plan.axis])
     return plan, pixel_hz
 
 
-def _set_inputs(board: Board, options: dict) -> None:
+def _set_inputs(
+    board: Board, options: HomeOptions, clock_hz: Fraction | None, divider: int | None
+) -> None:
     """Write the settings that the options of homing ask for, in one request."""
-    wanted = settings.of_clock(None, options["divider"])
-    if options["pixel_hz"]:
-        wanted["pixel_hz_num"] = options["pixel_hz"].numerator
-        wanted["pixel_hz_den"] = options["pixel_hz"].denominator
+    wanted = settings.of_clock(None, divider)
+    if clock_hz:
+        wanted["pixel_hz_num"] = clock_hz.numerator
+        wanted["pixel_hz_den"] = clock_hz.denominator
     old = settings.read(board)
     if options["inverted"] is not None:  # the emergency stop's bit stays
         wanted["inputs_inverted"] = old["inputs_inverted"] & 4 | INVERTED[options["inverted"]]

@@ -10,9 +10,10 @@ import click
 
 from pixstep import atomic, signals
 from pixstep.board import features, logs
-from pixstep.board.client import Event
 from pixstep.board.logs import AxisLog
-from pixstep.cli.board.group import Known, axes_option, line_options, one_board, unit_option
+from pixstep.board.port import Port
+from pixstep.board.state import Event
+from pixstep.cli.board.group import Known, axes_option, one_board, port_options, unit_option
 from pixstep.cli.command import OUTPUT, command
 from pixstep.cli.options import json_option, show_json_row
 
@@ -27,19 +28,21 @@ follow_option = click.option("--follow", is_flag=True, help="Go on until Ctrl-C.
 
 
 @command("records")
-@line_options
+@port_options
 @unit_option
 @axes_option
 @output_option
 @follow_option
-def records_command(line, unit, axes, output, follow):
+def records_command(
+    port: Port, unit: int, axes: tuple[int, ...], output: Path | None, follow: bool
+) -> None:
     """Write per-pixel records as CSV, each as it comes.
 
     Reads until no axis is armed or moves; with --follow until Ctrl-C, line after line. The board
     keeps only the newest records: how many were overwritten before they were read is said at the
     end, and is exit status 1.
     """
-    with one_board(line, unit) as (found, known), _rows_to(output) as put:
+    with one_board(port, unit) as (found, known), _rows_to(output) as put:
         _note_statistics(known)
         put(logs.HEADER)
         followed = [AxisLog(known.board, axis) for axis in known.axes(axes)]
@@ -64,17 +67,17 @@ def records_command(line, unit, axes, output, follow):
 
 
 @command("events")
-@line_options
+@port_options
 @unit_option
 @follow_option
 @json_option
-def events_command(line, unit, follow, as_json):
+def events_command(port: Port, unit: int, follow: bool, as_json: bool) -> None:
     """Print faults and resets with their times.
 
     Times are since the board's last reset. Refused for a board without an event log (`pixstep board
     features`).
     """
-    with one_board(line, unit) as (found, known), signals.until_ctrl_c():
+    with one_board(port, unit) as (found, known), signals.until_ctrl_c():
         known.board.require("events")
         total, events = known.board.events()
         _say_lost(total, events)

@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board measure-play`: the play of an axis, by its home switch from both sides."""
 
+from fractions import Fraction
+from typing import Unpack
+
 import click
 
 from pixstep import progress
 from pixstep.board import run
-from pixstep.board.client import BoardError
+from pixstep.board.errors import BoardError
+from pixstep.board.port import Port
 from pixstep.cli import machinedefaults
-from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.cli.board.group import one_board, port_options, stopping, unit_option
 from pixstep.cli.board.home import prepare
 from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
-from pixstep.cli.homeoptions import home_options
+from pixstep.cli.homeoptions import HomeOptions, home_options
 from pixstep.cli.options import json_option, show_json
 from pixstep.cli.quantities import StepsType
 from pixstep.errors import UserError
@@ -22,7 +26,7 @@ from pixstep.moves.playmeasure import MeasuredPlay
 
 @command("measure-play")
 @home_options
-@line_options
+@port_options
 @unit_option
 @board_clock_options
 @click.option("--repeat", type=click.IntRange(1, 100), default=5, show_default=True,
@@ -36,7 +40,19 @@ from pixstep.moves.playmeasure import MeasuredPlay
 @click.option("--save", is_flag=True, help="Write the play into the machine file.")
 @json_option
 @click.pass_context
-def measure_play_command(ctx, line, unit, repeat, hysteresis, encoder, save, as_json, **options):
+def measure_play_command(
+    ctx: click.Context,
+    port: Port,
+    unit: int,
+    pixel_hz: Fraction | None,
+    divider: int | None,
+    repeat: int,
+    hysteresis: int | None,
+    encoder: str | None,
+    save: bool,
+    as_json: bool,
+    **options: Unpack[HomeOptions],
+) -> None:
     """Measure the play of an axis by its home switch.
 
     By a CSV or CSB profile, with the options of `pixstep board home`; nothing is zeroed. The slow
@@ -51,13 +67,13 @@ def measure_play_command(ctx, line, unit, repeat, hysteresis, encoder, save, as_
     read = encoders.of_command(encoder) if encoder is not None else None
     if options["slow"] is None:
         options["slow"] = parse("2" if options["decode"] == "smooth" else "1", SPEED)
-    with one_board(line, unit) as (found, known):
-        plan, pixel_hz = prepare(known, options)
+    with one_board(port, unit) as (found, known):
+        plan, hz = prepare(known, options, pixel_hz, divider)
         try:
             group = [run.Lines(known.board, [plan.axis])]
             with progress.shown("measuring") as show, stopping(group):
                 measured = playmeasure.measure(
-                    known.board, plan, pixel_hz, found.world,
+                    known.board, plan, hz, found.world,
                     repeat=repeat, hysteresis=hysteresis, encoder=read, progress=show,
                 )  # fmt: skip
         except BoardError as error:

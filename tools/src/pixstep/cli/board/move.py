@@ -1,33 +1,45 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board move`: exactly N steps on a real axis."""
 
+from fractions import Fraction
+from typing import Unpack
+
 import click
 
 from pixstep import progress
 from pixstep.board import limits, run, settings, upload
-from pixstep.board.client import BoardError
-from pixstep.cli.board.group import AXIS, line_options, one_board, stopping, unit_option
+from pixstep.board.errors import BoardError
+from pixstep.board.port import Port
+from pixstep.cli.board.group import AXIS, one_board, port_options, stopping, unit_option
 from pixstep.cli.clockoptions import board_clock_options
 from pixstep.cli.command import command
-from pixstep.cli.moveoptions import headline, plan_options, read_plan
+from pixstep.cli.moveoptions import MoveOptions, headline, plan_options, read_plan
 from pixstep.cli.options import json_option, show_json
 from pixstep.lines.rational import refuse_period
 
 
 @command("move")
 @plan_options
-@line_options
+@port_options
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True)
 @board_clock_options
 @json_option
-def move_command(line, unit, axis, pixel_hz, divider, as_json, **options):
+def move_command(
+    port: Port,
+    unit: int,
+    axis: int,
+    pixel_hz: Fraction | None,
+    divider: int | None,
+    as_json: bool,
+    **options: Unpack[MoveOptions],
+) -> None:
     """Move an axis by exactly N steps.
 
     By a CSV acceleration profile; it needs no pixel clock. Planned as by `pixstep move show`,
     checked with the board's own limits, followed to its end. Ctrl-C stops the axis.
     """
-    with one_board(line, unit) as (found, known):
+    with one_board(port, unit) as (found, known):
         board = known.board
         known.axes((axis,))
         hz = settings.pixel_hz(board, pixel_hz, divider)

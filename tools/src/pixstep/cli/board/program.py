@@ -3,20 +3,30 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Unpack
+
 import click
 
 from pixstep import progress
+from pixstep.board.port import Port
 from pixstep.cli import machinedefaults
-from pixstep.cli.board.group import line_options, one_board, stopping, unit_option
+from pixstep.cli.board.group import one_board, port_options, stopping, unit_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.options import json_option, show_json
-from pixstep.cli.programoptions import none_found, plan_options_of, program_options, setup_of
+from pixstep.cli.programoptions import (
+    ProgramOptions,
+    none_found,
+    plan_options_of,
+    program_options,
+    setup_of,
+)
 
 
 @command("run")
 @click.argument("program", metavar="PROGRAM", type=FILE)
 @program_options
-@line_options
+@port_options
 @unit_option
 @click.option(
     "--no-check", "check", is_flag=True, default=True, flag_value=False,
@@ -24,7 +34,15 @@ from pixstep.cli.programoptions import none_found, plan_options_of, program_opti
 )  # fmt: skip
 @json_option
 @click.pass_context
-def run_command(ctx, program, line, unit, check, as_json, **options):
+def run_command(
+    ctx: click.Context,
+    program: Path,
+    port: Port,
+    unit: int,
+    check: bool,
+    as_json: bool,
+    **options: Unpack[ProgramOptions],
+) -> None:
     """Run a motion program while it is planned.
 
     A machine file says which motors it moves; positions count from where they are. First the
@@ -39,7 +57,7 @@ def run_command(ctx, program, line, unit, check, as_json, **options):
     if machine is None:
         raise none_found()
     request = Request(str(program), setup_of(machine, options), plan_options_of(options))
-    with one_board(line, unit) as (found, known):
+    with one_board(port, unit) as (found, known):
         board = known.board
         known.axes(tuple(motor.axis for motor in request.setup.motors))
         onboard.require_fitting(machine, request.setup, known.who.board)

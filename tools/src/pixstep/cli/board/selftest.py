@@ -4,8 +4,9 @@
 import click
 
 from pixstep.board import selftest
+from pixstep.board.port import Port
 from pixstep.board.selftest import FAILED, OK, Result, SelfTest
-from pixstep.cli.board.group import axes_option, line_options, one_board, unit_option
+from pixstep.cli.board.group import axes_option, one_board, port_options, unit_option
 from pixstep.cli.command import command
 from pixstep.cli.options import json_option, show_json
 from pixstep.cli.quantities import StepsType, TimeType
@@ -26,7 +27,7 @@ class _Asked:
 
 
 @command("selftest")
-@line_options
+@port_options
 @unit_option
 @axes_option
 @click.option("--yes", is_flag=True, help="Ask nothing: only what needs nobody at the machine.")
@@ -47,13 +48,22 @@ class _Asked:
 )
 @json_option
 @click.pass_context
-def selftest_command(ctx, line, unit, axes, yes, limit_s, steps, as_json):
+def selftest_command(
+    ctx: click.Context,
+    port: Port,
+    unit: int,
+    axes: tuple[int, ...],
+    yes: bool,
+    limit_s: float,
+    steps: int,
+    as_json: bool,
+) -> None:
     """Walk through the wiring of a new board.
 
     Supply, clock, switches, motors, permit output, emergency stop. It asks before anything moves or
     is switched on. Exit status 0 if nothing failed; what was left out is listed.
     """
-    with one_board(line, unit) as (found, known):
+    with one_board(port, unit) as (found, known):
         person = None if yes else _Asked()
         test = SelfTest(
             known.board, known.who, found.world, person, known.axes(axes), limit_s, steps

@@ -1,13 +1,23 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board settings`: export, import, store, defaults, diff."""
 
+from pathlib import Path
+
 import click
 
 from pixstep import atomic
 from pixstep.board import settings, settingsfile
-from pixstep.board.client import Board
-from pixstep.cli.board.group import boards, line_options, one_board, unit_option, units_option
-from pixstep.cli.board.put import change_text
+from pixstep.board.device import Board
+from pixstep.board.port import Port
+from pixstep.cli.board.group import (
+    Units,
+    boards,
+    one_board,
+    port_options,
+    unit_option,
+    units_option,
+)
+from pixstep.cli.board.put import ChangedRow, change_text
 from pixstep.cli.command import FILE, OUTPUT, command
 from pixstep.cli.options import board_rows, deliver_facts, json_option, show_json
 from pixstep.errors import UserError
@@ -23,15 +33,15 @@ skip_option = click.option(
 
 @command("export")
 @click.argument("file", type=OUTPUT)
-@line_options
+@port_options
 @unit_option
 @json_option
-def export_command(file, line, unit, as_json):
+def export_command(file: Path, port: Port, unit: int, as_json: bool) -> None:
     """Write all settings in force to a TOML file.
 
     Each with what it means; "-" writes to the terminal.
     """
-    with one_board(line, unit) as (_found, known):
+    with one_board(port, unit) as (_found, known):
         found = settings.read(known.board)
     if atomic.is_stdout(file):
         click.echo(settingsfile.text(known.who, found), nl=False)
@@ -44,13 +54,21 @@ def export_command(file, line, unit, as_json):
 
 @command("import")
 @click.argument("file", type=FILE)
-@line_options
+@port_options
 @units_option
 @skip_option
 @click.option("--store", is_flag=True, help="Store the settings in the board's EEPROM afterwards.")
 @click.option("--dry-run", is_flag=True, help="Only show what would change.")
 @json_option
-def import_command(file, line, units, skip, store, dry_run, as_json):
+def import_command(
+    file: Path,
+    port: Port,
+    units: Units,
+    skip: tuple[str, ...],
+    store: bool,
+    dry_run: bool,
+    as_json: bool,
+) -> None:
     """Set what a TOML file says, all or nothing; read it back.
 
     The file may hold only some settings; those that it leaves out stay as they are. One that says
@@ -59,7 +77,7 @@ def import_command(file, line, units, skip, store, dry_run, as_json):
     read = settingsfile.read(file)
     wanted = _wanted(read, skip)
     rows = []
-    with boards(line, units) as (found, known):
+    with boards(port, units) as (found, known):
         if _ADDRESS in wanted and len(known) > 1:
             raise UserError(
                 f"{file}: several boards cannot have one address: add --skip {_ADDRESS}"
@@ -71,7 +89,10 @@ def import_command(file, line, units, skip, store, dry_run, as_json):
         for item in known:
             old = settings.read(item.board)
             change = settings.changes(old, wanted)
-            row = {"unit": item.board.unit, "changed": [one.as_json() for one in change]}
+            row: ChangedRow = {
+                "unit": item.board.unit,
+                "changed": [one.as_json() for one in change],
+            }
             if not dry_run:
                 settings.write(item.board, old, change)
                 if store:
@@ -84,28 +105,28 @@ def import_command(file, line, units, skip, store, dry_run, as_json):
 
 
 @command("store")
-@line_options
+@port_options
 @units_option
 @json_option
-def store_command(line, units, as_json):
+def store_command(port: Port, units: Units, as_json: bool) -> None:
     """Store the settings in force: they outlast power."""
-    with boards(line, units) as (found, known), board_rows(as_json=as_json) as tell:
+    with boards(port, units) as (found, known), board_rows(as_json=as_json) as tell:
         for item in known:
             unit, serial = item.board.unit, settings.store(item.board, found.world)
             tell({"unit": unit, "record": serial}, f"board {unit}: stored as record {serial}")
 
 
 @command("defaults")
-@line_options
+@port_options
 @units_option
 @click.option("--store", is_flag=True, help="Store them too; else the stored ones return at reset.")
 @json_option
-def defaults_command(line, units, store, as_json):
+def defaults_command(port: Port, units: Units, store: bool, as_json: bool) -> None:
     """Put the default settings into force.
 
     Address 1, 115200 baud, even parity, 30 Hz and so on.
     """
-    with boards(line, units) as (found, known):
+    with boards(port, units) as (found, known):
         if len(known) > 1:
             raise UserError("one board at a time: by default all have address 1")
         if store:
@@ -121,17 +142,19 @@ def defaults_command(line, units, store, as_json):
 
 @command("diff")
 @click.argument("file", type=FILE, required=False)
-@line_options
+@port_options
 @unit_option
 @json_option
 @click.pass_context
-def diff_command(ctx, file, line, unit, as_json):
+def diff_command(
+    ctx: click.Context, file: Path | None, port: Port, unit: int, as_json: bool
+) -> None:
     """Compare with a TOML file, or with the defaults.
 
     Exit status 0 if they are equal, 1 if not.
     """
     wanted = settingsfile.read(file).settings if file else settings.defaults()
-    with one_board(line, unit) as (_found, known):
+    with one_board(port, unit) as (_found, known):
         found = settings.changes(wanted, _part(settings.read(known.board), wanted))
     other = str(file) if file else "the defaults"
     if as_json:
@@ -142,7 +165,7 @@ def diff_command(ctx, file, line, unit, as_json):
     else:
         click.echo(f"{other} -> board {unit}")
         for one in found:
-            click.echo(change_text(one))
+            click.echo(change_text(one.as_json()))
     ctx.exit(1 if found else 0)
 
 
@@ -166,7 +189,7 @@ def _part(values: dict[str, int], names: dict[str, int]) -> dict[str, int]:
     return {name: values[name] for name in names}
 
 
-def _print(row: dict, *, dry_run: bool) -> None:
+def _print(row: ChangedRow, *, dry_run: bool) -> None:
     done = "would change" if dry_run else "changed"
     count = len(row["changed"])
     click.echo(f"board {row['unit']}: {count} setting{'' if count == 1 else 's'} {done}")

@@ -7,6 +7,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -56,7 +57,16 @@ _REDRAW_S = 0.1
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="One line of JSON for each command.")
 @click.pass_context
-def simulate_command(ctx, board, pixel_hz, link, script, image, seed, as_json):
+def simulate_command(
+    ctx: click.Context,
+    board: str,
+    pixel_hz: Fraction,
+    link: Path | None,
+    script: Path | None,
+    image: Path | None,
+    seed: int,
+    as_json: bool,
+) -> None:
     """Simulate a board, and work its switches, clock and supply.
 
     Any Modbus client, `pixstep board` first of all, talks to it in real time by the port that it

@@ -2,18 +2,21 @@
 """`pixstep board start`: loaded lines of one or several boards, off together."""
 
 import contextlib
+from typing import TypedDict
 
 import click
 
 from pixstep import progress
 from pixstep.board import run
-from pixstep.board.world import World
+from pixstep.board.link import World
+from pixstep.board.port import Port
 from pixstep.cli.board.group import (
     Known,
+    Units,
     axes_option,
     boards,
-    line_options,
     note_unattended,
+    port_options,
     stopping,
     units_option,
 )
@@ -23,14 +26,16 @@ from pixstep.errors import UserError
 
 
 @command("start")
-@line_options
+@port_options
 @units_option
 @axes_option
 @click.option(
     "--wait/--no-wait", default=False, show_default=True, help="Follow the lines to their end."
 )
 @json_option
-def start_command(line, units, axes, wait, as_json):
+def start_command(
+    port: Port, units: Units, axes: tuple[int, ...], wait: bool, as_json: bool
+) -> None:
     """Start loaded lines, of several boards on one clock edge.
 
     Of one board the axes are armed. Of several, each is armed with a random token, all are asked
@@ -39,7 +44,7 @@ def start_command(line, units, axes, wait, as_json):
     axes; a board without any is left out of it. Without --wait a board stops when no request comes
     for `bus_timeout_ms` (3 s by default).
     """
-    with boards(line, units) as (found, known):
+    with boards(port, units) as (found, known):
         group = [_lines(item, axes) for item in known]
         group = [item for item in group if item.axes]
         if not group:
@@ -77,9 +82,20 @@ def _start(group: list[run.Lines], world: World) -> int:
     return 0
 
 
-def _row(lines: run.Lines) -> dict:
+class _Axis(TypedDict):
+    axis: int
+    state: str
+    position_steps: int
+
+
+class _Row(TypedDict):
+    unit: int
+    axes: list[_Axis]
+
+
+def _row(lines: run.Lines) -> _Row:
     states, where = run.states(lines.board, lines.axes), run.positions(lines.board, lines.axes)
-    axes = [
+    axes: list[_Axis] = [
         {"axis": axis, "state": states[axis], "position_steps": where[axis]} for axis in lines.axes
     ]
     return {"unit": lines.board.unit, "axes": axes}

@@ -1,23 +1,29 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board stop`: one stop, then a look at what rests."""
 
-from collections.abc import Callable
-
 import click
 
 from pixstep.board import run
-from pixstep.board.client import BoardError
-from pixstep.board.connection import Connection
-from pixstep.cli.board.group import ALL, UNITS, Known, axes_option, each_of, line_options, opened
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
+from pixstep.board.port import Port
+from pixstep.cli.board.group import (
+    ALL,
+    UNITS,
+    Known,
+    Units,
+    axes_option,
+    each_of,
+    opened,
+    port_options,
+)
 from pixstep.cli.command import command, complain
-from pixstep.cli.options import board_rows, json_option
+from pixstep.cli.options import Tell, board_rows, json_option
 from pixstep.errors import UserError
-
-Tell = Callable[[dict, str], None]
 
 
 @command("stop")
-@line_options
+@port_options
 @click.option("--unit", "units", type=UNITS, help="Addresses.  [default: broadcast to all]")
 @axes_option
 @click.option(
@@ -27,7 +33,9 @@ Tell = Callable[[dict, str], None]
     help="Ask the boards afterwards whether they rest.",
 )
 @json_option
-def stop_command(line, units, axes, look, as_json):
+def stop_command(
+    port: Port, units: Units | None, axes: tuple[int, ...], look: bool, as_json: bool
+) -> None:
     """Stop what moves, at once, and forget what is queued.
 
     There is no ramp; the permit output goes off. Without --unit a broadcast, to which nobody
@@ -37,18 +45,18 @@ def stop_command(line, units, axes, look, as_json):
     """
     if units is None and axes:
         raise UserError("--axis needs --unit: a broadcast stops all axes of all boards")
-    with opened(line) as found, board_rows(as_json=as_json) as tell:
+    with opened(port) as found, board_rows(as_json=as_json) as tell:
         if units is None:
             found.board(1).stop_all()
             if not as_json:
-                click.echo(f"{line.port}: stop sent to all boards")
+                click.echo(f"{port.name}: stop sent to all boards")
             if look:
                 each_of(found, ALL, lambda item: _look_again(found, item, tell))
             return
         each_of(found, units, lambda item: _stop(found, item, item.axes(axes), tell, look=look))
 
 
-def _stop(found: Connection, item: Known, axes: list[int], tell: Tell, *, look: bool) -> None:
+def _stop(found: Link, item: Known, axes: list[int], tell: Tell, *, look: bool) -> None:
     """Stop axes of a board."""
     run.stop_axes(item.board, axes)
     if look:
@@ -58,7 +66,7 @@ def _stop(found: Connection, item: Known, axes: list[int], tell: Tell, *, look: 
         tell({"unit": unit, "axes": axes}, f"board {unit}: stop acknowledged")
 
 
-def _look_again(found: Connection, item: Known, tell: Tell) -> None:
+def _look_again(found: Link, item: Known, tell: Tell) -> None:
     """Look at a board after a broadcast; stop by its address what still moves."""
     axes = item.axes(())
     rests = run.rests(item.board, axes, found.world)

@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: MIT
 """`pixstep board trajectory`: a table of two axes on a board, the original or compensated."""
 
+from fractions import Fraction
+from pathlib import Path
+from typing import Unpack
+
 import click
 
 from pixstep.board import settings
 from pixstep.board.limits import connected
-from pixstep.cli.board.group import AXIS, line_options, one_board, unit_option
+from pixstep.board.port import Port
+from pixstep.cli.board.group import AXIS, one_board, port_options, unit_option
 from pixstep.cli.board.upload import check_lines, run_lines
 from pixstep.cli.clockoptions import board_clock_options, board_sync_option
 from pixstep.cli.command import FILE, command
 from pixstep.cli.options import json_option, show_json
-from pixstep.cli.trajectoryoptions import axis_plays, board_play_options, read_table
+from pixstep.cli.trajectoryoptions import PlayOptions, axis_plays, board_play_options, read_table
 from pixstep.lines.rational import refuse_period
 from pixstep.trajectories import boardsim, host, transitions
 from pixstep.trajectories.circletest import RUNS
@@ -26,7 +31,7 @@ from pixstep.trajectories.table import AXES
 @click.option("--take-up/--no-take-up", default=True, show_default=True,
               help="First go back by the play and forth again, so that it is taken up in the "
               "direction in which each axis begins.")  # fmt: skip
-@line_options
+@port_options
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True,
               help="Axis of the board for the first axis of the table.")  # fmt: skip
@@ -34,8 +39,18 @@ from pixstep.trajectories.table import AXES
 @board_sync_option
 @json_option
 def trajectory_command(
-    table, line, unit, which, take_up, axis, pixel_hz, divider, sync, as_json, **options
-):
+    table: Path,
+    port: Port,
+    unit: int,
+    which: str,
+    take_up: bool,
+    axis: int,
+    pixel_hz: Fraction | None,
+    divider: int | None,
+    sync: str | None,
+    as_json: bool,
+    **options: Unpack[PlayOptions],
+) -> None:
     """Run a table of two axes, its play taken up or not.
 
     Hold records are left out. The lines are checked with the board's own limits before anything
@@ -43,7 +58,7 @@ def trajectory_command(
     """
     original = read_table(table).without_holds()
     ways = tuple(transitions.initial_direction(original, index) for index in range(AXES))
-    with one_board(line, unit) as (found, known):
+    with one_board(port, unit) as (found, known):
         known.axes((axis + AXES - 1,))
         hz = settings.pixel_hz(known.board, pixel_hz, divider)
         refuse_period(hz, known.board.tick_hz())
@@ -58,13 +73,11 @@ def trajectory_command(
         check_lines(known, lines, hz, clock)
         settings.set_clock(known.board, pixel_hz, sync, divider)
         summary = run_lines(known.board, found.world, lines, arm=True, wait=True)
-    summary |= {
-        "run": which,
-        "play_steps": [item.play for item in plays],
-        "transition_points": [item.steps for item in plays],
-    }
     if as_json:
-        show_json(summary)
+        show_json({
+            **summary, "run": which, "play_steps": [item.play for item in plays],
+            "transition_points": [item.steps for item in plays],
+        })  # fmt: skip
         return
     for row in summary["axes"]:
         click.echo(

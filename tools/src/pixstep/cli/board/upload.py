@@ -4,25 +4,27 @@
 from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import click
 
 from pixstep import formats, progress
 from pixstep.board import clockstate, limits, run, settings, upload
-from pixstep.board.client import Board
-from pixstep.board.world import World
+from pixstep.board.device import Board
+from pixstep.board.link import World
+from pixstep.board.port import Port
 from pixstep.cli.board.group import (
     AXIS,
     Known,
-    line_options,
     note_unattended,
     one_board,
+    port_options,
     stopping,
     unit_option,
 )
 from pixstep.cli.clockoptions import board_clock_options, board_sync_option
 from pixstep.cli.command import FILE, command
-from pixstep.cli.manylines import read_lines
+from pixstep.cli.manylines import LineOptions, read_lines
 from pixstep.cli.options import (
     DECODE,
     LINE_NUMBER,
@@ -41,9 +43,37 @@ from pixstep.profiles import madefor
 POLICIES = {"always": 0, "on_reversal": 1}
 
 
+class _Options(LineOptions):
+    pixel_hz: Fraction | None
+    divider: int | None
+    sync: str | None
+    backlash_policy: str | None
+
+
+class AxisRow(TypedDict):
+    """A line that was queued, and how its axis is then."""
+
+    axis: int
+    file: str
+    decode: str
+    pixels: int
+    steps: int
+    seconds: float
+    state: str
+    position_steps: int
+
+
+class RunRow(TypedDict):
+    """Lines that were queued on a board."""
+
+    unit: int
+    pixel_hz: str
+    axes: list[AxisRow]
+
+
 @command("upload")
 @click.argument("csv", metavar="FILE...", type=FILE, nargs=-1, required=True)
-@line_options
+@port_options
 @unit_option
 @click.option("--axis", type=AXIS, default=0, show_default=True, help="Axis of the first line.")
 @click.option("--decode", type=DECODE, multiple=True, required=True, help="Once, or per line.")
@@ -67,15 +97,27 @@ POLICIES = {"always": 0, "on_reversal": 1}
     "--line", "line_number", type=LINE_NUMBER, metavar="N", multiple=True,
     help="Line N of files of many lines; once, or per line file.",
 )  # fmt: skip
-def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as_json, **options):
+def upload_command(
+    csv: tuple[Path, ...],
+    port: Port,
+    unit: int,
+    axis: int,
+    decode: tuple[str, ...],
+    backlash: tuple[int, ...],
+    arm: bool,
+    wait: bool,
+    check: bool,
+    as_json: bool,
+    **options: Unpack[_Options],
+) -> None:
     """Queue lines, one file an axis; with --arm run them.
 
     Files are CSV or CSB. Each line is first checked with the board's own limits: what it would
     refuse is not sent.
     """
-    read = read_lines(csv, decode, backlash, options | {"pixel_hz": None})
+    read = read_lines(csv, decode, backlash, options, pixel_hz=None)
     lines = dict(enumerate(read, axis))
-    with one_board(line, unit) as (found, known):
+    with one_board(port, unit) as (found, known):
         known.axes((max(lines),))
         if options["backlash_policy"]:
             known.board.require("backlash")
@@ -99,7 +141,7 @@ def upload_command(csv, line, unit, axis, decode, backlash, arm, wait, check, as
         _print(summary)
 
 
-def _set(board: Board, options: dict) -> None:
+def _set(board: Board, options: _Options) -> None:
     """Write the settings that were asked for."""
     settings.set_clock(board, options["pixel_hz"], options["sync"], options["divider"])
     if options["backlash_policy"]:
@@ -143,7 +185,9 @@ def _streamed(board: Board, lines: dict[int, Line]) -> str:
     return ""
 
 
-def run_lines(board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait: bool) -> dict:
+def run_lines(
+    board: Board, world: World, lines: dict[int, Line], *, arm: bool, wait: bool
+) -> RunRow:
     """Queue the lines, and as asked arm and follow them; return what was done."""
     axes = list(lines)
     pixels = max(item.pixels for item in lines.values())
@@ -180,7 +224,7 @@ def run_lines(board: Board, world: World, lines: dict[int, Line], *, arm: bool, 
     }
 
 
-def _print(summary: dict) -> None:
+def _print(summary: RunRow) -> None:
     for row in summary["axes"]:
         click.echo(
             f"board {summary['unit']} axis {row['axis']}: {row['file']}, {row['decode']}, "

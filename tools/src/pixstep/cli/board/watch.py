@@ -13,10 +13,11 @@ import click
 from pixstep import signals
 from pixstep.board import registers as regs
 from pixstep.board import settings, snapshot
-from pixstep.board.client import BoardError
-from pixstep.board.connection import Connection
+from pixstep.board.errors import BoardError
+from pixstep.board.link import Link
+from pixstep.board.port import Port
 from pixstep.board.snapshot import LINE_COUNTERS, Snapshot
-from pixstep.cli.board.group import Known, boards, line_options, units_option
+from pixstep.cli.board.group import Known, Units, boards, port_options, units_option
 from pixstep.cli.command import command
 from pixstep.cli.options import show_json_row
 from pixstep.cli.quantities import TimeType
@@ -36,7 +37,7 @@ Pair = tuple[Snapshot, Snapshot | None]
 
 
 @command("watch")
-@line_options
+@port_options
 @units_option
 @click.option(
     "--interval",
@@ -48,13 +49,15 @@ Pair = tuple[Snapshot, Snapshot | None]
 @click.option("--count", type=click.IntRange(1), metavar="N", help="End after so many looks.")
 @click.option("--once", is_flag=True, help="Look once; the same as --count 1.")
 @click.option("--json", "as_json", is_flag=True, help="One line of JSON for each board and look.")
-def watch_command(line, units, interval, count, once, as_json):
+def watch_command(
+    port: Port, units: Units, interval: float, count: int | None, once: bool, as_json: bool
+) -> None:
     """Watch boards live; Ctrl-C ends it.
 
     Status, fault, axes, switches, pixel clock, rates. Where nobody watches (no terminal) it prints
     plain lines.
     """
-    with boards(line, units) as (found, known), signals.until_ctrl_c():
+    with boards(port, units) as (found, known), signals.until_ctrl_c():
         looks = _looks(found, known, interval, 1 if once else count)
         if as_json:
             for look in looks:
@@ -72,7 +75,7 @@ def watch_command(line, units, interval, count, once, as_json):
 
 
 def _looks(
-    found: Connection, known: list[Known], interval_s: float, count: int | None
+    found: Link, known: list[Known], interval_s: float, count: int | None
 ) -> Iterator[list[Pair]]:
     """Yield snapshots of all boards with the ones before them."""
     before: list[Snapshot | None] = [None] * len(known)
@@ -97,7 +100,7 @@ def _patience_s(known: list[Known]) -> float:
     return min((limit / 3000 for limit in limits_ms if limit), default=math.inf)
 
 
-def _wait(found: Connection, known: list[Known], interval_s: float, patience_s: float) -> None:
+def _wait(found: Link, known: list[Known], interval_s: float, patience_s: float) -> None:
     """Wait, with requests in between so that no board takes its host for dead."""
     left_s = interval_s
     while left_s > patience_s:

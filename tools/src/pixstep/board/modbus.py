@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Two ways to a board for the same Modbus client: a serial port, or the simulator's pipe.
+"""The Modbus library's client for a bus with boards: on a serial port, or the simulator's pipe.
 
-The Modbus library takes long to load: other modules have this one by `lazy`.
+The library takes long to load: other modules have this one by `lazy`.
 """
 
 import contextlib
@@ -12,6 +12,8 @@ from typing import Any, Protocol
 from pymodbus.client import ModbusSerialClient
 from pymodbus.exceptions import ConnectionException, ModbusException, ModbusIOException
 from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu.diag_message import DiagnosticBase as DiagnosticReply
+from pymodbus.pdu.mei_message import ReadDeviceInformationResponse as IdentificationReply
 from pymodbus.pdu.other_message import ReportDeviceIdResponse
 
 from pixstep.board.port import (
@@ -26,28 +28,29 @@ from pixstep.board.port import (
 )
 
 REPLY_S = 0.025  # how long a simulated master waits for the first byte
+__all__ = [
+    "Client",
+    "ConnectionException",
+    "DiagnosticReply",
+    "IdentificationReply",
+    "ModbusPDU",
+    "Pipe",
+    "RequestError",
+    "SerialClient",
+    "ServerIdReply",
+    "SimClient",
+    "WriteTimeoutError",
+]
 RequestError = ModbusException  # a request has failed, whatever the reason
 _QUIET_S = 0.03  # without a byte: the reply on its way has ended
 _QUIET_LIMIT_S = 0.3
 
 
-def serial_client(
-    port: str,
-    *,
-    baud: int = BAUD,
-    parity: str = PARITY,
-    timeout_s: float = TIMEOUT_S,
-    retries: int = RETRIES,
-) -> "SerialClient":
-    """Return a client on a serial port (or a pty: give it parity N)."""
-    return SerialClient(Port(port, baud, parity), timeout_s=timeout_s, retries=retries)
-
-
-class FittingClient(ModbusSerialClient):
+class Client(ModbusSerialClient):
     """pymodbus' client that takes a reply only if it can be the reply to its request.
 
     The library takes any frame of the unit: a late reply to an earlier request too. `heard` is how
-    many bytes came back since the last request, `place` the line's name for messages.
+    many bytes came back since the last request, `place` the bus's name for messages.
     """
 
     heard = 0
@@ -67,11 +70,21 @@ class FittingClient(ModbusSerialClient):
     def patience(self, wanted: tuple[float, int]) -> None:
         self.comm_params.timeout_connect, self.transaction.retries = wanted
 
+    def close(self) -> None:
+        """Give the port back."""
+        if self.socket:
+            self.socket.close()
+        self.socket = None
+
     def settle(self) -> None:
         """Wait until a request that was broken off is over: nothing to wait for here."""
 
+    def reconfigure(self, baud: int, parity: str) -> None:
+        """Go on at another rate and parity: nothing to change here."""
+
     def follow(self, baud: int, parity: str) -> None:
-        """Go on as a board's new settings say: nothing to change here."""
+        """Go on as a board's new settings say."""
+        self.reconfigure(baud, parity)
 
     def execute(self, no_response_expected: bool, request: ModbusPDU) -> ModbusPDU:
         """Do a request; raises ModbusIOException for a reply that does not fit it."""
@@ -81,13 +94,13 @@ class FittingClient(ModbusSerialClient):
         return reply
 
 
-class SerialClient(FittingClient):
+class SerialClient(Client):
     """pymodbus' client on a port that says why it cannot be opened."""
 
-    def __init__(self, port: Port, *, timeout_s: float, retries: int) -> None:
+    def __init__(self, port: Port, *, retries: int = RETRIES) -> None:
         super().__init__(
-            port.name, baudrate=port.baud, parity=port.parity, stopbits=port.stop_bits,
-            timeout=timeout_s, retries=retries,
+            port.name, baudrate=port.baud, parity=port.real_parity, stopbits=port.stop_bits,
+            timeout=port.timeout_s or TIMEOUT_S, retries=retries,
         )  # fmt: skip
         self.port = port
         self.place = port.text
@@ -142,7 +155,7 @@ class SerialClient(FittingClient):
         """Go on as a board's new settings say; a pseudo terminal has no parity to change."""
         self.reconfigure(baud, NO_PARITY if is_pty(self.port.name) else parity)
 
-    def send(self, request: bytes, addr: tuple | None = None) -> int:
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
         """Send a frame."""
         self.heard = 0
         try:
@@ -173,7 +186,7 @@ class WriteTimeoutError(ConnectionException):
 
 
 class Pipe(Protocol):
-    """What a simulated line can do."""
+    """What a simulated bus can do."""
 
     def transmit(self, data: bytes, timeout_cycles: int | None = None) -> bytes:
         """Send a frame and return the reply, empty for none."""
@@ -185,7 +198,7 @@ class Pipe(Protocol):
         """Give a command and return its answer."""
 
 
-class SimClient(FittingClient):
+class SimClient(Client):
     """A Modbus RTU client whose bytes go through the simulator's control pipe.
 
     Framing, checksums and PDUs are those of pymodbus. A request and its reply are one `tx`
@@ -209,7 +222,7 @@ class SimClient(FittingClient):
         return True
 
     def follow(self, baud: int, parity: str) -> None:
-        """Let the simulated line go on as a board's new settings say."""
+        """Let the simulated bus go on as a board's new settings say."""
         self._simulator.command(f"baud {baud} {parity}")
 
     def close(self) -> None:
@@ -219,7 +232,7 @@ class SimClient(FittingClient):
         """See `connected`."""
         return True
 
-    def send(self, request: bytes, addr: tuple | None = None) -> int:
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
         """Send a frame and keep its reply for `recv`."""
         del addr
         self.requests += 1
