@@ -177,8 +177,12 @@ class Group(click.Group):
 
     def main(self, *arguments: Any, **options: Any) -> Any:  # as click's own, which is overloaded
         """Run the command line; SIGTERM and SIGHUP end it as Ctrl-C does."""
-        with signals.caught():
-            return super().main(*arguments, **options)
+        try:
+            with signals.caught():
+                return super().main(*arguments, **options)
+        except OSError as error:  # of what click prints by itself, as --help
+            _complain_of_system(error)
+            sys.exit(MISUSE)
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command."""
@@ -196,8 +200,7 @@ class Group(click.Group):
         except OSError as error:
             if error.errno == errno.EPIPE:  # click ends the command in order
                 raise
-            named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
-            complain(f"{named}{error.strerror or error}")
+            _complain_of_system(error)
             return ctx.exit(MISUSE)
         except click.Abort as error:  # at a prompt, for which click takes a KeyboardInterrupt
             ended = error.__context__
@@ -215,6 +218,20 @@ def complain(error: Exception | str) -> None:
     """Print an error as its one line, if its stream is still there: a closed terminal is not."""
     with contextlib.suppress(OSError):
         click.echo(f"pixstep: {error}", err=True)
+
+
+def _complain_of_system(error: OSError) -> None:
+    """Print what the system refuses; what the standard output does not take is dropped.
+
+    Python would try to write that again when it ends, and fail once more.
+    """
+    named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
+    complain(f"{named}{error.strerror or error}")
+    try:
+        if sys.stdout:
+            sys.stdout.flush()
+    except OSError:
+        sys.stdout = None
 
 
 def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:
