@@ -15,21 +15,18 @@ from pixstep.cli.options import json_option, pixel_hz_option, show_json
 from pixstep.cli.quantities import (
     TimeType,
     limit_options,
-    scale_of,
+    scale_if_known,
     whole_limit,
 )
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines.units import ACCELERATION, DISTANCE, JERK, SPEED, STEP, Scale, number_text, unit
 from pixstep.profiles import make
 from pixstep.profiles.make import ProfileLimits
-from pixstep.simulation.report import new_table
+from pixstep.simulation.report import new_console, new_table
 
 if TYPE_CHECKING:
     import rich.console
     import rich.table
-else:
-    rich = lazy("rich")
 
 
 @command("limits")
@@ -61,7 +58,7 @@ def limits_command(ctx, board, axes, pixel_hz, driver_us, as_json, **limits):
     if as_json:
         show_json(told)
     else:
-        _print(rich.console.Console(highlight=False), able, told, scale_of(ctx))
+        _print(new_console(), able, told, scale_if_known(ctx))
 
 
 def _facts(able: Capability, axes: int) -> dict:

@@ -22,17 +22,14 @@ from pixstep.cli.options import (
     show_json,
 )
 from pixstep.errors import UserError
-from pixstep.lazy import lazy
 from pixstep.lines.line import PLAIN, SMOOTH
 from pixstep.lines.units import number_text
 from pixstep.machine import finding
-from pixstep.simulation.report import new_table
+from pixstep.simulation.report import new_console, new_table
 
 if TYPE_CHECKING:
     import rich.console
     import rich.table
-else:
-    rich = lazy("rich")
 
 _KINDS = (SMOOTH, PLAIN)
 _file_argument = click.argument(
@@ -104,7 +101,7 @@ def machine_show(file, as_json):
     if as_json:
         show_json(told)
         return
-    console = rich.console.Console(highlight=False)
+    console = new_console()
     console.print(
         f"{found.path}: {float(found.pixel_hz):.10g} Hz, lines for "
         f"{found.line.motor or ', '.join(found.motors)}", markup=False, soft_wrap=True,

@@ -19,6 +19,7 @@ from pixstep.cli.programoptions import (
     setup_of,
 )
 from pixstep.errors import NEGATIVE
+from pixstep.simulation.report import new_console
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -74,10 +75,8 @@ def plan(ctx, program, machine, out, plot, as_json, **options):
 
 def _print(done: Result, out: Path) -> None:
     """Print the report: a row for each motor, what was slowed, what is exceeded."""
-    from rich.console import Console
-
     report: Report = done.plan.report
-    console = Console(highlight=False)
+    console = new_console()
     console.print(_table(report.motors))
     click.echo(
         f"{out}: {report.moves} moves, {report.total_ms:.6g} ms ({report.asked_ms:.6g} ms "

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
 
 import click
 
@@ -31,17 +30,11 @@ from pixstep.cli.options import (
 from pixstep.cli.quantities import StepsType
 from pixstep.cli.results import deliver
 from pixstep.errors import FINE, NEGATIVE, RefusedError, UserError
-from pixstep.lazy import lazy
 from pixstep.lines import linecheck
 from pixstep.lines.line import Line
 from pixstep.simulation import report
 from pixstep.simulation.simrun import START, Job
 from pixstep.simulation.simtask import simulate
-
-if TYPE_CHECKING:
-    import rich.console
-else:
-    rich = lazy("rich")
 
 
 @command("sim")
@@ -141,7 +134,7 @@ def sim(ctx, csv, board, decode, backlash, out, divider, plot, details, as_json,
 @click.pass_context
 def demo_command(ctx, out, serial_load, as_json):
     """Worked example: profile, line, plan, simulated Mega, verdict, plots, VCD."""
-    console = rich.console.Console(highlight=False, quiet=as_json)
+    console = report.new_console(quiet=as_json)
     done = demo.run(console, out, serial_load=serial_load)
     if as_json:
         show_json(done.summary)
