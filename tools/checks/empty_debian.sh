@@ -87,7 +87,7 @@ fresh()
 {
     rm -rf "${folder:?}/$1" "$folder/$1.log"
     cp -a "$folder/base" "$folder/$1"
-    git clone --quiet --bare "$clone" "$folder/$1/home/$user/origin.git"
+    git clone --quiet --bare --single-branch "$clone" "$folder/$1/home/$user/origin.git"
     inside "$folder/$1" root "chown -R $user: /home/$user"
 }
 
@@ -185,10 +185,10 @@ scene_examples()
         row "$root" "$user" 0 "$begin ~/pixstep/build/venv/bin/python \
 ~/pixstep/docs/examples/$name.py"
     done
-    row "$root" "$user" 0 "$begin PATH=~/pixstep/tools:\$PATH; \
-pixstep board simulate --board mega --pixel-hz 30 --link board >bench.txt & \
-for _ in \$(seq 60); do [ -e ~/own/board ] || sleep 1; done; \
-~/pixstep/build/venv/bin/python ~/pixstep/docs/examples/drive_board.py ~/own/board"
+    row "$root" "$user" 0 "$begin (cd ~/pixstep && exec build/host/bin/pixstep-sim --pixel-hz 30 \
+--pty --board mega=build/mega/firmware/pixstep-mega.elf) >bench.txt & cd ~/own; \
+until grep -q /dev/pts bench.txt; do sleep 1; done; ~/pixstep/build/venv/bin/python \
+~/pixstep/docs/examples/drive_board.py \$(cat bench.txt); status=\$?; kill \$!; exit \$status"
     row "$root" "$user" 0 "python3 -m venv ~/pixstep-env"
     row "$root" "$user" 0 "~/pixstep-env/bin/pip install ~/pixstep notebook"
     row "$root" "$user" 0 "$begin PIXSTEP_SIM=~/pixstep/build/host/bin/pixstep-sim \
