@@ -183,6 +183,8 @@ class Group(click.Group):
         except OSError as error:  # of what click prints by itself, as --help
             _complain_of_system(error)
             sys.exit(MISUSE)
+        finally:
+            _let_go_of_streams()
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command."""
@@ -221,17 +223,23 @@ def complain(error: Exception | str) -> None:
 
 
 def _complain_of_system(error: OSError) -> None:
-    """Print what the system refuses; what the standard output does not take is dropped.
-
-    Python would try to write that again when it ends, and fail once more.
-    """
+    """Print what the system refuses."""
     named = f"{os.fsdecode(error.filename)}: " if error.filename is not None else ""
     complain(f"{named}{error.strerror or error}")
-    try:
-        if sys.stdout:
-            sys.stdout.flush()
-    except OSError:
-        sys.stdout = None
+
+
+def _let_go_of_streams() -> None:
+    """Drop what a full disk or a closed terminal does not take.
+
+    Python would try to write that once more when it ends, fail, and exit with a status of its own.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        try:
+            if stream:
+                stream.flush()
+        except OSError:
+            setattr(sys, name, None)
 
 
 def _note_force(ctx: click.Context, _param: click.Parameter, value: bool) -> None:
