@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# What a new user meets: an empty Debian 12 in a folder, without Python or a compiler, and there what
-# README.md, docs/INSTALL.md and docs/API.md tell to type. Prints a row for each command with its
+# What a new user meets: an empty Debian 12 in a folder, without Python or a compiler, and there
+# what README.md, docs/INSTALL.md and docs/API.md tell to type. Prints a row for each command with its
 # time; the exit status is 0 only if each ended as it should and none with a traceback.
 #
 #   empty_debian.sh FOLDER               the scenes wheel, clone and examples
@@ -18,6 +18,7 @@ set -euo pipefail
 
 clone=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 user=anna
+homes=/home
 failed=0
 
 die()
@@ -32,7 +33,7 @@ inside()
 {
     local root=$1 who=$2 command=$3 home=/root name
     local -a keep=(TERM="${TERM:-dumb}")
-    [ "$who" = root ] || home=/home/$who
+    [ "$who" = root ] || home=$homes/$who
     for name in http_proxy https_proxy no_proxy PIP_DEFAULT_TIMEOUT NODE_EXTRA_CA_CERTS; do
         [ -z "${!name:-}" ] || keep+=("$name=${!name}")
     done
@@ -87,16 +88,16 @@ fresh()
 {
     rm -rf "${folder:?}/$1" "$folder/$1.log"
     cp -a "$folder/base" "$folder/$1"
-    git clone --quiet --bare --single-branch "$clone" "$folder/$1/home/$user/origin.git"
-    inside "$folder/$1" root "chown -R $user: /home/$user"
+    git clone --quiet --bare --single-branch "$clone" "$folder/$1$homes/$user/origin.git"
+    inside "$folder/$1" root "chown -R $user: $homes/$user"
 }
 
 make_wheel()
 {
     local root=$folder/maker
     fresh maker
-    git -C "$clone" archive --prefix=pixstep/ HEAD | tar -x -C "$root/home/$user"
-    inside "$root" root "chown -R $user: /home/$user"
+    git -C "$clone" archive --prefix=pixstep/ HEAD | tar -x -C "$root$homes/$user"
+    inside "$root" root "chown -R $user: $homes/$user"
     row "$root" root 0 "apt-get update && apt-get install -y python3-dev python3-venv gcc cmake \
 ninja-build gcc-avr avr-libc"
     row "$root" "$user" 0 "cd pixstep && python3 -m venv ~/pixstep-env"
@@ -109,7 +110,7 @@ scene_wheel()
     local root=$folder/wheel
     make_wheel
     fresh wheel
-    cp "$folder/maker/home/$user"/pixstep/*.whl "$root/home/$user"
+    cp "$folder/maker$homes/$user"/pixstep/*.whl "$root$homes/$user"
     row "$root" root 0 "apt-get update && apt-get install -y python3 python3-venv"
     row "$root" root 0 "! command -v gcc cc avr-gcc cmake git avrdude"
     row "$root" "$user" 0 "python3 -m venv ~/pixstep-env"
@@ -118,7 +119,7 @@ scene_wheel()
     wheel_commands "$root" "cd work && PATH=~/pixstep-env/bin:\$PATH"
     # No home, no terminal, the smallest locale, a narrow page, and a place that cannot be written.
     wheel_in_a_corner "$root" \
-        "cd /etc && env -i PATH=/home/$user/pixstep-env/bin:/usr/bin:/bin LANG=C COLUMNS=60"
+        "cd /etc && env -i PATH=$homes/$user/pixstep-env/bin:/usr/bin:/bin LANG=C COLUMNS=60"
 }
 
 wheel_commands()
@@ -150,7 +151,7 @@ wheel_commands()
 
 wheel_in_a_corner()
 {
-    local root=$1 begin=$2 work=/home/$user/work
+    local root=$1 begin=$2 work=$homes/$user/work
     local line="$work/line.csv --decode smooth --backlash 250 --pixel-hz 30"
     row "$root" "$user" 0 "$begin pixstep --help"
     row "$root" "$user" 0 "$begin pixstep line check $line --board mega"
@@ -185,31 +186,37 @@ scene_examples()
         row "$root" "$user" 0 "$begin ~/pixstep/build/venv/bin/python \
 ~/pixstep/docs/examples/$name.py"
     done
-    row "$root" "$user" 0 "$begin (cd ~/pixstep && exec build/host/bin/pixstep-sim --pixel-hz 30 \
---pty --board mega=build/mega/firmware/pixstep-mega.elf) >bench.txt & cd ~/own; \
+    row "$root" "$user" 0 "cd own; (cd ~/pixstep && exec build/host/bin/pixstep-sim --pixel-hz 30 \
+--pty --board mega=build/mega/firmware/pixstep-mega.elf) >bench.txt & \
 until grep -q /dev/pts bench.txt; do sleep 1; done; ~/pixstep/build/venv/bin/python \
 ~/pixstep/docs/examples/drive_board.py \$(cat bench.txt); status=\$?; kill \$!; exit \$status"
     row "$root" "$user" 0 "python3 -m venv ~/pixstep-env"
     row "$root" "$user" 0 "~/pixstep-env/bin/pip install ~/pixstep notebook"
     row "$root" "$user" 0 "$begin PIXSTEP_SIM=~/pixstep/build/host/bin/pixstep-sim \
-~/pixstep-env/bin/jupyter execute --output=\$PWD/done.ipynb ~/pixstep/docs/examples/first_line.ipynb"
+~/pixstep-env/bin/jupyter execute --output=\$PWD/done.ipynb \
+~/pixstep/docs/examples/first_line.ipynb"
 }
 
-[ $# -ge 1 ] || die "usage: empty_debian.sh FOLDER [wheel|clone|examples|check]..."
-[ "$(id -u)" = 0 ] || die "needs root: it makes a system of its own in a folder"
-command -v debootstrap >/dev/null || die "debootstrap is missing: apt-get install debootstrap"
-mkdir -p "$1"
-folder=$(cd "$1" && pwd)
-shift
-[ $# -gt 0 ] || set -- wheel clone examples
-for scene in "$@"; do
-    case $scene in
-    wheel | clone | examples | check) ;;
-    *) die "what is '$scene'? wheel, clone, examples or check" ;;
-    esac
-done
-make_base
-for scene in "$@"; do
-    "scene_$scene"
-done
-exit "$failed"
+main()
+{
+    [ $# -ge 1 ] || die "usage: empty_debian.sh FOLDER [wheel|clone|examples|check]..."
+    [ "$(id -u)" = 0 ] || die "needs root: it makes a system of its own in a folder"
+    command -v debootstrap >/dev/null || die "debootstrap is missing: apt-get install debootstrap"
+    mkdir -p "$1"
+    folder=$(cd "$1" && pwd)
+    shift
+    [ $# -gt 0 ] || set -- wheel clone examples
+    for scene in "$@"; do
+        case $scene in
+        wheel | clone | examples | check) ;;
+        *) die "what is '$scene'? wheel, clone, examples or check" ;;
+        esac
+    done
+    make_base
+    for scene in "$@"; do
+        "scene_$scene"
+    done
+    return "$failed"
+}
+
+main "$@"
