@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # What a new user meets: an empty Debian 12 in a folder, without Python or a compiler, and there
-# what README.md, docs/INSTALL.md and docs/API.md tell to type. Prints a row for each command with its
-# time; the exit status is 0 only if each ended as it should and none with a traceback.
+# what README.md, docs/INSTALL.md and docs/API.md tell to type. Prints a row for each command with
+# its time; the exit status is 0 only if each ended as it should and none with a traceback.
 #
 #   empty_debian.sh FOLDER               the scenes wheel, clone and examples
 #   empty_debian.sh FOLDER SCENE...      some of wheel, clone, examples, check
