@@ -182,7 +182,7 @@ scene_check()
 scene_examples()
 {
     local root=$folder/clone begin="mkdir -p ~/own && cd ~/own &&" name
-    for name in own_profile four_axes; do
+    for name in own_profile four_axes locked_scan; do
         row "$root" "$user" 0 "$begin ~/pixstep/build/venv/bin/python \
 ~/pixstep/docs/examples/$name.py"
     done

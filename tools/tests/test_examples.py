@@ -42,7 +42,7 @@ def test_scripts(name, said, drawn, capsys):
     assert all(Path(file).read_bytes().startswith(PNG) for file in drawn)
 
 
-@pytest.mark.parametrize("name", ["own_profile", "four_axes"])
+@pytest.mark.parametrize("name", ["own_profile", "four_axes", "locked_scan"])
 def test_scripts_say_that_the_simulator_is_missing(name, monkeypatch):
     monkeypatch.setenv("PIXSTEP_SIM", "/none/pixstep-sim")
     with pytest.raises(SystemExit, match=rf"{name}\.py: /none/pixstep-sim: no such file"):
